@@ -1,0 +1,30 @@
+"""The waist of the hourglass: small frozen objects in which makers and users of equations meet.
+
+`core` knows no robot, no law and no plot.
+"""
+
+from workbench.core.block import block, initial, option, parameter
+from workbench.core.combine import with_quadrature, with_sensitivity
+from workbench.core.dynamics import AbstractArm, Dynamics
+from workbench.core.layout import Entry, Layout
+from workbench.core.lift import Lifted, lift
+from workbench.core.ode import Ode
+from workbench.core.step import Step, rk4
+
+__all__ = [
+    "AbstractArm",
+    "Dynamics",
+    "Entry",
+    "Layout",
+    "Lifted",
+    "Ode",
+    "Step",
+    "block",
+    "initial",
+    "lift",
+    "option",
+    "parameter",
+    "rk4",
+    "with_quadrature",
+    "with_sensitivity",
+]

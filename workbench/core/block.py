@@ -1,0 +1,167 @@
+"""Blocks: frozen dataclasses of plain numbers, each with its unit and its bounds.
+
+`parameter` declares a number of the equations, `initial` the start of a block's memory, `option` a
+named choice among readings. `block` makes the frozen class and checks what its user gives it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, Field, dataclass, field, fields
+from typing import Any, TypeVar, dataclass_transform
+
+import numpy as np
+
+from workbench.core.layout import Bounds, nearest, numbers
+
+# What the user gives is a float or an array; in the lifted twin the same field holds an SX.
+Scalar = Any
+Vector = Any
+Matrix = Any
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a field of a block says of its number."""
+
+    unit: str
+    bounds: Bounds
+    shape: tuple[str, ...]
+    symbol: str
+    lifted: bool
+
+
+def parameter(
+    default: Any = MISSING,
+    *,
+    unit: str,
+    low: float = -np.inf,
+    high: float = np.inf,
+    strict: bool = False,
+    shape: tuple[str, ...] = (),
+    symbol: str = "",
+) -> Any:
+    """A number, vector or matrix of the equations: `lift` turns it into symbols keyed by its path.
+
+    `shape` names its axes, as in ("n",) or ("n", "n"), where `n` is the block's `dof`; `symbol` is
+    how it is printed. With `strict` the bounds themselves are refused. A default of None declares a
+    number that may be left out.
+    """
+    return _quantity(default, Quantity(unit, Bounds(low, high, strict), shape, symbol, lifted=True))
+
+
+def initial(default: Any = MISSING, *, unit: str, shape: tuple[str, ...] = (), symbol: str = "") -> Any:
+    """The start of a block's memory: a default in the layout of states, not a parameter."""
+    return _quantity(default, Quantity(unit, Bounds(), shape, symbol, lifted=False))
+
+
+def option(choices: Mapping[str, str], default: str) -> Any:
+    """A named choice among readings of an equation; `choices` says what each of them means."""
+    return field(default=default, metadata={"option": dict(choices)})
+
+
+def _quantity(default: Any, quantity: Quantity) -> Any:
+    metadata = {"quantity": quantity}
+    if isinstance(default, np.ndarray | list | tuple):
+        return field(default_factory=lambda: default, metadata=metadata)
+    return field(default=default, metadata=metadata)
+
+
+def quantities(owner: Any) -> list[tuple[Field[Any], Quantity]]:
+    """The fields of a block that hold numbers, with what they say of themselves."""
+    return [(f, f.metadata["quantity"]) for f in fields(owner) if "quantity" in f.metadata]
+
+
+def options(owner: Any) -> dict[str, tuple[str, str]]:
+    """The named choices of a block: field to (choice, what it means)."""
+    chosen = {f.name: (getattr(owner, f.name), f.metadata["option"]) for f in fields(owner) if "option" in f.metadata}
+    return {name: (choice, meaning[choice]) for name, (choice, meaning) in chosen.items()}
+
+
+@dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(parameter, initial, option, field))
+def block(cls: type[T]) -> type[T]:
+    """Make `cls` a frozen dataclass that refuses numbers out of their bounds when it is built."""
+    own: Callable[[T], None] | None = cls.__dict__.get("__post_init__")
+
+    def __post_init__(self: T) -> None:
+        _check_options(self)
+        _check_quantities(self)
+        if own is not None:
+            own(self)
+
+    cls.__post_init__ = __post_init__  # type: ignore[attr-defined]
+    cls.__block__ = True  # type: ignore[attr-defined]
+    return dataclass(frozen=True, eq=False)(cls)
+
+
+def is_block(thing: Any) -> bool:
+    """Whether `thing` is an instance of a class made by `block`."""
+    return getattr(type(thing), "__block__", False)
+
+
+def _check_options(owner: Any) -> None:
+    for f in fields(owner):
+        choices = f.metadata.get("option")
+        value = getattr(owner, f.name)
+        if choices is not None and value not in choices:
+            raise ValueError(
+                f"`{type(owner).__name__}({f.name}=...)` is one of {', '.join(map(repr, choices))}; "
+                f"got {value!r}.{nearest(str(value), choices)}"
+            )
+
+
+def _check_quantities(owner: Any) -> None:
+    """Turn every number into a read-only float array of its declared shape, or say what is wrong with it."""
+    sizes: dict[str, int] = {}
+    dof = _dof(owner)
+    if dof is not None:
+        sizes["n"] = dof
+    for f, quantity in quantities(owner):
+        if f.default is None and getattr(owner, f.name) is None:
+            continue
+        value = _as_array(owner, f.name, getattr(owner, f.name))
+        value = _fit(owner, f.name, value, quantity, sizes)
+        if not quantity.bounds.allow(value).all():
+            unit = f" [{quantity.unit}]" if quantity.unit else ""
+            raise ValueError(
+                f"`{type(owner).__name__}({f.name}=...)` must be {quantity.bounds}{unit}; got {_show(value)}."
+            )
+        value.flags.writeable = False
+        object.__setattr__(owner, f.name, float(value) if value.ndim == 0 else value)
+
+
+def _dof(owner: Any) -> int | None:
+    """The number of joints, unless what it is counted from is not yet known to be right."""
+    try:
+        return int(owner.dof)
+    except (AttributeError, TypeError, IndexError):
+        return None
+
+
+def _as_array(owner: Any, name: str, value: Any) -> np.ndarray[Any, Any]:
+    try:
+        return numbers(value)
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"`{type(owner).__name__}({name}=...)` must be a number or an array of numbers; got {value!r}."
+        ) from None
+
+
+def _fit(owner: Any, name: str, value: Any, quantity: Quantity, sizes: dict[str, int]) -> np.ndarray[Any, Any]:
+    """The value in its declared shape; one number stands for a whole vector of equal ones."""
+    if len(quantity.shape) == 1 and value.ndim == 0 and quantity.shape[0] in sizes:
+        value = np.full(sizes[quantity.shape[0]], float(value))
+    if value.ndim == len(quantity.shape):
+        for axis, size in zip(quantity.shape, value.shape, strict=True):
+            sizes.setdefault(axis, size)
+        if value.shape == tuple(sizes[axis] for axis in quantity.shape):
+            return np.array(value)
+    axes = ", ".join(f"{axis} = {sizes[axis]}" if axis in sizes else axis for axis in quantity.shape)
+    want = f"an array of shape ({axes})" if quantity.shape else "a single number"
+    raise ValueError(f"`{type(owner).__name__}({name}=...)` must be {want}; got shape {value.shape}.")
+
+
+def _show(value: np.ndarray[Any, Any]) -> str:
+    return f"{float(value):g}" if value.ndim == 0 else np.array2string(value, separator=", ")

@@ -1,0 +1,108 @@
+"""Dynamics: M(q) qdd + C(q, qd) qd + G(q) = tau, as CasADi expressions with their parameters."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.core.layout import Array, Entry, Layout
+from workbench.core.lift import lift
+
+
+class AbstractArm(ABC):
+    """A block that can say its mass matrix, Coriolis matrix and gravity vector as expressions."""
+
+    @property
+    @abstractmethod
+    def dof(self) -> int:
+        """The number of joints n."""
+
+    @abstractmethod
+    def mass_matrix(self, q: ca.SX) -> ca.SX:
+        """M(q), (n, n), in kg m^2."""
+
+    @abstractmethod
+    def coriolis_matrix(self, q: ca.SX, qd: ca.SX) -> ca.SX:
+        """C(q, qd), (n, n), in kg m^2/s."""
+
+    @abstractmethod
+    def gravity_vector(self, q: ca.SX) -> ca.SX:
+        """G(q), (n, 1), in N m."""
+
+    def acceleration(self, q: ca.SX, qd: ca.SX, tau: ca.SX) -> ca.SX:
+        """qdd = M^-1 (tau - C qd - G), (n, 1), in rad/s^2, by the LDL' factors of M."""
+        D, LT, order = ca.ldl(ca.densify(self.mass_matrix(q)), False)
+        torque = tau - self.coriolis_matrix(q, qd) @ qd - self.gravity_vector(q)
+        return ca.densify(ca.ldl_solve(torque, D, LT, order))
+
+
+@dataclass(frozen=True, eq=False)
+class Dynamics:
+    """The matrices of one arm over symbols q, qd and p: what a user of models sees of a robot.
+
+    Attributes
+    ----------
+    M, C, G
+        (n, n), (n, n) and (n, 1) expressions in `q`, `qd` and the parameters' symbols.
+    p
+        Names, units, bounds and nominal values of the parameters.
+    """
+
+    name: str
+    q: ca.SX
+    qd: ca.SX
+    M: ca.SX
+    C: ca.SX
+    G: ca.SX
+    p: Layout
+    symbols: ca.SX
+
+    @staticmethod
+    def of(arm: AbstractArm, name: str = "") -> Dynamics:
+        """The dynamics of an arm, each of its numbers a symbol."""
+        lifted = lift(arm)
+        q, qd = (Layout((Entry(letter, np.zeros(arm.dof)),)).symbols() for letter in ("q", "qd"))
+        return Dynamics(
+            name or type(arm).__name__,
+            q,
+            qd,
+            ca.densify(lifted.block.mass_matrix(q)),
+            ca.densify(lifted.block.coriolis_matrix(q, qd)),
+            ca.densify(lifted.block.gravity_vector(q)),
+            lifted.layout,
+            lifted.symbols,
+        )
+
+    @property
+    def dof(self) -> int:
+        """The number of joints n."""
+        return int(self.q.numel())
+
+    @property
+    def mass_matrix_rate(self) -> ca.SX:
+        """M' = the derivative of M(q) along qd, (n, n)."""
+        return ca.reshape(ca.jtimes(ca.vec(self.M), self.q, self.qd), self.dof, self.dof)
+
+    @cached_property
+    def _function(self) -> ca.Function:
+        return ca.Function("dynamics", [self.q, self.qd, self.symbols], [self.M, self.C, self.G], {"cse": True})
+
+    def matrices(self, q: Any, qd: Any, p: Array | None = None) -> tuple[Array, Array, Array]:
+        """M (n, n), C (n, n) and G (n,) as numbers at a state, at nominal parameters unless p (np,) is given."""
+        M, C, G = self._function(q, qd, self.p.default if p is None else p)
+        return np.array(M), np.array(C), np.array(G).ravel()
+
+    def acceleration(self, q: Any, qd: Any, tau: Any, p: Array | None = None) -> Array:
+        """qdd (n,) that the torque tau (n,) gives at a state."""
+        M, C, G = self.matrices(q, qd, p)
+        return np.asarray(np.linalg.solve(M, np.asarray(tau) - C @ np.asarray(qd) - G))
+
+    def names(self) -> dict[str, str]:
+        """How each symbol of the expressions is printed: the name of the SX to that of the book."""
+        joints = {f"{v}[{i}]": f"{v}_{i + 1}" for v in ("q", "qd") for i in range(self.dof)}
+        return joints | self.p.printed()

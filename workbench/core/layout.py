@@ -1,0 +1,269 @@
+"""Names to slices of a flat vector: with shape, unit, default and bounds."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """A question that names the known name nearest to a misspelt one; empty if none is near."""
+    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
+    return f" Did you mean '{close[0]}'?" if close else ""
+
+
+def numbers(value: Any) -> Array:
+    """The value as a new float array; None and text are refused (TypeError), as are ragged lists (ValueError)."""
+    array = np.array(value)
+    if array.dtype.kind not in "biuf":
+        raise TypeError(array.dtype)
+    return array.astype(float)
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """What a number may be: finite, within [low, high], and off both ends if `strict`."""
+
+    low: float = -np.inf
+    high: float = np.inf
+    strict: bool = False
+
+    def __str__(self) -> str:
+        """The rule as one reads it aloud."""
+        if self.low == -np.inf and self.high == np.inf:
+            return "finite"
+        less = "<" if self.strict else "<="
+        left = f"{self.low:g} {less} " if self.low > -np.inf else ""
+        right = f" {less} {self.high:g}" if self.high < np.inf else ""
+        return f"finite, with {left}value{right}"
+
+    def allow(self, value: Array) -> Array:
+        """Elementwise: whether each number is finite and within the bounds (booleans)."""
+        inside = (
+            (value > self.low) & (value < self.high)
+            if self.strict
+            else ((value >= self.low) & (value <= self.high))
+        )
+        return np.asarray(np.isfinite(value) & inside)
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """One named quantity of a vector: its shape is that of its default.
+
+    `symbol` is how the quantity is printed in an equation, in the words of `workbench.notation`.
+    """
+
+    name: str
+    default: Array
+    unit: str = ""
+    bounds: Bounds = field(default_factory=Bounds)
+    symbol: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "default", np.asarray(self.default, dtype=float))
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """The shape of the quantity: () for a number."""
+        return self.default.shape
+
+    @property
+    def size(self) -> int:
+        """How many numbers the quantity takes in the flat vector."""
+        return int(self.default.size)
+
+    def labels(self) -> list[str]:
+        """The names of its numbers in their order in the flat vector: `K[0,1]`, column by column."""
+        if not self.shape:
+            return [self.name]
+        order = sorted(np.ndindex(self.shape), key=lambda index: index[::-1])
+        return [f"{self.name}[{','.join(map(str, index))}]" for index in order]
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Where each named quantity lies in a flat vector. Matrices lie column by column, as in CasADi."""
+
+    entries: tuple[Entry, ...] = ()
+
+    def __post_init__(self) -> None:
+        twice = {name for name in self.names if self.names.count(name) > 1}
+        if twice:
+            raise ValueError(f"`Layout(...)` needs distinct names; {sorted(twice)} came more than once.")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names in order."""
+        return tuple(entry.name for entry in self.entries)
+
+    @property
+    def size(self) -> int:
+        """The length of the flat vector."""
+        return sum(entry.size for entry in self.entries)
+
+    @property
+    def default(self) -> Array:
+        """The flat vector (size,) of defaults."""
+        return np.concatenate([entry.default.ravel(order="F") for entry in self.entries] or [np.zeros(0)])
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """One name a number: `plant.q[0]`."""
+        return tuple(label for entry in self.entries for label in entry.labels())
+
+    @cached_property
+    def _slices(self) -> dict[str, slice]:
+        ends = np.cumsum([entry.size for entry in self.entries], dtype=int)
+        return {
+            e.name: slice(int(end) - e.size, int(end)) for e, end in zip(self.entries, ends, strict=True)
+        }
+
+    def __add__(self, other: Layout) -> Layout:
+        return Layout(self.entries + other.entries)
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._slices
+
+    def __getitem__(self, name: str) -> Entry:
+        return self.entries[self.names.index(self._known(name))]
+
+    def slice(self, name: str) -> slice:
+        """Where the quantity lies in the flat vector."""
+        return self._slices[self._known(name)]
+
+    def _known(self, name: str) -> str:
+        if name in self._slices:
+            return name
+        raise LookupError(
+            f"There is no '{name}' among the {len(self.entries)} entries of this layout."
+            + (nearest(name, self.names) or f" They are: {', '.join(self.names) or 'none'}.")
+        )
+
+    def prefixed(self, prefix: str) -> Layout:
+        """The same layout with each name below `prefix`."""
+        return Layout(tuple(replace(entry, name=f"{prefix}{entry.name}") for entry in self.entries))
+
+    def indices(self, name: str) -> list[int]:
+        """The places of a quantity, or of one of its numbers (`K[0,1]`), in the flat vector."""
+        if name in self._slices:
+            place = self._slices[name]
+            return list(range(place.start, place.stop))
+        if name in self.labels:
+            return [self.labels.index(name)]
+        base = re.sub(r"\[[\d,]*\]$", "", name)
+        if base in self._slices:
+            raise LookupError(f"'{base}' has shape {self[base].shape}: there is no '{name}'.")
+        self._known(name)
+        raise AssertionError
+
+    def pack(self, values: Mapping[str, Any] | None = None) -> Array:
+        """Rows (B, size) from names: what is not named takes its default, what is out of bounds is refused.
+
+        Parameters
+        ----------
+        values
+            A value per name: of the quantity's shape, or (B, ...) for one value a run. A name such
+            as `K[0,1]` sets a single number.
+
+        Raises
+        ------
+        LookupError
+            If a name is none of this layout's; the message names the nearest.
+        ValueError
+            If a value is not a number, has the wrong shape, is not finite or is out of bounds.
+        """
+        columns = {name: self._columns(name, value) for name, value in (values or {}).items()}
+        runs = {len(c) for c in columns.values() if len(c) > 1}
+        if len(runs) > 1:
+            raise ValueError(f"`pack(...)` takes one number of runs; got columns of {sorted(runs)} runs.")
+        rows = np.tile(self.default, (runs.pop() if runs else 1, 1))
+        for name, column in columns.items():
+            rows[:, self.indices(name)] = column
+        self.check(rows)
+        return rows
+
+    def _columns(self, name: str, value: Any) -> Array:
+        self.indices(name)  # refuses an unknown name
+        shape = self[name].shape if name in self._slices else ()
+        try:
+            array = numbers(value)
+        except (TypeError, ValueError):
+            raise ValueError(f"`pack({name}=...)` must be a number or an array; got {value!r}.") from None
+        if array.shape == shape:
+            array = array[np.newaxis]
+        if array.shape[1:] != shape or len(array) == 0:
+            raise ValueError(
+                f"`pack({name}=...)` must have shape {shape}, or (B, ...) for B runs; got {array.shape}."
+            )
+        return np.stack([row.ravel(order="F") for row in array])
+
+    def printed(self) -> dict[str, str]:
+        """How each number is printed in an equation: `links[0].mass` as m_1, `Lambda[1]` as Lambda_2."""
+        names = {}
+        for entry in self.entries:
+            symbol = entry.symbol or entry.name.rpartition(".")[2]
+            for label in entry.labels():
+                index = "".join(str(int(i) + 1) for i in label[len(entry.name) :].strip("[]").split(",") if i)
+                names[label] = f"{symbol}{index}" if "_" in symbol or not index else f"{symbol}_{index}"
+        return names
+
+    def check(self, rows: Array) -> None:
+        """Refuse rows (B, size) with a number that is not finite or out of its bounds, by name."""
+        for entry in self.entries:
+            block = rows[:, self._slices[entry.name]]
+            if (ok := entry.bounds.allow(block)).all():
+                continue
+            run, place = np.argwhere(~ok)[0]
+            where = f" in run {run}" if len(rows) > 1 else ""
+            raise ValueError(
+                f"'{entry.labels()[place]}' must be {entry.bounds}"
+                f"{f' [{entry.unit}]' if entry.unit else ''}; got {block[run, place]:g}{where}."
+            )
+
+    def unpack(self, rows: Array) -> dict[str, Array]:
+        """Names to values of shape (..., *shape) from vectors (..., size)."""
+        rows = np.asarray(rows)
+        if rows.shape[-1:] != (self.size,):
+            raise ValueError(f"`unpack(rows)` takes vectors of {self.size} numbers; got shape {rows.shape}.")
+        return {e.name: _unflatten(rows[..., self._slices[e.name]], e.shape) for e in self.entries}
+
+    def symbols(self) -> ca.SX:
+        """One SX symbol a number, (size, 1), named by its label."""
+        return ca.vertcat(*[ca.SX.sym(label) for label in self.labels]) if self.size else ca.SX(0, 1)
+
+    def view(self, vector: ca.SX) -> dict[str, ca.SX]:
+        """Names to the parts of a CasADi vector (size, 1), each in the shape of its quantity."""
+        parts = {}
+        for entry in self.entries:
+            part = vector[self._slices[entry.name]]
+            parts[entry.name] = ca.reshape(part, *entry.shape) if len(entry.shape) == 2 else part
+        return parts
+
+    def flatten(self, parts: Mapping[str, ca.SX]) -> ca.SX:
+        """The CasADi vector (size, 1) of named parts; each must be there in its shape, and no other."""
+        if odd := set(parts) ^ set(self.names):
+            raise LookupError(f"`flatten(parts)` needs exactly {list(self.names)}; differs in {sorted(odd)}.")
+        columns = []
+        for entry in self.entries:
+            part = ca.SX(parts[entry.name])
+            want = (entry.shape + (1, 1))[:2]
+            if part.shape != want:
+                raise ValueError(f"'{entry.name}' must have shape {want}; got {part.shape}.")
+            columns.append(ca.vec(ca.densify(part)))
+        return ca.vertcat(*columns) if columns else ca.SX(0, 1)
+
+
+def _unflatten(columns: Array, shape: tuple[int, ...]) -> Array:
+    """The last axis, laid column by column, back into `shape`."""
+    parts = columns.reshape(columns.shape[:-1] + shape[::-1])
+    return np.swapaxes(parts, -1, -2) if len(shape) == 2 else parts

@@ -1,0 +1,70 @@
+"""Lift: from a block of numbers to its twin of symbols, keyed by path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, Generic, TypeVar
+
+import casadi as ca
+import numpy as np
+
+from workbench.core.block import Quantity, is_block
+from workbench.core.layout import Entry, Layout
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, eq=False)
+class Lifted(Generic[T]):
+    """A block whose parameters are symbols, and where each symbol lies in the parameter vector."""
+
+    block: T
+    layout: Layout
+    symbols: ca.SX
+
+
+def lift(block: T, prefix: str = "") -> Lifted[T]:
+    """The twin of `block`, of the same class, whose parameters are SX symbols keyed by path.
+
+    A block met twice (the arm that is simulated and the arm the designer believes in) gets two sets
+    of symbols, so that model mismatch needs no code. The names are those of the fields, with dots
+    and indices: `plant.arm.links[0].mass`.
+    """
+    found: list[tuple[Entry, ca.SX]] = []
+    twin = _twin(block, prefix, "", found)
+    symbols = [ca.vec(symbol) for _, symbol in found]
+    layout = Layout(tuple(entry for entry, _ in found))
+    return Lifted(twin, layout, ca.vertcat(*symbols) if symbols else ca.SX(0, 1))
+
+
+def _twin(block: T, path: str, index: str, found: list[tuple[Entry, ca.SX]]) -> T:
+    twin = object.__new__(type(block))
+    for f in fields(block):  # type: ignore[arg-type]
+        value = getattr(block, f.name)
+        quantity: Quantity | None = f.metadata.get("quantity")
+        if quantity is not None and quantity.lifted and value is not None:
+            entry = _entry(f"{path}{f.name}", value, quantity, quantity.symbol or f.name, index)
+            found.append((entry, _symbol(entry)))
+            value = found[-1][1]
+        else:
+            value = _twin_of_field(value, f"{path}{f.name}", found)
+        object.__setattr__(twin, f.name, value)
+    return twin
+
+
+def _twin_of_field(value: Any, path: str, found: list[tuple[Entry, ca.SX]]) -> Any:
+    if is_block(value):
+        return _twin(value, f"{path}.", "", found)
+    if isinstance(value, tuple) and any(map(is_block, value)):
+        return tuple(_twin(v, f"{path}[{i}].", str(i + 1), found) for i, v in enumerate(value))
+    return value
+
+
+def _entry(name: str, value: Any, quantity: Quantity, symbol: str, index: str) -> Entry:
+    printed = f"{symbol}_{index}" if index and "_" not in symbol else f"{symbol}{index}"
+    return Entry(name, np.asarray(value, dtype=float), quantity.unit, quantity.bounds, printed)
+
+
+def _symbol(entry: Entry) -> ca.SX:
+    column = ca.vertcat(*[ca.SX.sym(label) for label in entry.labels()])
+    return ca.reshape(column, *(entry.shape + (1, 1))[:2])

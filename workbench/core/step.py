@@ -1,0 +1,103 @@
+"""Step: x+ = F(k, x, p), y = h(t_k, x, p): all that a simulator knows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from workbench.core.layout import Layout
+from workbench.core.ode import Ode
+
+# The amplification of RK4 on x' = lambda x: R(z) = 1 + z + z^2/2 + z^3/6 + z^4/24, highest power first.
+RK4_AMPLIFICATION = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """One step of length h of a recursion with named states, parameters and outputs.
+
+    Attributes
+    ----------
+    h
+        The step's length in s: t_k = k h.
+    next
+        x+ as an expression (nx, 1) in the symbols k (1, 1), x (nx, 1), p (np, 1).
+    flow, amplification
+        The differential equation that the step approximates, and the polynomial R(z) by which it
+        multiplies a mode exp(lambda t) with z = h lambda: what the stability limit is made of.
+    """
+
+    h: float
+    states: Layout
+    parameters: Layout
+    outputs: Layout
+    k: ca.SX
+    x: ca.SX
+    p: ca.SX
+    next: ca.SX
+    output: ca.SX
+    flow: Ode
+    amplification: tuple[float, ...]
+
+    @cached_property
+    def F(self) -> ca.Function:
+        """The step as a CasADi function (k, x, p) -> (nx, 1)."""
+        return ca.Function("workbench_step", [self.k, self.x, self.p], [self.next], {"cse": True})
+
+    @cached_property
+    def y(self) -> ca.Function:
+        """The outputs as a CasADi function (k, x, p) -> (ny, 1)."""
+        return ca.Function("workbench_output", [self.k, self.x, self.p], [self.output], {"cse": True})
+
+    def extended(self, extra: Layout, symbols: ca.SX, update: ca.SX) -> Step:
+        """The same step with memory z that is updated beside it: z+ = update(k, x, z, p)."""
+        return replace(
+            self,
+            states=self.states + extra,
+            x=ca.vertcat(self.x, symbols),
+            next=ca.vertcat(self.next, update),
+        )
+
+
+def rk4(ode: Ode, h: float) -> Step:
+    """The classical fourth-order Runge-Kutta step of length h [s] for `ode`.
+
+    Raises
+    ------
+    ValueError
+        If h is not a positive finite number.
+
+    References
+    ----------
+    Hairer, Norsett and Wanner (1993), Solving Ordinary Differential Equations I, section II.1.
+    """
+    try:
+        h = float(h)
+    except (TypeError, ValueError):
+        raise ValueError(f"`rk4(h=...)` must be a number of seconds; got {h!r}.") from None
+    if not (np.isfinite(h) and h > 0):
+        raise ValueError(f"`rk4(h=...)` must be a positive, finite number of seconds; got {h:g}.")
+    f = ca.Function("f", [ode.t, ode.x, ode.p], [ode.rate])
+    k = ca.SX.sym("k")
+    t, x, p = k * h, ode.x, ode.p
+    k1 = f(t, x, p)
+    k2 = f(t + h / 2, x + h / 2 * k1, p)
+    k3 = f(t + h / 2, x + h / 2 * k2, p)
+    k4 = f(t + h, x + h * k3, p)
+    y = ca.substitute(ode.output, ode.t, t)
+    return Step(
+        h,
+        ode.states,
+        ode.parameters,
+        ode.outputs,
+        k,
+        x,
+        p,
+        x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4),
+        y,
+        ode,
+        RK4_AMPLIFICATION,
+    )
