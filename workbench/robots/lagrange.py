@@ -1,0 +1,45 @@
+"""From energies to M, C and G, for any arm that can say its energies.
+
+Each function differentiates over fresh symbols and then puts in what it was given, so that q may be
+any expression: an estimate, say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import casadi as ca
+
+
+def at(q: ca.SX, derive: Callable[[ca.SX], ca.SX]) -> ca.SX:
+    """What `derive` makes of fresh symbols, with `q` (n, 1) put in their place."""
+    symbols = ca.SX.sym("q", q.shape[0])
+    return ca.substitute(derive(symbols), symbols, q)
+
+
+def mass_matrix(kinetic_energy: Callable[[ca.SX, ca.SX], ca.SX], q: ca.SX) -> ca.SX:
+    """M(q) = d^2 T / d qd^2, (n, n)."""
+    qd = ca.SX.sym("qd", q.shape[0])
+    return at(q, lambda symbols: ca.densify(ca.hessian(kinetic_energy(symbols, qd), qd)[0]))
+
+
+def coriolis_matrix(mass: Callable[[ca.SX], ca.SX], q: ca.SX, qd: ca.SX) -> ca.SX:
+    """C(q, qd), (n, n), of the Christoffel symbols: C_ij = sum_k (dM_ij/dq_k + dM_ik/dq_j - dM_jk/dq_i) qd_k / 2.
+
+    Written by matrices: with J_ijk = dM_ij/dq_k, the first term is M' along qd, and the other two
+    are the transposes of each other, d(M qd)/dq and its transpose.
+    """
+    n = q.shape[0]
+
+    def derive(symbols: ca.SX) -> ca.SX:
+        M = mass(symbols)
+        along = ca.reshape(ca.jtimes(ca.vec(M), symbols, qd), n, n)
+        across = ca.jacobian(M @ qd, symbols)
+        return ca.densify((along + across - across.T) / 2)
+
+    return at(q, derive)
+
+
+def gravity_vector(potential_energy: Callable[[ca.SX], ca.SX], q: ca.SX) -> ca.SX:
+    """G(q) = dU/dq, (n, 1)."""
+    return at(q, lambda symbols: ca.densify(ca.gradient(potential_energy(symbols), symbols)))
