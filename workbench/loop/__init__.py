@@ -1,0 +1,25 @@
+"""The sockets of a control loop, and how blocks in them become one `Ode`."""
+
+from workbench.loop.assemble import ClosedLoop, open_loop
+from workbench.loop.contracts import (
+    AbstractController,
+    AbstractDisturbance,
+    AbstractObserver,
+    AbstractPlant,
+    AbstractReference,
+)
+from workbench.loop.ports import Estimate, Measurement, Motion, Parts
+
+__all__ = [
+    "AbstractController",
+    "AbstractDisturbance",
+    "AbstractObserver",
+    "AbstractPlant",
+    "AbstractReference",
+    "ClosedLoop",
+    "Estimate",
+    "Measurement",
+    "Motion",
+    "Parts",
+    "open_loop",
+]

@@ -1,0 +1,128 @@
+"""What each block of a loop must be able to say. Every class below is abstract; every law is final.
+
+A block's own states are its `memory` (a `Layout`); its `rate` returns a part for each of them.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import casadi as ca
+
+from workbench.core import Layout
+from workbench.loop.ports import Estimate, Measurement, Motion, Parts
+
+
+class AbstractReference(ABC):
+    """A wanted motion as an expression in time."""
+
+    @property
+    @abstractmethod
+    def dof(self) -> int:
+        """The number of joints n."""
+
+    @abstractmethod
+    def at(self, t: ca.SX) -> Motion:
+        """The wanted motion at time t [s]."""
+
+
+class AbstractDisturbance(ABC):
+    """A torque D(t) that acts on the joints from outside, with known bounds (Assumption 4 of the paper)."""
+
+    @property
+    @abstractmethod
+    def dof(self) -> int:
+        """The number of joints n."""
+
+    @abstractmethod
+    def at(self, t: ca.SX) -> ca.SX:
+        """D(t), (n, 1), in N m."""
+
+    @property
+    @abstractmethod
+    def D_max(self) -> float:
+        """A bound on the Euclidean norm of D(t) over all time, in N m."""
+
+    @property
+    @abstractmethod
+    def L_D(self) -> float:
+        """A bound on the Euclidean norm of D'(t) over all time, in N m/s."""
+
+
+class AbstractPlant(ABC):
+    """What is controlled: driven by a torque command, watched by instruments."""
+
+    @property
+    @abstractmethod
+    def dof(self) -> int:
+        """The number of joints n."""
+
+    @property
+    @abstractmethod
+    def memory(self) -> Layout:
+        """The states; 'q' and 'qd' are among them."""
+
+    @abstractmethod
+    def measure(self, t: ca.SX, z: Parts) -> Measurement:
+        """What the instruments say at a state."""
+
+    @abstractmethod
+    def applied(self, z: Parts, tau: ca.SX) -> ca.SX:
+        """The torque that acts on the joints when `tau` is commanded, (n, 1), in N m."""
+
+    @abstractmethod
+    def rate(self, t: ca.SX, z: Parts, tau: ca.SX) -> Parts:
+        """The derivative of each state."""
+
+
+class AbstractObserver(ABC):
+    """From measurements to estimates. An estimate never sees the torque of the same instant."""
+
+    @property
+    @abstractmethod
+    def dof(self) -> int:
+        """The number of joints n."""
+
+    @property
+    @abstractmethod
+    def uses_truth(self) -> bool:
+        """Whether it needs what no instrument can give it."""
+
+    @property
+    @abstractmethod
+    def memory(self) -> Layout:
+        """The observer's own states."""
+
+    @abstractmethod
+    def estimate(self, t: ca.SX, z: Parts, y: Measurement) -> Estimate:
+        """What the observer believes."""
+
+    @abstractmethod
+    def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
+        """The derivative of each state, when the torque `tau` is commanded."""
+
+
+class AbstractController(ABC):
+    """From estimates and the wanted motion to a torque command."""
+
+    @property
+    @abstractmethod
+    def dof(self) -> int:
+        """The number of joints n."""
+
+    @property
+    @abstractmethod
+    def memory(self) -> Layout:
+        """The controller's own states."""
+
+    @abstractmethod
+    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+        """The torque command, (n, 1), in N m."""
+
+    @abstractmethod
+    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """The derivative of each state."""
+
+    @abstractmethod
+    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """What is worth watching besides the memory: the sliding variable s, say."""

@@ -1,0 +1,75 @@
+"""A robot arm with disturbance, friction and drives."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from workbench.core import AbstractArm, Entry, Layout, block, initial, parameter
+from workbench.core.block import Scalar, Vector
+from workbench.loop.contracts import AbstractDisturbance, AbstractPlant
+from workbench.loop.ports import Measurement, Parts
+from workbench.plants.actuator import AbstractActuator, DirectDrive
+
+
+@block
+class Friction:
+    """F(qd) = viscous qd + coulomb tanh(qd / speed): Coulomb friction with its jump spread over `speed`."""
+
+    viscous: Vector = parameter(unit="N m s/rad", low=0, shape=("n",), symbol="b")
+    coulomb: Vector = parameter(unit="N m", low=0, shape=("n",), symbol="f_c")
+    speed: Scalar = parameter(0.01, unit="rad/s", low=0, strict=True, symbol="v_s")
+
+    def torque(self, qd: ca.SX) -> ca.SX:
+        """F(qd), (n, 1), in N m."""
+        return self.viscous * qd + self.coulomb * ca.tanh(qd / self.speed)
+
+
+@block
+class Manipulator(AbstractPlant):
+    """A rigid arm on which a disturbance acts, equation (1) of the paper with friction F beside it:
+
+        M(q) qdd + C(q, qd) qd + G(q) + F(qd) + D(t) = tau.
+    """  # noqa: D415
+
+    arm: AbstractArm
+    q: Vector = initial(unit="rad", shape=("n",))
+    qd: Vector = initial(0.0, unit="rad/s", shape=("n",))
+    disturbance: AbstractDisturbance | None = None
+    friction: Friction | None = None
+    actuator: AbstractActuator = DirectDrive()
+
+    def __post_init__(self) -> None:
+        if self.disturbance is not None and self.disturbance.dof != self.dof:
+            raise ValueError(
+                f"`Manipulator(disturbance=...)` acts on {self.disturbance.dof} joints, the arm has {self.dof}."
+            )
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+        return self.arm.dof
+
+    @property
+    def memory(self) -> Layout:
+        """Positions, velocities, and what the drives hold."""
+        motion = Layout((Entry("q", self.q, "rad"), Entry("qd", self.qd, "rad/s")))
+        return motion + self.actuator.memory(self.dof)
+
+    def measure(self, t: ca.SX, z: Parts) -> Measurement:
+        """Exact positions and velocities, and the true disturbance for those who may see it."""
+        return Measurement(z["q"], z["qd"], self._disturbance(t))
+
+    def applied(self, z: Parts, tau: ca.SX) -> ca.SX:
+        """The torque of the drives."""
+        return self.actuator.applied(z, tau)
+
+    def rate(self, t: ca.SX, z: Parts, tau: ca.SX) -> Parts:
+        """Newton's law solved for the acceleration."""
+        q, qd = z["q"], z["qd"]
+        friction = self.friction.torque(qd) if self.friction is not None else 0
+        torque = self.applied(z, tau) - friction - self._disturbance(t)
+        qdd = self.arm.acceleration(q, qd, torque)
+        return {"q": qd, "qd": qdd, **self.actuator.rate(z, tau)}
+
+    def _disturbance(self, t: ca.SX) -> ca.SX:
+        return self.disturbance.at(t) if self.disturbance is not None else ca.SX.zeros(self.dof)
