@@ -1,0 +1,122 @@
+"""simulate: many runs of one step."""
+
+import numpy as np
+import pytest
+from equations import decay, explosion, oscillator
+
+from workbench.core import rk4
+from workbench.simulate import simulate
+
+
+def test_the_oscillator_follows_its_closed_form_in_every_run():
+    ode = oscillator()
+    omega = np.array([0.5, 1.0, 2.0, 3.0])
+    runs = simulate(rk4(ode, 1e-3), ode.parameters.pack({"omega": omega}), until=2.0, every=0.1)
+    exact = np.cos(omega[:, np.newaxis] * runs.t)
+    # RK4 at 1 ms: the error of a mode of 3 rad/s after 2 s is below (3e-3)^4 * 6 / 120
+    np.testing.assert_allclose(runs["q"][:, :, 0], exact, atol=1e-11)
+
+
+def test_kept_times_are_multiples_of_every_and_begin_at_the_initial_state():
+    runs = simulate(rk4(decay(), 0.01), until=1.0, every=0.25)
+    np.testing.assert_allclose(runs.t, [0, 0.25, 0.5, 0.75, 1.0], atol=1e-15)
+    assert runs.x.shape == (1, 5, 1)
+    assert runs["x"][0, 0, 0] == 1.0
+
+
+def test_keeping_fewer_times_changes_no_bit_of_what_is_kept():
+    step = rk4(oscillator(), 0.01)
+    all_steps, few = simulate(step, until=3.0), simulate(step, until=3.0, every=0.3)
+    np.testing.assert_array_equal(all_steps.x[:, ::30], few.x)
+
+
+def test_a_run_does_not_depend_on_its_neighbours():
+    ode = oscillator()
+    omega = np.array([0.7, 1.9, 2.3])
+    step = rk4(ode, 0.01)
+    together = simulate(step, ode.parameters.pack({"omega": omega}), until=2.0)
+    for i, value in enumerate(omega):
+        alone = simulate(step, ode.parameters.pack({"omega": value}), until=2.0)
+        np.testing.assert_array_equal(alone.x[0], together.x[i])
+
+
+def test_a_horizon_longer_than_one_chunk_is_one_trajectory():
+    step = rk4(decay(0.1), 1e-4)
+    runs = simulate(step, until=6.0, every=0.5)  # 60,000 steps: three chunks
+    np.testing.assert_allclose(runs["x"][0, :, 0], np.exp(-0.1 * runs.t), rtol=1e-12)
+
+
+def test_a_diverged_run_is_marked_with_its_time_and_leaves_the_others_alone():
+    ode = explosion()
+    step = rk4(ode, 1e-3)
+    starts = ode.states.pack({"x": np.array([[1.0], [0.1], [2.0]])})
+    runs = simulate(step, x0=starts, until=2.0, every=0.1)
+    np.testing.assert_array_equal(runs.diverged, [True, False, True])
+    # escape at 1 / x(0); RK4 runs a few steps past it before its numbers overflow
+    np.testing.assert_allclose(runs.diverged_at[[0, 2]], [1.0, 0.5], atol=0.02)
+    assert np.isnan(runs.diverged_at[1])
+    np.testing.assert_allclose(runs["x"][1, -1, 0], 0.1 / (1 - 0.2), rtol=1e-9)
+    assert np.isnan(runs.x[0, -1]).all()
+
+
+def test_the_time_of_divergence_does_not_depend_on_the_kept_times():
+    step = rk4(explosion(), 1e-3)
+    coarse, fine = simulate(step, until=2.0, every=0.5), simulate(step, until=2.0)
+    assert coarse.diverged_at[0] == fine.diverged_at[0]
+
+
+def test_progress_rises_to_one():
+    seen: list[float] = []
+    simulate(rk4(decay(), 1e-4), until=6.0, every=0.1, progress=seen.append)
+    assert seen == sorted(seen)
+    assert seen[-1] == 1.0
+
+
+def test_outputs_are_those_of_the_kept_states():
+    runs = simulate(rk4(oscillator(), 0.01), until=1.0, every=0.5)
+    np.testing.assert_array_equal(runs["tau_applied"], runs["plant.qd"])
+
+
+def test_a_misspelt_output_is_answered_with_what_there_is():
+    runs = simulate(rk4(decay(), 0.01), until=1.0)
+    with pytest.raises(LookupError, match=r"no 'y'.*x, e"):
+        runs["y"]
+
+
+def test_one_run_becomes_a_data_frame_indexed_by_time():
+    frame = simulate(rk4(oscillator(), 0.01), until=1.0, every=0.5).to_frame()
+    assert list(frame.columns) == ["plant.q[0]", "plant.qd[0]", "q[0]", "e[0]", "q_ref[0]", "tau_applied[0]"]
+    assert frame.index.name == "t"
+    assert len(frame) == 3
+
+
+@pytest.mark.parametrize(
+    ("times", "sentence"),
+    [
+        ({"until": 0.0}, "must be a positive, finite number of seconds; got 0"),
+        ({"until": -1.0}, "got -1"),
+        ({"until": float("nan")}, "got nan"),
+        ({"until": float("inf")}, "got inf"),
+        ({"until": "ten"}, "must be a number of seconds; got 'ten'"),
+        ({"until": 1.005}, "must be a multiple of the step 0.01 s; got 1.005 s"),
+        ({"until": 1.0, "every": 0.015}, "multiple of the step"),
+        ({"until": 1.0, "every": 0.03}, "must be a multiple of `every`"),
+        ({"until": 1e9}, "would keep 745.1 GB"),
+    ],
+)
+def test_a_bad_time_is_refused_in_one_sentence(times, sentence):
+    with pytest.raises(ValueError, match=sentence):
+        simulate(rk4(decay(), 0.01), **times)
+
+
+def test_rows_of_wrong_shape_or_out_of_bounds_are_refused():
+    ode = oscillator()
+    step = rk4(ode, 0.01)
+    with pytest.raises(ValueError, match=r"one row per run: \(B, 1\). Got \(3, 4\)"):
+        simulate(step, np.ones((3, 4)), until=1.0)
+    with pytest.raises(ValueError, match="'omega' must be finite, with 0 < value"):
+        simulate(step, np.array([[-1.0]]), until=1.0)
+    with pytest.raises(ValueError, match=r"'plant.q\[0\]' must be finite"):
+        simulate(step, x0=np.array([[np.nan, 0.0]]), until=1.0)
+    with pytest.raises(ValueError, match="got 3 rows of p and 2 rows of x0"):
+        simulate(step, np.ones((3, 1)), np.ones((2, 2)), until=1.0)
