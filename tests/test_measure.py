@@ -1,0 +1,132 @@
+"""Metrics accumulated inside the loop, with their errors."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from equations import decay, explosion, oscillator, staircase
+
+from workbench.metrics import (
+    effort,
+    energy,
+    iae,
+    ise,
+    itae,
+    measure,
+    measured,
+    overshoot,
+    peak_error,
+    rmse,
+    settling_time,
+    total_variation,
+)
+
+TIME = ca.SX.sym("time")
+
+
+def test_integral_metrics_of_a_decay_agree_with_their_closed_forms():
+    a, T = 3.0, 2.0
+    scores = measure(decay(a), (rmse(), iae(), ise(), itae()), until=T, h=1e-3).scores
+    square = (1 - np.exp(-2 * a * T)) / (2 * a)
+    exact = {
+        "RMSE": np.sqrt(square / T),
+        "IAE": (1 - np.exp(-a * T)) / a,
+        "ISE": square,
+        "ITAE": (1 - (1 + a * T) * np.exp(-a * T)) / a**2,
+    }
+    for name, value in exact.items():
+        # RK4 at 0.5 ms on a mode of 3 1/s: (1.5e-3)^4 is 5e-12
+        assert scores[name].value[0, 0] == pytest.approx(value, rel=1e-10), name
+
+
+def test_the_error_of_a_smooth_metric_covers_the_true_error():
+    a, T = 3.0, 2.0
+    score = measure(decay(a), (ise(),), until=T, h=0.1).scores["ISE"]
+    exact = (1 - np.exp(-2 * a * T)) / (2 * a)
+    assert 0 < abs(score.value[0, 0] - exact) < score.error[0, 0]
+
+
+def test_the_error_falls_with_the_fourth_power_of_the_step():
+    errors = [measure(decay(3.0), (ise(),), until=2.0, h=h).scores["ISE"].error[0, 0] for h in (0.1, 0.05)]
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(4, abs=0.2)
+
+
+def test_peak_and_total_variation_of_an_oscillation_are_those_of_a_cosine():
+    # tau_applied = -2 sin(2t) over two periods: total variation 4 * 2 per period of pi seconds
+    T = 2 * np.pi
+    h = T / 8000
+    scores = measure(oscillator(), (peak_error(), total_variation(h), effort()), until=T, h=h).scores
+    assert scores["peak error"].value[0, 0] == pytest.approx(1.0, abs=1e-9)
+    # the grid can miss a crest by half a sample: 2 (2h/2)^2 / 2 of amplitude 2, eight times
+    assert scores["TV"].value[0, 0] == pytest.approx(16 / T, rel=1e-6)
+    assert scores["effort"].value[0, 0] == pytest.approx(np.sqrt(2), rel=1e-9)
+
+
+def test_total_variation_is_that_of_its_own_grid_and_not_of_the_step():
+    T, sample = 2 * np.pi, 2 * np.pi / 40
+    grid = -2 * np.sin(2 * np.linspace(0, T, 41))
+    for h in (sample, sample / 4, sample / 32):
+        score = measure(oscillator(), (total_variation(sample),), until=T, h=h).scores["TV"]
+        exact = np.abs(np.diff(grid)).sum() / T
+        # at the coarsest step RK4 errs by (2 * 0.157)^5 / 120 a step
+        assert score.value[0, 0] == pytest.approx(exact, rel=2e-3)
+
+
+def test_energy_counts_work_done_and_work_taken_alike():
+    # tau_applied * qd with qd absent in the output: use an equation that has both
+    from dataclasses import replace
+
+    from workbench.core import Entry, Layout
+
+    ode = oscillator()
+    ode = replace(ode, outputs=ode.outputs + Layout((Entry("qd", np.zeros(())),)), output=ca.vertcat(ode.output, ode.x[1]))
+    score = measure(ode, (energy(),), until=np.pi, h=np.pi / 4000).scores["energy"]
+    # integral of 4 sin^2(2t) over one period
+    assert score.value[0, 0] == pytest.approx(2 * np.pi, rel=1e-9)
+
+
+def test_a_diverged_run_has_no_number_in_any_metric():
+    result = measure(explosion(), (ise(), peak_error()), until=2.0, h=1e-3)
+    assert result.trajectories.diverged[0]
+    assert np.isnan(result.scores["ISE"].value).all()
+    assert np.isnan(result.scores["peak error"].error).all()
+
+
+def test_each_run_has_its_own_score():
+    ode = decay()
+    p = ode.parameters.pack({"rate": np.array([1.0, 2.0, 5.0])})
+    values = measure(ode, (iae(),), p, until=4.0, h=1e-2).scores["IAE"].value[:, 0]
+    np.testing.assert_allclose(values, (1 - np.exp(-4 * p[:, 0])) / p[:, 0], rtol=1e-6)
+
+
+def test_two_metrics_of_one_name_are_refused():
+    with pytest.raises(ValueError, match="distinct names"):
+        measured(decay(), (iae(), iae()), 0.01)
+
+
+def test_a_grid_that_is_no_multiple_of_the_step_is_refused():
+    with pytest.raises(ValueError, match=r"multiple of the step 0.003 s; got 0.01 s"):
+        measured(oscillator(), (total_variation(0.01),), 0.003)
+
+
+def test_overshoot_is_the_largest_excursion_as_a_share_of_its_jump():
+    # from 0 to 1 with 25 % beyond, then from 1 to -1 with 0.3 beyond a jump of 2: 15 %
+    q = ca.if_else(TIME < 1, 1.25 * ca.sin(np.pi * TIME), -1.3 * ca.sin(np.pi * (TIME - 1)))
+    score = measure(staircase(q, (1.0, -1.0), 1.0), (overshoot(),), until=2.0, h=1e-3).scores["overshoot"]
+    assert score.value[0, 0] == pytest.approx(25.0, abs=1e-3)
+
+
+def test_settling_time_is_the_longest_after_any_jump():
+    # e decays as exp(-10 t) after each jump: inside 2 % after ln(50) / 10 s
+    q = ca.if_else(TIME < 1, 1 - ca.exp(-10 * TIME), -1 + 2 * ca.exp(-10 * (TIME - 1)))
+    ode = staircase(q, (1.0, -1.0), 1.0)
+    score = measure(ode, (settling_time(),), until=2.0, h=1e-3).scores["settling time"]
+    assert score.value[0, 0] == pytest.approx(np.log(50) / 10, abs=1e-3)  # one step
+
+
+def test_what_does_not_settle_has_an_infinite_settling_time():
+    q = ca.sin(20 * TIME)
+    for levels in ((1.0,), (1.0, -1.0)):
+        ode = staircase(q, levels, 1.0)
+        score = measure(ode, (settling_time(),), until=2.0, h=1e-3).scores["settling time"]
+        assert np.isinf(score.value[0, 0])
+        assert score.error[0, 0] == 0

@@ -1,0 +1,38 @@
+"""One number per run and joint, accumulated inside the loop, with its error from a halved step."""
+
+from workbench.metrics.catalogue import (
+    effort,
+    energy,
+    iae,
+    ise,
+    itae,
+    observer_error,
+    overshoot,
+    peak_error,
+    peak_torque,
+    rmse,
+    settling_time,
+    total_variation,
+)
+from workbench.metrics.contract import AbstractMetric
+from workbench.metrics.measure import Measurement, Score, measure, measured
+
+__all__ = [
+    "AbstractMetric",
+    "Measurement",
+    "Score",
+    "effort",
+    "energy",
+    "iae",
+    "ise",
+    "itae",
+    "measure",
+    "measured",
+    "observer_error",
+    "overshoot",
+    "peak_error",
+    "peak_torque",
+    "rmse",
+    "settling_time",
+    "total_variation",
+]

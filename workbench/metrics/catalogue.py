@@ -1,0 +1,86 @@
+"""The metrics by the names they have in the field."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from workbench.core.layout import Array
+from workbench.metrics.integral import Integral
+from workbench.metrics.sampled import Peak, TotalVariation
+from workbench.metrics.step_response import Overshoot, SettlingTime
+
+
+def _whole(integral: Array, horizon: float) -> Array:
+    del horizon
+    return integral
+
+
+def _root_mean(integral: Array, horizon: float) -> Array:
+    return np.sqrt(np.maximum(integral, 0) / horizon)
+
+
+def rmse(signal: str = "e", unit: str = "rad", name: str = "RMSE") -> Integral:
+    """sqrt(1/T integral of e^2 dt): what (43) of the paper becomes as its samples grow dense."""
+    about = f"root mean square of {signal}"
+    return Integral(name, unit, about, lambda t, y: y[signal] ** 2, _root_mean)
+
+
+def iae() -> Integral:
+    """Integral of |e| dt."""
+    return Integral("IAE", "rad s", "integral of |e|", lambda t, y: ca.fabs(y["e"]), _whole)
+
+
+def ise() -> Integral:
+    """Integral of e^2 dt."""
+    return Integral("ISE", "rad^2 s", "integral of e^2", lambda t, y: y["e"] ** 2, _whole)
+
+
+def itae() -> Integral:
+    """Integral of t |e| dt."""
+    return Integral("ITAE", "rad s^2", "integral of t |e|", lambda t, y: t * ca.fabs(y["e"]), _whole)
+
+
+def effort() -> Integral:
+    """Root mean square of the torque that acts."""
+    about = "root mean square of the applied torque"
+    return Integral("effort", "N m", about, lambda t, y: y["tau_applied"] ** 2, _root_mean)
+
+
+def energy() -> Integral:
+    """Integral of |tau qd| dt: the mechanical energy moved either way, none of it recovered."""
+    about = "integral of |tau qd|, nothing recovered"
+    return Integral("energy", "J", about, lambda t, y: ca.fabs(y["tau_applied"] * y["qd"]), _whole)
+
+
+def observer_error(signal: str) -> Integral:
+    """Root mean square of an observer's error: `q_error`, `qd_error` or `d_error`."""
+    unit = {"q_error": "rad", "qd_error": "rad/s", "d_error": "N m"}[signal]
+    return rmse(signal, unit, f"RMS {signal}")
+
+
+def peak_error() -> Peak:
+    """Largest |e|."""
+    return Peak("peak error", "rad", "largest |e|", "e")
+
+
+def peak_torque() -> Peak:
+    """Largest |tau| that acts."""
+    return Peak("peak torque", "N m", "largest |tau| applied", "tau_applied")
+
+
+def total_variation(sample: float) -> TotalVariation:
+    """Total variation of the applied torque per second on a grid of `sample` s."""
+    about = f"total variation of the applied torque per second, sampled every {1000 * sample:g} ms"
+    return TotalVariation("TV", "N m/s", about, "tau_applied", sample)
+
+
+def overshoot() -> Overshoot:
+    """Largest excursion beyond the new level after a jump of the reference, in percent of the jump."""
+    return Overshoot("overshoot", "%", "largest excursion beyond a new level, in percent of the jump")
+
+
+def settling_time(band: float = 0.02) -> SettlingTime:
+    """Longest time after a jump of the reference until the error stays within `band` of the jump."""
+    about = f"longest time after a jump until the error stays within {100 * band:g} % of the jump"
+    return SettlingTime("settling time", "s", about, band)

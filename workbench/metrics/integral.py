@@ -1,0 +1,39 @@
+"""Metrics that are integrals over time, carried along by the integrator of the loop itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+
+from workbench.core import Layout
+from workbench.core.layout import Array
+from workbench.metrics.contract import AbstractMetric, Parts
+
+
+@dataclass(frozen=True)
+class Integral(AbstractMetric):
+    """finish(integral of g(t, y) dt, horizon)."""
+
+    g: Callable[[ca.SX, Parts], ca.SX]
+    finish: Callable[[Array, float], Array]
+
+    def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
+        """g."""
+        return self.g(t, y)
+
+    def memory(self, joints: int) -> Layout:
+        """None."""
+        del joints
+        return Layout()
+
+    def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
+        """Nothing to remember."""
+        del k, h, z, y
+        return {}
+
+    def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
+        """What `finish` makes of the integral."""
+        del z
+        return self.finish(integral, horizon)

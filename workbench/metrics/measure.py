@@ -1,0 +1,141 @@
+"""Run a loop twice, at a step and at half of it: metrics with their errors, and the limit on the step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Layout, Ode, Step, rk4, with_quadrature
+from workbench.core.layout import Array
+from workbench.metrics.contract import AbstractMetric
+from workbench.simulate import StepLimit, Trajectories, simulate, step_limit
+from workbench.simulate.batch import Progress
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """A metric of B runs, (B, k), and its error: the change from the step to half of it.
+
+    For a smooth loop the change is about 15 times the error of the value; where switching makes the
+    method first order, it is about the error itself. A run that diverged has NaN in both.
+    """
+
+    metric: AbstractMetric
+    value: Array
+    error: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """What a loop gave at the half step, with the change from the whole step, and the limit on the step.
+
+    `coarse_diverged_at` (B,) tells of runs that diverged at the whole step; the limit is that of the
+    whole step's trajectories, one a run.
+    """
+
+    trajectories: Trajectories
+    scores: Mapping[str, Score]
+    limits: tuple[StepLimit, ...]
+    coarse_diverged_at: Array
+
+    @property
+    def h(self) -> float:
+        """The step at which the values were taken, in s."""
+        return self.trajectories.step.h
+
+
+def measured(ode: Ode, metrics: Sequence[AbstractMetric], h: float) -> Step:
+    """The step of `ode` with every metric accumulated beside it."""
+    names = [metric.name for metric in metrics]
+    if len(set(names)) < len(names):
+        raise ValueError(f"`measured(metrics=...)` needs distinct names; got {names}.")
+    y = ode.outputs.view(ode.output)
+    integrands = {
+        f"integral of {m.name}": ca.densify(g) for m in metrics if (g := m.integrand(ode.t, y)) is not None
+    }
+    step = rk4(with_quadrature(ode, integrands), h)
+    extra = _memories(metrics, ode.outputs["e"].size)
+    if not extra.size:
+        return step
+    symbols = extra.symbols()
+    z, y = extra.view(symbols), step.outputs.view(step.output)
+    updates = {
+        f"{m.name}.{name}": ca.densify(part)
+        for m in metrics
+        for name, part in m.update(step.k, h, _below(z, m), y).items()
+    }
+    return step.extended(extra, symbols, extra.flatten(updates))
+
+
+def measure(
+    ode: Ode,
+    metrics: Sequence[AbstractMetric],
+    p: Array | None = None,
+    x0: Array | None = None,
+    *,
+    until: float,
+    h: float,
+    every: float | None = None,
+    progress: Progress | None = None,
+) -> Measurement:
+    """Simulate `ode` at the step h and at h / 2 and score both.
+
+    Parameters
+    ----------
+    p, x0
+        (B, np) and (B, nx) rows as `ode.parameters.pack` and `ode.states.pack` make them.
+    until, h, every
+        Horizon, step and distance of the kept states, in s.
+    """
+    fine, coarse = measured(ode, metrics, h / 2), measured(ode, metrics, h)
+    share = progress or (lambda done: None)
+    start = None if x0 is None else _extended(x0, fine)
+    b = simulate(coarse, p, start, until=until, every=every or h, progress=lambda d: share(d / 3))
+    a = simulate(fine, p, start, until=until, every=every or h, progress=lambda d: share((1 + 2 * d) / 3))
+    values, rough = final_values(a, metrics), final_values(b, metrics)
+    scores = {
+        m.name: Score(m, values[m.name], _difference(values[m.name], rough[m.name])) for m in metrics
+    }
+    limits = tuple(step_limit(b, run) for run in range(len(b)))
+    return Measurement(a, scores, limits, b.diverged_at)
+
+
+def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric]) -> dict[str, Array]:
+    """Each metric of each run, (B, k), with the last look taken at the horizon; NaN for a diverged run."""
+    step, horizon = runs.step, float(runs.t[-1])
+    x = step.states.unpack(runs.x[:, -1])
+    # the memory was last updated one step before the horizon: look once more
+    looked = np.array(step.F.map(len(runs))(np.full((1, len(runs)), round(horizon / step.h)), runs.x[:, -1].T, runs.p.T)).T
+    z = step.states.unpack(looked)
+    values = {}
+    for m in metrics:
+        integral = x.get(f"integral of {m.name}", np.zeros((len(runs), 0)))
+        memory = {name.removeprefix(f"{m.name}."): part for name, part in z.items() if name.startswith(f"{m.name}.")}
+        value = m.value(integral, memory, horizon)
+        values[m.name] = np.where(runs.diverged[:, np.newaxis], np.nan, value)
+    return values
+
+
+def _memories(metrics: Sequence[AbstractMetric], joints: int) -> Layout:
+    return sum((m.memory(joints).prefixed(f"{m.name}.") for m in metrics), Layout())
+
+
+def _below(z: Mapping[str, ca.SX], metric: AbstractMetric) -> dict[str, ca.SX]:
+    prefix = f"{metric.name}."
+    return {name.removeprefix(prefix): part for name, part in z.items() if name.startswith(prefix)}
+
+
+def _extended(x0: Array, step: Step) -> Array:
+    """Initial states of the loop with those of the metrics behind them."""
+    rows = np.atleast_2d(x0)
+    rest = step.states.default[rows.shape[1] :]
+    return np.hstack([rows, np.tile(rest, (len(rows), 1))])
+
+
+def _difference(fine: Array, coarse: Array) -> Array:
+    """|fine - coarse|, where two infinite values agree."""
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isinf(fine) & np.isinf(coarse), 0.0, np.abs(fine - coarse))

@@ -1,0 +1,77 @@
+"""Metrics that look at the loop once a step: peaks and total variation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Entry, Layout
+from workbench.core.layout import Array
+from workbench.metrics.contract import AbstractMetric, Parts
+
+
+@dataclass(frozen=True)
+class Peak(AbstractMetric):
+    """The largest absolute value of an output over all steps."""
+
+    signal: str
+
+    def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
+        """None."""
+        del t, y
+
+    def memory(self, joints: int) -> Layout:
+        """The largest so far."""
+        return Layout((Entry("peak", np.zeros(joints)),))
+
+    def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
+        """The larger of what was and what is."""
+        del k, h
+        return {"peak": ca.fmax(z["peak"], ca.fabs(y[self.signal]))}
+
+    def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
+        """The largest."""
+        del integral, horizon
+        return z["peak"]
+
+
+@dataclass(frozen=True)
+class TotalVariation(AbstractMetric):
+    """The sum of |u(t_j) - u(t_(j-1))| over a grid of `sample` seconds, per second: a measure of chattering.
+
+    It depends on the grid, which is why the grid is part of the metric and not of the step.
+    """
+
+    signal: str
+    sample: float
+
+    def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
+        """None."""
+        del t, y
+
+    def memory(self, joints: int) -> Layout:
+        """The sum so far and the last sample."""
+        return Layout((Entry("sum", np.zeros(joints)), Entry("last", np.zeros(joints))))
+
+    def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
+        """On the grid the change since the last sample is added."""
+        every = round(self.sample / h)
+        if every < 1 or abs(self.sample / h - every) > 1e-6 * every:
+            raise ValueError(
+                f"`TotalVariation(sample=...)` must be a multiple of the step {h:g} s; got {self.sample:g} s."
+            )
+        u = y[self.signal]
+        on_grid, first = ca.fmod(k, every) == 0, k == 0
+        change = ca.if_else(first, 0, ca.fabs(u - z["last"]))
+        return {
+            "sum": z["sum"] + ca.if_else(on_grid, change, 0),
+            "last": ca.if_else(on_grid, u, z["last"]),
+        }
+
+    def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
+        """The sum per second."""
+        del integral
+        return z["sum"] / horizon

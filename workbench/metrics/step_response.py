@@ -1,0 +1,91 @@
+"""Metrics of what follows a jump of a piecewise constant reference; the start counts as a jump from q(0)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Entry, Layout
+from workbench.core.layout import Array
+from workbench.metrics.contract import AbstractMetric, Parts
+
+
+NEVER = 1e30  # in the loop's arithmetic, where 0 times infinity would be NaN
+
+
+def jump(k: ca.SX, z: Parts, y: Parts) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Whether the reference has just jumped, and the level from which and to which it did."""
+    q_ref, first = y["q_ref"], k == 0
+    jumped = ca.logic_or(first, q_ref != z["level"])
+    origin = ca.if_else(first, y["q"], ca.if_else(jumped, z["level"], z["origin"]))
+    return jumped, origin, q_ref
+
+
+@dataclass(frozen=True)
+class Overshoot(AbstractMetric):
+    """The largest excursion beyond the new level after a jump, as a share of the jump."""
+
+    def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
+        """None."""
+        del t, y
+
+    def memory(self, joints: int) -> Layout:
+        """The levels of the last jump and the largest excursion so far."""
+        return Layout(tuple(Entry(name, np.zeros(joints)) for name in ("level", "origin", "excess")))
+
+    def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
+        """The larger of what was and what is."""
+        del h
+        _, origin, level = jump(k, z, y)
+        height = level - origin
+        beyond = ca.if_else(height == 0, 0, (y["q"] - level) / ca.if_else(height == 0, 1, height))
+        return {"level": level, "origin": origin, "excess": ca.fmax(z["excess"], beyond)}
+
+    def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
+        """In percent."""
+        del integral, horizon
+        return 100 * z["excess"]
+
+
+@dataclass(frozen=True)
+class SettlingTime(AbstractMetric):
+    """The longest time after a jump until the error stays within `band` times the jump; infinite if it never does."""
+
+    band: float
+
+    def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
+        """None."""
+        del t, y
+
+    def memory(self, joints: int) -> Layout:
+        """The levels and time of the last jump, when the error was last outside, and the longest so far."""
+        names = ("level", "origin", "since", "outside", "longest")
+        return Layout(tuple(Entry(name, np.zeros(joints)) for name in names))
+
+    def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
+        """At a jump the time that the last one took is closed; unsettled means infinite."""
+        jumped, origin, level = jump(k, z, y)
+        took = z["outside"] - z["since"]
+        unsettled = z["outside"] >= (k - 1) * h
+        closed = ca.if_else(k == 0, 0, ca.if_else(unsettled, NEVER, took))
+        since = ca.if_else(jumped, k * h, z["since"])
+        height = ca.fabs(level - origin)
+        out = ca.logic_and(height > 0, ca.fabs(y["q"] - level) > self.band * height)
+        return {
+            "level": level,
+            "origin": origin,
+            "since": since,
+            "outside": ca.if_else(out, k * h, ca.fmax(z["outside"], since)),
+            "longest": ca.if_else(jumped, ca.fmax(z["longest"], closed), z["longest"]),
+        }
+
+    def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
+        """The longest over all jumps, the last one included."""
+        del integral
+        # outside at the last look, which is at the horizon: the last jump was not settled
+        last = np.where(z["outside"] >= horizon * (1 - 1e-12), np.inf, z["outside"] - z["since"])
+        longest = np.maximum(z["longest"], last)
+        return np.where(longest >= NEVER, np.inf, longest)
