@@ -21,7 +21,7 @@ class Sines(AbstractReference):
     @property
     def dof(self) -> int:
         """The number of joints."""
-        return int(np.shape(self.amplitude)[0])
+        return int(self.amplitude.shape[0])
 
     def at(self, t: ca.SX) -> Motion:
         """The sines and their exact derivatives."""
@@ -44,7 +44,7 @@ class SquareWave(AbstractReference):
     @property
     def dof(self) -> int:
         """The number of joints."""
-        return int(np.shape(self.amplitude)[0])
+        return int(self.amplitude.shape[0])
 
     def at(self, t: ca.SX) -> Motion:
         """The wave at t, and zeros for its derivatives."""
@@ -68,7 +68,7 @@ class SmoothSquareWave(AbstractReference):
     @property
     def dof(self) -> int:
         """The number of joints."""
-        return int(np.shape(self.amplitude)[0])
+        return int(self.amplitude.shape[0])
 
     def at(self, t: ca.SX) -> Motion:
         """The wave at t with its derivatives, taken by CasADi."""
@@ -89,7 +89,7 @@ class Hold(AbstractReference):
     @property
     def dof(self) -> int:
         """The number of joints."""
-        return int(np.shape(self.position)[0])
+        return int(self.position.shape[0])
 
     def at(self, t: ca.SX) -> Motion:
         """The position, at rest."""
@@ -109,7 +109,7 @@ class SineTorque(AbstractDisturbance):
     @property
     def dof(self) -> int:
         """The number of joints."""
-        return int(np.shape(self.amplitude)[0])
+        return int(self.amplitude.shape[0])
 
     def at(self, t: ca.SX) -> ca.SX:
         """The sines."""

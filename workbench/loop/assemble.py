@@ -18,6 +18,7 @@ UNITS = {
     "q_ref": "rad",
     "qd_ref": "rad/s",
     "e": "rad",
+    "e_hat": "rad",
     "ed": "rad/s",
     "tau": "N m",
     "tau_applied": "N m",
@@ -56,7 +57,7 @@ class ClosedLoop:
         """The closed loop as x' = f(t, x, p), every parameter a symbol keyed by its path.
 
         The outputs are the motion (q, qd), the wanted one (q_ref, qd_ref), the tracking error
-        e = q - q_ref and its rate ed, the torque commanded (tau) and applied (tau_applied), the
+        e = q - q_ref and its rate ed, the error e_hat that the observer sees, the torque commanded (tau) and applied (tau_applied), the
         disturbance d, the observer's errors (q_error, qd_error, d_error: true minus estimated), and
         the controller's own signals.
         """
@@ -83,6 +84,7 @@ class ClosedLoop:
             "q_ref": ref.q,
             "qd_ref": ref.qd,
             "e": y.q - ref.q,
+            "e_hat": est.q - ref.q,
             "ed": y.qd - ref.qd,
             "tau": tau,
             "tau_applied": loop.plant.applied(z["plant"], tau),

@@ -85,7 +85,10 @@ class SettlingTime(AbstractMetric):
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
         """The longest over all jumps, the last one included."""
         del integral
+        end = horizon * (1 - 1e-12)
         # outside at the last look, which is at the horizon: the last jump was not settled
-        last = np.where(z["outside"] >= horizon * (1 - 1e-12), np.inf, z["outside"] - z["since"])
+        last = np.where(z["outside"] >= end, np.inf, z["outside"] - z["since"])
+        # a jump at the horizon itself has had no time at all, and does not count
+        last = np.where(z["since"] >= end, 0.0, last)
         longest = np.maximum(z["longest"], last)
         return np.where(longest >= NEVER, np.inf, longest)

@@ -120,6 +120,9 @@ def _march(step: Step, z: Array, stride: int, kept: int, progress: Progress | No
         z = out[:, :, -1]
         parts.append(out[1 : 1 + nx].transpose(1, 2, 0))
         done += size
+        if not np.isfinite(z).all(axis=0).any():  # nothing is left to simulate
+            parts.append(np.full((runs, kept - done, nx), np.nan))
+            done = kept
         if progress is not None:
             progress(done / kept)
     return np.concatenate(parts, axis=1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,7 +54,7 @@ class Trajectories:
         known = (*self.step.states.names, *self.step.outputs.names)
         raise LookupError(f"There is no '{name}' among the states and outputs: {', '.join(known)}.")
 
-    @property
+    @cached_property
     def _outputs(self) -> dict[str, Array]:
         n = len(self.t)
         k = np.round(self.t / self.step.h)[np.newaxis]

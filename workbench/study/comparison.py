@@ -1,0 +1,147 @@
+"""Laws side by side: tables of metrics, and a paper's rankings held against ours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from workbench.study.document import Cell, Column, Diverged, Emphasis, Measured, Table
+from workbench.study.study import Outcome
+
+
+def side_by_side(
+    name: str, caption: str, outcomes: Sequence[Outcome], metrics: Sequence[str], joint: int, notes: Sequence[str] = ()
+) -> Table:
+    """One row a law, one column a metric, for one joint; the smallest value that is smallest beyond its error in bold.
+
+    Where a metric does not exist in a case the cell is empty.
+    """
+    units = {m: outcomes[0].measurement.scores[m].metric.unit for m in metrics}
+    best = {m: _best(outcomes, m, joint) for m in metrics}
+    rows = tuple(
+        (o.case.law, *(_cell(o, m, joint, bold=best[m] is o) for m in metrics)) for o in outcomes
+    )
+    remarks = tuple(f"{o.case.law}: {note}." for o in outcomes for note in o.notes)
+    columns = (Column("law"), *(Column(m, unit=units[m], align="right") for m in metrics))
+    return Table(name, caption, columns, rows, (*notes, *remarks))
+
+
+def _cell(outcome: Outcome, metric: str, joint: int, *, bold: bool) -> Cell:
+    if outcome.diverged_at is not None:
+        return Diverged(outcome.diverged_at)
+    value, error = outcome.score(metric, joint)
+    if value == float("inf"):
+        return "never"
+    if value != value or error != error or error == float("inf"):
+        return "no error estimate"
+    return Emphasis(Measured(value, error)) if bold else Measured(value, error)
+
+
+def _best(outcomes: Sequence[Outcome], metric: str, joint: int) -> Outcome | None:
+    """The outcome that is smaller than every other by more than both errors; None if there is none."""
+    finite = [o for o in outcomes if o.diverged_at is None and o.score(metric, joint)[0] < float("inf")]
+    for a in finite:
+        if all(a is b or order(a.score(metric, joint), b.score(metric, joint)) == "below" for b in finite):
+            return a
+    return None
+
+
+def order(a: tuple[float, float], b: tuple[float, float]) -> str:
+    """Whether value a lies "below" or "above" value b, or is "undecided" within the sum of both errors."""
+    gap, error = b[0] - a[0], a[1] + b[1]
+    if not abs(gap) > error:
+        return "undecided"
+    return "below" if gap > 0 else "above"
+
+
+@dataclass(frozen=True)
+class Published:
+    """One column of a published table: a law's name to its printed value, for one metric and joint."""
+
+    where: str
+    metric: str
+    joint: int
+    values: Mapping[str, float]
+    digits: int
+
+
+def against_published(name: str, caption: str, published: Published, outcomes: Mapping[str, Outcome]) -> Table:
+    """Printed / ours / difference, one row a law."""
+    rows: list[tuple[Cell, ...]] = []
+    for law, printed in published.values.items():
+        outcome = outcomes[law]
+        if outcome.diverged_at is not None:
+            rows.append((law, f"{printed:.{published.digits}f}", Diverged(outcome.diverged_at), None, None))
+            continue
+        value, error = outcome.score(published.metric, published.joint)
+        rows.append(
+            (
+                law,
+                f"{printed:.{published.digits}f}",
+                Measured(value, error),
+                f"{value - printed:+.{published.digits}f}",
+                f"{100 * (value - printed) / printed:+.1f}",
+            )
+        )
+    columns = (
+        Column("law"),
+        Column("printed", "rad", "right"),
+        Column("ours", "rad", "right"),
+        Column("difference", "rad", "right"),
+        Column("difference", "%", "right"),
+    )
+    return Table(name, caption, columns, tuple(rows))
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """How one published ranking of laws fares here: pairs that hold, that are turned round, that stay open."""
+
+    published: Published
+    holds: tuple[tuple[str, str], ...]
+    fails: tuple[tuple[str, str], ...]
+    undecided: tuple[tuple[str, str], ...]
+    printed_order: tuple[str, ...]
+    our_order: tuple[str, ...]
+
+    def sentence(self, winner: str) -> str:
+        """In plain words, with the pairs that concern `winner` named."""
+        pairs = len(self.holds) + len(self.fails) + len(self.undecided)
+        lost = [b for a, b in self.fails if a == winner]
+        against = f" {winner} is printed below {_listed(lost)}, and is above here." if lost else (
+            f" Each printed advantage of {winner} that is decided holds here."
+        )
+        return (
+            f"{self.published.where}: of {pairs} printed pairs {len(self.holds)} hold, "
+            f"{len(self.fails)} are turned round, {len(self.undecided)} are within the error.{against}"
+        )
+
+
+def ranking(published: Published, outcomes: Mapping[str, Outcome]) -> Ranking:
+    """Each pair of laws in its printed order, judged by our values and their errors."""
+    scores = {law: _score(outcomes[law], published) for law in published.values}
+    laws = sorted(published.values, key=lambda law: published.values[law])
+    judged: dict[str, list[tuple[str, str]]] = {"below": [], "above": [], "undecided": []}
+    for a, b in combinations(laws, 2):
+        judged[order(scores[a], scores[b])].append((a, b))
+    ours = sorted(laws, key=lambda law: scores[law][0])
+    return Ranking(
+        published,
+        tuple(judged["below"]),
+        tuple(judged["above"]),
+        tuple(judged["undecided"]),
+        tuple(laws),
+        tuple(ours),
+    )
+
+
+def _score(outcome: Outcome, published: Published) -> tuple[float, float]:
+    """A diverged run is worse than any other."""
+    if outcome.diverged_at is not None:
+        return float("inf"), 0.0
+    return outcome.score(published.metric, published.joint)
+
+
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -1,0 +1,111 @@
+"""Where each number comes from: stated by a paper, derived from it, or assumed by us."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from workbench.core.layout import nearest
+from workbench.study.document import Column, Table
+
+Mark = Literal["stated", "derived", "assumed"]
+
+
+@dataclass(frozen=True, eq=False)
+class Given:
+    """A number or a named choice with its origin.
+
+    Attributes
+    ----------
+    source
+        Where it stands (section or equation), what it follows from, or why it is assumed.
+    low, high
+        The range within which an assumed number could as well lie.
+    """
+
+    name: str
+    value: Any
+    unit: str
+    mark: Mark
+    source: str
+    low: float | None = None
+    high: float | None = None
+
+    def __post_init__(self) -> None:
+        if not self.source:
+            raise ValueError(f"`Given({self.name!r}, source=...)` must say where the number comes from.")
+        ranged = self.low is not None and self.high is not None
+        if self.mark == "assumed" and not isinstance(self.value, str) and not ranged:
+            raise ValueError(
+                f"`Given({self.name!r})` is assumed, so it needs the range `low` to `high` it could lie in."
+            )
+
+
+def stated(name: str, value: Any, unit: str, where: str) -> Given:
+    """A number that the paper prints, with section or equation."""
+    return Given(name, value, unit, "stated", where)
+
+
+def derived(name: str, value: Any, unit: str, how: str) -> Given:
+    """A number that follows from stated ones."""
+    return Given(name, value, unit, "derived", how)
+
+
+def assumed(name: str, value: Any, unit: str, why: str, low: float | None = None, high: float | None = None) -> Given:
+    """A number or choice that the paper does not state, with the reason and the range it could lie in."""
+    return Given(name, value, unit, "assumed", why, low, high)
+
+
+@dataclass(frozen=True, eq=False)
+class Card:
+    """All numbers of a paper, each once: `card["phi"]` is the value."""
+
+    entries: tuple[Given, ...]
+
+    def __post_init__(self) -> None:
+        names = [given.name for given in self.entries]
+        if twice := {name for name in names if names.count(name) > 1}:
+            raise ValueError(f"`Card(...)` holds each number once; {sorted(twice)} came more than once.")
+
+    def __iter__(self) -> Iterator[Given]:
+        return iter(self.entries)
+
+    def __getitem__(self, name: str) -> Any:
+        for given in self.entries:
+            if given.name == name:
+                return given.value
+        raise LookupError(f"There is no '{name}' on this card.{nearest(name, [g.name for g in self.entries])}")
+
+    def table(self, name: str, caption: str) -> Table:
+        """The provenance table of a report."""
+        columns = (
+            Column("quantity"),
+            Column("value", align="right"),
+            Column("unit"),
+            Column("origin"),
+            Column("could lie in"),
+            Column("where, or why"),
+        )
+        rows = tuple(
+            (g.name, written(g.value), g.unit or "1", g.mark, _range(g), g.source) for g in self.entries
+        )
+        return Table(name, caption, columns, rows)
+
+
+def written(value: Any) -> str:
+    """A value as a person writes it down: diag(6, 6), (0.5, 0.4), 0.01."""
+    if isinstance(value, str):
+        return value
+    array = np.asarray(value, dtype=float)
+    if array.ndim == 2 and np.array_equal(array, np.diag(np.diag(array))):
+        return f"diag({', '.join(f'{v:g}' for v in np.diag(array))})"
+    if array.ndim == 1:
+        return f"({', '.join(f'{v:.6g}' for v in array)})"
+    return f"{float(array):.6g}" if array.ndim == 0 else str(array.tolist())
+
+
+def _range(given: Given) -> str:
+    return "" if given.low is None or given.high is None else f"{given.low:g} to {given.high:g}"

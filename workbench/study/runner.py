@@ -1,0 +1,69 @@
+"""Run the cases of a study, several at once, and gather their outcomes."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from threading import Lock
+
+from workbench.metrics import measure
+from workbench.study.study import Case, Outcome, Results, Study
+
+Progress = Callable[[float], None]
+
+
+def run(study: Study, progress: Progress | None = None, workers: int | None = None) -> Results:
+    """Every case of the study, in its order. CasADi gives up the interpreter's lock, so threads serve.
+
+    Parameters
+    ----------
+    progress
+        Called from any thread with the share of all steps that is done.
+    workers
+        How many cases at once; as many as there are cores if not given.
+    """
+    tally = _Tally(study.cases, progress)
+    longest_first = sorted(range(len(study.cases)), key=lambda i: -_work(study.cases[i]))
+    pool = ThreadPoolExecutor(workers or os.cpu_count() or 1)
+    try:
+        futures = {i: pool.submit(_outcome, study.cases[i], tally.of(i)) for i in longest_first}
+        return Results(tuple(futures[i].result() for i in range(len(study.cases))))
+    finally:
+        tally.stopped = True
+        pool.shutdown(cancel_futures=True)
+
+
+def _work(case: Case) -> float:
+    return case.until / case.h
+
+
+def _outcome(case: Case, progress: Progress) -> Outcome:
+    ode = case.loop.ode(case.name)
+    measurement = measure(ode, case.metrics, until=case.until, h=case.h, every=case.every, progress=progress)
+    return Outcome(case, ode, measurement)
+
+
+class _Tally:
+    """Adds up the shares of cases that run side by side, and stops them all when one of them failed."""
+
+    def __init__(self, cases: tuple[Case, ...], progress: Progress | None) -> None:
+        total = sum(map(_work, cases)) or 1.0
+        self.weights = [_work(case) / total for case in cases]
+        self.shares = [0.0] * len(cases)
+        self.progress = progress
+        self.stopped = False
+        self.lock = Lock()
+
+    def of(self, i: int) -> Progress:
+        """Where case i tells its share."""
+
+        def tell(share: float) -> None:
+            if self.stopped:
+                raise RuntimeError("the study was stopped")
+            with self.lock:
+                self.shares[i] = share
+                if self.progress is not None:
+                    self.progress(sum(w * s for w, s in zip(self.weights, self.shares, strict=True)))
+
+        return tell

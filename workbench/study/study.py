@@ -1,0 +1,149 @@
+"""A study: a question, the runs that answer it, and how their results read."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from workbench.core import Ode
+from workbench.core.layout import Array, nearest
+from workbench.metrics import AbstractMetric, Measurement
+from workbench.study.document import Section
+
+
+class Loop(Protocol):
+    """Anything that can say its equations."""
+
+    def ode(self, name: str = ...) -> Ode:
+        """The loop as x' = f(t, x, p)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One closed loop to be run: a law in a scenario.
+
+    Attributes
+    ----------
+    scenario, law
+        Together the name of the case.
+    h, until, every
+        Step, horizon and distance of the kept states, in s; values are taken at h / 2.
+    style
+        Which line of the figures belongs to the law.
+    remark
+        What a reader must know of this case, beside its name.
+    """
+
+    scenario: str
+    law: str
+    loop: Loop
+    metrics: tuple[AbstractMetric, ...]
+    h: float
+    until: float
+    every: float
+    style: int = 0
+    remark: str = ""
+
+    def __post_init__(self) -> None:
+        for name in ("h", "until", "every"):
+            value = getattr(self, name)
+            if not isinstance(value, int | float) or not 0 < value < float("inf"):
+                raise ValueError(f"`Case({name}=...)` must be a positive, finite number of seconds; got {value!r}.")
+
+    @property
+    def name(self) -> str:
+        """Scenario and law."""
+        return f"{self.scenario}: {self.law}"
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """A case that was run: its equations and what was measured."""
+
+    case: Case
+    ode: Ode
+    measurement: Measurement
+
+    @property
+    def diverged_at(self) -> float | None:
+        """When the run diverged, in s."""
+        at = self.measurement.trajectories.diverged_at[0]
+        return float(at) if at == at else None
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What must stand beside the name of the law: truth used, step beyond its limit."""
+        limit = self.measurement.limits[0]
+        beyond = (f"step {limit.h:g} s beyond the stability limit {limit.limit:.3g} s",)
+        remark = (self.case.remark,) if self.case.remark else ()
+        return remark + self.ode.notes + (() if limit.holds else beyond)
+
+    def score(self, metric: str, joint: int) -> tuple[float, float]:
+        """The value and error of a metric at one joint."""
+        known = self.measurement.scores
+        if metric not in known:
+            raise LookupError(f"There is no metric '{metric}' in '{self.case.name}'.{nearest(metric, known)}")
+        score = known[metric]
+        return float(score.value[0, joint]), float(score.error[0, joint])
+
+    def signal(self, name: str, joint: int) -> Array:
+        """One output or state over the kept times, (N,)."""
+        values = self.measurement.trajectories[name][0]
+        return values.reshape(len(values), -1)[:, joint]
+
+    @property
+    def t(self) -> Array:
+        """The kept times, (N,), in s."""
+        return self.measurement.trajectories.t
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """The outcomes of a study, by scenario and law."""
+
+    outcomes: tuple[Outcome, ...] = ()
+
+    def __getitem__(self, key: tuple[str, str]) -> Outcome:
+        for outcome in self.outcomes:
+            if (outcome.case.scenario, outcome.case.law) == key:
+                return outcome
+        names = [outcome.case.name for outcome in self.outcomes]
+        raise LookupError(f"There is no case '{key[0]}: {key[1]}'.{nearest(f'{key[0]}: {key[1]}', names)}")
+
+    def scenario(self, name: str) -> tuple[Outcome, ...]:
+        """The outcomes of one scenario in the order they were declared."""
+        return tuple(outcome for outcome in self.outcomes if outcome.case.scenario == name)
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """A question, the cases that answer it, and the sections that say how.
+
+    Attributes
+    ----------
+    name
+        Lower-case letters, digits and underscores: it becomes the report's folder.
+    sections, headlines
+        What the report says of the results, and the findings that the command line prints, one a line.
+    """
+
+    name: str
+    title: str
+    question: str
+    method: str
+    sections: Callable[[Results], Sequence[Section]]
+    headlines: Callable[[Results], Sequence[str]] = field(default=lambda results: ())
+    cases: tuple[Case, ...] = ()
+    fingerprints: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str) or not re.fullmatch(r"[a-z0-9_]{1,80}", self.name):
+            raise ValueError(
+                "`Study(name=...)` becomes a folder, so it is made of lower-case letters, digits and "
+                f"underscores only; got {self.name!r}."
+            )
+        names = [case.name for case in self.cases]
+        if twice := {name for name in names if names.count(name) > 1}:
+            raise ValueError(f"`Study(cases=...)` needs distinct cases; {sorted(twice)} came more than once.")
