@@ -1,0 +1,26 @@
+"""Control laws, one a file."""
+
+from workbench.controllers.adaptation import AbstractAdaptation, DeadZone, Leakage, Plain
+from workbench.controllers.adaptive_sliding_mode import AdaptiveSlidingMode
+from workbench.controllers.aosmc_rgs import AosmcRgs
+from workbench.controllers.fuzzy import RuleBase
+from workbench.controllers.fuzzy_asmc import FuzzyAsmc
+from workbench.controllers.pid import PID
+from workbench.controllers.rbf_asmc import RbfAsmc
+from workbench.controllers.sliding_mode import SlidingMode
+from workbench.controllers.super_twisting import SuperTwisting
+
+__all__ = [
+    "PID",
+    "AbstractAdaptation",
+    "AdaptiveSlidingMode",
+    "AosmcRgs",
+    "DeadZone",
+    "FuzzyAsmc",
+    "Leakage",
+    "Plain",
+    "RbfAsmc",
+    "RuleBase",
+    "SlidingMode",
+    "SuperTwisting",
+]

@@ -1,0 +1,89 @@
+"""Adaptive sliding mode: a switching gain that learns its own size."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from workbench.controllers.adaptation import AbstractAdaptation, Plain
+from workbench.controllers.checks import gains_that_start_at
+from workbench.controllers.switching import SATURATIONS, matrices, saturation, sliding
+from workbench.core import AbstractArm, Layout, block, initial, option, parameter
+from workbench.core.block import Scalar, Vector
+from workbench.loop.contracts import AbstractController
+from workbench.loop.ports import Estimate, Motion, Parts
+
+
+@block
+class AdaptiveSlidingMode(AbstractController):
+    """Computed torque on a sliding surface, with a switching gain that learns its own size:
+
+        s    = ed + Lambda e,                   e = q - q_ref
+        tau  = M qdd_r + C qd_r + G - K o sat(s / phi)
+        K_i' = gamma |s_i|                      (`adaptation`: Plain, DeadZone or Leakage)
+
+    where o multiplies joint by joint, qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and
+    M, C, G are those of `model`: the arm as the designer believes it to be, not the arm that is
+    simulated.
+
+    With sign for sat and |D_i| <= K_i*, V = s^T M s / 2 + sum (K_i - K_i*)^2 / (2 gamma) does not
+    grow in the plain form. In a boundary layer the plain gain grows without end; its robust forms
+    give that up for an error that no longer tends to zero.
+
+    Parameters
+    ----------
+    Lambda
+        (n,), the rate at which the error decays on the surface, one a joint.
+    K
+        (n,), K(0).
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its bounds or has the wrong shape, or K(0) has a negative entry.
+
+    References
+    ----------
+    Slotine and Li (1991), Applied Nonlinear Control, chapter 9 (s and qd_r for manipulators).
+    Plestan, Shtessel, Bregeault and Poznyak (2010), New methodologies for adaptive sliding mode
+    control, International Journal of Control 83(9) (gains that grow with |s|, and their drift).
+    """
+
+    model: AbstractArm
+    Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
+    phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
+    gamma: Scalar = parameter(unit="N m/rad", low=0, strict=True, symbol="gamma")
+    K: Vector = initial(unit="N m", shape=("n",), symbol="K")
+    adaptation: AbstractAdaptation = Plain()
+    saturation: str = option(SATURATIONS, default="clip")
+
+    def __post_init__(self) -> None:
+        gains_that_start_at("AdaptiveSlidingMode", self.K)
+        self.adaptation.check(self.dof)
+
+    @property
+    def dof(self) -> int:
+        """The number of joints of the model."""
+        return self.model.dof
+
+    @property
+    def memory(self) -> Layout:
+        """The gains."""
+        return Layout((gains_that_start_at("AdaptiveSlidingMode", self.K),))
+
+    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+        """The law as it stands above."""
+        del t
+        M, C, G = matrices(self.model, est)
+        _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
+        return M @ qdd_r + C @ qd_r + G - z["K"] * saturation(s, self.phi, self.saturation)
+
+    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """K' by the chosen form of adaptation."""
+        del t
+        s = sliding(est, ref, self.Lambda).s
+        return {"K": self.adaptation.rate(self.gamma * ca.fabs(s), s, z["K"])}
+
+    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """The sliding variable s."""
+        del z
+        return {"s": sliding(est, ref, self.Lambda).s}

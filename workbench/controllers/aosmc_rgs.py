@@ -1,0 +1,161 @@
+"""AOSMC-RGS: the paper's law, as printed and in each of its readings."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from workbench.controllers.checks import symmetric
+from workbench.controllers.switching import SATURATIONS, matrices, saturation, sliding
+from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
+from workbench.core.block import Matrix, Scalar, Vector
+from workbench.loop.contracts import AbstractController
+from workbench.loop.ports import Estimate, Motion, Parts
+
+VELOCITIES = {
+    "printed": "(28) as printed: qdd_d and qd_d, which leaves Lambda e2 uncancelled in (30)",
+    "reference": "qdd_r = qdd_d - Lambda e2 and qd_r = qd_d - Lambda e1: M s' + C s = tau_sw + D_hat - D",
+}
+SIGNS = {
+    "printed": "(33) as printed, with a minus",
+    "raised": "(33) with a plus: the gain grows with the error",
+}
+SHAPES = {
+    "outer": "the matrix (P s) sign(s)^T; jumps where a component of s changes sign",
+    "elementwise": "diag((P s) o sign(s)); jumps where a component of s changes sign",
+    "diagonal": "P diag(|s|); continuous",
+    "norm": "P times the sum of |s_i|; continuous",
+}
+RICCATIS = {
+    "forward": "(34) as printed, integrated forward from P(0): a forward-propagating Riccati equation",
+    "frozen": "P' = 0: P stays P(0), to see what (34) is worth",
+}
+
+
+@block
+class AosmcRgs(AbstractController):
+    """Adaptive observer-based sliding mode control with Riccati gain synthesis, equations (25) to (34):
+
+        e1  = q_hat - q_d,   e2 = qd_hat - qd_d,   s = e2 + Lambda e1                    (25), (26)
+        tau = tau_eq + tau_sw                                                                 (27)
+        tau_eq = M qdd_d + C qd_d + G + D_hat                                                 (28)
+        tau_sw = -K sat(s / phi)                                                              (29)
+        A = -M^-1 K,   B = Lambda                                                             (31)
+        K' = -P s sign(s)                                                                     (33)
+        P' = A^T P + P A - P B R^-1 B^T P + Q                                                 (34)
+
+    with M, C, G of `model` at the estimates q_hat, qd_hat. Each slip of the print is a named option,
+    whose first choice is the print. (33) has no consistent shape: `gain_shape` names its readings.
+    The sign of (33) multiplies P s, so K' jumps with sign(s) in "outer" and "elementwise"; in
+    "diagonal" and "norm" it is continuous, with a corner. A symmetric K stays so in "elementwise"
+    and "norm" only. P stays symmetric and positive definite from such a P(0).
+
+    (34) run forward is not the minimiser of (32), which runs backward from the horizon; A has lost
+    the 1 / phi of sat(s / phi) = s / phi, so its unit is not 1/s; and nothing keeps K positive definite,
+    which (29) asks for.
+
+    Parameters
+    ----------
+    Lambda
+        (n,), the diagonal of Lambda.
+    K, P
+        (n, n), K(0) and P(0).
+    Q, R
+        (n, n), the weights of (32), in the units that (34) gives them. Riccati "forward" needs
+        both; "frozen" has no use for them and takes neither.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its bounds or has the wrong shape; if Q or P(0) is not symmetric and
+        positive semidefinite, or R not symmetric and positive definite; if Q, R do not suit `riccati`.
+
+    References
+    ----------
+    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain
+    synthesis for robotic manipulators, section 3.3 and 3.4.
+    """
+
+    model: AbstractArm
+    Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
+    phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
+    K: Matrix = initial(unit="N m", shape=("n", "n"), symbol="K")
+    P: Matrix = initial(unit="N m/rad", shape=("n", "n"), symbol="P")
+    Q: Matrix | None = parameter(default=None, unit="N m/(rad s)", shape=("n", "n"), symbol="Q")
+    R: Matrix | None = parameter(default=None, unit="N m/(rad s)", shape=("n", "n"), symbol="R")
+    velocity: str = option(VELOCITIES, default="printed")
+    gain_sign: str = option(SIGNS, default="printed")
+    gain_shape: str = option(SHAPES, default="outer")
+    riccati: str = option(RICCATIS, default="forward")
+    saturation: str = option(SATURATIONS, default="clip")
+
+    def __post_init__(self) -> None:
+        symmetric("AosmcRgs(P=...)", self.P, "only from such a start does (34) keep P positive", definite=False)
+        if self.riccati == "frozen":
+            if self.Q is not None or self.R is not None:
+                raise ValueError(
+                    "`AosmcRgs(riccati='frozen')` sets P' = 0, where Q and R have no effect: leave both out."
+                )
+            return
+        if self.Q is None or self.R is None:
+            raise ValueError(
+                "`AosmcRgs(riccati='forward')` integrates (34), which needs both weights Q and R; got "
+                f"Q = {self.Q} and R = {self.R}."
+            )
+        symmetric("AosmcRgs(Q=...)", self.Q, "(32) weighs s^T Q s", definite=False)
+        symmetric("AosmcRgs(R=...)", self.R, "(34) divides by it", definite=True)
+
+    @property
+    def dof(self) -> int:
+        """The number of joints of the model."""
+        return self.model.dof
+
+    @property
+    def memory(self) -> Layout:
+        """The gain K and the Riccati matrix P, each (n, n)."""
+        return Layout((Entry("K", self.K, "N m", symbol="K"), Entry("P", self.P, "N m/rad", symbol="P")))
+
+    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+        """(27) to (29)."""
+        del t
+        M, C, G = matrices(self.model, est)
+        _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
+        if self.velocity == "printed":
+            qd_r, qdd_r = ref.qd, ref.qdd
+        tau_eq = M @ qdd_r + C @ qd_r + G + est.d
+        tau_sw = -z["K"] @ saturation(s, self.phi, self.saturation)
+        return tau_eq + tau_sw
+
+    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """(33) and (34)."""
+        del t
+        s = sliding(est, ref, self.Lambda).s
+        growth = self._growth(z["P"], s)
+        return {"K": growth if self.gain_sign == "raised" else -growth, "P": self._riccati(z, est)}
+
+    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """The sliding variable s."""
+        del z
+        return {"s": sliding(est, ref, self.Lambda).s}
+
+    def _growth(self, P: ca.SX, s: ca.SX) -> ca.SX:
+        """P s sign(s) of (33), (n, n), in the chosen reading."""
+        match self.gain_shape:
+            case "outer":
+                return (P @ s) @ ca.sign(s).T
+            case "elementwise":
+                return ca.diag((P @ s) * ca.sign(s))
+            case "diagonal":
+                return P @ ca.diag(ca.fabs(s))
+            case _:
+                return P * ca.sum1(ca.fabs(s))
+
+    def _riccati(self, z: Parts, est: Estimate) -> ca.SX:
+        """P' of (34), (n, n)."""
+        if self.riccati == "frozen":
+            return ca.SX.zeros(self.dof, self.dof)
+        K, P, B = z["K"], z["P"], ca.diag(self.Lambda)
+        Q: Matrix = self.Q
+        R: Matrix = self.R
+        A = -ca.solve(self.model.mass_matrix(est.q), K)
+        rate: ca.SX = A.T @ P + P @ A - P @ B @ ca.solve(R, B.T @ P) + Q
+        return rate

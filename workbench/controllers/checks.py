@@ -1,0 +1,32 @@
+"""What the laws ask of the numbers they are given, beyond bounds and shapes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from workbench.core import Entry
+from workbench.core.layout import Array, Bounds
+
+# How far rounding may take a matrix from symmetry, or an eigenvalue below zero: in units of its size.
+ROUNDING = 1e-12
+
+
+def gains_that_start_at(law: str, K: Array) -> Entry:
+    """The memory entry of switching gains K (n,), refused where one of them starts below zero."""
+    if np.any(K < 0):
+        raise ValueError(
+            f"`{law}(K=...)` must not be negative: K_i sat(s_i / phi) with K_i < 0 drives s_i away from "
+            f"zero. Got {np.array2string(K, separator=', ')}."
+        )
+    return Entry("K", K, "N m", Bounds(low=0), "K")
+
+
+def symmetric(call: str, X: Array, why: str, definite: bool) -> None:
+    """Refuse X (n, n) unless it is symmetric and positive definite (or semidefinite), and say why."""
+    size = float(np.abs(X).max(initial=0.0))
+    word = "definite" if definite else "semidefinite"
+    if np.abs(X - X.T).max(initial=0.0) > ROUNDING * size:
+        raise ValueError(f"`{call}` must be symmetric: {why}. Got {np.array2string(X, separator=', ')}.")
+    smallest = float(np.linalg.eigvalsh(X).min())
+    if smallest <= 0 if definite else smallest < -ROUNDING * size:
+        raise ValueError(f"`{call}` must be positive {word}: {why}. Its smallest eigenvalue is {smallest:.3g}.")

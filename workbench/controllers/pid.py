@@ -1,0 +1,76 @@
+"""PID: three gains a joint, with or without the weight of the arm."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import AbstractArm, Entry, Layout, block, parameter
+from workbench.core.block import Vector
+from workbench.loop.contracts import AbstractController
+from workbench.loop.ports import Estimate, Motion, Parts
+
+
+@block
+class PID(AbstractController):
+    """Proportional, integral and derivative action on each joint by itself:
+
+        tau = -(Kp e + Ki z + Kd ed),      z' = e,  z(0) = 0,      e = q - q_ref,
+
+    and, where a `model` is given, tau + G(q): the gravity of the arm as the designer believes it to be.
+
+    The integral is not limited: where a drive saturates it winds up.
+
+    Parameters
+    ----------
+    Kp, Ki, Kd
+        (n,), one gain a joint.
+
+    Raises
+    ------
+    ValueError
+        If a gain is negative or not finite, or the model has another number of joints.
+
+    References
+    ----------
+    Siciliano, Sciavicco, Villani and Oriolo (2009), Robotics: Modelling, Planning and Control, chapter 8.
+    """
+
+    Kp: Vector = parameter(unit="N m/rad", low=0, shape=("n",), symbol="K_p")
+    Ki: Vector = parameter(unit="N m/(rad s)", low=0, shape=("n",), symbol="K_i")
+    Kd: Vector = parameter(unit="N m s/rad", low=0, shape=("n",), symbol="K_d")
+    model: AbstractArm | None = None
+
+    def __post_init__(self) -> None:
+        if self.model is not None and self.model.dof != self.dof:
+            raise ValueError(
+                f"`PID(model=...)` must have one joint for each gain, as G(q) is added to tau: "
+                f"got a model of {self.model.dof} joints and {self.dof} gains."
+            )
+
+    @property
+    def dof(self) -> int:
+        """The number of joints: one for each gain in Kp."""
+        return int(self.Kp.shape[0])
+
+    @property
+    def memory(self) -> Layout:
+        """The integral of the error."""
+        return Layout((Entry("integral", np.zeros(self.dof), "rad s", symbol="z"),))
+
+    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+        """Feedback, and the weight of the model if there is one."""
+        del t
+        e, ed = est.q - ref.q, est.qd - ref.qd
+        tau: ca.SX = -(self.Kp * e + self.Ki * z["integral"] + self.Kd * ed)
+        return tau if self.model is None else tau + self.model.gravity_vector(est.q)
+
+    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """The integral grows by e."""
+        del t, z
+        return {"integral": est.q - ref.q}
+
+    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """Nothing that the loop does not show already."""
+        del z, est, ref
+        return {}

@@ -1,0 +1,121 @@
+"""Adaptive sliding mode with a network of Gaussians that learns what the model does not know."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from workbench.controllers.adaptation import AbstractAdaptation, Plain
+from workbench.controllers.checks import gains_that_start_at
+from workbench.controllers.switching import SATURATIONS, matrices, saturation, sliding
+from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
+from workbench.core.block import Matrix, Scalar, Vector
+from workbench.loop.contracts import AbstractController
+from workbench.loop.ports import Estimate, Motion, Parts
+
+
+@block
+class RbfAsmc(AbstractController):
+    """Adaptive sliding mode with a Gaussian network for the torque that the model leaves out:
+
+        s    = ed + Lambda e,                        e = q - q_ref
+        tau  = M qdd_r + C qd_r + G + W^T h(x) - K o sat(s / phi)
+        W'   = -Gamma h(x) s^T - sigma W,            W(0) = 0
+        K_i' = gamma |s_i|                           (`adaptation`: Plain, DeadZone or Leakage)
+        h_j(x) = exp(-sum_i ((x_i - c_ji) / b_i)^2 / 2),    x = (e, ed)
+
+    where o multiplies joint by joint, qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and
+    M, C, G are those of `model`: the arm as the designer believes it to be.
+
+    The signs: with f the torque that the true arm and D need beyond the model's along qd_r, the true
+    M s' + C s = W^T h - f - K o sat. Let f = W*^T h + eps, E = W - W* and
+    V = s^T M s / 2 + tr(E^T E) / (2 Gamma). Then V' holds s^T E^T h from the arm and tr(E^T W') / Gamma
+    from the network: they cancel for W' = -Gamma h s^T. What is left, eps, is for K. The leak sigma
+    keeps W bounded where eps and the layer keep s from vanishing. What of f depends on more than
+    e and ed (on time, say) is in eps.
+
+    The paper names this rival and prints none of its numbers.
+
+    Parameters
+    ----------
+    Lambda
+        (n,), the rate at which the error decays on the surface, one a joint.
+    centres, widths
+        (m, 2n) and (2n,), in rad for the first n columns (e), in rad/s for the others (ed).
+    Gamma, sigma
+        How fast the network learns, and how fast it forgets.
+    K
+        (n,), K(0).
+
+    Raises
+    ------
+    ValueError
+        If a number is out of its bounds or has the wrong shape, K(0) has a negative entry, or the
+        centres do not lie in the space of (e, ed).
+
+    References
+    ----------
+    Lewis, Jagannathan and Yesildirek (1999), Neural Network Control of Robot Manipulators and
+    Nonlinear Systems (weights tuned by h s^T with leakage).
+    """
+
+    model: AbstractArm
+    Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
+    phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
+    gamma: Scalar = parameter(unit="N m/rad", low=0, strict=True, symbol="gamma")
+    Gamma: Scalar = parameter(unit="N m/rad", low=0, strict=True, symbol="Gamma")
+    sigma: Scalar = parameter(unit="1/s", low=0, symbol="sigma")
+    centres: Matrix = parameter(unit="rad, rad/s", shape=("m", "k"), symbol="c")
+    widths: Vector = parameter(unit="rad, rad/s", low=0, strict=True, shape=("k",), symbol="b")
+    K: Vector = initial(unit="N m", shape=("n",), symbol="K")
+    adaptation: AbstractAdaptation = Plain()
+    saturation: str = option(SATURATIONS, default="clip")
+
+    def __post_init__(self) -> None:
+        gains_that_start_at("RbfAsmc", self.K)
+        self.adaptation.check(self.dof)
+        nodes, inputs = np.shape(self.centres)
+        if inputs != 2 * self.dof or nodes == 0:
+            raise ValueError(
+                f"`RbfAsmc(centres=...)` must have shape (m, {2 * self.dof}) with m >= 1: each row is "
+                f"a point (e, ed) of the {self.dof} joints. Got {np.shape(self.centres)}."
+            )
+
+    @property
+    def dof(self) -> int:
+        """The number of joints of the model."""
+        return self.model.dof
+
+    @property
+    def memory(self) -> Layout:
+        """The gains and the weights of the network."""
+        W = Entry("W", np.zeros((np.shape(self.centres)[0], self.dof)), "N m", symbol="W")
+        return Layout((gains_that_start_at("RbfAsmc", self.K), W))
+
+    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+        """The law as it stands above."""
+        del t
+        M, C, G = matrices(self.model, est)
+        e, ed, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
+        learned = z["W"].T @ self._h(e, ed)
+        return M @ qdd_r + C @ qd_r + G + learned - z["K"] * saturation(s, self.phi, self.saturation)
+
+    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """K' by the chosen form of adaptation; W' with its leak."""
+        del t
+        e, ed, s, _, _ = sliding(est, ref, self.Lambda)
+        return {
+            "K": self.adaptation.rate(self.gamma * ca.fabs(s), s, z["K"]),
+            "W": -self.Gamma * self._h(e, ed) @ s.T - self.sigma * z["W"],
+        }
+
+    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """The sliding variable s, and the torque that the network has learned: W^T h(x)."""
+        e, ed, s, _, _ = sliding(est, ref, self.Lambda)
+        return {"s": s, "learned": z["W"].T @ self._h(e, ed)}
+
+    def _h(self, e: ca.SX, ed: ca.SX) -> ca.SX:
+        x = ca.vertcat(e, ed)
+        nodes = range(self.centres.shape[0])
+        far: list[ca.SX] = [ca.sumsqr((x - self.centres[j, :].T) / self.widths) for j in nodes]
+        return ca.exp(-ca.vertcat(*far) / 2)

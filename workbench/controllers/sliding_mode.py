@@ -1,0 +1,79 @@
+"""Sliding mode: computed torque on a sliding surface, with a switching gain of fixed size."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from workbench.controllers.switching import SATURATIONS, matrices, saturation, sliding
+from workbench.core import AbstractArm, Layout, block, option, parameter
+from workbench.core.block import Scalar, Vector
+from workbench.loop.contracts import AbstractController
+from workbench.loop.ports import Estimate, Motion, Parts
+
+
+@block
+class SlidingMode(AbstractController):
+    """Computed torque on a sliding surface, and a switching torque that outweighs the unknown:
+
+        s   = ed + Lambda e,                    e = q - q_ref
+        tau = M qdd_r + C qd_r + G - K sat(s / phi)
+
+    where qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and M, C, G are those of `model`: the
+    arm as the designer believes it to be, not the arm that is simulated.
+
+    With the right model M s' + C s = -K sat(s / phi) - D. Where K_i > |D_i|, V = s^T M s / 2
+    falls while every joint is outside its layer |s_i| <= phi; within, s_i comes to rest where
+    K_i sat(s_i / phi) balances D_i. While |s_i| <= phi, |e_i| falls to phi / Lambda_i at most: the price
+    of a torque that does not chatter.
+
+    Parameters
+    ----------
+    Lambda, K
+        (n,), one a joint: the rate at which the error decays on the surface, and the switching torque.
+    phi
+        The width of the boundary layer.
+
+    Raises
+    ------
+    ValueError
+        If Lambda or phi is not positive, K is negative, or an array has not one number a joint.
+
+    References
+    ----------
+    Slotine and Li (1991), Applied Nonlinear Control, chapters 7 (sliding control and the boundary
+    layer) and 9 (s and qd_r for manipulators).
+    """
+
+    model: AbstractArm
+    Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
+    K: Vector = parameter(unit="N m", low=0, shape=("n",), symbol="K")
+    phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
+    saturation: str = option(SATURATIONS, default="clip")
+
+    @property
+    def dof(self) -> int:
+        """The number of joints of the model."""
+        return self.model.dof
+
+    @property
+    def memory(self) -> Layout:
+        """None."""
+        return Layout()
+
+    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+        """The law as it stands above."""
+        del t, z
+        M, C, G = matrices(self.model, est)
+        _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
+        tau: ca.SX = M @ qdd_r + C @ qd_r + G - self.K * saturation(s, self.phi, self.saturation)
+        return tau
+
+    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """Nothing to remember."""
+        del t, z, est, ref
+        return {}
+
+    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """The sliding variable s."""
+        del z
+        return {"s": sliding(est, ref, self.Lambda).s}
