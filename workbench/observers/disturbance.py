@@ -1,0 +1,104 @@
+"""Observers of the disturbance, and how one of them joins an observer of the state."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import casadi as ca
+
+from workbench.core import Layout, block
+from workbench.loop.contracts import AbstractObserver
+from workbench.loop.ports import Estimate, Measurement, Parts
+
+STATE, DISTURBANCE = "state.", "disturbance."
+
+
+class AbstractDisturbanceObserver(ABC):
+    """From measurements and an estimated state to an estimate of D in M qdd + C qd + G + D = tau."""
+
+    @property
+    @abstractmethod
+    def dof(self) -> int:
+        """The number of joints n."""
+
+    @property
+    @abstractmethod
+    def uses_truth(self) -> bool:
+        """Whether it needs the true disturbance, which no instrument gives."""
+
+    @property
+    @abstractmethod
+    def memory(self) -> Layout:
+        """The observer's own states."""
+
+    @abstractmethod
+    def estimate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
+        """D_hat, (n, 1), in N m; of `est` the state is known so far and d is zero."""
+
+    @abstractmethod
+    def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
+        """The derivative of each state, when the torque `tau` is commanded; `est` holds D_hat."""
+
+
+@block
+class WithDisturbance(AbstractObserver):
+    """An observer of the state and one of the disturbance as one: first the state, then D_hat from it.
+
+    Both rates see the whole estimate. The true disturbance is handed only to the part that declares
+    to use it.
+
+    Raises
+    ------
+    ValueError
+        If the two are for different numbers of joints.
+    """
+
+    state: AbstractObserver
+    disturbance: AbstractDisturbanceObserver
+
+    def __post_init__(self) -> None:
+        if self.state.dof != self.disturbance.dof:
+            raise ValueError(
+                "`WithDisturbance(...)` needs two observers of the same joints; got a state of "
+                f"{self.state.dof} joints and a disturbance of {self.disturbance.dof}."
+            )
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+        return self.state.dof
+
+    @property
+    def uses_truth(self) -> bool:
+        """Whether either of them does."""
+        return self.state.uses_truth or self.disturbance.uses_truth
+
+    @property
+    def memory(self) -> Layout:
+        """The states of both, below `state.` and `disturbance.`."""
+        return self.state.memory.prefixed(STATE) + self.disturbance.memory.prefixed(DISTURBANCE)
+
+    def estimate(self, t: ca.SX, z: Parts, y: Measurement) -> Estimate:
+        """The estimated state, with D_hat."""
+        est = self.state.estimate(t, _below(STATE, z), _seen(y, self.state.uses_truth))
+        y_d = _seen(y, self.disturbance.uses_truth)
+        return est._replace(d=self.disturbance.estimate(t, _below(DISTURBANCE, z), y_d, est))
+
+    def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
+        """The rates of both."""
+        state = self.state.rate(t, _below(STATE, z), _seen(y, self.state.uses_truth), est, tau)
+        y_d = _seen(y, self.disturbance.uses_truth)
+        disturbance = self.disturbance.rate(t, _below(DISTURBANCE, z), y_d, est, tau)
+        return _above(STATE, state) | _above(DISTURBANCE, disturbance)
+
+
+def _above(prefix: str, parts: Parts) -> dict[str, ca.SX]:
+    return {f"{prefix}{name}": part for name, part in parts.items()}
+
+
+def _below(prefix: str, z: Parts) -> Parts:
+    return {name.removeprefix(prefix): part for name, part in z.items() if name.startswith(prefix)}
+
+
+def _seen(y: Measurement, uses_truth: bool) -> Measurement:
+    return y if uses_truth else y._replace(d=None)

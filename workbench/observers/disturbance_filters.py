@@ -1,0 +1,118 @@
+"""Filters of the true disturbance: the paper's (24) as printed, and its repair. No instrument feeds them."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Entry, Layout, block, parameter
+from workbench.core.block import Scalar
+from workbench.loop.ports import Estimate, Measurement, Parts
+from workbench.observers.checks import positive_count
+from workbench.observers.disturbance import AbstractDisturbanceObserver
+
+
+@block
+class PrintedFilter(AbstractDisturbanceObserver):
+    """The paper's disturbance observer as printed, equation (24):
+
+        eta' = -l (eta - D),    eta(0) = 0
+        D_hat = integral of eta from 0 to t
+
+    It needs the unknown D itself; and as eta follows D, D_hat follows the integral of D, not D.
+
+    Parameters
+    ----------
+    joints
+        How many there are.
+
+    References
+    ----------
+    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain
+    synthesis for robotic manipulators, section 3.2.
+    """
+
+    joints: int
+    l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
+
+    def __post_init__(self) -> None:
+        positive_count("PrintedFilter(joints=...)", self.joints)
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+        return self.joints
+
+    @property
+    def uses_truth(self) -> bool:
+        """Yes: D is what it filters."""
+        return True
+
+    @property
+    def memory(self) -> Layout:
+        """The filter's eta and its integral, in the units that (24) would have them."""
+        zero = np.zeros(self.joints)
+        return Layout((Entry("eta", zero, "N m", symbol="eta"), Entry("D_hat", zero, "N m s")))
+
+    def estimate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
+        """The integral of eta."""
+        del t, y, est
+        return z["D_hat"]
+
+    def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
+        """(24)."""
+        del t, est, tau
+        return {"eta": -self.l * (z["eta"] - _truth(y)), "D_hat": z["eta"]}
+
+
+@block
+class OracleFilter(AbstractDisturbanceObserver):
+    """The smallest repair of equation (24): the filter's state is the estimate,
+
+        D_hat' = -l (D_hat - D),    D_hat(0) = 0.
+
+    An oracle still: it is told the true D. What it is good for is to show what a perfect instrument
+    would be worth.
+
+    Parameters
+    ----------
+    joints
+        How many there are.
+    """
+
+    joints: int
+    l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
+
+    def __post_init__(self) -> None:
+        positive_count("OracleFilter(joints=...)", self.joints)
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+        return self.joints
+
+    @property
+    def uses_truth(self) -> bool:
+        """Yes: D is what it filters."""
+        return True
+
+    @property
+    def memory(self) -> Layout:
+        """The estimate."""
+        return Layout((Entry("D_hat", np.zeros(self.joints), "N m"),))
+
+    def estimate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
+        """The memory."""
+        del t, y, est
+        return z["D_hat"]
+
+    def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
+        """The filter."""
+        del t, est, tau
+        return {"D_hat": -self.l * (z["D_hat"] - _truth(y))}
+
+
+def _truth(y: Measurement) -> ca.SX:
+    if y.d is None:
+        raise ValueError("A filter of the true disturbance was built into a loop that hides it: `uses_truth` was lost.")
+    return y.d

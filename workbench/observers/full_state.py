@@ -1,0 +1,56 @@
+"""Full state: the instruments are believed."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from workbench.core import Layout, block
+from workbench.loop.contracts import AbstractObserver
+from workbench.loop.ports import Estimate, Measurement, Parts
+from workbench.observers.checks import positive_count
+
+
+@block
+class FullState(AbstractObserver):
+    """Positions and velocities as they are measured, and no disturbance: q_hat = q, qd_hat = qd, D_hat = 0.
+
+    Parameters
+    ----------
+    joints
+        How many there are.
+
+    Raises
+    ------
+    ValueError
+        If `joints` is not a positive whole number.
+    """
+
+    joints: int
+
+    def __post_init__(self) -> None:
+        positive_count("FullState(joints=...)", self.joints)
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+        return self.joints
+
+    @property
+    def uses_truth(self) -> bool:
+        """No: a velocity can be measured."""
+        return False
+
+    @property
+    def memory(self) -> Layout:
+        """None."""
+        return Layout()
+
+    def estimate(self, t: ca.SX, z: Parts, y: Measurement) -> Estimate:
+        """What the instruments say."""
+        del t, z
+        return Estimate(y.q, y.qd, ca.SX.zeros(self.dof))
+
+    def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
+        """Nothing to remember."""
+        del t, z, y, est, tau
+        return {}

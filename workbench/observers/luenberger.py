@@ -1,0 +1,82 @@
+"""The paper's state observer: a copy of the arm, corrected by the measured positions."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
+from workbench.core.block import Matrix, Vector
+from workbench.loop.contracts import AbstractObserver
+from workbench.loop.ports import Estimate, Measurement, Parts
+
+
+@block
+class Luenberger(AbstractObserver):
+    """A nonlinear observer of Luenberger's structure, fed by positions only, equation (10) of the paper:
+
+        q_hat'  = qd_hat + L1 (q - q_hat)
+        qd_hat' = M^-1(q_hat) (tau - C(q_hat, qd_hat) qd_hat - G(q_hat)) + L2 (q - q_hat)
+
+    with M, C, G of `model`: the arm as the designer believes it to be. As printed it knows of no
+    disturbance and settles at a biased state where one acts; "compensated" has tau - D_hat in place
+    of tau, which takes an observer of the disturbance beside this one (`WithDisturbance`) and is
+    as printed without one, where D_hat = 0.
+
+    The paper's theorem 1 claims global exponential convergence for any positive definite L1, L2. Its proof
+    has no negative term in the velocity error, and the claim fails; so nothing is asked of L1, L2 here.
+
+    Parameters
+    ----------
+    L1, L2
+        (n, n).
+    q_hat, qd_hat
+        (n,), the estimates at time 0.
+
+    References
+    ----------
+    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain
+    synthesis for robotic manipulators, section 3.1.
+    """
+
+    model: AbstractArm
+    L1: Matrix = parameter(unit="1/s", shape=("n", "n"), symbol="L_1")
+    L2: Matrix = parameter(unit="1/s^2", shape=("n", "n"), symbol="L_2")
+    q_hat: Vector = initial(unit="rad", shape=("n",))
+    qd_hat: Vector = initial(default=0.0, unit="rad/s", shape=("n",))
+    disturbance: str = option(
+        {
+            "ignored": "(10) as printed: the observer knows of no disturbance",
+            "compensated": "tau - D_hat in place of tau",
+        },
+        default="ignored",
+    )
+
+    @property
+    def dof(self) -> int:
+        """The number of joints of the model."""
+        return self.model.dof
+
+    @property
+    def uses_truth(self) -> bool:
+        """No: it sees positions."""
+        return False
+
+    @property
+    def memory(self) -> Layout:
+        """The estimated positions and velocities."""
+        return Layout((Entry("q_hat", self.q_hat, "rad"), Entry("qd_hat", self.qd_hat, "rad/s")))
+
+    def estimate(self, t: ca.SX, z: Parts, y: Measurement) -> Estimate:
+        """The memory, and no disturbance."""
+        del t, y
+        return Estimate(z["q_hat"], z["qd_hat"], ca.SX.zeros(self.dof))
+
+    def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
+        """(10), with what is known of the disturbance in `est`."""
+        del t
+        q_hat, qd_hat = z["q_hat"], z["qd_hat"]
+        torque = tau - est.d if self.disturbance == "compensated" else tau
+        return {
+            "q_hat": qd_hat + self.L1 @ (y.q - q_hat),
+            "qd_hat": self.model.acceleration(q_hat, qd_hat, torque) + self.L2 @ (y.q - q_hat),
+        }
