@@ -1,0 +1,175 @@
+"""The structure that proofs of robot control lean on."""
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+from arms import printed_arm, random_arm
+
+from workbench.core import Dynamics
+from workbench.robots import named, paper_arm
+from workbench.verify.properties import eigenvalues_along, positive_definite, skew, symmetric
+from workbench.verify.spectrum import eigenvalues, most_change
+
+PAPER = Dynamics.of(printed_arm()())
+DERIVED = Dynamics.of(paper_arm())
+
+
+@pytest.mark.parametrize("joints", [1, 2, 3, 4])
+def test_m_dot_minus_two_c_of_a_derived_arm_is_proved_skew(joints):
+    verdict = skew(Dynamics.of(named(f"planar-{joints}r")))
+    assert verdict.kind == "proved"
+    assert verdict.witness is None
+
+
+@pytest.mark.parametrize("joints", [1, 2, 3, 4])
+def test_m_of_a_derived_arm_is_proved_symmetric(joints):
+    assert symmetric(Dynamics.of(named(f"planar-{joints}r"))).kind == "proved"
+
+
+def test_the_printed_c_is_refuted_with_a_state_and_its_residual():
+    verdict = skew(PAPER)
+    assert verdict.kind == "refuted"
+    assert str(verdict.witness) == "q = (0.5, 1), qd = (1, -1), nominal parameters"
+    # by hand: N12 + N21 = 2 M12' - 2 (C12 + C21), with M12' = C21 = sin 1 and C12 = 1 + cos 1
+    np.testing.assert_allclose(verdict.residual, -2 * (1 + np.cos(1.0)) * np.array([[0, 1], [1, 0]]), rtol=1e-14)
+
+
+def test_the_repaired_c_is_proved_skew():
+    assert skew(Dynamics.of(printed_arm()(coriolis="repaired"))).kind == "proved"
+
+
+def test_another_factorisation_of_the_same_torque_need_not_be_skew():
+    d, swap = DERIVED, ca.SX(DERIVED.C)
+    swap[0, 0] += d.qd[1]
+    swap[0, 1] -= d.qd[0]
+    assert skew(replace(d, C=swap)).kind == "refuted"
+
+
+def test_an_unsymmetric_m_is_refuted():
+    M = ca.SX(DERIVED.M)
+    M[0, 1] += ca.sin(DERIVED.q[0])
+    verdict = symmetric(replace(DERIVED, M=M))
+    assert verdict.kind == "refuted"
+    np.testing.assert_allclose(verdict.residual, np.sin(0.5) * np.array([[0, 1], [-1, 0]]), rtol=1e-14)
+
+
+def test_a_fault_that_hides_at_nominal_parameters_is_refuted_at_others():
+    d, C = DERIVED, ca.SX(DERIVED.C)
+    C[0, 1] += d.symbols[0] - d.symbols[2]  # m1 - m2, which are equal in the paper
+    verdict = skew(replace(d, C=C))
+    assert verdict.kind == "refuted"
+    assert verdict.witness.changed
+
+
+def test_what_the_normal_form_cannot_hold_is_said_to_be_open():
+    d, C = DERIVED, ca.SX(DERIVED.C)
+    C[0, 1] += ca.exp(2 * ca.log(d.symbols[1])) - d.symbols[1] ** 2  # zero, but of no trigonometric polynomial
+    verdict = skew(replace(d, C=C))
+    assert verdict.kind == "not refuted"
+    assert "400 samples" in verdict.evidence
+
+
+def test_the_extreme_eigenvalues_of_the_paper_arm_are_those_of_the_stretched_arm():
+    verdict = positive_definite(DERIVED)
+    # M(q2 = 0) = [[5, 2], [2, 1]] has 3 -+ 2 sqrt 2; the eigenvalue itself carries a rounding of alpha2
+    assert verdict.alpha1 == pytest.approx(3 - np.sqrt(8), abs=1e-14)
+    assert verdict.alpha2 == pytest.approx(3 + np.sqrt(8), abs=1e-14)
+    assert verdict.q_least[1] == verdict.q_greatest[1] == 0.0
+    assert verdict.kind == "proved"
+    assert "over q2 in [-3.142, 3.142], and none below 0.171" in verdict.evidence
+
+
+def test_between_the_points_of_the_grid_the_slope_of_m_holds_its_eigenvalues():
+    # the entries of M have slopes up to 2, 1, 1, 0 in q2: a matrix of norm 1 + sqrt 2, over half a cell of the grid
+    verdict, cell = positive_definite(DERIVED), 2 * np.pi / 20_000
+    low, high = verdict.beyond
+    assert low == pytest.approx(verdict.alpha1 - (1 + np.sqrt(2)) * cell / 2, abs=1e-12)
+    assert high == pytest.approx(verdict.alpha2 + (1 + np.sqrt(2)) * cell / 2, abs=1e-12)
+
+
+def test_a_grid_too_coarse_for_a_proof_leaves_it_open():
+    verdict = positive_definite(Dynamics.of(named("planar-4r")))
+    assert verdict.kind == "not refuted"
+    assert verdict.beyond[0] < 0 < verdict.alpha1
+    assert f"not refuted in {verdict.samples} samples" in verdict.evidence
+
+
+def test_a_mass_matrix_of_no_known_slope_leaves_it_open():
+    M = ca.SX(DERIVED.M)
+    M[0, 0] += ca.tanh(DERIVED.q[1]) ** 2
+    verdict = positive_definite(replace(DERIVED, M=M))
+    assert verdict.kind == "not refuted"
+    assert verdict.beyond == (None, None)
+
+
+@pytest.mark.parametrize("joints", [2, 3, 4])
+def test_no_eigenvalue_changes_by_more_than_the_bound(joints):
+    d, rng = Dynamics.of(random_arm(joints, np.random.default_rng(joints))), np.random.default_rng(9)
+    reach = rng.uniform(0.0, 0.3, joints)
+    q = rng.uniform(-np.pi, np.pi, (2000, joints))
+    moved = eigenvalues(d, q + rng.uniform(-1, 1, q.shape) * reach)
+    change = np.abs(moved - eigenvalues(d, q)).max()
+    assert 0 < change <= most_change(d, reach)
+
+
+def test_refinement_finds_an_extreme_between_the_points_of_the_grid():
+    arm = random_arm(3, np.random.default_rng(2))
+    d = Dynamics.of(arm)
+    verdict = positive_definite(d)
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (100_000, 3))
+    seen = eigenvalues(d, q)
+    assert verdict.alpha1 <= seen.min()
+    assert verdict.alpha2 >= seen.max()
+    assert all(0 < moved < 0.01 for moved in verdict.refined)
+
+
+def test_extremes_are_sought_in_the_box_that_is_asked_for():
+    low, high = np.array([-1.0, 0.5]), np.array([1.0, 1.5])
+    verdict = positive_definite(DERIVED, low, high)
+    assert verdict.q_least[1] == verdict.q_greatest[1] == 0.5
+    assert "over q2 in [0.5, 1.5]" in verdict.evidence
+    np.testing.assert_allclose(verdict.alpha1, eigenvalues(DERIVED, np.array([[0.0, 0.5]]))[0, 0], rtol=1e-14)
+
+
+def test_an_arm_of_one_joint_needs_one_sample_of_each_kind():
+    verdict = positive_definite(Dynamics.of(named("planar-1r")))
+    assert (verdict.alpha1, verdict.alpha2, verdict.samples) == (1 / 3, 1 / 3, 2)
+    assert "M depends on no joint" in verdict.evidence
+
+
+def test_a_mass_matrix_that_is_not_positive_definite_somewhere_is_refuted_with_the_place():
+    M = ca.SX(DERIVED.M)
+    M[1, 1] = 0.5 * DERIVED.symbols[2]
+    broken = replace(DERIVED, M=M)
+    verdict = positive_definite(broken)
+    assert verdict.kind == "refuted"
+    assert np.linalg.eigvalsh(broken.matrices(verdict.witness.q, verdict.witness.qd)[0])[0] == verdict.alpha1 < 0
+
+
+def test_the_eigenvalues_over_one_joint_are_those_of_its_matrices():
+    angles = np.linspace(-np.pi, np.pi, 7)
+    along = eigenvalues_along(DERIVED, 2, angles)
+    for angle, pair in zip(angles, along, strict=True):
+        M = [[3 + 2 * np.cos(angle), 1 + np.cos(angle)], [1 + np.cos(angle), 1]]
+        np.testing.assert_allclose(pair, np.linalg.eigvalsh(M), rtol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "says"),
+    [
+        (lambda: positive_definite(DERIVED, 1.0, -1.0), ValueError, "finite low < high; got 1.0 and -1.0"),
+        (lambda: positive_definite(DERIVED, -np.inf, 1.0), ValueError, "finite low < high"),
+        (lambda: eigenvalues_along(DERIVED, 0, np.zeros(1)), LookupError, "joints from 1 to 2; got 0"),
+        (lambda: eigenvalues_along(DERIVED, 3, np.zeros(1)), LookupError, "got 3"),
+        (
+            lambda: positive_definite(replace(DERIVED, M=DERIVED.M / ca.sin(DERIVED.q[1]))),
+            ValueError,
+            "finite numbers; it is not so at q =",
+        ),
+    ],
+)
+def test_what_cannot_be_judged_is_refused(call, error, says):
+    with pytest.raises(error, match=says):
+        call()

@@ -1,0 +1,121 @@
+"""Witnesses: states at which anyone can see that a claim about an arm fails.
+
+The search is deterministic and takes round numbers, the plainest first, so that a witness can be
+replayed in one line. A misprint may hide at the nominal parameters (lengths that are all 1 m, say),
+so the search goes on with other parameters once the nominal ones show nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Dynamics
+from workbench.core.layout import Array
+
+STATES = 200
+# A difference counts from this share of the largest term it is made of: the first is one that a reader
+# sees at once, the second is far above rounding (1e-15 a term) and far below any misprint.
+PLAIN, FAINT = 1e-3, 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Witness:
+    """A state (q, qd) of an arm with its parameters p (np,), in words and as a line of Python.
+
+    `changed` holds the parameters that are not nominal.
+    """
+
+    q: Array
+    qd: Array
+    p: Array
+    changed: dict[str, float] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        """The state as one reads it aloud."""
+        numbers = ", ".join(f"{name} = {value:g}" for name, value in self.changed.items())
+        return f"q = {_tuple(self.q)}, qd = {_tuple(self.qd)}, {numbers or 'nominal parameters'}"
+
+    @property
+    def replay(self) -> str:
+        """The line of Python that gives M, C and G at this state, for any `dynamics` in question."""
+        p = f", dynamics.p.pack({self.changed})[0]" if self.changed else ""
+        return f"M, C, G = dynamics.matrices({_tuple(self.q)}, {_tuple(self.qd)}{p})"
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """What a search found: the first witness with the values there, or none in so many samples.
+
+    `values` holds the sought expression at the witness, (k,); `samples` counts the states at which
+    all expressions were finite.
+    """
+
+    witness: Witness | None
+    values: Array
+    samples: int
+
+
+def candidates(dynamics: Dynamics) -> list[Witness]:
+    """States in the order of the search: at nominal parameters first, then at varied ones."""
+    n = dynamics.dof
+    plain = np.concatenate([0.5 * np.arange(1, n + 1), (-1.0) ** np.arange(n)])
+    spread = np.round((_sequence(STATES - 1, 2 * n) - 0.5) * np.repeat([6.0, 4.0], n), 1)
+    states = np.vstack([plain, spread])
+    nominal = [Witness(x[:n], x[n:], dynamics.p.default) for x in states]
+    varied = [_varied(dynamics, x, u) for x, u in zip(states, _sequence(STATES, dynamics.p.size), strict=True)]
+    return nominal + varied if dynamics.p.size else nominal
+
+
+def search(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Search:
+    """The first candidate at which `expression` (k, 1) is plainly not zero, measured by the size of `terms`.
+
+    Parameters
+    ----------
+    terms
+        What the expression is a sum of, any shape: its largest value over all candidates is the
+        scale against which a rounding error is told from a difference.
+    """
+    states = candidates(dynamics)
+    inputs = [dynamics.q, dynamics.qd, dynamics.symbols]
+    function = ca.Function("sought", inputs, [ca.vec(ca.densify(expression)), ca.vec(ca.densify(terms))])
+    columns = [np.stack([getattr(s, name) for s in states], axis=1) for name in ("q", "qd", "p")]
+    values, sizes = (np.array(part).T for part in function(*columns))
+    finite = np.isfinite(values).all(axis=1) & np.isfinite(sizes).all(axis=1)
+    scale = np.abs(sizes[finite]).max(initial=0.0)
+    largest = np.where(finite, np.abs(np.where(finite[:, None], values, 0)).max(axis=1, initial=0.0), 0.0)
+    for threshold in (PLAIN, FAINT):
+        if (found := np.flatnonzero(largest > threshold * scale)).size:
+            return Search(states[found[0]], values[found[0]], int(finite.sum()))
+    return Search(None, np.zeros(0), int(finite.sum()))
+
+
+def _varied(dynamics: Dynamics, x: Array, u: Array) -> Witness:
+    """The state x with each parameter at a round multiple (0.5 to 2) of its nominal value, where bounds allow it."""
+    nominal = dynamics.p.default
+    wanted = np.round(np.where(nominal == 0, 1.0, nominal) * np.round(0.5 + 1.5 * u, 1), 12)
+    changed: dict[str, float] = {}
+    for entry in dynamics.p.entries:
+        for label, i in zip(entry.labels(), dynamics.p.indices(entry.name), strict=True):
+            if wanted[i] != nominal[i] and entry.bounds.allow(wanted[i]):
+                changed[label] = float(wanted[i])
+    n = dynamics.dof
+    return Witness(x[:n], x[n:], dynamics.p.pack(changed)[0], changed)
+
+
+def _sequence(count: int, dimensions: int) -> Array:
+    """Points (count, dimensions) spread evenly over the unit cube (the R sequence of M. Roberts, 2018)."""
+    if dimensions == 0:
+        return np.zeros((count, 0))
+    root = 2.0
+    for _ in range(60):  # a contraction: the positive root of root^(d+1) = root + 1 to the last digit
+        root = (1 + root) ** (1 / (dimensions + 1))
+    steps = root ** -np.arange(1.0, dimensions + 1)
+    return np.asarray((0.5 + np.outer(np.arange(1, count + 1), steps)) % 1.0)
+
+
+def _tuple(values: Array) -> str:
+    numbers = ", ".join(f"{value:g}" for value in values)
+    return f"({numbers},)" if len(values) == 1 else f"({numbers})"
