@@ -16,7 +16,7 @@ class Sines(AbstractReference):
 
     amplitude: Vector = parameter(unit="rad", shape=("n",), symbol="a")
     frequency: Vector = parameter(unit="rad/s", shape=("n",), symbol="omega")
-    phase: Vector = parameter(0.0, unit="rad", shape=("n",), symbol="theta")
+    phase: Vector = parameter(default=0.0, unit="rad", shape=("n",), symbol="theta")
 
     @property
     def dof(self) -> int:
@@ -104,7 +104,7 @@ class SineTorque(AbstractDisturbance):
 
     amplitude: Vector = parameter(unit="N m", shape=("n",), symbol="delta")
     frequency: Vector = parameter(unit="rad/s", shape=("n",), symbol="omega_d")
-    phase: Vector = parameter(0.0, unit="rad", shape=("n",), symbol="theta_d")
+    phase: Vector = parameter(default=0.0, unit="rad", shape=("n",), symbol="theta_d")
 
     @property
     def dof(self) -> int:
@@ -113,7 +113,8 @@ class SineTorque(AbstractDisturbance):
 
     def at(self, t: ca.SX) -> ca.SX:
         """The sines."""
-        return self.amplitude * ca.sin(self.frequency * t + self.phase)
+        torque: ca.SX = self.amplitude * ca.sin(self.frequency * t + self.phase)
+        return torque
 
     @property
     def D_max(self) -> float:

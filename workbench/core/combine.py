@@ -20,10 +20,7 @@ def with_quadrature(ode: Ode, integrands: Mapping[str, ca.SX], units: Mapping[st
     integrands
         A name per integrand, each an expression (k, 1) in the symbols of `ode`.
     """
-    entries = tuple(
-        Entry(name, np.zeros(g.numel()), (units or {}).get(name, ""))
-        for name, g in integrands.items()
-    )
+    entries = tuple(Entry(name, np.zeros(g.numel()), (units or {}).get(name, "")) for name, g in integrands.items())
     extra = Layout(entries)
     z = extra.symbols()
     return replace(

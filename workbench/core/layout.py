@@ -49,9 +49,7 @@ class Bounds:
     def allow(self, value: Array) -> Array:
         """Elementwise: whether each number is finite and within the bounds (booleans)."""
         inside = (
-            (value > self.low) & (value < self.high)
-            if self.strict
-            else ((value >= self.low) & (value <= self.high))
+            (value > self.low) & (value < self.high) if self.strict else ((value >= self.low) & (value <= self.high))
         )
         return np.asarray(np.isfinite(value) & inside)
 
@@ -75,7 +73,7 @@ class Entry:
     @property
     def shape(self) -> tuple[int, ...]:
         """The shape of the quantity: () for a number."""
-        return self.default.shape
+        return tuple(self.default.shape)
 
     @property
     def size(self) -> int:
@@ -124,9 +122,7 @@ class Layout:
     @cached_property
     def _slices(self) -> dict[str, slice]:
         ends = np.cumsum([entry.size for entry in self.entries], dtype=int)
-        return {
-            e.name: slice(int(end) - e.size, int(end)) for e, end in zip(self.entries, ends, strict=True)
-        }
+        return {e.name: slice(int(end) - e.size, int(end)) for e, end in zip(self.entries, ends, strict=True)}
 
     def __add__(self, other: Layout) -> Layout:
         return Layout(self.entries + other.entries)
@@ -202,9 +198,7 @@ class Layout:
         if array.shape == shape:
             array = array[np.newaxis]
         if array.shape[1:] != shape or len(array) == 0:
-            raise ValueError(
-                f"`pack({name}=...)` must have shape {shape}, or (B, ...) for B runs; got {array.shape}."
-            )
+            raise ValueError(f"`pack({name}=...)` must have shape {shape}, or (B, ...) for B runs; got {array.shape}.")
         return np.stack([row.ravel(order="F") for row in array])
 
     def printed(self) -> dict[str, str]:
@@ -221,9 +215,10 @@ class Layout:
         """Refuse rows (B, size) with a number that is not finite or out of its bounds, by name."""
         for entry in self.entries:
             block = rows[:, self._slices[entry.name]]
-            if (ok := entry.bounds.allow(block)).all():
+            bad = np.argwhere(np.logical_not(entry.bounds.allow(block)))
+            if not len(bad):
                 continue
-            run, place = np.argwhere(~ok)[0]
+            run, place = bad[0]
             where = f" in run {run}" if len(rows) > 1 else ""
             raise ValueError(
                 f"'{entry.labels()[place]}' must be {entry.bounds}"

@@ -57,8 +57,7 @@ class Ode:
     ) -> Ode:
         """An `Ode` from named rates and outputs over symbols (t, x, p)."""
         entries = tuple(
-            Entry(key, np.zeros(value.numel()), (units or {}).get(key, ""))
-            for key, value in outputs.items()
+            Entry(key, np.zeros(value.numel()), (units or {}).get(key, "")) for key, value in outputs.items()
         )
         y = ca.vertcat(*[ca.vec(value) for value in outputs.values()]) if outputs else ca.SX(0, 1)
         return Ode(name, states, parameters, Layout(entries), *symbols, states.flatten(rates), y)

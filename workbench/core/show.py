@@ -26,8 +26,7 @@ def formula_of(expression: ca.SX, names: Mapping[str, str]) -> Formula:
 def matrices_to_html(matrices: Mapping[str, ca.SX], names: Mapping[str, str]) -> str:
     """Display equations `M = ...`, one a matrix, in MathML."""
     return "\n".join(
-        mathml.emit(Relation(symbol(letter), "=", formula_of(matrix, names)))
-        for letter, matrix in matrices.items()
+        mathml.emit(Relation(symbol(letter), "=", formula_of(matrix, names))) for letter, matrix in matrices.items()
     )
 
 

@@ -57,9 +57,9 @@ class ClosedLoop:
         """The closed loop as x' = f(t, x, p), every parameter a symbol keyed by its path.
 
         The outputs are the motion (q, qd), the wanted one (q_ref, qd_ref), the tracking error
-        e = q - q_ref and its rate ed, the error e_hat that the observer sees, the torque commanded (tau) and applied (tau_applied), the
-        disturbance d, the observer's errors (q_error, qd_error, d_error: true minus estimated), and
-        the controller's own signals.
+        e = q - q_ref and its rate ed, the error e_hat that the observer sees, the torque commanded
+        (tau) and applied (tau_applied), the disturbance d, the observer's errors (q_error, qd_error,
+        d_error: true minus estimated), and the controller's own signals.
         """
         lifted = lift(self)
         loop = lifted.block
@@ -70,6 +70,7 @@ class ClosedLoop:
 
         ref = loop.reference.at(t)
         y = loop.plant.measure(t, z["plant"])
+        d = y.d if y.d is not None else ca.SX.zeros(self.plant.dof)
         seen = y if self.observer.uses_truth else y._replace(d=None)
         est = loop.observer.estimate(t, z["observer"], seen)
         tau = ca.densify(loop.controller.torque(t, z["controller"], est, ref))
@@ -88,15 +89,13 @@ class ClosedLoop:
             "ed": y.qd - ref.qd,
             "tau": tau,
             "tau_applied": loop.plant.applied(z["plant"], tau),
-            "d": y.d,
+            "d": d,
             "q_error": y.q - est.q,
             "qd_error": y.qd - est.qd,
-            "d_error": y.d - est.d,
+            "d_error": d - est.d,
             **loop.controller.signals(z["controller"], est, ref),
         }
-        ode = Ode.of(
-            name, states, lifted.layout, (t, x, lifted.symbols), _flat(rates), _dense(outputs), UNITS
-        )
+        ode = Ode.of(name, states, lifted.layout, (t, x, lifted.symbols), _flat(rates), _dense(outputs), UNITS)
         truth = ("the observer uses the true disturbance, which no instrument gives",)
         return replace(ode, notes=truth) if self.uses_truth else ode
 

@@ -32,7 +32,7 @@ class AbstractActuator(ABC):
 class DirectDrive(AbstractActuator):
     """The torque acts at once, within -limit and limit where there is one."""
 
-    limit: Vector | None = parameter(None, unit="N m", low=0, strict=True, shape=("n",), symbol="tau_max")
+    limit: Vector | None = parameter(default=None, unit="N m", low=0, strict=True, shape=("n",), symbol="tau_max")
 
     def memory(self, dof: int) -> Layout:
         """None."""
@@ -55,7 +55,7 @@ class FirstOrderLag(AbstractActuator):
     """The torque follows the (limited) command: tau_m' = (tau - tau_m) / time_constant, tau_m(0) = 0."""
 
     time_constant: Scalar = parameter(unit="s", low=0, strict=True, symbol="T_m")
-    limit: Vector | None = parameter(None, unit="N m", low=0, strict=True, shape=("n",), symbol="tau_max")
+    limit: Vector | None = parameter(default=None, unit="N m", low=0, strict=True, shape=("n",), symbol="tau_max")
 
     def memory(self, dof: int) -> Layout:
         """The torque of each motor."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 
 from workbench.core import AbstractArm, Entry, Layout, block, initial, parameter
-from workbench.core.block import Scalar, Vector
+from workbench.core.block import Scalar, Vector, quantities
 from workbench.loop.contracts import AbstractDisturbance, AbstractPlant
 from workbench.loop.ports import Measurement, Parts
 from workbench.plants.actuator import AbstractActuator, DirectDrive
@@ -17,23 +17,24 @@ class Friction:
 
     viscous: Vector = parameter(unit="N m s/rad", low=0, shape=("n",), symbol="b")
     coulomb: Vector = parameter(unit="N m", low=0, shape=("n",), symbol="f_c")
-    speed: Scalar = parameter(0.01, unit="rad/s", low=0, strict=True, symbol="v_s")
+    speed: Scalar = parameter(default=0.01, unit="rad/s", low=0, strict=True, symbol="v_s")
 
     def torque(self, qd: ca.SX) -> ca.SX:
         """F(qd), (n, 1), in N m."""
-        return self.viscous * qd + self.coulomb * ca.tanh(qd / self.speed)
+        friction: ca.SX = self.viscous * qd + self.coulomb * ca.tanh(qd / self.speed)
+        return friction
 
 
 @block
 class Manipulator(AbstractPlant):
     """A rigid arm on which a disturbance acts, equation (1) of the paper with friction F beside it:
 
-        M(q) qdd + C(q, qd) qd + G(q) + F(qd) + D(t) = tau.
-    """  # noqa: D415
+    M(q) qdd + C(q, qd) qd + G(q) + F(qd) + D(t) = tau.
+    """
 
     arm: AbstractArm
     q: Vector = initial(unit="rad", shape=("n",))
-    qd: Vector = initial(0.0, unit="rad/s", shape=("n",))
+    qd: Vector = initial(default=0.0, unit="rad/s", shape=("n",))
     disturbance: AbstractDisturbance | None = None
     friction: Friction | None = None
     actuator: AbstractActuator = DirectDrive()
@@ -43,6 +44,19 @@ class Manipulator(AbstractPlant):
             raise ValueError(
                 f"`Manipulator(disturbance=...)` acts on {self.disturbance.dof} joints, the arm has {self.dof}."
             )
+        for name in ("friction", "actuator"):
+            self._check_sizes(name)
+
+    def _check_sizes(self, name: str) -> None:
+        """Refuse a part with a number for each joint of some other arm."""
+        part = getattr(self, name)
+        for f, quantity in quantities(part) if part is not None else []:
+            value = getattr(part, f.name)
+            if quantity.shape == ("n",) and value is not None and len(value) != self.dof:
+                raise ValueError(
+                    f"`Manipulator({name}=...)` needs one number a joint: its '{f.name}' has {len(value)}, "
+                    f"the arm has {self.dof} joints."
+                )
 
     @property
     def dof(self) -> int:

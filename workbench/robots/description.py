@@ -25,8 +25,8 @@ class Link:
     mass: Scalar = parameter(unit="kg", low=0, strict=True, symbol="m")
     length: Scalar = parameter(unit="m", low=0, strict=True, symbol="l")
     com: Scalar = parameter(unit="m", symbol="c")
-    offset: Scalar = parameter(0.0, unit="m", symbol="d")
-    inertia: Scalar = parameter(0.0, unit="kg m^2", low=0, symbol="I")
+    offset: Scalar = parameter(default=0.0, unit="m", symbol="d")
+    inertia: Scalar = parameter(default=0.0, unit="kg m^2", low=0, symbol="I")
 
 
 @block
@@ -66,7 +66,7 @@ class PlanarArm(AbstractArm):
     """
 
     links: tuple[Link | PointMass, ...]
-    gravity: Scalar = parameter(9.81, unit="m/s^2", low=0, symbol="g")
+    gravity: Scalar = parameter(default=9.81, unit="m/s^2", low=0, symbol="g")
     zero: str = option(
         {
             "down": "at q = 0 the arm hangs along the downward vertical",

@@ -31,31 +31,47 @@ class Body(Protocol):
     def inertia(self) -> Any: ...  # noqa: D102
 
 
+def turn(q: ca.SX, first: int, last: int) -> tuple[ca.SX, ca.SX]:
+    """Cosine and sine of the sum of q[first] ... q[last], by the addition theorems.
+
+    They keep full accuracy after many turns, where the rounded sum of two large angles does not.
+    """
+    c, s = ca.SX(1), ca.SX(0)
+    for j in range(first, last + 1):
+        cos, sin = ca.cos(q[j]), ca.sin(q[j])
+        c, s = c * cos - s * sin, s * cos + c * sin
+    return c, s
+
+
 def directions(zero: str, q: ca.SX, link: int) -> tuple[ca.SX, ca.SX]:
     """The unit vectors along a link and to its left, each (2, 1): to the right and upward."""
-    angle = sum((q[j] for j in range(link + 1)), ca.SX(0))
     right, up = DIRECTIONS[zero]
-    c, s = ca.cos(angle), ca.sin(angle)
+    c, s = turn(q, 0, link)
     along = ca.vertcat(right * c - up * s, up * c + right * s)
     return along, ca.vertcat(-along[1], along[0])
 
 
 def position(links: Sequence[Body], zero: str, q: ca.SX, joint: int) -> ca.SX:
     """Where joint number `joint` is, (2, 1) in m from the base; joint n is the tip."""
-    return sum((links[j].length * directions(zero, q, j)[0] for j in range(joint)), ca.SX(2, 1))
+    place = ca.SX(2, 1)
+    for j in range(joint):
+        place += links[j].length * directions(zero, q, j)[0]
+    return place
 
 
 def centre_of_mass(links: Sequence[Body], zero: str, q: ca.SX, link: int) -> ca.SX:
     """Where the centre of mass of a link is, (2, 1) in m from the base."""
     along, left = directions(zero, q, link)
-    return position(links, zero, q, link) + links[link].com * along + links[link].offset * left
+    place: ca.SX = position(links, zero, q, link) + links[link].com * along + links[link].offset * left
+    return place
 
 
 def potential_energy(links: Sequence[Body], gravity: Any, zero: str, q: ca.SX) -> ca.SX:
     """The sum of m g times height, in J."""
-    return sum(
-        (link.mass * gravity * centre_of_mass(links, zero, q, k)[1] for k, link in enumerate(links)), ca.SX(0)
-    )
+    energy = ca.SX(0)
+    for k, link in enumerate(links):
+        energy += link.mass * gravity * centre_of_mass(links, zero, q, k)[1]
+    return energy
 
 
 def kinetic_energy(links: Sequence[Body], q: ca.SX, qd: ca.SX) -> ca.SX:
@@ -80,6 +96,6 @@ def _speed_squared(links: Sequence[Body], q: ca.SX, qd: ca.SX, link: int) -> ca.
         square += omegas[i] ** 2 * (a_i**2 + b_i**2)
         for j in range(i):
             a_j = arms[j][0]
-            angle = sum((q[m] for m in range(j + 1, i + 1)), ca.SX(0))
-            square += 2 * omegas[i] * omegas[j] * a_j * (a_i * ca.cos(angle) - b_i * ca.sin(angle))
+            c, s = turn(q, j + 1, i)
+            square += 2 * omegas[i] * omegas[j] * a_j * (a_i * c - b_i * s)
     return square

@@ -1,0 +1,44 @@
+"""Random arms for the tests of robots, as strategies of hypothesis and from a generator."""
+
+import importlib
+import sys
+from pathlib import Path
+
+import numpy as np
+from hypothesis import strategies as st
+
+from workbench.robots import Link, PlanarArm
+from workbench.robots.description import PointMass
+
+numbers = st.floats(0.1, 4.0)
+shifts = st.floats(-1.0, 1.0)
+angles = st.floats(-3.0, 3.0)
+links = st.builds(Link, mass=numbers, length=numbers, com=shifts, offset=shifts, inertia=numbers)
+point_masses = st.builds(PointMass, mass=numbers, length=numbers)
+zeros = st.sampled_from(["down", "right", "up"])
+
+
+@st.composite
+def moving_arms(draw, most=4):
+    """An arm of 1 to `most` links, and a state (q, qd) of it."""
+    n = draw(st.integers(1, most))
+    arm = PlanarArm(tuple(draw(links | point_masses) for _ in range(n)), draw(numbers), draw(zeros))
+    q, qd = (np.array(draw(st.lists(angles, min_size=n, max_size=n))) for _ in range(2))
+    return arm, q, qd
+
+
+def random_arm(joints: int, rng: np.random.Generator) -> PlanarArm:
+    """An arm of links with random mass, length, centre of mass, offset and inertia, and gravity 9.81."""
+    return PlanarArm(
+        tuple(Link(*rng.uniform([0.5, 0.3, -0.2, -0.3, 0.02], [5.0, 1.2, 0.8, 0.3, 0.6])) for _ in range(joints)),
+        9.81,
+        ("down", "right", "up")[int(rng.integers(3))],
+    )
+
+
+def printed_arm():
+    """The class of the paper's arm, from the studies."""
+    studies = str(Path(__file__).parents[1] / "studies")
+    if studies not in sys.path:
+        sys.path.append(studies)
+    return importlib.import_module("printed_arm").PrintedArm

@@ -1,0 +1,75 @@
+"""The classical Runge-Kutta step."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from workbench.core import Entry, Layout, Ode, rk4
+
+
+def forced(name: str = "logistic") -> Ode:
+    """x' = x (1 - x) cos t, whose solution is x = 1 / (1 + (1/x0 - 1) exp(-sin t))."""
+    states, parameters = Layout((Entry("x", np.array(0.2)),)), Layout((Entry("r", np.array(1.0)),))
+    t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+    return Ode.of(name, states, parameters, (t, x, p), {"x": p * x * (1 - x) * ca.cos(t)}, {"y": t * x})
+
+
+def end(h: float, until: float = 2.0) -> float:
+    ode = forced()
+    F, x = rk4(ode, h).F, ode.states.default
+    for k in range(round(until / h)):
+        x = F(k, x, ode.parameters.default)
+    return float(x)
+
+
+def test_rk4_is_of_order_four():
+    exact = 1 / (1 + 4 * np.exp(-np.sin(2.0)))
+    steps = np.array([0.1, 0.05, 0.025, 0.0125])
+    errors = np.array([abs(end(h) - exact) for h in steps])
+    orders = np.log2(errors[:-1] / errors[1:])
+    # the slope over the halvings; the last errors are 1e-10, far above rounding
+    slope = np.polyfit(np.log(steps), np.log(errors), 1)[0]
+    assert abs(slope - 4) < 0.1, orders
+
+
+def test_one_step_of_a_linear_mode_is_multiplied_by_the_stated_polynomial():
+    states = Layout((Entry("x", np.array(1.0)),))
+    t, x, p = ca.SX.sym("t"), states.symbols(), ca.SX(0, 1)
+    for lam in (-3.0, 0.7):
+        ode = Ode.of("mode", states, Layout(), (t, x, p), {"x": lam * x}, {})
+        step = rk4(ode, 0.4)
+        np.testing.assert_allclose(float(step.F(0, 1.0, [])), np.polyval(step.amplification, 0.4 * lam), rtol=1e-15)
+
+
+def test_the_outputs_of_a_step_are_taken_at_its_beginning():
+    step = rk4(forced(), 0.1)
+    assert float(step.y(3, 0.5, 1.0)) == pytest.approx(3 * 0.1 * 0.5, rel=1e-15)
+
+
+def test_the_step_keeps_the_names_and_the_flow():
+    ode = forced()
+    step = rk4(ode, 0.1)
+    assert (step.states, step.parameters, step.outputs) == (ode.states, ode.parameters, ode.outputs)
+    assert step.flow is ode
+    assert step.h == 0.1
+
+
+def test_memory_can_be_carried_beside_the_step():
+    step = rk4(forced(), 0.1)
+    extra = Layout((Entry("largest", np.array(0.0)),))
+    z = extra.symbols()
+    more = step.extended(extra, z, ca.fmax(z, step.x))
+    np.testing.assert_array_equal(np.array(more.F(0, [0.5, 0.3], 1.0)).ravel()[1], 0.5)
+    assert more.states.names == ("x", "largest")
+
+
+@pytest.mark.parametrize("h", [0.0, -0.1, np.nan, np.inf])
+def test_a_step_that_is_no_positive_number_is_refused(h):
+    with pytest.raises(ValueError, match=r"`rk4\(h=...\)` must be a positive, finite number of seconds; got"):
+        rk4(forced(), h)
+
+
+@pytest.mark.parametrize("h", ["short", None, [0.1, 0.2]])
+def test_a_step_that_is_no_number_is_refused(h):
+    with pytest.raises(ValueError, match=r"`rk4\(h=...\)` must be a number of seconds; got"):
+        rk4(forced(), h)
