@@ -28,13 +28,15 @@ from workbench.metrics import (
     peak_error,
     peak_torque,
     rmse,
+    sampled_rmse,
     settling_time,
     total_variation,
 )
 from workbench.study.document import Section
 from workbench.study.study import Case, Results, Study
 
-TRACKING = (rmse(), rmse("e_hat", name="RMSE of e_hat"), iae(), ise(), itae(), peak_error())
+PRINTED = sampled_rmse(CARD["sample time of (43)"])
+TRACKING = (PRINTED, rmse(), rmse("e_hat", name="RMSE of e_hat"), iae(), ise(), itae(), peak_error())
 COST = (effort(), energy(), peak_torque(), total_variation(sample=1e-3))
 OBSERVED = (observer_error("q_error"), observer_error("qd_error"), observer_error("d_error"))
 AFTER_STEPS = (overshoot(), settling_time(band=0.05))
@@ -53,9 +55,7 @@ def comparison(scenario: str) -> tuple[Case, ...]:
     horizon = CARD[f"{scenario}: horizon"]
     common = {"metrics": METRICS[scenario], "until": horizon, "every": 0.01}
     ours = Case(scenario, "AOSMC-RGS", proposed_repaired(scenario), h=PROPOSED_STEP, **common, remark="repaired")
-    rivals = (
-        Case(scenario, law, rival(scenario, law), h=STEPS[law], **common, style=STYLES[law]) for law in RIVALS
-    )
+    rivals = (Case(scenario, law, rival(scenario, law), h=STEPS[law], **common, style=STYLES[law]) for law in RIVALS)
     return (ours, *rivals)
 
 
@@ -66,9 +66,7 @@ def readings() -> tuple[Case, ...]:
         for style, shape in enumerate(SHAPES):
             loop = proposed_as_printed(scenario)
             loop = replace(loop, controller=replace(loop.controller, gain_shape=shape))
-            cases.append(
-                Case(f"{scenario} as printed", shape, loop, METRICS["FS"], 1e-4, SHORT, 0.01, style=style)
-            )
+            cases.append(Case(f"{scenario} as printed", shape, loop, METRICS["FS"], 1e-4, SHORT, 0.01, style=style))
     return tuple(cases)
 
 
@@ -96,7 +94,10 @@ def sections(results: Results) -> Sequence[Section]:
 def headlines(results: Results) -> Sequence[str]:
     """The findings in a line each."""
     ours = results["FS", "AOSMC-RGS"]
-    pair = [f"{ours.score('RMSE', j)[0]:.4f} (printed {PUBLISHED['FS', j + 1].values['AOSMC-RGS']:.4f})" for j in (0, 1)]
+    pair = [
+        f"{ours.score('RMSE (43)', j)[0]:.4f} (printed {PUBLISHED['FS', j + 1].values['AOSMC-RGS']:.4f})"
+        for j in (0, 1)
+    ]
     printed = results["FS as printed", "outer"]
     lost = f"diverges at {printed.diverged_at:.2f} s" if printed.diverged_at is not None else "does not diverge"
     return (

@@ -21,10 +21,10 @@ from workbench.controllers import (
 from workbench.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop
 from workbench.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
 from workbench.plants import Manipulator
-from workbench.robots import paper_arm
+from workbench.robots.description import PlanarArm, PointMass
 from workbench.signals import Sines, SineTorque, SquareWave
 
-ARM = paper_arm()
+ARM = PlanarArm(tuple(map(PointMass, CARD["masses"], CARD["lengths"])), CARD["gravity"])
 SURFACE: dict[str, Any] = {"model": ARM, "Lambda": CARD["Lambda"], "phi": CARD["phi"]}
 LEARNING: dict[str, Any] = {"gamma": CARD["ASMC: gamma"], "K": CARD["ASMC: K(0)"]}
 
@@ -91,7 +91,7 @@ def proposed_as_printed(scenario: str) -> ClosedLoop:
 
 
 def proposed_repaired(scenario: str, observer: AbstractObserver | None = None) -> ClosedLoop:
-    """AOSMC-RGS with the smallest repair: C right, reference velocities in (28), a plus in (33), D_hat = eta in (24)."""
+    """AOSMC-RGS with the smallest repair: C right, qd_r in (28), a plus in (33), D_hat = eta in (24)."""
     law = AosmcRgs(
         **SURFACE,
         K=CARD["K(0)"],

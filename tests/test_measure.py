@@ -16,6 +16,7 @@ from workbench.metrics import (
     overshoot,
     peak_error,
     rmse,
+    sampled_rmse,
     settling_time,
     total_variation,
 )
@@ -71,6 +72,15 @@ def test_total_variation_is_that_of_its_own_grid_and_not_of_the_step():
         assert score.value[0, 0] == pytest.approx(exact, rel=2e-3)
 
 
+def test_the_mean_over_samples_is_that_of_its_own_grid_with_the_first_sample_at_zero():
+    a, T, sample = 3.0, 2.0, 0.1
+    grid = np.exp(-a * np.linspace(0, T, 21))
+    for h in (sample, sample / 8):
+        score = measure(decay(a), (sampled_rmse(sample),), until=T, h=h).scores["RMSE (43)"]
+        # at the coarsest step RK4 errs by (0.15)^5 / 120 a step
+        assert score.value[0, 0] == pytest.approx(np.sqrt(np.mean(grid**2)), rel=1e-5)
+
+
 def test_energy_counts_work_done_and_work_taken_alike():
     # tau_applied * qd with qd absent in the output: use an equation that has both
     from dataclasses import replace
@@ -78,7 +88,9 @@ def test_energy_counts_work_done_and_work_taken_alike():
     from workbench.core import Entry, Layout
 
     ode = oscillator()
-    ode = replace(ode, outputs=ode.outputs + Layout((Entry("qd", np.zeros(())),)), output=ca.vertcat(ode.output, ode.x[1]))
+    ode = replace(
+        ode, outputs=ode.outputs + Layout((Entry("qd", np.zeros(())),)), output=ca.vertcat(ode.output, ode.x[1])
+    )
     score = measure(ode, (energy(),), until=np.pi, h=np.pi / 4000).scores["energy"]
     # integral of 4 sin^2(2t) over one period
     assert score.value[0, 0] == pytest.approx(2 * np.pi, rel=1e-9)

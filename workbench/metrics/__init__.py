@@ -11,6 +11,7 @@ from workbench.metrics.catalogue import (
     peak_error,
     peak_torque,
     rmse,
+    sampled_rmse,
     settling_time,
     total_variation,
 )
@@ -33,6 +34,7 @@ __all__ = [
     "peak_error",
     "peak_torque",
     "rmse",
+    "sampled_rmse",
     "settling_time",
     "total_variation",
 ]

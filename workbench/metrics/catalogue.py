@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.core.layout import Array
 from workbench.metrics.integral import Integral
-from workbench.metrics.sampled import Peak, TotalVariation
+from workbench.metrics.sampled import Peak, SampledRms, TotalVariation
 from workbench.metrics.step_response import Overshoot, SettlingTime
 
 
@@ -24,6 +24,12 @@ def rmse(signal: str = "e", unit: str = "rad", name: str = "RMSE") -> Integral:
     """sqrt(1/T integral of e^2 dt): what (43) of the paper becomes as its samples grow dense."""
     about = f"root mean square of {signal}"
     return Integral(name, unit, about, lambda t, y: y[signal] ** 2, _root_mean)
+
+
+def sampled_rmse(sample: float, signal: str = "e", unit: str = "rad", name: str = "RMSE (43)") -> SampledRms:
+    """sqrt(1/N sum of e(t_k)^2), equation (43) of the paper, on a grid of `sample` s that begins at t = 0."""
+    about = f"root mean square of {signal} over samples every {1000 * sample:g} ms"
+    return SampledRms(name, unit, about, signal, sample)
 
 
 def iae() -> Integral:

@@ -53,9 +53,7 @@ def measured(ode: Ode, metrics: Sequence[AbstractMetric], h: float) -> Step:
     if len(set(names)) < len(names):
         raise ValueError(f"`measured(metrics=...)` needs distinct names; got {names}.")
     y = ode.outputs.view(ode.output)
-    integrands = {
-        f"integral of {m.name}": ca.densify(g) for m in metrics if (g := m.integrand(ode.t, y)) is not None
-    }
+    integrands = {f"integral of {m.name}": ca.densify(g) for m in metrics if (g := m.integrand(ode.t, y)) is not None}
     step = rk4(with_quadrature(ode, integrands), h)
     extra = _memories(metrics, ode.outputs["e"].size)
     if not extra.size:
@@ -96,9 +94,7 @@ def measure(
     b = simulate(coarse, p, start, until=until, every=every or h, progress=lambda d: share(d / 3))
     a = simulate(fine, p, start, until=until, every=every or h, progress=lambda d: share((1 + 2 * d) / 3))
     values, rough = final_values(a, metrics), final_values(b, metrics)
-    scores = {
-        m.name: Score(m, values[m.name], _difference(values[m.name], rough[m.name])) for m in metrics
-    }
+    scores = {m.name: Score(m, values[m.name], _difference(values[m.name], rough[m.name])) for m in metrics}
     limits = tuple(step_limit(b, run) for run in range(len(b)))
     return Measurement(a, scores, limits, b.diverged_at)
 
@@ -108,8 +104,8 @@ def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric]) -> dict[
     step, horizon = runs.step, float(runs.t[-1])
     x = step.states.unpack(runs.x[:, -1])
     # the memory was last updated one step before the horizon: look once more
-    looked = np.array(step.F.map(len(runs))(np.full((1, len(runs)), round(horizon / step.h)), runs.x[:, -1].T, runs.p.T)).T
-    z = step.states.unpack(looked)
+    k = np.full((1, len(runs)), round(horizon / step.h))
+    z = step.states.unpack(np.array(step.F.map(len(runs))(k, runs.x[:, -1].T, runs.p.T)).T)
     values = {}
     for m in metrics:
         integral = x.get(f"integral of {m.name}", np.zeros((len(runs), 0)))

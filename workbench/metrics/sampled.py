@@ -1,4 +1,4 @@
-"""Metrics that look at the loop once a step: peaks and total variation."""
+"""Metrics that look at the loop once a step, or once in a stated number of steps."""
 
 from __future__ import annotations
 
@@ -13,6 +13,14 @@ from workbench.core.layout import Array
 from workbench.metrics.contract import AbstractMetric, Parts
 
 
+def stride(sample: float, h: float) -> int:
+    """How many steps of h make up one sample time, both in s."""
+    every = round(sample / h)
+    if every < 1 or abs(sample / h - every) > 1e-6 * every:
+        raise ValueError(f"A metric's sample time must be a multiple of the step {h:g} s; got {sample:g} s.")
+    return every
+
+
 @dataclass(frozen=True)
 class Peak(AbstractMetric):
     """The largest absolute value of an output over all steps."""
@@ -22,6 +30,7 @@ class Peak(AbstractMetric):
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """None."""
         del t, y
+        return None
 
     def memory(self, joints: int) -> Layout:
         """The largest so far."""
@@ -51,6 +60,7 @@ class TotalVariation(AbstractMetric):
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """None."""
         del t, y
+        return None
 
     def memory(self, joints: int) -> Layout:
         """The sum so far and the last sample."""
@@ -58,11 +68,7 @@ class TotalVariation(AbstractMetric):
 
     def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
         """On the grid the change since the last sample is added."""
-        every = round(self.sample / h)
-        if every < 1 or abs(self.sample / h - every) > 1e-6 * every:
-            raise ValueError(
-                f"`TotalVariation(sample=...)` must be a multiple of the step {h:g} s; got {self.sample:g} s."
-            )
+        every = stride(self.sample, h)
         u = y[self.signal]
         on_grid, first = ca.fmod(k, every) == 0, k == 0
         change = ca.if_else(first, 0, ca.fabs(u - z["last"]))
@@ -75,3 +81,37 @@ class TotalVariation(AbstractMetric):
         """The sum per second."""
         del integral
         return z["sum"] / horizon
+
+
+@dataclass(frozen=True)
+class SampledRms(AbstractMetric):
+    """sqrt(1/N sum of u(t_k)^2) over the N samples t = 0, sample, 2 sample, ... up to the horizon.
+
+    A sum over samples is not the integral: an error that starts at u(0) and falls adds about u(0)^2 / 2
+    to the sum, whatever the sample time. The grid is therefore part of the metric.
+    """
+
+    signal: str
+    sample: float
+
+    def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
+        """None."""
+        del t, y
+        return None
+
+    def memory(self, joints: int) -> Layout:
+        """The sum of squares and the number of samples so far."""
+        return Layout((Entry("sum", np.zeros(joints)), Entry("count", np.zeros(joints))))
+
+    def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
+        """On the grid one sample more."""
+        on_grid = ca.fmod(k, stride(self.sample, h)) == 0
+        return {
+            "sum": z["sum"] + ca.if_else(on_grid, y[self.signal] ** 2, 0),
+            "count": z["count"] + ca.if_else(on_grid, 1, 0),
+        }
+
+    def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
+        """The root of the mean."""
+        del integral, horizon
+        return np.asarray(np.sqrt(z["sum"] / z["count"]))

@@ -12,7 +12,6 @@ from workbench.core import Entry, Layout
 from workbench.core.layout import Array
 from workbench.metrics.contract import AbstractMetric, Parts
 
-
 NEVER = 1e30  # in the loop's arithmetic, where 0 times infinity would be NaN
 
 
@@ -31,6 +30,7 @@ class Overshoot(AbstractMetric):
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """None."""
         del t, y
+        return None
 
     def memory(self, joints: int) -> Layout:
         """The levels of the last jump and the largest excursion so far."""
@@ -59,6 +59,7 @@ class SettlingTime(AbstractMetric):
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """None."""
         del t, y
+        return None
 
     def memory(self, joints: int) -> Layout:
         """The levels and time of the last jump, when the error was last outside, and the longest so far."""

@@ -63,7 +63,7 @@ def simulate(
     states = _march(step, z, stride, kept, progress)
     x = np.concatenate([x_rows[:, np.newaxis], states], axis=1)
     diverged_at = _find_divergence(step, x, p_rows, stride)
-    return Trajectories(step, np.arange(kept + 1) * stride * step.h, x, p_rows, diverged_at)
+    return Trajectories(step, np.asarray(np.arange(kept + 1) * stride * step.h), x, p_rows, diverged_at)
 
 
 def _rows(step: Step, p: Array | None, x0: Array | None) -> tuple[Array, Array]:
@@ -87,15 +87,15 @@ def _rows(step: Step, p: Array | None, x0: Array | None) -> tuple[Array, Array]:
 def _count(name: str, span: Any, h: float) -> int:
     """How many steps make up a span of time."""
     try:
-        span = float(span)
+        seconds = float(span)
     except (TypeError, ValueError):
         raise ValueError(f"`simulate({name}=...)` must be a number of seconds; got {span!r}.") from None
-    if not (np.isfinite(span) and span > 0):
-        raise ValueError(f"`simulate({name}=...)` must be a positive, finite number of seconds; got {span:g}.")
-    count = round(span / h)
+    if not (np.isfinite(seconds) and seconds > 0):
+        raise ValueError(f"`simulate({name}=...)` must be a positive, finite number of seconds; got {seconds:g}.")
+    count = round(seconds / h)
     # 1e-6 of a step: what the rounding of span / h can do at a billion steps
-    if count < 1 or abs(span / h - count) > 1e-6 * max(1.0, count * 1e-6):
-        raise ValueError(f"`simulate({name}=...)` must be a multiple of the step {h:g} s; got {span:g} s.")
+    if count < 1 or abs(seconds / h - count) > 1e-6 * max(1.0, count * 1e-6):
+        raise ValueError(f"`simulate({name}=...)` must be a multiple of the step {h:g} s; got {seconds:g} s.")
     return count
 
 

@@ -19,10 +19,8 @@ def side_by_side(
     """
     units = {m: outcomes[0].measurement.scores[m].metric.unit for m in metrics}
     best = {m: _best(outcomes, m, joint) for m in metrics}
-    rows = tuple(
-        (o.case.law, *(_cell(o, m, joint, bold=best[m] is o) for m in metrics)) for o in outcomes
-    )
-    remarks = tuple(f"{o.case.law}: {note}." for o in outcomes for note in o.notes)
+    rows = tuple((o.label, *(_cell(o, m, joint, bold=best[m] is o) for m in metrics)) for o in outcomes)
+    remarks = tuple(f"{o.label}: {note}." for o in outcomes for note in o.notes)
     columns = (Column("law"), *(Column(m, unit=units[m], align="right") for m in metrics))
     return Table(name, caption, columns, rows, (*notes, *remarks))
 
@@ -72,12 +70,12 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
     for law, printed in published.values.items():
         outcome = outcomes[law]
         if outcome.diverged_at is not None:
-            rows.append((law, f"{printed:.{published.digits}f}", Diverged(outcome.diverged_at), None, None))
+            rows.append((outcome.label, f"{printed:.{published.digits}f}", Diverged(outcome.diverged_at), None, None))
             continue
         value, error = outcome.score(published.metric, published.joint)
         rows.append(
             (
-                law,
+                outcome.label,
                 f"{printed:.{published.digits}f}",
                 Measured(value, error),
                 f"{value - printed:+.{published.digits}f}",
@@ -91,7 +89,8 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
         Column("difference", "rad", "right"),
         Column("difference", "%", "right"),
     )
-    return Table(name, caption, columns, tuple(rows))
+    notes = tuple(f"{outcome.label}: {note}." for outcome in outcomes.values() for note in outcome.notes)
+    return Table(name, caption, columns, tuple(rows), notes)
 
 
 @dataclass(frozen=True)
@@ -109,8 +108,10 @@ class Ranking:
         """In plain words, with the pairs that concern `winner` named."""
         pairs = len(self.holds) + len(self.fails) + len(self.undecided)
         lost = [b for a, b in self.fails if a == winner]
-        against = f" {winner} is printed below {_listed(lost)}, and is above here." if lost else (
-            f" Each printed advantage of {winner} that is decided holds here."
+        against = (
+            f" {winner} is printed below {_listed(lost)}, and is above here."
+            if lost
+            else (f" Each printed advantage of {winner} that is decided holds here.")
         )
         return (
             f"{self.published.where}: of {pairs} printed pairs {len(self.holds)} hold, "

@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from workbench.core.layout import nearest
-from workbench.study.document import Column, Table
+from workbench.core.layout import Array, nearest
+from workbench.study.document import Column, Phrase, Table
 
 Mark = Literal["stated", "derived", "assumed"]
 
@@ -24,6 +24,8 @@ class Given:
         Where it stands (section or equation), what it follows from, or why it is assumed.
     low, high
         The range within which an assumed number could as well lie.
+    shown
+        How a report prints the name, where that is not the name itself.
     """
 
     name: str
@@ -33,6 +35,7 @@ class Given:
     source: str
     low: float | None = None
     high: float | None = None
+    shown: Phrase = ""
 
     def __post_init__(self) -> None:
         if not self.source:
@@ -44,19 +47,27 @@ class Given:
             )
 
 
-def stated(name: str, value: Any, unit: str, where: str) -> Given:
+def stated(name: str, value: Any, unit: str, where: str, shown: Phrase = "") -> Given:
     """A number that the paper prints, with section or equation."""
-    return Given(name, value, unit, "stated", where)
+    return Given(name, value, unit, "stated", where, shown=shown)
 
 
-def derived(name: str, value: Any, unit: str, how: str) -> Given:
-    """A number that follows from stated ones."""
-    return Given(name, value, unit, "derived", how)
+def derived(name: str, value: Any, unit: str, how: str, shown: Phrase = "") -> Given:
+    """A number that follows from other ones."""
+    return Given(name, value, unit, "derived", how, shown=shown)
 
 
-def assumed(name: str, value: Any, unit: str, why: str, low: float | None = None, high: float | None = None) -> Given:
+def assumed(
+    name: str,
+    value: Any,
+    unit: str,
+    why: str,
+    low: float | None = None,
+    high: float | None = None,
+    shown: Phrase = "",
+) -> Given:
     """A number or choice that the paper does not state, with the reason and the range it could lie in."""
-    return Given(name, value, unit, "assumed", why, low, high)
+    return Given(name, value, unit, "assumed", why, low, high, shown)
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,18 +90,20 @@ class Card:
                 return given.value
         raise LookupError(f"There is no '{name}' on this card.{nearest(name, [g.name for g in self.entries])}")
 
-    def table(self, name: str, caption: str) -> Table:
-        """The provenance table of a report."""
+    def table(self, mark: Mark, name: str, caption: str) -> Table:
+        """The numbers of one origin, as a report prints them; assumed ones with their range."""
+        ranged = mark == "assumed"
         columns = (
             Column("quantity"),
             Column("value", align="right"),
             Column("unit"),
-            Column("origin"),
-            Column("could lie in"),
-            Column("where, or why"),
+            *((Column("could lie in"),) if ranged else ()),
+            Column({"stated": "where", "derived": "how", "assumed": "why"}[mark]),
         )
         rows = tuple(
-            (g.name, written(g.value), g.unit or "1", g.mark, _range(g), g.source) for g in self.entries
+            (g.shown or g.name, written(g.value), g.unit or None, *((_range(g),) if ranged else ()), g.source)
+            for g in self
+            if g.mark == mark
         )
         return Table(name, caption, columns, rows)
 
@@ -101,11 +114,15 @@ def written(value: Any) -> str:
         return value
     array = np.asarray(value, dtype=float)
     if array.ndim == 2 and np.array_equal(array, np.diag(np.diag(array))):
-        return f"diag({', '.join(f'{v:g}' for v in np.diag(array))})"
-    if array.ndim == 1:
-        return f"({', '.join(f'{v:.6g}' for v in array)})"
-    return f"{float(array):.6g}" if array.ndim == 0 else str(array.tolist())
+        return f"diag({_listed(np.diag(array))})"
+    if array.ndim == 2:
+        return f"({'; '.join(map(_listed, array))})"
+    return f"({_listed(array)})" if array.ndim == 1 else f"{float(array):.6g}"
 
 
-def _range(given: Given) -> str:
-    return "" if given.low is None or given.high is None else f"{given.low:g} to {given.high:g}"
+def _listed(numbers: Array) -> str:
+    return ", ".join(f"{number:.6g}" for number in numbers)
+
+
+def _range(given: Given) -> str | None:
+    return None if given.low is None or given.high is None else f"{given.low:g} to {given.high:g}"

@@ -5,12 +5,17 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
 
 from workbench.core import Ode
 from workbench.core.layout import Array, nearest
 from workbench.metrics import AbstractMetric, Measurement
 from workbench.study.document import Section
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 class Loop(Protocol):
@@ -18,6 +23,9 @@ class Loop(Protocol):
 
     def ode(self, name: str = ...) -> Ode:
         """The loop as x' = f(t, x, p)."""
+
+
+TRUTH = "\N{DAGGER}"  # beside the name of a law that uses what no instrument gives
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +81,11 @@ class Outcome:
         return float(at) if at == at else None
 
     @property
+    def label(self) -> str:
+        """The law's name, marked where its observer uses the truth."""
+        return f"{self.case.law} {TRUTH}" if self.ode.notes else self.case.law
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What must stand beside the name of the law: truth used, step beyond its limit."""
         limit = self.measurement.limits[0]
@@ -89,9 +102,9 @@ class Outcome:
         return float(score.value[0, joint]), float(score.error[0, joint])
 
     def signal(self, name: str, joint: int) -> Array:
-        """One output or state over the kept times, (N,)."""
+        """One number of an output or state over the kept times, (N,); a matrix counts row by row."""
         values = self.measurement.trajectories[name][0]
-        return values.reshape(len(values), -1)[:, joint]
+        return np.asarray(values.reshape(len(values), -1)[:, joint])
 
     @property
     def t(self) -> Array:
@@ -111,6 +124,27 @@ class Results:
                 return outcome
         names = [outcome.case.name for outcome in self.outcomes]
         raise LookupError(f"There is no case '{key[0]}: {key[1]}'.{nearest(f'{key[0]}: {key[1]}', names)}")
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row a case, metric and joint: value, error, unit, and when the run diverged."""
+        import pandas as pd
+
+        rows = [
+            {
+                "scenario": outcome.case.scenario,
+                "law": outcome.case.law,
+                "metric": name,
+                "unit": score.metric.unit,
+                "joint": joint + 1,
+                "value": value,
+                "error": score.error[0, joint],
+                "diverged_at": outcome.diverged_at,
+            }
+            for outcome in self.outcomes
+            for name, score in outcome.measurement.scores.items()
+            for joint, value in enumerate(score.value[0])
+        ]
+        return pd.DataFrame(rows)
 
     def scenario(self, name: str) -> tuple[Outcome, ...]:
         """The outcomes of one scenario in the order they were declared."""

@@ -1,0 +1,62 @@
+"""What all tests share: repeatable random examples, and the command line as a user meets it."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import hypothesis
+import pytest
+from click.testing import CliRunner
+
+# The same examples in every run: a test that fails fails again. No deadline: machines differ.
+hypothesis.settings.register_profile("house", derandomize=True, deadline=None)
+hypothesis.settings.load_profile("house")
+
+STUDY = """
+from workbench.study.document import Paragraph, Section
+from workbench.study.study import Study
+
+def sections(results):
+    return [Section("An answer", (Paragraph("Yes."),))]
+
+study = Study(
+    name="small", title={title!r}, question="Does it run?", method="By running it.",
+    sections=sections, headlines=lambda results: ["It runs."],
+)
+"""
+
+
+@pytest.fixture
+def command(tmp_path, monkeypatch):
+    """Call the command line within this process, in an empty folder."""
+    from workbench.cli import cli
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    monkeypatch.delitem(sys.modules, "__study__", raising=False)
+    return lambda *words: CliRunner().invoke(cli, [str(word) for word in words])
+
+
+@pytest.fixture
+def shell(tmp_path):
+    """Call the command line as a process of its own, in an empty folder."""
+
+    def call(*words, **options):
+        line = [sys.executable, "-m", "workbench", *map(str, words)]
+        environment = {**os.environ, "PYTHONWARNINGS": "error"}
+        settings = {"cwd": tmp_path, "env": environment, "capture_output": True, "text": True, "timeout": 120}
+        return subprocess.run(line, check=False, **(settings | options))
+
+    return call
+
+
+@pytest.fixture
+def script(tmp_path):
+    """Write a study script and hand back its path, relative to the folder of `command` and `shell`."""
+
+    def write(text="", name="study.py", title="A small study"):
+        (tmp_path / name).write_text(text + STUDY.replace("{title!r}", repr(title)), encoding="utf-8")
+        return Path(name)
+
+    return write

@@ -1,0 +1,232 @@
+"""The laws of the house that a machine can hold, each a function from sources to what breaks it.
+
+Sources are a mapping of paths, as in "workbench/core/ode.py", to text, so that every rule can be shown
+a small piece of bad code. A breach names file, line, rule, and what to do.
+"""
+
+from __future__ import annotations
+
+import ast
+import graphlib
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+LINES_OF_A_FILE, LINES_OF_A_FUNCTION = 300, 50
+
+# One door per library: where a library may be imported, under workbench/ (a folder ends with a slash).
+DOORS = {
+    "click": "cli.py",
+    "control": "design/",
+    "distributed": "study/executors.py",
+    "dask": "study/executors.py",
+    "jinja2": "report/page.py",
+    "llvmlite": "simulate/llvm.py",
+    "matplotlib": "report/figures.py",
+    "rich": "cli.py",
+    "SALib": "study/sensitivity.py",
+    "typst": "report/pdf.py",
+}
+
+BANNED_CALLS = {
+    "super": "write a final class, and share by calling a function",
+    "print": "return the text; only the command line prints",
+    "eval": "no text is executed",
+    "exec": "no text is executed",
+    "compile": "no text is executed",
+}
+BANNED_NAMES = {
+    "sympify": "it executes text; build the expression from CasADi symbols",
+    "yaml.load": "it makes objects from text; use yaml.safe_load",
+}
+BANNED_IMPORTS = {
+    "pickle": "it executes what it reads; write plain numbers and text",
+    "dill": "it executes what it reads; write plain numbers and text",
+    "marshal": "it is no format; write plain numbers and text",
+    "shelve": "it pickles; write plain numbers and text",
+    "random": "it has one hidden state; take a numpy.random.Generator as an argument",
+}
+# What of numpy.random has no hidden global state.
+SEEDED = {"Generator", "BitGenerator", "SeedSequence", "PCG64", "PCG64DXSM", "Philox", "default_rng"}
+
+Sources = Mapping[str, str]
+
+
+def sources(*folders: str) -> dict[str, str]:
+    """Every Python file of the given folders."""
+    files = (file for folder in folders for file in sorted((ROOT / folder).rglob("*.py")))
+    return {file.relative_to(ROOT).as_posix(): file.read_text(encoding="utf-8") for file in files}
+
+
+@cache
+def _tree(text: str) -> ast.Module:
+    return ast.parse(text)
+
+
+def _nodes(held: Sources) -> Iterator[tuple[str, ast.AST]]:
+    for path, text in held.items():
+        for node in ast.walk(_tree(text)):
+            yield path, node
+
+
+def _module(path: str) -> str:
+    return path.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+
+
+def _imports(path: str, text: str) -> Iterator[tuple[int, str, str]]:
+    """Line, module and, if any, the name taken from it; also inside functions and under TYPE_CHECKING."""
+    package = _module(path) if path.endswith("/__init__.py") else _module(path).rpartition(".")[0]
+    for node in ast.walk(_tree(text)):
+        if isinstance(node, ast.Import):
+            yield from ((node.lineno, alias.name, "") for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            parents = package.split(".")[: len(package.split(".")) + 1 - node.level] if node.level else []
+            module = ".".join([*parents, *([node.module] if node.module else [])])
+            yield from ((node.lineno, module, alias.name) for alias in node.names)
+
+
+def _dotted(node: ast.AST) -> str:
+    if isinstance(node, ast.Attribute):
+        return f"{_dotted(node.value)}.{node.attr}"
+    return node.id if isinstance(node, ast.Name) else "?"
+
+
+def open_side_doors(held: Sources) -> list[str]:
+    """Libraries that are imported elsewhere than at their door."""
+    breaches = []
+    for path, text in held.items():
+        for line, module, _ in _imports(path, text):
+            library = module.partition(".")[0]
+            door = f"workbench/{DOORS.get(library, '')}"
+            inside = path.startswith(door) if door.endswith("/") else path == door
+            if library in DOORS and not inside:
+                breaches.append(f"{path}:{line}: {library} has one door, {door}; call what that file offers.")
+    return breaches
+
+
+def long_files(held: Sources) -> list[str]:
+    """Files beyond the budget."""
+    return [
+        f"{path}:{lines}: a file has at most {LINES_OF_A_FILE} lines, this one {lines}; find its second idea."
+        for path, text in held.items()
+        if (lines := len(text.splitlines())) > LINES_OF_A_FILE
+    ]
+
+
+def long_functions(held: Sources) -> list[str]:
+    """Functions beyond the budget, from `def` to the last line."""
+    return [
+        f"{path}:{node.lineno}: a function has at most {LINES_OF_A_FUNCTION} lines, "
+        f"`{node.name}` has {lines}; give its parts names."
+        for path, node in _nodes(held)
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+        and (lines := (node.end_lineno or node.lineno) - node.lineno + 1) > LINES_OF_A_FUNCTION
+    ]
+
+
+def import_cycles(held: Sources) -> list[str]:
+    """Modules that import each other, by any kind of import; a parent package's own import does not count."""
+    modules = {_module(path): path for path in held}
+    graph: dict[str, set[str]] = {}
+    for path, text in held.items():
+        me = _module(path)
+        for _, module, name in _imports(path, text):
+            target = f"{module}.{name}" if f"{module}.{name}" in modules else module
+            if target in modules and target != me:
+                graph.setdefault(me, set()).add(target)
+    try:
+        graphlib.TopologicalSorter(graph).prepare()
+    except graphlib.CycleError as error:
+        ring = " <- ".join(error.args[1])
+        return [f"{modules[error.args[1][0]]}: modules import each other, {ring}; move what both need a floor down."]
+    return []
+
+
+def banned_calls(held: Sources) -> list[str]:
+    """Calls and imports that the house does without."""
+    breaches = []
+    for path, node in _nodes(held):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in BANNED_CALLS:
+            name = node.func.id
+            breaches.append(f"{path}:{node.lineno}: no `{name}(...)`: {BANNED_CALLS[name]}.")
+        if isinstance(node, ast.Name | ast.Attribute):
+            dotted = _dotted(node)
+            for name, advice in BANNED_NAMES.items():
+                if dotted == name or dotted.endswith(f".{name}"):
+                    breaches.append(f"{path}:{node.lineno}: no `{name}`: {advice}.")
+    for path, text in held.items():
+        for line, module, name in _imports(path, text):
+            for banned in {module.partition(".")[0], name} & (BANNED_IMPORTS | BANNED_NAMES).keys():
+                breaches.append(f"{path}:{line}: no `{banned}`: {(BANNED_IMPORTS | BANNED_NAMES)[banned]}.")
+    return breaches
+
+
+def global_seeds(held: Sources) -> list[str]:
+    """Random numbers that do not come from a generator or seed handed in."""
+    breaches = []
+    advice = "take a numpy.random.Generator or a seed as an argument"
+    for path, node in _nodes(held):
+        legacy = isinstance(node, ast.Attribute) and node.attr not in SEEDED
+        if legacy and _dotted(node.value) in {"np.random", "numpy.random"}:
+            breaches.append(f"{path}:{node.lineno}: `np.random.{node.attr}` has a hidden global state; {advice}.")
+        unseeded = isinstance(node, ast.Call) and not node.args and not node.keywords
+        if unseeded and _dotted(node.func).rpartition(".")[2] == "default_rng":
+            breaches.append(f"{path}:{node.lineno}: `default_rng()` without a seed cannot be repeated; {advice}.")
+    return breaches
+
+
+def folders_without_init(paths: list[str]) -> list[str]:
+    """Folders of modules that import-linter cannot see."""
+    held = set(paths)
+    folders = {path.rpartition("/")[0] for path in held}
+    return [
+        f"{folder}/: a folder of modules needs an __init__.py, or import-linter does not see it; add one."
+        for folder in sorted(folders)
+        if f"{folder}/__init__.py" not in held
+    ]
+
+
+def inherited_final_classes(held: Sources) -> list[str]:
+    """Classes that are inherited from, and are neither abstract, nor a protocol, a tuple or an exception."""
+    bases = {node.name: _bases(node) for _, node in _nodes(held) if isinstance(node, ast.ClassDef)}
+
+    def is_exception(name: str) -> bool:
+        return name.endswith(("Error", "Exception", "Warning")) or any(map(is_exception, bases.get(name, [])))
+
+    def extendable(name: str) -> bool:
+        abstract = name.lstrip("_").startswith("Abstract")
+        return abstract or is_exception(name) or bool({"Protocol", "NamedTuple"} & set(bases[name]))
+
+    return [
+        f"{path}:{node.lineno}: a class is abstract or final, and `{node.name}` inherits from `{base}`; "
+        f"name it Abstract{base} and leave nothing in it to override, or hold one instead."
+        for path, node in _nodes(held)
+        if isinstance(node, ast.ClassDef)
+        for base in _bases(node)
+        if base in bases and not extendable(base)
+    ]
+
+
+def _bases(node: ast.ClassDef) -> list[str]:
+    plain = (base.value if isinstance(base, ast.Subscript) else base for base in node.bases)
+    return [_dotted(base).rpartition(".")[2] for base in plain]
+
+
+def mutable_dataclasses(held: Sources) -> list[str]:
+    """Dataclasses that are not frozen."""
+    breaches = []
+    for path, node in _nodes(held):
+        for decorator in node.decorator_list if isinstance(node, ast.ClassDef) else []:
+            call = decorator if isinstance(decorator, ast.Call) else None
+            if _dotted(call.func if call else decorator).rpartition(".")[2] != "dataclass":
+                continue
+            frozen = call is not None and any(
+                k.arg == "frozen" and isinstance(k.value, ast.Constant) and k.value.value is True for k in call.keywords
+            )
+            if not frozen:
+                breaches.append(
+                    f"{path}:{node.lineno}: `{node.name}` is not frozen; an object is whole when it is made: "
+                    "write `@dataclass(frozen=True)`."
+                )
+    return breaches

@@ -1,0 +1,222 @@
+"""The command line: its verbs, what they print, and how they end."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench import __version__
+from workbench.core import Dynamics
+from workbench.robots import named
+
+HEAVY = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "rich", "typst", "jinja2", "workbench.core")
+
+
+def test_help_imports_nothing_heavy():
+    code = f"import sys, workbench.cli; print([name for name in {HEAVY} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_the_version_is_that_of_the_package(command):
+    assert command("--version").output == f"workbench, version {__version__}\n"
+
+
+def test_a_study_becomes_a_report_below_the_current_folder(command, script, tmp_path):
+    done = command("run", script())
+    assert (done.exit_code, done.stderr) == (0, "")
+    assert done.stdout.splitlines() == [
+        "It runs.",
+        f"The report is {os.path.join('reports', 'small', 'index.html')}, "
+        f"and {os.path.join('reports', 'small', 'report.pdf')}.",
+    ]
+    page = (tmp_path / "reports" / "small" / "index.html").read_text(encoding="utf-8")
+    assert "workbench run study.py" in page
+    assert (tmp_path / "reports" / "small" / "report.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_the_folder_of_the_report_can_be_chosen_and_a_report_in_it_is_replaced(command, script, tmp_path):
+    for title in ("First", "Second"):
+        assert command("run", script(title=title), "--out", "there/report").exit_code == 0
+    page = (tmp_path / "there" / "report" / "index.html").read_text(encoding="utf-8")
+    assert "Second" in page
+    assert "First" not in page
+    assert "workbench run study.py --out there/report" in page
+    assert os.listdir(tmp_path / "there") == ["report"]
+
+
+def test_an_output_folder_above_the_current_one_is_the_users_own_choice(command, script, tmp_path, monkeypatch):
+    (tmp_path / "below").mkdir()
+    file = tmp_path / script()
+    monkeypatch.chdir(tmp_path / "below")
+    assert command("run", file, "--out", "../chosen").exit_code == 0
+    assert (tmp_path / "chosen" / "index.html").is_file()
+
+
+def test_a_title_with_html_in_it_stays_a_title(command, script, tmp_path):
+    assert command("run", script(title="<script>alert(1)</script> & <b>more</b>")).exit_code == 0
+    page = (tmp_path / "reports" / "small" / "index.html").read_text(encoding="utf-8")
+    assert "<script>alert" not in page
+    assert "<b>more" not in page
+    assert "&lt;script&gt;alert(1)&lt;/script&gt; &amp; &lt;b&gt;more" in page
+
+
+def test_a_study_may_import_what_lies_beside_it(command, script, tmp_path):
+    (tmp_path / "beside_the_study.py").write_text("X = 1\n", encoding="utf-8")
+    done = command("run", script("from beside_the_study import X\n"))
+    assert (done.exit_code, done.stderr) == (0, "")
+
+
+def test_a_misspelt_verb_is_answered_with_the_nearest(shell):
+    done = shell("rnu", "study.py")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == "workbench: No such command 'rnu'. Did you mean 'run'?\n"
+
+
+def test_a_verb_without_its_argument_is_refused_in_one_line(shell):
+    done = shell("run")
+    assert (done.returncode, done.stderr) == (2, "workbench: Missing argument 'STUDY'.\n")
+
+
+def test_no_verb_at_all_shows_the_verbs(shell):
+    done = shell()
+    assert done.returncode == 2
+    assert "derive" in done.stderr
+
+
+def test_the_first_study_of_the_readme_runs(command, tmp_path):
+    readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+    (tmp_path / "first.py").write_text(readme.split("```python\n")[1].split("```")[0], encoding="utf-8")
+    done = command("run", "first.py")
+    assert (done.exit_code, done.stderr) == (0, "")
+    assert (tmp_path / "reports" / "first" / "tables" / "tracking.csv").is_file()
+
+
+def test_derive_prints_the_arm_of_the_paper(command):
+    done = command("derive", "paper-arm")
+    assert (done.exit_code, done.stderr) == (0, "")
+    # (2) and (3) of the paper, the latter with its second entry put right
+    assert "M_22 = m_2*l_2^2" in done.stdout
+    assert "C_12 = -m_2*l_1*l_2*(qd_1 + qd_2)*sin(q_2)" in done.stdout
+    assert "links[1].mass" in done.stdout
+
+
+@pytest.mark.parametrize("joints", [1, 3])
+def test_derive_prints_python_that_computes_the_same_matrices(command, joints):
+    robot = f"planar-{joints}r"
+    done = command("derive", robot, "--format", "python")
+    assert (done.exit_code, done.stderr) == (0, "")
+    q, qd = [0.3, -0.7, 1.1][:joints], [0.5, 0.2, -0.4][:joints]
+    given = "".join(f"q_{i + 1}, qd_{i + 1} = {q[i]}, {qd[i]}\n" for i in range(joints))
+    code = f"{given}{done.stdout}\nimport json; print(json.dumps([M.tolist(), C.tolist(), G.tolist()]))"
+    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    for theirs, ours in zip(json.loads(printed), Dynamics.of(named(robot)).matrices(q, qd), strict=True):
+        # sums of some twenty terms of size 1 to 10, in another order
+        np.testing.assert_allclose(theirs, ours, rtol=0, atol=1e-13)
+
+
+def test_derive_prints_latex(command):
+    done = command("derive", "paper-arm", "--format", "latex")
+    assert (done.exit_code, done.stderr) == (0, "")
+    assert "\\dot{q}_{1}" in done.stdout
+    assert done.stdout.count("\\[") == done.stdout.count("\\]") == 10
+
+
+SLOW = """
+import time
+print("started", flush=True)
+time.sleep(60)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
+def test_ctrl_c_ends_with_130_and_leaves_nothing(script, tmp_path):
+    with subprocess.Popen(
+        [sys.executable, "-m", "workbench", "run", script(SLOW)],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout.readline() == "started\n"
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=30)
+    assert (process.returncode, said) == (130, "workbench: stopped; no report was written.\n")
+    assert not (tmp_path / "reports").exists()
+
+
+LONG = """
+import casadi as ca
+import numpy as np
+from workbench.core import Entry, Layout, Ode
+from workbench.metrics import rmse
+from workbench.study.study import Case, Results, Study
+
+class Loop:
+    def ode(self, name="loop"):
+        states = Layout((Entry("q", np.ones(1)),))
+        t, x = ca.SX.sym("t"), states.symbols()
+        return Ode.of(name, states, Layout(), (t, x, ca.SX(0, 1)), {"q": -x}, {"e": x, "q": x, "q_ref": 0 * x})
+
+print("started", flush=True)
+study = Study(
+    name="long", title="Long", question="?", method="Long.", sections=lambda results: [],
+    cases=(Case("s", "law", Loop(), (rmse(),), h=1e-5, until=1000.0, every=1.0),),
+)
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
+def test_ctrl_c_stops_a_simulation_that_runs(tmp_path):
+    (tmp_path / "long.py").write_text(LONG, encoding="utf-8")
+    with subprocess.Popen(
+        [sys.executable, "-m", "workbench", "run", "long.py"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout.readline() == "started\n"
+        time.sleep(4)  # well into the run, which takes minutes
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=30)
+    assert (process.returncode, said) == (130, "workbench: stopped; no report was written.\n")
+    assert not (tmp_path / "reports").exists()
+
+
+def test_progress_is_a_line_now_and_then_where_there_is_no_terminal(monkeypatch, capsys):
+    from workbench import cli
+
+    clock = iter([0.0, 1.0, 12.0, 15.0, 30.0, 40.0])
+    monkeypatch.setattr(cli, "monotonic", lambda: next(clock))
+    with cli._progress("long") as tell:
+        for share in (0.1, 0.25, 0.3, 0.75, 1.0):
+            tell(share)
+    # at 12 s a quarter is done: 36 s are left; at 30 s three quarters: 10 s are left
+    assert capsys.readouterr().err.splitlines() == [
+        "long: 25% done, about 36 s left",
+        "long: 75% done, about 10 s left",
+    ]
+
+
+def test_the_doctor_finds_a_sound_workbench_sound(command):
+    done = command("doctor")
+    lines = done.stdout.splitlines()
+    assert (done.exit_code, done.stderr) == (0, "")
+    assert all(line.startswith("ok ") for line in lines)
+    assert {"casadi", "typst", "control", "cores", "free"} <= {line.split()[1] for line in lines}
+
+
+def test_the_doctor_names_what_is_broken_and_ends_with_1(command, monkeypatch):
+    monkeypatch.setattr("workbench.doctor.ENOUGH_DISK", 2**80)
+    monkeypatch.setattr("typst.compile", lambda *args, **kwargs: b"")
+    done = command("doctor")
+    assert done.exit_code == 1
+    wrong = [line for line in done.stdout.splitlines() if line.startswith("wrong")]
+    assert [line.split()[1:3] for line in wrong] == [["typst", "renders"], ["free", "disk"]]

@@ -1,0 +1,79 @@
+"""Laws side by side, and a paper's rankings held against ours."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from equations import decay, explosion
+
+from workbench.metrics import iae, ise
+from workbench.study.comparison import Published, against_published, order, ranking, side_by_side
+from workbench.study.document import Diverged, Emphasis, Measured
+from workbench.study.runner import run
+from workbench.study.study import Case, Results, Study
+
+
+class Given:
+    """A loop whose equation is given."""
+
+    def __init__(self, ode):
+        self.equation = ode
+
+    def ode(self, name="loop"):
+        return self.equation
+
+
+def results() -> Results:
+    laws = {"slow": decay(1.0), "fast": decay(4.0), "lost": explosion()}
+    cases = tuple(Case("S", law, Given(ode), (iae(), ise()), 0.01, 2.0, 0.1) for law, ode in laws.items())
+    return run(Study("s", "t", "q", "m", sections=lambda r: (), cases=cases))
+
+
+RESULTS = results()
+LAWS = {o.case.law: o for o in RESULTS.outcomes}
+
+
+def test_a_value_is_below_another_only_by_more_than_both_errors():
+    assert order((1.0, 0.1), (1.3, 0.1)) == "below"
+    assert order((1.3, 0.1), (1.0, 0.1)) == "above"
+    assert order((1.0, 0.1), (1.15, 0.1)) == "undecided"
+    assert order((1.0, 0.0), (1.0, 0.0)) == "undecided"
+
+
+def test_the_best_law_is_bold_and_a_diverged_one_says_when():
+    table = side_by_side("t", "c", RESULTS.outcomes, ["IAE"], 0)
+    rows = {row[0]: row[1] for row in table.rows}
+    assert isinstance(rows["slow"], Measured)
+    assert isinstance(rows["fast"], Emphasis)
+    assert isinstance(rows["lost"], Diverged)
+    assert rows["fast"].cell.value == pytest.approx((1 - np.exp(-8)) / 4, rel=1e-6)
+
+
+def test_no_law_is_bold_where_two_are_within_their_errors():
+    table = side_by_side("t", "c", [LAWS["slow"], replace(LAWS["slow"])], ["IAE"], 0)
+    assert not any(isinstance(row[1], Emphasis) for row in table.rows)
+
+
+def test_a_published_column_stands_beside_ours_with_its_difference():
+    published = Published("here", "IAE", 0, {"slow": 0.8, "fast": 0.3, "lost": 0.1}, digits=2)
+    rows = {row[0]: row[1:] for row in against_published("t", "c", published, LAWS).rows}
+    assert rows["slow"][0] == "0.80"
+    assert rows["slow"][2] == "+0.06"  # 1 - exp(-2) = 0.8647
+    assert rows["slow"][3] == "+8.1"
+    assert isinstance(rows["lost"][1], Diverged)
+
+
+def test_a_ranking_counts_pairs_that_hold_and_pairs_that_are_turned_round():
+    published = Published("here", "IAE", 0, {"slow": 0.1, "fast": 0.3, "lost": 0.5}, digits=2)
+    judged = ranking(published, LAWS)
+    assert judged.fails == (("slow", "fast"),)
+    assert set(judged.holds) == {("slow", "lost"), ("fast", "lost")}
+    assert judged.our_order == ("fast", "slow", "lost")
+    assert "printed below fast, and is above here" in judged.sentence("slow")
+
+
+def test_an_unknown_case_or_metric_is_answered_with_the_nearest():
+    with pytest.raises(LookupError, match="no case 'S: slo'. Did you mean 'S: slow'"):
+        RESULTS["S", "slo"]
+    with pytest.raises(LookupError, match="no metric 'IAEE' in 'S: slow'. Did you mean 'IAE'"):
+        LAWS["slow"].score("IAEE", 0)

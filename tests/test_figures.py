@@ -1,0 +1,129 @@
+import re
+
+import matplotlib
+import numpy as np
+import pytest
+
+from workbench.notation.formula import Matrix, Number, symbol
+from workbench.report.figures import draw, plot
+from workbench.report.thinning import thinned
+from workbench.study.document import Band, Figure, Panel, Series
+
+T = np.linspace(0, 10, 20_001)
+
+
+def figure(*series, name="torque", **panel):
+    panel = {"ylabel": (symbol("tau_1"), " [N m]")} | panel
+    return Figure(name, "Torque.", (Panel(series=series or (Series("PID", T, np.sin(T)),), **panel),))
+
+
+def chatter(t):
+    return np.sin(t) + np.sign(np.sin(2 * np.pi * 400 * t + 0.3))
+
+
+def test_the_same_figure_gives_the_same_bytes():
+    assert draw(figure()) == draw(figure())
+
+
+def test_a_machines_own_settings_of_matplotlib_do_not_matter():
+    plain = draw(figure())
+    with matplotlib.rc_context({"lines.linewidth": 9, "axes.facecolor": "red", "svg.fonttype": "none"}):
+        assert draw(figure()) == plain
+        assert matplotlib.rcParams["lines.linewidth"] == 9
+
+
+def test_ids_begin_with_the_name_so_that_figures_share_a_page():
+    svg = draw(figure(name="first"))
+    ids = re.findall(r'\bid="([^"]*)"', svg)
+    links = re.findall(r'href="#([^"]*)"', svg) + re.findall(r"url\(#([^)]*)\)", svg)
+    assert ids
+    assert all(i.startswith("first-") for i in ids)
+    assert len(set(ids)) == len(ids)
+    assert set(links) <= set(ids)
+
+
+def test_nothing_is_fetched_dated_or_scripted():
+    svg = draw(figure())
+    assert "<metadata" not in svg
+    assert "<script" not in svg
+    assert not re.search(r'(href|src)="(?!#)', svg)
+    assert not re.search(r"20\d\d-\d\d-\d\d", svg)
+
+
+def test_a_figure_of_six_chattering_laws_is_small():
+    laws = tuple(Series(f"law {k}", T, (k + 1) * chatter(T), k) for k in range(6))
+    assert len(draw(figure(*laws))) < 120_000
+
+
+def test_thinning_keeps_the_envelope_of_a_chattering_signal():
+    t, y = thinned((T, chatter(T)), 600)
+    assert len(t) <= 602
+    assert set(zip(t, y, strict=True)) <= set(zip(T, chatter(T), strict=True))
+    for cut in np.array_split(np.arange(T.size), 100):
+        here = y[(t >= T[cut[0]]) & (t <= T[cut[-1]])]
+        assert here.max() == pytest.approx(chatter(T)[cut].max(), abs=0.05)
+        assert here.min() == pytest.approx(chatter(T)[cut].min(), abs=0.05)
+
+
+def test_thinning_keeps_ends_gaps_and_extremes_of_a_phase_curve():
+    circle = np.cos(T), np.sin(T)
+    x, y = thinned(circle, 600)
+    assert (x[0], y[0], x[-1], y[-1]) == (circle[0][0], circle[1][0], circle[0][-1], circle[1][-1])
+    assert x.min() == circle[0].min()
+    holed = np.where((T > 4) & (T < 6), np.nan, np.sin(T))
+    t, y = thinned((T, holed), 600)
+    assert np.isnan(y[(t > 4.1) & (t < 5.9)]).all()
+    assert not np.isnan(y[(t < 3.9) | (t > 6.1)]).any()
+
+
+def test_dollars_in_a_label_are_dollars():
+    draw(figure(Series("costs $5 or $6", T, T), ylabel="50 % of $x_1$ [a^b]", title=r"\frac{1}"))
+
+
+def test_a_formula_that_matplotlib_cannot_set_is_written_out():
+    draw(figure(ylabel=Matrix(((Number(1.0), Number(2.0)),))))
+
+
+def test_a_law_looks_the_same_alone_and_among_others():
+    def colours(series):
+        return [line.get_color() for line in plot(figure(*series)).axes[0].lines]
+
+    laws = tuple(Series(f"law {k}", T, T + k, k) for k in range(8))
+    assert len(set(colours(laws))) == 8
+    assert colours(laws[3:4]) == colours(laws)[3:4]
+
+
+def test_each_style_has_a_dash_of_its_own_or_a_width_apart():
+    lines = plot(figure(*(Series(f"law {k}", T, T, k) for k in range(8)))).axes[0].lines
+    looks = {(str(line._unscaled_dash_pattern), line.get_linewidth()) for line in lines}
+    assert len(looks) == 8
+
+
+def test_the_legend_is_one_above_all_panels_and_names_each_law_once():
+    series = (Series("PID", T, T, 0), Series("SMC", T, T, 1), Band("10 % to 90 %", T, T, T + 1, 1))
+    canvas = plot(Figure("two", "", (Panel("a", series), Panel("b", series))))
+    (legend,) = canvas.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["PID", "SMC", "10 % to 90 %"]
+    canvas.canvas.draw()
+    lowest = legend.get_window_extent().ymin
+    assert all(ax.get_window_extent().ymax < lowest for ax in canvas.axes)
+
+
+def test_what_a_panel_is_titled_needs_no_legend():
+    panels = tuple(Panel("a", (Series(law, T, T, k),), title=law) for k, law in enumerate(("PID", "SMC")))
+    assert not plot(Figure("two", "", panels, columns=2)).legends
+
+
+def test_a_figure_can_be_drawn_on_axes_of_the_callers_own():
+    own = matplotlib.figure.Figure()
+    axes = own.subplots(1, 1, squeeze=False)[0]
+    assert plot(figure(), list(axes)) is own
+    assert len(axes[0].lines) == 1
+    with pytest.raises(ValueError, match="one pair of axes for each of 1 panels; got 2"):
+        plot(figure(), [axes[0], axes[0]])
+
+
+def test_limits_scales_and_lines_are_drawn():
+    ax = plot(figure(Series("a", T, T + 1), xlim=(1, 2), ylim=(1, 9), yscale="log", hlines=(3,), vlines=(1.5,))).axes[0]
+    assert (ax.get_xlim(), ax.get_ylim(), ax.get_yscale()) == ((1, 2), (1, 9), "log")
+    assert len(ax.lines) == 3

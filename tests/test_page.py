@@ -1,0 +1,156 @@
+import re
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+from workbench.notation.formula import Matrix, Relation, symbol
+from workbench.report.page import html
+from workbench.study.document import (
+    Band,
+    Code,
+    Colophon,
+    Column,
+    Diverged,
+    Document,
+    Emphasis,
+    Equation,
+    Figure,
+    Itemize,
+    Measured,
+    Panel,
+    Paragraph,
+    Reference,
+    Section,
+    Series,
+    Strong,
+    Table,
+    Verdict,
+)
+
+VOID = {"meta", "wbr", "br", "use", "path", "rect", "mspace"}
+HOSTILE = '<script>alert(1)</script><img src=x onerror=alert(2)> "\' & #eval("1") $x$ *b* _i_ @mass \\ `c` // [d] <lab>'
+
+
+class Reader(HTMLParser):
+    """Tags, ids, links and text of a page; refuses a tag that is not closed."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.tags, self.ids, self.links, self.words, self._open = [], [], [], [], []
+        self.feed(page)
+        assert self._open == []
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        self.ids += [value for name, value in attrs if name == "id"]
+        self.links += [value for name, value in attrs if name in ("href", "src", "xlink:href", "data", "action")]
+        if tag not in VOID:
+            self._open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.handle_starttag(tag, attrs)
+        if tag not in VOID:
+            self._open.pop()
+
+    def handle_endtag(self, tag):
+        if tag not in VOID:
+            assert self._open.pop() == tag
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+def document(title="Six laws on one arm", *more, words="text"):
+    t = np.linspace(0, 1, 50)
+    q = symbol("q_1")
+    panel = Panel((q, " [rad]"), (Series(words, t, t), Band("band", t, t, t + 1, 1)), title=words)
+    blocks = (
+        Paragraph((words, q, Code(words), Strong(words), " see ", Reference("rmse"), Reference("mass"))),
+        Equation(Relation(symbol("M"), "=", Matrix(((q, q), (q, q)))), "mass", note=words),
+        Table(
+            "rmse",
+            (words, q),
+            (Column(words), Column((q, " ours"), "rad/s^2")),
+            (("PID", Measured(0.5847, 0.0002)), (words, Emphasis(Diverged(3.14159))), ("SMC", None)),
+            (words,),
+        ),
+        Figure("errors", (words, q, Reference("rmse")), (panel,)),
+        Verdict("fails", (words, q), words),
+        Verdict("holds", words),
+        Verdict("open", words),
+        Itemize((words, q)),
+        *more,
+    )
+    return Document(
+        title=title,
+        question=(words, q),
+        method=words,
+        sections=(Section((words, q, Reference("rmse")), blocks),),
+        colophon=Colophon(words, "0.1.0", {words: "3f9a2c1b"}, 7, {"casadi": "3.8"}, "3.11"),
+        subtitle=words,
+        authors=(words,),
+    )
+
+
+def test_a_hostile_title_and_text_are_inert_and_readable():
+    page = html(document(HOSTILE, words=HOSTILE))
+    reader = Reader(page)
+    assert {tag for tag, _ in reader.tags}.isdisjoint({"script", "img", "iframe", "object", "link", "base"})
+    assert not any(name.startswith("on") for _, attrs in reader.tags for name in attrs)
+    assert "".join(reader.words).count(HOSTILE) >= 15
+
+
+def test_the_same_document_gives_the_same_bytes():
+    assert html(document()) == html(document())
+
+
+def test_a_page_needs_nothing_from_outside():
+    page = html(document())
+    reader = Reader(page)
+    assert all(link.startswith("#") for link in reader.links)
+    assert "@import" not in page
+    assert re.findall(r"url\((?!#|data:font/woff2;base64,)", page) == []
+    assert "default-src 'none'" in page
+
+
+def test_every_link_leads_somewhere_and_no_id_comes_twice():
+    reader = Reader(html(document()))
+    assert len(set(reader.ids)) == len(reader.ids)
+    assert {link[1:] for link in reader.links} <= set(reader.ids)
+
+
+def test_references_are_printed_as_numbers():
+    words = "".join(Reader(html(document())).words)
+    assert "see Table\u00a01Equation\u00a0(1)" in words
+
+
+def test_figures_and_tables_speak_to_those_who_cannot_see_them():
+    tags = Reader(html(document())).tags
+    assert ("html", {"lang": "en"}) in tags
+    assert [a["aria-label"] for t, a in tags if a.get("role") == "img"] == ["Figure\u00a01: textq_1Table\u00a01"]
+    assert {a.get("scope") for t, a in tags if t == "th"} == {"col", "row"}
+
+
+def test_a_verdict_is_a_word_and_not_only_a_colour():
+    words = Reader(html(document())).words
+    assert {"fails", "holds", "open"} <= set(words)
+
+
+def test_provenance_says_how_to_get_the_report_again():
+    words = Reader(html(document())).words
+    for said in ("3f9a2c1b", "0.1.0", "7", "casadi 3.8", "3.11"):
+        assert said in words
+
+
+def test_a_page_of_sixteen_figures_of_long_chattering_runs_stays_below_3_mb():
+    t = np.linspace(0, 10, 20_000)
+    rng = np.random.default_rng(1)
+    laws = tuple(Series(f"law {k}", t, rng.normal(size=t.size), k) for k in range(6))
+    figures = tuple(Figure(f"f{i}", "Noise.", (Panel("torque [N m]", laws),)) for i in range(16))
+    assert len(html(document("Long", *figures)).encode()) < 3_000_000
+
+
+@pytest.mark.parametrize("sections", [(), (Section("Empty", ()),)])
+def test_an_empty_document_is_a_page_too(sections):
+    Reader(html(Document("t", "q", "m", sections, Colophon("c", "0"))))

@@ -1,0 +1,109 @@
+import json
+import shutil
+import subprocess
+from dataclasses import replace
+from importlib.resources import files
+
+import pytest
+import typst
+from test_page import HOSTILE, document
+
+from workbench.notation.formula import Relation, Sum, System, symbol
+from workbench.report import pdf as module
+from workbench.report.figures import draw
+from workbench.report.outline import labels
+from workbench.report.pdf import pdf
+from workbench.study.document import Code, Column, Equation, Measured, Paragraph, Section, Table
+
+
+def compiled(doc):
+    """The PDF and the warnings that typst would have printed."""
+    source = (files("workbench.report") / "templates" / "report.typ").read_bytes()
+    tree = module._Writer(labels(doc), {f.name: draw(f) for f in doc.figures}).document(doc)
+    return typst.compile_with_warnings(source, sys_inputs={"document": json.dumps(tree)}, ignore_system_fonts=True)
+
+
+def text_of(content, tmp_path):
+    if shutil.which("pdftotext") is None:
+        pytest.skip("pdftotext is not installed")
+    (tmp_path / "report.pdf").write_bytes(content)
+    run = subprocess.run(["pdftotext", "-layout", "report.pdf", "-"], cwd=tmp_path, capture_output=True, check=True)
+    return run.stdout.decode()
+
+
+def boxes_of(content, tmp_path):
+    """(page width, left and right ends of each word), in points."""
+    if shutil.which("pdftotext") is None:
+        pytest.skip("pdftotext is not installed")
+    (tmp_path / "report.pdf").write_bytes(content)
+    run = subprocess.run(["pdftotext", "-bbox", "report.pdf", "-"], cwd=tmp_path, capture_output=True, check=True)
+    words = [line.split('"') for line in run.stdout.decode().splitlines() if "<word" in line]
+    return [(float(w[1]), float(w[5])) for w in words], [float(w[7]) for w in words]
+
+
+def with_blocks(*blocks):
+    doc = document()
+    return replace(doc, sections=(*doc.sections, Section("More", blocks)))
+
+
+def test_a_hostile_title_and_text_are_inert_and_readable(tmp_path):
+    text = text_of(pdf(document(HOSTILE, words=HOSTILE)), tmp_path)
+    joined = "".join(text.split())
+    for piece in ("<script>alert(1)</script>", '#eval("1")', "$x$", "*b*", "_i_", "@mass", "//", "<lab>"):
+        assert joined.count(piece) >= 10
+
+
+def test_the_same_document_gives_the_same_bytes_and_no_date():
+    first = pdf(document())
+    assert first == pdf(document())
+    assert b"CreationDate" not in first
+
+
+def test_typst_has_nothing_to_warn_of():
+    _, warnings = compiled(document())
+    assert warnings == []
+
+
+def test_references_provenance_and_running_title_are_there(tmp_path):
+    text = " ".join(text_of(pdf(document()), tmp_path).split())
+    for said in ("Table 1.", "Figure 1.", "Equation (1)", "diverged at 3.14 s", "0.5847(2)", "3f9a2c1b"):
+        assert said in text
+    assert text.startswith("Study report 1")
+
+
+def test_a_long_table_goes_on_over_pages_with_its_head_on_each(tmp_path):
+    rows = tuple((f"row {i}", Measured(i / 7, 0.001)) for i in range(150))
+    text = text_of(pdf(with_blocks(Table("long", "Long.", (Column("thelaw"), Column("x")), rows))), tmp_path)
+    pages = [page for page in text.split("\f") if "row " in page]
+    assert len(pages) >= 3
+    assert all("thelaw" in page for page in pages)
+    assert all(f"row {i} " in text for i in range(150))
+
+
+def test_nothing_wide_leaves_the_page(tmp_path):
+    columns = (Column("law"), *(Column(f"metric {i}", "N m/s") for i in range(24)))
+    numbers = tuple(Measured(1234.5678 * (i + 1), 0.01) for i in range(24))
+    sentence = "a sentence that is long enough to be broken in any column of a table " * 4
+    sum_of_many = Relation(symbol("V"), "=", Sum(tuple(symbol(f"longname_{i}") for i in range(60))))
+    words, bottoms = boxes_of(
+        pdf(
+            with_blocks(
+                Paragraph(("Hash ", Code("deadbeef" * 40), " and " + "x" * 300)),
+                Table("wide", "Wide.", columns, (("PID", *numbers), ("SMC", *numbers))),
+                Table("wordy", "Wordy.", (Column("a"), Column("b"), Column("c")), ((sentence,) * 3,) * 4),
+                Table("hashes", "Hashes.", (Column("a"), Column("b")), ((Code("ab" * 60), "cd" * 60),)),
+                Equation(sum_of_many),
+                Equation(System((sum_of_many,) * 2)),
+            )
+        ),
+        tmp_path,
+    )
+    assert min(left for left, _ in words) > 60
+    assert max(right for _, right in words) < 595.3 - 60
+    assert max(bottoms) < 841.9 - 30
+
+
+def test_a_formula_that_typst_cannot_read_is_named_as_the_cause(monkeypatch):
+    monkeypatch.setattr(module.typst_math, "emit", lambda formula, **more: "frac(1")
+    with pytest.raises(ValueError, match=r"`pdf\(document\)` could not set 'Six laws on one arm'.*formulas"):
+        pdf(document())

@@ -1,0 +1,62 @@
+"""Where each number comes from."""
+
+import numpy as np
+import pytest
+
+from workbench.study.provenance import Card, assumed, derived, stated, written
+
+
+def card() -> Card:
+    return Card(
+        (
+            stated("phi", 0.01, "rad/s", "section 5"),
+            derived("M", np.diag([3.0, 1.0]), "kg m^2", "average over q2"),
+            assumed("gamma", 5.0, "N m/rad", "not stated", 1.0, 100.0),
+            assumed("derivative", "zero", "", "a jump has none"),
+        )
+    )
+
+
+def test_a_card_answers_a_name_with_its_value():
+    assert card()["phi"] == 0.01
+
+
+def test_a_misspelt_name_is_answered_with_the_nearest():
+    with pytest.raises(LookupError, match="no 'gama' on this card. Did you mean 'gamma'"):
+        card()["gama"]
+
+
+def test_a_number_stands_on_a_card_once():
+    with pytest.raises(ValueError, match=r"\['phi'\] came more than once"):
+        Card((stated("phi", 1.0, "", "a"), stated("phi", 2.0, "", "b")))
+
+
+def test_an_assumed_number_needs_a_range():
+    with pytest.raises(ValueError, match="'gamma'.*needs the range"):
+        assumed("gamma", 5.0, "N m/rad", "not stated")
+
+
+def test_every_number_says_where_it_comes_from():
+    with pytest.raises(ValueError, match="must say where"):
+        stated("phi", 0.01, "rad/s", "")
+
+
+def test_there_is_a_table_for_each_origin_and_assumed_numbers_show_their_range():
+    assert card().table("stated", "numbers", "All.").rows == (("phi", "0.01", "rad/s", "section 5"),)
+    rows = card().table("assumed", "numbers", "All.").rows
+    assert rows[0] == ("gamma", "5", "N m/rad", "1 to 100", "not stated")
+    assert rows[1] == ("derivative", "zero", None, None, "a jump has none")
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.01, "0.01"),
+        ((0.5, 0.4), "(0.5, 0.4)"),
+        (np.diag([6.0, 6.0]), "diag(6, 6)"),
+        (((1.0, 2.0), (3.0, 4.0)), "(1, 2; 3, 4)"),
+        ("zero", "zero"),
+    ],
+)
+def test_a_value_is_written_as_a_person_writes_it(value, text):
+    assert written(value) == text

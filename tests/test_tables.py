@@ -1,0 +1,169 @@
+import csv
+import io
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from workbench.notation.formula import symbol
+from workbench.report.numbers import measured, paddings, printed
+from workbench.report.tables import alignments, grid, notes, to_csv, to_latex
+from workbench.study.document import Code, Column, Diverged, Emphasis, Measured, Table
+
+
+def table(*rows, columns=(Column("law"), Column("RMSE", "rad")), **more):
+    return Table("t", "A caption", columns, rows, **more)
+
+
+def cells(*values, column=Column("x")):
+    shown = grid(Table("t", "", (column,), tuple((value,) for value in values)))
+    return [str(row[0].content) for row in shown]
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (0.35321, 0.0002, "0.3532(2)"),
+        (0.35321, 0.00012, "0.35321(12)"),
+        (12.34, 0.26, "12.3(3)"),
+        (480.4, 30.0, "480(30)"),
+        (16320.0, 800.0, "16300(800)"),
+        (1234.5, 12.0, "1234(12)"),
+        (-0.5, 0.1, "−0.50(10)"),
+        (0.0003, 0.002, "0.000(2)"),
+        (2.345e-5, 1.2e-7, "2.345(12)e-5"),
+        (1.5e7, 2e4, "1.500(2)e7"),
+        (0.5, 0.0, "0.500000"),
+        (0.3532, 1e-12, "0.353200"),
+        (0.0, 0.0, "0"),
+        (9.9996, 0.0004, "9.9996(4)"),
+        (99.96, 0.96, "100.0(10)"),
+    ],
+)
+def test_the_digits_shown_are_those_that_the_error_supports(value, error, text):
+    assert str(measured(value, error)) == text
+
+
+@given(st.floats(-1e8, 1e8), st.floats(1e-9, 1e8))
+def test_what_is_printed_lies_within_the_error_that_is_printed(value, error):
+    """Half a unit of the last digit is at most half the printed error's unit, so value and error survive printing."""
+    number = measured(value, error)
+    scale = 10.0 ** int(number.power.replace("−", "-") or 0)
+    tail, _, bracket = number.tail.partition("(")
+    shown = float(f"{number.sign}{number.whole}{tail}".replace("−", "-")) * scale
+    if not bracket:  # the error is below the last of six digits
+        assert shown == pytest.approx(value, rel=5.1e-6)
+        return
+    decimals = len(tail.removeprefix("."))
+    unit = float(bracket.rstrip(")")) * 10.0**-decimals * scale
+    assert 0.75 * error <= unit <= 1.35 * error + 10.0**-decimals * scale
+    assert abs(shown - value) <= 0.6 * unit
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.5, "0.5"),
+        (9.81, "9.81"),
+        (1.0, "1"),
+        (0.123456, "0.1235"),
+        (0.44598, "0.4460"),
+        (12345.6, "12346"),
+        (1.5e-7, "1.5e-7"),
+        (2e5, "2e5"),
+        (0.0, "0"),
+        (-0.0, "0"),
+        (math.inf, "∞"),
+        (-math.inf, "−∞"),
+        (65536, "65\u2009536"),
+        (-17, "−17"),
+    ],
+)
+def test_a_plain_number_has_four_digits_or_fewer_if_they_are_exact(value, text):
+    assert str(printed(value)) == text
+
+
+def test_a_column_may_ask_for_its_digits():
+    assert cells(0.233, 0.5, column=Column("x", digits=4)) == ["0.2330", "0.5000"]
+
+
+@given(st.lists(st.tuples(st.floats(-1e9, 1e9), st.floats(0, 1e3)), min_size=1, max_size=8))
+def test_every_number_of_a_column_fills_the_same_frame(pairs):
+    """Glyph class by glyph class: what stands before the decimal point, and what stands behind it."""
+    numbers = [measured(value, error) for value, error in pairs]
+
+    def classes(text):
+        return sorted("0" if c.isdigit() else c for c in text)
+
+    frames = paddings(numbers)
+    before = [classes(p.before + n.sign + n.whole) for n, p in zip(numbers, frames, strict=True)]
+    behind = [classes(n.tail + p.behind) for n, p in zip(numbers, frames, strict=True)]
+    powers = [len(n.power + p.power) for n, p in zip(numbers, frames, strict=True)]
+    assert all(b == before[0] for b in before)
+    assert all(b == behind[0] for b in behind)
+    assert len(set(powers)) == 1
+
+
+def test_cells_read_as_a_person_says_them():
+    assert cells(None, True, False, Diverged(3.14159), Diverged(12.0), "never") == [
+        "—",
+        "yes",
+        "no",
+        "diverged at 3.14 s",
+        "diverged at 12 s",
+        "never",
+    ]
+
+
+def test_numbers_that_came_as_text_keep_their_digits_and_are_aligned():
+    shown = grid(table(("a", "0.2330"), ("b", "+12.5"), ("c", None)))
+    assert str(shown[0][1].content) == "0.2330"
+    assert shown[0][1].padding.before == "+1"
+    assert shown[1][1].padding.behind == "000"
+
+
+def test_words_stand_left_and_numbers_are_centred():
+    assert alignments(table(("a", 1.0), ("b", Diverged(2.0)))) == ["left", "center"]
+
+
+def test_brackets_are_explained_where_they_are_printed():
+    assert "0.3532(2)" in str(notes(table(("a", Emphasis(Measured(1.0, 0.1))))))
+    assert notes(table(("a", 1.0))) == ()
+
+
+def test_csv_reads_back_with_every_digit():
+    value, error = 0.1 + 0.2, 1e-17
+    columns = (Column("law, or rule"), Column((symbol("q_1"), " error"), "m/s^2"), Column("n"))
+    text = to_csv(
+        table(
+            ('say "six"', Measured(value, error), 3),
+            ("line\nbreak", Diverged(3.125), None),
+            (Code("a.b"), None, True),
+            columns=columns,
+        )
+    )
+    head, *rows = list(csv.reader(io.StringIO(text, newline=""), strict=True))
+    assert [h.replace("_", "") for h in head] == ["law, or rule", "q1 error [m/s²]", "q1 error (error) [m/s²]", "n"]
+    assert float(rows[0][1]) == value
+    assert float(rows[0][2]) == error
+    assert rows[0][0] == 'say "six"'
+    assert rows[1] == ["line\nbreak", "diverged at 3.125 s", "", ""]
+    assert rows[2] == ["a.b", "", "", "yes"]
+    assert text.count("\r\n") == 4
+
+
+def test_latex_leaves_nothing_of_the_text_to_be_read_as_commands():
+    hostile = r"50 % of $x_1$ & \input{secret} # ~ ^ { } <b> 3–4 — −1"
+    text = to_latex(table((hostile, 1.0), ("[a]", Measured(-0.5, 0.1))))
+    assert r"50 \% of \$x\_1\$ \& \textbackslash{}input\{secret\} \# \textasciitilde{} \textasciicircum{}" in text
+    assert r"{}[a]" in text
+    assert r"$-0.50(10)$" in text
+
+
+def test_latex_has_the_rules_and_the_label_of_a_booktabs_table():
+    text = to_latex(table(("PID", Emphasis(2.5e-7)), ("SMC", 12.0)))
+    for piece in (r"\toprule", r"\midrule", r"\bottomrule", r"\label{tab:t}", r"\caption{A caption}"):
+        assert piece in text
+    assert r"$\phantom{1}\mathbf{2.5{}\times10^{-7}}$" in text
+    assert r"law & RMSE [rad] \\" in text

@@ -1,0 +1,215 @@
+"""What a study says, as data: words, equations, tables, figures and verdicts, and nothing about their looks.
+
+No date, no running time and no path of a machine is part of a document: the same study gives the same bytes.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal, TypeAlias
+
+from workbench.notation.formula import Formula
+from workbench.study.cells import (
+    Cell,
+    Code,
+    Column,
+    Diverged,
+    Emphasis,
+    Measured,
+    Part,
+    Phrase,
+    Reference,
+    Strong,
+    Table,
+    Value,
+    check_name,
+    parts,
+)
+from workbench.study.curves import Band, Panel, Series
+
+__all__ = [
+    "Band",
+    "Block",
+    "Cell",
+    "Code",
+    "Colophon",
+    "Column",
+    "Diverged",
+    "Document",
+    "Emphasis",
+    "Equation",
+    "Figure",
+    "Itemize",
+    "Measured",
+    "Panel",
+    "Paragraph",
+    "Part",
+    "Phrase",
+    "Reference",
+    "Section",
+    "Series",
+    "Strong",
+    "Table",
+    "Value",
+    "Verdict",
+    "parts",
+]
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One or more panels below a common legend, laid out row by row in so many `columns`."""
+
+    name: str
+    caption: Phrase
+    panels: tuple[Panel, ...]
+    columns: int = 1
+
+    def __post_init__(self) -> None:
+        check_name("Figure", self.name)
+        if not self.panels or not 1 <= self.columns <= 3:
+            raise ValueError(
+                f"`Figure('{self.name}')` must have at least one panel, in 1 to 3 columns, to fit a page; "
+                f"got {len(self.panels)} panels in {self.columns} columns."
+            )
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """Running text."""
+
+    text: Phrase
+
+
+@dataclass(frozen=True)
+class Itemize:
+    """A list of points."""
+
+    items: tuple[Phrase, ...]
+
+
+@dataclass(frozen=True)
+class Equation:
+    """Formulas on lines of their own below one number; the `note` says where they come from."""
+
+    formulas: Formula | tuple[Formula, ...]
+    name: str = ""
+    note: Phrase = ""
+
+    def __post_init__(self) -> None:
+        if self.name:
+            check_name("Equation", self.name)
+
+    @property
+    def lines(self) -> tuple[Formula, ...]:
+        """The formulas, one a line."""
+        return self.formulas if isinstance(self.formulas, tuple) else (self.formulas,)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A claim with what became of it, and the evidence: a bound, a residual, a witness."""
+
+    kind: Literal["holds", "fails", "open"]
+    statement: Phrase
+    evidence: Phrase = ""
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("holds", "fails", "open"):
+            raise ValueError(f"`Verdict(kind)` must be 'holds', 'fails' or 'open'; got {self.kind!r}.")
+
+
+Block: TypeAlias = Paragraph | Itemize | Equation | Table | Figure | Verdict
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading and what stands below it."""
+
+    heading: Phrase
+    blocks: tuple[Block, ...]
+
+
+@dataclass(frozen=True)
+class Colophon:
+    """How to get this report again: the command, the seed, and what the numbers were made of.
+
+    `fingerprints` maps the name of a set of equations to its hexadecimal digest, `packages` the name
+    of a package to its version.
+    """
+
+    command: str
+    version: str
+    fingerprints: Mapping[str, str] = field(default_factory=dict)
+    seed: int | None = None
+    packages: Mapping[str, str] = field(default_factory=dict)
+    python: str = ""
+
+
+@dataclass(frozen=True)
+class Document:
+    """A report: its question, its method, its sections, and how to get it again.
+
+    Raises
+    ------
+    ValueError
+        If two blocks bear the same name.
+    LookupError
+        If a `Reference` names no block; the message names the nearest.
+    """
+
+    title: str
+    question: Phrase
+    method: Phrase
+    sections: tuple[Section, ...]
+    colophon: Colophon
+    subtitle: str = ""
+    authors: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        names = [b.name for b in self.blocks if isinstance(b, (Table, Figure, Equation)) and b.name]
+        if twice := sorted({name for name in names if names.count(name) > 1}):
+            raise ValueError(f"`Document(...)` needs distinct names of its blocks; {twice} came more than once.")
+        for name in self._references():
+            if name not in names:
+                near = difflib.get_close_matches(name, names, n=1)
+                hint = f" Did you mean '{near[0]}'?" if near else f" The names are: {', '.join(names) or 'none'}."
+                raise LookupError(f"`Reference('{name}')` names no table, figure or equation here.{hint}")
+
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """All blocks in reading order."""
+        return tuple(block for section in self.sections for block in section.blocks)
+
+    @property
+    def tables(self) -> tuple[Table, ...]:
+        """The tables in reading order: the first is Table 1."""
+        return tuple(block for block in self.blocks if isinstance(block, Table))
+
+    @property
+    def figures(self) -> tuple[Figure, ...]:
+        """The figures in reading order: the first is Figure 1."""
+        return tuple(block for block in self.blocks if isinstance(block, Figure))
+
+    @property
+    def equations(self) -> tuple[Equation, ...]:
+        """The equations in reading order: the first is Equation (1)."""
+        return tuple(block for block in self.blocks if isinstance(block, Equation))
+
+    def _references(self) -> Iterator[str]:
+        for held in _walk((self.question, self.method, self.sections)):
+            if isinstance(held, Reference):
+                yield held.name
+
+
+def _walk(held: Any) -> Iterator[Any]:
+    """Every phrase part of a document, depth first; what cannot hold a reference is not entered."""
+    yield held
+    if isinstance(held, tuple):
+        for item in held:
+            yield from _walk(item)
+    elif isinstance(held, (Section, Paragraph, Itemize, Equation, Table, Figure, Verdict, Emphasis)):
+        for item in vars(held).values():
+            yield from _walk(item)
