@@ -1,0 +1,63 @@
+# make paper   the report on the paper, from a fresh clone, with the installation
+# make test    everything that must hold before a change is kept
+# make env     the environment of both, without running anything
+# make check   the paper's study in a new environment that holds only what users install
+# make clean   remove the environments and caches; reports stay
+#
+# Another Python: make paper PYTHON=python3.12
+
+PYTHON = python3
+STUDIES = studies/a0_two_link_arm.py studies/a1_paper_tables.py
+CODE = workbench studies tests
+RUN = .venv/bin/python
+PIP = -m pip -qq --disable-pip-version-check install --no-compile --constraint constraints.txt
+
+.PHONY: paper test env check clean python
+.DEFAULT_GOAL := paper
+
+paper: .venv/.runtime
+	@set -e; for study in $(STUDIES); do $(RUN) -m workbench run $$study; done
+
+test: .venv/.dev
+	@echo "ruff";   $(RUN) -m ruff check --quiet $(CODE)
+	@echo "format"; $(RUN) -m ruff format --check --quiet $(CODE)
+	@echo "mypy";   $(RUN) -m mypy --strict --no-error-summary
+	@echo "pytest, with the architecture test"; $(RUN) -m pytest -n 2
+
+env: .venv/.dev
+
+.venv/.runtime: pyproject.toml constraints.txt
+	@$(MAKE) --no-print-directory python
+	@echo "Making .venv and installing what the workbench needs: about half a minute ..."
+	@$(PYTHON) -m venv --clear .venv
+	@$(RUN) $(PIP) --editable .
+	@touch $@
+
+.venv/.dev: .venv/.runtime
+	@echo "Installing what the tests need: about half a minute ..."
+	@$(RUN) $(PIP) --editable '.[dev]'
+	@touch $@
+
+check:
+	@$(MAKE) --no-print-directory python
+	@echo "Installing the workbench as a user would, without its tests' packages ..."
+	@$(PYTHON) -m venv --clear .venv-check
+	@.venv-check/bin/python $(PIP) .
+	@.venv-check/bin/python -m pip --disable-pip-version-check check
+	@set -e; folder=$$(mktemp -d); trap 'rm -rf "$$folder"' EXIT; root=$$(pwd); cd "$$folder"; \
+	for study in $(STUDIES); do \
+		"$$root/.venv-check/bin/workbench" run "$$root/$$study" --out "$$folder/report"; \
+		test -s "$$folder/report/index.html" && test -s "$$folder/report/report.pdf"; \
+		rm -rf "$$folder/report"; \
+	done
+	@rm -rf .venv-check
+
+clean:
+	@rm -rf .venv .venv-check .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist
+	@find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+python:
+	@command -v $(PYTHON) > /dev/null || \
+		{ echo "There is no '$(PYTHON)' here: name a Python of 3.11 or newer, as in 'make paper PYTHON=python3.12'." >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "The workbench needs Python 3.11 or newer, and '$(PYTHON)' is $$($(PYTHON) -c 'import platform; print(platform.python_version())'): try 'make paper PYTHON=python3.12'." >&2; exit 1; }

@@ -1,0 +1,221 @@
+"""The command line: one verb, one function, one screen of output.
+
+Whatever is wrong is said in one sentence on stderr, with exit status 2; Ctrl-C ends with 130. All that
+is heavy is imported inside the verbs, so that help comes at once.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING, NoReturn
+
+import click
+
+from workbench import __version__
+
+if TYPE_CHECKING:
+    from workbench.study.study import Study
+
+# What the workbench raises on purpose; anything else is a bug of ours and shows its traceback.
+SAID = (ValueError, LookupError, OSError, MemoryError)
+SECONDS_BETWEEN_LINES = 10.0
+
+
+def main() -> None:
+    """The command `workbench`."""
+    try:
+        status = cli.main(prog_name="workbench", standalone_mode=False)
+    except click.exceptions.NoArgsIsHelpError as error:
+        error.show()
+        status = error.exit_code
+    except click.ClickException as error:
+        _leave(error.format_message(), error.exit_code)
+    except click.Abort:
+        _leave("stopped.", 130)
+    sys.exit(status if isinstance(status, int) else 0)
+
+
+@click.group()
+@click.version_option(__version__, package_name="control-workbench", prog_name="workbench")
+def cli() -> None:
+    """Equations in, verdicts and numbers out: design, check and compare control laws."""
+
+
+@cli.command()
+@click.argument("study", type=click.Path(path_type=Path))
+@click.option("--out", type=click.Path(path_type=Path), help="Folder of the report; reports/NAME if not given.")
+def run(study: Path, out: Path | None) -> None:
+    """Run the study in the Python file STUDY and write its report."""
+    with _one_sentence(study):
+        loaded = _load(study)
+
+        from workbench.report import folder
+        from workbench.study.runner import run as run_all
+        from workbench.study.writeup import document
+
+        target = out or Path("reports") / loaded.name
+        _refuse_place(target)
+        with _progress(loaded.name) as progress:
+            results = run_all(loaded, progress)
+        findings = [" ".join(line.split()) for line in loaded.headlines(results)]
+        folder.write(document(loaded, results, command=_command(study, out)), target)
+        for line in [*findings, f"The report is {target / 'index.html'}, and {target / 'report.pdf'}."]:
+            click.echo(line)
+
+
+@cli.command()
+@click.argument("robot")
+@click.option("--format", "form", type=click.Choice(["text", "latex", "python"]), default="text", show_default=True)
+def derive(robot: str, form: str) -> None:
+    """Print M, C and G of ROBOT, an arm of the catalogue."""
+    with _one_sentence():
+        from workbench.core import Dynamics
+        from workbench.derivation import FORMS
+        from workbench.robots import named
+
+        click.echo(FORMS[form](Dynamics.of(named(robot), robot)))
+
+
+@cli.command()
+def doctor() -> None:
+    """Check that all the workbench needs is here and works."""
+    with _one_sentence():
+        from workbench.doctor import findings
+
+        well = True
+        for finding in findings():
+            click.echo(f"{'ok' if finding.well else 'wrong':6} {finding.name:18} {finding.said}")
+            well = well and finding.well
+        sys.exit(0 if well else 1)
+
+
+def _load(file: Path) -> Study:
+    """The `study` of a script, which runs as the user's own program with its folder first on the path."""
+    from importlib.machinery import SourceFileLoader
+    from importlib.util import module_from_spec, spec_from_loader
+
+    from workbench.core.layout import nearest
+    from workbench.study.study import Study
+
+    if not file.is_file():
+        beside = [str(other) for other in sorted(file.parent.glob("*.py"))] if file.parent.is_dir() else []
+        raise LookupError(f"There is no study file '{file}'.{nearest(str(file), beside)}")
+    loader = SourceFileLoader("__study__", str(file))
+    spec = spec_from_loader(loader.name, loader)
+    assert spec is not None
+    module = module_from_spec(spec)
+    sys.path.insert(0, str(file.parent.resolve()))
+    sys.modules[loader.name] = module
+    try:
+        loader.exec_module(module)
+    except SystemExit as error:
+        raise ValueError(f"'{file}' ended by itself, with status {error.code}, before its study was read.") from None
+    study = getattr(module, "study", None)
+    if study is None:
+        raise LookupError(f"'{file}' has no study: it must define `study = Study(...)` at its top level.")
+    if not isinstance(study, Study):
+        raise ValueError(f"`study` in '{file}' must be a `Study`; got {type(study).__name__}.")
+    return study
+
+
+def _refuse_place(folder: Path) -> None:
+    """Refuse a folder that could not be written, before the run and not after it."""
+    there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK):
+        why = "may not be written" if there.is_dir() else "is not a folder"
+        raise ValueError(f"The report cannot go to '{folder}': '{there}' {why}. Name another folder with `--out`.")
+
+
+def _command(study: Path, out: Path | None) -> str:
+    """The command that makes this report, with no more of this machine's folders than the user typed."""
+    from shlex import join
+
+    below = study.is_absolute() and study.is_relative_to(Path.cwd())
+    words = ["workbench", "run", str(study.relative_to(Path.cwd()) if below else study)]
+    return join(words if out is None else [*words, "--out", str(out)])
+
+
+@contextmanager
+def _progress(name: str) -> Iterator[Callable[[float], None]]:
+    """What is told the share that is done: a bar on a terminal, a line now and then elsewhere."""
+    if not sys.stderr.isatty():
+        yield _lines(name)
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(name, total=1.0)
+        yield lambda share: bar.update(task, completed=share)
+
+
+def _lines(name: str) -> Callable[[float], None]:
+    start = last = monotonic()
+
+    def tell(share: float) -> None:
+        nonlocal last
+        now = monotonic()
+        if 0 < share < 0.995 and now - last >= SECONDS_BETWEEN_LINES:
+            last = now
+            left = (now - start) * (1 - share) / share
+            click.echo(f"{name}: {share:.0%} done, about {left:.0f} s left", err=True)
+
+    return tell
+
+
+@contextmanager
+def _one_sentence(script: Path | None = None) -> Iterator[None]:
+    """Turn what is raised on purpose, or by the user's own script, into one sentence and an exit status."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        _leave("stopped; no report was written.", 130)
+    except BrokenPipeError:  # the reader of our output has left, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(0)
+    except Exception as error:
+        where = _place(error, script) if script is not None else ""
+        if not where and not isinstance(error, SAID):
+            raise
+        _leave(where + _sentence(error), 2)
+
+
+def _leave(sentence: str, status: int) -> NoReturn:
+    click.echo(f"workbench: {sentence}", err=True)
+    sys.exit(status)
+
+
+def _sentence(error: BaseException) -> str:
+    """The message of an error in one line, with its kind where the message alone would not be understood."""
+    if isinstance(error, OSError) and error.strerror:
+        file = f" '{error.filename}'" if error.filename else ""
+        return f"{error.strerror}:{file}." if file else f"{error.strerror}."
+    text = " ".join(str(error.msg if isinstance(error, SyntaxError) else error).split())
+    speaks = type(error) in (ValueError, LookupError) or type(error).__module__.startswith("workbench.")
+    return text if speaks else f"{type(error).__name__}: {text}"
+
+
+def _place(error: BaseException, script: Path) -> str:
+    """File and line of the user's script, or of a file beside it, where an error arose; empty if nowhere there."""
+    if isinstance(error, SyntaxError):
+        line = f", line {error.lineno}" if error.lineno else ""
+        return f"{_shown(error.filename or str(script))}{line}: "
+    folder, found = script.parent.resolve(), ""
+    step = error.__traceback__
+    while step is not None:
+        file = Path(step.tb_frame.f_code.co_filename)
+        if file.is_file() and file.resolve().parent == folder:
+            found = f"{_shown(str(file))}, line {step.tb_lineno}: "
+        step = step.tb_next
+    return found
+
+
+def _shown(file: str) -> str:
+    path = Path(file)
+    return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)

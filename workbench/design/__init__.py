@@ -1,0 +1,5 @@
+"""Design by linear models: the only room that opens python-control."""
+
+from workbench.design.linearize import linearize, to_control
+
+__all__ = ["linearize", "to_control"]
