@@ -13,6 +13,7 @@ from typing import Any, TypeVar, dataclass_transform
 import numpy as np
 
 from workbench.core.layout import Bounds, nearest, numbers
+from workbench.core.show import Markup, letters, table_to_html
 
 # What the user gives is a float or an array; in the lifted twin the same field holds an SX.
 Scalar = Any
@@ -93,7 +94,23 @@ def block(cls: type[T]) -> type[T]:
 
     cls.__post_init__ = __post_init__  # type: ignore[attr-defined]
     cls.__block__ = True  # type: ignore[attr-defined]
+    cls._repr_html_ = _repr_html_  # type: ignore[attr-defined]
     return dataclass(frozen=True, eq=False)(cls)
+
+
+def _repr_html_(self: Any) -> str:
+    """What a notebook shows of a block: its numbers, its choices, and the blocks it is made of."""
+    rows: list[tuple[object, ...]] = [
+        (f.name, letters(q.symbol or f.name), np.asarray(getattr(self, f.name)).tolist(), q.unit)
+        for f, q in quantities(self)
+    ]
+    rows += [(name, "", choice, meaning) for name, (choice, meaning) in options(self).items()]
+    for f in fields(self):
+        value = getattr(self, f.name)
+        for part in value if isinstance(value, tuple) else (value,):
+            if is_block(part):
+                rows.append((f.name, "", Markup(part._repr_html_()), ""))
+    return table_to_html(type(self).__name__, ("name", "letter", "value", "unit"), rows)
 
 
 def is_block(thing: Any) -> bool:

@@ -12,6 +12,7 @@ import numpy as np
 
 from workbench.core.layout import Array, Entry, Layout
 from workbench.core.lift import lift
+from workbench.core.show import matrices_to_html
 
 
 class AbstractArm(ABC):
@@ -101,6 +102,10 @@ class Dynamics:
         """qdd (n,) that the torque tau (n,) gives at a state."""
         M, C, G = self.matrices(q, qd, p)
         return np.asarray(np.linalg.solve(M, np.asarray(tau) - C @ np.asarray(qd) - G))
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the matrices as equations."""
+        return matrices_to_html({"M": self.M, "C": self.C, "G": self.G}, self.names())
 
     def names(self) -> dict[str, str]:
         """How each symbol of the expressions is printed: the name of the SX to that of the book."""

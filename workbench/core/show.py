@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
 import casadi as ca
@@ -31,12 +31,32 @@ def matrices_to_html(matrices: Mapping[str, ca.SX], names: Mapping[str, str]) ->
 
 
 def layouts_to_html(title: str, layouts: Mapping[str, Layout]) -> str:
-    """One table of names, shapes, units and values for each layout."""
+    """One table of names, letters, values and units for each layout."""
     rows = [
-        f"<tr><td>{escape(kind)}</td><td><code>{escape(e.name)}</code></td><td>{e.shape or ''}</td>"
-        f"<td>{escape(e.unit)}</td><td>{escape(str(e.default.tolist()))}</td></tr>"
+        (kind, entry.name, letters(entry.symbol or entry.name.rpartition(".")[2]), entry.default.tolist(), entry.unit)
         for kind, layout in layouts.items()
-        for e in layout.entries
+        for entry in layout.entries
     ]
-    head = "<tr><th>kind</th><th>name</th><th>shape</th><th>unit</th><th>value</th></tr>"
-    return f"<table><caption>{escape(title)}</caption>{head}{''.join(rows)}</table>"
+    return table_to_html(title, ("kind", "name", "letter", "value", "unit"), rows)
+
+
+def letters(name: str) -> Markup:
+    """A name of the code as the book's letter, in MathML within a line."""
+    return Markup(mathml.emit(symbol(name), display=False))
+
+
+def table_to_html(title: str, head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """A table whose cells are text, escaped, or markup that already is."""
+    body = "".join(f"<tr>{''.join(f'<td>{_cell(cell)}</td>' for cell in row)}</tr>" for row in rows)
+    top = "".join(f"<th>{escape(word)}</th>" for word in head)
+    return f"<table><caption>{escape(title)}</caption><tr>{top}</tr>{body}</table>"
+
+
+class Markup(str):
+    """Text that is HTML already."""
+
+    __slots__ = ()
+
+
+def _cell(cell: object) -> str:
+    return cell if isinstance(cell, Markup) else escape(str(cell))
