@@ -100,7 +100,7 @@ def test_the_rebuilt_expression_has_the_same_normal_form(expression):
     assert NormalForm.of(form.to_casadi(SYMBOLS)) == form
 
 
-@given(angles | shifted, angles | shifted)
+@given(angles, angles)
 def test_products_of_sines_and_cosines_become_sums_exactly(a, b):
     assert NormalForm.of(ca.sin(a) ** 2 + ca.cos(a) ** 2 - 1).is_zero
     assert same(2 * ca.sin(a) * ca.cos(b), ca.sin(a + b) + ca.sin(a - b))
@@ -260,7 +260,7 @@ def test_four_links_are_expanded_in_well_under_a_second():
 def test_simplify_leaves_what_does_not_cancel():
     M, *_ = arm(*columns(2))
     simple = simplify(M)
-    assert [s.name() for s in ca.symvar(simple[1, 1])] == ["m_2", "l_2"]
+    assert {s.name() for s in ca.symvar(simple[1, 1])} == {"m_2", "l_2"}
     symbols = ca.vertcat(*ca.symvar(M))
     difference = ca.Function("difference", [symbols], [simple - M])
     # Some ten terms of size 10 cancel.

@@ -1,0 +1,241 @@
+r"""The normal form of polynomials in symbols, sines and cosines: equal expressions have equal ones.
+
+An expression of the class is a finite sum of
+
+    rational coefficient  x  symbols to whole powers  x  1, or sin or cos of a polynomial angle.
+
+Products of sines and cosines are turned into sums, so that sin^2 + cos^2 becomes 1; doubles are taken
+for the fractions that they exactly are. Then two expressions are equal for all values of their symbols
+(where no divisor is zero) if and only if their normal forms are the same: exp(i a) for different angles a
+are linearly independent over the rational functions if the angles differ by more than a constant, and
+over the rational numbers if they differ by a rational one.
+
+References
+----------
+Lindemann and Weierstrass: Baker (1975), Transcendental Number Theory, theorem 1.4.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+import casadi as ca
+
+from workbench.notation import textbook, waves
+from workbench.notation.formula import Formula, Matrix, Symbol, printed
+from workbench.notation.walk import NAMES, Operation, walk
+from workbench.notation.waves import Key, Terms
+
+# Beyond these an expansion would take minutes; it is refused rather than begun.
+MOST_PRODUCTS, HIGHEST_POWER = 500_000, 64
+
+
+class NotInClass(ValueError):  # noqa: N818
+    """An expression that has no normal form here; the message names the operation."""
+
+
+@dataclass(frozen=True, eq=False)
+class NormalForm:
+    """One expression in normal form: its coefficients, keyed by monomial and sine or cosine.
+
+    Symbols are known by their names, so that forms of expressions over different CasADi symbols can
+    be compared. Two forms are equal (`==`) if and only if the expressions are.
+    """
+
+    terms: Mapping[Key, Fraction]
+
+    @staticmethod
+    def of(expression: ca.SX) -> NormalForm:
+        """The normal form of one expression.
+
+        Known are + - *, squares and whole powers, division by a number or by a product of symbols,
+        and sin and cos of polynomials.
+
+        Raises
+        ------
+        NotInClass
+            If the expression is not of the class (the operation is named), if two of its symbols
+            bear one name, or if it expands to too many terms.
+        ValueError
+            If it is a matrix.
+        """
+        if ca.SX(expression).numel() != 1:
+            raise ValueError(
+                f"`NormalForm.of(expression)` takes one expression; got shape {ca.SX(expression).shape}. "
+                "For a matrix there is `normal_forms`."
+            )
+        return normal_forms(expression)[0][0]
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether the expression is zero identically: a proof, by exact arithmetic."""
+        return not self.terms
+
+    def __eq__(self, other: object) -> bool:
+        return self.terms == other.terms if isinstance(other, NormalForm) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(frozenset(self.terms.items()))
+
+    def __add__(self, other: NormalForm) -> NormalForm:
+        return NormalForm(waves.added(dict(self.terms), dict(other.terms)))
+
+    def __sub__(self, other: NormalForm) -> NormalForm:
+        return NormalForm(waves.added(dict(self.terms), dict(other.terms), -1))
+
+    def __mul__(self, other: NormalForm) -> NormalForm:
+        return NormalForm(_multiply(dict(self.terms), dict(other.terms)))
+
+    def __neg__(self) -> NormalForm:
+        return NormalForm(waves.scaled(dict(self.terms), Fraction(-1)))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the symbols that are left, in alphabetical order."""
+        found = {name for monomial, (_, angle) in self.terms for name, _ in monomial}
+        found |= {name for _, (_, angle) in self.terms for monomial, _ in angle for name, _ in monomial}
+        return tuple(sorted(found))
+
+    def evaluate(self, values: Mapping[str, float]) -> float:
+        """The value at the given values of the symbols, in floating point."""
+
+        def power(monomial: waves.Monomial) -> float:
+            return math.prod(float(values[name]) ** exponent for name, exponent in monomial)
+
+        def oscillation(kind: str, angle: waves.Angle) -> float:
+            total = math.fsum(float(c) * power(monomial) for monomial, c in angle)
+            return math.cos(total) if kind == "cos" else math.sin(total)
+
+        return math.fsum(float(c) * power(m) * oscillation(*wave) for (m, wave), c in self.terms.items())
+
+    def to_casadi(self, symbols: Mapping[str, ca.SX]) -> ca.SX:
+        """The expression again, expanded, in the given CasADi symbols (by name)."""
+
+        def power(monomial: waves.Monomial) -> ca.SX:
+            return math.prod((symbols[name] ** exponent for name, exponent in monomial), start=ca.SX(1))
+
+        total = ca.SX(0)
+        for (monomial, (kind, angle)), coefficient in sorted(self.terms.items()):
+            argument = sum((float(c) * power(m) for m, c in angle), ca.SX(0))
+            wave = ca.cos(argument) if kind == "cos" else ca.sin(argument)
+            total += float(coefficient) * power(monomial) * wave
+        return total
+
+    def to_formula(self, symbols: Mapping[str, Symbol] | None = None) -> Formula:
+        """The form in which a textbook would print it, the same in every process.
+
+        Raises
+        ------
+        ValueError
+            If two names would be printed alike.
+        """
+        return textbook.written(self.terms, printed(self.names, symbols))
+
+
+def normal_forms(matrix: ca.SX) -> list[list[NormalForm]]:
+    """The normal form of each entry of a matrix, row by row.
+
+    Raises
+    ------
+    NotInClass
+        As `NormalForm.of`.
+    """
+    try:
+        steps = walk(matrix)
+    except ValueError as error:
+        raise NotInClass(str(error)) from error
+    known: list[Terms] = []
+    for node in steps.nodes:
+        known.append(_terms(node, [known[i] for i in node.operands]))
+    return [[NormalForm(known[place]) for place in row] for row in steps.entries]
+
+
+def to_formula(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> Formula:
+    """The textbook form of an expression, or of a matrix of them.
+
+    Raises
+    ------
+    NotInClass
+        As `NormalForm.of`.
+    ValueError
+        If two names would be printed alike.
+    """
+    forms = normal_forms(expression)
+    printed({name for row in forms for form in row for name in form.names}, symbols)
+    rows = tuple(tuple(form.to_formula(symbols) for form in row) for row in forms)
+    return rows[0][0] if len(rows) == len(rows[0]) == 1 else Matrix(rows)
+
+
+def simplify(matrix: ca.SX) -> ca.SX:
+    """The same matrix, each entry rebuilt from its normal form: what cancels identically is gone.
+
+    Raises
+    ------
+    NotInClass
+        As `NormalForm.of`.
+    """
+    symbols = {symbol.name(): symbol for symbol in ca.symvar(matrix)}
+    return ca.blockcat([[form.to_casadi(symbols) for form in row] for row in normal_forms(matrix)])
+
+
+def _terms(node: Operation, operands: list[Terms]) -> Terms:
+    if node.code == ca.OP_CONST:
+        if not math.isfinite(node.value):
+            raise NotInClass(f"A normal form has finite coefficients; the expression holds {node.value}.")
+        return waves.constant(Fraction(node.value))
+    if node.code == ca.OP_INPUT:
+        return waves.variable(node.name)
+    if node.code not in RULES:
+        raise NotInClass(f"{NAMES.get(node.code, node.code)} has no normal form: the class knows + - * / sin cos.")
+    return RULES[node.code](*operands)
+
+
+def _multiply(a: Terms, b: Terms) -> Terms:
+    if len(a) * len(b) > MOST_PRODUCTS:
+        raise NotInClass(f"MUL of sums of {len(a)} and {len(b)} terms: too long to expand.")
+    return waves.multiplied(a, b)
+
+
+def _inverse(x: Terms) -> Terms:
+    if (result := waves.inverse(x)) is None:
+        raise NotInClass("DIV has a normal form only if the divisor is a number or a product of symbols.")
+    return result
+
+
+def _power(base: Terms, exponent: Terms) -> Terms:
+    n = exponent.get(waves.UNIT, Fraction(0))
+    if exponent.keys() - {waves.UNIT} or n.denominator != 1 or abs(n) > HIGHEST_POWER:
+        raise NotInClass(f"POW has a normal form only for whole exponents from -{HIGHEST_POWER} to {HIGHEST_POWER}.")
+    result = waves.constant(Fraction(1))
+    for _ in range(abs(int(n))):
+        result = _multiply(result, base)
+    return _inverse(result) if n < 0 else result
+
+
+def _wave(kind: str) -> Callable[[Terms], Terms]:
+    def rule(argument: Terms) -> Terms:
+        if (result := waves.wave("cos" if kind == "cos" else "sin", argument)) is None:
+            raise NotInClass(f"{kind.upper()} has a normal form only if no sine or cosine stands in its argument.")
+        return result
+
+    return rule
+
+
+RULES: dict[int, Callable[..., Terms]] = {
+    ca.OP_ASSIGN: lambda x: x,
+    ca.OP_ADD: waves.added,
+    ca.OP_SUB: lambda x, y: waves.added(x, y, -1),
+    ca.OP_MUL: _multiply,
+    ca.OP_DIV: lambda x, y: _multiply(x, _inverse(y)),
+    ca.OP_NEG: lambda x: waves.scaled(x, Fraction(-1)),
+    ca.OP_TWICE: lambda x: waves.scaled(x, Fraction(2)),
+    ca.OP_SQ: lambda x: _multiply(x, x),
+    ca.OP_INV: _inverse,
+    ca.OP_POW: _power,
+    ca.OP_CONSTPOW: _power,
+    ca.OP_SIN: _wave("sin"),
+    ca.OP_COS: _wave("cos"),
+}

@@ -1,0 +1,188 @@
+"""From a CasADi expression to the formula that one would write for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from functools import cache
+
+import casadi as ca
+
+from workbench.notation import build
+from workbench.notation.build import ONE, ZERO, number
+from workbench.notation.formula import Cases, Formula, Matrix, Number, Relation, Symbol, printed
+from workbench.notation.walk import NAMES, Operation, Walk, walk
+
+# A formula beyond these says nothing to a reader, and would take for ever to typeset.
+MOST_SYMBOLS, DEEPEST = 20_000, 150
+# A shared part is worth a name of its own when it holds at least so many symbols and operations.
+WORTH_A_NAME = 5
+
+TWO = Number(Fraction(2))
+OPERATIONS: dict[int, Callable[..., Formula]] = {
+    ca.OP_ASSIGN: lambda x: x,
+    ca.OP_ADD: lambda x, y: build.total((x, y)),
+    ca.OP_SUB: lambda x, y: build.total((x, build.negative(y))),
+    ca.OP_MUL: lambda x, y: build.product((x, y)),
+    ca.OP_DIV: build.quotient,
+    ca.OP_NEG: build.negative,
+    ca.OP_INV: lambda x: build.quotient(ONE, x),
+    ca.OP_TWICE: lambda x: build.product((TWO, x)),
+    ca.OP_SQ: lambda x: build.power(x, TWO),
+    ca.OP_POW: build.power,
+    ca.OP_CONSTPOW: build.power,
+    ca.OP_EXP: lambda x: build.call("exp", x),
+    ca.OP_FABS: lambda x: build.call("abs", x),
+    ca.OP_FMIN: lambda x, y: build.call("min", x, y),
+    ca.OP_FMAX: lambda x, y: build.call("max", x, y),
+    ca.OP_FMOD: lambda x, y: build.call("mod", x, y),
+    ca.OP_LT: lambda x, y: build.condition(x, "<", y),
+    ca.OP_LE: lambda x, y: build.condition(x, "<=", y),
+    ca.OP_EQ: lambda x, y: build.condition(x, "==", y),
+    ca.OP_NE: lambda x, y: build.condition(x, "!=", y),
+}
+CONDITIONAL: dict[int, Callable[..., Formula]] = {
+    ca.OP_AND: lambda x, y: Relation(build.truth(x), "and", build.truth(y)),
+    ca.OP_OR: lambda x, y: Relation(build.truth(x), "or", build.truth(y)),
+    ca.OP_NOT: build.negation,
+    ca.OP_IF_ELSE_ZERO: lambda c, x: Cases(((build.value(x), build.truth(c)),), ZERO),
+}
+FUNCTIONS = (
+    "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh log sqrt sign floor ceil erf hypot copysign"
+)
+
+
+def _function(name: str) -> Callable[..., Formula]:
+    return lambda *arguments: build.call(name, *arguments)
+
+
+OPERATIONS |= {getattr(ca, f"OP_{name.upper()}"): _function(name) for name in FUNCTIONS.split()}
+
+
+def read(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> Formula:
+    """The formula of an expression (a number, or a matrix of them), in the order in which the code has it.
+
+    Parameters
+    ----------
+    symbols
+        How the symbols of the expression are printed, by their names; what it lacks is read by
+        `workbench.notation.formula.symbol`.
+
+    Raises
+    ------
+    ValueError
+        If an operation has no way to be written (it is named), if a constant is not finite, if two
+        names would be printed alike, or if the formula would be too long for any page: for those
+        there is `read_shared`.
+    """
+    steps = walk(expression)
+    _refuse_endless(steps)
+    return _matrix(steps, _formulas(steps, symbols, {}))
+
+
+def read_shared(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> tuple[tuple[Relation, ...], Formula]:
+    """The same, with each part that occurs more than once defined by a name of its own.
+
+    Gives the definitions `w_1 = ...`, each after those it uses, and the formula in their terms. The
+    letter is the first of w, z, v, u, a that is not taken.
+
+    Raises
+    ------
+    ValueError
+        As for `read`.
+    """
+    steps = walk(expression, cse=True)
+    shared = _shared(steps)
+    table = printed(_names(steps), symbols)
+    taken = {symbol.letter for symbol in table.values()}
+    letter = next((letter for letter in "wzvua" if letter not in taken), "shared")
+    names = {place: Symbol(letter, str(i)) for i, place in enumerate(shared, start=1)}
+    _refuse_endless(steps, frozenset(shared))
+    formula = _formulas(steps, symbols, names)
+    definitions = tuple(Relation(names[place], "=", formula(place)) for place in shared)
+    return definitions, _matrix(steps, lambda place: names[place] if place in names else formula(place))
+
+
+def _names(steps: Walk) -> list[str]:
+    return [node.name for node in steps.nodes if node.code == ca.OP_INPUT]
+
+
+def _matrix(steps: Walk, formula: Callable[[int], Formula]) -> Formula:
+    rows = tuple(tuple(formula(place) for place in row) for row in steps.entries)
+    return rows[0][0] if len(rows) == len(rows[0]) == 1 else Matrix(rows)
+
+
+def _formulas(
+    steps: Walk, symbols: Mapping[str, Symbol] | None, names: Mapping[int, Symbol]
+) -> Callable[[int], Formula]:
+    """The formula of every node by its place, in which other nodes that have a name are written by it."""
+    table = printed(_names(steps), symbols)
+    formulas: list[Formula] = []
+
+    @cache
+    def tidy(place: int) -> Formula:
+        return build.collected(formulas[place])
+
+    def operand(node: Operation, k: int) -> Formula:
+        place = node.operands[k]
+        if place in names:
+            return names[place]
+        # A sum that goes on is tidied when it ends: a thousand terms are compared once, not a thousand times.
+        return formulas[place] if _flat(steps, node, k) else tidy(place)
+
+    for node in steps.nodes:
+        formulas.append(_formula(node, [operand(node, k) for k in range(len(node.operands))], table))
+    return tidy
+
+
+def _formula(node: Operation, operands: list[Formula], table: Mapping[str, Symbol]) -> Formula:
+    if node.code == ca.OP_CONST:
+        return number(node.value)
+    if node.code == ca.OP_INPUT:
+        return table[node.name]
+    if node.code in CONDITIONAL:
+        return CONDITIONAL[node.code](*operands)
+    if node.code not in OPERATIONS:
+        raise ValueError(f"`read(expression)` has no way to write the operation {NAMES.get(node.code, node.code)}.")
+    return OPERATIONS[node.code](*map(build.value, operands))
+
+
+def _shared(steps: Walk) -> list[int]:
+    """The nodes that are used more than once and are long enough to be worth a name."""
+    uses = [0] * len(steps.nodes)
+    for place in [i for node in steps.nodes for i in node.operands] + [i for row in steps.entries for i in row]:
+        uses[place] += 1
+    sizes: list[int] = []
+    shared = []
+    for place, node in enumerate(steps.nodes):
+        sizes.append(1 + sum(sizes[i] for i in node.operands))
+        if uses[place] > 1 and sizes[place] >= WORTH_A_NAME:
+            shared.append(place)
+            sizes[place] = 1
+    return shared
+
+
+def _refuse_endless(steps: Walk, named: frozenset[int] = frozenset()) -> None:
+    """Refuse what would be written at forbidding length, before it is."""
+    sizes: list[int] = []
+    depths: list[int] = []
+    largest = deepest = 0
+    for place, node in enumerate(steps.nodes):
+        size = 1 + sum(sizes[i] for i in node.operands)
+        depth = max((depths[i] + (not _flat(steps, node, k)) for k, i in enumerate(node.operands)), default=0)
+        largest, deepest = max(largest, size), max(deepest, depth)
+        sizes.append(1 if place in named else size)
+        depths.append(0 if place in named else depth)
+    if largest > MOST_SYMBOLS or deepest > DEEPEST:
+        raise ValueError(
+            f"`read(expression)` writes formulas of at most {MOST_SYMBOLS} symbols, nested {DEEPEST} deep; this one "
+            f"has {largest:.3g}, nested {deepest} deep. `read_shared` gives names to the parts that occur often."
+        )
+
+
+def _flat(steps: Walk, node: Operation, k: int) -> bool:
+    """Whether operand number k stands on the same level of the page: sums in a sum, products in a product."""
+    inner = steps.nodes[node.operands[k]].code
+    if node.code == ca.OP_MUL:
+        return inner == ca.OP_MUL
+    return inner in (ca.OP_ADD, ca.OP_SUB) and (node.code == ca.OP_ADD or (node.code == ca.OP_SUB and k == 0))

@@ -1,0 +1,36 @@
+"""Formulas in plain ASCII, for terminals and log files: `m_2*l_1*l_2*cos(q_2)`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from workbench.notation.flat import Flat
+from workbench.notation.formula import Formula, Symbol, name_of
+from workbench.notation.layout import rows
+
+
+def emit(formula: Formula, *, width: float = 100) -> str:
+    """A formula in lines of at most `width` characters, the later ones indented."""
+    lines = rows(formula, _Text(), width - len(INDENT))
+    return "\n".join(
+        line.left + line.right if line.left or i == 0 else INDENT + line.right.lstrip() for i, line in enumerate(lines)
+    )
+
+
+INDENT = "    "
+
+
+class _Text(Flat):
+    power_sign = "^"
+
+    def symbol(self, symbol: Symbol, exponent: str = "") -> str:
+        return ascii(name_of(symbol))[1:-1]
+
+    def sign(self, sign: str, *, unary: bool = False) -> str:
+        return sign if unary else f" {sign} "
+
+    def function(self, name: str) -> str:
+        return name
+
+    def cases(self, branches: Sequence[tuple[str, str]], otherwise: str) -> str:
+        return "".join(f"{value} if {when} else " for value, when in branches) + otherwise

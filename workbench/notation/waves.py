@@ -1,0 +1,132 @@
+"""Sums of rational coefficient x monomial x sine or cosine, as dictionaries; products become sums.
+
+A key is (monomial, wave): the monomial a sorted tuple of (name, exponent), the wave a pair of "cos" or
+"sin" and its angle, which is a polynomial with rational coefficients as a sorted tuple. The number 1 is
+the cosine of the angle 0, so that every term has the same form.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import lru_cache
+from typing import Literal, TypeAlias
+
+Monomial: TypeAlias = tuple[tuple[str, int], ...]
+Angle: TypeAlias = tuple[tuple[Monomial, Fraction], ...]
+Wave: TypeAlias = tuple[Literal["cos", "sin"], Angle]
+Key: TypeAlias = tuple[Monomial, Wave]
+Terms: TypeAlias = dict[Key, Fraction]
+
+PLAIN: Wave = ("cos", ())
+UNIT: Key = ((), PLAIN)
+HALF = Fraction(1, 2)
+
+
+def constant(value: Fraction) -> Terms:
+    """A number."""
+    return {UNIT: value} if value else {}
+
+
+def variable(name: str) -> Terms:
+    """A symbol."""
+    return {(((name, 1),), PLAIN): Fraction(1)}
+
+
+def scaled(terms: Terms, factor: Fraction) -> Terms:
+    """A sum times a number."""
+    return {key: value * factor for key, value in terms.items()} if factor else {}
+
+
+def added(a: Terms, b: Terms, sign: int = 1) -> Terms:
+    """a + b, or with sign -1 the difference."""
+    result = dict(a)
+    for key, value in b.items():
+        _add(result, key, value if sign == 1 else -value)
+    return result
+
+
+def _add(terms: Terms, key: Key, value: Fraction) -> None:
+    """Add to one coefficient, and drop the term if that makes it zero."""
+    before = terms.get(key)
+    if before is None:
+        terms[key] = value
+    elif before + value:
+        terms[key] = before + value
+    else:
+        del terms[key]
+
+
+def multiplied(a: Terms, b: Terms) -> Terms:
+    """a b, with each product of two waves written as the sum of two others."""
+    result: Terms = {}
+    for (m, u), x in a.items():
+        for (n, v), y in b.items():
+            monomial = times(m, n)
+            if not u[1] or not v[1]:
+                _add(result, (monomial, u if u[1] else v), x * y)
+                continue
+            for wave, factor in _product_to_sum(u, v):
+                _add(result, (monomial, wave), x * y * factor)
+    return result
+
+
+@lru_cache(maxsize=1 << 16)
+def times(m: Monomial, n: Monomial) -> Monomial:
+    """The product of two monomials."""
+    if not m or not n:
+        return m or n
+    exponents = dict(m)
+    for name, exponent in n:
+        exponents[name] = exponents.get(name, 0) + exponent
+    return tuple(sorted((name, exponent) for name, exponent in exponents.items() if exponent))
+
+
+@lru_cache(maxsize=1 << 16)
+def _product_to_sum(u: Wave, v: Wave) -> tuple[tuple[Wave, Fraction], ...]:
+    """Two waves multiplied.
+
+    cos a cos b = (cos(a - b) + cos(a + b)) / 2      sin a cos b = (sin(a + b) + sin(a - b)) / 2
+    sin a sin b = (cos(a - b) - cos(a + b)) / 2      cos a sin b = (sin(a + b) - sin(a - b)) / 2
+    """
+    (first, a), (second, b) = u, v
+    kind: Literal["cos", "sin"] = "cos" if first == second else "sin"
+    sums = [(combined(a, b, 1), -HALF if first == second == "sin" else HALF)]
+    sums += [(combined(a, b, -1), -HALF if first == "cos" and second == "sin" else HALF)]
+    return tuple(pair for angle, factor in sums for pair in _pairs(kind, angle, factor))
+
+
+def combined(a: Angle, b: Angle, sign: int) -> Angle:
+    """a + b or a - b."""
+    result = dict(a)
+    for monomial, coefficient in b:
+        result[monomial] = result.get(monomial, Fraction(0)) + sign * coefficient
+    return tuple(sorted((monomial, c) for monomial, c in result.items() if c))
+
+
+def _pairs(kind: Literal["cos", "sin"], angle: Angle, factor: Fraction) -> list[tuple[Wave, Fraction]]:
+    """A sine or cosine in the one form in which it is kept: its angle begins with a positive coefficient."""
+    if not angle:
+        return [(PLAIN, factor)] if kind == "cos" else []
+    # The constant, if any, has the empty monomial and so comes first; the sign is that of a symbol if it can be.
+    if angle[1 if len(angle) > 1 and not angle[0][0] else 0][1] > 0:
+        return [((kind, angle), factor)]
+    flipped = tuple((monomial, -coefficient) for monomial, coefficient in angle)
+    return [((kind, flipped), factor if kind == "cos" else -factor)]
+
+
+def wave(kind: Literal["cos", "sin"], argument: Terms) -> Terms | None:
+    """The sine or cosine of a sum without sines and cosines; None if it has some."""
+    if any(angle for _, (_, angle) in argument):
+        return None
+    angle: Angle = tuple(sorted((monomial, coefficient) for (monomial, _), coefficient in argument.items()))
+    return {((), kept): factor for kept, factor in _pairs(kind, angle, Fraction(1))}
+
+
+def inverse(terms: Terms) -> Terms | None:
+    """1 / x for a single term without sine or cosine; None for any other sum."""
+    if len(terms) != 1:
+        return None
+    (((monomial, kept), coefficient),) = terms.items()
+    if kept[1]:
+        return None
+    return {(tuple((name, -exponent) for name, exponent in monomial), PLAIN): 1 / coefficient}

@@ -1,0 +1,179 @@
+"""A formula on one line: where signs and parentheses fall, decided once for every markup."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import assert_never
+
+from workbench.notation.build import split_sign
+from workbench.notation.formula import (
+    Call,
+    Cases,
+    Formula,
+    Matrix,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Relation,
+    Sum,
+    Symbol,
+    System,
+)
+from workbench.notation.markup import Markup, Space
+from workbench.notation.measure import measure
+
+# How tightly the parts of a formula hold together: what is looser than its place demands gets parentheses.
+LOOSE, SUM, PRODUCT, POWER, ATOM = range(5)
+
+# Functions that are written before a lone symbol without parentheses, and to a power as sin^2 q.
+BARE = {"sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "log"}
+
+
+@dataclass(frozen=True)
+class Writer:
+    """Formulas in one markup."""
+
+    markup: Markup
+
+    def width(self, formula: Formula) -> float:
+        """The width of a formula on one line, in characters or in widths of a digit."""
+        return len(self.write(formula)) if self.markup.flat else measure(formula)
+
+    def write(self, formula: Formula, least: int = LOOSE, *, last: bool = True) -> str:
+        """A formula on one line, in parentheses if it binds more loosely than `least`.
+
+        `last` tells that nothing follows it that could be taken for part of it: `sin q` may stand
+        without parentheses.
+        """
+        text = self._write(formula, last)
+        return self.markup.group(text) if self._tightness(formula) < least else text
+
+    def factor(self, factors: tuple[Formula, ...], i: int, *, last: bool = True) -> str:
+        """Factor number i of a product."""
+        factor = factors[i]
+        # In one line, a / b * c and a * (b / c) are different computations.
+        least = POWER if self.markup.flat and i > 0 and isinstance(factor, Quotient | Number) else PRODUCT
+        if i + 1 < len(factors):
+            last = _is_call(factors[i + 1])
+        return self.write(factor, least, last=last)
+
+    def space(self, before: Formula, after: Formula) -> Space:
+        """What to put between two factors."""
+        if _starts_with_digit(after):
+            return "dot"
+        return "thin" if _is_call(before) or _is_call(after) else "none"
+
+    def _tightness(self, formula: Formula) -> int:
+        minus, size = split_sign(formula)
+        if minus:
+            return SUM
+        match size:
+            case Number(Fraction() as value):
+                return ATOM if value.denominator == 1 else PRODUCT
+            case Number(value):
+                return ATOM if self.markup.flat or "e" not in repr(value) else PRODUCT
+            case Symbol(mark=mark):
+                return POWER if mark and not self.markup.flat else ATOM
+            case Call(function, arguments):
+                return PRODUCT if self._bare(function, arguments) else ATOM
+            case Sum():
+                return SUM
+            case Product() | Quotient():
+                return PRODUCT
+            case Power():
+                return POWER
+            case Matrix():
+                return ATOM
+            case Relation() | Cases() | System():
+                return LOOSE
+        assert_never(size)
+
+    def _write(self, formula: Formula, last: bool) -> str:
+        minus, size = split_sign(formula)
+        if minus:
+            return self.markup.row([self.markup.sign("-", unary=True), self.write(size, PRODUCT, last=last)])
+        match size:
+            case Number(value):
+                return self.markup.number(value)
+            case Symbol():
+                return self.markup.symbol(size)
+            case Sum(terms):
+                return self._sum(terms)
+            case Product(factors):
+                return self._product(factors, last)
+            case Quotient(numerator, denominator):
+                above, below = (PRODUCT, POWER) if self.markup.flat else (LOOSE, LOOSE)
+                return self.markup.quotient(self.write(numerator, above), self.write(denominator, below))
+            case Power(base, exponent):
+                return self._power(base, exponent, last)
+            case Call(function, arguments):
+                return self._call(function, arguments, "", last)
+            case Matrix(rows):
+                return self.markup.matrix([[self.write(entry) for entry in row] for row in rows])
+            case Cases(branches, otherwise):
+                pairs = [(self.write(value, SUM), self.write(when, SUM - 1)) for value, when in branches]
+                return self.markup.cases(pairs, self.write(otherwise, SUM))
+            case Relation(left, sign, right):
+                return self.markup.row([self.write(left, SUM), self.markup.sign(sign), self.write(right, SUM)])
+            case System(relations):
+                return self.markup.row([self.write(relation) for relation in relations])
+        assert_never(size)
+
+    def _sum(self, terms: tuple[Formula, ...]) -> str:
+        parts = [self.write(terms[0], SUM)]
+        for term in terms[1:]:
+            minus, size = split_sign(term)
+            parts += [self.markup.sign("-" if minus else "+"), self.write(size, PRODUCT)]
+        return self.markup.row(parts)
+
+    def _product(self, factors: tuple[Formula, ...], last: bool) -> str:
+        parts = [self.factor(factors, 0, last=last)]
+        for i in range(1, len(factors)):
+            space = self.markup.times(self.space(factors[i - 1], factors[i]))
+            parts += [space, self.factor(factors, i, last=last)]
+        return self.markup.row(parts)
+
+    def _power(self, base: Formula, exponent: Formula, last: bool) -> str:
+        if self.markup.flat:
+            return self.markup.power(self.write(base, ATOM), self.write(exponent, ATOM))
+        above = self.write(exponent)
+        match base:
+            case Symbol(mark=""):
+                return self.markup.symbol(base, above)
+            case Call(function, arguments) if function in BARE and _is_whole(exponent):
+                return self._call(function, arguments, above, last)
+        return self.markup.power(self.write(base, ATOM), above)
+
+    def _call(self, function: str, arguments: tuple[Formula, ...], exponent: str, last: bool) -> str:
+        texts = [self.write(argument) for argument in arguments]
+        return self.markup.call(function, texts, exponent=exponent, bare=last and self._bare(function, arguments))
+
+    def _bare(self, function: str, arguments: tuple[Formula, ...]) -> bool:
+        return not self.markup.flat and function in BARE and isinstance(arguments[0], Symbol)
+
+
+def _is_call(formula: Formula) -> bool:
+    """Whether a formula begins with the name of a function."""
+    match formula:
+        case Power(base, exponent):
+            return isinstance(base, Call) and base.function in BARE and _is_whole(exponent)
+        case Call(function):
+            return function not in ("sqrt", "abs", "floor", "ceil")
+    return False
+
+
+def _is_whole(exponent: Formula) -> bool:
+    """Whether an exponent is 2, 3, ...: sin^-1 q would be taken for the inverse function."""
+    return isinstance(exponent, Number) and exponent.value > 1 and exponent.value == int(exponent.value)
+
+
+def _starts_with_digit(factor: Formula) -> bool:
+    """Whether a factor would run together with what stands before it."""
+    match factor:
+        case Number() | Power(Number()):
+            return True
+        case Product((first, *_)):
+            return _starts_with_digit(first)
+    return False
