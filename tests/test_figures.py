@@ -6,7 +6,7 @@ import pytest
 
 from workbench.notation.formula import Matrix, Number, symbol
 from workbench.report.figures import draw, plot
-from workbench.report.thinning import thinned
+from workbench.report.thinning import thinned, windowed
 from workbench.study.document import Band, Figure, Panel, Series
 
 T = np.linspace(0, 10, 20_001)
@@ -74,6 +74,18 @@ def test_thinning_keeps_ends_gaps_and_extremes_of_a_phase_curve():
     t, y = thinned((T, holed), 600)
     assert np.isnan(y[(t > 4.1) & (t < 5.9)]).all()
     assert not np.isnan(y[(t < 3.9) | (t > 6.1)]).any()
+
+
+def test_a_close_view_spends_its_points_on_what_it_shows():
+    line = plot(figure(Series("PID", T, chatter(T)), xlim=(2.00025, 2.10025))).axes[0].lines[0]
+    t = line.get_xdata()
+    assert (t[0], t[-1]) == pytest.approx((2.0, 2.1005))
+    assert len(t) == 202
+
+
+@pytest.mark.parametrize("limits", [(-5.0, -1.0), (20.0, 30.0), (-1.0, 11.0), None])
+def test_a_window_beside_the_data_is_no_error(limits):
+    assert len(windowed((T, T), limits)[0]) >= 1
 
 
 def test_dollars_in_a_label_are_dollars():

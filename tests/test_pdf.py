@@ -11,7 +11,7 @@ from test_page import HOSTILE, document
 from workbench.notation.formula import Relation, Sum, System, symbol
 from workbench.report import pdf as module
 from workbench.report.figures import draw
-from workbench.report.outline import labels
+from workbench.report.outline import labels, notes
 from workbench.report.pdf import pdf
 from workbench.study.document import Code, Column, Equation, Measured, Paragraph, Section, Table
 
@@ -19,7 +19,7 @@ from workbench.study.document import Code, Column, Equation, Measured, Paragraph
 def compiled(doc):
     """The PDF and the warnings that typst would have printed."""
     source = (files("workbench.report") / "templates" / "report.typ").read_bytes()
-    tree = module._Writer(labels(doc), {f.name: draw(f) for f in doc.figures}).document(doc)
+    tree = module._Writer(labels(doc), {f.name: draw(f) for f in doc.figures}, notes(doc)).document(doc)
     return typst.compile_with_warnings(source, sys_inputs={"document": json.dumps(tree)}, ignore_system_fonts=True)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -101,7 +102,7 @@ class Card:
             Column({"stated": "where", "derived": "how", "assumed": "why"}[mark]),
         )
         rows = tuple(
-            (g.shown or g.name, written(g.value), g.unit or None, *((_range(g),) if ranged else ()), g.source)
+            (g.shown or g.name, written(g.value), raised(g.unit) or None, *((_range(g),) if ranged else ()), g.source)
             for g in self
             if g.mark == mark
         )
@@ -118,6 +119,11 @@ def written(value: Any) -> str:
     if array.ndim == 2:
         return f"({'; '.join(map(_listed, array))})"
     return f"({_listed(array)})" if array.ndim == 1 else f"{float(array):.6g}"
+
+
+def raised(unit: str) -> str:
+    """A unit with its powers raised: m/s^2 as m/s\N{SUPERSCRIPT TWO}."""
+    return re.sub(r"\^(\d)", lambda power: "\N{SUPERSCRIPT TWO}\N{SUPERSCRIPT THREE}"[int(power[1]) - 2], unit)
 
 
 def _listed(numbers: Array) -> str:

@@ -1,0 +1,1 @@
+"""A study's document on paper: a page, a PDF, tables and figures in a folder."""

@@ -1,0 +1,128 @@
+"""A report as a folder that is there whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import re
+import secrets
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+
+from workbench.report.figures import draw
+from workbench.report.page import GENERATOR, html
+from workbench.report.pdf import pdf
+from workbench.report.tables import to_csv, to_latex
+from workbench.study.document import Document
+
+_OURS = re.compile(r"index\.html|report\.pdf|tables|figures|tables/[a-z0-9_]+\.(csv|tex)|figures/[a-z0-9_]+\.svg")
+
+
+class ReportError(ValueError):
+    """A report that could not be written; what stood in its place still stands there."""
+
+
+def write(document: Document, folder: Path | str) -> Path:
+    """Write `index.html`, `report.pdf`, `tables/*.csv`, `tables/*.tex` and `figures/*.svg`; return the folder.
+
+    Everything is made first, in memory, then written to a hidden folder beside the target, and put
+    in its place by a rename. An earlier report there is replaced whole; what else stands there is
+    left alone.
+
+    Raises
+    ------
+    ReportError
+        If the target holds anything but an earlier report, or if it cannot be written: the disk is
+        full, or the place is not ours to write. Nothing half-written is left behind.
+    """
+    target = Path(folder).resolve()
+    try:
+        check_free(target)
+        contents = _contents(document)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        _replace(target, contents)
+    except OSError as error:
+        raise ReportError(
+            f"`write(document, '{folder}')` could not write the report: {error.strerror or error}"
+            f"{f' ({error.filename})' if error.filename else ''}. Nothing was changed there. Make room, or "
+            "name a folder that you may write."
+        ) from error
+    return target
+
+
+def _contents(document: Document) -> dict[str, bytes]:
+    """Every file of a report by its path below the folder."""
+    drawings = {figure.name: draw(figure) for figure in document.figures}
+    texts = {"index.html": html(document, drawings)}
+    texts |= {f"figures/{name}.svg": drawing for name, drawing in drawings.items()}
+    for table in document.tables:
+        texts[f"tables/{table.name}.csv"] = to_csv(table)
+        texts[f"tables/{table.name}.tex"] = to_latex(table)
+    return {path: text.encode("utf-8") for path, text in texts.items()} | {"report.pdf": pdf(document, drawings)}
+
+
+def check_free(target: Path) -> None:
+    """Refuse, before anything long is begun, a target that holds what `write` did not put there."""
+    if not target.exists():
+        return
+    if not target.is_dir():
+        raise ReportError(f"`write(document, '{target}')` needs a folder; there is a file of that name.")
+    found = sorted(path.relative_to(target).as_posix() for path in target.rglob("*"))
+    foreign = [path for path in found if not _OURS.fullmatch(path)]
+    if found and (foreign or not _is_report(target)):
+        held = f"'{foreign[0]}'" if foreign else "files"
+        raise ReportError(
+            f"`write(document, '{target}')` replaces only a report that it wrote itself; that folder holds {held} "
+            "from elsewhere, which would be lost. Name a new folder, or move what is there."
+        )
+
+
+def _is_report(target: Path) -> bool:
+    page = target / "index.html"
+    if not page.is_file():
+        return False
+    with page.open("rb") as file:
+        return f'<meta name="generator" content="{GENERATOR} '.encode() in file.read(2000)
+
+
+def _replace(target: Path, contents: Mapping[str, bytes]) -> None:
+    """Write all files beside the target, then let two renames put them in its place."""
+    mark = secrets.token_hex(4)
+    partial = target.with_name(f".{target.name}.partial-{mark}")
+    former = target.with_name(f".{target.name}.former-{mark}")
+    try:
+        _write_all(partial, contents)
+        if target.exists():
+            target.rename(former)
+        partial.rename(target)
+    except BaseException:
+        if former.exists() and not target.exists():
+            former.rename(target)
+        shutil.rmtree(partial, ignore_errors=True)
+        raise
+    shutil.rmtree(former, ignore_errors=True)
+    _sync_folder(target.parent)
+
+
+def _write_all(folder: Path, contents: Mapping[str, bytes]) -> None:
+    for path, content in contents.items():
+        file = folder / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        with file.open("wb") as out:
+            out.write(content)
+            out.flush()
+            os.fsync(out.fileno())
+    for inner in [path for path in folder.rglob("*") if path.is_dir()]:
+        _sync_folder(inner)
+    _sync_folder(folder)
+
+
+def _sync_folder(folder: Path) -> None:
+    """Make renames and new names last, where the system can open folders."""
+    if not hasattr(os, "O_DIRECTORY"):
+        return
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)

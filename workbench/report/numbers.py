@@ -1,0 +1,117 @@
+"""How a number is printed: the digits that its error supports, cut where columns align them."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import dataclass
+from decimal import Decimal
+
+MOST_DIGITS = 5  # of a measured value, however small its error
+LEAST, GREATEST = 1e-3, 1e5  # outside of these a number has a power of ten
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A number as text, cut in pieces: a sign, digits, a tail from the decimal point on, a power of ten.
+
+    The tail of 0.3532(2) is '.3532(2)'; the power is the exponent alone, empty for none.
+    """
+
+    sign: str
+    whole: str
+    tail: str = ""
+    power: str = ""
+
+    def __str__(self) -> str:
+        """The number on one line, as plain text."""
+        return f"{self.sign}{self.whole}{self.tail}" + (f"e{self.power}".replace("−", "-") if self.power else "")
+
+
+@dataclass(frozen=True)
+class Padding:
+    """What to print unseen before and behind a number, so that it fills its column's common frame."""
+
+    before: str = ""
+    behind: str = ""
+    power: str = ""
+
+
+def printed(value: float, digits: int | None = None) -> Printed:
+    """A number without an error: `digits` significant digits; by default four, or fewer if they are exact."""
+    if math.isinf(value):
+        return Printed("−" if value < 0 else "", "∞")
+    if isinstance(value, int):
+        return Printed("−" if value < 0 else "", _grouped(str(abs(value))))
+    if digits is None:
+        digits = next((k for k in range(1, 4) if float(f"{value:.{k - 1}e}") == value), 4)
+    mantissa, exponent = f"{abs(value):.{digits - 1}e}".split("e")
+    if value == 0 or LEAST <= abs(float(f"{mantissa}e{exponent}")) < GREATEST:
+        return _fixed(value, max(0, digits - 1 - int(exponent)))
+    whole, point, fraction = mantissa.partition(".")
+    return Printed("−" if value < 0 else "", whole, point + fraction, _minus(int(exponent)))
+
+
+def measured(value: float, error: float) -> Printed:
+    """A value with its error in brackets: 0.3532(2) is 0.3532 with an error of 0.0002.
+
+    The error has one digit that counts, or two if the first is 1; 480(30) is 480 with an error of
+    30. No more than five digits of the value are printed; an error below them has no brackets.
+    """
+    size = max(abs(value), error)
+    if size == 0:
+        return Printed("", "0")
+    top = math.floor(math.log10(size))
+    last = max(_last_place(error), top - MOST_DIGITS + 1) if error else top - MOST_DIGITS + 1
+    shift = 0 if LEAST <= size < GREATEST else top
+    place = Decimal(1).scaleb(last)
+    body = _fixed((round(Decimal(value) / place) * place).scaleb(-shift), max(0, shift - last))
+    digits = round(Decimal(error) / place) * (10**last if last > 0 and not shift else 1)
+    tail = body.tail + (f"({digits})" if digits else "")
+    return Printed(body.sign, body.whole, tail, _minus(shift) if shift else "")
+
+
+def paddings(column: Iterable[Printed]) -> list[Padding]:
+    """For each number of a column what is missing to the common frame, glyph class by glyph class.
+
+    Each number then has the same count of signs, digits, points and brackets before it and behind
+    it, so it has its decimal point in the same place in any font with digits of one width.
+    """
+    numbers = list(column)
+    signs = max((n.sign for n in numbers), key=len, default="")
+    whole = max((n.whole for n in numbers), key=len, default="")
+    tails = [Counter("0" if c.isdigit() else c for c in n.tail) for n in numbers]
+    frame: Counter[str] = Counter()
+    for tail in tails:
+        frame |= tail
+    power = max((n.power for n in numbers), key=len, default="")
+    return [
+        Padding(
+            before=("" if n.sign else signs) + whole[: len(whole) - len(n.whole)],
+            behind="".join(sorted((frame - tail).elements())),
+            power=power[: len(power) - len(n.power)] if n.power else power,
+        )
+        for n, tail in zip(numbers, tails, strict=True)
+    ]
+
+
+def _last_place(error: float) -> int:
+    """The decimal place of the last digit that an error leaves: -4 for 0.0002."""
+    mantissa, exponent = f"{error:.1e}".split("e")
+    return int(exponent) - (1 if mantissa.startswith("1") else 0)
+
+
+def _fixed(value: float | Decimal, decimals: int) -> Printed:
+    whole, point, fraction = f"{abs(value):.{decimals}f}".partition(".")
+    negative = value < 0 and any(c in "123456789" for c in whole + fraction)
+    return Printed("−" if negative else "", whole, point + fraction)
+
+
+def _grouped(digits: str) -> str:
+    """Groups of three from 10 000 on."""
+    return f"{int(digits):,}".replace(",", "\u2009") if len(digits) > 4 else digits
+
+
+def _minus(exponent: int) -> str:
+    return str(exponent).replace("-", "−")

@@ -1,0 +1,94 @@
+"""The numbers and anchors of a document's blocks, the same on the page and in the PDF."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from workbench.report.tables import BRACKETS, measures
+from workbench.study.document import Block, Document, Equation, Figure, Phrase, Reference, Section, Table, parts
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A block with its kind ('table'), its number among its kind, and its anchor ('table-2')."""
+
+    block: Block
+    kind: str
+    number: int
+
+    @property
+    def anchor(self) -> str:
+        """Where a link to the block leads."""
+        return f"{self.kind}-{self.number}"
+
+    @property
+    def label(self) -> str:
+        """What a sentence calls the block: 'Table 2', 'Equation (3)'."""
+        number = f"({self.number})" if self.kind == "equation" else str(self.number)
+        return f"{self.kind.capitalize()}\u00a0{number}"
+
+
+@dataclass(frozen=True, eq=False)
+class Chapter:
+    """A section with its number and its placed blocks."""
+
+    number: int
+    heading: Phrase
+    blocks: tuple[Placed, ...]
+
+
+def chapters(document: Document) -> tuple[Chapter, ...]:
+    """The sections in order; each kind of block is counted through the whole document."""
+    count: Counter[str] = Counter()
+    return tuple(_chapter(i, section, count) for i, section in enumerate(document.sections, start=1))
+
+
+def _chapter(number: int, section: Section, count: Counter[str]) -> Chapter:
+    placed = []
+    for block in section.blocks:
+        kind = type(block).__name__.lower()
+        count[kind] += 1
+        placed.append(Placed(block, kind, count[kind]))
+    return Chapter(number, section.heading, tuple(placed))
+
+
+def labels(document: Document) -> dict[str, Placed]:
+    """The placed block behind each name that a `Reference` may use."""
+    return {
+        placed.block.name: placed
+        for chapter in chapters(document)
+        for placed in chapter.blocks
+        if isinstance(placed.block, (Table, Figure, Equation)) and placed.block.name
+    }
+
+
+def notes(document: Document) -> dict[str, tuple[Phrase, ...]]:
+    """The notes below each table by its name; the first that holds measured values explains their brackets."""
+    found = {table.name: table.notes for table in document.tables}
+    for table in document.tables:
+        if measures(table):
+            return found | {table.name: (BRACKETS, *table.notes)}
+    return found
+
+
+def named(phrase: Phrase, known: Mapping[str, Placed]) -> Phrase:
+    """A phrase in which each reference is the label of its block."""
+    return tuple(known[p.name].label if isinstance(p, Reference) else p for p in parts(phrase))
+
+
+def provenance(document: Document) -> tuple[tuple[str, str], ...]:
+    """What the colophon says, as pairs of a term and its text."""
+    colophon = document.colophon
+    rows = [
+        ("command", colophon.command),
+        ("control-workbench", colophon.version),
+        ("seed", "none: nothing here is random" if colophon.seed is None else str(colophon.seed)),
+        *((f"fingerprint of {name}", digest) for name, digest in colophon.fingerprints.items()),
+    ]
+    if colophon.python:
+        rows.append(("Python", colophon.python))
+    if colophon.packages:
+        rows.append(("packages", ", ".join(f"{name} {version}" for name, version in colophon.packages.items())))
+    return tuple(rows)

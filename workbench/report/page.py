@@ -1,0 +1,142 @@
+"""One self-contained HTML page: no script, no network, its maths font inside."""
+
+from __future__ import annotations
+
+import re
+from base64 import b64encode
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+import jinja2
+from markupsafe import Markup, escape
+
+from workbench.notation import mathml
+from workbench.report.figures import draw
+from workbench.report.numbers import Printed
+from workbench.report.outline import Placed, chapters, labels, named, notes, provenance
+from workbench.report.tables import Shown, alignments, grid, plain, short_columns, unit_of
+from workbench.study.document import Code, Document, Part, Phrase, Reference, Strong, Table, parts
+
+GENERATOR = "control-workbench"
+ROOM = 82  # widths of a digit between an equation's margins
+
+
+def html(document: Document, drawings: dict[str, str] | None = None) -> str:
+    """The document as one HTML page: the same document, the same bytes.
+
+    Parameters
+    ----------
+    document
+        What to print; every text of it is printed as text, whatever it holds.
+    drawings
+        The SVG text of each figure by name, where it has been drawn already.
+    """
+    template = _environment().get_template("page.html.j2")
+    writer = _Writer(labels(document))
+    figures = drawings or {figure.name: draw(figure) for figure in document.figures}
+    return template.render(
+        document=document,
+        chapters=chapters(document),
+        provenance=provenance(document),
+        generator=GENERATOR,
+        style=Markup(_style()),
+        phrase=writer.phrase,
+        formula=writer.formula,
+        unlinked=writer.unlinked,
+        plain=writer.plain,
+        rows=writer.rows,
+        alignments=alignments,
+        short_columns=short_columns,
+        notes=notes(document),
+        unit_of=unit_of,
+        drawing=lambda name: Markup(figures[name]),
+    )
+
+
+@dataclass(frozen=True)
+class _Writer:
+    """Parts of a document as markup; knows the numbers of its blocks."""
+
+    known: Mapping[str, Placed]
+
+    def phrase(self, phrase: Phrase) -> Markup:
+        """Words, code, formulas and references in a line."""
+        return Markup("").join(self._part(part) for part in parts(phrase))
+
+    def unlinked(self, phrase: Phrase) -> Markup:
+        """A phrase without links in it, for what is a link itself."""
+        return self.phrase(named(phrase, self.known))
+
+    def plain(self, phrase: Phrase) -> str:
+        """A phrase without markup, for attributes."""
+        return plain(named(phrase, self.known))
+
+    def _part(self, part: Part) -> Markup:
+        match part:
+            case str():
+                return escape(part)
+            case Code():
+                return Markup("<code>{}</code>").format(_with_breaks(part.text))
+            case Strong():
+                return Markup("<strong>{}</strong>").format(part.text)
+            case Reference():
+                placed = self.known[part.name]
+                return Markup('<a href="#{}">{}</a>').format(placed.anchor, placed.label)
+        return self.formula(part, display=False)
+
+    @staticmethod
+    def formula(formula: Any, display: bool = True) -> Markup:
+        """A formula in MathML."""
+        return Markup(mathml.emit(formula, width=ROOM, display=display))
+
+    def rows(self, table: Table) -> list[list[Markup]]:
+        """The cells of a table."""
+        return [[self._cell(shown) for shown in row] for row in grid(table)]
+
+    def _cell(self, shown: Shown) -> Markup:
+        body = _number(shown) if isinstance(shown.content, Printed) else self.phrase(shown.content)
+        return Markup("<strong>{}</strong>").format(body) if shown.bold else body
+
+
+def _with_breaks(code: str) -> Markup:
+    """A name or a path with places to break it: a break there leaves no trace in what is copied."""
+    return Markup("<wbr>").join(re.split(r"(?<=[./_,=])(?=\w)", code))
+
+
+def _number(shown: Shown) -> Markup:
+    """A number between unseen digits that put its decimal point below those of its column."""
+    number, frame = shown.content, shown.padding
+    assert isinstance(number, Printed)
+    times = Markup("\u2009×\u200910<sup>{}</sup>")
+    power = times.format(number.power) if number.power else ""
+    missing = Markup("<sup>{}</sup>") if number.power else times
+    behind = frame.behind + (missing.format(frame.power) if frame.power else Markup(""))
+    return Markup('<span class="number">{}{}{}{}</span>').format(
+        _unseen(frame.before), f"{number.sign}{number.whole}{number.tail}", power, _unseen(behind)
+    )
+
+
+def _unseen(body: str) -> Markup:
+    return Markup('<span class="unseen" aria-hidden="true">{}</span>').format(body) if body else Markup("")
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    return jinja2.Environment(
+        loader=jinja2.PackageLoader("workbench.report", "templates"),
+        autoescape=True,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+
+
+@cache
+def _style() -> str:
+    """The style sheet with the maths font inside it."""
+    folder = files("workbench.report") / "templates"
+    font = b64encode((folder / "math.woff2").read_bytes()).decode("ascii")
+    return (folder / "style.css").read_text("utf-8").replace("MATHS_FONT", f"data:font/woff2;base64,{font}")

@@ -1,0 +1,198 @@
+"""The same document as a PDF: the only door to typst."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any
+
+import typst
+
+from workbench.notation import typst_math
+from workbench.report.figures import draw
+from workbench.report.numbers import Printed
+from workbench.report.outline import Chapter, Placed, chapters, labels, named, notes, provenance
+from workbench.report.tables import Shown, alignments, grid, length, plain, unit_of
+from workbench.study.document import (
+    Code,
+    Document,
+    Equation,
+    Figure,
+    Itemize,
+    Paragraph,
+    Part,
+    Phrase,
+    Reference,
+    Strong,
+    Table,
+    Verdict,
+    parts,
+)
+
+RUNNING = 85  # letters of the title that fit in the header of a page
+ROOM = 80  # widths of a digit between an equation's margins
+OTHER_SCRIPTS = 0x2E80  # from here on the fonts of typst have no letters
+
+Tree = dict[str, Any]
+
+
+def pdf(document: Document, drawings: dict[str, str] | None = None) -> bytes:
+    """The document as a PDF of A4 pages: the same document, the same bytes.
+
+    Only the fonts that typst brings along are used, so a PDF is the same on every machine; for the
+    scripts that they lack, as Chinese, the machine's own fonts are asked. No text of the document is
+    ever read as typst: it all goes in as data.
+
+    Parameters
+    ----------
+    document
+        What to print.
+    drawings
+        The SVG text of each figure by name, where it has been drawn already.
+
+    Raises
+    ------
+    ValueError
+        If typst cannot set the document, as when a formula's notation is wrong; with what it said.
+    """
+    figures = drawings or {figure.name: draw(figure) for figure in document.figures}
+    source = (files("workbench.report") / "templates" / "report.typ").read_bytes()
+    tree = _Writer(labels(document), figures, notes(document)).document(document)
+    text = json.dumps(tree, ensure_ascii=False)
+    covered = all(ord(letter) < OTHER_SCRIPTS for letter in text)
+    try:
+        return typst.compile(source, sys_inputs={"document": text}, ignore_system_fonts=covered)
+    except typst.TypstError as error:
+        raise ValueError(
+            f"`pdf(document)` could not set '{document.title}': typst says: {error.message}. "
+            "Look at the formulas of the document first: all else goes in as plain text."
+        ) from error
+
+
+@dataclass(frozen=True)
+class _Writer:
+    """A document as the tree of plain data that `report.typ` reads."""
+
+    known: Mapping[str, Placed]
+    drawings: Mapping[str, str]
+    notes: Mapping[str, tuple[Phrase, ...]]
+
+    def document(self, document: Document) -> Tree:
+        colophon = document.colophon
+        title = _line(document.title)
+        seed = "" if colophon.seed is None else f" · seed {colophon.seed}"
+        prints = "".join(f" · {name} {digest[:12]}" for name, digest in list(colophon.fingerprints.items())[:2])
+        return {
+            "title": title,
+            "running": title if len(title) <= RUNNING else f"{title[: RUNNING - 1].rstrip()}…",
+            "imprint": f"control-workbench {colophon.version}{seed}{prints}",
+            "subtitle": _line(document.subtitle),
+            "authors": [_line(author) for author in document.authors],
+            "question": self.phrase(document.question),
+            "method": self.phrase(document.method),
+            "chapters": [
+                {
+                    "number": chapter.number,
+                    "heading": self.phrase(chapter.heading),
+                    "blocks": [self.block(placed, floats=placed in _floating(chapter)) for placed in chapter.blocks],
+                }
+                for chapter in chapters(document)
+            ],
+            "provenance": [list(map(_line, row)) for row in provenance(document)],
+        }
+
+    def block(self, placed: Placed, *, floats: bool = False) -> Tree:
+        tree: Tree = {
+            "floats": floats,
+            "kind": placed.kind,
+            "number": placed.number,
+            "label": placed.label,
+            "anchor": placed.anchor,
+        }
+        match placed.block:
+            case Paragraph(text):
+                tree["text"] = self.phrase(text)
+            case Itemize(items):
+                tree["items"] = [self.phrase(item) for item in items]
+            case Equation() as equation:
+                tree["lines"] = [typst_math.emit(line, width=ROOM) for line in equation.lines]
+                tree["note"] = self.phrase(equation.note)
+            case Verdict(kind, statement, evidence):
+                tree |= {
+                    "word": kind,
+                    "statement": self.phrase(statement),
+                    "evidence": self.phrase(evidence),
+                }
+            case Figure(name, caption):
+                alt = plain(named(caption, self.known))
+                tree |= {"caption": self.phrase(caption), "svg": self.drawings[name], "alt": alt}
+            case Table() as table:
+                tree |= self.table(table)
+        return tree
+
+    def table(self, table: Table) -> Tree:
+        cells = grid(table)
+        columns = [
+            {
+                "header": self.phrase(column.header),
+                "unit": unit_of(column),
+                "align": align,
+                "length": max([length(row[i]) for row in cells], default=0),
+                "numbers": align != "left" and any(isinstance(row[i].content, Printed) for row in cells),
+            }
+            for i, (column, align) in enumerate(zip(table.columns, alignments(table), strict=True))
+        ]
+        return {
+            "caption": self.phrase(table.caption),
+            "columns": columns,
+            "rows": [[self.cell(shown) for shown in row] for row in cells],
+            "notes": [self.phrase(note) for note in self.notes[table.name]],
+        }
+
+    def cell(self, shown: Shown) -> Tree:
+        if not isinstance(shown.content, Printed):
+            return {"kind": "phrase", "phrase": self.phrase(shown.content), "bold": shown.bold}
+        number, frame = shown.content, shown.padding
+        return {
+            "kind": "number",
+            "before": frame.before,
+            "text": f"{number.sign}{number.whole}{number.tail}",
+            "behind": frame.behind,
+            "power": number.power,
+            "missing": frame.power,
+            "bold": shown.bold,
+        }
+
+    def phrase(self, phrase: Phrase) -> list[Tree]:
+        return [self._part(part) for part in parts(phrase) if part != ""]
+
+    def _part(self, part: Part) -> Tree:
+        match part:
+            case str():
+                return {"kind": "text", "text": _line(part)}
+            case Code():
+                return {"kind": "code", "text": _line(part.text)}
+            case Strong():
+                return {"kind": "strong", "text": _line(part.text)}
+            case Reference():
+                placed = self.known[part.name]
+                return {"kind": "link", "to": placed.anchor, "text": placed.label}
+        return {"kind": "math", "text": typst_math.emit(part, width=math.inf)}
+
+
+def _floating(chapter: Chapter) -> set[Placed]:
+    """The figures with other blocks before and after them: text may fill the room that they leave."""
+    kinds = [placed.kind for placed in chapter.blocks]
+    return {
+        placed
+        for before, placed, after in zip(kinds, chapter.blocks[1:], kinds[2:], strict=False)
+        if placed.kind == "figure" and "figure" not in (before, after)
+    }
+
+
+def _line(text: str) -> str:
+    """Line breaks are spaces, as on the page."""
+    return text.replace("\r", " ").replace("\n", " ")

@@ -1,0 +1,287 @@
+"""Tables as CSV, as LaTeX, and as the grid of printed cells that page and PDF share."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from workbench.notation import latex, text
+from workbench.report.numbers import Padding, Printed, measured, paddings, printed
+from workbench.study.document import (
+    Cell,
+    Code,
+    Column,
+    Diverged,
+    Emphasis,
+    Measured,
+    Part,
+    Phrase,
+    Reference,
+    Strong,
+    Table,
+    Value,
+    parts,
+)
+
+BRACKETS = (
+    "A number in brackets is the error of the digits before it: 0.3532(2) is 0.3532 with an estimated error of "
+    "0.0002. Without brackets, the error is below the last digit."
+)
+
+UNPADDED = Padding()
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A cell as it is printed: a number in its column's frame, or a phrase."""
+
+    content: Printed | Phrase
+    padding: Padding = UNPADDED
+    bold: bool = False
+
+
+def grid(table: Table) -> list[list[Shown]]:
+    """The printed cells of a table, row by row; the numbers of a column are padded to one frame."""
+    columns = [_printed_column([row[i] for row in table.rows], c) for i, c in enumerate(table.columns)]
+    return [list(row) for row in zip(*columns, strict=True)]
+
+
+def _printed_column(cells: list[Cell], column: Column) -> list[Shown]:
+    """Numbers that came as text are aligned like numbers, but not among words: those stay a column of text."""
+    values = [_bare(cell) for cell in cells]
+    typed = all(_read(v) if isinstance(v, str) else v is None or isinstance(v, Diverged) for v in values)
+    numeric = typed or any(isinstance(v, int | float | Measured) and not isinstance(v, bool) for v in values)
+    contents = [_printed_value(value, column.digits, numeric) for value in values]
+    frames = iter(paddings(content for content in contents if isinstance(content, Printed)))
+    return [
+        Shown(
+            content,
+            next(frames) if isinstance(content, Printed) else UNPADDED,
+            bold=isinstance(cell, Emphasis),
+        )
+        for content, cell in zip(contents, cells, strict=True)
+    ]
+
+
+def _bare(cell: Cell) -> Value:
+    return cell.cell if isinstance(cell, Emphasis) else cell
+
+
+def _printed_value(value: Value, digits: int | None, numeric: bool) -> Printed | Phrase:
+    match value:
+        case None:
+            return "—"
+        case bool():
+            return "yes" if value else "no"
+        case int():
+            return printed(value)
+        case float():
+            return printed(value, digits)
+        case Measured():
+            return measured(value.value, value.error)
+        case Diverged():
+            return f"diverged at {_seconds(value.at)} s"
+        case str() if numeric:
+            return _read(value) or value
+    return value
+
+
+def _seconds(at: float) -> str:
+    return str(printed(float(f"{at:.3g}")))
+
+
+def _read(typed: str) -> Printed | None:
+    """A number that came as text, digit for digit: '0.2330', '+1.5'."""
+    match = re.fullmatch(r"([+−-]?)(\d+)(\.\d+)?", typed)
+    return Printed(match[1].replace("-", "−"), match[2], match[3] or "") if match else None
+
+
+def alignments(table: Table) -> list[Literal["left", "center", "right"]]:
+    """How each column stands: as its `Column` says, else numbers centred and words to the left."""
+    cells = grid(table)
+    return [
+        column.align if column.align != "auto" else "center" if _is_centred([row[i] for row in cells]) else "left"
+        for i, column in enumerate(table.columns)
+    ]
+
+
+def _is_centred(column: list[Shown]) -> bool:
+    return any(isinstance(shown.content, Printed) or shown.content in ("yes", "no") for shown in column)
+
+
+def short_columns(table: Table) -> list[bool]:
+    """Whether the cells of each column are so short that none of them should be broken."""
+    return [all(length(row[i]) <= 18 for row in grid(table)) for i in range(len(table.columns))]
+
+
+def length(shown: Shown) -> int:
+    """About how many letters a cell has."""
+    return len(str(shown.content)) if isinstance(shown.content, Printed) else len(plain(shown.content))
+
+
+def measures(table: Table) -> bool:
+    """Whether a table holds measured values, whose brackets must be explained once."""
+    return any(isinstance(_bare(cell), Measured) for row in table.rows for cell in row)
+
+
+def unit_of(column: Column) -> str:
+    """The unit as it is printed, in brackets: '[m/s²]'; empty for a number without one."""
+    if column.unit in ("", "1"):
+        return ""
+    raised = re.sub(r"\^\(?(-?\d+)\)?", lambda m: m[1].translate(_RAISED), column.unit)
+    return f"[{raised.replace('*', '·')}]"
+
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def plain(phrase: Phrase) -> str:
+    """A phrase as plain text on one line."""
+    return "".join(_plain_part(part) for part in parts(phrase))
+
+
+def _plain_part(part: Part) -> str:
+    match part:
+        case str():
+            return part
+        case Code() | Strong():
+            return part.text
+        case Reference():
+            return part.name
+    return text.emit(part)
+
+
+def to_csv(table: Table) -> str:
+    """The table after RFC 4180: numbers with all their digits, values and errors in columns of their own.
+
+    A cell that does not exist is empty, one of a diverged run says so in words.
+    """
+    out = io.StringIO()
+    writer = csv.writer(out)
+    paired = [any(isinstance(_bare(row[i]), Measured) for row in table.rows) for i in range(len(table.columns))]
+    head: list[str] = []
+    for column, pair in zip(table.columns, paired, strict=True):
+        name, unit = plain(column.header), f" {unit_of(column)}".rstrip()
+        head += [f"{name}{unit}", f"{name} (error){unit}"] if pair else [f"{name}{unit}"]
+    writer.writerow(head)
+    for row in table.rows:
+        writer.writerow([field for cell, pair in zip(row, paired, strict=True) for field in _fields(cell, pair)])
+    return out.getvalue()
+
+
+def _fields(cell: Cell, pair: bool) -> list[str]:
+    """One field of a CSV, or two where the column holds errors."""
+    value = _bare(cell)
+    error = ""
+    match value:
+        case None:
+            field = ""
+        case bool():
+            field = "yes" if value else "no"
+        case int() | float():
+            field = repr(value)
+        case Measured():
+            field, error = repr(float(value.value)), repr(float(value.error))
+        case Diverged():
+            field = f"diverged at {float(value.at)!r} s"
+        case _:
+            field = plain(value)
+    return [field, error] if pair else [field]
+
+
+def to_latex(table: Table) -> str:
+    r"""The table as a LaTeX float in the style of booktabs, with its name as label.
+
+    It needs `\usepackage{booktabs}`, and `\usepackage{amsmath}` if a cell holds a matrix.
+    """
+    notes = (BRACKETS, *table.notes) if measures(table) else table.notes
+    letters = "".join({"left": "l", "center": "c", "right": "r"}[a] for a in alignments(table))
+    lines = [
+        r"\begin{table}",
+        r"  \centering",
+        rf"  \caption{{{_latex(table.caption)}}}",
+        rf"  \label{{{table.name}}}",
+        rf"  \begin{{tabular}}{{{letters}}}",
+        r"    \toprule",
+        f"    {_row(_latex_head(column) for column in table.columns)}",
+        r"    \midrule",
+        *(f"    {_row(_latex_cell(cell) for cell in row)}" for row in grid(table)),
+        r"    \bottomrule",
+        r"  \end{tabular}",
+        *(rf"  \par\smallskip{{\footnotesize {_latex(note)}}}" for note in notes),
+        r"\end{table}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _row(cells: Iterable[str]) -> str:
+    return " & ".join(cells) + r" \\"
+
+
+def _latex_head(column: Column) -> str:
+    unit = unit_of(column)
+    return f"{_latex(column.header)} {_escaped(unit)}" if unit else _latex(column.header)
+
+
+def _latex_cell(shown: Shown) -> str:
+    if not isinstance(shown.content, Printed):
+        written = _latex(shown.content)
+        # A row that begins with a bracket would be read as an argument of the row above.
+        written = f"{{}}{written}" if written.startswith("[") else written
+        return rf"\textbf{{{written}}}" if shown.bold else written
+    number, frame = shown.content, shown.padding
+    times = rf"{{}}\times10^{{{_in_math(number.power or frame.power)}}}"
+    body = f"{_in_math(number.sign + number.whole + number.tail)}{times if number.power else ''}"
+    missing = times if frame.power and not number.power else ""
+    body = rf"\mathbf{{{body}}}" if shown.bold else body
+    return f"${_phantom(frame.before)}{body}{_phantom(frame.behind + missing)}$"
+
+
+def _phantom(unseen: str) -> str:
+    return rf"\phantom{{{_in_math(unseen)}}}" if unseen else ""
+
+
+def _in_math(written: str) -> str:
+    return written.replace("−", "-").replace("\u2009", r"\,").replace("∞", r"\infty ")
+
+
+def _latex(phrase: Phrase) -> str:
+    return "".join(_latex_part(part) for part in parts(phrase))
+
+
+def _latex_part(part: Any) -> str:
+    match part:
+        case str():
+            return _escaped(part)
+        case Code():
+            return rf"\texttt{{{_escaped(part.text)}}}"
+        case Strong():
+            return rf"\textbf{{{_escaped(part.text)}}}"
+        case Reference():
+            return rf"\ref{{{part.name}}}"
+    return f"${latex.emit(part, width=math.inf)}$"
+
+
+_SPECIAL = {
+    **{c: f"\\{c}" for c in "&%$#_{}"},
+    "\\": r"\textbackslash{}",
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "—": "---",
+    "–": "--",
+    "−": "$-$",
+    "\u2009": r"\,",
+    "\n": " ",
+    **{c: f"\\textsuperscript{{{d}}}" for c, d in zip("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789", strict=True)},
+}
+
+
+def _escaped(plain_text: str) -> str:
+    return "".join(_SPECIAL.get(c, c) for c in plain_text)

@@ -1,0 +1,46 @@
+"""Fewer points for the same picture: each stretch of a curve keeps its extremes."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from workbench.study.curves import Array
+
+
+def windowed(curves: tuple[Array, ...], limits: tuple[float, float] | None) -> tuple[Array, ...]:
+    """The stretch of the curves that lies within the limits of the abscissa, and one point to each side.
+
+    So a close view spends its points on what it shows. A curve whose abscissa runs back is left whole.
+    """
+    if limits is None or (np.diff(curves[0]) < 0).any():
+        return curves
+    first, last = np.searchsorted(curves[0], limits)
+    inside = slice(max(0, int(first) - 1), max(int(last) + 1, 2))
+    return tuple(curve[inside] for curve in curves)
+
+
+def thinned(curves: tuple[Array, ...], points: int) -> tuple[Array, ...]:
+    """At most about `points` of the common points (N,) of an abscissa and its ordinates.
+
+    The curve is cut in stretches of equally many points. Each keeps the points where an ordinate is
+    least and greatest, and one gap if it holds any NaN, so a chattering signal keeps its envelope;
+    a curve whose abscissa runs back and forth, as in a phase plane, keeps the extremes of the
+    abscissa too. First and last points are kept.
+    """
+    n = len(curves[0])
+    if n <= points:
+        return curves
+    sources = curves if (np.diff(curves[0]) < 0).any() else curves[1:]
+    kept = {0, n - 1}
+    ends = np.linspace(0, n, max(1, points // (2 * len(sources))) + 1).astype(int)
+    for source in sources:
+        gaps = np.isnan(source)
+        low, high = np.where(gaps, np.inf, source), np.where(gaps, -np.inf, source)
+        for a, b in pairwise(ends.tolist()):
+            kept |= {a + int(low[a:b].argmin()), a + int(high[a:b].argmax())}
+            if gaps[a:b].any():
+                kept.add(a + int(gaps[a:b].argmax()))
+    places = np.array(sorted(kept))
+    return tuple(curve[places] for curve in curves)
