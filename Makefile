@@ -53,7 +53,7 @@ check:
 	@rm -rf .venv-check
 
 clean:
-	@rm -rf .venv .venv-check .pytest_cache .mypy_cache .ruff_cache .hypothesis build dist
+	@rm -rf .venv .venv-check .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis build dist
 	@find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 python:

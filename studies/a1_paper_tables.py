@@ -13,6 +13,7 @@ from dataclasses import replace
 
 from paper_card import CARD, LAWS, PUBLISHED
 from paper_comparison import claims_section, scenario_section
+from paper_equations import laws_section
 from paper_laws import RIVALS, proposed_as_printed, proposed_repaired, rival, with_slip
 from paper_sections import numbers_section, printed_section, repair_section, summary, trust_section
 
@@ -82,6 +83,7 @@ def sections(results: Results) -> Sequence[Section]:
     return (
         summary(results),
         numbers_section(),
+        laws_section(),
         printed_section(results),
         repair_section(results),
         scenario_section(results, "FS"),

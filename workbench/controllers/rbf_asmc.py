@@ -89,7 +89,7 @@ class RbfAsmc(AbstractController):
     @property
     def memory(self) -> Layout:
         """The gains and the weights of the network."""
-        W = Entry("W", np.zeros((np.shape(self.centres)[0], self.dof)), "N m", symbol="W")
+        W = Entry("W", np.zeros((self.centres.shape[0], self.dof)), "N m", symbol="W")
         return Layout((gains_that_start_at("RbfAsmc", self.K), W))
 
     def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
