@@ -134,7 +134,7 @@ def test_the_fingerprint_is_the_same_in_every_process():
 
 def test_a_notebook_shows_names_units_and_values():
     html = oscillator()._repr_html_()
-    assert "<code>k</code>" in html
+    assert "<td>k</td>" in html
     assert "1/s^2" in html
 
 

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from collections.abc import Sequence
 from fractions import Fraction
+from typing import ClassVar
 
-from workbench.notation.markup import Markup, Space
+from workbench.notation.markup import AbstractMarkup, Space
 
 
-class Flat(Markup):
+class AbstractFlat(AbstractMarkup):
     """A markup of plain characters, in which operators do all the work."""
 
     flat = True
-
-    @property
-    @abstractmethod
-    def power_sign(self) -> str:
-        """What stands between a base and its exponent."""
-
-    @abstractmethod
-    def function(self, name: str) -> str:
-        """A function's name in this language."""
+    # What stands between a base and its exponent.
+    power_sign: ClassVar[str]
 
     def number(self, value: Fraction | float) -> str:
         """A fraction as 1/2, a double by its shortest digits."""
@@ -51,14 +44,6 @@ class Flat(Markup):
         """Parentheses."""
         return f"({inner})"
 
-    def opening(self, function: str = "") -> str:
-        """An open parenthesis."""
-        return f"{self.function(function)}(" if function else "("
-
     def closing(self, exponent: str = "") -> str:
         """A closed parenthesis."""
         return self.power(")", exponent) if exponent else ")"
-
-    def matrix(self, rows: Sequence[Sequence[str]]) -> str:
-        """Rows in brackets."""
-        return "[" + ", ".join("[" + ", ".join(row) + "]" for row in rows) + "]"

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from workbench.notation.formula import Formula, Symbol
 from workbench.notation.layout import rows
-from workbench.notation.markup import KNOWN, PRINTED, Markup, Space, runs, scientific, style, visible
+from workbench.notation.markup import KNOWN, PRINTED, AbstractMarkup, Space, runs, scientific, style, visible
 
 SPECIAL = {c: f"\\{c}" for c in "{}$#%&_"} | {
     "\\": r"\textbackslash{}",
@@ -41,7 +41,10 @@ def emit(formula: Formula, *, width: float = 80) -> str:
     return f"\\begin{{aligned}}\n{aligned}\n\\end{{aligned}}"
 
 
-class _Latex(Markup):
+class _Latex(AbstractMarkup):
+    flat = False
+    names_entries = True
+
     def number(self, value: Fraction | float) -> str:
         if isinstance(value, Fraction):
             return rf"\frac{{{value.numerator}}}{{{value.denominator}}}" if value.denominator > 1 else str(value)

@@ -20,7 +20,7 @@ from workbench.notation.formula import (
     System,
     equations,
 )
-from workbench.notation.markup import Markup
+from workbench.notation.markup import AbstractMarkup
 from workbench.notation.measure import SIGN
 from workbench.notation.writer import Writer
 
@@ -45,7 +45,7 @@ class Piece:
     lead: str = ""
 
 
-def rows(formula: Formula, markup: Markup, width: float) -> list[Row]:
+def rows(formula: Formula, markup: AbstractMarkup, width: float) -> list[Row]:
     """A formula in as many lines as it takes for none to be wider than `width`.
 
     Sums are broken before their signs, and products before their factors; the entries of a named

@@ -7,7 +7,7 @@ import unicodedata
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Literal, TypeAlias
+from typing import ClassVar, Literal, TypeAlias
 
 from workbench.notation.formula import GREEK, Symbol
 
@@ -30,13 +30,13 @@ PRINTED = {
 KNOWN = {"sin", "cos", "tan", "sinh", "cosh", "tanh", "arcsin", "arccos", "arctan", "exp", "ln", "min", "max"}
 
 
-class Markup(ABC):
+class AbstractMarkup(ABC):
     """A language for formulas: how each part is written, given its own parts already written."""
 
     # In a flat language a formula is one line of characters, fractions and powers too.
-    flat: bool = False
+    flat: ClassVar[bool]
     # Whether the entries of a matrix that is too wide become equations of their own.
-    names_entries: bool = True
+    names_entries: ClassVar[bool]
 
     @abstractmethod
     def number(self, value: Fraction | float) -> str:

@@ -8,7 +8,7 @@ from html import escape
 
 from workbench.notation.formula import GREEK, Formula, Symbol
 from workbench.notation.layout import Row, rows
-from workbench.notation.markup import PRINTED, Markup, Space, runs, scientific, style, visible
+from workbench.notation.markup import PRINTED, AbstractMarkup, Space, runs, scientific, style, visible
 
 SIGNS = {"-": "−", "==": "=", "!=": "≠", "<=": "≤", ">=": "≥", "and": "∧", "or": "∨"}
 # Spacing marks of their own, not combining ones: browsers misplace those.
@@ -47,7 +47,10 @@ def _line(line: Row, later: bool) -> str:
     return f"<mtr>{left}{right}</mtr>"
 
 
-class _MathMl(Markup):
+class _MathMl(AbstractMarkup):
+    flat = False
+    names_entries = True
+
     def number(self, value: Fraction | float) -> str:
         if isinstance(value, Fraction):
             above, below = f"<mn>{value.numerator}</mn>", f"<mn>{value.denominator}</mn>"

@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from workbench.notation.flat import Flat
+from workbench.notation.flat import AbstractFlat
 from workbench.notation.formula import Formula, Symbol, System, letters, name_of
 from workbench.notation.layout import rows
 
@@ -68,10 +68,10 @@ def _refuse_confusion(formula: Formula, module: str) -> None:
 
 
 @dataclass(frozen=True)
-class _Python(Flat):
+class _Python(AbstractFlat):
     module: str
-    power_sign = "**"
     names_entries = False
+    power_sign = "**"
 
     def symbol(self, symbol: Symbol, exponent: str = "") -> str:
         return identifier(symbol)
@@ -80,15 +80,10 @@ class _Python(Flat):
         sign = {"and": "&", "or": "|"}.get(sign, sign)
         return sign if unary else f" {sign} "
 
-    def function(self, name: str) -> str:
-        if name not in NUMPY and name not in SAME:
-            raise ValueError(f"`emit(formula)` writes functions of NumPy, which has no '{name}'.")
-        return f"{self.module}.{NUMPY.get(name, name)}"
-
     def opening(self, function: str = "") -> str:
         if function == "sat":
             return f"{self.module}.clip(a_min=-1, a_max=1, a="
-        return f"{self.function(function)}(" if function else "("
+        return f"{self.module}.{_function(function)}(" if function else "("
 
     def matrix(self, rows: Sequence[Sequence[str]]) -> str:
         body = ", ".join("[" + ", ".join(row) + "]" for row in rows)
@@ -98,3 +93,9 @@ class _Python(Flat):
         for value, when in reversed(branches):
             otherwise = f"{self.module}.where({when}, {value}, {otherwise})"
         return otherwise
+
+
+def _function(name: str) -> str:
+    if name not in NUMPY and name not in SAME:
+        raise ValueError(f"`emit(formula)` writes functions of NumPy, which has no '{name}'.")
+    return NUMPY.get(name, name)

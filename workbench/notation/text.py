@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from workbench.notation.flat import Flat
+from workbench.notation.flat import AbstractFlat
 from workbench.notation.formula import Formula, Symbol, name_of
 from workbench.notation.layout import rows
 
@@ -20,7 +20,8 @@ def emit(formula: Formula, *, width: float = 100) -> str:
 INDENT = "    "
 
 
-class _Text(Flat):
+class _Text(AbstractFlat):
+    names_entries = True
     power_sign = "^"
 
     def symbol(self, symbol: Symbol, exponent: str = "") -> str:
@@ -29,8 +30,11 @@ class _Text(Flat):
     def sign(self, sign: str, *, unary: bool = False) -> str:
         return sign if unary else f" {sign} "
 
-    def function(self, name: str) -> str:
-        return name
+    def opening(self, function: str = "") -> str:
+        return f"{function}("
+
+    def matrix(self, rows: Sequence[Sequence[str]]) -> str:
+        return "[" + ", ".join("[" + ", ".join(row) + "]" for row in rows) + "]"
 
     def cases(self, branches: Sequence[tuple[str, str]], otherwise: str) -> str:
         return "".join(f"{value} if {when} else " for value, when in branches) + otherwise

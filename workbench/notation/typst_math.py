@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from workbench.notation.formula import Formula, Symbol
 from workbench.notation.layout import rows
-from workbench.notation.markup import KNOWN, PRINTED, Markup, Space, runs, scientific, style, visible
+from workbench.notation.markup import KNOWN, PRINTED, AbstractMarkup, Space, runs, scientific, style, visible
 
 SIGNS = {"==": "=", "and": "and", "or": "or"}
 GREEK = {"phi": "phi.alt"}
@@ -35,7 +35,10 @@ def emit(formula: Formula, *, width: float = 80) -> str:
     )
 
 
-class _Typst(Markup):
+class _Typst(AbstractMarkup):
+    flat = False
+    names_entries = True
+
     def number(self, value: Fraction | float) -> str:
         if isinstance(value, Fraction):
             return f"frac({value.numerator}, {value.denominator})" if value.denominator > 1 else str(value)

@@ -21,7 +21,7 @@ from workbench.notation.formula import (
     Symbol,
     System,
 )
-from workbench.notation.markup import Markup, Space
+from workbench.notation.markup import AbstractMarkup, Space
 from workbench.notation.measure import measure
 
 # How tightly the parts of a formula hold together: what is looser than its place demands gets parentheses.
@@ -35,7 +35,7 @@ BARE = {"sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "lo
 class Writer:
     """Formulas in one markup."""
 
-    markup: Markup
+    markup: AbstractMarkup
 
     def width(self, formula: Formula) -> float:
         """The width of a formula on one line, in characters or in widths of a digit."""
