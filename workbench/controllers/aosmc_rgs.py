@@ -8,6 +8,7 @@ from workbench.controllers.checks import symmetric
 from workbench.controllers.switching import SATURATIONS, matrices, saturation, sliding
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Scalar, Vector
+from workbench.core.dynamics import solve_definite
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
 
@@ -156,6 +157,6 @@ class AosmcRgs(AbstractController):
         K, P, B = z["K"], z["P"], ca.diag(self.Lambda)
         Q: Matrix = self.Q
         R: Matrix = self.R
-        A = -ca.solve(self.model.mass_matrix(est.q), K)
-        rate: ca.SX = A.T @ P + P @ A - P @ B @ ca.solve(R, B.T @ P) + Q
+        A = -solve_definite(self.model.mass_matrix(est.q), K)
+        rate: ca.SX = A.T @ P + P @ A - P @ B @ solve_definite(R, B.T @ P) + Q
         return rate

@@ -37,9 +37,14 @@ class AbstractArm(ABC):
 
     def acceleration(self, q: ca.SX, qd: ca.SX, tau: ca.SX) -> ca.SX:
         """qdd = M^-1 (tau - C qd - G), (n, 1), in rad/s^2, by the LDL' factors of M."""
-        D, LT, order = ca.ldl(ca.densify(self.mass_matrix(q)), False)
         torque = tau - self.coriolis_matrix(q, qd) @ qd - self.gravity_vector(q)
-        return ca.densify(ca.ldl_solve(torque, D, LT, order))
+        return solve_definite(self.mass_matrix(q), torque)
+
+
+def solve_definite(S: ca.SX, b: ca.SX) -> ca.SX:
+    """S^-1 b for a symmetric positive definite S (n, n) and b (n, k), by the LDL' factors of S."""
+    D, LT, order = ca.ldl(ca.densify(S), False)
+    return ca.densify(ca.ldl_solve(b, D, LT, order))
 
 
 @dataclass(frozen=True, eq=False)
