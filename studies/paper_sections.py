@@ -6,12 +6,15 @@ import casadi as ca
 import numpy as np
 from paper_card import CARD, PUBLISHED
 from paper_comparison import PROPOSED, SCENARIOS, rankings
-from paper_laws import proposed_as_printed
+from paper_figures import GAINS
+from paper_laws import ARM, proposed_as_printed
 
 from workbench.controllers.aosmc_rgs import SHAPES
+from workbench.core import Dynamics
 from workbench.core.show import formula_of
 from workbench.loop import Estimate, Motion
-from workbench.notation.formula import Formula, Relation, Symbol
+from workbench.notation.formula import Formula, Relation, Symbol, symbol
+from workbench.notation.reader import read
 from workbench.study.document import (
     Cell,
     Column,
@@ -128,12 +131,6 @@ def printed_section(results: Results) -> Section:
     )
     outcome = results["FS as printed", "outer"]
     end = max(0.5, outcome.diverged_at or 10.0)
-    lines = (
-        ("K11", "controller.K", 0),
-        ("K12", "controller.K", 1),
-        ("K21", "controller.K", 2),
-        ("K22", "controller.K", 3),
-    )
     return Section(
         "As printed",
         (
@@ -149,12 +146,24 @@ def printed_section(results: Results) -> Section:
                 "printed_gain",
                 "The gain of the law as printed (first scenario, reading 'outer') until the run ends.",
                 outcome,
-                lines,
-                "K [N m]",
+                GAINS,
+                (symbol("K"), " [N m]"),
                 (Window(0.0, end, (-40.0, 20.0)),),
             ),
         ),
     )
+
+
+def _right_entry() -> Formula:
+    """C[1,2] of the derived arm."""
+    arm = Dynamics.of(ARM)
+    return Relation(symbol("C_12"), "=", formula_of(arm.C[0, 1], arm.names()))
+
+
+def _reference_velocity() -> Formula:
+    """The reference velocity of the sliding laws."""
+    qd_d, Lambda, e = (ca.SX.sym(name) for name in ("qd_d", "Lambda", "e"))
+    return Relation(symbol("qd_r"), "=", read(qd_d - Lambda * e))
 
 
 def readings() -> tuple[Formula, ...]:
@@ -206,11 +215,24 @@ def repair_section(results: Results) -> Section:
         (
             Itemize(
                 (
-                    "(3): C[1,2] = -m2 l1 l2 sin q2 (q1' + q2'), for which M' - 2C is skew-symmetric.",
-                    "(24): D_hat = eta, which follows D. It must know D, so it is an oracle, and marked as one.",
-                    "(28): the reference velocity qd_r = qd_d - Lambda e in place of qd_d, without which (30) does "
-                    "not follow.",
-                    "(33): a plus, so that the gain grows with the error, read as the matrix (P s) sign(s)^T.",
+                    ("(3): ", _right_entry(), ", for which ", symbol("Md"), " - 2", symbol("C"), " is skew-symmetric."),
+                    (
+                        "(24): ",
+                        Relation(symbol("D_hat"), "=", symbol("eta")),
+                        ", which follows ",
+                        symbol("D"),
+                        ". It must know ",
+                        symbol("D"),
+                        ", so it is an oracle, and marked as one.",
+                    ),
+                    (
+                        "(28): the reference velocity ",
+                        _reference_velocity(),
+                        " in place of ",
+                        symbol("qd_d"),
+                        ", without which (30) does not follow.",
+                    ),
+                    "(33): a plus, so that the gain grows with the error, in the reading outer.",
                 )
             ),
             Table(

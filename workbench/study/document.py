@@ -27,7 +27,7 @@ from workbench.study.cells import (
     check_name,
     parts,
 )
-from workbench.study.curves import Band, Panel, Series
+from workbench.study.curves import Band, Label, Panel, Series, Style
 
 __all__ = [
     "Band",
@@ -42,6 +42,7 @@ __all__ = [
     "Equation",
     "Figure",
     "Itemize",
+    "Label",
     "Measured",
     "Panel",
     "Paragraph",
@@ -51,6 +52,7 @@ __all__ = [
     "Section",
     "Series",
     "Strong",
+    "Style",
     "Table",
     "Value",
     "Verdict",

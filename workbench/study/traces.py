@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.study.document import Figure, Panel, Phrase, Series
+from workbench.study.document import Figure, Label, Panel, Phrase, Series, Style
 from workbench.study.study import Outcome
 
 
@@ -26,7 +26,7 @@ def traces(
     outcomes: Sequence[Outcome],
     signal: str,
     joint: int,
-    ylabel: str,
+    ylabel: Label,
     windows: Sequence[Window],
     reference: str = "",
 ) -> Figure:
@@ -46,8 +46,8 @@ def components(
     name: str,
     caption: Phrase,
     outcome: Outcome,
-    lines: Sequence[tuple[str, str, int]],
-    ylabel: str,
+    lines: Sequence[tuple[Label, str, int]],
+    ylabel: Label,
     windows: Sequence[Window],
 ) -> Figure:
     """Several signals of one law: each line is a label, a signal and the place of one of its numbers."""
@@ -63,8 +63,8 @@ def components(
     return Figure(name, caption, panels, columns=len(panels))
 
 
-def curve(outcome: Outcome, signal: str, joint: int, window: Window, label: str, style: int | str) -> Series:
+def curve(outcome: Outcome, signal: str, joint: int, window: Window, label: Label, style: Style) -> Series:
     """One signal within a window; after a run has diverged there is a gap."""
     inside = (outcome.t >= window.start - 1e-9) & (outcome.t <= window.end + 1e-9)
     y = outcome.signal(signal, joint)
-    return Series(label, outcome.t[inside], np.where(np.isfinite(y), y, np.nan)[inside], style)  # type: ignore[arg-type]
+    return Series(label, outcome.t[inside], np.where(np.isfinite(y), y, np.nan)[inside], style)
