@@ -105,12 +105,12 @@ def proposed_repaired(scenario: str, observer: AbstractObserver | None = None) -
     return ClosedLoop(plant(scenario), observer or repaired_observer(), law, REFERENCES[scenario])
 
 
-def with_slip(scenario: str, slip: str) -> ClosedLoop:
-    """The repaired law with one slip of the print put back: "none", "(3)", "(24)", "(28)" or "(33)"."""
+def with_change(scenario: str, change: str) -> ClosedLoop:
+    """The repaired law with one slip of the print put back, or with one repair more: a key of `CHANGES`."""
     loop = proposed_repaired(scenario)
     printed = PrintedArm(ARM.links, ARM.gravity)
     law, observer = loop.controller, loop.observer
-    match slip:
+    match change:
         case "(3)":
             law, observer = replace(law, model=printed), replace(observer, state=replace(observer.state, model=printed))
         case "(24)":
@@ -119,6 +119,8 @@ def with_slip(scenario: str, slip: str) -> ClosedLoop:
             law = replace(law, velocity="printed")
         case "(33)":
             law = replace(law, gain_sign="printed")
+        case "D_hat in (10)":
+            observer = replace(observer, state=replace(observer.state, disturbance="compensated"))
     return replace(loop, controller=law, observer=observer)
 
 

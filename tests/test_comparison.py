@@ -77,3 +77,13 @@ def test_an_unknown_case_or_metric_is_answered_with_the_nearest():
         RESULTS["S", "slo"]
     with pytest.raises(LookupError, match="no metric 'IAEE' in 'S: slow'. Did you mean 'IAE'"):
         LAWS["slow"].score("IAEE", 0)
+
+
+def test_results_become_a_tidy_data_frame():
+    frame = RESULTS.to_frame()
+    assert len(frame) == 3 * 2  # three laws, two metrics, one joint
+    slow = frame[(frame.law == "slow") & (frame.metric == "IAE")].iloc[0]
+    assert slow.value == pytest.approx(1 - np.exp(-2), rel=1e-6)
+    assert slow.unit == "rad s"
+    assert np.isnan(frame[frame.law == "lost"].value).all()
+    assert (frame[frame.law == "lost"].diverged_at > 0.9).all()

@@ -158,5 +158,5 @@ class AosmcRgs(AbstractController):
         Q: Matrix = self.Q
         R: Matrix = self.R
         A = -solve_definite(self.model.mass_matrix(est.q), K)
-        rate: ca.SX = A.T @ P + P @ A - P @ B @ solve_definite(R, B.T @ P) + Q
+        rate: ca.SX = A.T @ P + P @ A - P @ B @ ca.solve(R, B.T @ P) + Q
         return rate

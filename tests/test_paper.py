@@ -1,0 +1,73 @@
+"""What the paper's study rests on: its loops, run alone."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
+
+import a1_paper_tables
+from paper_card import CARD, PUBLISHED
+from paper_laws import ARM, proposed_as_printed, proposed_repaired
+
+from workbench.core.layout import Array
+from workbench.metrics import measured, sampled_rmse
+from workbench.metrics.measure import final_values
+from workbench.robots import paper_arm
+from workbench.simulate import simulate, step_limit
+
+H = 1e-3 / 12  # s, below the limit of 0.094 ms that the gains of the repaired law set
+
+
+def smallest_eigenvalue(K: Array) -> Array:
+    """Of the symmetric part of each K (N, n, n)."""
+    return np.linalg.eigvalsh((K + K.transpose(0, 2, 1)) / 2)[:, 0]
+
+
+def test_the_repaired_law_meets_the_printed_rmse_of_the_first_scenario():
+    """The published pair is (0.3538, 0.3542), first table of section 5; the paper prints four digits."""
+    metric = sampled_rmse(CARD["sample time of (43)"])
+    runs = simulate(measured(proposed_repaired("FS").ode(), (metric,), H), until=CARD["FS: horizon"], every=0.02)
+    values = final_values(runs, (metric,))[metric.name][0]
+    printed = [PUBLISHED["FS", joint].values["AOSMC-RGS"] for joint in (1, 2)]
+    np.testing.assert_allclose(values, printed, rtol=0.02)  # 2 %, as asked; it comes within 0.2 %
+    assert step_limit(runs).holds
+
+
+def test_the_repaired_law_keeps_its_gain_positive_and_comes_back_to_the_path():
+    runs = simulate(measured(proposed_repaired("FS").ode(), (), H), until=10.0, every=0.01)
+    assert smallest_eigenvalue(runs["controller.K"][0]).min() > 0
+    # 0.13 rad is what the bias of observer (10) leaves, which ignores the disturbance
+    assert np.abs(runs["e"][0, runs.t > 5]).max() < 0.13
+
+
+@pytest.mark.parametrize("scenario", ["FS", "SS"])
+def test_the_law_as_printed_loses_its_positive_gain_and_then_the_path(scenario):
+    runs = simulate(measured(proposed_as_printed(scenario).ode(), (), 1e-4), until=10.0, every=0.01)
+    assert runs.diverged[0]
+    K = runs["controller.K"][0]
+    alive = np.isfinite(K).all(axis=(1, 2))
+    lost = runs.t[alive][smallest_eigenvalue(K[alive]) <= 0][0]
+    assert 0 < lost < runs.diverged_at[0]
+
+
+def test_the_arm_of_the_card_is_the_one_of_the_catalogue():
+    ours, known = ARM, paper_arm()
+    assert [(p.mass, p.length) for p in ours.links] == [(p.mass, p.length) for p in known.links]
+    assert ours.gravity == known.gravity
+
+
+def test_every_case_of_the_study_has_a_grid_that_its_step_divides():
+    for case in a1_paper_tables.study.cases:
+        step = measured(case.loop.ode(), case.metrics, case.h)
+        for span in (case.every, case.until):
+            assert span / step.h == pytest.approx(round(span / step.h), abs=1e-6)
+
+
+def test_the_proposed_law_is_marked_as_using_the_truth_and_no_rival_is():
+    for case in a1_paper_tables.study.cases:
+        proposed = case.scenario not in ("FS", "SS") or case.law == "AOSMC-RGS"
+        assert case.loop.uses_truth == proposed
+        assert bool(case.loop.ode().notes) == proposed
