@@ -144,7 +144,7 @@ def _repairs() -> tuple[Phrase, ...]:
             _right_entry(),
             ", for which ",
             Symbol("M", dots=1),
-            " - 2",
+            " \N{MINUS SIGN} 2",
             symbol("C"),
             " is skew-symmetric.",
         ),
@@ -194,7 +194,7 @@ def repair_section(results: Results) -> Section:
                 (
                     "The late error is the bias of observer (10), which ignores ",
                     symbol("D"),
-                    ": it vanishes where the observer is told ",
+                    ": it falls to a fifth where the observer is told ",
                     symbol("D_hat"),
                     ". RMSE over the horizon does not show it, as the initial error dominates.",
                 )

@@ -21,7 +21,7 @@ from workbench.report.tables import Shown, alignments, grid, plain, short_column
 from workbench.study.document import Code, Document, Part, Phrase, Reference, Strong, Table, parts
 
 GENERATOR = "control-workbench"
-ROOM = 82  # widths of a digit between an equation's margins
+ROOM = 72  # widths of a digit between the margins of an equation; the font of the page runs wider than typst's
 
 
 def html(document: Document, drawings: dict[str, str] | None = None) -> str:
