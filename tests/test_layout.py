@@ -140,3 +140,11 @@ def test_an_empty_layout_is_a_vector_of_no_numbers():
     assert Layout().size == 0
     assert Layout().pack().shape == (1, 0)
     assert Layout().symbols().shape == (0, 1)
+
+
+def test_a_symmetric_matrix_is_refused_when_only_one_of_a_pair_is_set():
+    layout = Layout((Entry("R", np.eye(2), bounds=Bounds(symmetric=True)),))
+    with pytest.raises(ValueError, match=r"'R' must be symmetric; got 0.5 at \[0,1\] and 0 at \[1,0\]: set both"):
+        layout.pack({"R[0,1]": 0.5})
+    rows = layout.pack({"R[0,1]": [0.1, 0.2], "R[1,0]": [0.1, 0.2]})
+    np.testing.assert_array_equal(layout.unpack(rows)["R"][1], [[1, 0.2], [0.2, 1]])

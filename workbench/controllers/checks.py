@@ -5,10 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.core import Entry
-from workbench.core.layout import Array, Bounds
-
-# How far rounding may take a matrix from symmetry, or an eigenvalue below zero: in units of its size.
-ROUNDING = 1e-12
+from workbench.core.layout import ROUNDING, Array, Bounds
 
 
 def gains_that_start_at(law: str, K: Array) -> Entry:

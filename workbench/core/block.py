@@ -41,16 +41,17 @@ def parameter(
     low: float = -np.inf,
     high: float = np.inf,
     strict: bool = False,
+    symmetric: bool = False,
     shape: tuple[str, ...] = (),
     symbol: str = "",
 ) -> Any:
     """A number, vector or matrix of the equations: `lift` turns it into symbols keyed by its path.
 
     `shape` names its axes, as in ("n",) or ("n", "n"), where `n` is the block's `dof`; `symbol` is
-    how it is printed. With `strict` the bounds themselves are refused. A default of None declares a
-    number that may be left out.
+    how it is printed. With `strict` the bounds themselves are refused, with `symmetric` any other
+    matrix. A default of None declares a number that may be left out.
     """
-    return _quantity(default, Quantity(unit, Bounds(low, high, strict), shape, symbol, lifted=True))
+    return _quantity(default, Quantity(unit, Bounds(low, high, strict, symmetric), shape, symbol, lifted=True))
 
 
 def initial(default: Any = MISSING, *, unit: str, shape: tuple[str, ...] = (), symbol: str = "") -> Any:

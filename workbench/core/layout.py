@@ -14,6 +14,8 @@ import numpy as np
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 
+ROUNDING = 1e-12  # how far rounding may take a matrix from symmetry, in units of its largest entry
+
 
 def nearest(name: str, known: Iterable[str]) -> str:
     """A question that names the known name nearest to a misspelt one; empty if none is near."""
@@ -31,11 +33,12 @@ def numbers(value: Any) -> Array:
 
 @dataclass(frozen=True)
 class Bounds:
-    """What a number may be: finite, within [low, high], and off both ends if `strict`."""
+    """What a number may be: finite, within [low, high], off both ends if `strict`; a matrix perhaps `symmetric`."""
 
     low: float = -np.inf
     high: float = np.inf
     strict: bool = False
+    symmetric: bool = False
 
     def __str__(self) -> str:
         """The rule as one reads it aloud."""
@@ -216,14 +219,15 @@ class Layout:
         for entry in self.entries:
             block = rows[:, self._slices[entry.name]]
             bad = np.argwhere(np.logical_not(entry.bounds.allow(block)))
-            if not len(bad):
-                continue
-            run, place = bad[0]
-            where = f" in run {run}" if len(rows) > 1 else ""
-            raise ValueError(
-                f"'{entry.labels()[place]}' must be {entry.bounds}"
-                f"{f' [{entry.unit}]' if entry.unit else ''}; got {block[run, place]:g}{where}."
-            )
+            if len(bad):
+                run, place = bad[0]
+                where = f" in run {run}" if len(rows) > 1 else ""
+                raise ValueError(
+                    f"'{entry.labels()[place]}' must be {entry.bounds}"
+                    f"{f' [{entry.unit}]' if entry.unit else ''}; got {block[run, place]:g}{where}."
+                )
+            if entry.bounds.symmetric:
+                _refuse_unsymmetric(entry, block)
 
     def unpack(self, rows: Array) -> dict[str, Array]:
         """Names to values of shape (..., *shape) from vectors (..., size)."""
@@ -256,6 +260,17 @@ class Layout:
                 raise ValueError(f"'{entry.name}' must have shape {want}; got {part.shape}.")
             columns.append(ca.vec(ca.densify(part)))
         return ca.vertcat(*columns) if columns else ca.SX(0, 1)
+
+
+def _refuse_unsymmetric(entry: Entry, block: Array) -> None:
+    matrices = _unflatten(block, entry.shape)
+    odd = np.argwhere(np.abs(matrices - np.swapaxes(matrices, -1, -2)) > ROUNDING * np.abs(matrices).max(initial=0.0))
+    if len(odd):
+        run, i, j = odd[0]
+        raise ValueError(
+            f"'{entry.name}' must be symmetric; got {matrices[run, i, j]:g} at [{i},{j}] and "
+            f"{matrices[run, j, i]:g} at [{j},{i}]: set both."
+        )
 
 
 def _unflatten(columns: Array, shape: tuple[int, ...]) -> Array:

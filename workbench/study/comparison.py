@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -20,7 +20,7 @@ def side_by_side(
     units = {m: outcomes[0].measurement.scores[m].metric.unit for m in metrics}
     best = {m: _best(outcomes, m, joint) for m in metrics}
     rows = tuple((o.label, *(_cell(o, m, joint, bold=best[m] is o) for m in metrics)) for o in outcomes)
-    remarks = tuple(f"{o.label}: {note}." for o in outcomes for note in o.notes)
+    remarks = _remarks(outcomes)
     columns = (Column("law"), *(Column(m, unit=units[m], align="right") for m in metrics))
     return Table(name, caption, columns, rows, (*notes, *remarks))
 
@@ -89,8 +89,12 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
         Column("difference", "rad", "right"),
         Column("difference", "%", "right"),
     )
-    notes = tuple(f"{outcome.label}: {note}." for outcome in outcomes.values() for note in outcome.notes)
-    return Table(name, caption, columns, tuple(rows), notes)
+    return Table(name, caption, columns, tuple(rows), _remarks(outcomes.values()))
+
+
+def _remarks(outcomes: Iterable[Outcome]) -> tuple[str, ...]:
+    """What must stand beside a law's name, one note a law."""
+    return tuple(f"{outcome.label}: {'; '.join(outcome.notes)}." for outcome in outcomes if outcome.notes)
 
 
 @dataclass(frozen=True)
