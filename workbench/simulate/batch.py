@@ -1,21 +1,20 @@
-"""B runs of a `Step` through CasADi's own machine: simple and exact."""
+"""B runs of a `Step`, each with its own parameters and initial state."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from workbench.core import Step
 from workbench.core.layout import Array
+from workbench.simulate import virtual_machine
 from workbench.simulate.trajectories import Trajectories
 
 Progress = Callable[[float], None]
+March = Callable[[Step, Array, Array, int, int, Progress], Array]
 
-STEPS_PER_CALL = 20_000  # between two looks at progress and divergence: about a tenth of a second
 LARGEST = 4 * 2**30  # bytes of trajectories that are not refused
 
 
@@ -27,6 +26,7 @@ def simulate(
     until: float,
     every: float | None = None,
     progress: Progress | None = None,
+    engine: str | None = None,
 ) -> Trajectories:
     """Run B copies of `step` from time 0 to `until`, each with its own parameters and initial state.
 
@@ -39,6 +39,9 @@ def simulate(
         The horizon and the distance of the times that are kept, in s: multiples of the step.
     progress
         Called now and then with the share that is done.
+    engine
+        "native" is compiled for this processor, "casadi" is CasADi's virtual machine, about a
+        hundred times slower. Without a name it is the first that can run the step.
 
     Raises
     ------
@@ -59,8 +62,8 @@ def simulate(
             f"`simulate(...)` would keep {need / 2**30:.1f} GB of states; the limit is {LARGEST / 2**30:.0f} GB. "
             "Keep fewer times with `every`, or run fewer at once."
         )
-    z = np.vstack([np.zeros((1, len(x_rows))), x_rows.T, p_rows.T])
-    states = _march(step, z, stride, kept, progress)
+    march = _engine(step, engine)
+    states = march(step, x_rows, p_rows, stride, kept, progress or (lambda share: None))
     x = np.concatenate([x_rows[:, np.newaxis], states], axis=1)
     diverged_at = _find_divergence(step, x, p_rows, stride)
     return Trajectories(step, np.asarray(np.arange(kept + 1) * stride * step.h), x, p_rows, diverged_at)
@@ -99,33 +102,21 @@ def _count(name: str, span: Any, h: float) -> int:
     return count
 
 
-@lru_cache(maxsize=64)
-def _marcher(step: Step, stride: int, kept: int, runs: int) -> ca.Function:
-    """[k; x; p] through `kept` times `stride` steps, all kept ones side by side, for each run."""
-    z = ca.SX.sym("z", 1 + step.states.size + step.parameters.size)
-    k, x, p = ca.vertsplit(z, [0, 1, 1 + step.states.size, z.numel()])
-    one = ca.Function("workbench_one", [z], [ca.vertcat(k + 1, step.F(k, x, p), p)], {"cse": True})
-    march = one.fold(stride).mapaccum(kept)
-    return march if runs == 1 else march.map(runs, "thread", min(runs, 8))
+def _engine(step: Step, engine: str | None) -> March:
+    """The compiled march where it can be had, CasADi's elsewhere; by name, that one or a refusal."""
+    if engine not in (None, "native", "casadi"):
+        raise ValueError(f"`simulate(engine=...)` is 'native', 'casadi' or None for the best of them; got {engine!r}.")
+    if engine == "casadi":
+        return virtual_machine.march
+    try:
+        from workbench.simulate import native
 
-
-def _march(step: Step, z: Array, stride: int, kept: int, progress: Progress | None) -> Array:
-    """The kept states (B, kept, nx)."""
-    nx, runs = step.states.size, z.shape[1]
-    chunk = max(1, min(kept, STEPS_PER_CALL // stride))
-    parts, done = [], 0
-    while done < kept:
-        size = min(chunk, kept - done)
-        out = np.array(_marcher(step, stride, size, runs)(z)).reshape(z.shape[0], runs, size)
-        z = out[:, :, -1]
-        parts.append(out[1 : 1 + nx].transpose(1, 2, 0))
-        done += size
-        if not np.isfinite(z).all(axis=0).any():  # nothing is left to simulate
-            parts.append(np.full((runs, kept - done, nx), np.nan))
-            done = kept
-        if progress is not None:
-            progress(done / kept)
-    return np.concatenate(parts, axis=1)
+        native.graph(step)
+    except (ImportError, ValueError) as error:  # no wheel of llvmlite for this platform; an operation it does not know
+        if engine == "native":
+            raise ValueError(f"`simulate(engine='native')` cannot run this step: {error}") from error
+        return virtual_machine.march
+    return native.march
 
 
 def _find_divergence(step: Step, x: Array, p: Array, stride: int) -> Array:
@@ -134,7 +125,7 @@ def _find_divergence(step: Step, x: Array, p: Array, stride: int) -> Array:
     for run in np.flatnonzero(~np.isfinite(x).all(axis=(1, 2))):
         first = int(np.argmin(np.isfinite(x[run]).all(axis=1)))
         state, k = x[run, first - 1], (first - 1) * stride
-        while np.isfinite(state).all():
+        while np.isfinite(state).all() and k < first * stride:
             state, k = np.array(step.F(k, state, p[run])).ravel(), k + 1
         at[run] = k * step.h
         x[run, first:] = np.nan

@@ -1,0 +1,208 @@
+"""Elementary functions as straight lines of LLVM IR over vectors of doubles, without a branch or a call.
+
+Each is a polynomial or a rational function on a reduced argument. The coefficients are those of the
+Cephes library (Moshier, 1989) and of fdlibm (Sun Microsystems, 1993), the reductions are theirs too.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from typing import Protocol
+
+
+class Writer(Protocol):
+    """What writes a line of IR and names its value."""
+
+    def line(self, text: str) -> str: ...  # noqa: D102
+    def vector(self, value: float) -> str: ...  # noqa: D102
+    @property
+    def type(self) -> str: ...  # noqa: D102
+    @property
+    def integers(self) -> str: ...  # noqa: D102
+    def whole(self, value: int) -> str: ...  # noqa: D102
+
+
+def fma(w: Writer, a: str, b: str, c: str) -> str:
+    """a b + c with one rounding."""
+    return w.line(f"call {w.type} @llvm.fma.{mangled(w)}({w.type} {a}, {w.type} {b}, {w.type} {c})")
+
+
+def mangled(w: Writer) -> str:
+    """The vector type as it stands in the name of an intrinsic: v8f64."""
+    return "v" + w.type[1:-1].replace(" x double", "f64")
+
+
+def binary(w: Writer, op: str, a: str, b: str) -> str:
+    """fadd, fsub, fmul or fdiv."""
+    return w.line(f"{op} {w.type} {a}, {b}")
+
+
+def unary(w: Writer, intrinsic: str, a: str) -> str:
+    """An intrinsic of one operand: fabs, sqrt, floor, trunc."""
+    return w.line(f"call {w.type} @llvm.{intrinsic}.{mangled(w)}({w.type} {a})")
+
+
+def compare(w: Writer, predicate: str, a: str, b: str) -> str:
+    """A comparison: oeq, olt, ole, une, ..."""
+    return w.line(f"fcmp {predicate} {w.type} {a}, {b}")
+
+
+def select(w: Writer, condition: str, a: str, b: str) -> str:
+    """A where the condition holds, b elsewhere."""
+    return w.line(f"select {flags(w)} {condition}, {w.type} {a}, {w.type} {b}")
+
+
+def flags(w: Writer) -> str:
+    """The type of a vector of truths."""
+    return w.type.replace("double", "i1")
+
+
+def polynomial(w: Writer, x: str, coefficients: Sequence[float]) -> str:
+    """By Horner's rule, highest power first."""
+    result = w.vector(coefficients[0])
+    for coefficient in coefficients[1:]:
+        result = fma(w, result, x, w.vector(coefficient))
+    return result
+
+
+# pi / 2 in three parts, the first two with 33 bits each, so that k times them is exact for |k| < 2^20.
+HALF_PI = (1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
+TWO_OVER_PI = 6.36619772367581382433e-01
+ROUND = 6755399441055744.0  # 1.5 * 2^52: adding it leaves the nearest whole number in the last bits
+LARGEST_ANGLE = 1e6  # rad: beyond it the reduction loses digits, and the answer is NaN
+SINE = (
+    1.58969099521155010221e-10,
+    -2.50507602534068634195e-08,
+    2.75573137070700676789e-06,
+    -1.98412698298579493134e-04,
+    8.33333333332248946124e-03,
+    -1.66666666666666324348e-01,
+)
+COSINE = (
+    -1.13596475577881948265e-11,
+    2.08757232129817482790e-09,
+    -2.75573143513906633035e-07,
+    2.48015872894767294178e-05,
+    -1.38888888888741095749e-03,
+    4.16666666666666019037e-02,
+)
+
+
+def reduce_angle(w: Writer, x: str) -> tuple[str, str, str]:
+    """The quadrant (an integer), and sine and cosine of what is left of x within pi / 4 of it."""
+    shifted = fma(w, x, w.vector(TWO_OVER_PI), w.vector(ROUND))
+    quadrant = w.line(f"bitcast {w.type} {shifted} to {w.integers}")
+    turns = binary(w, "fsub", shifted, w.vector(ROUND))
+    minus = w.line(f"fneg {w.type} {turns}")
+    r = x
+    for part in HALF_PI:
+        r = fma(w, minus, w.vector(part), r)
+    small = compare(w, "ole", unary(w, "fabs", x), w.vector(LARGEST_ANGLE))
+    r = select(w, small, r, w.vector(float("nan")))
+    square = binary(w, "fmul", r, r)
+    sine = fma(w, binary(w, "fmul", square, r), polynomial(w, square, SINE), r)
+    fourth = binary(w, "fmul", square, square)
+    head = fma(w, square, w.vector(-0.5), w.vector(1.0))
+    return quadrant, sine, fma(w, fourth, polynomial(w, square, COSINE), head)
+
+
+def sine_or_cosine(w: Writer, reduced: tuple[str, str, str], quarter: int) -> str:
+    """The sine (quarter 0) or cosine (quarter 1) from a reduced angle: cos x is sin (x + pi / 2)."""
+    quadrant, sine, cosine = reduced
+    turned = w.line(f"add {w.integers} {quadrant}, {w.whole(quarter)}")
+    odd = w.line(f"icmp ne {w.integers} {w.line(f'and {w.integers} {turned}, {w.whole(1)}')}, {w.whole(0)}")
+    size = select(w, odd, cosine, sine)
+    bit = w.line(f"shl {w.integers} {w.line(f'and {w.integers} {turned}, {w.whole(2)}')}, {w.whole(62)}")
+    bits = w.line(f"bitcast {w.type} {size} to {w.integers}")
+    return w.line(f"bitcast {w.integers} {w.line(f'xor {w.integers} {bits}, {bit}')} to {w.type}")
+
+
+EXP_P = (1.26177193074810590878e-4, 3.02994407707441961300e-2, 9.99999999999999999910e-1)
+EXP_Q = (3.00198505138664455042e-6, 2.52448340349684104192e-3, 2.27265548208155028766e-1, 2.0)
+LOG2_E = 1.4426950408889634073599
+LN_2 = (6.93145751953125e-1, 1.42860682030941723212e-6)
+
+
+def exponential(w: Writer, x: str) -> str:
+    """exp x: 2^n (1 + 2 r P(r^2) / (Q(r^2) - r P(r^2))) with r = x - n ln 2; 0 below -708, infinite above 709."""
+    low, high = w.vector(-708.0), w.vector(709.0)
+    bounded = select(w, compare(w, "olt", x, low), low, x)
+    bounded = select(w, compare(w, "ogt", bounded, high), high, bounded)
+    shifted = fma(w, bounded, w.vector(LOG2_E), w.vector(ROUND))
+    n = binary(w, "fsub", shifted, w.vector(ROUND))
+    minus = w.line(f"fneg {w.type} {n}")
+    r = fma(w, minus, w.vector(LN_2[1]), fma(w, minus, w.vector(LN_2[0]), bounded))
+    square = binary(w, "fmul", r, r)
+    numerator = binary(w, "fmul", r, polynomial(w, square, EXP_P))
+    denominator = binary(w, "fsub", polynomial(w, square, EXP_Q), numerator)
+    ratio = binary(w, "fdiv", numerator, denominator)
+    size = fma(w, w.vector(2.0), ratio, w.vector(1.0))
+    bits = w.line(f"bitcast {w.type} {shifted} to {w.integers}")
+    power = w.line(f"shl {w.integers} {w.line(f'add {w.integers} {bits}, {w.whole(1023)}')}, {w.whole(52)}")
+    result = binary(w, "fmul", size, w.line(f"bitcast {w.integers} {power} to {w.type}"))
+    infinite = select(w, compare(w, "ogt", x, w.vector(709.0)), w.vector(float("inf")), result)
+    return select(w, compare(w, "olt", x, w.vector(-708.0)), w.vector(0.0), infinite)
+
+
+TANH_P = (-9.64399179425052238628e-1, -9.92877231001918586564e1, -1.61468768441708447952e3)
+TANH_Q = (1.0, 1.12811678491632931402e2, 2.23548839060100448583e3, 4.84406305325125486048e3)
+
+
+def hyperbolic_tangent(w: Writer, x: str) -> str:
+    """tanh x: rational near zero, from the exponential elsewhere."""
+    square = binary(w, "fmul", x, x)
+    ratio = binary(w, "fdiv", polynomial(w, square, TANH_P), polynomial(w, square, TANH_Q))
+    near = fma(w, binary(w, "fmul", x, square), ratio, x)
+    size = unary(w, "fabs", x)
+    grown = exponential(w, binary(w, "fadd", size, size))
+    far = binary(w, "fdiv", w.vector(2.0), binary(w, "fadd", grown, w.vector(1.0)))
+    far = binary(w, "fsub", w.vector(1.0), far)
+    signed = w.line(f"call {w.type} @llvm.copysign.{mangled(w)}({w.type} {far}, {w.type} {x})")
+    return select(w, compare(w, "olt", size, w.vector(0.625)), near, signed)
+
+
+LOG_P = (
+    1.01875663804580931796e-4,
+    4.97494994976747001425e-1,
+    4.70579119878881725854e0,
+    1.44989225341610930846e1,
+    1.79368678507819816313e1,
+    7.70838733755885391666e0,
+)
+LOG_Q = (
+    1.0,
+    1.12873587189167450590e1,
+    4.52279145837532221105e1,
+    8.29875266912776603211e1,
+    7.11544750618563894466e1,
+    2.31251620126765340583e1,
+)
+ROOT_HALF = 7.07106781186547524401e-1
+
+
+def logarithm(w: Writer, x: str) -> str:
+    """log x from mantissa and exponent; NaN below zero, minus infinity at zero."""
+    bits = w.line(f"bitcast {w.type} {x} to {w.integers}")
+    mantissa = w.line(f"and {w.integers} {bits}, {w.whole(0x000FFFFFFFFFFFFF)}")
+    half = w.line(f"or {w.integers} {mantissa}, {w.whole(0x3FE0000000000000)}")
+    m = w.line(f"bitcast {w.integers} {half} to {w.type}")
+    biased = w.line(f"lshr {w.integers} {bits}, {w.whole(52)}")
+    n = w.line(f"sitofp {w.integers} {w.line(f'sub {w.integers} {biased}, {w.whole(1022)}')} to {w.type}")
+    low = compare(w, "olt", m, w.vector(ROOT_HALF))
+    n = select(w, low, binary(w, "fsub", n, w.vector(1.0)), n)
+    m = binary(w, "fsub", select(w, low, binary(w, "fadd", m, m), m), w.vector(1.0))
+    square = binary(w, "fmul", m, m)
+    ratio = binary(w, "fdiv", polynomial(w, m, LOG_P), polynomial(w, m, LOG_Q))
+    tail = binary(w, "fmul", m, binary(w, "fmul", square, ratio))
+    tail = fma(w, n, w.vector(-2.121944400546905827679e-4), tail)
+    tail = fma(w, square, w.vector(-0.5), tail)
+    result = fma(w, n, w.vector(0.693359375), binary(w, "fadd", m, tail))
+    result = select(w, compare(w, "oeq", x, w.vector(float("inf"))), x, result)
+    result = select(w, compare(w, "oeq", x, w.vector(0.0)), w.vector(float("-inf")), result)
+    return select(w, compare(w, "oge", x, w.vector(0.0)), result, w.vector(float("nan")))
+
+
+def literal(value: float) -> str:
+    """A double as LLVM reads it to the last bit."""
+    return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"
