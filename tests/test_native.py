@@ -138,3 +138,10 @@ def test_the_ir_has_no_call_but_to_intrinsics():
     calls = {line.split("@")[1].split("(")[0] for line in text.splitlines() if " call " in line}
     assert calls
     assert all(name.startswith("llvm.") for name in calls)
+
+
+def test_a_step_and_its_half_are_one_kernel():
+    ode = LOOPS["AOSMC-RGS"].ode()
+    metrics = (rmse(), total_variation(1e-3))
+    texts = {lower(Plan.of(Graph.of(measured(ode, metrics, h)), ()), 8) for h in (1e-4, 5e-5)}
+    assert len(texts) == 1

@@ -8,7 +8,7 @@ from workbench.core import rk4
 from workbench.simulate import simulate, step_limit
 from workbench.simulate.schedule import longest_steps
 
-RK4 = np.array([1 / 24, 1 / 6, 1 / 2, 1.0, 1.0])
+RK4 = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
 
 
 def test_the_limit_of_a_real_mode_is_the_known_end_of_the_stability_interval():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -28,6 +29,7 @@ class Native:
     engine: Any
 
 
+@lru_cache(maxsize=128)
 def compiled(ir: str) -> Native:
     """The function `workbench_march` of some IR, compiled for this processor."""
     target = llvm.Target.from_default_triple()

@@ -19,6 +19,8 @@ from workbench.simulate.plan import Plan
 TRUTHS = {"lt": "olt", "le": "ole", "eq": "oeq", "ne": "une"}
 BINARY = {"add": "fadd", "sub": "fsub", "mul": "fmul"}
 UNARY = {"sqrt": "sqrt", "fabs": "fabs", "floor": "floor"}
+# Numbers that stand in the IR. All others are handed in, so that a step and its half are one kernel.
+PLAIN = (0.0, 1.0, -1.0, 2.0, 0.5)
 COMPOSED = {"exp": f.exponential, "tanh": f.hyperbolic_tangent, "log": f.logarithm}
 
 
@@ -147,7 +149,7 @@ class _Loop:
             one, zero = self.vector(1.0), self.vector(0.0)
             return self._keep(place, f.select(self, self.truths[place], one, zero))
         node = self.plan.graph.nodes[place]
-        if node.op == "const":
+        if node.op == "const" and node.value in PLAIN:
             return self.vector(node.value)
         if place in self.plan.table:
             return self._keep(place, self._splat("%row", self.plan.table.index(place)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -55,7 +56,7 @@ def step_limit(trajectories: Trajectories, run: int = 0, points: int = 400) -> S
         )
     )
     modes = np.linalg.eigvals(A.reshape(nx, len(picked), nx).transpose(1, 0, 2))
-    limits = longest_steps(modes, np.array(step.amplification))
+    limits = longest_steps(modes, step.amplification)
     where = np.unravel_index(np.argmin(limits), limits.shape)
     return StepLimit(
         step.h,
@@ -66,18 +67,19 @@ def step_limit(trajectories: Trajectories, run: int = 0, points: int = 400) -> S
     )
 
 
-def longest_steps(modes: Array, amplification: Array) -> Array:
+def longest_steps(modes: Array, amplification: tuple[float, ...]) -> Array:
     """For each mode the longest step h with |R(h lambda)| <= 1; infinite where the mode does not decay."""
     size = np.abs(modes)
     decays = (modes.real < 0) & (size > 0)
-    angles = np.where(decays, np.angle(modes), np.pi)
-    grid = np.linspace(np.pi / 2, np.pi, 721)
-    radius = np.interp(np.abs(angles), grid, [_radius(angle, amplification) for angle in grid])
+    angles, reach = _region(amplification)
+    radius = np.interp(np.abs(np.where(decays, np.angle(modes), np.pi)), angles, reach)
     return np.where(decays, radius / np.where(decays, size, 1.0), np.inf)
 
 
-def _radius(angle: float, amplification: Array) -> float:
-    """How far the stability region reaches along a ray: the first r > 0 with |R(r e^(i angle))| > 1."""
-    r = np.linspace(1e-3, 5.0, 5000)
-    grows = np.abs(np.polyval(amplification, r * np.exp(1j * angle))) > 1 + 1e-9
-    return float(r[np.argmax(grows)]) if grows.any() else float(r[-1])
+@lru_cache
+def _region(amplification: tuple[float, ...]) -> tuple[Array, Array]:
+    """How far the stability region reaches along rays: the first r > 0 with |R(r e^(i angle))| > 1."""
+    angles, r = np.linspace(np.pi / 2, np.pi, 721), np.linspace(1e-3, 5.0, 5000)
+    z = r * np.exp(1j * angles[:, np.newaxis])
+    grows = np.abs(np.polyval(amplification, z)) > 1 + 1e-9
+    return angles, np.where(grows.any(axis=1), r[np.argmax(grows, axis=1)], r[-1])
