@@ -11,6 +11,7 @@ from workbench.metrics import (
     iae,
     ise,
     itae,
+    late_error,
     measure,
     measured,
     overshoot,
@@ -79,6 +80,18 @@ def test_the_mean_over_samples_is_that_of_its_own_grid_with_the_first_sample_at_
         score = measure(decay(a), (sampled_rmse(sample),), until=T, h=h).scores["RMSE (43)"]
         # at the coarsest step RK4 errs by (0.15)^5 / 120 a step
         assert score.value[0, 0] == pytest.approx(np.sqrt(np.mean(grid**2)), rel=1e-5)
+
+
+def test_the_late_error_forgets_the_start():
+    scores = measure(decay(3.0), (late_error(1.0), peak_error()), until=2.0, h=1e-3).scores
+    assert scores["peak error"].value[0, 0] == 1.0
+    assert scores["late error"].value[0, 0] == pytest.approx(np.exp(-3.0), rel=1e-9)
+
+
+def test_a_time_is_known_to_one_step_at_best():
+    q = 1 - ca.exp(-10 * TIME)
+    score = measure(staircase(q, (1.0,), 1.0), (settling_time(),), until=2.0, h=1e-3).scores["settling time"]
+    assert score.error[0, 0] >= 1e-3
 
 
 def test_energy_counts_work_done_and_work_taken_alike():

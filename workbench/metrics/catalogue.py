@@ -70,6 +70,11 @@ def peak_error() -> Peak:
     return Peak("peak error", "rad", "largest |e|", "e")
 
 
+def late_error(after: float) -> Peak:
+    """Largest |e| from `after` s on: what the steady state leaves, once the start is forgotten."""
+    return Peak("late error", "rad", f"largest |e| from {after:g} s on", "e", after)
+
+
 def peak_torque() -> Peak:
     """Largest |tau| that acts."""
     return Peak("peak torque", "N m", "largest |tau| applied", "tau_applied")

@@ -19,8 +19,10 @@ from workbench.simulate.batch import Progress
 class Score:
     """A metric of B runs, (B, k), and its error: the change from the step to half of it.
 
-    For a smooth loop the change is about 15 times the error of the value; where switching makes the
-    method first order, it is about the error itself. A run that diverged has NaN in both.
+    For a smooth loop the change is about 15 times the error of the value. Where switching makes the
+    method first order and its error irregular, the change tells the size of the error and bounds
+    nothing: it has been seen five times too small. A time is known to one step at best. A run that
+    diverged has NaN in both.
     """
 
     metric: AbstractMetric
@@ -94,7 +96,10 @@ def measure(
     b = simulate(coarse, p, start, until=until, every=every or h, progress=lambda d: share(d / 3))
     a = simulate(fine, p, start, until=until, every=every or h, progress=lambda d: share((1 + 2 * d) / 3))
     values, rough = final_values(a, metrics), final_values(b, metrics)
-    scores = {m.name: Score(m, values[m.name], _difference(values[m.name], rough[m.name])) for m in metrics}
+    scores = {
+        m.name: Score(m, values[m.name], _difference(values[m.name], rough[m.name], h if m.unit == "s" else 0.0))
+        for m in metrics
+    }
     limits = tuple(step_limit(b, run) for run in range(len(b)))
     return Measurement(a, scores, limits, b.diverged_at)
 
@@ -131,7 +136,8 @@ def _extended(x0: Array, step: Step) -> Array:
     return np.hstack([rows, np.tile(rest, (len(rows), 1))])
 
 
-def _difference(fine: Array, coarse: Array) -> Array:
-    """|fine - coarse|, where two infinite values agree."""
+def _difference(fine: Array, coarse: Array, least: float) -> Array:
+    """|fine - coarse|, but at least what one step can tell; zero where two infinite values agree."""
     with np.errstate(invalid="ignore"):
-        return np.where(np.isinf(fine) & np.isinf(coarse), 0.0, np.abs(fine - coarse))
+        change = np.maximum(np.abs(fine - coarse), least)
+    return np.where(np.isinf(fine) & np.isinf(coarse), 0.0, change)

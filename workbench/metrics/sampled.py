@@ -23,9 +23,10 @@ def stride(sample: float, h: float) -> int:
 
 @dataclass(frozen=True)
 class Peak(AbstractMetric):
-    """The largest absolute value of an output over all steps."""
+    """The largest absolute value of an output over all steps, from `after` seconds on."""
 
     signal: str
+    after: float = 0.0
 
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """None."""
@@ -38,8 +39,8 @@ class Peak(AbstractMetric):
 
     def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
         """The larger of what was and what is."""
-        del k, h
-        return {"peak": ca.fmax(z["peak"], ca.fabs(y[self.signal]))}
+        late = k * h >= self.after - h / 2
+        return {"peak": ca.fmax(z["peak"], ca.if_else(late, ca.fabs(y[self.signal]), 0))}
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
         """The largest."""

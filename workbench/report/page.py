@@ -110,17 +110,22 @@ def _number(shown: Shown) -> Markup:
     """A number between unseen digits that put its decimal point below those of its column."""
     number, frame = shown.content, shown.padding
     assert isinstance(number, Printed)
-    times = Markup("\u2009×\u200910<sup>{}</sup>")
-    power = times.format(number.power) if number.power else ""
-    missing = Markup("<sup>{}</sup>") if number.power else times
-    behind = frame.behind + (missing.format(frame.power) if frame.power else Markup(""))
-    return Markup('<span class="number">{}{}{}{}</span>').format(
-        _unseen(frame.before), f"{number.sign}{number.whole}{number.tail}", power, _unseen(behind)
+    power = Markup("{}<sup>{}</sup>").format(TIMES_TEN, number.power) if number.power else Markup("")
+    missing = Markup("")
+    if frame.power:
+        missing = (Markup("") if number.power else _pad(TIMES_TEN)) + Markup("<sup>{}</sup>").format(_pad(frame.power))
+    body = f"{number.sign}{number.whole}{number.tail}"
+    return Markup('<span class="number">{}{}{}{}{}</span>').format(
+        _pad(frame.before), body, power, _pad(frame.behind), missing
     )
 
 
-def _unseen(body: str) -> Markup:
-    return Markup('<span class="unseen" aria-hidden="true">{}</span>').format(body) if body else Markup("")
+TIMES_TEN = "\u2009×\u200910"
+
+
+def _pad(body: str) -> Markup:
+    """Room for some digits that is no text: whoever copies or reads the page aloud meets the number alone."""
+    return Markup('<span class="pad" data-pad="{}"></span>').format(body) if body else Markup("")
 
 
 @cache

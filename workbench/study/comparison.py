@@ -19,10 +19,11 @@ def side_by_side(
     """
     units = {m: outcomes[0].measurement.scores[m].metric.unit for m in metrics}
     best = {m: _best(outcomes, m, joint) for m in metrics}
+    about = tuple(f"{m}: {outcomes[0].measurement.scores[m].metric.about}." for m in metrics)
     rows = tuple((o.label, *(_cell(o, m, joint, bold=best[m] is o) for m in metrics)) for o in outcomes)
     remarks = _remarks(outcomes)
     columns = (Column("law"), *(Column(m, unit=units[m], align="right") for m in metrics))
-    return Table(name, caption, columns, rows, (*notes, *remarks))
+    return Table(name, caption, columns, rows, (" ".join(about), *notes, *remarks))
 
 
 def _cell(outcome: Outcome, metric: str, joint: int, *, bold: bool) -> Cell:
@@ -45,10 +46,13 @@ def _best(outcomes: Sequence[Outcome], metric: str, joint: int) -> Outcome | Non
     return None
 
 
-def order(a: tuple[float, float], b: tuple[float, float]) -> str:
-    """Whether value a lies "below" or "above" value b, or is "undecided" within the sum of both errors."""
+def order(a: tuple[float, float], b: tuple[float, float], margin: float = 0.0) -> str:
+    """Whether value a lies "below" or "above" value b, or is "undecided".
+
+    That is where the gap is within the sum of both errors, or within `margin` of the smaller value.
+    """
     gap, error = b[0] - a[0], a[1] + b[1]
-    if not abs(gap) > error:
+    if not abs(gap) > max(error, margin * min(abs(a[0]), abs(b[0]))):
         return "undecided"
     return "below" if gap > 0 else "above"
 
@@ -119,17 +123,17 @@ class Ranking:
         )
         return (
             f"{self.published.where}: of {pairs} printed pairs {len(self.holds)} hold, "
-            f"{len(self.fails)} are turned round, {len(self.undecided)} are within the error.{against}"
+            f"{len(self.fails)} are turned round, {len(self.undecided)} are too close to call.{against}"
         )
 
 
-def ranking(published: Published, outcomes: Mapping[str, Outcome]) -> Ranking:
-    """Each pair of laws in its printed order, judged by our values and their errors."""
+def ranking(published: Published, outcomes: Mapping[str, Outcome], margin: float = 0.0) -> Ranking:
+    """Each pair of laws in its printed order, judged by our values; see `order` for when it stays open."""
     scores = {law: _score(outcomes[law], published) for law in published.values}
     laws = sorted(published.values, key=lambda law: published.values[law])
     judged: dict[str, list[tuple[str, str]]] = {"below": [], "above": [], "undecided": []}
     for a, b in combinations(laws, 2):
-        judged[order(scores[a], scores[b])].append((a, b))
+        judged[order(scores[a], scores[b], margin)].append((a, b))
     ours = sorted(laws, key=lambda law: scores[law][0])
     return Ranking(
         published,

@@ -82,16 +82,16 @@ class Outcome:
 
     @property
     def label(self) -> str:
-        """The law's name, marked where its observer uses the truth."""
-        return f"{self.case.law} {TRUTH}" if self.ode.notes else self.case.law
+        """The law's name with its remark, marked where its observer uses the truth."""
+        name = f"{self.case.law}, {self.case.remark}" if self.case.remark else self.case.law
+        return f"{name} {TRUTH}" if self.ode.notes else name
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What must stand beside the name of the law: truth used, step beyond its limit."""
+        """What must stand below a table beside the law's name: truth used, step beyond its limit."""
         limit = self.measurement.limits[0]
         beyond = (f"step {limit.h:g} s beyond the stability limit {limit.limit:.3g} s",)
-        remark = (self.case.remark,) if self.case.remark else ()
-        return remark + self.ode.notes + (() if limit.holds else beyond)
+        return self.ode.notes + (() if limit.holds else beyond)
 
     def score(self, metric: str, joint: int) -> tuple[float, float]:
         """The value and error of a metric at one joint."""
