@@ -18,6 +18,7 @@ from workbench.controllers import (
     SlidingMode,
     SuperTwisting,
 )
+from workbench.core import AbstractArm
 from workbench.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop
 from workbench.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
 from workbench.plants import Manipulator
@@ -58,14 +59,17 @@ RIVALS: Mapping[str, AbstractController] = {
 }
 
 
-def plant(scenario: str) -> Manipulator:
-    """The arm as it is (Coriolis matrix right), with the disturbance of a scenario."""
+PRINTED_ARM = PrintedArm(ARM.links, ARM.gravity)
+
+
+def plant(scenario: str, arm: AbstractArm = ARM) -> Manipulator:
+    """An arm, the derived one if not said otherwise, with the disturbance of a scenario."""
     disturbance = SineTorque(
         CARD[f"{scenario}: disturbance amplitude"],
         CARD[f"{scenario}: disturbance frequency"],
         CARD[f"{scenario}: disturbance phase"],
     )
-    return Manipulator(ARM, q=CARD[f"{scenario}: q(0)"], qd=CARD["qd(0)"], disturbance=disturbance)
+    return Manipulator(arm, q=CARD[f"{scenario}: q(0)"], qd=CARD["qd(0)"], disturbance=disturbance)
 
 
 def rival(scenario: str, law: str) -> ClosedLoop:
@@ -73,9 +77,9 @@ def rival(scenario: str, law: str) -> ClosedLoop:
     return ClosedLoop(plant(scenario), FullState(2), RIVALS[law], REFERENCES[scenario])
 
 
-def proposed_as_printed(scenario: str) -> ClosedLoop:
+def proposed_as_printed(scenario: str, shape: str = "outer", arm: AbstractArm = ARM) -> ClosedLoop:
     """AOSMC-RGS letter by letter: (3) in model and observer, (24), (28) and the minus of (33) as printed."""
-    printed = PrintedArm(ARM.links, ARM.gravity)
+    printed = PRINTED_ARM
     law = AosmcRgs(
         printed,
         CARD["Lambda"],
@@ -84,10 +88,11 @@ def proposed_as_printed(scenario: str) -> ClosedLoop:
         CARD["P(0)"],
         CARD["Q as printed"],
         CARD["R as printed"],
+        gain_shape=shape,
     )
     state = Luenberger(printed, CARD["L1"], CARD["L2"], CARD["q_hat(0)"], CARD["qd_hat(0)"])
     observer = WithDisturbance(state, PrintedFilter(2, CARD["l"]))
-    return ClosedLoop(plant(scenario), observer, law, REFERENCES[scenario])
+    return ClosedLoop(plant(scenario, arm), observer, law, REFERENCES[scenario])
 
 
 def proposed_repaired(scenario: str, observer: AbstractObserver | None = None) -> ClosedLoop:
@@ -100,7 +105,7 @@ def proposed_repaired(scenario: str, observer: AbstractObserver | None = None) -
         R=CARD["R"],
         velocity="reference",
         gain_sign="raised",
-        gain_shape="outer",
+        gain_shape=CARD["reading of (33)"],
     )
     return ClosedLoop(plant(scenario), observer or repaired_observer(), law, REFERENCES[scenario])
 
@@ -108,7 +113,7 @@ def proposed_repaired(scenario: str, observer: AbstractObserver | None = None) -
 def with_change(scenario: str, change: str) -> ClosedLoop:
     """The repaired law with one slip of the print put back, or with one repair more: a key of `CHANGES`."""
     loop = proposed_repaired(scenario)
-    printed = PrintedArm(ARM.links, ARM.gravity)
+    printed = PRINTED_ARM
     law, observer = loop.controller, loop.observer
     match change:
         case "(3)":

@@ -2,7 +2,7 @@
 
 from paper_card import CARD, PUBLISHED
 from paper_comparison import PROPOSED, SCENARIOS, rankings
-from paper_printed import loses_positivity
+from paper_printed import FAR, LATE, leaves, loses_positivity
 
 from workbench.study.document import Cell, Column, Paragraph, Section, Table, Verdict
 from workbench.study.study import Results
@@ -10,44 +10,48 @@ from workbench.study.study import Results
 
 def summary(results: Results) -> Section:
     """The answers first."""
-    printed, repaired = results["FS as printed", "outer"], results["FS", PROPOSED]
-    negative = loses_positivity(printed)
+    printed, repaired = results["FS as printed, derived arm", "outer"], results["FS", PROPOSED]
+    lost, left = loses_positivity(printed), leaves(printed)
     fits = [100 * (repaired.score("RMSE (43)", j)[0] / PUBLISHED["FS", j + 1].values[PROPOSED] - 1) for j in (0, 1)]
+    late = [repaired.score("late error", j)[0] for j in (0, 1)]
     rows = [r for scenario in SCENARIOS for r in rankings(results, scenario)]
-    holds, pairs = sum(len(r.holds) for r in rows), sum(len(r.holds) + len(r.fails) + len(r.undecided) for r in rows)
-    lost = (
-        f"K is no longer positive definite from {negative:.2f} s on, and "
-        if negative is not None
-        else "K stays positive definite, and "
-    ) + (
-        f"the run diverges at {printed.diverged_at:.2f} s."
-        if printed.diverged_at is not None
-        else "the run stays finite."
-    )
+    counts = [
+        sum(len(pairs) for pairs in kind) for kind in zip(*((r.holds, r.fails, r.undecided) for r in rows), strict=True)
+    ]
     return Section(
         "What was found",
         (
             Verdict(
-                "fails", "The law as printed tracks the reference.", f"First scenario, reading 'outer' of (33): {lost}"
+                "holds" if left is None else "fails",
+                "The law as printed tracks the reference.",
+                f"First scenario, reading 'outer' of (33): K is not positive definite at {_at(lost)}, "
+                f"and an error is beyond {FAR:g} rad at {_at(left)}.",
             ),
             Verdict(
-                "holds",
-                "With the smallest repair the law tracks, and meets its printed RMSE of the first scenario within 2 %.",
-                f"Off by {fits[0]:+.2f} % (joint 1) and {fits[1]:+.2f} % (joint 2); "
-                "Q, R, l and the horizon, which the paper does not state, were chosen for this fit.",
-            )
-            if all(abs(f) < 2 for f in fits)
-            else Verdict(
-                "fails", "With the smallest repair the law meets its printed RMSE within 2 %.", f"Off by {fits} %."
+                "holds" if all(abs(f) < 2 for f in fits) else "fails",
+                "With the smallest repair the law meets its printed RMSE of the first scenario within 2 %.",
+                f"Off by {fits[0]:+.2f} % (joint 1) and {fits[1]:+.2f} % (joint 2). Q, R, the horizon, the reading "
+                "of (33) and the grid of (43), which the paper does not state, were chosen for this fit, and others "
+                "fit as well.",
             ),
             Verdict(
-                "open",
-                "The published rankings of the six laws hold.",
-                f"Of {pairs} printed pairs {holds} hold under the assumed numbers of the rivals, of which the "
-                f"paper states none.",
+                "holds" if max(late) < 0.01 else "fails",
+                "Repaired, it tracks with a small steady-state error.",
+                f"From {LATE:g} s on the errors reach {late[0]:.3f} rad (joint 1) and {late[1]:.3f} rad (joint 2): "
+                "the bias of its observer, which ignores the disturbance.",
+            ),
+            Verdict(
+                "holds" if not counts[1] + counts[2] else "fails",
+                "Under the numbers assumed for the rivals, the published rankings hold.",
+                f"Of {sum(counts)} printed pairs {counts[0]} hold, {counts[1]} are turned round, and {counts[2]} are "
+                "too close to call. The paper states none of the rivals' numbers.",
             ),
         ),
     )
+
+
+def _at(time: float | None) -> str:
+    return "no time within 10 s" if time is None else f"{time:.2f} s"
 
 
 def numbers_section() -> Section:
@@ -57,11 +61,18 @@ def numbers_section() -> Section:
         (
             Paragraph(
                 "The paper states the arm, the surface, the boundary layer, the first gains and the observer. It "
-                "does not "
-                "state Q, R, l, the horizon, the square wave, or any number of the rival laws. What is missing is "
-                "assumed "
-                "by a rule: rivals share the surface, the layer and the first gain of the proposed law, PID has the "
-                "bandwidth of that surface, and all rivals are given exact measurements of position and velocity."
+                "does not state Q, R, l, the horizon, the square wave, or any number of the rival laws. What is "
+                "missing is assumed by a rule: rivals share the surface, the layer and the first gain of the "
+                "proposed law, and PID has the bandwidth of that surface. Q, R, the horizon, the reading of (33) "
+                "and the square wave were chosen near the printed numbers of the proposed law; nothing was chosen "
+                "for a rival."
+            ),
+            Paragraph(
+                "All laws know the arm exactly, no torque is limited, and the rivals are given exact positions and "
+                "velocities, the proposed law positions and, by (24), the true disturbance. So the comparison is of "
+                "these loops, not of what the laws could do: the first gain of 5 N m lets SMC reach its surface "
+                "only after seconds, the network of RBF-ASMC finds nothing to learn in an exact model and leaves it "
+                "with nearly the numbers of ASMC, and PID may ask for any torque."
             ),
             CARD.table("stated", "stated", "What the paper states."),
             CARD.table("derived", "derived", "What follows from it."),
@@ -102,12 +113,11 @@ def trust_section(results: Results) -> Section:
         (
             Paragraph(
                 "Values are those of RK4 at the step below; errors are the change from twice that step. The limit "
-                "is the "
-                "longest step at which the fastest decaying mode of the exact Jacobian, taken along the run, still "
-                "decays: "
-                "beyond it a simulation chatters by itself, and RMSE hardly shows it while total variation and "
-                "effort do. "
-                "Where switching has begun the method is of first order only, and no more is claimed."
+                "is the longest step at which the fastest decaying mode of the exact Jacobian, taken along the run, "
+                "still decays: beyond it a simulation chatters by itself, and RMSE hardly shows it while total "
+                "variation and effort do. At most 400 kept states of a run are looked at. Where switching has begun "
+                "the method is of first order only and its error irregular: the change tells its size, and bounds "
+                "nothing."
             ),
             Table(
                 "steps",
