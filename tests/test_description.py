@@ -18,7 +18,7 @@ from workbench.robots.description import PointMass
         (lambda: Link(1.0, 1.0, np.nan), r"`Link\(com=...\)` must be finite \[m\]; got nan"),
         (lambda: Link("heavy", 1.0, 0.5), "must be a number"),
         (lambda: PlanarArm(()), "at least one `Link` or `PointMass`"),
-        (lambda: PlanarArm([PointMass(1.0, 1.0)]), "must be a tuple"),
+        (lambda: PlanarArm([]), "at least one `Link` or `PointMass`"),
         (lambda: PlanarArm(3), "must be a tuple"),
         (lambda: PlanarArm((1.0, 2.0)), "must be a tuple"),
         (lambda: PlanarArm((PointMass(1.0, 1.0),), gravity=-9.81), r"0 <= value \[m/s\^2\]"),

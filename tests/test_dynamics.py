@@ -67,3 +67,23 @@ def test_parameters_out_of_their_bounds_are_refused_by_name():
     d = Dynamics.of(paper_arm())
     with pytest.raises(ValueError, match=r"'links\[0\].mass' must be finite, with 0 < value \[kg\]; got -1"):
         d.p.pack({"links[0].mass": -1.0})
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"p": 2.0}, r"`Dynamics.matrices\(p=...\)` must have shape \(5,\), one number for each of the parameters"),
+        (
+            {"q": 0.3},
+            r"`Dynamics.matrices\(q=...\)` must have shape \(2,\), one number for each of the joints; got \(\)",
+        ),
+        ({"q": np.ones((2, 3))}, r"got \(2, 3\)"),
+        ({"qd": [1.0, 2.0, 3.0]}, r"`Dynamics.matrices\(qd=...\)` must have shape"),
+        ({"qd": None}, r"must be a vector of numbers; got None"),
+        ({"tau": 1.0}, r"`Dynamics.acceleration\(tau=...\)` must have shape \(2,\)"),
+    ],
+)
+def test_a_state_of_the_wrong_shape_is_refused_and_never_filled_up(change, says):
+    dynamics = Dynamics.of(paper_arm())
+    with pytest.raises(ValueError, match=says):
+        dynamics.acceleration(**{"q": [0.1, 0.2], "qd": [0.0, 0.0], "tau": [1.0, 1.0], **change})

@@ -148,3 +148,40 @@ def test_a_symmetric_matrix_is_refused_when_only_one_of_a_pair_is_set():
         layout.pack({"R[0,1]": 0.5})
     rows = layout.pack({"R[0,1]": [0.1, 0.2], "R[1,0]": [0.1, 0.2]})
     np.testing.assert_array_equal(layout.unpack(rows)["R"][1], [[1, 0.2], [0.2, 1]])
+
+
+@pytest.mark.parametrize("default", [None, "1.0", np.zeros((2, 2, 2)), [[1.0], [2.0, 3.0]]])
+def test_a_default_that_is_no_number_vector_or_matrix_is_refused(default):
+    with pytest.raises(ValueError, match=r"`Entry\('a', default=...\)` must be a number, a vector or a matrix; got"):
+        Entry("a", default)
+
+
+def test_an_entry_keeps_a_frozen_copy_of_its_default():
+    mine = np.zeros(2)
+    entry = Entry("a", mine)
+    mine[0] = 9.0
+    np.testing.assert_array_equal(entry.default, [0.0, 0.0])
+    with pytest.raises(ValueError, match="read-only"):
+        entry.default[0] = 9.0
+
+
+@pytest.mark.parametrize("look", [lambda at: at[0], lambda at: at.slice(["K"]), lambda at: at.pack({1: 2})])
+def test_a_name_that_is_no_text_is_refused(look):
+    with pytest.raises(LookupError, match="The entries of a layout go by names such as 'plant.q'; got"):
+        look(gains())
+    assert 0 not in gains()
+    assert ["K"] not in gains()
+
+
+def test_values_without_names_are_refused():
+    with pytest.raises(
+        ValueError, match=r"`pack\(values=...\)` must map names to numbers, as a dict does; got a `list`"
+    ):
+        gains().pack([1.0, 2.0])
+
+
+def test_definiteness_is_asked_of_symmetric_matrices_only():
+    with pytest.raises(ValueError, match=r"`Bounds\(definite=...\)` is one of"):
+        Bounds(definite="semi")
+    with pytest.raises(ValueError, match="got 'negative'"):
+        Bounds(symmetric=True, definite="negative")

@@ -147,3 +147,55 @@ def test_the_open_loop_of_an_arm_solves_its_equation_of_motion():
     M, C, G = dynamics.matrices(q, qd)
     # the residual of the equation itself; condition of M up to 34, terms up to 30
     np.testing.assert_allclose(M @ qdd + C @ qd + G, tau, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("point", "says"),
+    [
+        ((0.0, 1.0), r"`rate_at\(x=...\)` must have shape \(2,\), one number for each of the states; got \(\)"),
+        ((0.0, np.ones((2, 3))), r"got \(2, 3\)"),
+        ((0.0, "still"), r"`rate_at\(x=...\)` must be a vector of numbers; got 'still'"),
+        (([0.0, 1.0], [1.0, 0.0]), r"`rate_at\(t=...\)` must have shape \(1,\)"),
+        ((0.0, [1.0, 0.0], [2.0, 2.0]), r"`rate_at\(p=...\)` must have shape \(1,\), one number for each of the par"),
+    ],
+)
+def test_a_point_of_the_wrong_shape_is_refused_and_never_filled_up(point, says):
+    ode = oscillator()
+    with pytest.raises(ValueError, match=says):
+        ode.rate_at(*point)
+    with pytest.raises(ValueError, match=says.replace("rate_at", "outputs_at")):
+        ode.outputs_at(*point)
+
+
+def test_a_row_of_packed_parameters_is_a_point_too():
+    ode = oscillator()
+    np.testing.assert_array_equal(ode.rate_at(0, [1.0, 0.0], ode.parameters.pack({"k": 3.0})), [0.0, -3.0])
+
+
+X, K = ca.SX.sym("x", 2), ca.SX.sym("stray")
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ({"x": X[0]}, r"`Ode\(x=...\)` must have shape \(2, 1\), one number for each of its states; got \(1, 1\)"),
+        ({"p": ca.SX.sym("p", 2)}, r"`Ode\(p=...\)` must have shape \(1, 1\), one number for each of its parameters"),
+        ({"t": ca.SX.sym("t", 2)}, r"`Ode\(t=...\)` must have shape \(1, 1\), the time"),
+        ({"rate": ca.SX(3, 1)}, r"`Ode\(rate=...\)` must have shape \(2, 1\)"),
+        ({"output": ca.SX(0, 1)}, r"`Ode\(output=...\)` must have shape \(1, 1\), one number for each of its outputs"),
+        ({"output": K}, r"`Ode\('oscillator', ...\)` must have .* got the symbol 'stray' beside them"),
+        ({"rate": ca.vertcat(K, 0)}, "got the symbol 'stray' beside them"),
+        ({"x": 2 * X}, "must be plain symbols"),
+        ({"x": ca.vertcat(K, K)}, "each with one place"),
+        ({"states": ["x", "v"]}, r"`Ode\(states=...\)` must be a `Layout`; got a `list`"),
+        ({"rate": np.zeros(2)}, r"`Ode\(rate=...\)` must be a `SX`|`Ode\(rate=...\)` must be an `SX`"),
+    ],
+)
+def test_an_equation_that_does_not_suit_its_layouts_is_refused(change, says):
+    with pytest.raises(ValueError, match=says):
+        replace(oscillator(), **change)
+
+
+def test_an_input_that_is_no_parameter_is_refused():
+    with pytest.raises(LookupError, match="There is no 'tau'"):
+        replace(oscillator(), inputs=("tau",))

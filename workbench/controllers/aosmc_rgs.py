@@ -81,8 +81,12 @@ class AosmcRgs(AbstractController):
     phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
     K: Matrix = initial(unit="N m", shape=("n", "n"), symbol="K")
     P: Matrix = initial(unit="N m/rad", shape=("n", "n"), symbol="P")
-    Q: Matrix | None = parameter(default=None, unit="N m/(rad s)", symmetric=True, shape=("n", "n"), symbol="Q")
-    R: Matrix | None = parameter(default=None, unit="N m/(rad s)", symmetric=True, shape=("n", "n"), symbol="R")
+    Q: Matrix | None = parameter(
+        default=None, unit="N m/(rad s)", symmetric=True, definite="semi", shape=("n", "n"), symbol="Q"
+    )
+    R: Matrix | None = parameter(
+        default=None, unit="N m/(rad s)", symmetric=True, definite="positive", shape=("n", "n"), symbol="R"
+    )
     velocity: str = option(VELOCITIES, default="printed")
     gain_sign: str = option(SIGNS, default="printed")
     gain_shape: str = option(SHAPES, default="outer")

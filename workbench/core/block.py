@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
-from typing import Any, TypeVar, dataclass_transform
+from typing import Any, Literal, TypeVar, dataclass_transform
 
+import casadi as ca
 import numpy as np
 
 from workbench.core.layout import Bounds, nearest, numbers
 from workbench.core.show import Markup, letters, table_to_html
+from workbench.core.sockets import fitted
 
 # What the user gives is a float or an array; in the lifted twin the same field holds an SX.
 Scalar = Any
@@ -42,6 +44,7 @@ def parameter(
     high: float = np.inf,
     strict: bool = False,
     symmetric: bool = False,
+    definite: Literal["", "semi", "positive"] = "",
     shape: tuple[str, ...] = (),
     symbol: str = "",
 ) -> Any:
@@ -49,9 +52,10 @@ def parameter(
 
     `shape` names its axes, as in ("n",) or ("n", "n"), where `n` is the block's `dof`; `symbol` is
     how it is printed. With `strict` the bounds themselves are refused, with `symmetric` any other
-    matrix. A default of None declares a number that may be left out.
+    matrix; `definite` is that of `Bounds`. A default of None declares a number that may be left out.
     """
-    return _quantity(default, Quantity(unit, Bounds(low, high, strict, symmetric), shape, symbol, lifted=True))
+    bounds = Bounds(low, high, strict, symmetric, definite)
+    return _quantity(default, Quantity(unit, bounds, shape, symbol, lifted=True))
 
 
 def initial(default: Any = MISSING, *, unit: str, shape: tuple[str, ...] = (), symbol: str = "") -> Any:
@@ -84,10 +88,11 @@ def options(owner: Any) -> dict[str, tuple[str, str]]:
 
 @dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(parameter, initial, option, field))
 def block(cls: type[T]) -> type[T]:
-    """Make `cls` a frozen dataclass that refuses numbers out of their bounds when it is built."""
+    """Make `cls` a frozen dataclass that refuses, when built, parts of a wrong type and numbers out of bounds."""
     own: Callable[[T], None] | None = cls.__dict__.get("__post_init__")
 
     def __post_init__(self: T) -> None:
+        _check_sockets(self)
         _check_options(self)
         _check_quantities(self)
         if own is not None:
@@ -95,6 +100,7 @@ def block(cls: type[T]) -> type[T]:
 
     cls.__post_init__ = __post_init__  # type: ignore[attr-defined]
     cls.__block__ = True  # type: ignore[attr-defined]
+    cls.__setstate__ = _restore  # type: ignore[attr-defined]
     cls._repr_html_ = _repr_html_  # type: ignore[attr-defined]
     return dataclass(frozen=True, eq=False)(cls)
 
@@ -102,9 +108,9 @@ def block(cls: type[T]) -> type[T]:
 def _repr_html_(self: Any) -> str:
     """What a notebook shows of a block: its numbers, its choices, and the blocks it is made of."""
     rows: list[tuple[object, ...]] = [
-        (f.name, letters(q.symbol or f.name), np.asarray(getattr(self, f.name)).tolist(), q.unit)
-        for f, q in quantities(self)
+        (f.name, letters(q.symbol or f.name), _plain(getattr(self, f.name)), q.unit) for f, q in quantities(self)
     ]
+    rows += [(f.name, "", getattr(self, f.name), "") for f in _sockets(self) if _is_plain(getattr(self, f.name))]
     rows += [(name, "", choice, meaning) for name, (choice, meaning) in options(self).items()]
     for f in fields(self):
         value = getattr(self, f.name)
@@ -114,16 +120,43 @@ def _repr_html_(self: Any) -> str:
     return table_to_html(type(self).__name__, ("name", "letter", "value", "unit"), rows)
 
 
+def _plain(value: Any) -> object:
+    """A number as text: of a lifted twin the symbols."""
+    return str(value) if isinstance(value, ca.SX) else np.asarray(value).tolist()
+
+
+def _is_plain(value: Any) -> bool:
+    return isinstance(value, bool | int | float | str)
+
+
+def _restore(self: Any, state: Mapping[str, Any]) -> None:
+    """What copying and unpickling build a block with: NumPy's copies of its arrays can be written to."""
+    for value in state.values():
+        if isinstance(value, np.ndarray):
+            value.flags.writeable = False
+    self.__dict__.update(state)
+
+
 def is_block(thing: Any) -> bool:
     """Whether `thing` is an instance of a class made by `block`."""
     return getattr(type(thing), "__block__", False)
+
+
+def _sockets(owner: Any) -> list[Field[Any]]:
+    """The fields of a block that hold neither a number of its equations nor a named choice."""
+    return [f for f in fields(owner) if f.init and not f.metadata.keys() & {"quantity", "option"}]
+
+
+def _check_sockets(owner: Any) -> None:
+    for f in _sockets(owner):
+        object.__setattr__(owner, f.name, fitted(owner, f))
 
 
 def _check_options(owner: Any) -> None:
     for f in fields(owner):
         choices = f.metadata.get("option")
         value = getattr(owner, f.name)
-        if choices is not None and value not in choices:
+        if choices is not None and not (isinstance(value, str) and value in choices):
             raise ValueError(
                 f"`{type(owner).__name__}({f.name}=...)` is one of {', '.join(map(repr, choices))}; "
                 f"got {value!r}.{nearest(str(value), choices)}"
@@ -154,7 +187,7 @@ def _dof(owner: Any) -> int | None:
     """The number of joints, unless what it is counted from is not yet known to be right."""
     try:
         return int(owner.dof)
-    except (AttributeError, TypeError, IndexError):
+    except (AttributeError, TypeError, ValueError, IndexError):
         return None
 
 
@@ -174,6 +207,10 @@ def _fit(owner: Any, name: str, value: Any, quantity: Quantity, sizes: dict[str,
     if value.ndim == len(quantity.shape):
         for axis, size in zip(quantity.shape, value.shape, strict=True):
             sizes.setdefault(axis, size)
+        if "n" in quantity.shape and sizes["n"] == 0:
+            raise ValueError(
+                f"`{type(owner).__name__}({name}=...)` needs at least one joint, and a number for each; got none."
+            )
         if value.shape == tuple(sizes[axis] for axis in quantity.shape):
             return np.array(value)
     axes = ", ".join(f"{axis} = {sizes[axis]}" if axis in sizes else axis for axis in quantity.shape)

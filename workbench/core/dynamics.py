@@ -10,9 +10,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Array, Entry, Layout
-from workbench.core.lift import lift
+from workbench.core.block import is_block
+from workbench.core.layout import Array, Entry, Layout, vector
+from workbench.core.lift import Lifted, lift
 from workbench.core.show import matrices_to_html
+from workbench.core.sockets import require
 
 
 class AbstractArm(ABC):
@@ -70,8 +72,15 @@ class Dynamics:
 
     @staticmethod
     def of(arm: AbstractArm, name: str = "") -> Dynamics:
-        """The dynamics of an arm, each of its numbers a symbol."""
-        lifted = lift(arm)
+        """The dynamics of an arm, each of its numbers a symbol if it is a block.
+
+        Raises
+        ------
+        ValueError
+            If `arm` is none.
+        """
+        require("Dynamics.of(arm=...)", arm, AbstractArm)
+        lifted = lift(arm) if is_block(arm) else Lifted(arm, Layout(), ca.SX(0, 1))
         q, qd = (Layout((Entry(letter, np.zeros(arm.dof)),)).symbols() for letter in ("q", "qd"))
         return Dynamics(
             name or type(arm).__name__,
@@ -99,14 +108,30 @@ class Dynamics:
         return ca.Function("dynamics", [self.q, self.qd, self.symbols], [self.M, self.C, self.G], {"cse": True})
 
     def matrices(self, q: Any, qd: Any, p: Array | None = None) -> tuple[Array, Array, Array]:
-        """M (n, n), C (n, n) and G (n,) as numbers at a state, at nominal parameters unless p (np,) is given."""
-        M, C, G = self._function(q, qd, self.p.default if p is None else p)
+        """M (n, n), C (n, n) and G (n,) as numbers at a state, at nominal parameters unless p (np,) is given.
+
+        Raises
+        ------
+        ValueError
+            If q, qd or p is no vector of that many numbers.
+        """
+        q = vector("Dynamics.matrices(q=...)", q, self.dof, "joints")
+        qd = vector("Dynamics.matrices(qd=...)", qd, self.dof, "joints")
+        p = self.p.default if p is None else vector("Dynamics.matrices(p=...)", p, self.p.size, "parameters")
+        M, C, G = self._function(q, qd, p)
         return np.array(M), np.array(C), np.array(G).ravel()
 
     def acceleration(self, q: Any, qd: Any, tau: Any, p: Array | None = None) -> Array:
-        """qdd (n,) that the torque tau (n,) gives at a state."""
+        """qdd (n,) that the torque tau (n,) gives at a state.
+
+        Raises
+        ------
+        ValueError
+            If q, qd, tau or p is no vector of that many numbers.
+        """
         M, C, G = self.matrices(q, qd, p)
-        return np.asarray(np.linalg.solve(M, np.asarray(tau) - C @ np.asarray(qd) - G))
+        tau = vector("Dynamics.acceleration(tau=...)", tau, self.dof, "joints")
+        return np.asarray(np.linalg.solve(M, tau - C @ vector("qd", qd, self.dof, "joints") - G))
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the matrices as equations."""

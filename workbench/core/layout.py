@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import difflib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -12,49 +11,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
+from workbench.core.numbers import ROUNDING, Array, Bounds, nearest, numbers, vector
+from workbench.core.sockets import described
 
-ROUNDING = 1e-12  # how far rounding may take a matrix from symmetry, in units of its largest entry
-
-
-def nearest(name: str, known: Iterable[str]) -> str:
-    """A question that names the known name nearest to a misspelt one; empty if none is near."""
-    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
-    return f" Did you mean '{close[0]}'?" if close else ""
-
-
-def numbers(value: Any) -> Array:
-    """The value as a new float array; None and text are refused (TypeError), as are ragged lists (ValueError)."""
-    array = np.array(value)
-    if array.dtype.kind not in "biuf":
-        raise TypeError(array.dtype)
-    return array.astype(float)
-
-
-@dataclass(frozen=True)
-class Bounds:
-    """What a number may be: finite, within [low, high], off both ends if `strict`; a matrix perhaps `symmetric`."""
-
-    low: float = -np.inf
-    high: float = np.inf
-    strict: bool = False
-    symmetric: bool = False
-
-    def __str__(self) -> str:
-        """The rule as one reads it aloud."""
-        if self.low == -np.inf and self.high == np.inf:
-            return "finite"
-        less = "<" if self.strict else "<="
-        left = f"{self.low:g} {less} " if self.low > -np.inf else ""
-        right = f" {less} {self.high:g}" if self.high < np.inf else ""
-        return f"finite, with {left}value{right}"
-
-    def allow(self, value: Array) -> Array:
-        """Elementwise: whether each number is finite and within the bounds (booleans)."""
-        inside = (
-            (value > self.low) & (value < self.high) if self.strict else ((value >= self.low) & (value <= self.high))
-        )
-        return np.asarray(np.isfinite(value) & inside)
+__all__ = ["ROUNDING", "Array", "Bounds", "Entry", "Layout", "nearest", "numbers", "vector"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +31,18 @@ class Entry:
     symbol: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "default", np.asarray(self.default, dtype=float))
+        try:
+            default = numbers(self.default)
+        except (TypeError, ValueError):
+            default = None
+        if default is None or default.ndim > 2:
+            got = described(self.default) if default is None else f"shape {default.shape}"
+            raise ValueError(f"`Entry('{self.name}', default=...)` must be a number, a vector or a matrix; got {got}.")
+        self.__setstate__({**self.__dict__, "default": default})
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:
+        state["default"].flags.writeable = False  # a copy, by whatever way, is as frozen as what it copies
+        self.__dict__.update(state)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -130,8 +101,8 @@ class Layout:
     def __add__(self, other: Layout) -> Layout:
         return Layout(self.entries + other.entries)
 
-    def __contains__(self, name: str) -> bool:
-        return name in self._slices
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and name in self._slices
 
     def __getitem__(self, name: str) -> Entry:
         return self.entries[self.names.index(self._known(name))]
@@ -141,8 +112,10 @@ class Layout:
         return self._slices[self._known(name)]
 
     def _known(self, name: str) -> str:
-        if name in self._slices:
+        if isinstance(name, str) and name in self._slices:
             return name
+        if not isinstance(name, str):
+            raise _no_name(name)
         raise LookupError(
             f"There is no '{name}' among the {len(self.entries)} entries of this layout."
             + (nearest(name, self.names) or f" They are: {', '.join(self.names) or 'none'}.")
@@ -154,6 +127,8 @@ class Layout:
 
     def indices(self, name: str) -> list[int]:
         """The places of a quantity, or of one of its numbers (`K[0,1]`), in the flat vector."""
+        if not isinstance(name, str):
+            raise _no_name(name)
         if name in self._slices:
             place = self._slices[name]
             return list(range(place.start, place.stop))
@@ -181,6 +156,8 @@ class Layout:
         ValueError
             If a value is not a number, has the wrong shape, is not finite or is out of bounds.
         """
+        if not isinstance(values, Mapping | None):
+            raise ValueError(f"`pack(values=...)` must map names to numbers, as a dict does; got {described(values)}.")
         columns = {name: self._columns(name, value) for name, value in (values or {}).items()}
         runs = {len(c) for c in columns.values() if len(c) > 1}
         if len(runs) > 1:
@@ -228,6 +205,8 @@ class Layout:
                 )
             if entry.bounds.symmetric:
                 _refuse_unsymmetric(entry, block)
+            if entry.bounds.definite:
+                _refuse_indefinite(entry, block)
 
     def unpack(self, rows: Array) -> dict[str, Array]:
         """Names to values of shape (..., *shape) from vectors (..., size)."""
@@ -260,6 +239,24 @@ class Layout:
                 raise ValueError(f"'{entry.name}' must have shape {want}; got {part.shape}.")
             columns.append(ca.vec(ca.densify(part)))
         return ca.vertcat(*columns) if columns else ca.SX(0, 1)
+
+
+def _no_name(name: object) -> LookupError:
+    return LookupError(f"The entries of a layout go by names such as 'plant.q'; got {described(name)}.")
+
+
+def _refuse_indefinite(entry: Entry, block: Array) -> None:
+    matrices = _unflatten(block, entry.shape)
+    smallest = np.linalg.eigvalsh(matrices).min(axis=-1)
+    size = np.abs(matrices).max(axis=(-2, -1))
+    positive = entry.bounds.definite == "positive"
+    odd = np.flatnonzero(smallest <= 0 if positive else smallest < -ROUNDING * size)
+    if len(odd):
+        where = f" in run {odd[0]}" if len(block) > 1 else ""
+        raise ValueError(
+            f"'{entry.name}' must be positive {'definite' if positive else 'semidefinite'}; "
+            f"got a smallest eigenvalue of {smallest[odd[0]]:.3g}{where}."
+        )
 
 
 def _refuse_unsymmetric(entry: Entry, block: Array) -> None:

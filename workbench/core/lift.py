@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.core.block import Quantity, is_block
 from workbench.core.layout import Entry, Layout
+from workbench.core.sockets import described
 
 T = TypeVar("T")
 
@@ -29,7 +30,16 @@ def lift(block: T, prefix: str = "") -> Lifted[T]:
     A block met twice (the arm that is simulated and the arm the designer believes in) gets two sets
     of symbols, so that model mismatch needs no code. The names are those of the fields, with dots
     and indices: `plant.arm.links[0].mass`.
+
+    Raises
+    ------
+    ValueError
+        If `block` is none, so that nothing says what its numbers are.
     """
+    if not is_block(block):
+        raise ValueError(
+            f"`lift(block=...)` must be a block, an instance of a class made by `@block`; got {described(block)}."
+        )
     found: list[tuple[Entry, ca.SX]] = []
     twin = _twin(block, prefix, "", found)
     symbols = [ca.vec(symbol) for _, symbol in found]

@@ -11,8 +11,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Array, Entry, Layout
+from workbench.core.layout import Array, Entry, Layout, vector
 from workbench.core.show import layouts_to_html
+from workbench.core.sockets import require
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +32,14 @@ class Ode:
         The parameters that an outside signal may drive (the torque of an open loop, say).
     notes
         What a reader must know of these equations: an estimate that uses the truth, say.
+
+    Raises
+    ------
+    ValueError
+        If symbols, rate or output do not have the sizes of their layouts, or if rate or output has a
+        symbol that is none of t, x and p.
+    LookupError
+        If an input is no parameter.
     """
 
     name: str
@@ -45,6 +54,27 @@ class Ode:
     inputs: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
+    def __post_init__(self) -> None:
+        for field in ("states", "parameters", "outputs"):
+            require(f"Ode({field}=...)", getattr(self, field), Layout)
+        of = {"x": "states", "p": "parameters", "rate": "states", "output": "outputs"}
+        for field in ("t", "x", "p", "rate", "output"):
+            value, layout = getattr(self, field), of.get(field)
+            require(f"Ode({field}=...)", value, ca.SX)
+            size = getattr(self, layout).size if layout else 1
+            if value.shape != (size, 1) and (size, value.numel()) != (0, 0):
+                why = f"one number for each of its {layout}" if layout else "the time"
+                raise ValueError(f"`Ode({field}=...)` must have shape ({size}, 1), {why}; got {value.shape}.")
+        known = {symbol.__hash__() for symbol in _symbols("t, x, p", self.t, self.x, self.p)}
+        for symbol in ca.symvar(ca.vertcat(self.rate, self.output)):
+            if symbol.__hash__() not in known:
+                raise ValueError(
+                    f"`Ode('{self.name}', ...)` must have a rate and an output of t, x and p alone, as nothing else "
+                    f"gets a value; got the symbol '{symbol.name()}' beside them."
+                )
+        for name in self.inputs:
+            self.parameters.slice(name)
+
     @staticmethod
     def of(
         name: str,
@@ -56,11 +86,11 @@ class Ode:
         units: Mapping[str, str] | None = None,
     ) -> Ode:
         """An `Ode` from named rates and outputs over symbols (t, x, p)."""
-        entries = tuple(
-            Entry(key, np.zeros(value.numel()), (units or {}).get(key, "")) for key, value in outputs.items()
-        )
-        y = ca.vertcat(*[ca.vec(value) for value in outputs.values()]) if outputs else ca.SX(0, 1)
-        return Ode(name, states, parameters, Layout(entries), *symbols, states.flatten(rates), y)
+        require("Ode.of(states=...)", states, Layout)
+        columns = {key: ca.vec(ca.SX(value)) for key, value in outputs.items()}
+        entries = tuple(Entry(key, np.zeros(y.numel()), (units or {}).get(key, "")) for key, y in columns.items())
+        output = ca.vertcat(*columns.values()) if columns else ca.SX(0, 1)
+        return Ode(name, states, parameters, Layout(entries), *symbols, states.flatten(rates), output)
 
     @cached_property
     def f(self) -> ca.Function:
@@ -101,13 +131,32 @@ class Ode:
         return ca.vertcat(*[self.p[self.parameters.slice(name)] for name in self.inputs])
 
     def rate_at(self, t: float, x: Array, p: Array | None = None) -> Array:
-        """f(t, x, p) as numbers (nx,), at default parameters unless p is given."""
-        return np.array(self.f(t, x, self.parameters.default if p is None else p)).ravel()
+        """f(t, x, p) as numbers (nx,), at default parameters unless p is given.
+
+        Raises
+        ------
+        ValueError
+            If t is no single number, or x (nx,) or p (np,) no vector of that many.
+        """
+        return np.array(self.f(*self._point("rate_at", t, x, p))).ravel()
 
     def outputs_at(self, t: float, x: Array, p: Array | None = None) -> dict[str, Array]:
-        """The outputs by name at one state."""
-        y = np.array(self.h(t, x, self.parameters.default if p is None else p)).ravel()
-        return self.outputs.unpack(y)
+        """The outputs by name at one state.
+
+        Raises
+        ------
+        ValueError
+            If t is no single number, or x (nx,) or p (np,) no vector of that many.
+        """
+        return self.outputs.unpack(np.array(self.h(*self._point("outputs_at", t, x, p))).ravel())
+
+    def _point(self, call: str, t: float, x: Array, p: Array | None) -> tuple[Array, Array, Array]:
+        """The arguments as vectors, none of them repeated to fill its place, as CasADi would have it."""
+        return (
+            vector(f"{call}(t=...)", np.atleast_1d(np.array(t)), 1, "instants"),
+            vector(f"{call}(x=...)", x, self.states.size, "states"),
+            self.parameters.default if p is None else vector(f"{call}(p=...)", p, self.parameters.size, "parameters"),
+        )
 
     @cached_property
     def fingerprint(self) -> str:
@@ -128,6 +177,18 @@ class Ode:
     def _repr_html_(self) -> str:
         """What a notebook shows: the names, units and values of states and parameters."""
         return layouts_to_html(self.name, {"state": self.states, "parameter": self.parameters})
+
+
+def _symbols(call: str, *vectors: ca.SX) -> list[ca.SX]:
+    """The symbols of which the vectors are made; expressions and repeated symbols are refused."""
+    if not all(part.is_valid_input() for part in vectors):
+        raise ValueError(f"`Ode({call})` must be plain symbols, as `Layout.symbols()` makes them; got an expression.")
+    symbols: list[ca.SX] = ca.symvar(ca.vertcat(*map(ca.vec, vectors)))
+    if len(symbols) < (size := sum(part.numel() for part in vectors)):
+        raise ValueError(
+            f"`Ode({call})` must be {size} symbols, each with one place; got {len(symbols)} different ones."
+        )
+    return symbols
 
 
 def instructions(function: ca.Function) -> list[tuple[Any, ...]]:

@@ -8,8 +8,9 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Layout
+from workbench.core.layout import Layout, numbers
 from workbench.core.ode import Ode
+from workbench.core.sockets import require
 
 # The amplification of RK4 on x' = lambda x: R(z) = 1 + z + z^2/2 + z^3/6 + z^4/24, highest power first.
 RK4_AMPLIFICATION = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
@@ -68,18 +69,14 @@ def rk4(ode: Ode, h: float) -> Step:
     Raises
     ------
     ValueError
-        If h is not a positive finite number.
+        If `ode` is no `Ode`, or h is not a positive finite number.
 
     References
     ----------
     Hairer, Norsett and Wanner (1993), Solving Ordinary Differential Equations I, section II.1.
     """
-    try:
-        h = float(h)
-    except (TypeError, ValueError):
-        raise ValueError(f"`rk4(h=...)` must be a number of seconds; got {h!r}.") from None
-    if not (np.isfinite(h) and h > 0):
-        raise ValueError(f"`rk4(h=...)` must be a positive, finite number of seconds; got {h:g}.")
+    require("rk4(ode=...)", ode, Ode, ": a loop becomes one by its method `ode()`" if hasattr(ode, "ode") else "")
+    h = _step_length(h)
     f = ca.Function("f", [ode.t, ode.x, ode.p], [ode.rate])
     k = ca.SX.sym("k")
     t, x, p = k * h, ode.x, ode.p
@@ -101,3 +98,18 @@ def rk4(ode: Ode, h: float) -> Step:
         ode,
         RK4_AMPLIFICATION,
     )
+
+
+def _step_length(h: object) -> float:
+    try:
+        length = numbers(h)
+    except (TypeError, ValueError):
+        length = np.zeros(0)
+    if length.shape != () or isinstance(h, bool):
+        raise ValueError(f"`rk4(h=...)` must be a number of seconds; got {h!r}.")
+    if not np.finfo(float).tiny <= length < np.inf:
+        raise ValueError(
+            f"`rk4(h=...)` must be a positive, finite number of seconds; got {length:g}"
+            + (", which a float does not hold to full accuracy." if length > 0 and np.isfinite(length) else ".")
+        )
+    return float(length)

@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, block, lift
+from workbench.core.sockets import require
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, AbstractReference
 from workbench.loop.ports import Measurement, Parts
 
@@ -101,7 +102,14 @@ class ClosedLoop:
 
 
 def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
-    """The plant alone, driven by the torque 'tau' (n,), which is a parameter and the declared input."""
+    """The plant alone, driven by the torque 'tau' (n,), which is a parameter and the declared input.
+
+    Raises
+    ------
+    ValueError
+        If `plant` is none.
+    """
+    require("open_loop(plant=...)", plant, AbstractPlant)
     lifted = lift(plant)
     drive = Layout((Entry("tau", np.zeros(plant.dof), "N m"),))
     tau = drive.symbols()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from workbench.core.layout import nearest
+from workbench.core.sockets import described
 from workbench.robots.description import Link, PlanarArm, PointMass
 
 
@@ -35,6 +36,8 @@ def named(name: str) -> PlanarArm:
     LookupError
         If there is none; the message names the nearest.
     """
+    if not isinstance(name, str):
+        raise LookupError(f"`named(name=...)` must be the name of a robot, such as 'paper-arm'; got {described(name)}.")
     if name not in CATALOGUE:
         known = f" The catalogue holds: {', '.join(CATALOGUE)}."
         raise LookupError(f"There is no robot '{name}' in the catalogue.{nearest(name, CATALOGUE) or known}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import casadi as ca
 
 from workbench.core import AbstractArm, block, option, parameter
-from workbench.core.block import Scalar, is_block
+from workbench.core.block import Scalar
 from workbench.robots import kinematics, lagrange
 
 
@@ -77,10 +77,8 @@ class PlanarArm(AbstractArm):
     )
 
     def __post_init__(self) -> None:
-        if not isinstance(self.links, tuple) or not self.links or not all(map(is_block, self.links)):
-            raise ValueError(
-                f"`PlanarArm(links=...)` must be a tuple of at least one `Link` or `PointMass`; got {self.links!r}."
-            )
+        if not self.links:
+            raise ValueError("`PlanarArm(links=...)` must be a tuple of at least one `Link` or `PointMass`; got none.")
 
     @property
     def dof(self) -> int:

@@ -1,0 +1,82 @@
+"""Numbers as they come from outside, and what they may be."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+
+ROUNDING = 1e-12  # how far rounding may take a matrix from symmetry, in units of its largest entry
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """A question that names the known name nearest to a misspelt one; empty if none is near."""
+    close = difflib.get_close_matches(name, list(known), n=1, cutoff=0.6)
+    return f" Did you mean '{close[0]}'?" if close else ""
+
+
+def numbers(value: Any) -> Array:
+    """The value as a new float array; None and text are refused (TypeError), as are ragged lists (ValueError)."""
+    array = np.array(value)
+    if array.dtype.kind not in "biuf":
+        raise TypeError(array.dtype)
+    return array.astype(float)
+
+
+def vector(call: str, value: Any, size: int, of: str) -> Array:
+    """The value as an array (size,); a row or a column will do, and nothing is repeated to fill it.
+
+    Raises
+    ------
+    ValueError
+        If it is no array of numbers, or of another shape; `of` says what the numbers are of.
+    """
+    try:
+        array = numbers(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"`{call}` must be a vector of numbers; got {value!r}.") from None
+    if array.shape not in ((size,), (size, 1), (1, size)):
+        raise ValueError(f"`{call}` must have shape ({size},), one number for each of the {of}; got {array.shape}.")
+    return array.ravel()
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """What a number may be: finite, within [low, high], off both ends if `strict`; a matrix perhaps `symmetric`.
+
+    A symmetric matrix may have to be `definite` too: "semi" has no negative eigenvalue, "positive" not even zero.
+    """
+
+    low: float = -np.inf
+    high: float = np.inf
+    strict: bool = False
+    symmetric: bool = False
+    definite: Literal["", "semi", "positive"] = ""
+
+    def __post_init__(self) -> None:
+        if self.definite not in ("", "semi", "positive") or (self.definite and not self.symmetric):
+            raise ValueError(
+                "`Bounds(definite=...)` is one of '', 'semi', 'positive', the last two for `symmetric` matrices, whose "
+                f"eigenvalues have a sign; got {self.definite!r} with symmetric={self.symmetric}."
+            )
+
+    def __str__(self) -> str:
+        """The rule as one reads it aloud."""
+        if self.low == -np.inf and self.high == np.inf:
+            return "finite"
+        less = "<" if self.strict else "<="
+        left = f"{self.low:g} {less} " if self.low > -np.inf else ""
+        right = f" {less} {self.high:g}" if self.high < np.inf else ""
+        return f"finite, with {left}value{right}"
+
+    def allow(self, value: Array) -> Array:
+        """Elementwise: whether each number is finite and within the bounds (booleans)."""
+        inside = (
+            (value > self.low) & (value < self.high) if self.strict else ((value >= self.low) & (value <= self.high))
+        )
+        return np.asarray(np.isfinite(value) & inside)
