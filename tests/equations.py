@@ -42,3 +42,18 @@ def staircase(q: ca.SX, levels: tuple[float, ...], hold: float) -> Ode:
     actual = ca.substitute(q, ca.symvar(q)[0], t)
     outputs = {"q": actual, "q_ref": wanted, "e": actual - wanted}
     return Ode.of("staircase", states, Layout(), (t, x, ca.SX(0, 1)), {"clock": ca.SX(1)}, outputs)
+
+
+def turning(speed: float) -> Ode:
+    """An angle that grows at `speed` from 0, and the integral of its sine, which stays bounded."""
+    states = Layout((Entry("angle", np.zeros(1), "rad"), Entry("x", np.zeros(1))))
+    t, x = ca.SX.sym("t"), states.symbols()
+    rates = {"angle": ca.SX(speed), "x": ca.sin(x[0])}
+    return Ode.of("turning", states, Layout(), (t, x, ca.SX(0, 1)), rates, {"e": x[1]})
+
+
+def root() -> Ode:
+    """x' = sqrt(x) from 0, where its Jacobian is infinite."""
+    states = Layout((Entry("x", np.zeros(1)),))
+    t, x = ca.SX.sym("t"), states.symbols()
+    return Ode.of("root", states, Layout(), (t, x, ca.SX(0, 1)), {"x": ca.sqrt(x)}, {"e": x})

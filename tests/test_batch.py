@@ -5,7 +5,7 @@ import pytest
 from equations import decay, explosion, oscillator
 
 from workbench.core import rk4
-from workbench.simulate import simulate
+from workbench.simulate import batch, simulate, virtual_machine
 
 
 def test_the_oscillator_follows_its_closed_form_in_every_run():
@@ -98,10 +98,13 @@ def test_one_run_becomes_a_data_frame_indexed_by_time():
         ({"until": float("nan")}, "got nan"),
         ({"until": float("inf")}, "got inf"),
         ({"until": "ten"}, "must be a number of seconds; got 'ten'"),
+        ({"until": "1"}, "must be a number of seconds; got '1'"),
+        ({"until": [1.0, 2.0]}, "must be a number of seconds"),
+        ({"until": None}, "must be a number of seconds"),
         ({"until": 1.005}, "must be a multiple of the step 0.01 s; got 1.005 s"),
         ({"until": 1.0, "every": 0.015}, "multiple of the step"),
         ({"until": 1.0, "every": 0.03}, "must be a multiple of `every`"),
-        ({"until": 1e9}, "would keep 745.1 GB"),
+        ({"until": 1e9}, "would need 745.1 GB"),
     ],
 )
 def test_a_bad_time_is_refused_in_one_sentence(times, sentence):
@@ -120,3 +123,38 @@ def test_rows_of_wrong_shape_or_out_of_bounds_are_refused():
         simulate(step, x0=np.array([[np.nan, 0.0]]), until=1.0)
     with pytest.raises(ValueError, match="got 3 rows of p and 2 rows of x0"):
         simulate(step, np.ones((3, 1)), np.ones((2, 2)), until=1.0)
+
+
+def test_what_is_no_step_is_refused_with_the_way_to_make_one():
+    with pytest.raises(ValueError, match=r"must be a `Step`; got Ode\. Wrap an `Ode` in `rk4\(ode, h\)`"):
+        simulate(decay(), until=1.0)
+
+
+def test_no_runs_at_all_are_refused_and_so_is_text():
+    step = rk4(oscillator(), 0.01)
+    with pytest.raises(ValueError, match=r"`simulate\(x0=...\)` needs at least one run; got no rows"):
+        simulate(step, x0=np.zeros((0, 2)), until=1.0)
+    with pytest.raises(ValueError, match=r"`simulate\(p=...\)` must be rows of numbers; got \[\['2'\]\]"):
+        simulate(step, [["2"]], until=1.0)
+
+
+@pytest.mark.parametrize("runs", [1, 7, 30_000])
+def test_a_call_of_casadis_machine_is_as_small_as_its_runs_are_many(runs):
+    step = rk4(decay(), 0.01)
+    together = simulate(step, x0=np.linspace(1, 2, runs)[:, np.newaxis], until=0.05, engine="casadi")
+    alone = simulate(step, until=0.05, engine="casadi")
+    np.testing.assert_array_equal(together.x[0], alone.x[0])
+
+
+def test_the_working_set_counts_towards_the_limit_of_memory(monkeypatch):
+    step = rk4(oscillator(), 1.0)
+    simulate(step, until=1.0)
+    # 48 bytes of states, and a call of 20,000 steps beside them
+    monkeypatch.setattr(batch, "LARGEST", 100_000)
+    with pytest.raises(ValueError, match=r"would need 0.0 GB of memory .* Keep fewer times with `every`"):
+        simulate(step, until=1.0)
+
+
+def test_casadis_machine_hands_back_no_parameter_at_a_kept_time():
+    marcher = virtual_machine._marcher(rk4(decay(), 0.1), 2, 5, 3)
+    assert marcher.size_out(0) == (1 + 1, 5 * 3)

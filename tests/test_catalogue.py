@@ -34,3 +34,9 @@ def test_an_unknown_arm_is_answered_with_the_nearest_or_with_all():
         named("planar-5r")
     with pytest.raises(LookupError, match="The catalogue holds: paper-arm, planar-1r"):
         named("zzz")
+
+
+@pytest.mark.parametrize("name", [None, 3, ["planar-1r"]])
+def test_a_name_that_is_no_text_is_refused(name):
+    with pytest.raises(LookupError, match=r"`named\(name=...\)` must be the name of a robot, such as 'paper-arm'; got"):
+        named(name)

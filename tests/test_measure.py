@@ -1,10 +1,15 @@
 """Metrics accumulated inside the loop, with their errors."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
 from equations import decay, explosion, oscillator, staircase
 
+from workbench.controllers import PID
+from workbench.core import Entry, Layout
+from workbench.loop import ClosedLoop, open_loop
 from workbench.metrics import (
     effort,
     energy,
@@ -14,13 +19,19 @@ from workbench.metrics import (
     late_error,
     measure,
     measured,
+    observer_error,
     overshoot,
     peak_error,
+    peak_torque,
     rmse,
     sampled_rmse,
     settling_time,
     total_variation,
 )
+from workbench.observers import FullState
+from workbench.plants import Manipulator
+from workbench.robots import paper_arm
+from workbench.signals import Hold, Sines, SmoothSquareWave, SquareWave
 
 TIME = ca.SX.sym("time")
 
@@ -96,10 +107,6 @@ def test_a_time_is_known_to_one_step_at_best():
 
 def test_energy_counts_work_done_and_work_taken_alike():
     # tau_applied * qd with qd absent in the output: use an equation that has both
-    from dataclasses import replace
-
-    from workbench.core import Entry, Layout
-
     ode = oscillator()
     ode = replace(
         ode, outputs=ode.outputs + Layout((Entry("qd", np.zeros(())),)), output=ca.vertcat(ode.output, ode.x[1])
@@ -155,3 +162,105 @@ def test_what_does_not_settle_has_an_infinite_settling_time():
         score = measure(ode, (settling_time(),), until=2.0, h=1e-3).scores["settling time"]
         assert np.isinf(score.value[0, 0])
         assert score.error[0, 0] == 0
+
+
+def loop(reference) -> ClosedLoop:
+    controller = PID(Kp=[60.0, 60.0], Ki=[0.0, 0.0], Kd=[10.0, 10.0])
+    return ClosedLoop(Manipulator(paper_arm(), q=[0.0, 0.0]), FullState(2), controller, reference)
+
+
+@pytest.mark.parametrize("reference", [SquareWave([1.0, 0.5], 0.5), Hold([1.0, 0.5])])
+def test_overshoot_and_settling_time_take_a_reference_that_is_piecewise_constant(reference):
+    measured(loop(reference).ode(), (overshoot(), settling_time()), 0.01)
+
+
+@pytest.mark.parametrize("reference", [Sines([1.0, 0.5], [1.0, 2.0]), SmoothSquareWave([1.0, 0.5], 0.5, 1e-6)])
+def test_overshoot_and_settling_time_refuse_a_reference_that_moves(reference):
+    ode = loop(reference).ode()
+    for metric in (overshoot(), settling_time()):
+        with pytest.raises(ValueError, match=f"'{metric.name}' needs a piecewise constant reference, as .* q_ref of"):
+            measured(ode, (metric,), 0.01)
+
+
+def test_a_reference_that_is_a_state_of_its_own_is_one_that_moves():
+    ode = oscillator()
+    ode = replace(ode, output=ca.vertcat(ode.x[0], ode.x[0], ode.x[1], ode.x[1]))
+    with pytest.raises(ValueError, match="needs a piecewise constant reference"):
+        measured(ode, (overshoot(),), 0.01)
+
+
+def test_a_start_at_the_level_up_to_rounding_is_no_jump():
+    q = 1.0 + 1e-16 + 0.3 * ca.sin(TIME) + 4e-16 * ca.cos(TIME)
+    scores = measure(staircase(q, (1.0,), 1.0), (overshoot(), settling_time()), until=2.0, h=1e-2).scores
+    assert scores["overshoot"].value[0, 0] == 0
+    assert scores["settling time"].value[0, 0] == 0
+
+
+def test_a_level_that_changes_by_rounding_leaves_the_last_jump_in_force():
+    q = 1.25 * ca.sin(np.pi * TIME / 2)
+    score = measure(staircase(q, (1.0, 1.0 + 1e-15), 0.5), (overshoot(),), until=2.0, h=1e-3).scores["overshoot"]
+    assert score.value[0, 0] == pytest.approx(25.0, abs=1e-3)
+
+
+def test_rows_of_another_width_are_refused_before_anything_runs():
+    ode = decay()
+    for x0 in (np.ones((1, 2)), np.ones((3, 0)), np.ones(5)):
+        with pytest.raises(ValueError, match=r"`measure\(x0=...\)` takes one row per run: \(B, 1\)\. Got"):
+            measure(ode, (rmse(),), x0=x0, until=1.0, h=0.1)
+    with pytest.raises(ValueError, match=r"`measure\(p=...\)` takes one row per run: \(B, 1\)\. Got \(2, 4\)"):
+        measure(ode, (rmse(),), np.ones((2, 4)), until=1.0, h=0.1)
+    with pytest.raises(ValueError, match=r"`measure\(x0=...\)` must be rows of numbers; got 'one'"):
+        measure(ode, (rmse(),), x0="one", until=1.0, h=0.1)
+
+
+def test_a_mean_has_the_unit_and_the_name_of_its_signal():
+    scores = measure(
+        loop(Hold([1.0, 0.5])).ode(),
+        (rmse(), rmse("tau"), sampled_rmse(0.1), sampled_rmse(0.1, "ed"), rmse("e_hat", name="mine")),
+        until=0.2,
+        h=0.1,
+    ).scores
+    assert {name: score.metric.unit for name, score in scores.items()} == {
+        "RMSE": "rad",
+        "RMSE of tau": "N m",
+        "RMSE (43)": "rad",
+        "RMSE (43) of ed": "rad/s",
+        "mine": "rad",
+    }
+
+
+def test_total_variation_is_per_second_of_the_time_that_it_sums():
+    # samples at 0, 0.3, 0.6 and 0.9 s; the last tenth of a second belongs to none
+    score = measure(oscillator(), (total_variation(0.3),), until=1.0, h=0.01).scores["TV"]
+    grid = -2 * np.sin(2 * np.array([0, 0.3, 0.6, 0.9]))
+    assert score.value[0, 0] == pytest.approx(np.abs(np.diff(grid)).sum() / 0.9, rel=1e-8)
+    with pytest.raises(ValueError, match=r"'TV' needs a horizon of one sample time at least, which is 2 s; got 1 s"):
+        measure(oscillator(), (total_variation(2.0),), until=1.0, h=0.01)
+
+
+def test_a_metric_of_an_output_that_is_not_there_is_answered_with_the_nearest():
+    ode = loop(Hold([1.0, 0.5])).ode()
+    with pytest.raises(LookupError, match=r"'RMSE of e_hot' needs the output 'e_hot', .* Did you mean 'e_hat'\?"):
+        measured(ode, (rmse("e_hot"),), 0.1)
+    with pytest.raises(LookupError, match=r"'peak torque' needs the output 'tau_applied', .* It has: q, qd\."):
+        measured(open_loop(Manipulator(paper_arm(), q=[0.0, 0.0])), (peak_torque(),), 0.1)
+    with pytest.raises(LookupError, match=r"is one of q_error, qd_error, d_error; got 'q_eror'.*mean 'q_error'"):
+        observer_error("q_eror")
+
+
+def test_a_metric_is_as_wide_as_the_output_that_it_watches():
+    ode = open_loop(Manipulator(paper_arm(), q=[0.1, 0.2]))
+    score = measure(ode, (sampled_rmse(0.1, "qd"),), until=0.2, h=0.01).scores["RMSE (43) of qd"]
+    assert score.value.shape == (1, 2)
+
+
+@pytest.mark.parametrize("bad", [-1.0, 0.0, np.nan, np.inf, "1", None])
+def test_a_band_or_a_sample_time_that_is_none_is_refused(bad):
+    for made in (settling_time, sampled_rmse, total_variation):
+        with pytest.raises(ValueError, match=rf"`{made.__name__}\((band|sample)=...\)` must be"):
+            made(bad)
+
+
+def test_a_loop_is_asked_for_its_equations():
+    with pytest.raises(ValueError, match=r"got ClosedLoop\. Of a loop, call `\.ode\(\)`"):
+        measure(loop(Hold([1.0, 0.5])), (rmse(),), until=1.0, h=0.1)

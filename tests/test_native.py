@@ -7,7 +7,7 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
-from equations import decay, explosion, oscillator
+from equations import decay, explosion, oscillator, turning
 
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.metrics import measured, rmse, total_variation
@@ -17,6 +17,8 @@ from workbench.simulate.lowering import lower
 from workbench.simulate.plan import Plan
 
 pytest.importorskip("llvmlite")  # there is no wheel of it for some platforms, where CasADi's machine serves
+
+from workbench.simulate import native
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
 import paper_laws
@@ -30,10 +32,10 @@ LOOPS = {law: paper_laws.rival("FS", law) for law in paper_laws.RIVALS} | {
 @pytest.mark.parametrize("law", LOOPS)
 def test_the_compiled_loop_follows_casadis_machine(law):
     step = measured(LOOPS[law].ode(), (rmse(), total_variation(1e-3)), 1e-4)
-    native, casadi = (simulate(step, until=0.5, every=0.05, engine=e) for e in ("native", "casadi"))
+    compiled, casadi = (simulate(step, until=0.5, every=0.05, engine=e) for e in ("native", "casadi"))
     scale = 1 + np.abs(casadi.x).max(axis=1, keepdims=True)
     # rounding, carried through 5,000 steps of a loop whose fastest mode is 3e4 1/s and stable
-    assert (np.abs(native.x - casadi.x) / scale).max() < 1e-11
+    assert (np.abs(compiled.x - casadi.x) / scale).max() < 1e-11
 
 
 FUNCTIONS = {
@@ -63,11 +65,59 @@ def test_an_elementary_function_is_right_to_the_last_bits(name):
     np.testing.assert_allclose(y, exact(points), rtol=9e-16, atol=3e-16 if name in ("sin", "cos") else 0)
 
 
-def test_an_angle_beyond_a_million_radians_has_no_sine_rather_than_a_wrong_one():
-    states = Layout((Entry("x", np.array([2e6])),))
-    x = states.symbols()
-    ode = Ode.of("probe", states, Layout(), (ca.SX.sym("t"), x, ca.SX(0, 1)), {"x": ca.sin(x)}, {"e": x})
-    assert simulate(rk4(ode, 0.1), until=0.1, engine="native").diverged[0]
+@pytest.mark.parametrize("size", [1e5, 1e7, 1e9, 1e12])
+def test_the_sine_of_a_large_angle_is_right_to_the_last_bits(size):
+    angles = np.random.default_rng(4).uniform(-size, size, 4001)
+    # NumPy's own sine and cosine are right to a unit in the last place at any angle
+    for symbolic, exact in ((ca.sin, np.sin), (ca.cos, np.cos)):
+        step = rk4(turning(0.0), 1.0)
+        step = replace(step, next=ca.vertcat(step.x[0], symbolic(step.x[0])))
+        x = np.empty((4001, 2, 2))
+        x[:, 0] = np.column_stack([angles, 0 * angles])
+        native.march(step, x, np.zeros((4001, 0)), 1, lambda done: None)
+        np.testing.assert_allclose(x[:, 1, 1], exact(angles), rtol=9e-16, atol=3e-16)
+
+
+def test_an_angle_beyond_the_reduction_has_no_sine_rather_than_a_wrong_one():
+    step = rk4(turning(0.0), 0.1)
+    x = np.array([[[2e12, 0.0], [0.0, 0.0]]])
+    native.march(step, x, np.zeros((1, 0)), 1, lambda done: None)
+    assert np.isnan(x[0, 1, 1])
+
+
+def test_a_bounded_run_that_the_compiled_engine_loses_is_finished_by_casadi():
+    # the angle passes 1e12 rad at t = 10
+    step = rk4(turning(1e11), 1e-2)
+    runs = [simulate(step, until=20.0, every=every, engine="native") for every in (None, 0.5, 20.0)]
+    for run in runs:
+        assert not run.diverged.any()
+        assert np.isfinite(run.x).all()
+    # sines of rounded angles of 1e12, summed up: one rounding of the angle is 1e-4 rad
+    casadi = simulate(step, until=20.0, engine="casadi")
+    np.testing.assert_allclose(runs[0].x, casadi.x, rtol=1e-12, atol=1e-4)
+
+
+def test_a_bounded_run_is_not_called_diverged_when_its_angle_passes_a_million_radians():
+    step = rk4(turning(1e3), 1e-3)
+    compiled, casadi = (simulate(step, until=1200.0, every=100.0, engine=e) for e in ("native", "casadi"))
+    assert not compiled.diverged.any()
+    # rounding of an angle of 1e6 rad, 1e-10, at each of a million steps of a sum
+    np.testing.assert_allclose(compiled.x, casadi.x, rtol=1e-9, atol=1e-7)
+
+
+@pytest.mark.parametrize("every", [None, 0.1, 2.0])
+def test_the_time_of_divergence_does_not_depend_on_the_engine(every):
+    step = rk4(explosion(), 1e-3)
+    starts = np.array([[1.0], [0.1], [3.0]])
+    compiled, casadi = (simulate(step, x0=starts, until=2.0, every=every, engine=e) for e in ("native", "casadi"))
+    np.testing.assert_array_equal(compiled.diverged_at, casadi.diverged_at)
+
+
+def test_a_stride_longer_than_a_call_of_the_engine_changes_no_bit():
+    step = rk4(oscillator(), 1e-4)
+    for engine in ("native", "casadi"):
+        often, once = (simulate(step, until=5.0, every=every, engine=engine) for every in (1e-1, 5.0))
+        np.testing.assert_array_equal(often.x[:, -1], once.x[:, -1])
 
 
 def test_results_do_not_depend_on_order_or_company():

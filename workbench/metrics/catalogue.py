@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Array
+from workbench.core.layout import Array, nearest, numbers
 from workbench.metrics.integral import Integral
 from workbench.metrics.sampled import Peak, SampledRms, TotalVariation
 from workbench.metrics.step_response import Overshoot, SettlingTime
+
+OBSERVED = {"q_error": "rad", "qd_error": "rad/s", "d_error": "N m"}
 
 
 def _whole(integral: Array, horizon: float) -> Array:
@@ -20,16 +24,37 @@ def _root_mean(integral: Array, horizon: float) -> Array:
     return np.sqrt(np.maximum(integral, 0) / horizon)
 
 
-def rmse(signal: str = "e", unit: str = "rad", name: str = "RMSE") -> Integral:
-    """sqrt(1/T integral of e^2 dt): what (43) of the paper becomes as its samples grow dense."""
+def _positive(call: str, value: Any) -> float:
+    """A number that is positive and finite, or a refusal of the call."""
+    try:
+        number = float(numbers(value).reshape(()))
+    except (TypeError, ValueError):
+        raise ValueError(f"`{call}` must be a number; got {value!r}.") from None
+    if not (np.isfinite(number) and number > 0):
+        raise ValueError(f"`{call}` must be positive and finite; got {number:g}.")
+    return number
+
+
+def _named(name: str, signal: str) -> str:
+    return name if signal == "e" else f"{name} of {signal}"
+
+
+def rmse(signal: str = "e", unit: str | None = None, name: str | None = None) -> Integral:
+    """sqrt(1/T integral of e^2 dt): what (43) of the paper becomes as its samples grow dense.
+
+    Without a unit it has that of the signal, and without a name that of the metric and the signal.
+    """
     about = f"root mean square of {signal}"
-    return Integral(name, unit, about, lambda t, y: y[signal] ** 2, _root_mean)
+    return Integral(
+        name or _named("RMSE", signal), unit or "", about, lambda t, y: y[signal] ** 2, _root_mean, (signal,)
+    )
 
 
-def sampled_rmse(sample: float, signal: str = "e", unit: str = "rad", name: str = "RMSE (43)") -> SampledRms:
+def sampled_rmse(sample: float, signal: str = "e", unit: str | None = None, name: str | None = None) -> SampledRms:
     """sqrt(1/N sum of e(t_k)^2), equation (43) of the paper, on a grid of `sample` s that begins at t = 0."""
+    sample = _positive("sampled_rmse(sample=...)", sample)
     about = f"root mean square of {signal} over samples every {1000 * sample:g} ms"
-    return SampledRms(name, unit, about, signal, sample)
+    return SampledRms(name or _named("RMSE (43)", signal), unit or "", about, signal, sample)
 
 
 def iae() -> Integral:
@@ -50,19 +75,24 @@ def itae() -> Integral:
 def effort() -> Integral:
     """Root mean square of the torque that acts."""
     about = "root mean square of the applied torque"
-    return Integral("effort", "N m", about, lambda t, y: y["tau_applied"] ** 2, _root_mean)
+    return Integral("effort", "N m", about, lambda t, y: y["tau_applied"] ** 2, _root_mean, ("tau_applied",))
 
 
 def energy() -> Integral:
     """Integral of |tau qd| dt: the mechanical energy moved either way, none of it recovered."""
     about = "integral of |tau qd|, nothing recovered"
-    return Integral("energy", "J", about, lambda t, y: ca.fabs(y["tau_applied"] * y["qd"]), _whole)
+    return Integral(
+        "energy", "J", about, lambda t, y: ca.fabs(y["tau_applied"] * y["qd"]), _whole, ("tau_applied", "qd")
+    )
 
 
 def observer_error(signal: str) -> Integral:
     """Root mean square of an observer's error: `q_error`, `qd_error` or `d_error`."""
-    unit = {"q_error": "rad", "qd_error": "rad/s", "d_error": "N m"}[signal]
-    return rmse(signal, unit, f"RMS {signal}")
+    if signal not in OBSERVED:
+        raise LookupError(
+            f"`observer_error(signal=...)` is one of {', '.join(OBSERVED)}; got '{signal}'.{nearest(signal, OBSERVED)}"
+        )
+    return rmse(signal, OBSERVED[signal], f"RMS {signal}")
 
 
 def peak_error() -> Peak:
@@ -82,6 +112,7 @@ def peak_torque() -> Peak:
 
 def total_variation(sample: float) -> TotalVariation:
     """Total variation of the applied torque per second on a grid of `sample` s."""
+    sample = _positive("total_variation(sample=...)", sample)
     about = f"total variation of the applied torque per second, sampled every {1000 * sample:g} ms"
     return TotalVariation("TV", "N m/s", about, "tau_applied", sample)
 
@@ -93,5 +124,6 @@ def overshoot() -> Overshoot:
 
 def settling_time(band: float = 0.02) -> SettlingTime:
     """Longest time after a jump of the reference until the error stays within `band` of the jump."""
+    band = _positive("settling_time(band=...)", band)
     about = f"longest time after a jump until the error stays within {100 * band:g} % of the jump"
     return SettlingTime("settling time", "s", about, band)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from workbench.core import Layout
+from workbench.core import Layout, Ode
 from workbench.core.layout import Array
 
 # Outputs of a loop, or the memory of a metric, by name.
@@ -17,11 +17,20 @@ Parts = Mapping[str, ca.SX]
 
 @dataclass(frozen=True)
 class AbstractMetric(ABC):
-    """A number per run and joint with its name and unit."""
+    """A number per run and joint with its name and unit; without a unit it has that of the first output it watches."""
 
     name: str
     unit: str
     about: str
+
+    @property
+    @abstractmethod
+    def watches(self) -> tuple[str, ...]:
+        """The outputs that the metric looks at; the size of the first is that of the metric."""
+
+    @abstractmethod
+    def check(self, ode: Ode, horizon: float) -> None:
+        """Refuse an equation or a horizon [s] for which the metric means nothing."""
 
     @abstractmethod
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from workbench.core import Layout
+from workbench.core import Layout, Ode
 from workbench.core.layout import Array
 from workbench.metrics.contract import AbstractMetric, Parts
 
@@ -18,6 +18,16 @@ class Integral(AbstractMetric):
 
     g: Callable[[ca.SX, Parts], ca.SX]
     finish: Callable[[Array, float], Array]
+    signals: tuple[str, ...] = ("e",)
+
+    @property
+    def watches(self) -> tuple[str, ...]:
+        """What g looks at."""
+        return self.signals
+
+    def check(self, ode: Ode, horizon: float) -> None:
+        """An integral is one of any equation."""
+        del ode, horizon
 
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """g."""

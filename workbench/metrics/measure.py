@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode, Step, rk4, with_quadrature
-from workbench.core.layout import Array
+from workbench.core.layout import Array, nearest, numbers
 from workbench.metrics.contract import AbstractMetric
 from workbench.simulate import StepLimit, Trajectories, simulate, step_limit
-from workbench.simulate.batch import Progress
+from workbench.simulate.batch import Progress, seconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,14 +50,21 @@ class Measurement:
 
 
 def measured(ode: Ode, metrics: Sequence[AbstractMetric], h: float) -> Step:
-    """The step of `ode` with every metric accumulated beside it."""
-    names = [metric.name for metric in metrics]
-    if len(set(names)) < len(names):
-        raise ValueError(f"`measured(metrics=...)` needs distinct names; got {names}.")
+    """The step of `ode` with every metric accumulated beside it.
+
+    Raises
+    ------
+    LookupError
+        If a metric watches an output that `ode` does not have.
+    ValueError
+        If `ode` is none, two metrics have one name, or one means nothing for `ode`.
+    """
+    resolved(ode, metrics)
     y = ode.outputs.view(ode.output)
     integrands = {f"integral of {m.name}": ca.densify(g) for m in metrics if (g := m.integrand(ode.t, y)) is not None}
     step = rk4(with_quadrature(ode, integrands), h)
-    extra = _memories(metrics, ode.outputs["e"].size)
+    memories = (m.memory(ode.outputs[m.watches[0]].size).prefixed(f"{m.name}.") for m in metrics)
+    extra = sum(memories, Layout())
     if not extra.size:
         return step
     symbols = extra.symbols()
@@ -68,6 +75,26 @@ def measured(ode: Ode, metrics: Sequence[AbstractMetric], h: float) -> Step:
         for name, part in m.update(step.k, h, _below(z, m), y).items()
     }
     return step.extended(extra, symbols, extra.flatten(updates))
+
+
+def resolved(ode: Ode, metrics: Sequence[AbstractMetric], horizon: float = np.inf) -> tuple[AbstractMetric, ...]:
+    """The metrics with the units of what they watch, once each is found to mean something for `ode`."""
+    if not isinstance(ode, Ode):
+        raise ValueError(
+            f"A metric is measured on an `Ode`; got {type(ode).__name__}. Of a loop, call `.ode()` for its equations."
+        )
+    names = [metric.name for metric in metrics]
+    if len(set(names)) < len(names):
+        raise ValueError(f"`measured(metrics=...)` needs distinct names; got {names}.")
+    for m in metrics:
+        for signal in m.watches:
+            if signal not in ode.outputs:
+                known = nearest(signal, ode.outputs.names) or f" It has: {', '.join(ode.outputs.names) or 'none'}."
+                raise LookupError(
+                    f"The metric '{m.name}' needs the output '{signal}', which '{ode.name}' does not have.{known}"
+                )
+        m.check(ode, horizon)
+    return tuple(replace(m, unit=m.unit or ode.outputs[m.watches[0]].unit) for m in metrics)
 
 
 def measure(
@@ -89,7 +116,17 @@ def measure(
         (B, np) and (B, nx) rows as `ode.parameters.pack` and `ode.states.pack` make them.
     until, h, every
         Horizon, step and distance of the kept states, in s.
+
+    Raises
+    ------
+    LookupError
+        If a metric watches an output that `ode` does not have.
+    ValueError
+        If `ode` is none, p or x0 is not as wide as its parameters or states, a metric means nothing
+        for `ode` or for the horizon, or `simulate` refuses.
     """
+    metrics = resolved(ode, metrics, seconds("until", until))
+    p, x0 = _rows("p", ode.parameters, p), _rows("x0", ode.states, x0)
     fine, coarse = measured(ode, metrics, h / 2), measured(ode, metrics, h)
     share = progress or (lambda done: None)
     start = None if x0 is None else _extended(x0, fine)
@@ -120,18 +157,27 @@ def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric]) -> dict[
     return values
 
 
-def _memories(metrics: Sequence[AbstractMetric], joints: int) -> Layout:
-    return sum((m.memory(joints).prefixed(f"{m.name}.") for m in metrics), Layout())
-
-
 def _below(z: Mapping[str, ca.SX], metric: AbstractMetric) -> dict[str, ca.SX]:
     prefix = f"{metric.name}."
     return {name.removeprefix(prefix): part for name, part in z.items() if name.startswith(prefix)}
 
 
-def _extended(x0: Array, step: Step) -> Array:
+def _rows(name: str, layout: Layout, given: Array | None) -> Array | None:
+    """Rows as wide as the layout, or a refusal."""
+    try:
+        rows = None if given is None else np.atleast_2d(numbers(given))
+    except (TypeError, ValueError):
+        raise ValueError(f"`measure({name}=...)` must be rows of numbers; got {given!r}.") from None
+    if rows is not None and (rows.ndim != 2 or rows.shape[1] != layout.size):
+        raise ValueError(
+            f"`measure({name}=...)` takes one row per run: (B, {layout.size}). Got {rows.shape}. "
+            "`pack({...})` of the layout makes such rows from names."
+        )
+    return rows
+
+
+def _extended(rows: Array, step: Step) -> Array:
     """Initial states of the loop with those of the metrics behind them."""
-    rows = np.atleast_2d(x0)
     rest = step.states.default[rows.shape[1] :]
     return np.hstack([rows, np.tile(rest, (len(rows), 1))])
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout
+from workbench.core import Entry, Layout, Ode
 from workbench.core.layout import Array
 from workbench.metrics.contract import AbstractMetric, Parts
 
@@ -27,6 +27,15 @@ class Peak(AbstractMetric):
 
     signal: str
     after: float = 0.0
+
+    @property
+    def watches(self) -> tuple[str, ...]:
+        """Its signal."""
+        return (self.signal,)
+
+    def check(self, ode: Ode, horizon: float) -> None:
+        """A peak is one of any equation."""
+        del ode, horizon
 
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """None."""
@@ -58,6 +67,20 @@ class TotalVariation(AbstractMetric):
     signal: str
     sample: float
 
+    @property
+    def watches(self) -> tuple[str, ...]:
+        """Its signal."""
+        return (self.signal,)
+
+    def check(self, ode: Ode, horizon: float) -> None:
+        """At least one sample time must pass."""
+        del ode
+        if self.sample > horizon * (1 + 1e-6):
+            raise ValueError(
+                f"The metric '{self.name}' needs a horizon of one sample time at least, which is {self.sample:g} s; "
+                f"got {horizon:g} s."
+            )
+
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """None."""
         del t, y
@@ -79,9 +102,9 @@ class TotalVariation(AbstractMetric):
         }
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
-        """The sum per second."""
+        """The sum per second of the time that was sampled: whole sample times only."""
         del integral
-        return z["sum"] / horizon
+        return z["sum"] / (self.sample * int(horizon / self.sample + 1e-6))
 
 
 @dataclass(frozen=True)
@@ -94,6 +117,15 @@ class SampledRms(AbstractMetric):
 
     signal: str
     sample: float
+
+    @property
+    def watches(self) -> tuple[str, ...]:
+        """Its signal."""
+        return (self.signal,)
+
+    def check(self, ode: Ode, horizon: float) -> None:
+        """The first sample is at t = 0: one there always is."""
+        del ode, horizon
 
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """None."""

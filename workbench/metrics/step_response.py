@@ -8,24 +8,57 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout
+from workbench.core import Entry, Layout, Ode
 from workbench.core.layout import Array
 from workbench.metrics.contract import AbstractMetric, Parts
 
 NEVER = 1e30  # in the loop's arithmetic, where 0 times infinity would be NaN
 
 
+ROUNDING = 1e-9  # a change by less, in units of a level of 1 at least, is rounding and no jump
+
+
+def refuse_moving_reference(name: str, ode: Ode) -> None:
+    """Refuse a reference that is not piecewise constant in time.
+
+    Its derivative, as an expression, must be zero: floor, sign and comparisons have a derivative of
+    zero, so steps and square waves pass.
+    """
+    q_ref = ode.outputs.view(ode.output)["q_ref"]
+    if ca.sparsify(ca.jacobian(q_ref, ca.vertcat(ode.t, ode.x))).nnz():
+        raise ValueError(
+            f"The metric '{name}' needs a piecewise constant reference, as it is measured from one jump to the next; "
+            f"the q_ref of '{ode.name}' moves. Use steps or a square wave, or `peak_error()` and `late_error(...)`."
+        )
+
+
 def jump(k: ca.SX, z: Parts, y: Parts) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Whether the reference has just jumped, and the level from which and to which it did."""
     q_ref, first = y["q_ref"], k == 0
-    jumped = ca.logic_or(first, q_ref != z["level"])
+    jumped = ca.logic_or(first, height(z["level"], q_ref) != 0)
     origin = ca.if_else(first, y["q"], ca.if_else(jumped, z["level"], z["origin"]))
     return jumped, origin, q_ref
+
+
+def height(origin: ca.SX, level: ca.SX) -> ca.SX:
+    """How far it is from one level to another, with a sign; zero where only rounding is between them."""
+    change = level - origin
+    return ca.if_else(ca.fabs(change) <= ROUNDING * ca.fmax(1, ca.fabs(level)), 0, change)
 
 
 @dataclass(frozen=True)
 class Overshoot(AbstractMetric):
     """The largest excursion beyond the new level after a jump, as a share of the jump."""
+
+    @property
+    def watches(self) -> tuple[str, ...]:
+        """The joint and its reference."""
+        return ("q", "q_ref")
+
+    def check(self, ode: Ode, horizon: float) -> None:
+        """The reference must be piecewise constant."""
+        del horizon
+        refuse_moving_reference(self.name, ode)
 
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """None."""
@@ -40,8 +73,8 @@ class Overshoot(AbstractMetric):
         """The larger of what was and what is."""
         del h
         _, origin, level = jump(k, z, y)
-        height = level - origin
-        beyond = ca.if_else(height == 0, 0, (y["q"] - level) / ca.if_else(height == 0, 1, height))
+        size = height(origin, level)
+        beyond = ca.if_else(size == 0, 0, (y["q"] - level) / ca.if_else(size == 0, 1, size))
         return {"level": level, "origin": origin, "excess": ca.fmax(z["excess"], beyond)}
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
@@ -55,6 +88,16 @@ class SettlingTime(AbstractMetric):
     """The longest time after a jump until the error stays within `band` times the jump; infinite if it never does."""
 
     band: float
+
+    @property
+    def watches(self) -> tuple[str, ...]:
+        """The joint and its reference."""
+        return ("q", "q_ref")
+
+    def check(self, ode: Ode, horizon: float) -> None:
+        """The reference must be piecewise constant."""
+        del horizon
+        refuse_moving_reference(self.name, ode)
 
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """None."""
@@ -73,8 +116,8 @@ class SettlingTime(AbstractMetric):
         unsettled = z["outside"] >= (k - 1) * h
         closed = ca.if_else(k == 0, 0, ca.if_else(unsettled, NEVER, took))
         since = ca.if_else(jumped, k * h, z["since"])
-        height = ca.fabs(level - origin)
-        out = ca.logic_and(height > 0, ca.fabs(y["q"] - level) > self.band * height)
+        size = ca.fabs(height(origin, level))
+        out = ca.logic_and(size > 0, ca.fabs(y["q"] - level) > self.band * size)
         return {
             "level": level,
             "origin": origin,

@@ -70,7 +70,9 @@ def polynomial(w: Writer, x: str, coefficients: Sequence[float]) -> str:
 HALF_PI = (1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
 TWO_OVER_PI = 6.36619772367581382433e-01
 ROUND = 6755399441055744.0  # 1.5 * 2^52: adding it leaves the nearest whole number in the last bits
-LARGEST_ANGLE = 1e6  # rad: beyond it the reduction loses digits, and the answer is NaN
+LARGE_ANGLE = 1e6  # rad: from here on pi / 2 is taken in three full doubles, of which only fma makes an exact use
+FULL_HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33)
+LARGEST_ANGLE = 1e12  # rad: beyond it even that reduction loses digits, and the answer is NaN
 SINE = (
     1.58969099521155010221e-10,
     -2.50507602534068634195e-08,
@@ -95,11 +97,11 @@ def reduce_angle(w: Writer, x: str) -> tuple[str, str, str]:
     quadrant = w.line(f"bitcast {w.type} {shifted} to {w.integers}")
     turns = binary(w, "fsub", shifted, w.vector(ROUND))
     minus = w.line(f"fneg {w.type} {turns}")
-    r = x
-    for part in HALF_PI:
-        r = fma(w, minus, w.vector(part), r)
-    small = compare(w, "ole", unary(w, "fabs", x), w.vector(LARGEST_ANGLE))
-    r = select(w, small, r, w.vector(float("nan")))
+    r, size = x, unary(w, "fabs", x)
+    small = compare(w, "ole", size, w.vector(LARGE_ANGLE))
+    for part, full in zip(HALF_PI, FULL_HALF_PI, strict=True):
+        r = fma(w, minus, select(w, small, w.vector(part), w.vector(full)), r)
+    r = select(w, compare(w, "ole", size, w.vector(LARGEST_ANGLE)), r, w.vector(float("nan")))
     square = binary(w, "fmul", r, r)
     sine = fma(w, binary(w, "fmul", square, r), polynomial(w, square, SINE), r)
     fourth = binary(w, "fmul", square, square)

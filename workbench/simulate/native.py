@@ -44,24 +44,28 @@ def graph(step: Step) -> Graph:
     return Graph.of(step)
 
 
-def march(step: Step, x: Array, p: Array, stride: int, kept: int, tell: Callable[[float], None]) -> Array:
-    """The states (B, kept, nx) after every `stride` steps from x (B, nx), with parameters p (B, np)."""
+def march(step: Step, x: Array, p: Array, stride: int, tell: Callable[[float], None]) -> None:
+    """Fill x (B, 1 + kept, nx) behind x[:, 0] with the states every `stride` steps, with parameters p (B, np)."""
     varied = tuple(int(i) for i in np.flatnonzero((p != p[:1]).any(axis=0)))
-    made = kernel(step, varied)
-    blocks = [_Block(made, x[i : i + made.width], p[i : i + made.width]) for i in range(0, len(x), made.width)]
+    made, kept = kernel(step, varied), x.shape[1] - 1
+    starts = range(0, len(x), made.width)
+    blocks = [_Block(made, x[i : i + made.width, 0], p[i : i + made.width]) for i in starts]
     chunk = max(1, min(kept, STEPS_PER_CALL // stride))
-    parts: list[Array] = []
     with ThreadPoolExecutor(min(len(blocks), os.cpu_count() or 1)) as pool:
         for first in range(0, kept, chunk):
             size = min(chunk, kept - first)
-            table = _table(made.plan, p, first * stride, size * stride)
-            parts.append(np.concatenate(list(pool.map(lambda b, t=table, n=size: b.march(t, n, stride), blocks))))
+            outs = [x[i : i + made.width, 1 + first : 1 + first + size] for i in starts]
+            # a stride longer than a table takes several calls, of which the last one's state stays
+            for k in range(0, size * stride, STEPS_PER_CALL):
+                steps = min(STEPS_PER_CALL, size * stride - k)
+                table = _table(made.plan, p, first * stride + k, steps)
+                by = min(stride, steps)
+                list(pool.map(lambda b, o, t=table, by=by: b.march(t, by, o), blocks, outs))
             tell((first + size) / kept)
-            if not np.isfinite(parts[-1][:, -1]).all(axis=1).any():  # nothing is left to simulate
-                parts.append(np.full((len(x), kept - first - size, x.shape[1]), np.nan))
+            if not np.isfinite(x[:, first + size]).all(axis=1).any():  # nothing is left to simulate
+                x[:, 1 + first + size :] = np.nan
                 tell(1.0)
                 break
-    return np.concatenate(parts, axis=1)
 
 
 def _table(plan: Plan, p: Array, first: int, steps: int) -> Array:
@@ -82,12 +86,12 @@ class _Block:
         self.lanes = _aligned(np.stack([per_run[i] for i in made.plan.lanes]) if made.plan.lanes else np.zeros(1))
         self.uniform = _aligned(np.array([float(once[i]) for i in made.plan.uniform] or [0.0]))
 
-    def march(self, table: Array, kept: int, stride: int) -> Array:
-        """The states (runs, kept, nx) of the next `kept` times; the block is then at the last of them."""
-        out = _aligned(np.empty((kept, *self.x.shape)))
+    def march(self, table: Array, stride: int, kept: Array) -> None:
+        """Fill the states (runs, times, nx) of the next times; the block is then at the last of them."""
+        out = _aligned(np.empty((kept.shape[1], *self.x.shape)))
         pointers = (array.ctypes.data for array in (self.x, self.lanes, self.uniform, table, out))
-        self.made.function.march(kept, stride, *pointers)
-        return np.asarray(out.transpose(2, 0, 1)[: self.runs])
+        self.made.function.march(kept.shape[1], stride, *pointers)
+        kept[...] = out.transpose(2, 0, 1)[: self.runs]
 
 
 def _aligned(array: Any) -> Array:

@@ -22,7 +22,7 @@ class StepLimit:
     at, eigenvalue
         When the limit is reached, in s, and the mode that sets it, in 1/s.
     checked
-        At how many states of the run the eigenvalues were taken.
+        At how many states of the run the eigenvalues were taken; with none there is no limit but NaN.
     """
 
     h: float
@@ -43,6 +43,9 @@ def step_limit(trajectories: Trajectories, run: int = 0, points: int = 400) -> S
     A mode lambda with Re lambda < 0 is kept decaying while |R(h lambda)| <= 1, where R is the
     method's amplification. Modes that grow by themselves set no limit. The states are those that
     were kept, so a stiff instant between two of them can be missed: `checked` says how many there were.
+
+    A state whose Jacobian is not finite, as the last ones of a run that diverges, is not counted. If
+    none is left the limit, its time and its mode are NaN, and it does not hold.
     """
     step, flow = trajectories.step, trajectories.step.flow
     good = np.flatnonzero(np.isfinite(trajectories.x[run]).all(axis=1))
@@ -55,7 +58,13 @@ def step_limit(trajectories: Trajectories, run: int = 0, points: int = 400) -> S
             np.repeat(trajectories.p[run][:, np.newaxis], len(picked), axis=1),
         )
     )
-    modes = np.linalg.eigvals(A.reshape(nx, len(picked), nx).transpose(1, 0, 2))
+    A = A.reshape(nx, len(picked), nx).transpose(1, 0, 2)
+    finite = np.isfinite(A).all(axis=(1, 2))
+    picked, modes = picked[finite], np.linalg.eigvals(A[finite])
+    finite = np.isfinite(modes).all(axis=1)  # an eigenvalue of a huge matrix may overflow by itself
+    picked, modes = picked[finite], modes[finite]
+    if modes.size == 0:
+        return StepLimit(step.h, np.nan, np.nan, complex(np.nan, np.nan), 0)
     limits = longest_steps(modes, step.amplification)
     where = np.unravel_index(np.argmin(limits), limits.shape)
     return StepLimit(
