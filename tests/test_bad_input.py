@@ -93,7 +93,7 @@ def test_a_study_file_that_is_missing_is_refused_with_the_nearest(command, scrip
     script(name="a1_paper.py")
     refused(command("run", "a1_papper.py"), tmp_path, "There is no study file 'a1_papper.py'", "'a1_paper.py'?")
     refused(command("run", "nowhere/at/all.py"), tmp_path, "There is no study file 'nowhere/at/all.py'.")
-    refused(command("run", tmp_path), tmp_path, "There is no study file")
+    refused(command("run", tmp_path), tmp_path, "is a folder; a study is a Python file")
 
 
 def test_a_syntax_error_is_named_with_its_line(command, tmp_path):
@@ -176,3 +176,43 @@ def test_a_format_that_does_not_exist_is_refused(shell):
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert "'text', 'latex', 'python'" in done.stderr
+
+
+ANSWERS = [
+    ("sections=lambda results: None", "must be a tuple of sections; got None"),
+    ("sections=lambda results: Section('T', ())", "must be a tuple of sections; got Section"),
+    ("sections=lambda results: [Section('T', (Paragraph(Reference('no')),))]", "`Reference('no')` names no"),
+    ("sections=lambda results: [Section('T', ('text',))]", "wrap text in `Paragraph(...)`"),
+    ("sections=lambda results: exit(0)", "ended by itself, with status 0, before its report"),
+    ("headlines=lambda results: exit(0)", "ended by itself, with status 0, before its report"),
+    ("headlines=lambda results: 'It runs.'", "must be a list of texts; got str 'It runs.'"),
+    ("headlines=lambda results: results['a', 'b']", "There is no case 'a: b'"),
+]
+
+
+@pytest.mark.parametrize(("change", "word"), ANSWERS)
+def test_an_answer_that_is_none_is_said_with_its_line(command, script, tmp_path, change, word):
+    from_document = "from workbench.study.document import Reference\nfrom dataclasses import replace"
+    text = f"{(tmp_path / script()).read_text(encoding='utf-8')}\n{from_document}\nstudy = replace(study, {change})\n"
+    (tmp_path / "study.py").write_text(text, encoding="utf-8")
+    refused(command("run", "study.py"), tmp_path, f"study.py, line {text.count(chr(10))}: ", word)
+
+
+def test_a_case_that_fails_is_said_with_its_name_and_its_line(command, script, tmp_path):
+    loop = "\nclass Loop:\n    def ode(self, name):\n        raise ValueError('no gain')\n"
+    more = "from dataclasses import replace\nfrom workbench.study.study import Case\n"
+    case = "study = replace(study, cases=(Case('FS', 'SMC', Loop(), (), 0.1, 1.0, 0.1),))\n"
+    text = (tmp_path / script()).read_text(encoding="utf-8") + loop
+    (tmp_path / "study.py").write_text(text + more + case, encoding="utf-8")
+    refused(command("run", "study.py"), tmp_path, f"study.py, line {text.count(chr(10))}: FS: SMC: no gain")
+
+
+def test_a_folder_that_cannot_take_the_report_is_refused_before_the_run(command, script, tmp_path):
+    late = "\nfrom dataclasses import replace\nstudy = replace(study, sections=lambda results: 1 / 0)\n"
+    text = (tmp_path / script()).read_text(encoding="utf-8") + late
+    (tmp_path / "study.py").write_text(text, encoding="utf-8")
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "thesis.tex").write_text("years of work", encoding="utf-8")
+    refused(command("run", "study.py", "--out", "mine"), tmp_path, "'thesis.tex' from elsewhere")
+    if os.path.isdir("/proc/self"):
+        refused(command("run", "study.py", "--out", "/proc/x"), tmp_path, "The report cannot go to '/proc/x'")

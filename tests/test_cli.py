@@ -220,3 +220,19 @@ def test_the_doctor_names_what_is_broken_and_ends_with_1(command, monkeypatch):
     assert done.exit_code == 1
     wrong = [line for line in done.stdout.splitlines() if line.startswith("wrong")]
     assert [line.split()[1:3] for line in wrong] == [["typst", "renders"], ["free", "disk"]]
+
+
+def test_a_file_beside_the_study_does_not_stand_in_for_a_module_of_the_workbench(shell, script, tmp_path):
+    (tmp_path / "mine").mkdir()  # not the current folder, which `python -m` itself puts first
+    for name in ("random", "typst", "rich", "jinja2", "uuid", "gzip"):
+        (tmp_path / "mine" / f"{name}.py").write_text("raise RuntimeError('not this one')\n", encoding="utf-8")
+    done = shell("run", script(name="mine/study.py"))
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a device that is always full")
+@pytest.mark.parametrize("words", [["--help"], ["derive", "paper-arm"]])
+def test_output_that_cannot_be_written_is_said_in_one_line(shell, words):
+    with open("/dev/full", "w") as full:
+        done = shell(*words, capture_output=False, stdout=full, stderr=subprocess.PIPE)
+    assert (done.returncode, done.stderr) == (2, "workbench: No space left on device.\n")

@@ -87,3 +87,41 @@ def test_results_become_a_tidy_data_frame():
     assert slow.unit == "rad s"
     assert np.isnan(frame[frame.law == "lost"].value).all()
     assert (frame[frame.law == "lost"].diverged_at > 0.9).all()
+
+
+def test_a_metric_that_no_case_has_is_answered_with_the_nearest():
+    with pytest.raises(LookupError, match="knows no metric 'IAEE'. Did you mean 'IAE'"):
+        side_by_side("t", "c", RESULTS.outcomes, ["IAEE"], 0)
+
+
+def test_a_metric_that_one_case_lacks_leaves_its_cell_empty():
+    fast = LAWS["fast"]
+    scores = {"ISE": fast.measurement.scores["ISE"]}
+    without = replace(fast, measurement=replace(fast.measurement, scores=scores))
+    rows = side_by_side("t", "c", [without, LAWS["slow"]], ["IAE", "ISE"], 0).rows
+    assert rows[0][1] is None
+    assert rows[1][1] is not None
+
+
+def test_no_outcome_at_all_is_refused():
+    with pytest.raises(ValueError, match="at least one outcome"):
+        side_by_side("t", "c", [], ["IAE"], 0)
+
+
+@pytest.mark.parametrize("judge", [lambda p, o: against_published("t", "c", p, o), ranking])
+def test_a_published_law_without_an_outcome_is_answered_with_the_nearest(judge):
+    with pytest.raises(LookupError, match="none for 'slwo'. Did you mean 'slow'"):
+        judge(Published("here", "IAE", 0, {"slwo": 0.8}, digits=2), LAWS)
+
+
+def test_a_printed_zero_has_no_percent():
+    published = Published("here", "IAE", 0, {"slow": 0.0}, digits=2)
+    assert against_published("t", "c", published, LAWS).rows[0][-1] is None
+
+
+@pytest.mark.parametrize("joint", [1, -1, 0.0])
+def test_a_joint_that_is_not_there_is_refused(joint):
+    with pytest.raises(LookupError, match=r"counts from 0 and knows 0 to 0 in 'S: slow'"):
+        LAWS["slow"].score("IAE", joint)
+    with pytest.raises(LookupError, match=r"counts from 0 and knows 0 to 0 in 'S: slow'"):
+        LAWS["slow"].signal("e", joint)

@@ -4,6 +4,7 @@ import pytest
 from workbench.notation.formula import symbol
 from workbench.study.document import (
     Band,
+    Code,
     Colophon,
     Column,
     Diverged,
@@ -11,6 +12,7 @@ from workbench.study.document import (
     Emphasis,
     Equation,
     Figure,
+    Itemize,
     Measured,
     Panel,
     Paragraph,
@@ -130,3 +132,50 @@ def test_empty_panels_and_reversed_limits_are_refused():
         Panel("y", (Series("a", [0], [0]),), xlim=(1, 0))
     with pytest.raises(ValueError, match="at least one panel"):
         Figure("f", "", ())
+
+
+def test_a_text_among_the_blocks_of_a_section_is_refused_and_not_lost():
+    with pytest.raises(ValueError, match=r"`Section\('Tracking', blocks\)`.*got str: wrap text in `Paragraph"):
+        Section("Tracking", (table(), "The stiffer law wins."))
+
+
+def test_a_block_alone_is_refused_with_its_comma():
+    with pytest.raises(ValueError, match=r"tuple of blocks; got Table.*written `\(block,\)`"):
+        Section("T", table())
+
+
+def test_a_list_serves_where_a_tuple_is_asked_for():
+    section = Section("T", [table(), Itemize(["a", symbol("q")])])
+    assert isinstance(section.blocks, tuple)
+    assert section.blocks[1].items == ("a", symbol("q"))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Paragraph(3), r"`Paragraph\(text\)` must be text.*got int 3"),
+        (lambda: Paragraph(("a", ["b"])), r"`Paragraph\(text\)` must be text.*got list"),
+        (lambda: Itemize("ab"), r"`Itemize\(items\)` must be a tuple of texts; got str 'ab'"),
+        (lambda: Code(3), r"`Code\(text\)` must be text; got int 3"),
+        (lambda: Column("a", digits=0), r"`Column\(digits=...\)` counts significant digits.*got 0"),
+        (lambda: Column("a", digits=2.0), "counts significant digits"),
+        (lambda: Column("a", align="middle"), "'middle'"),
+        (lambda: table(rows=(("PID", 1 + 2j),)), r"column 'RMSE', row 1.*got complex"),
+        (lambda: table(rows=(("PID", [1.0]),)), r"column 'RMSE', row 1.*got list"),
+        (lambda: table(rows=(("PID", np.zeros(2)),)), r"column 'RMSE', row 1.*got ndarray"),
+        (lambda: table(notes="one"), r"notes=...\)` must be a tuple of texts"),
+        (lambda: Measured("a", 0.1), "finite value"),
+        (lambda: Diverged(None), "`Diverged"),
+        (lambda: Verdict("open", None), r"`Verdict\(statement\)` must be text.*got None"),
+        (lambda: Equation("M = 1"), r"`Equation\(formulas\)`.*'M = 1'"),
+        (lambda: Series(3, [0], [0]), r"`Series\(label\)` must be text or a formula"),
+        (lambda: Panel("y", Series("a", [0], [0])), r"one series alone is written `\(series,\)`"),
+        (lambda: Figure("f", "", Panel("y", (Series("a", [0], [0]),))), r"one panel alone is written `\(panel,\)`"),
+        (lambda: document(title=None), r"`Document\(title=...\)` must be text; got None"),
+        (lambda: document(title=3), r"`Document\(title=...\)` must be text; got int 3"),
+        (lambda: document(authors="me"), "list of texts"),
+    ],
+)
+def test_what_cannot_be_printed_is_refused_where_it_is_said(make, words):
+    with pytest.raises(ValueError, match=words):
+        make()

@@ -139,3 +139,13 @@ def test_limits_scales_and_lines_are_drawn():
     ax = plot(figure(Series("a", T, T + 1), xlim=(1, 2), ylim=(1, 9), yscale="log", hlines=(3,), vlines=(1.5,))).axes[0]
     assert (ax.get_xlim(), ax.get_ylim(), ax.get_yscale()) == ((1, 2), (1, 9), "log")
     assert len(ax.lines) == 3
+
+
+def test_one_pair_of_axes_or_a_square_of_them_serves():
+    own = matplotlib.figure.Figure()
+    assert plot(figure(), own.subplots()) is own
+    square = matplotlib.figure.Figure()
+    panels = tuple(Panel("y", (Series("a", T, T * k),)) for k in range(4))
+    axes = square.subplots(2, 2)
+    assert plot(Figure("four", "", panels), axes) is square
+    assert axes[1, 0].lines[0].get_ydata()[-1] == pytest.approx(20.0)

@@ -8,7 +8,7 @@ import pytest
 from test_page import document
 
 from workbench.report import folder as module
-from workbench.report.folder import ReportError, write
+from workbench.report.folder import ReportError, check_place, write
 
 FILES = {
     "index.html",
@@ -120,3 +120,11 @@ def test_a_full_disk_leaves_the_earlier_report_and_says_why(tmp_path):
     assert b"File too large" in run.stderr
     assert b"Traceback" not in run.stderr
     assert held(tmp_path) == before
+
+
+def test_a_place_is_tried_before_the_run_and_nothing_stays_there(tmp_path):
+    check_place(tmp_path / "a" / "b" / "report")
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(ReportError, match="cannot go to"):
+        check_place(tmp_path / "file" / "report")

@@ -154,3 +154,11 @@ def test_a_page_of_sixteen_figures_of_long_chattering_runs_stays_below_3_mb():
 @pytest.mark.parametrize("sections", [(), (Section("Empty", ()),)])
 def test_an_empty_document_is_a_page_too(sections):
     Reader(html(Document("t", "q", "m", sections, Colophon("c", "0"))))
+
+
+def test_control_characters_do_not_reach_the_page():
+    doc = Document("a\x00b", "q\x1b", ("m", Code("c\x01")), (Section("s\ud800", ()),), Colophon("run \x7f", "0"))
+    page = html(doc)
+    assert not re.search("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff]", page)
+    assert "<h1>a\ufffdb</h1>" in page
+    page.encode("utf-8")

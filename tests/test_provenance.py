@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from workbench.study.provenance import Card, assumed, derived, stated, written
+from workbench.report.tables import unit_of
+from workbench.study.document import Column
+from workbench.study.provenance import Card, Given, assumed, derived, stated, written
 
 
 def card() -> Card:
@@ -60,3 +62,39 @@ def test_there_is_a_table_for_each_origin_and_assumed_numbers_show_their_range()
 )
 def test_a_value_is_written_as_a_person_writes_it(value, text):
     assert written(value) == text
+
+
+@pytest.mark.parametrize(
+    ("unit", "printed"),
+    [
+        ("m^1", "m¹"),
+        ("m^-1", "m⁻¹"),
+        ("m^(-2)", "m⁻²"),
+        ("m^4", "m⁴"),
+        ("m^10", "m¹⁰"),
+        ("kg m^2/s^2", "kg m²/s²"),
+        ("(rad/s^3)^(1/2)", "(rad/s³)^(1/2)"),
+        ("s^0.5", "s^0.5"),
+        ("N*m", "N·m"),
+    ],
+)
+def test_a_unit_is_the_same_on_a_card_and_at_the_head_of_a_column(unit, printed):
+    assert Card((stated("a", 1.0, unit, "here"),)).table("stated", "numbers", "All.").rows[0][2] == printed
+    assert unit_of(Column("a", unit)) == f"[{printed}]"
+
+
+@pytest.mark.parametrize("value", [None, float("nan"), float("inf"), [1.0, np.nan], object()])
+def test_a_number_that_is_none_does_not_come_on_a_card(value):
+    with pytest.raises(ValueError, match=r"`Given\('phi', value=...\)` must be a finite number"):
+        stated("phi", value, "rad/s", "section 5")
+
+
+@pytest.mark.parametrize(("low", "high"), [(2.0, 1.0), (float("nan"), 1.0), ("a", 1.0)])
+def test_a_range_that_is_none_is_refused(low, high):
+    with pytest.raises(ValueError, match=r"must be a range of finite numbers, low <= high"):
+        assumed("gamma", 1.5, "", "not stated", low, high)
+
+
+def test_an_unknown_mark_is_refused():
+    with pytest.raises(ValueError, match="one of .*'stated', 'derived', 'assumed'.*; got 'guessed'"):
+        Given("phi", 1.0, "", "guessed", "section 5")

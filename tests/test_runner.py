@@ -1,13 +1,17 @@
 """Running the cases of a study."""
 
+import time
+
 import numpy as np
 import pytest
 from equations import decay
 from test_comparison import Given
 
 from workbench.metrics import iae
-from workbench.study.runner import run
-from workbench.study.study import Case, Study
+from workbench.study.document import Section
+from workbench.study.runner import CaseError, run
+from workbench.study.study import Case, Results, Study
+from workbench.study.writeup import document, headlines
 
 
 def study(*rates: float, **changes: object) -> Study:
@@ -61,3 +65,64 @@ def test_a_case_refuses_a_time_that_is_none(change):
 def test_two_cases_of_one_name_are_refused():
     with pytest.raises(ValueError, match="distinct cases"):
         study(1.0, 1.0)
+
+
+def test_a_case_that_fails_is_named_and_ends_the_others_early():
+    class Bad:
+        def ode(self, name="loop"):
+            raise LookupError("no such gain")
+
+    slow = Case("FS", "slow", Given(decay()), (iae(),), 1e-5, 1e4, 1.0)
+    cases = (slow, Case("FS", "SMC", Bad(), (iae(),), 0.01, 2.0, 0.1))
+    start = time.monotonic()
+    with pytest.raises(CaseError, match="^FS: SMC: no such gain$"):
+        run(study(cases=cases), workers=2)
+    assert time.monotonic() - start < 20  # the slow case alone takes a minute and more
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"every": 0.015}, r"`Case\(every=...\)` must be a multiple of `h` = 0.01 s, in 'S: law'; got 0.015 s"),
+        ({"until": 2.005}, r"`Case\(until=...\)` must be a multiple of `h`"),
+        ({"until": 2.05}, r"`Case\(until=...\)` must be a multiple of `every` = 0.1 s"),
+        ({"until": 0.001}, r"`Case\(until=...\)` must be a multiple of `h`"),
+    ],
+)
+def test_times_that_are_no_multiples_of_the_step_are_refused_with_the_case(change, words):
+    times = {"h": 0.01, "until": 2.0, "every": 0.1} | change
+    with pytest.raises(ValueError, match=words):
+        Case("S", "law", Given(decay()), (iae(),), **times)
+
+
+def test_multiples_that_rounding_hides_are_multiples():
+    Case("S", "law", Given(decay()), (iae(),), h=1e-3 / 12, until=25.08, every=0.01)
+
+
+def test_a_metric_alone_is_refused_with_its_comma():
+    with pytest.raises(ValueError, match=r"`Case\(metrics=...\)` must be a tuple of metrics.*written `\(metric,\)`"):
+        Case("S", "law", Given(decay()), iae(), 0.01, 2.0, 0.1)
+
+
+@pytest.mark.parametrize("name", ["title", "question", "method"])
+def test_a_study_without_its_words_is_refused(name):
+    with pytest.raises(ValueError, match=rf"`Study\({name}=...\)` must be text; got None"):
+        study(1.0, **{name: None})
+
+
+@pytest.mark.parametrize("name", ["sections", "headlines"])
+def test_a_study_whose_answer_is_no_function_is_refused(name):
+    with pytest.raises(ValueError, match=rf"`Study\({name}=...\)` must be a function of the results"):
+        study(1.0, **{name: ()})
+
+
+@pytest.mark.parametrize("answer", [None, Section("T", ()), "T"])
+def test_sections_that_are_no_list_of_sections_are_refused(answer):
+    with pytest.raises(ValueError, match=r"`Study\(sections=...\)\(results\)` must be a tuple of sections; got"):
+        document(study(sections=lambda results: answer), Results(), "command")
+
+
+@pytest.mark.parametrize("answer", [None, "It runs.", [3]])
+def test_headlines_that_are_no_list_of_texts_are_refused(answer):
+    with pytest.raises(ValueError, match=r"`Study\(headlines=...\)\(results\)` must be"):
+        headlines(study(headlines=lambda results: answer), Results())

@@ -1,12 +1,14 @@
 import csv
 import io
 import math
+import re
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.notation.formula import symbol
+from workbench.report.cleaning import cleaned
 from workbench.report.numbers import measured, paddings, printed
 from workbench.report.outline import notes
 from workbench.report.tables import BRACKETS, alignments, grid, to_csv, to_latex
@@ -157,7 +159,7 @@ def test_csv_reads_back_with_every_digit():
     assert float(rows[0][1]) == value
     assert float(rows[0][2]) == error
     assert rows[0][0] == 'say "six"'
-    assert rows[1] == ["line\nbreak", "diverged at 3.125 s", "", ""]
+    assert rows[1] == ["line break", "diverged at 3.125 s", "", ""]
     assert rows[2] == ["a.b", "", "", "yes"]
     assert text.count("\r\n") == 4
 
@@ -176,3 +178,17 @@ def test_latex_has_the_rules_and_the_label_of_a_booktabs_table():
         assert piece in text
     assert r"$\phantom{1}\mathbf{2.5{}\times10^{-7}}$" in text
     assert r"law & RMSE [rad] \\" in text
+
+
+def test_control_characters_do_not_reach_a_file():
+    hostile = table(("a\x00b\x1b[31m\ud800", 0.5))
+    for text in (to_csv(hostile), to_latex(hostile)):
+        assert not re.search("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff]", text)
+        assert "a\ufffdb\ufffd[31m\ufffd" in text
+        text.encode("utf-8")
+
+
+def test_what_is_clean_is_not_even_copied():
+    clean = table(("a", 0.5))
+    assert cleaned(clean) is clean
+    assert cleaned(("a\r\nb", "c\td")) == ("a b", "c d")

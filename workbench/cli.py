@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from time import monotonic
 from typing import TYPE_CHECKING, NoReturn
@@ -29,6 +29,18 @@ SECONDS_BETWEEN_LINES = 10.0
 def main() -> None:
     """The command `workbench`."""
     try:
+        sys.exit(_status())
+    except OSError as error:  # as when the disk that help is written to is full
+        _leave(_sentence(error), 2)
+    finally:
+        try:
+            sys.stdout.flush()
+        except OSError:  # what could not be written now cannot be at the end of the process either
+            _let_go_of_output()
+
+
+def _status() -> int:
+    try:
         status = cli.main(prog_name="workbench", standalone_mode=False)
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()
@@ -37,7 +49,11 @@ def main() -> None:
         _leave(error.format_message(), error.exit_code)
     except click.Abort:
         _leave("stopped.", 130)
-    sys.exit(status if isinstance(status, int) else 0)
+    return status if isinstance(status, int) else 0
+
+
+def _let_go_of_output() -> None:
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 @click.group()
@@ -52,18 +68,26 @@ def cli() -> None:
 def run(study: Path, out: Path | None) -> None:
     """Run the study in the Python file STUDY and write its report."""
     with _one_sentence(study):
-        loaded = _load(study)
-
+        _check_file(study)
+        # All that a report needs comes before the study, whose folder goes first on the path: a file beside the
+        # study may have the name of a module that is used here.
+        with suppress(ImportError):  # llvmlite has no wheel here, and the other engine serves
+            import workbench.simulate.native  # noqa: F401
         from workbench.report import folder
         from workbench.study.runner import run as run_all
-        from workbench.study.writeup import document
+        from workbench.study.writeup import document, headlines
 
+        loaded = _load(study)
         target = out or Path("reports") / loaded.name
         _refuse_place(target)
-        with _progress(loaded.name) as progress:
+        folder.check_free(target.resolve())
+        folder.check_place(target.resolve())
+        with _of_the_study(study, loaded.sections), _progress(loaded.name) as progress:
             results = run_all(loaded, progress)
-        findings = [" ".join(line.split()) for line in loaded.headlines(results)]
-        folder.write(document(loaded, results, command=_command(study, out)), target)
+        with _of_the_study(study, loaded.headlines):
+            findings = headlines(loaded, results)
+        with _of_the_study(study, loaded.sections):
+            folder.write(document(loaded, results, command=_command(study, out)), target)
         for line in [*findings, f"The report is {target / 'index.html'}, and {target / 'report.pdf'}."]:
             click.echo(line)
 
@@ -94,27 +118,39 @@ def doctor() -> None:
         sys.exit(0 if well else 1)
 
 
+def _check_file(file: Path) -> None:
+    """Refuse what is no file, before anything is imported."""
+    from workbench.core.layout import nearest
+
+    if file.is_dir():
+        raise LookupError(f"'{file}' is a folder; a study is a Python file. Name the file in it.")
+    if not file.is_file():
+        beside = [str(other) for other in sorted(file.parent.glob("*.py"))] if file.parent.is_dir() else []
+        raise LookupError(f"There is no study file '{file}'.{nearest(str(file), beside)}")
+
+
 def _load(file: Path) -> Study:
     """The `study` of a script, which runs as the user's own program with its folder first on the path."""
     from importlib.machinery import SourceFileLoader
     from importlib.util import module_from_spec, spec_from_loader
 
-    from workbench.core.layout import nearest
     from workbench.study.study import Study
 
-    if not file.is_file():
-        beside = [str(other) for other in sorted(file.parent.glob("*.py"))] if file.parent.is_dir() else []
-        raise LookupError(f"There is no study file '{file}'.{nearest(str(file), beside)}")
     loader = SourceFileLoader("__study__", str(file))
     spec = spec_from_loader(loader.name, loader)
     assert spec is not None
     module = module_from_spec(spec)
-    sys.path.insert(0, str(file.parent.resolve()))
+    beside = str(file.parent.resolve())
+    sys.path.insert(0, beside)
     sys.modules[loader.name] = module
     try:
         loader.exec_module(module)
     except SystemExit as error:
         raise ValueError(f"'{file}' ended by itself, with status {error.code}, before its study was read.") from None
+    finally:  # what the workbench imports later is not looked for beside the study
+        with suppress(ValueError):
+            sys.path.remove(beside)
+        sys.path.append(beside)
     study = getattr(module, "study", None)
     if study is None:
         raise LookupError(f"'{file}' has no study: it must define `study = Study(...)` at its top level.")
@@ -177,13 +213,41 @@ def _one_sentence(script: Path | None = None) -> Iterator[None]:
     except KeyboardInterrupt:
         _leave("stopped; no report was written.", 130)
     except BrokenPipeError:  # the reader of our output has left, as `head` does
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _let_go_of_output()
         sys.exit(0)
     except Exception as error:
         where = _place(error, script) if script is not None else ""
-        if not where and not isinstance(error, SAID):
+        if not where and not _is_said(error):
             raise
         _leave(where + _sentence(error), 2)
+
+
+@contextmanager
+def _of_the_study(script: Path, function: Callable[..., object]) -> Iterator[None]:
+    """What goes wrong in here is said with its place in the script, else with that of the `function` it comes from.
+
+    Not so what a case raises, nor what the machine does: those have a sentence of their own, or are ours.
+    """
+    from workbench.report.folder import ReportError
+    from workbench.study.runner import CaseError
+
+    code = getattr(function, "__code__", None)
+    of_function = f"{_shown(code.co_filename)}, line {code.co_firstlineno}: " if code else f"{_shown(str(script))}: "
+    try:
+        yield
+    except SystemExit as error:
+        place = _place(error, script) or of_function
+        _leave(f"{place}the study ended by itself, with status {error.code}, before its report was written.", 2)
+    except (ReportError, CaseError, OSError, MemoryError):
+        raise
+    except Exception as error:
+        _leave((_place(error, script) or of_function) + _sentence(error), 2)
+
+
+def _is_said(error: Exception) -> bool:
+    """Whether an error was raised on purpose; that of a case is judged by its cause."""
+    in_case = type(error).__name__ == "CaseError" and error.__cause__ is not None
+    return isinstance(error.__cause__ if in_case else error, SAID)
 
 
 def _leave(sentence: str, status: int) -> NoReturn:
@@ -207,12 +271,15 @@ def _place(error: BaseException, script: Path) -> str:
         line = f", line {error.lineno}" if error.lineno else ""
         return f"{_shown(error.filename or str(script))}{line}: "
     folder, found = script.parent.resolve(), ""
-    step = error.__traceback__
-    while step is not None:
-        file = Path(step.tb_frame.f_code.co_filename)
-        if file.is_file() and file.resolve().parent == folder:
-            found = f"{_shown(str(file))}, line {step.tb_lineno}: "
-        step = step.tb_next
+    at: BaseException | None = error
+    while at is not None:  # that of a case comes from another one, which knows more
+        step = at.__traceback__
+        while step is not None:
+            file = Path(step.tb_frame.f_code.co_filename)
+            if file.is_file() and file.resolve().parent == folder:
+                found = f"{_shown(str(file))}, line {step.tb_lineno}: "
+            step = step.tb_next
+        at = at.__cause__
     return found
 
 

@@ -11,7 +11,9 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+import numpy.typing as npt
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure as Canvas
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
@@ -19,6 +21,7 @@ from matplotlib.mathtext import MathTextParser
 from matplotlib.patches import Patch
 
 from workbench.notation import latex, text
+from workbench.report.cleaning import cleaned
 from workbench.report.thinning import thinned, windowed
 from workbench.study.curves import Array, Band, Label, Panel, Series, Style
 from workbench.study.document import Figure
@@ -99,34 +102,39 @@ def draw(figure: Figure) -> str:
     Its letters are outlines, so it looks the same on every machine; its ids begin with the figure's
     name, so many such figures can stand in one page.
     """
+    figure = cleaned(figure)
     with _house_style():
         out = io.StringIO()
-        _plot_alone(figure).savefig(out, format="svg", metadata={"Date": None, "Creator": None})
+        canvas = FigureCanvasSVG(_plot_alone(figure))
+        canvas.print_figure(out, format="svg", metadata={"Date": None, "Creator": None})
     return _tidied(out.getvalue(), figure.name)
 
 
-def plot(figure: Figure, axes: Sequence[Axes] | None = None) -> Canvas:
+def plot(figure: Figure, axes: Axes | Sequence[Axes] | npt.NDArray[Any] | None = None) -> Canvas:
     """A figure drawn by matplotlib: on a canvas of its own, or on axes that are given.
 
     Parameters
     ----------
     axes
-        One for each panel, in order. Their style is left alone, as is the legend's place.
+        One for each panel, in order, row by row; a single one need not be in a list. Their style is left alone, as
+        is the legend's place.
 
     Raises
     ------
     ValueError
         If there is not one pair of axes for each panel.
     """
+    figure = cleaned(figure)
     if axes is not None:
-        if len(axes) != len(figure.panels):
+        given = np.ravel(np.asarray(axes, dtype=object)).tolist()
+        if len(given) != len(figure.panels):
             raise ValueError(
                 f"`plot('{figure.name}', axes)` needs one pair of axes for each of {len(figure.panels)} "
-                f"panels; got {len(axes)}."
+                f"panels; got {len(given)}."
             )
-        for panel, ax in zip(figure.panels, axes, strict=True):
+        for panel, ax in zip(figure.panels, given, strict=True):
             _draw_panel(panel, ax, _points(figure))
-        return _canvas_of(axes[0])
+        return _canvas_of(given[0])
     with _house_style():
         return _plot_alone(figure)
 

@@ -77,6 +77,23 @@ def check_free(target: Path) -> None:
         )
 
 
+def check_place(target: Path) -> None:
+    """Refuse a place where no folder can be made, by making one beside the target, and taking it away at once."""
+    probe = target.with_name(f".{target.name}.partial-{secrets.token_hex(4)}")
+    made: list[Path] = []
+    try:
+        for folder in [path for path in (*reversed(probe.parents), probe) if not path.exists()]:
+            folder.mkdir()
+            made.append(folder)
+    except OSError as error:
+        raise ReportError(
+            f"The report cannot go to '{target}': {error.strerror or error}. Name a folder that you may write."
+        ) from error
+    finally:
+        for folder in reversed(made):
+            folder.rmdir()
+
+
 def _is_report(target: Path) -> bool:
     page = target / "index.html"
     if not page.is_file():

@@ -14,6 +14,7 @@ import jinja2
 from markupsafe import Markup, escape
 
 from workbench.notation import mathml
+from workbench.report.cleaning import cleaned
 from workbench.report.figures import draw
 from workbench.report.numbers import Printed
 from workbench.report.outline import Placed, chapters, labels, named, notes, provenance
@@ -34,6 +35,7 @@ def html(document: Document, drawings: dict[str, str] | None = None) -> str:
     drawings
         The SVG text of each figure by name, where it has been drawn already.
     """
+    document = cleaned(document)
     template = _environment().get_template("page.html.j2")
     writer = _Writer(labels(document))
     figures = drawings or {figure.name: draw(figure) for figure in document.figures}

@@ -12,6 +12,7 @@ from typing import Any
 import typst
 
 from workbench.notation import typst_math
+from workbench.report.cleaning import cleaned
 from workbench.report.figures import draw
 from workbench.report.numbers import Printed
 from workbench.report.outline import Chapter, Placed, chapters, labels, named, notes, provenance
@@ -58,6 +59,7 @@ def pdf(document: Document, drawings: dict[str, str] | None = None) -> bytes:
     ValueError
         If typst cannot set the document, as when a formula's notation is wrong; with what it said.
     """
+    document = cleaned(document)
     figures = drawings or {figure.name: draw(figure) for figure in document.figures}
     source = (files("workbench.report") / "templates" / "report.typ").read_bytes()
     tree = _Writer(labels(document), figures, notes(document)).document(document)
@@ -82,15 +84,15 @@ class _Writer:
 
     def document(self, document: Document) -> Tree:
         colophon = document.colophon
-        title = _line(document.title)
+        title = document.title
         seed = "" if colophon.seed is None else f" · seed {colophon.seed}"
         prints = "".join(f" · {name} {digest[:12]}" for name, digest in list(colophon.fingerprints.items())[:2])
         return {
             "title": title,
             "running": title if len(title) <= RUNNING else f"{title[: RUNNING - 1].rstrip()}…",
             "imprint": f"control-workbench {colophon.version}{seed}{prints}",
-            "subtitle": _line(document.subtitle),
-            "authors": [_line(author) for author in document.authors],
+            "subtitle": document.subtitle,
+            "authors": list(document.authors),
             "question": self.phrase(document.question),
             "method": self.phrase(document.method),
             "chapters": [
@@ -101,7 +103,7 @@ class _Writer:
                 }
                 for chapter in chapters(document)
             ],
-            "provenance": [list(map(_line, row)) for row in provenance(document)],
+            "provenance": [list(row) for row in provenance(document)],
         }
 
     def block(self, placed: Placed, *, floats: bool = False) -> Tree:
@@ -172,11 +174,11 @@ class _Writer:
     def _part(self, part: Part) -> Tree:
         match part:
             case str():
-                return {"kind": "text", "text": _line(part)}
+                return {"kind": "text", "text": part}
             case Code():
-                return {"kind": "code", "text": _line(part.text)}
+                return {"kind": "code", "text": part.text}
             case Strong():
-                return {"kind": "strong", "text": _line(part.text)}
+                return {"kind": "strong", "text": part.text}
             case Reference():
                 placed = self.known[part.name]
                 return {"kind": "link", "to": placed.anchor, "text": placed.label}
@@ -191,8 +193,3 @@ def _floating(chapter: Chapter) -> set[Placed]:
         for before, placed, after in zip(kinds, chapter.blocks[1:], kinds[2:], strict=False)
         if placed.kind == "figure" and "figure" not in (before, after)
     }
-
-
-def _line(text: str) -> str:
-    """Line breaks are spaces, as on the page."""
-    return text.replace("\r", " ").replace("\n", " ")

@@ -11,7 +11,9 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from workbench.notation import latex, text
+from workbench.report.cleaning import cleaned
 from workbench.report.numbers import Padding, Printed, measured, paddings, printed
+from workbench.study.cells import raised
 from workbench.study.document import (
     Cell,
     Code,
@@ -133,11 +135,7 @@ def unit_of(column: Column) -> str:
     """The unit as it is printed, in brackets: '[m/s²]'; empty for a number without one."""
     if column.unit in ("", "1"):
         return ""
-    raised = re.sub(r"\^\(?(-?\d+)\)?", lambda m: m[1].translate(_RAISED), column.unit)
-    return f"[{raised.replace('*', '·')}]"
-
-
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+    return f"[{raised(column.unit)}]"
 
 
 def plain(phrase: Phrase) -> str:
@@ -161,6 +159,7 @@ def to_csv(table: Table) -> str:
 
     A cell that does not exist is empty, one of a diverged run says so in words.
     """
+    table = cleaned(table)
     out = io.StringIO()
     writer = csv.writer(out)
     paired = [any(isinstance(_bare(row[i]), Measured) for row in table.rows) for i in range(len(table.columns))]
@@ -199,6 +198,7 @@ def to_latex(table: Table) -> str:
 
     It needs `\usepackage{booktabs}`, and `\usepackage{amsmath}` if a cell holds a matrix.
     """
+    table = cleaned(table)
     notes = (BRACKETS, *table.notes) if measures(table) else table.notes
     letters = "".join({"left": "l", "center": "c", "right": "r"}[a] for a in alignments(table))
     lines = [

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, cast
+from numbers import Real
+from typing import Any, Literal, TypeAlias, cast, get_args
 
 import numpy as np
 
 from workbench.notation.formula import Formula
+
+MOST_DIGITS = 17  # a double has no more
 
 
 @dataclass(frozen=True)
@@ -18,6 +22,9 @@ class Code:
 
     text: str
 
+    def __post_init__(self) -> None:
+        check_text("Code(text)", self.text)
+
 
 @dataclass(frozen=True)
 class Strong:
@@ -25,12 +32,18 @@ class Strong:
 
     text: str
 
+    def __post_init__(self) -> None:
+        check_text("Strong(text)", self.text)
+
 
 @dataclass(frozen=True)
 class Reference:
     """'Table 2', 'Figure 3' or 'Equation (4)': the number of the block of that name, found when it is printed."""
 
     name: str
+
+    def __post_init__(self) -> None:
+        check_text("Reference(name)", self.name)
 
 
 Part: TypeAlias = str | Formula | Code | Strong | Reference
@@ -50,7 +63,7 @@ class Measured:
     error: float
 
     def __post_init__(self) -> None:
-        if not (math.isfinite(self.value) and 0 <= self.error < math.inf):
+        if not (_is_finite(self.value) and _is_finite(self.error) and self.error >= 0):
             raise ValueError(
                 "`Measured(value, error)` must hold a finite value and a finite error >= 0, since the error says "
                 f"which digits to print; got {self.value!r} and {self.error!r}. For a run that left all bounds use "
@@ -63,6 +76,10 @@ class Diverged:
     """In place of a number that does not exist: the run left all bounds `at` so many seconds."""
 
     at: float
+
+    def __post_init__(self) -> None:
+        if not _is_finite(self.at):
+            raise ValueError(f"`Diverged(at)` must be a finite number of seconds; got {self.at!r}.")
 
 
 Value: TypeAlias = Phrase | bool | int | float | Measured | Diverged | None
@@ -91,6 +108,18 @@ class Column:
     align: Literal["auto", "left", "center", "right"] = "auto"
     digits: int | None = None
 
+    def __post_init__(self) -> None:
+        check_phrase("Column(header)", self.header)
+        check_text("Column(unit=...)", self.unit)
+        if self.align not in ("auto", "left", "center", "right"):
+            raise ValueError(f"`Column(align=...)` is 'auto', 'left', 'center' or 'right'; got {self.align!r}.")
+        whole = isinstance(self.digits, int) and not isinstance(self.digits, bool)
+        if self.digits is not None and not (whole and 1 <= self.digits <= MOST_DIGITS):
+            raise ValueError(
+                f"`Column(digits=...)` counts significant digits, so it is 1 to {MOST_DIGITS}, or None for as many as "
+                f"are needed; got {self.digits!r}."
+            )
+
 
 @dataclass(frozen=True)
 class Table:
@@ -102,7 +131,8 @@ class Table:
     Raises
     ------
     ValueError
-        If the name is no plain file stem, a row does not fit the columns, or a number is NaN.
+        If the name is no plain file stem, a row does not fit the columns, a number is NaN, or a cell is none of
+        the above.
     """
 
     name: str
@@ -113,20 +143,26 @@ class Table:
 
     def __post_init__(self) -> None:
         check_name("Table", self.name)
-        rows = tuple(tuple(_plain(cell) for cell in row) for row in self.rows)
-        object.__setattr__(self, "rows", rows)
+        call = f"Table('{self.name}'"
+        check_phrase(f"{call}, caption=...)", self.caption)
+        object.__setattr__(self, "columns", several(f"{call}, columns=...)", self.columns, Column, "column"))
+        rows = several(f"{call}, rows=...)", self.rows, (tuple, list), "row")
+        object.__setattr__(self, "rows", tuple(tuple(_plain(cell) for cell in row) for row in rows))
+        object.__setattr__(self, "notes", phrases(f"{call}, notes=...)", self.notes))
         if not self.columns:
             raise ValueError(f"`Table('{self.name}')` must have at least one column; got none.")
-        for i, row in enumerate(rows, start=1):
+        for i, row in enumerate(self.rows, start=1):
             if len(row) != len(self.columns):
                 raise ValueError(
                     f"`Table('{self.name}')` has {len(self.columns)} columns; its row {i} has {len(row)} cells."
                 )
             for column, cell in zip(self.columns, row, strict=True):
-                self._check_number(column, cell, i)
+                self._check_cell(column, cell, i)
 
-    def _check_number(self, column: Column, cell: Cell, row: int) -> None:
+    def _check_cell(self, column: Column, cell: Cell, row: int) -> None:
         value = cell.cell if isinstance(cell, Emphasis) else cell
+        if value is not None and not isinstance(value, bool | int | float | Measured | Diverged):
+            check_phrase(f"Table('{self.name}')` in column {_name_of(column.header)!r}, row {row}, `cell", value)
         if isinstance(value, float) and math.isnan(value):
             raise ValueError(
                 f"`Table('{self.name}')` has NaN in column {_name_of(column.header)!r}, row {row}: not a number, "
@@ -141,6 +177,74 @@ def check_name(kind: str, name: str) -> None:
         raise ValueError(
             f"`{kind}(name)` must be made of a-z, 0-9 and _, since it becomes the name of a file; got {name!r}."
         )
+
+
+def check_text(call: str, text: object) -> None:
+    """Refuse what is no text: `call` names the argument."""
+    if not isinstance(text, str):
+        raise ValueError(f"`{call}` must be text; got {_described(text)}.")
+
+
+def check_phrase(call: str, phrase: object, *, label: bool = False) -> None:
+    """Refuse what cannot be printed in a line; the `label` of a curve is made of text and formulas alone."""
+    for part in phrase if isinstance(phrase, tuple) else (phrase,):
+        if not isinstance(part, get_args(Formula) + ((str,) if label else (str, Code, Strong, Reference))):
+            kinds = "text or a formula" if label else "text, a formula, `Code`, `Strong` or `Reference`"
+            raise ValueError(f"`{call}` must be {kinds}, or a tuple of these; got {_described(part)}.")
+
+
+def several(call: str, given: object, kind: Any, word: str) -> tuple[Any, ...]:
+    """A tuple or list of one kind as a tuple; one alone, or anything else among them, is refused."""
+    if not isinstance(given, tuple | list):
+        hint = f": one {word} alone is written `({word},)`, with its comma" if isinstance(given, kind) else ""
+        raise ValueError(f"`{call}` must be a tuple of {word}s; got {_described(given)}{hint}.")
+    for i, item in enumerate(given, start=1):
+        if not isinstance(item, kind):
+            raise ValueError(f"`{call}` must be a tuple of {word}s; number {i} is {_described(item)}.")
+    return tuple(given)
+
+
+def phrases(call: str, given: object) -> tuple[Phrase, ...]:
+    """A tuple or list of phrases as a tuple; a text alone, which would be taken letter by letter, is refused."""
+    if not isinstance(given, tuple | list):
+        raise ValueError(
+            f"`{call}` must be a tuple of texts; got {_described(given)}: one alone is written `('...',)`, with its "
+            "comma."
+        )
+    for item in given:
+        check_phrase(call, item)
+    return tuple(given)
+
+
+def texts(call: str, given: Iterable[object]) -> tuple[str, ...]:
+    """The texts of an iterable; a text alone, which would be taken letter by letter, is refused."""
+    if isinstance(given, str) or not isinstance(given, Iterable):
+        raise ValueError(f"`{call}` must be a list of texts; got {_described(given)}: write `['...']`.")
+    found = tuple(given)
+    for item in found:
+        check_text(call, item)
+    return cast(tuple[str, ...], found)
+
+
+def raised(unit: str) -> str:
+    """A unit as it is printed, its whole powers raised: m/s^2 as m/s\N{SUPERSCRIPT TWO}; a root stays as typed."""
+    powers = r"\^(?:\((-?\d+)\)|(-?\d+)(?![\d.]))"
+    return re.sub(powers, lambda m: (m[1] or m[2]).translate(_RAISED), unit).replace("*", "·")
+
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, Real) and math.isfinite(value)
+
+
+def _described(value: object) -> str:
+    """The kind of a value, and the value itself where it is short."""
+    shown, kind = repr(value), type(value).__name__
+    if value is None:
+        return shown
+    return kind if len(shown) > 40 or "\n" in shown or kind in shown else f"{kind} {shown}"
 
 
 def _plain(cell: Cell) -> Cell:

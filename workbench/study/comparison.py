@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
+from workbench.core.layout import nearest
 from workbench.study.document import Cell, Column, Diverged, Emphasis, Measured, Table
 from workbench.study.study import Outcome
 
@@ -16,17 +17,31 @@ def side_by_side(
     """One row a law, one column a metric, for one joint; the smallest value that is smallest beyond its error in bold.
 
     Where a metric does not exist in a case the cell is empty.
+
+    Raises
+    ------
+    ValueError
+        If there is no outcome.
+    LookupError
+        If a metric exists in no case, or the joint is not there; the message names the nearest.
     """
-    units = {m: outcomes[0].measurement.scores[m].metric.unit for m in metrics}
+    if not outcomes:
+        raise ValueError(f"`side_by_side('{name}', outcomes=...)` needs at least one outcome; got none.")
+    known = {m: score.metric for o in reversed(outcomes) for m, score in o.measurement.scores.items()}
+    for m in metrics:
+        if m not in known:
+            raise LookupError(f"`side_by_side('{name}', ...)` knows no metric '{m}'.{nearest(m, known)}")
     best = {m: _best(outcomes, m, joint) for m in metrics}
-    about = tuple(f"{m}: {outcomes[0].measurement.scores[m].metric.about}." for m in metrics)
+    about = tuple(f"{m}: {known[m].about}." for m in metrics)
     rows = tuple((o.label, *(_cell(o, m, joint, bold=best[m] is o) for m in metrics)) for o in outcomes)
     remarks = _remarks(outcomes)
-    columns = (Column("law"), *(Column(m, unit=units[m], align="right") for m in metrics))
+    columns = (Column("law"), *(Column(m, unit=known[m].unit, align="right") for m in metrics))
     return Table(name, caption, columns, rows, (" ".join(about), *notes, *remarks))
 
 
 def _cell(outcome: Outcome, metric: str, joint: int, *, bold: bool) -> Cell:
+    if metric not in outcome.measurement.scores:
+        return None
     if outcome.diverged_at is not None:
         return Diverged(outcome.diverged_at)
     value, error = outcome.score(metric, joint)
@@ -39,7 +54,8 @@ def _cell(outcome: Outcome, metric: str, joint: int, *, bold: bool) -> Cell:
 
 def _best(outcomes: Sequence[Outcome], metric: str, joint: int) -> Outcome | None:
     """The outcome that is smaller than every other by more than both errors; None if there is none."""
-    finite = [o for o in outcomes if o.diverged_at is None and o.score(metric, joint)[0] < float("inf")]
+    ran = [o for o in outcomes if o.diverged_at is None and metric in o.measurement.scores]
+    finite = [o for o in ran if o.score(metric, joint)[0] < float("inf")]
     for a in finite:
         if all(a is b or order(a.score(metric, joint), b.score(metric, joint)) == "below" for b in finite):
             return a
@@ -69,7 +85,14 @@ class Published:
 
 
 def against_published(name: str, caption: str, published: Published, outcomes: Mapping[str, Outcome]) -> Table:
-    """Printed / ours / difference, one row a law."""
+    """Printed / ours / difference, one row a law; a printed zero has no percent.
+
+    Raises
+    ------
+    LookupError
+        If a printed law has no outcome; the message names the nearest.
+    """
+    _check_laws("against_published", published, outcomes)
     rows: list[tuple[Cell, ...]] = []
     for law, printed in published.values.items():
         outcome = outcomes[law]
@@ -83,7 +106,7 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
                 f"{printed:.{published.digits}f}",
                 Measured(value, error),
                 f"{value - printed:+.{published.digits}f}",
-                f"{100 * (value - printed) / printed:+.1f}",
+                f"{100 * (value - printed) / printed:+.1f}" if printed else None,
             )
         )
     columns = (
@@ -94,6 +117,15 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
         Column("difference", "%", "right"),
     )
     return Table(name, caption, columns, tuple(rows), _remarks(outcomes.values()))
+
+
+def _check_laws(call: str, published: Published, outcomes: Mapping[str, Outcome]) -> None:
+    for law in published.values:
+        if law not in outcomes:
+            raise LookupError(
+                f"`{call}(...)` needs an outcome for each law of {published.where}; there is none for '{law}'."
+                f"{nearest(law, outcomes)}"
+            )
 
 
 def _remarks(outcomes: Iterable[Outcome]) -> tuple[str, ...]:
@@ -129,6 +161,7 @@ class Ranking:
 
 def ranking(published: Published, outcomes: Mapping[str, Outcome], margin: float = 0.0) -> Ranking:
     """Each pair of laws in its printed order, judged by our values; see `order` for when it stays open."""
+    _check_laws("ranking", published, outcomes)
     scores = {law: _score(outcomes[law], published) for law in published.values}
     laws = sorted(published.values, key=lambda law: published.values[law])
     judged: dict[str, list[tuple[str, str]]] = {"below": [], "above": [], "undecided": []}

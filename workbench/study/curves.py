@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from workbench.notation.formula import Formula
+from workbench.study.cells import check_phrase, several
 
 Label: TypeAlias = str | Formula | tuple[str | Formula, ...]
 Style: TypeAlias = int | Literal["reference", "bound"]
@@ -36,6 +37,7 @@ class Series:
     look: Literal["line", "steps", "marks"] = "line"
 
     def __post_init__(self) -> None:
+        check_phrase("Series(label)", self.label, label=True)
         _check_style(f"Series({self.label!r})", self.style)
         _store_curves(self, f"Series({self.label!r})", ("x", "y"), gaps=("y",))
 
@@ -56,6 +58,7 @@ class Band:
     style: Style = 0
 
     def __post_init__(self) -> None:
+        check_phrase("Band(label)", self.label, label=True)
         _check_style(f"Band({self.label!r})", self.style)
         _store_curves(self, f"Band({self.label!r})", ("x", "low", "high"), gaps=())
 
@@ -89,6 +92,10 @@ class Panel:
     vlines: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
+        for name in ("ylabel", "xlabel", "title"):
+            check_phrase(f"Panel({name}=...)", getattr(self, name), label=True)
+        call = f"Panel({self.ylabel!r}, series=...)"
+        object.__setattr__(self, "series", several(call, self.series, (Series, Band), "series"))
         if not self.series:
             raise ValueError(f"`Panel({self.ylabel!r})` must have at least one series; got none.")
         for name in ("xlim", "ylim"):

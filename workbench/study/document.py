@@ -8,7 +8,7 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 from workbench.notation.formula import Formula
 from workbench.study.cells import (
@@ -25,7 +25,12 @@ from workbench.study.cells import (
     Table,
     Value,
     check_name,
+    check_phrase,
+    check_text,
     parts,
+    phrases,
+    several,
+    texts,
 )
 from workbench.study.curves import Band, Label, Panel, Series, Style
 
@@ -71,10 +76,13 @@ class Figure:
 
     def __post_init__(self) -> None:
         check_name("Figure", self.name)
-        if not self.panels or not 1 <= self.columns <= 3:
+        check_phrase(f"Figure('{self.name}', caption=...)", self.caption)
+        panels = several(f"Figure('{self.name}', panels=...)", self.panels, Panel, "panel")
+        object.__setattr__(self, "panels", panels)
+        if not self.panels or self.columns not in (1, 2, 3):
             raise ValueError(
                 f"`Figure('{self.name}')` must have at least one panel, in 1 to 3 columns, to fit a page; "
-                f"got {len(self.panels)} panels in {self.columns} columns."
+                f"got {len(self.panels)} panels in {self.columns!r} columns."
             )
 
 
@@ -84,12 +92,18 @@ class Paragraph:
 
     text: Phrase
 
+    def __post_init__(self) -> None:
+        check_phrase("Paragraph(text)", self.text)
+
 
 @dataclass(frozen=True)
 class Itemize:
     """A list of points."""
 
     items: tuple[Phrase, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "items", phrases("Itemize(items)", self.items))
 
 
 @dataclass(frozen=True)
@@ -103,6 +117,8 @@ class Equation:
     def __post_init__(self) -> None:
         if self.name:
             check_name("Equation", self.name)
+        check_phrase("Equation(note=...)", self.note)
+        several("Equation(formulas)", self.lines, get_args(Formula), "formula")
 
     @property
     def lines(self) -> tuple[Formula, ...]:
@@ -121,6 +137,8 @@ class Verdict:
     def __post_init__(self) -> None:
         if self.kind not in ("holds", "fails", "open"):
             raise ValueError(f"`Verdict(kind)` must be 'holds', 'fails' or 'open'; got {self.kind!r}.")
+        check_phrase("Verdict(statement)", self.statement)
+        check_phrase("Verdict(evidence=...)", self.evidence)
 
 
 Block: TypeAlias = Paragraph | Itemize | Equation | Table | Figure | Verdict
@@ -132,6 +150,16 @@ class Section:
 
     heading: Phrase
     blocks: tuple[Block, ...]
+
+    def __post_init__(self) -> None:
+        check_phrase("Section(heading)", self.heading)
+        call = f"Section({self.heading!r}, blocks)"
+        for block in self.blocks if isinstance(self.blocks, tuple | list) else ():
+            if isinstance(block, (str, tuple)):
+                raise ValueError(
+                    f"`{call}` is made of blocks; got {type(block).__name__}: wrap text in `Paragraph(...)`."
+                )
+        object.__setattr__(self, "blocks", several(call, self.blocks, get_args(Block), "block"))
 
 
 @dataclass(frozen=True)
@@ -157,7 +185,7 @@ class Document:
     Raises
     ------
     ValueError
-        If two blocks bear the same name.
+        If two blocks bear the same name, or what should be text is not.
     LookupError
         If a `Reference` names no block; the message names the nearest.
     """
@@ -171,6 +199,12 @@ class Document:
     authors: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        for name in ("title", "subtitle"):
+            check_text(f"Document({name}=...)", getattr(self, name))
+        check_phrase("Document(question=...)", self.question)
+        check_phrase("Document(method=...)", self.method)
+        object.__setattr__(self, "authors", texts("Document(authors=...)", self.authors))
+        object.__setattr__(self, "sections", several("Document(sections=...)", self.sections, Section, "section"))
         names = [b.name for b in self.blocks if isinstance(b, (Table, Figure, Equation)) and b.name]
         if twice := sorted({name for name in names if names.count(name) > 1}):
             raise ValueError(f"`Document(...)` needs distinct names of its blocks; {twice} came more than once.")

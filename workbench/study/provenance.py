@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
-from workbench.core.layout import Array, nearest
+from workbench.core.layout import Array, nearest, numbers
+from workbench.study.cells import check_phrase, check_text, raised
 from workbench.study.document import Column, Phrase, Table
 
 Mark = Literal["stated", "derived", "assumed"]
@@ -39,6 +39,22 @@ class Given:
     shown: Phrase = ""
 
     def __post_init__(self) -> None:
+        for name in ("name", "unit", "source"):
+            check_text(f"Given({name}=...)", getattr(self, name))
+        check_phrase(f"Given({self.name!r}, shown=...)", self.shown)
+        if self.mark not in get_args(Mark):
+            raise ValueError(f"`Given({self.name!r}, mark=...)` is one of {get_args(Mark)}; got {self.mark!r}.")
+        if not isinstance(self.value, str) and not _finite(self.value):
+            raise ValueError(
+                f"`Given({self.name!r}, value=...)` must be a finite number, an array of such, or a named choice as "
+                f"text; got {self.value!r}."
+            )
+        ends = [end for end in (self.low, self.high) if end is not None]
+        if not all(map(_finite, ends)) or (len(ends) == 2 and ends[0] > ends[1]):
+            raise ValueError(
+                f"`Given({self.name!r}, low=..., high=...)` must be a range of finite numbers, low <= high; got "
+                f"{self.low!r} and {self.high!r}."
+            )
         if not self.source:
             raise ValueError(f"`Given({self.name!r}, source=...)` must say where the number comes from.")
         ranged = self.low is not None and self.high is not None
@@ -121,9 +137,11 @@ def written(value: Any) -> str:
     return f"({_listed(array)})" if array.ndim == 1 else f"{float(array):.6g}"
 
 
-def raised(unit: str) -> str:
-    """A unit with its powers raised: m/s^2 as m/s\N{SUPERSCRIPT TWO}."""
-    return re.sub(r"\^(\d)", lambda power: "\N{SUPERSCRIPT TWO}\N{SUPERSCRIPT THREE}"[int(power[1]) - 2], unit)
+def _finite(value: Any) -> bool:
+    try:
+        return bool(np.isfinite(numbers(value)).all())
+    except (TypeError, ValueError):
+        return False
 
 
 def _listed(numbers: Array) -> str:

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from threading import Lock
 
 from workbench.metrics import measure
 from workbench.study.study import Case, Outcome, Results, Study
 
 Progress = Callable[[float], None]
+
+
+class CaseError(ValueError):
+    """What went wrong in a case, with the name of the case before it; the error itself is its cause."""
 
 
 def run(study: Study, progress: Progress | None = None, workers: int | None = None) -> Results:
@@ -22,12 +26,21 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
         Called from any thread with the share of all steps that is done.
     workers
         How many cases at once; as many as there are cores if not given.
+
+    Raises
+    ------
+    CaseError
+        As soon as a case fails, with its name; the other cases end at their next progress.
     """
     tally = _Tally(study.cases, progress)
     longest_first = sorted(range(len(study.cases)), key=lambda i: -_work(study.cases[i]))
     pool = ThreadPoolExecutor(workers or os.cpu_count() or 1)
     try:
         futures = {i: pool.submit(_outcome, study.cases[i], tally.of(i)) for i in longest_first}
+        done, _ = wait(futures.values(), return_when=FIRST_EXCEPTION)
+        failed = [i for i in sorted(futures) if futures[i] in done and futures[i].exception() is not None]
+        if failed:
+            futures[failed[0]].result()
         return Results(tuple(futures[i].result() for i in range(len(study.cases))))
     finally:
         tally.stopped = True
@@ -39,8 +52,12 @@ def _work(case: Case) -> float:
 
 
 def _outcome(case: Case, progress: Progress) -> Outcome:
-    ode = case.loop.ode(case.name)
-    measurement = measure(ode, case.metrics, until=case.until, h=case.h, every=case.every, progress=progress)
+    try:
+        ode = case.loop.ode(case.name)
+        measurement = measure(ode, case.metrics, until=case.until, h=case.h, every=case.every, progress=progress)
+    except Exception as error:
+        kind = "" if type(error) in (ValueError, LookupError) else f"{type(error).__name__}: "
+        raise CaseError(f"{case.name}: {kind}{error}") from error
     return Outcome(case, ode, measurement)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from workbench.core import Ode
 from workbench.core.layout import Array, nearest
 from workbench.metrics import AbstractMetric, Measurement
+from workbench.study.cells import check_text, several
 from workbench.study.document import Section
 
 if TYPE_CHECKING:
@@ -37,7 +38,8 @@ class Case:
     scenario, law
         Together the name of the case.
     h, until, every
-        Step, horizon and distance of the kept states, in s; values are taken at h / 2.
+        Step, horizon and distance of the kept states, in s, each a multiple of the one before it (the horizon of
+        both); values are taken at h / 2.
     style
         Which line of the figures belongs to the law.
     remark
@@ -55,10 +57,23 @@ class Case:
     remark: str = ""
 
     def __post_init__(self) -> None:
+        for name in ("scenario", "law", "remark"):
+            check_text(f"Case({name}=...)", getattr(self, name))
+        object.__setattr__(self, "metrics", several("Case(metrics=...)", self.metrics, AbstractMetric, "metric"))
         for name in ("h", "until", "every"):
             value = getattr(self, name)
             if not isinstance(value, int | float) or not 0 < value < float("inf"):
                 raise ValueError(f"`Case({name}=...)` must be a positive, finite number of seconds; got {value!r}.")
+        for name, part in (("every", "h"), ("until", "h"), ("until", "every")):
+            self._check_multiple(name, getattr(self, name), part, getattr(self, part))
+
+    def _check_multiple(self, name: str, span: float, part: str, unit: float) -> None:
+        # the tolerance of `simulate`, which counts these steps
+        count = round(span / unit)
+        if count < 1 or abs(span / unit - count) > 1e-6 * max(1.0, count * 1e-6):
+            raise ValueError(
+                f"`Case({name}=...)` must be a multiple of `{part}` = {unit:g} s, in '{self.name}'; got {span:g} s."
+            )
 
     @property
     def name(self) -> str:
@@ -90,8 +105,8 @@ class Outcome:
     def notes(self) -> tuple[str, ...]:
         """What must stand below a table beside the law's name: truth used, step beyond its limit."""
         limit = self.measurement.limits[0]
-        beyond = (f"step {limit.h:g} s beyond the stability limit {limit.limit:.3g} s",)
-        return self.ode.notes + (() if limit.holds else beyond)
+        found = f"beyond the stability limit {limit.limit:.3g} s" if limit.checked else "checked at no state of the run"
+        return self.ode.notes + (() if limit.holds else (f"step {limit.h:g} s {found}",))
 
     def score(self, metric: str, joint: int) -> tuple[float, float]:
         """The value and error of a metric at one joint."""
@@ -99,17 +114,26 @@ class Outcome:
         if metric not in known:
             raise LookupError(f"There is no metric '{metric}' in '{self.case.name}'.{nearest(metric, known)}")
         score = known[metric]
+        _check_place(f"score('{metric}', joint)", joint, score.value.shape[1], self.case.name)
         return float(score.value[0, joint]), float(score.error[0, joint])
 
     def signal(self, name: str, joint: int) -> Array:
         """One number of an output or state over the kept times, (N,); a matrix counts row by row."""
         values = self.measurement.trajectories[name][0]
-        return np.asarray(values.reshape(len(values), -1)[:, joint])
+        rows = values.reshape(len(values), -1)
+        _check_place(f"signal('{name}', joint)", joint, rows.shape[1], self.case.name)
+        return np.asarray(rows[:, joint])
 
     @property
     def t(self) -> Array:
         """The kept times, (N,), in s."""
         return self.measurement.trajectories.t
+
+
+def _check_place(call: str, joint: int, size: int, case: str) -> None:
+    """Refuse a joint that is not there; negative ones too, which would be counted from the end."""
+    if not isinstance(joint, int | np.integer) or not 0 <= joint < size:
+        raise LookupError(f"`{call}` counts from 0 and knows 0 to {size - 1} in '{case}'; got {joint!r}.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,6 +202,12 @@ class Study:
                 "`Study(name=...)` becomes a folder, so it is made of lower-case letters, digits and "
                 f"underscores only; got {self.name!r}."
             )
+        for name in ("title", "question", "method"):
+            check_text(f"Study({name}=...)", getattr(self, name))
+        for name in ("sections", "headlines"):
+            if not callable(getattr(self, name)):
+                raise ValueError(f"`Study({name}=...)` must be a function of the results; got {getattr(self, name)!r}.")
+        object.__setattr__(self, "cases", several("Study(cases=...)", self.cases, Case, "case"))
         names = [case.name for case in self.cases]
         if twice := {name for name in names if names.count(name) > 1}:
             raise ValueError(f"`Study(cases=...)` needs distinct cases; {sorted(twice)} came more than once.")

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import platform
+from collections.abc import Iterable
 from importlib.metadata import version
 
 from workbench import __version__
-from workbench.study.document import Colophon, Document
+from workbench.study.cells import several, texts
+from workbench.study.document import Colophon, Document, Section
 from workbench.study.study import Results, Study
 
 PACKAGES = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "typst")
@@ -26,6 +28,18 @@ def document(study: Study, results: Results, command: str) -> Document:
         title=study.title,
         question=" ".join(study.question.split()),
         method=" ".join(study.method.split()),
-        sections=tuple(study.sections(results)),
+        sections=_sections(study, results),
         colophon=colophon,
     )
+
+
+def headlines(study: Study, results: Results) -> list[str]:
+    """The findings of the study, each on one line."""
+    found = texts("Study(headlines=...)(results)", study.headlines(results))
+    return [" ".join(line.split()) for line in found]
+
+
+def _sections(study: Study, results: Results) -> tuple[Section, ...]:
+    found: object = study.sections(results)
+    made = tuple(found) if isinstance(found, Iterable) and not isinstance(found, str) else found
+    return several("Study(sections=...)(results)", made, Section, "section")
