@@ -91,9 +91,11 @@ def trust_section(results: Results) -> Section:
                 outcome.case.scenario,
                 outcome.case.law,
                 1e3 * limit.h / 2,
-                1e3 * limit.limit,
-                f"{limit.eigenvalue.real:.0f}",
-                f"{limit.at:.2f}",
+                *(
+                    (1e3 * limit.limit, f"{limit.eigenvalue.real:.0f}", f"{limit.at:.2f}")
+                    if limit.checked
+                    else (None,) * 3
+                ),
                 "within" if limit.holds else "beyond",
                 None if outcome.diverged_at is not None else f"{outcome.score('RMSE', 0)[1]:.1e}",
             )

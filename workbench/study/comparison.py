@@ -12,9 +12,15 @@ from workbench.study.study import Outcome
 
 
 def side_by_side(
-    name: str, caption: str, outcomes: Sequence[Outcome], metrics: Sequence[str], joint: int, notes: Sequence[str] = ()
+    name: str,
+    caption: str,
+    outcomes: Sequence[Outcome],
+    metrics: Sequence[str],
+    joint: int,
+    notes: Sequence[str] = (),
+    margin: float = 0.0,
 ) -> Table:
-    """One row a law, one column a metric, for one joint; the smallest value that is smallest beyond its error in bold.
+    """One row a law, one column a metric, for one joint; in bold what is below all others, as `order` judges.
 
     Where a metric does not exist in a case the cell is empty.
 
@@ -31,7 +37,7 @@ def side_by_side(
     for m in metrics:
         if m not in known:
             raise LookupError(f"`side_by_side('{name}', ...)` knows no metric '{m}'.{nearest(m, known)}")
-    best = {m: _best(outcomes, m, joint) for m in metrics}
+    best = {m: _best(outcomes, m, joint, margin) for m in metrics}
     about = tuple(f"{m}: {known[m].about}." for m in metrics)
     rows = tuple((o.label, *(_cell(o, m, joint, bold=best[m] is o) for m in metrics)) for o in outcomes)
     remarks = _remarks(outcomes)
@@ -52,12 +58,12 @@ def _cell(outcome: Outcome, metric: str, joint: int, *, bold: bool) -> Cell:
     return Emphasis(Measured(value, error)) if bold else Measured(value, error)
 
 
-def _best(outcomes: Sequence[Outcome], metric: str, joint: int) -> Outcome | None:
-    """The outcome that is smaller than every other by more than both errors; None if there is none."""
+def _best(outcomes: Sequence[Outcome], metric: str, joint: int, margin: float) -> Outcome | None:
+    """The outcome that is below every other; None if there is none."""
     ran = [o for o in outcomes if o.diverged_at is None and metric in o.measurement.scores]
     finite = [o for o in ran if o.score(metric, joint)[0] < float("inf")]
     for a in finite:
-        if all(a is b or order(a.score(metric, joint), b.score(metric, joint)) == "below" for b in finite):
+        if all(a is b or order(a.score(metric, joint), b.score(metric, joint), margin) == "below" for b in finite):
             return a
     return None
 
@@ -151,7 +157,7 @@ class Ranking:
         against = (
             f" {winner} is printed below {_listed(lost)}, and is above here."
             if lost
-            else (f" Each printed advantage of {winner} that is decided holds here.")
+            else f" No printed advantage of {winner} is turned round here."
         )
         return (
             f"{self.published.where}: of {pairs} printed pairs {len(self.holds)} hold, "
