@@ -41,8 +41,8 @@ def simulate(
     progress
         Called now and then with the share that is done.
     engine
-        "native" is compiled for this processor, "casadi" is CasADi's virtual machine, about a
-        hundred times slower. Without a name it is the first that can run the step. "native" knows
+        "native" is compiled for this processor, "casadi" is CasADi's virtual machine: several
+        times slower for one run, about a hundred times for many. Without a name it is the first that can run the step. "native" knows
         no sine of an angle beyond 1e12 rad; whatever it calls diverged, "casadi" repeats from
         the last finite kept state, and continues if it stays finite.
 

@@ -77,10 +77,6 @@ def _group(depends: Depends) -> str:
     return "per_run" if Depends.VARIED in depends else "once"
 
 
-def _fmod(a: Any, b: Any) -> Any:
-    return np.fmod(a, b)
-
-
 def _truth(a: Any) -> Any:
     return np.not_equal(a, 0)
 
@@ -101,7 +97,7 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "fabs": np.fabs,
     "sign": np.sign,
     "floor": np.floor,
-    "fmod": _fmod,
+    "fmod": np.fmod,
     "fmin": np.fmin,
     "fmax": np.fmax,
     "lt": lambda a, b: np.less(a, b) * 1.0,
