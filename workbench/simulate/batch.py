@@ -42,9 +42,9 @@ def simulate(
         Called now and then with the share that is done.
     engine
         "native" is compiled for this processor, "casadi" is CasADi's virtual machine: several
-        times slower for one run, about a hundred times for many. Without a name it is the first that can run the step. "native" knows
-        no sine of an angle beyond 1e12 rad; whatever it calls diverged, "casadi" repeats from
-        the last finite kept state, and continues if it stays finite.
+        times slower for one run, about a hundred times for many. Without a name it is the first
+        that can run the step. "native" knows no sine of an angle beyond 1e12 rad; whatever it calls
+        diverged, "casadi" repeats from the last finite kept state, and continues if it stays finite.
 
     Raises
     ------
