@@ -30,7 +30,7 @@ def test_a_lag_reaches_63_percent_of_a_step_after_its_time_constant():
     p = ode.parameters.pack({"tau": [2.0, -1.0]})[0]
     F, x = rk4(ode, 0.0005).F, ode.states.default
     for k in range(100):
-        x = F(k, x, p)
+        x = F(k, x, p, [])
     held = ode.states.unpack(np.array(x).ravel())["tau_m"]
     # closed form at t = T; RK4 at h / T = 0.01 leaves 1e-10
     np.testing.assert_allclose(held, np.array([2.0, -1.0]) * (1 - np.exp(-1)), rtol=1e-9)

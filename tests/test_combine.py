@@ -21,7 +21,7 @@ def run(ode: Ode, h: float, steps: int, p=None, x=None):
     F = rk4(ode, h).F
     x = ode.states.default if x is None else x
     for k in range(steps):
-        x = F(k, x, ode.parameters.default if p is None else p)
+        x = F(k, x, ode.parameters.default if p is None else p, [])
     return np.array(x).ravel()
 
 

@@ -18,7 +18,7 @@ def end(h: float, until: float = 2.0) -> float:
     ode = forced()
     F, x = rk4(ode, h).F, ode.states.default
     for k in range(round(until / h)):
-        x = F(k, x, ode.parameters.default)
+        x = F(k, x, ode.parameters.default, [])
     return float(x)
 
 
@@ -38,7 +38,7 @@ def test_one_step_of_a_linear_mode_is_multiplied_by_the_stated_polynomial():
     for lam in (-3.0, 0.7):
         ode = Ode.of("mode", states, Layout(), (t, x, p), {"x": lam * x}, {})
         step = rk4(ode, 0.4)
-        np.testing.assert_allclose(float(step.F(0, 1.0, [])), np.polyval(step.amplification, 0.4 * lam), rtol=1e-15)
+        np.testing.assert_allclose(float(step.F(0, 1.0, [], [])), np.polyval(step.amplification, 0.4 * lam), rtol=1e-15)
 
 
 def test_the_outputs_of_a_step_are_taken_at_its_beginning():
@@ -59,7 +59,7 @@ def test_memory_can_be_carried_beside_the_step():
     extra = Layout((Entry("largest", np.array(0.0)),))
     z = extra.symbols()
     more = step.extended(extra, z, ca.fmax(z, step.x))
-    np.testing.assert_array_equal(np.array(more.F(0, [0.5, 0.3], 1.0)).ravel()[1], 0.5)
+    np.testing.assert_array_equal(np.array(more.F(0, [0.5, 0.3], 1.0, [])).ravel()[1], 0.5)
     assert more.states.names == ("x", "largest")
 
 

@@ -1,8 +1,8 @@
-"""Step: x+ = F(k, x, p), y = h(t_k, x, p): all that a simulator knows."""
+"""Step: x+ = F(k, x, p, w), y = h(t_k, x, p): all that a simulator knows."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import casadi as ca
@@ -25,7 +25,9 @@ class Step:
     h
         The step's length in s: t_k = k h.
     next
-        x+ as an expression (nx, 1) in the symbols k (1, 1), x (nx, 1), p (np, 1).
+        x+ as an expression (nx, 1) in the symbols k (1, 1), x (nx, 1), p (np, 1), w (nw, 1).
+    w
+        Standard normal numbers, fresh ones at every step of every run; none where nothing is noisy.
     flow, amplification
         The differential equation that the step approximates, and the polynomial R(z) by which it
         multiplies a mode exp(lambda t) with z = h lambda: what the stability limit is made of.
@@ -42,11 +44,12 @@ class Step:
     output: ca.SX
     flow: Ode
     amplification: tuple[float, ...]
+    w: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
 
     @cached_property
     def F(self) -> ca.Function:
-        """The step as a CasADi function (k, x, p) -> (nx, 1)."""
-        return ca.Function("workbench_step", [self.k, self.x, self.p], [self.next], {"cse": True})
+        """The step as a CasADi function (k, x, p, w) -> (nx, 1)."""
+        return ca.Function("workbench_step", [self.k, self.x, self.p, self.w], [self.next], {"cse": True})
 
     @cached_property
     def y(self) -> ca.Function:
@@ -54,7 +57,7 @@ class Step:
         return ca.Function("workbench_output", [self.k, self.x, self.p], [self.output], {"cse": True})
 
     def extended(self, extra: Layout, symbols: ca.SX, update: ca.SX) -> Step:
-        """The same step with memory z that is updated beside it: z+ = update(k, x, z, p)."""
+        """The same step with memory z that is updated beside it: z+ = update(k, x, z, p, w)."""
         return replace(
             self,
             states=self.states + extra,

@@ -147,7 +147,9 @@ def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric]) -> dict[
     x = step.states.unpack(runs.x[:, -1])
     # the memory was last updated one step before the horizon: look once more
     k = np.full((1, len(runs)), round(horizon / step.h))
-    z = step.states.unpack(np.array(step.F.map(len(runs))(k, runs.x[:, -1].T, runs.p.T)).T)
+    z = step.states.unpack(
+        np.array(step.F.map(len(runs))(k, runs.x[:, -1].T, runs.p.T, np.zeros((step.w.numel(), len(runs))))).T
+    )
     values = {}
     for m in metrics:
         integral = x.get(f"integral of {m.name}", np.zeros((len(runs), 0)))

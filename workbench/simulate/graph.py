@@ -77,7 +77,7 @@ FOLDED: Mapping[str, Callable[..., float]] = {
     "sqrt": math.sqrt,
 }
 NAMES = {getattr(ca, name): name.removeprefix("OP_") for name in dir(ca) if name.startswith("OP_")}
-SOURCES = ("k", "x", "p")
+SOURCES = ("k", "x", "p", "w")
 
 
 @dataclass(frozen=True, eq=False)

@@ -44,8 +44,11 @@ def graph(step: Step) -> Graph:
     return Graph.of(step)
 
 
-def march(step: Step, x: Array, p: Array, stride: int, tell: Callable[[float], None]) -> None:
-    """Fill x (B, 1 + kept, nx) behind x[:, 0] with the states every `stride` steps, with parameters p (B, np)."""
+def march(step: Step, x: Array, p: Array, stride: int, tell: Callable[[float], None], begin: int = 0) -> None:
+    """Fill x (B, 1 + kept, nx) behind x[:, 0], the states at step `begin`, with those every `stride` steps.
+
+    The parameters p are (B, np).
+    """
     varied = tuple(int(i) for i in np.flatnonzero((p != p[:1]).any(axis=0)))
     made, kept = kernel(step, varied), x.shape[1] - 1
     starts = range(0, len(x), made.width)
@@ -58,7 +61,7 @@ def march(step: Step, x: Array, p: Array, stride: int, tell: Callable[[float], N
             # a stride longer than a table takes several calls, of which the last one's state stays
             for k in range(0, size * stride, STEPS_PER_CALL):
                 steps = min(STEPS_PER_CALL, size * stride - k)
-                table = _table(made.plan, p, first * stride + k, steps)
+                table = _table(made.plan, p, begin + first * stride + k, steps)
                 by = min(stride, steps)
                 list(pool.map(lambda b, o, t=table, by=by: b.march(t, by, o), blocks, outs))
             tell((first + size) / kept)

@@ -57,7 +57,9 @@ def _marcher(step: Step, stride: int, kept: int, runs: int) -> ca.Function:
     """[k; x; p] to [k; x] at `kept` times, `stride` steps apart, all side by side, for each run."""
     z = ca.SX.sym("z", 1 + step.states.size + step.parameters.size)
     k, x, p = ca.vertsplit(z, [0, 1, 1 + step.states.size, z.numel()])
-    one = ca.Function("workbench_one", [z], [ca.vertcat(k + 1, step.F(k, x, p), p)], {"cse": True})
+    one = ca.Function(
+        "workbench_one", [z], [ca.vertcat(k + 1, step.F(k, x, p, ca.SX.zeros(step.w.shape)), p)], {"cse": True}
+    )
     start = ca.MX.sym("start", z.numel())
     states = one.fold(stride).mapaccum(kept)(start)[: 1 + step.states.size, :]
     march = ca.Function("workbench_march", [start], [states])
