@@ -1,0 +1,160 @@
+"""The bits of normal numbers: from arrays, from lanes of every width, and from exact arithmetic."""
+
+import ctypes
+import struct
+from dataclasses import dataclass
+from decimal import Decimal, localcontext
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from workbench.simulate import noise_lanes
+from workbench.simulate.functions import literal
+from workbench.simulate.noise import normals, pair
+
+
+def some_keys(count):
+    """Seeds, runs and steps, small and large."""
+    rng = np.random.default_rng(4)
+    seeds = rng.integers(0, 2**64, count, dtype=np.uint64) >> rng.integers(0, 64, count, dtype=np.uint64)
+    runs = rng.integers(0, 2**63, count, dtype=np.uint64) >> rng.integers(0, 63, count, dtype=np.uint64)
+    steps = rng.integers(0, 2**32, count, dtype=np.uint64) >> rng.integers(0, 32, count, dtype=np.uint64)
+    seeds[:3], runs[:3], steps[:3] = (0, 2**64 - 1, 2**32), (0, 2**63 - 1, 2**32), (0, 2**32 - 1, 2**31)
+    return seeds, runs, steps
+
+
+def one_by_one(seeds, runs, steps, entries):
+    """The numbers of every key by a call of its own, (keys, entries)."""
+    keys = zip(seeds, runs, steps, strict=True)
+    return np.array([normals(int(s), [int(r)], [int(k)], entries)[0, 0] for s, r, k in keys])
+
+
+@dataclass(frozen=True)
+class Rounded:
+    """A double whose every operation is exact arithmetic of fractions, rounded once."""
+
+    value: float
+
+    def __add__(self, other):
+        return Rounded(float(self.fraction + fraction(other)))
+
+    def __sub__(self, other):
+        return Rounded(float(self.fraction - fraction(other)))
+
+    def __mul__(self, other):
+        return Rounded(float(self.fraction * fraction(other)))
+
+    def __truediv__(self, other):
+        return Rounded(float(self.fraction / fraction(other)))
+
+    @property
+    def fraction(self):
+        return Fraction(self.value)
+
+
+def fraction(number):
+    return Fraction(number.value if isinstance(number, Rounded) else number)
+
+
+class ExactArithmetic:
+    """What `noise.Arithmetic` asks for, in Python's whole numbers."""
+
+    def number(self, bits):
+        return Rounded(struct.unpack("<d", struct.pack("<Q", bits % 2**64))[0])
+
+    def bits(self, number):
+        return struct.unpack("<Q", struct.pack("<d", number.value))[0]
+
+    def sqrt(self, number):
+        with localcontext() as context:
+            context.prec = 60  # a root of a double is never so near the middle between two
+            return Rounded(float(Decimal(number.value).sqrt()))
+
+    def select(self, bits, a, b):
+        return a if bits else b
+
+
+def test_every_bit_is_that_of_exact_arithmetic_rounded_once_an_operation():
+    keys = some_keys(100)
+    exact = ExactArithmetic()
+    expected = [pair(exact, *map(int, key), index=1) for key in zip(*keys, strict=True)]
+    assert one_by_one(*keys, 4)[:, 2:].tolist() == [[first.value, second.value] for first, second in expected]
+
+
+class Lines:
+    """A writer of IR that keeps its lines."""
+
+    def __init__(self, width):
+        self.width = width
+        self.type, self.integers = f"<{width} x double>", f"<{width} x i64>"
+        self.lines = []
+
+    def line(self, text):
+        self.lines.append(f"  %v{len(self.lines)} = {text}")
+        return f"%v{len(self.lines) - 1}"
+
+    def vector(self, value):
+        return f"<{', '.join([f'double {literal(value)}'] * self.width)}>"
+
+    def whole(self, value):
+        return f"<{', '.join([f'i64 {value}'] * self.width)}>"
+
+
+def function_of_normals(width, entries):
+    """IR of a function (seeds, runs, steps, out), all pointers, of one vector of keys."""
+    w = Lines(width)
+    keys = (w.line(f"load {w.integers}, ptr %{name}, align 8") for name in ("seeds", "runs", "steps"))
+    for i, name in enumerate(noise_lanes.normals(w, *keys, entries)):
+        place = w.line(f"getelementptr {w.type}, ptr %out, i64 {i}")
+        w.lines.append(f"  store {w.type} {name}, ptr {place}, align 8")
+    head = "define void @workbench_normals(ptr %seeds, ptr %runs, ptr %steps, ptr %out) {"
+    return "\n".join([f"declare {w.type} @llvm.sqrt.v{width}f64({w.type})", head, *w.lines, "  ret void", "}"])
+
+
+def compiled(llvm, ir, processor):
+    """The engine that holds the function, for this processor or for the plainest of its family."""
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    cpu = {"cpu": llvm.get_host_cpu_name(), "features": llvm.get_host_cpu_features().flatten()}
+    machine = llvm.Target.from_default_triple().create_target_machine(
+        opt=2, jit=True, **(cpu if processor == "this one" else {})
+    )
+    module = llvm.parse_assembly(ir)
+    module.triple, module.data_layout = machine.triple, str(machine.target_data)
+    module.verify()
+    engine = llvm.create_mcjit_compiler(module, machine)
+    engine.finalize_object()
+    return engine
+
+
+KEYS = some_keys(4000)
+
+
+@pytest.fixture(scope="module")
+def from_arrays():
+    return one_by_one(*KEYS, 5)
+
+
+@pytest.mark.parametrize("processor", ["this one", "the plainest"])
+@pytest.mark.parametrize("width", [1, 4, 8])
+def test_the_lanes_hold_the_bits_of_the_arrays(width, processor, from_arrays):
+    llvm = pytest.importorskip("llvmlite.binding")  # there is no wheel of it for some platforms
+    count, entries = from_arrays.shape
+    engine = compiled(llvm, function_of_normals(width, entries), processor)
+    address = engine.get_function_address("workbench_normals")
+    call = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 4)(address)
+    out = np.empty((count // width, entries, width))
+    for i, made in enumerate(out):
+        call(*(key[i * width :].ctypes.data for key in KEYS), made.ctypes.data)
+    from_lanes = out.transpose(0, 2, 1).reshape(-1, entries)
+    assert np.array_equal(from_lanes.view(np.uint64), from_arrays.view(np.uint64))
+
+
+def test_the_lanes_know_only_operations_that_round_in_one_way():
+    w = Lines(8)
+    noise_lanes.normals(w, "%seed", "%runs", "%step", 3)
+    operations = {line.split()[2] if "call" not in line else line.split()[6].split("(")[0] for line in w.lines}
+    whole = {"add", "mul", "and", "or", "xor", "shl", "lshr", "icmp", "bitcast", "select"}
+    assert operations == whole | {"fadd", "fsub", "fmul", "fdiv", "@llvm.sqrt.v8f64"}
+    assert not any(flag in line for line in w.lines for flag in ("fast", "contract", "reassoc", "arcp", "afn"))
