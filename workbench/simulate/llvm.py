@@ -1,16 +1,23 @@
-"""The one door to llvmlite: IR in, a native function out."""
+"""The one door to llvmlite: IR in, native functions out, at most once compiled on this processor."""
 
 from __future__ import annotations
 
 import ctypes
+import platform
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, cached_property
 from typing import Any
 
+import llvmlite
 import llvmlite.binding as llvm
 
-POINTER, COUNT = ctypes.c_void_p, ctypes.c_int64
-SIGNATURE = ctypes.CFUNCTYPE(None, COUNT, COUNT, POINTER, POINTER, POINTER, POINTER, POINTER)
+from workbench.simulate import cache as disk
+
+OPTIMISATION = 2  # of the code generator; the IR is written as it shall run, and no pass goes over it
+KEPT = 128  # modules that stay in memory after their last user
 
 llvm.initialize_native_target()
 llvm.initialize_native_asmprinter()
@@ -21,25 +28,93 @@ def lanes() -> int:
     return 8 if llvm.get_host_cpu_features().get("avx512f") else 4
 
 
+def has_fma() -> bool:
+    """Whether this processor multiplies and adds with one rounding in one instruction."""
+    # x86 says so among its features; 64-bit ARM always does, and does not say so
+    return bool(llvm.get_host_cpu_features().get("fma", platform.machine().lower() in ("aarch64", "arm64")))
+
+
+@cache
+def processor() -> str:
+    """What machine code depends on besides its IR: the platform, its processor, and the LLVM that wrote it."""
+    name, features = _host()
+    version = ".".join(map(str, llvm.llvm_version_info))
+    return f"{llvm.get_process_triple()} {name} {features} LLVM {version} llvmlite {llvmlite.__version__}"
+
+
 @dataclass(frozen=True, eq=False)
 class Native:
-    """A compiled function and the engine that keeps it alive."""
+    """A compiled module, in the engine that keeps its code in memory."""
 
-    march: Any
     engine: Any
 
+    def function(self, name: str, *arguments: type) -> Callable[..., None]:
+        """A function of the module, called with arguments of these ctypes; other threads go on while it runs.
 
-@lru_cache(maxsize=128)
+        Raises
+        ------
+        LookupError
+            If the module has no function of that name.
+        """
+        address = self.engine.get_function_address(name) if name else 0  # LLVM ends the process on an empty name
+        if not address:
+            raise LookupError(f"`Native.function({name!r})` must name a function of the module; there is none.")
+        made = ctypes.CFUNCTYPE(None, *arguments)(address)
+        vars(made)["engine"] = self.engine  # else the code would go when the module goes
+        return made
+
+    @cached_property
+    def march(self) -> Callable[..., None]:
+        """The function `workbench_march` with its two counts and five pointers."""
+        return self.function("workbench_march", *[ctypes.c_int64] * 2, *[ctypes.c_void_p] * 5)
+
+
+_modules: OrderedDict[str, Native] = OrderedDict()
+_turn = threading.Lock()
+
+
 def compiled(ir: str) -> Native:
-    """The function `workbench_march` of some IR, compiled for this processor."""
-    target = llvm.Target.from_default_triple()
-    machine = target.create_target_machine(
-        cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(), opt=2, jit=True
-    )
-    module = llvm.parse_assembly(ir)
+    """The module of some IR: from memory, else from disk, else from LLVM."""
+    key = disk.key(ir, processor(), f"codegen {OPTIMISATION}")
+    with _turn:  # LLVM serves one caller at a time; a second one who wants the same module shall find it made
+        module = _modules.get(key) or _loaded(key, ir)
+        _modules[key] = module
+        _modules.move_to_end(key)
+        if len(_modules) > KEPT:
+            _modules.popitem(last=False)
+        return module
+
+
+def _loaded(key: str, ir: str) -> Native:
+    """The module in an engine of its own."""
+    code = disk.load(key)
+    if code is None:
+        code = _machine_code(ir)
+        disk.store(key, code)
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
+    # The engine's own module is empty and stays IR: `finalize_object` would first compile it. Asking for an
+    # address finalises what was added.
+    engine.add_object_file(llvm.object_file.ObjectFileRef.from_data(code))
+    return Native(engine)
+
+
+def _machine_code(ir: str) -> bytes:
+    """An object file for this processor."""
+    machine, module = _machine(), llvm.parse_assembly(ir)
     module.triple = machine.triple
     module.data_layout = str(machine.target_data)
     module.verify()
-    engine = llvm.create_mcjit_compiler(module, machine)
-    engine.finalize_object()
-    return Native(SIGNATURE(engine.get_function_address("workbench_march")), engine)
+    return bytes(machine.emit_object(module))
+
+
+def _machine() -> Any:
+    """A new description of this processor, as every engine takes possession of its own."""
+    name, features = _host()
+    target = llvm.Target.from_default_triple()
+    return target.create_target_machine(cpu=name, features=features, opt=OPTIMISATION, jit=True)
+
+
+@cache
+def _host() -> tuple[str, str]:
+    """Name and features of this processor."""
+    return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()

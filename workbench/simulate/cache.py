@@ -1,0 +1,133 @@
+"""The disk cache: the machine code of kernels, each under a key that names all it depends on.
+
+A file is a header and the code. The header repeats the key and has the code's hash, so that a file which is
+damaged, cut off or not our own is told from a good one, and counts as absent. Nothing here fails: what
+cannot be kept or read is compiled anew.
+
+The code is executed. So the folder must belong to the user and be writable for nobody else; any other
+is not used. `WORKBENCH_CACHE` names another folder, or is "off".
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import struct
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+LARGEST = 256 * 2**20  # bytes of all kernels; beyond, those that were not used for longest go
+ABANDONED = 24 * 3600.0  # seconds after which a file that is still being written has lost its writer
+
+FORMAT = b"workbench kernel 1\n"  # counts up when the header or the meaning of a key changes
+HEADER = struct.Struct(f"<{len(FORMAT)}s32sQ32s")  # format, key, length and hash of the code
+KERNEL = re.compile(r"[0-9a-f]{64}\.kernel")
+PART = re.compile(r"[0-9a-f]{64}\.[0-9a-f]{16}\.part")
+
+
+def key(*parts: str) -> str:
+    """The SHA-256 of the format and of some texts, each with its length."""
+    digest = hashlib.sha256(FORMAT)
+    for part in parts:
+        text = part.encode()
+        digest.update(len(text).to_bytes(8, "little") + text)
+    return digest.hexdigest()
+
+
+def folder() -> Path | None:
+    """The folder of the kernels, made if there is none; None if none may be used."""
+    named = os.environ.get("WORKBENCH_CACHE", "")
+    if named.lower() == "off":
+        return None
+    try:
+        place = Path(named).expanduser() if named else _of_the_user() / "control-workbench" / "kernels"
+        place.mkdir(mode=0o700, parents=True, exist_ok=True)
+        return place if _private(place.stat()) else None
+    except (OSError, RuntimeError):  # a RuntimeError is a home that nobody can name
+        return None
+
+
+def load(key: str) -> bytes | None:
+    """The code under a key, or None if there is none that is whole, ours and of this key."""
+    place = folder()
+    if place is None:
+        return None
+    file = place / f"{key}.kernel"
+    try:
+        with file.open("rb") as stream:
+            # the file itself is asked too, as the folder could have been exchanged since it was looked at
+            status = os.fstat(stream.fileno())
+            content = stream.read() if _private(status) and status.st_size <= LARGEST else b""
+    except OSError:
+        return None
+    code = content[HEADER.size :]
+    if content[: HEADER.size] != _header(key, code):
+        return None
+    with suppress(OSError):  # a folder that is only read
+        os.utime(file)
+    return code
+
+
+def store(key: str, code: bytes) -> None:
+    """Keep the code under a key; a reader finds all of it or nothing, whoever else writes at the same time."""
+    place = folder()
+    if place is None:
+        return
+    part = place / f"{key}.{os.urandom(8).hex()}.part"
+    with suppress(OSError):
+        try:
+            # not forced to the disk: a file that a power failure cut off does not match its header
+            with open(part, "xb", opener=_for_the_user) as stream:
+                stream.write(_header(key, code) + code)
+            os.replace(part, place / f"{key}.kernel")
+        finally:
+            part.unlink(missing_ok=True)
+        if key.startswith("0"):  # one store in sixteen: a look at thousands of files takes as long as a small kernel
+            _tidy(place)
+
+
+def _of_the_user() -> Path:
+    """Where this system keeps what a user's programs can make again."""
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches"
+    named = Path(os.environ.get("XDG_CACHE_HOME", ""))
+    return named if named.is_absolute() else Path.home() / ".cache"
+
+
+def _private(status: os.stat_result) -> bool:
+    """Whether only this user can have written what has this status; Windows keeps its own lists of that."""
+    return os.name != "posix" or (status.st_uid == os.geteuid() and not status.st_mode & 0o022)
+
+
+def _for_the_user(path: str, flags: int) -> int:
+    """Open a new file that others neither read nor write."""
+    return os.open(path, flags, 0o600)
+
+
+def _header(key: str, code: bytes) -> bytes:
+    return HEADER.pack(FORMAT, bytes.fromhex(key), len(code), hashlib.sha256(code).digest())
+
+
+def _tidy(place: Path) -> None:
+    """Remove what was left half written, and the kernels longest out of use until the rest fits."""
+    now, kernels = time.time(), []
+    with os.scandir(place) as entries:
+        for entry in entries:
+            with suppress(OSError):  # another process may have removed it
+                if KERNEL.fullmatch(entry.name):
+                    status = entry.stat()
+                    kernels.append((status.st_mtime, status.st_size, entry.path))
+                elif PART.fullmatch(entry.name) and now - entry.stat().st_mtime > ABANDONED:
+                    os.unlink(entry.path)
+    excess = sum(size for _, size, _ in kernels) - LARGEST
+    for _, size, path in sorted(kernels):
+        if excess <= 0:
+            break
+        with suppress(OSError):
+            os.unlink(path)
+            excess -= size
