@@ -9,6 +9,9 @@ import hypothesis
 import pytest
 from click.testing import CliRunner
 
+# Compiled kernels stay in the project's folder, never in the user's own cache; what runs below inherits it.
+os.environ.setdefault("WORKBENCH_CACHE", str(Path(__file__).parent.parent / ".pytest_cache" / "kernels"))
+
 # The same examples in every run: a test that fails fails again. No deadline: machines differ.
 hypothesis.settings.register_profile("house", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("house")

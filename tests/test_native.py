@@ -12,7 +12,8 @@ from equations import decay, explosion, oscillator, turning
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.metrics import measured, rmse, total_variation
 from workbench.simulate import simulate
-from workbench.simulate.graph import Depends, Graph
+from workbench.simulate.graph import Graph, Level
+from workbench.simulate.job import Job
 from workbench.simulate.lowering import lower
 from workbench.simulate.plan import Plan
 
@@ -36,6 +37,10 @@ def test_the_compiled_loop_follows_casadis_machine(law):
     scale = 1 + np.abs(casadi.x).max(axis=1, keepdims=True)
     # rounding, carried through 5,000 steps of a loop whose fastest mode is 3e4 1/s and stable
     assert (np.abs(compiled.x - casadi.x) / scale).max() < 1e-11
+
+
+def job(step, runs):
+    return Job(step, np.zeros((runs, step.parameters.size)), 1, 0, np.arange(runs))
 
 
 FUNCTIONS = {
@@ -74,14 +79,14 @@ def test_the_sine_of_a_large_angle_is_right_to_the_last_bits(size):
         step = replace(step, next=ca.vertcat(step.x[0], symbolic(step.x[0])))
         x = np.empty((4001, 2, 2))
         x[:, 0] = np.column_stack([angles, 0 * angles])
-        native.march(step, x, np.zeros((4001, 0)), 1, lambda done: None)
+        native.march(job(step, 4001), x, lambda done: None)
         np.testing.assert_allclose(x[:, 1, 1], exact(angles), rtol=9e-16, atol=3e-16)
 
 
 def test_an_angle_beyond_the_reduction_has_no_sine_rather_than_a_wrong_one():
     step = rk4(turning(0.0), 0.1)
     x = np.array([[[2e12, 0.0], [0.0, 0.0]]])
-    native.march(step, x, np.zeros((1, 0)), 1, lambda done: None)
+    native.march(job(step, 1), x, lambda done: None)
     assert np.isnan(x[0, 1, 1])
 
 
@@ -155,7 +160,7 @@ def test_an_operation_that_no_kernel_knows_is_named_and_left_to_casadi():
 
 
 def test_an_engine_of_another_name_is_refused():
-    with pytest.raises(ValueError, match="is 'native', 'casadi' or None for the best of them; got 'fast'"):
+    with pytest.raises(ValueError, match="is 'native', 'numpy', 'casadi' or None for the best of them; got 'fast'"):
         simulate(rk4(decay(), 0.1), until=1.0, engine="fast")
 
 
@@ -171,11 +176,10 @@ def test_a_value_is_made_where_it_changes_and_no_further_in():
     graph = Graph.of(rk4(ode, 1e-3))
     varied = ode.parameters.indices("controller.phi")
     plan = Plan.of(graph, varied)
-    depends = graph.depends(varied)
-    for place in plan.per_step:
-        assert not depends[place] & (Depends.STATE | Depends.VARIED)
-    for place in plan.inside:
-        assert depends[place] & Depends.STATE or depends[place] & Depends.TIME
+    moving = graph.after("p", set(varied))
+    assert all(graph.levels[place] is Level.PARAMETERS for place in plan.per_run)
+    assert all(graph.levels[place] is Level.TIME and place not in moving for place in plan.per_step)
+    assert all(graph.levels[place] is Level.STATE or place in moving for place in plan.inside)
     # the reference and the disturbance are functions of time, 1 / phi of a parameter: none is in the loop
     inside = [graph.nodes[place] for place in plan.inside]
     assert not any(node.op == "inv" and graph.nodes[node.operands[0]].op == "p" for node in inside)

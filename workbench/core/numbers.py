@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+Integers = np.ndarray[Any, np.dtype[np.signedinteger[Any]]]
 
 ROUNDING = 1e-12  # how far rounding may take a matrix from symmetry, in units of its largest entry
 

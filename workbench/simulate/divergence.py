@@ -1,55 +1,102 @@
-"""When a run diverged, as CasADi's machine finds it from the last finite kept state, whatever engine lost the run."""
+"""Where a run diverged: the first step whose state is not finite, found by marching again with more states kept."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.core import Step
-from workbench.core.layout import Array
+from workbench.core.numbers import Array, Integers
 from workbench.simulate import virtual_machine
+from workbench.simulate.job import NUMBERS_AT_ONCE, Job, March
 
-Places = np.ndarray[Any, np.dtype[np.intp]]
-
-
-def second_opinion(step: Step, x: Array, p: Array, stride: int) -> None:
-    """Let CasADi finish the runs in x (B, N, nx) that another engine lost, where it stays finite itself."""
-    lost, last = _lost(x)
-    stays = _steps_left(step, x[lost, last], p[lost], np.asarray(last * stride), stride) > stride
-    for run, begin in zip(lost[stays], last[stays], strict=True):
-        virtual_machine.march(step, x[run : run + 1, begin:], p[run : run + 1], stride, first=begin * stride)
+ROWS = 64  # of states kept in one look: ten thousand steps take three looks
 
 
-def find_divergence(step: Step, x: Array, p: Array, stride: int) -> Array:
-    """The time of the first step that is not finite in each run (B,), else NaN; its later rows in x become NaN."""
-    at = np.full(len(x), np.nan)
-    lost, last = _lost(x)
-    steps = _steps_left(step, x[lost, last], p[lost], np.asarray(last * stride), stride)
-    at[lost] = (last * stride + np.minimum(steps, stride)) * step.h
-    for run, begin in zip(lost, last, strict=True):
-        x[run, begin + 1 :] = np.nan
-    return at
+@dataclass(frozen=True, eq=False)
+class Divergence:
+    """When each run diverged, (B,) in s, and the first state that was not finite then, (B,); NaN and -1 for none."""
+
+    at: Array
+    state: Integers
 
 
-def _lost(x: Array) -> tuple[Places, Places]:
-    """The runs that are not finite throughout, and for each the last kept time before that."""
+@dataclass(frozen=True, eq=False)
+class Loss:
+    """The step of a run that turns a finite state into one that is not."""
+
+    run: int
+    step: int
+    before: Array
+    after: Array
+
+
+def find_divergence(job: Job, x: Array, march: March) -> Divergence:
+    """The divergence of the runs in x (B, 1 + kept, nx), which `march` filled; their later rows become NaN.
+
+    CasADi's machine judges the step at which another march lost a run, and finishes the run if it stays
+    finite itself.
+    """
+    found = Divergence(np.full(len(x), np.nan), np.full(len(x), -1))
+    for loss in _losses(job, x, march):
+        i = slice(loss.run, loss.run + 1)
+        if march is not virtual_machine.march and _finished(job, x[i], loss):
+            later = find_divergence(job.part(np.array([loss.run]), job.stride, job.begin), x[i], virtual_machine.march)
+            found.at[i], found.state[i] = later.at, later.state
+        else:
+            found.at[i] = (job.begin + loss.step) * job.step.h
+            found.state[i] = np.argmin(np.isfinite(loss.after))
+            x[i, -(-loss.step // job.stride) :] = np.nan
+    return found
+
+
+def _losses(job: Job, x: Array, march: March) -> Iterator[Loss]:
+    """What happened to each run in x that is not finite throughout."""
     finite = np.asarray(np.isfinite(x).all(axis=2))
     lost = np.flatnonzero(~finite.all(axis=1))
-    return lost, np.asarray(np.argmin(finite[lost], axis=1) - 1)
+    last = np.argmin(finite[lost], axis=1) - 1
+    most = max(1, NUMBERS_AT_ONCE // (ROWS * x.shape[2]))
+    for row in np.unique(last):
+        runs = lost[last == row]
+        for few in np.split(runs, range(most, len(runs), most)):
+            begin = int(row) * job.stride
+            for loss in _search(job.part(few, 1, job.begin + begin), x[few, row], job.stride, march):
+                yield replace(loss, run=int(few[loss.run]), step=begin + loss.step)
 
 
-def _steps_left(step: Step, x: Array, p: Array, k: Places, stride: int) -> Array:
-    """After how many steps from x (n, nx) at k (n,) each run is not finite; stride + 1 if it is, for a stride."""
-    steps = np.full(len(x), stride + 1)
-    done = 0
-    while done < stride and (steps > stride).any():
-        size = min(stride - done, max(1, virtual_machine.STEPS_PER_CALL // len(x)))
-        part = np.empty((len(x), size + 1, x.shape[1]))
-        part[:, 0] = x
-        virtual_machine.march(step, part, p, 1, first=np.asarray(k + done, dtype=float))
-        bad = np.asarray(~np.isfinite(part).all(axis=2))
-        new = bad.any(axis=1) & (steps > stride)
-        steps[new] = done + np.argmax(bad[new], axis=1)
-        x, done = part[:, -1], done + size
-    return steps
+def _search(job: Job, state: Array, span: int, march: March) -> Iterator[Loss]:
+    """The loss of each run of a job, which is finite in `state` (B, nx) and not `span` steps later."""
+    stride = -(-span // ROWS)
+    rows = -(-span // stride)
+    x = np.empty((len(state), rows + 1, state.shape[1]))
+    x[:, 0] = state
+    march(replace(job, stride=stride), x, lambda share: None)
+    bad = np.argmin(np.isfinite(x).all(axis=2), axis=1)
+    bad[bad == 0] = rows
+    if stride == 1:
+        yield from (Loss(i, int(row), x[i, row - 1], x[i, row]) for i, row in enumerate(bad))
+        return
+    for row in np.unique(bad):
+        few, begin = np.flatnonzero(bad == row), int(row - 1) * stride
+        for loss in _search(job.part(few, 1, job.begin + begin), x[few, row - 1], stride, march):
+            yield replace(loss, run=int(few[loss.run]), step=begin + loss.step)
+
+
+def _finished(job: Job, x: Array, loss: Loss) -> bool:
+    """Whether CasADi stays finite where a run was lost; its rows in x (1, 1 + kept, nx) are then CasADi's."""
+    begin, run = loss.step - 1, np.array([loss.run])
+    row = begin // job.stride + 1
+
+    def advanced(state: Array, first: int, steps: int) -> Array:
+        two = np.stack([state, state])[np.newaxis]
+        virtual_machine.march(job.part(run, steps, job.begin + first), two, lambda share: None)
+        return np.asarray(two[0, 1])
+
+    if not np.isfinite(advanced(loss.before, begin, 1)).all():
+        return False
+    x[0, row] = advanced(loss.before, begin, row * job.stride - begin)
+    if row + 1 < x.shape[1]:
+        rest = job.part(run, job.stride, job.begin + row * job.stride)
+        virtual_machine.march(rest, x[:, row:], lambda share: None)
+    return True

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 
 class Writer(Protocol):
@@ -38,9 +38,19 @@ def binary(w: Writer, op: str, a: str, b: str) -> str:
     return w.line(f"{op} {w.type} {a}, {b}")
 
 
+def negative(w: Writer, a: str) -> str:
+    """Minus a."""
+    return w.line(f"fneg {w.type} {a}")
+
+
 def unary(w: Writer, intrinsic: str, a: str) -> str:
     """An intrinsic of one operand: fabs, sqrt, floor, trunc."""
     return w.line(f"call {w.type} @llvm.{intrinsic}.{mangled(w)}({w.type} {a})")
+
+
+def copysign(w: Writer, a: str, b: str) -> str:
+    """The size of a with the sign of b."""
+    return w.line(f"call {w.type} @llvm.copysign.{mangled(w)}({w.type} {a}, {w.type} {b})")
 
 
 def compare(w: Writer, predicate: str, a: str, b: str) -> str:
@@ -66,13 +76,11 @@ def polynomial(w: Writer, x: str, coefficients: Sequence[float]) -> str:
     return result
 
 
-# pi / 2 in three parts, the first two with 33 bits each, so that k times them is exact for |k| < 2^20.
-HALF_PI = (1.57079632673412561417e00, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
+# pi / 2 and what its double lacks: fma makes exact use of all bits, so k times the first part leaves no error.
+HALF_PI = (1.5707963267948966, 6.123233995736766e-17)
 TWO_OVER_PI = 6.36619772367581382433e-01
 ROUND = 6755399441055744.0  # 1.5 * 2^52: adding it leaves the nearest whole number in the last bits
-LARGE_ANGLE = 1e6  # rad: from here on pi / 2 is taken in three full doubles, of which only fma makes an exact use
-FULL_HALF_PI = (1.5707963267948966, 6.123233995736766e-17, -1.4973849048591833e-33)
-LARGEST_ANGLE = 1e12  # rad: beyond it even that reduction loses digits, and the answer is NaN
+LARGEST_ANGLE = 1e12  # rad: beyond it what these two parts lack of pi / 2 begins to count, and the answer is NaN
 SINE = (
     1.58969099521155010221e-10,
     -2.50507602534068634195e-08,
@@ -91,33 +99,41 @@ COSINE = (
 )
 
 
-def reduce_angle(w: Writer, x: str) -> tuple[str, str, str]:
-    """The quadrant (an integer), and sine and cosine of what is left of x within pi / 4 of it."""
+class Angle(NamedTuple):
+    """A reduced angle: its quadrant as an integer, whether that is odd, and sine and cosine of what is left."""
+
+    quadrant: str
+    odd: str
+    sine: str
+    cosine: str
+
+
+def reduce_angle(w: Writer, x: str) -> Angle:
+    """The quadrant of x, and sine and cosine of its rest within pi / 4 of a multiple of pi / 2."""
     shifted = fma(w, x, w.vector(TWO_OVER_PI), w.vector(ROUND))
     quadrant = w.line(f"bitcast {w.type} {shifted} to {w.integers}")
     turns = binary(w, "fsub", shifted, w.vector(ROUND))
-    minus = w.line(f"fneg {w.type} {turns}")
-    r, size = x, unary(w, "fabs", x)
-    small = compare(w, "ole", size, w.vector(LARGE_ANGLE))
-    for part, full in zip(HALF_PI, FULL_HALF_PI, strict=True):
-        r = fma(w, minus, select(w, small, w.vector(part), w.vector(full)), r)
-    r = select(w, compare(w, "ole", size, w.vector(LARGEST_ANGLE)), r, w.vector(float("nan")))
+    minus, r = negative(w, turns), x
+    for part in HALF_PI:
+        r = fma(w, minus, w.vector(part), r)
+    r = select(w, compare(w, "ole", unary(w, "fabs", x), w.vector(LARGEST_ANGLE)), r, w.vector(float("nan")))
     square = binary(w, "fmul", r, r)
     sine = fma(w, binary(w, "fmul", square, r), polynomial(w, square, SINE), r)
-    fourth = binary(w, "fmul", square, square)
     head = fma(w, square, w.vector(-0.5), w.vector(1.0))
-    return quadrant, sine, fma(w, fourth, polynomial(w, square, COSINE), head)
+    fourth = binary(w, "fmul", square, square)
+    cosine = fma(w, fourth, polynomial(w, square, COSINE), head)
+    odd = w.line(f"icmp ne {w.integers} {w.line(f'and {w.integers} {quadrant}, {w.whole(1)}')}, {w.whole(0)}")
+    return Angle(quadrant, odd, sine, cosine)
 
 
-def sine_or_cosine(w: Writer, reduced: tuple[str, str, str], quarter: int) -> str:
+def sine_or_cosine(w: Writer, angle: Angle, quarter: int) -> str:
     """The sine (quarter 0) or cosine (quarter 1) from a reduced angle: cos x is sin (x + pi / 2)."""
-    quadrant, sine, cosine = reduced
-    turned = w.line(f"add {w.integers} {quadrant}, {w.whole(quarter)}")
-    odd = w.line(f"icmp ne {w.integers} {w.line(f'and {w.integers} {turned}, {w.whole(1)}')}, {w.whole(0)}")
-    size = select(w, odd, cosine, sine)
-    bit = w.line(f"shl {w.integers} {w.line(f'and {w.integers} {turned}, {w.whole(2)}')}, {w.whole(62)}")
-    bits = w.line(f"bitcast {w.type} {size} to {w.integers}")
-    return w.line(f"bitcast {w.integers} {w.line(f'xor {w.integers} {bits}, {bit}')} to {w.type}")
+    sizes = (angle.cosine, angle.sine) if quarter == 0 else (angle.sine, angle.cosine)
+    bits = w.line(f"bitcast {w.type} {select(w, angle.odd, *sizes)} to {w.integers}")
+    turned = w.line(f"add {w.integers} {angle.quadrant}, {w.whole(1)}") if quarter else angle.quadrant
+    half = w.line(f"shl {w.integers} {turned}, {w.whole(62)}")
+    sign = w.line(f"and {w.integers} {half}, {w.whole(-(2**63))}")
+    return w.line(f"bitcast {w.integers} {w.line(f'xor {w.integers} {bits}, {sign}')} to {w.type}")
 
 
 EXP_P = (1.26177193074810590878e-4, 3.02994407707441961300e-2, 9.99999999999999999910e-1)
@@ -133,7 +149,7 @@ def exponential(w: Writer, x: str) -> str:
     bounded = select(w, compare(w, "ogt", bounded, high), high, bounded)
     shifted = fma(w, bounded, w.vector(LOG2_E), w.vector(ROUND))
     n = binary(w, "fsub", shifted, w.vector(ROUND))
-    minus = w.line(f"fneg {w.type} {n}")
+    minus = negative(w, n)
     r = fma(w, minus, w.vector(LN_2[1]), fma(w, minus, w.vector(LN_2[0]), bounded))
     square = binary(w, "fmul", r, r)
     numerator = binary(w, "fmul", r, polynomial(w, square, EXP_P))
@@ -160,8 +176,52 @@ def hyperbolic_tangent(w: Writer, x: str) -> str:
     grown = exponential(w, binary(w, "fadd", size, size))
     far = binary(w, "fdiv", w.vector(2.0), binary(w, "fadd", grown, w.vector(1.0)))
     far = binary(w, "fsub", w.vector(1.0), far)
-    signed = w.line(f"call {w.type} @llvm.copysign.{mangled(w)}({w.type} {far}, {w.type} {x})")
+    signed = copysign(w, far, x)
     return select(w, compare(w, "olt", size, w.vector(0.625)), near, signed)
+
+
+ATAN_P = (
+    -8.750608600031904122785e-1,
+    -1.615753718733365076637e1,
+    -7.500855792314704667340e1,
+    -1.228866684490136173410e2,
+    -6.485021904942025371773e1,
+)
+ATAN_Q = (
+    1.0,
+    2.485846490142306297962e1,
+    1.650270098316988542046e2,
+    4.328810604912902668951e2,
+    4.853903996359136964868e2,
+    1.945506571482613964425e2,
+)
+PI = (3.141592653589793, 1.2246467991473532e-16)  # and what its double lacks
+
+
+def arc_tangent(w: Writer, y: str, x: str) -> str:
+    """atan2(y, x): the smaller side over the larger one, folded at 0.66 once more; then octant by octant."""
+    height, width, zero, one = unary(w, "fabs", y), unary(w, "fabs", x), w.vector(0.0), w.vector(1.0)
+    steep = compare(w, "ogt", height, width)
+    large, small = select(w, steep, height, width), select(w, steep, width, height)
+    a = binary(w, "fdiv", small, large)
+    a = select(w, compare(w, "oeq", large, zero), zero, a)
+    a = select(w, compare(w, "oeq", small, w.vector(float("inf"))), one, a)
+    high = compare(w, "ogt", a, w.vector(0.66))
+    r = select(w, high, binary(w, "fdiv", binary(w, "fsub", a, one), binary(w, "fadd", a, one)), a)
+    square = binary(w, "fmul", r, r)
+    ratio = binary(w, "fdiv", polynomial(w, square, ATAN_P), polynomial(w, square, ATAN_Q))
+    angle = fma(w, binary(w, "fmul", r, square), ratio, r)
+
+    def beyond(share: float, of: str) -> str:
+        rest = binary(w, "fadd", of, w.vector(PI[1] * share))
+        return binary(w, "fadd", w.vector(PI[0] * share), rest)
+
+    angle = select(w, high, beyond(0.25, angle), angle)
+    angle = select(w, steep, beyond(0.5, negative(w, angle)), angle)
+    back = compare(w, "olt", copysign(w, one, x), zero)  # minus zero is behind too
+    angle = select(w, back, beyond(1.0, negative(w, angle)), angle)
+    lost = compare(w, "uno", x, y)
+    return select(w, lost, w.vector(float("nan")), copysign(w, angle, y))
 
 
 LOG_P = (

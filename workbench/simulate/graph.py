@@ -1,31 +1,29 @@
 """Graph: a `Step` as one hash-consed block of operations, each known by what it depends on.
 
 A division becomes a product with a reciprocal, which is shared and moves out of the loop wherever its
-operand does. What no result needs is not there.
+operand does. A product that is used once, in a sum, becomes one operation with it. What no result
+needs is not there.
 """
 
 from __future__ import annotations
 
 import enum
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, reduce
-from operator import or_
+from functools import cached_property
 
 import casadi as ca
 
 from workbench.core import Step
 
 
-class Depends(enum.IntFlag):
-    """What a value changes with, besides nothing at all."""
+class Level(enum.IntEnum):
+    """What a value changes with at most: constants and parameters only, time too, or the state of a run."""
 
-    NOTHING = 0
-    UNIFORM = 1  # parameters that are equal in all runs
-    VARIED = 2  # parameters that differ from run to run
-    TIME = 4
-    STATE = 8
+    PARAMETERS = 0
+    TIME = 1
+    STATE = 2
 
 
 @dataclass(frozen=True)
@@ -65,9 +63,11 @@ OPERATIONS: Mapping[int, str] = {
     ca.OP_AND: "and",
     ca.OP_OR: "or",
     ca.OP_NOT: "not",
-    ca.OP_IF_ELSE_ZERO: "if_else_zero",
 }
 COMMUTATIVE = {"add", "mul", "eq", "ne", "and", "or"}
+UNKNOWN = "unknown "
+SOURCES = ("k", "x", "p", "w")
+LEVELS = {"k": Level.TIME, "x": Level.STATE, "w": Level.STATE}
 FOLDED: Mapping[str, Callable[..., float]] = {
     "add": lambda a, b: a + b,
     "sub": lambda a, b: a - b,
@@ -77,12 +77,11 @@ FOLDED: Mapping[str, Callable[..., float]] = {
     "sqrt": math.sqrt,
 }
 NAMES = {getattr(ca, name): name.removeprefix("OP_") for name in dir(ca) if name.startswith("OP_")}
-SOURCES = ("k", "x", "p", "w")
 
 
 @dataclass(frozen=True, eq=False)
 class Graph:
-    """The nodes of x+ = F(k, x, p) in the order of evaluation, and which of them are the entries of x+."""
+    """The nodes of x+ = F(k, x, p, w) in the order of evaluation, and which of them are the entries of x+."""
 
     nodes: tuple[Node, ...]
     results: tuple[int, ...]
@@ -96,19 +95,14 @@ class Graph:
         ValueError
             If the step has an operation that no kernel knows; the message names it and the state it is for.
         """
-        return _Builder(step).graph()
+        return _fused(_Builder(step).graph())
 
-    def depends(self, varied: Iterable[int]) -> tuple[Depends, ...]:
-        """What each node changes with, where the parameters `varied` differ from run to run."""
-        varied = set(varied)
-        found: list[Depends] = []
+    @cached_property
+    def levels(self) -> tuple[Level, ...]:
+        """What each node changes with at most."""
+        found: list[Level] = []
         for node in self.nodes:
-            if node.op == "p":
-                found.append(Depends.VARIED if node.index in varied else Depends.UNIFORM)
-            elif node.op in SOURCES:
-                found.append(Depends.TIME if node.op == "k" else Depends.STATE)
-            else:
-                found.append(reduce(or_, (found[i] for i in node.operands), Depends.NOTHING))
+            found.append(max((found[i] for i in node.operands), default=LEVELS.get(node.op, Level.PARAMETERS)))
         return tuple(found)
 
     @cached_property
@@ -119,6 +113,59 @@ class Graph:
             for operand in set(node.operands):
                 users[operand].append(place)
         return tuple(map(tuple, users))
+
+    def after(self, op: str, indices: Collection[int]) -> frozenset[int]:
+        """The nodes that depend on the sources `op` of the given indices."""
+        found: set[int] = set()
+        for place, node in enumerate(self.nodes):
+            if (node.op == op and node.index in indices) or not found.isdisjoint(node.operands):
+                found.add(place)
+        return frozenset(found)
+
+    def before(self, places: Iterable[int]) -> list[int]:
+        """The given nodes and all that they need, in the order of evaluation."""
+        needed: set[int] = set()
+        stack = list(places)
+        while stack:
+            place = stack.pop()
+            if place not in needed:
+                needed.add(place)
+                stack.extend(self.nodes[place].operands)
+        return sorted(needed)
+
+    def part(self, places: Sequence[int], nodes: Mapping[int, Node]) -> Graph:
+        """The graph of some of its places in order, with other nodes at some of them."""
+        new = {old: place for place, old in enumerate(places)}
+        held = (nodes.get(place, self.nodes[place]) for place in places)
+        renamed = tuple(Node(n.op, tuple(new[i] for i in n.operands), n.value, n.index) for n in held)
+        return Graph(renamed, tuple(new[i] for i in self.results))
+
+
+def _fused(graph: Graph) -> Graph:
+    """The same graph, with a product that is used once, in a sum of its own level, rounded together with it.
+
+    Levels do not change with the parameters that vary, so neither does what is fused, nor a last bit.
+    """
+    gone: set[int] = set()
+    changed: dict[int, Node] = {}
+
+    def product(place: int, of: int) -> tuple[int, ...]:
+        node = graph.nodes[place]
+        alone = len(graph.users[place]) == 1 and place not in results and graph.levels[place] == graph.levels[of]
+        return node.operands if node.op == "mul" and alone else ()
+
+    results = set(graph.results)
+    for place, node in enumerate(graph.nodes):
+        if node.op not in ("add", "sub") or node.operands[0] == node.operands[1]:
+            continue
+        a, b = node.operands
+        if pair := product(b, place):
+            gone.add(b)
+            changed[place] = Node("fma" if node.op == "add" else "fnma", (*pair, a))
+        elif pair := product(a, place):
+            gone.add(a)
+            changed[place] = Node("fma" if node.op == "add" else "fms", (*pair, b))
+    return graph.part([place for place in range(len(graph.nodes)) if place not in gone], changed)
 
 
 class _Builder:
@@ -131,20 +178,11 @@ class _Builder:
 
     def graph(self) -> Graph:
         """All nodes that a result needs, in order."""
-        results = self._read(self.step.F)
-        needed: set[int] = set()
-        stack = list(results)
-        while stack:
-            place = stack.pop()
-            if place not in needed:
-                needed.add(place)
-                stack.extend(self.nodes[place].operands)
-        order = sorted(needed)
-        new = {old: place for place, old in enumerate(order)}
-        nodes = tuple(
-            Node(n.op, tuple(new[i] for i in n.operands), n.value, n.index) for n in (self.nodes[i] for i in order)
-        )
-        return Graph(nodes, tuple(new[i] for i in results))
+        results = tuple(self._read(self.step.F))
+        whole = Graph(tuple(self.nodes), results)
+        graph = whole.part(whole.before(results), {})
+        self._check(graph)
+        return graph
 
     def _read(self, function: ca.Function) -> list[int]:
         registers: dict[int, int] = {}
@@ -179,16 +217,42 @@ class _Builder:
                 return self._node("mul", (operands[0], self._node("inv", (operands[1],))))
             case ca.OP_CONSTPOW | ca.OP_POW:
                 return self._power(*operands)
+            case ca.OP_IF_ELSE_ZERO:
+                return self._node("if_else", (*operands, self.constant(0.0)))
+            case ca.OP_ADD:
+                return self._sum(*operands)
             case ca.OP_TAN:
                 cosine = self._node("inv", (self._node("cos", operands),))
                 return self._node("mul", (self._node("sin", operands), cosine))
-        if code not in OPERATIONS:
-            known = ", ".join(sorted(OPERATIONS.values()))
-            raise ValueError(
-                f"The step of '{self.step.flow.name}' has the operation {NAMES.get(code, code)}, which the batch "
-                f"engine does not know. It knows {known}, and what is made of them."
-            )
-        return self._node(OPERATIONS[code], operands)
+        return self._node(OPERATIONS.get(code, f"{UNKNOWN}{NAMES.get(code, code)}"), operands)
+
+    def _check(self, graph: Graph) -> None:
+        """Refuse an operation that no kernel knows, with the first state that needs it."""
+        for place, node in enumerate(graph.nodes):
+            if node.op.startswith(UNKNOWN):
+                needs = [
+                    label
+                    for label, i in zip(self.step.states.labels, graph.results, strict=True)
+                    if place in graph.before([i])
+                ]
+                known = ", ".join(sorted(OPERATIONS.values()))
+                raise ValueError(
+                    f"The step of '{self.step.flow.name}' has the operation {node.op.removeprefix(UNKNOWN)}, which "
+                    f"the batch engine does not know; '{needs[0]}' needs it. It knows {known}, and what is made of "
+                    "them."
+                )
+
+    def _sum(self, a: int, b: int) -> int:
+        """A sum; of (c ? u : 0) and (not c ? v : 0), as CasADi writes it, (c ? u : v)."""
+        first, second = self.nodes[a], self.nodes[b]
+        if first.op == second.op == "if_else":
+            zero = self.constant(0.0)
+            (c, u, rest), (d, v, more) = first.operands, second.operands
+            if rest == more == zero and self.nodes[d] == Node("not", (c,)):
+                return self._node("if_else", (c, u, v))
+            if rest == more == zero and self.nodes[c] == Node("not", (d,)):
+                return self._node("if_else", (d, v, u))
+        return self._node("add", (a, b))
 
     def _power(self, base: int, exponent: int) -> int:
         """A whole power as products, any other as exp(b log a)."""

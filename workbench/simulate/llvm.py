@@ -8,7 +8,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 from typing import Any
 
 import llvmlite
@@ -62,11 +62,6 @@ class Native:
         made = ctypes.CFUNCTYPE(None, *arguments)(address)
         vars(made)["engine"] = self.engine  # else the code would go when the module goes
         return made
-
-    @cached_property
-    def march(self) -> Callable[..., None]:
-        """The function `workbench_march` with its two counts and five pointers."""
-        return self.function("workbench_march", *[ctypes.c_int64] * 2, *[ctypes.c_void_p] * 5)
 
 
 _modules: OrderedDict[str, Native] = OrderedDict()

@@ -1,8 +1,8 @@
-"""The compiled march: blocks of runs through one native function, several blocks at once."""
+"""The compiled march: blocks of runs through one native function, several lots of blocks at once."""
 
 from __future__ import annotations
 
-import os
+import ctypes
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -11,97 +11,104 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core import Step
 from workbench.core.layout import Array
 from workbench.simulate import llvm
-from workbench.simulate.graph import Graph
+from workbench.simulate.job import Job, Piece, Progress, lots, pieces, threads
 from workbench.simulate.lowering import lower
 from workbench.simulate.plan import Plan
 
-STEPS_PER_CALL = 20_000  # between two looks at progress; the tables of time are that long
 ALIGNMENT = 64  # bytes: what the widest vector loads ask for
 
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
-    """A compiled step: which of its values are made outside, and the function that does the rest."""
+    """A compiled step: which of its values are made outside the loop, and the functions that do the work."""
 
     plan: Plan
     width: int
-    function: llvm.Native
+    march: Callable[..., None]
+    table: Callable[..., None] | None
+    constants: Array
 
 
 @lru_cache(maxsize=128)
-def kernel(step: Step, varied: tuple[int, ...]) -> Kernel:
-    """The kernel of a step where the parameters `varied` differ from run to run."""
-    plan, width = Plan.of(graph(step), varied), llvm.lanes()
-    return Kernel(plan, width, llvm.compiled(lower(plan, width)))
+def kernel(plan: Plan, width: int) -> Kernel:
+    """The kernel of a plan, `width` runs side by side."""
+    module = llvm.compiled(lower(plan, width))
+    number, pointer = ctypes.c_int64, ctypes.c_void_p
+    return Kernel(
+        plan,
+        width,
+        module.function("workbench_march", *[number] * 5, *[pointer] * 7),
+        module.function("workbench_table", *[number] * 2, *[pointer] * 3) if plan.table else None,
+        _aligned(np.array(plan.constants)),
+    )
 
 
-@lru_cache(maxsize=128)
-def graph(step: Step) -> Graph:
-    """The graph of a step, made once."""
-    return Graph.of(step)
+def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
+    """Fill x (B, 1 + kept, nx) behind x[:, 0] with the states every `stride` steps.
 
-
-def march(step: Step, x: Array, p: Array, stride: int, tell: Callable[[float], None], begin: int = 0) -> None:
-    """Fill x (B, 1 + kept, nx) behind x[:, 0], the states at step `begin`, with those every `stride` steps.
-
-    The parameters p are (B, np).
+    Vectors of `width` runs are as wide as the processor's unless it is given.
     """
-    varied = tuple(int(i) for i in np.flatnonzero((p != p[:1]).any(axis=0)))
-    made, kept = kernel(step, varied), x.shape[1] - 1
-    starts = range(0, len(x), made.width)
-    blocks = [_Block(made, x[i : i + made.width, 0], p[i : i + made.width]) for i in starts]
-    chunk = max(1, min(kept, STEPS_PER_CALL // stride))
-    with ThreadPoolExecutor(min(len(blocks), os.cpu_count() or 1)) as pool:
-        for first in range(0, kept, chunk):
-            size = min(chunk, kept - first)
-            outs = [x[i : i + made.width, 1 + first : 1 + first + size] for i in starts]
-            # a stride longer than a table takes several calls, of which the last one's state stays
-            for k in range(0, size * stride, STEPS_PER_CALL):
-                steps = min(STEPS_PER_CALL, size * stride - k)
-                table = _table(made.plan, p, begin + first * stride + k, steps)
-                by = min(stride, steps)
-                list(pool.map(lambda b, o, t=table, by=by: b.march(t, by, o), blocks, outs))
-            tell((first + size) / kept)
-            if not np.isfinite(x[:, first + size]).all(axis=1).any():  # nothing is left to simulate
-                x[:, 1 + first + size :] = np.nan
+    made = kernel(Plan.of_step(job.step, job.varied), width or llvm.lanes())
+    todo = pieces(job, x.shape[1] - 1)
+    pool = ThreadPoolExecutor(threads())
+    try:
+        for done, piece in enumerate(todo):
+            table, parts = _table(made, job.p[0], piece), lots(job, piece, made.width)
+            advanced = pool.map(lambda lot, of=piece, t=table: _advance(made, job, lot, x[lot], of, t), parts)
+            for n, _ in enumerate(advanced):
+                tell((done + (n + 1) / len(parts)) / len(todo))
+            last = piece.first + piece.rows
+            if not np.isfinite(x[:, last - 1]).all(axis=1).any():  # nothing is left to simulate
+                x[:, last:] = np.nan
                 tell(1.0)
                 break
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
-def _table(plan: Plan, p: Array, first: int, steps: int) -> Array:
-    """What depends on time only, (steps, nt), for the steps from `first` on."""
-    _, _, per_step = plan.evaluated(p[:1], np.arange(first, first + steps, dtype=float))
-    columns = [np.broadcast_to(per_step[place], (steps,)) for place in plan.table]
-    return np.ascontiguousarray(np.stack(columns, axis=1)) if columns else np.zeros((steps, 1))
+def _table(made: Kernel, p: Array, piece: Piece) -> Array:
+    """What depends on time alone, (groups, nt, width), for the steps of a piece."""
+    groups = -(-piece.rows * piece.steps // made.width)
+    table = _room(groups, len(made.plan.table), made.width)
+    if made.table is not None:
+        chosen = _aligned(p[list(made.plan.parameters)])
+        made.table(groups, piece.begin, *_pointers(made.constants, chosen, table))
+    return table
 
 
-class _Block:
-    """The memory of up to `width` runs side by side; a block that is not full repeats its last run."""
+def _advance(made: Kernel, job: Job, lot: slice, x: Array, piece: Piece, table: Array) -> None:
+    """Fill the rows of a piece in x (runs, rows, nx); a block that is not full repeats its last run."""
+    runs, _, nx = x.shape
+    blocks = -(-runs // made.width)
+    fill = np.minimum(np.arange(blocks * made.width), runs - 1)
 
-    def __init__(self, made: Kernel, x: Array, p: Array) -> None:
-        self.made, self.runs = made, len(x)
-        fill = [*range(len(x)), *([len(x) - 1] * (made.width - len(x)))]
-        once, per_run, _ = made.plan.evaluated(p[fill], np.zeros(1))
-        self.x = _aligned(x[fill].T)
-        self.lanes = _aligned(np.stack([per_run[i] for i in made.plan.lanes]) if made.plan.lanes else np.zeros(1))
-        self.uniform = _aligned(np.array([float(once[i]) for i in made.plan.uniform] or [0.0]))
+    def lanes(rows: Array) -> Array:
+        return _aligned(rows[fill].reshape(blocks, made.width, -1).transpose(0, 2, 1))
 
-    def march(self, table: Array, stride: int, kept: Array) -> None:
-        """Fill the states (runs, times, nx) of the next times; the block is then at the last of them."""
-        out = _aligned(np.empty((kept.shape[1], *self.x.shape)))
-        pointers = (array.ctypes.data for array in (self.x, self.lanes, self.uniform, table, out))
-        self.made.function.march(kept.shape[1], stride, *pointers)
-        kept[...] = out.transpose(2, 0, 1)[: self.runs]
+    p, state = lanes(job.p[lot][:, list(made.plan.parameters)]), lanes(x[:, piece.start])
+    keys = _aligned(job.runs[lot][fill])
+    out, scratch = _room(blocks, piece.rows, nx, made.width), _room(len(made.plan.lanes), made.width)
+    counts = (blocks, piece.rows, piece.steps, piece.begin, job.seed - (job.seed >> 63 << 64))
+    made.march(*counts, *_pointers(keys, made.constants, p, scratch, table, state, out))
+    x[:, piece.filled] = out.transpose(0, 3, 1, 2).reshape(-1, piece.rows, nx)[:runs]
+
+
+def _room(*shape: int, kind: type[Any] = float) -> Array:
+    """Memory of a shape, of numbers of 8 bytes, that begins at a multiple of the alignment."""
+    size = int(np.prod(shape))
+    room = np.empty(size + ALIGNMENT // 8, dtype=kind)
+    start = (-room.ctypes.data % ALIGNMENT) // 8
+    return room[start : start + size].reshape(shape)
 
 
 def _aligned(array: Any) -> Array:
-    """The same numbers in memory that begins at a multiple of the alignment."""
-    array = np.asarray(array, dtype=float)
-    room = np.empty(array.size + ALIGNMENT // 8)
-    start = (-room.ctypes.data % ALIGNMENT) // 8
-    result = room[start : start + array.size].reshape(array.shape)
-    result[...] = array
-    return result
+    """The same numbers in such memory."""
+    room = _room(*array.shape, kind=array.dtype.type)
+    room[...] = array
+    return room
+
+
+def _pointers(*arrays: Array) -> list[int]:
+    return [array.ctypes.data for array in arrays]

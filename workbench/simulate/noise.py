@@ -23,7 +23,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from workbench.core.layout import Array
+from workbench.core.numbers import Array, Integers
 from workbench.simulate.functions import COSINE, SINE
 
 Value = Any  # 64 bits, or a double, in every element of an array or every lane of a vector
@@ -65,7 +65,7 @@ class Arithmetic(Protocol):
     def select(self, bits: Value, a: Value, b: Value) -> Value: ...  # noqa: D102
 
 
-def normals(seed: int, runs: Array, steps: Array, entries: int) -> Array:
+def normals(seed: int, runs: Integers, steps: Integers, entries: int) -> Array:
     """Standard normal numbers (B, N, entries), each a function of its seed, run, step and entry only.
 
     Parameters
@@ -88,14 +88,14 @@ def normals(seed: int, runs: Array, steps: Array, entries: int) -> Array:
     """
     seed = _whole("seed", seed, 2**SEED_BITS - 1, "it is the generator's key of 64 bits")
     entries = _whole("entries", entries, 2**33, "two of them share one of 2^32 counters")
-    runs = _indices("runs", runs, RUN_BITS)
-    steps = _indices("steps", steps, STEP_BITS)
+    run_words = _indices("runs", runs, RUN_BITS)
+    step_words = _indices("steps", steps, STEP_BITS)
     pairs = np.arange((entries + 1) // 2, dtype=np.uint64)
     out = np.empty((len(runs) * len(steps), len(pairs), 2))
     size = max(1, BLOCK // max(1, len(pairs)))
     for first in range(0, len(out), size):
         run, step = np.divmod(np.arange(first, min(first + size, len(out))), len(steps))
-        made = pair(_Arrays(), seed, runs[run, np.newaxis], steps[step, np.newaxis], pairs)
+        made = pair(_Arrays(), seed, run_words[run, np.newaxis], step_words[step, np.newaxis], pairs)
         out[first : first + size, :, 0], out[first : first + size, :, 1] = made
     return out.reshape(len(runs), len(steps), 2 * len(pairs))[:, :, :entries]
 

@@ -10,6 +10,8 @@ import numpy as np
 
 from workbench.core import Step
 from workbench.core.layout import Array
+from workbench.simulate.divergence import Divergence
+from workbench.simulate.job import Job
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,17 +27,37 @@ class Trajectories:
         (N,), in s.
     x
         (B, N, nx); from the time a run has diverged its rows are NaN.
-    p
-        (B, np).
-    diverged_at
-        (B,), the time of the first step whose state is not finite; NaN for a run that stayed finite.
+    job
+        What was run: the step, the parameters, and the keys of the noise.
+    divergence
+        When each run diverged, and in which state.
     """
 
-    step: Step
+    job: Job
     t: Array
     x: Array
-    p: Array
-    diverged_at: Array
+    divergence: Divergence
+
+    @property
+    def step(self) -> Step:
+        """The step that was run."""
+        return self.job.step
+
+    @property
+    def p(self) -> Array:
+        """The parameters of each run, (B, np)."""
+        return self.job.p
+
+    @property
+    def diverged_at(self) -> Array:
+        """(B,), the time of the first step whose state is not finite; NaN for a run that stayed finite."""
+        return self.divergence.at
+
+    @property
+    def diverged_in(self) -> tuple[str | None, ...]:
+        """For each run the first of its states that was not finite at that time; None for a run that stayed finite."""
+        labels = self.step.states.labels
+        return tuple(labels[i] if i >= 0 else None for i in self.divergence.state)
 
     @property
     def diverged(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:

@@ -1,0 +1,106 @@
+"""Job: what a march is asked for, and the pieces that it is cut into."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.core import Step
+from workbench.core.numbers import Array, Integers
+from workbench.simulate.noise import normals
+
+# Told the share that is done, now and then.
+Progress = Callable[[float], None]
+# Fills x (B, 1 + kept, nx) behind x[:, 0] with the states every `stride` steps.
+March = Callable[["Job", Array, Progress], None]
+
+STEPS_AT_ONCE = 20_000  # the length of a table of time
+BLOCK_STEPS_AT_ONCE = 1_000_000  # of all blocks of a lot, between two looks at progress: less than a second
+NUMBERS_AT_ONCE = 1_000_000  # of kept states in a lot, which are turned run by run when it is done
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """Runs of one step, from its step number `begin` on, with their states kept every `stride` steps.
+
+    Attributes
+    ----------
+    p
+        (B, np).
+    seed, runs
+        The keys of their noise: a whole number, and one for each run, (B,).
+    """
+
+    step: Step
+    p: Array
+    stride: int
+    seed: int
+    runs: Integers
+    begin: int = 0
+
+    @property
+    def varied(self) -> tuple[int, ...]:
+        """The parameters that are not the same in all runs."""
+        return tuple(int(i) for i in np.flatnonzero((self.p != self.p[:1]).any(axis=0)))
+
+    def part(self, chosen: Integers, stride: int, begin: int) -> Job:
+        """Some of the runs, from another step on."""
+        return replace(self, p=self.p[chosen], runs=self.runs[chosen], stride=stride, begin=begin)
+
+    def noise(self, first: int, steps: int) -> Array:
+        """The normal numbers of `steps` steps from `first` on, (B, steps, nw)."""
+        entries = self.step.w.numel()
+        if entries == 0:
+            return np.empty((len(self.p), steps, 0))
+        return normals(self.seed, self.runs, np.arange(first, first + steps), entries)
+
+
+@dataclass(frozen=True)
+class Piece:
+    """What one table of time serves: from the states in row `start` of x to `rows` rows of `steps` steps each."""
+
+    start: int
+    first: int
+    rows: int
+    steps: int
+    begin: int
+
+    @property
+    def filled(self) -> slice:
+        """The rows of x that it fills."""
+        return slice(self.first, self.first + self.rows)
+
+
+def pieces(job: Job, kept: int) -> list[Piece]:
+    """The job in pieces; a stride longer than a table is made of several, which leave their states in its row."""
+    stride, begin = job.stride, job.begin
+    if stride > STEPS_AT_ONCE:
+        parts = [(row, k) for row in range(kept) for k in range(0, stride, STEPS_AT_ONCE)]
+        return [
+            Piece(row + (k > 0), row + 1, 1, min(STEPS_AT_ONCE, stride - k), begin + row * stride + k)
+            for row, k in parts
+        ]
+    most = STEPS_AT_ONCE // stride
+    firsts = range(0, kept, most)
+    return [Piece(row, row + 1, min(most, kept - row), stride, begin + row * stride) for row in firsts]
+
+
+def lots(job: Job, piece: Piece, width: int) -> list[slice]:
+    """The runs in lots of whole blocks: enough for all threads, short enough to be stopped, small enough to be kept."""
+    blocks = -(-len(job.p) // width)
+    most = min(
+        -(-blocks // threads()),
+        BLOCK_STEPS_AT_ONCE // (piece.rows * piece.steps),
+        NUMBERS_AT_ONCE // (piece.rows * width * job.step.states.size),
+    )
+    size = width * max(1, most)
+    return [slice(first, first + size) for first in range(0, len(job.p), size)]
+
+
+def threads() -> int:
+    """How many threads march: one for each processor this process may use."""
+    affinity = getattr(os, "sched_getaffinity", None)
+    return len(affinity(0)) if affinity else os.cpu_count() or 1
