@@ -66,7 +66,7 @@ def simulate(
     p_rows, x_rows = _rows(step, p, x0)
     stride, kept = _plan(step, p_rows, until, every)
     job = Job(step, p_rows, stride, *_keys(seed, runs, len(p_rows)))
-    march = _engine(job, engine)
+    march = march_of(job, engine)
     x = np.empty((len(x_rows), kept + 1, step.states.size))
     x[:, 0] = x_rows
     march(job, x, progress or (lambda share: None))
@@ -173,7 +173,7 @@ def _count(name: str, span: Any, h: float) -> int:
     return count
 
 
-def _engine(job: Job, engine: str | None) -> March:
+def march_of(job: Job, engine: str | None = None) -> March:
     """The compiled march where it can be had, another elsewhere; by name, that one or a refusal."""
     if engine not in (None, "native", "numpy", "casadi"):
         raise ValueError(
