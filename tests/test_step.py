@@ -43,7 +43,7 @@ def test_one_step_of_a_linear_mode_is_multiplied_by_the_stated_polynomial():
 
 def test_the_outputs_of_a_step_are_taken_at_its_beginning():
     step = rk4(forced(), 0.1)
-    assert float(step.y(3, 0.5, 1.0)) == pytest.approx(3 * 0.1 * 0.5, rel=1e-15)
+    assert float(step.y(3, 0.5, 1.0, [])) == pytest.approx(3 * 0.1 * 0.5, rel=1e-15)
 
 
 def test_the_step_keeps_the_names_and_the_flow():
@@ -51,7 +51,7 @@ def test_the_step_keeps_the_names_and_the_flow():
     step = rk4(ode, 0.1)
     assert (step.states, step.parameters, step.outputs) == (ode.states, ode.parameters, ode.outputs)
     assert step.flow is ode
-    assert step.h == 0.1
+    assert (step.h, step.substeps, step.w.numel()) == (0.1, 1, 0)
 
 
 def test_memory_can_be_carried_beside_the_step():

@@ -6,7 +6,7 @@ import casadi as ca
 
 from workbench.controllers.adaptation import AbstractAdaptation, Plain
 from workbench.controllers.checks import gains_that_start_at
-from workbench.controllers.switching import SATURATIONS, matrices, saturation, sliding
+from workbench.controllers.switching import SWITCHINGS, matrices, sliding, switched
 from workbench.core import AbstractArm, Layout, block, initial, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.loop.contracts import AbstractController
@@ -54,7 +54,7 @@ class AdaptiveSlidingMode(AbstractController):
     gamma: Scalar = parameter(unit="N m/rad", low=0, strict=True, symbol="gamma")
     K: Vector = initial(unit="N m", shape=("n",), symbol="K")
     adaptation: AbstractAdaptation = Plain()
-    saturation: str = option(SATURATIONS, default="clip")
+    saturation: str = option(SWITCHINGS, default="clip")
 
     def __post_init__(self) -> None:
         gains_that_start_at("AdaptiveSlidingMode", self.K)
@@ -75,7 +75,7 @@ class AdaptiveSlidingMode(AbstractController):
         del t
         M, C, G = matrices(self.model, est)
         _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
-        return M @ qdd_r + C @ qd_r + G - z["K"] * saturation(s, self.phi, self.saturation)
+        return M @ qdd_r + C @ qd_r + G - switched(self, z["K"], s, M)
 
     def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """K' by the chosen form of adaptation."""

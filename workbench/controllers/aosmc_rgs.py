@@ -91,6 +91,7 @@ class AosmcRgs(AbstractController):
     gain_sign: str = option(SIGNS, default="printed")
     gain_shape: str = option(SHAPES, default="outer")
     riccati: str = option(RICCATIS, default="forward")
+    # no "implicit": (33) does not keep K such that M s' = -K sign(s) has one solution
     saturation: str = option(SATURATIONS, default="clip")
 
     def __post_init__(self) -> None:

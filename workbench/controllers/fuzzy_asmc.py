@@ -8,7 +8,7 @@ import numpy as np
 from workbench.controllers.adaptation import AbstractAdaptation, Plain
 from workbench.controllers.checks import gains_that_start_at
 from workbench.controllers.fuzzy import RuleBase
-from workbench.controllers.switching import SATURATIONS, matrices, saturation, sliding
+from workbench.controllers.switching import SWITCHINGS, matrices, sliding, switched
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.loop.contracts import AbstractController
@@ -59,7 +59,7 @@ class FuzzyAsmc(AbstractController):
     K: Vector = initial(unit="N m", shape=("n",), symbol="K")
     rules: RuleBase = RuleBase()
     adaptation: AbstractAdaptation = Plain()
-    saturation: str = option(SATURATIONS, default="clip")
+    saturation: str = option(SWITCHINGS, default="clip")
 
     def __post_init__(self) -> None:
         gains_that_start_at("FuzzyAsmc", self.K)
@@ -81,7 +81,7 @@ class FuzzyAsmc(AbstractController):
         del t
         M, C, G = matrices(self.model, est)
         _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
-        return M @ qdd_r + C @ qd_r + G - z["K"] * saturation(s, self.phi, self.saturation)
+        return M @ qdd_r + C @ qd_r + G - switched(self, z["K"], s, M)
 
     def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """K' by the rules and the chosen form of adaptation; z' = v."""

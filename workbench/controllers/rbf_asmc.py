@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.controllers.adaptation import AbstractAdaptation, Plain
 from workbench.controllers.checks import gains_that_start_at
-from workbench.controllers.switching import SATURATIONS, matrices, saturation, sliding
+from workbench.controllers.switching import SWITCHINGS, matrices, sliding, switched
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.loop.contracts import AbstractController
@@ -69,7 +69,7 @@ class RbfAsmc(AbstractController):
     widths: Vector = parameter(unit="rad, rad/s", low=0, strict=True, shape=("k",), symbol="b")
     K: Vector = initial(unit="N m", shape=("n",), symbol="K")
     adaptation: AbstractAdaptation = Plain()
-    saturation: str = option(SATURATIONS, default="clip")
+    saturation: str = option(SWITCHINGS, default="clip")
 
     def __post_init__(self) -> None:
         gains_that_start_at("RbfAsmc", self.K)
@@ -98,7 +98,7 @@ class RbfAsmc(AbstractController):
         M, C, G = matrices(self.model, est)
         e, ed, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
         learned = z["W"].T @ self._h(e, ed)
-        return M @ qdd_r + C @ qd_r + G + learned - z["K"] * saturation(s, self.phi, self.saturation)
+        return M @ qdd_r + C @ qd_r + G + learned - switched(self, z["K"], s, M)
 
     def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """K' by the chosen form of adaptation; W' with its leak."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import casadi as ca
 
-from workbench.controllers.switching import SATURATIONS, matrices, saturation, sliding
+from workbench.controllers.switching import SWITCHINGS, matrices, sliding, switched
 from workbench.core import AbstractArm, Layout, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.loop.contracts import AbstractController
@@ -31,7 +31,8 @@ class SlidingMode(AbstractController):
     Lambda, K
         (n,), one a joint: the rate at which the error decays on the surface, and the switching torque.
     phi
-        The width of the boundary layer.
+        The width of the boundary layer: without effect where `saturation` is "sign" or "implicit", which
+        have none.
 
     Raises
     ------
@@ -48,7 +49,7 @@ class SlidingMode(AbstractController):
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
     K: Vector = parameter(unit="N m", low=0, shape=("n",), symbol="K")
     phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
-    saturation: str = option(SATURATIONS, default="clip")
+    saturation: str = option(SWITCHINGS, default="clip")
 
     @property
     def dof(self) -> int:
@@ -65,7 +66,7 @@ class SlidingMode(AbstractController):
         del t, z
         M, C, G = matrices(self.model, est)
         _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
-        tau: ca.SX = M @ qdd_r + C @ qd_r + G - self.K * saturation(s, self.phi, self.saturation)
+        tau: ca.SX = M @ qdd_r + C @ qd_r + G - switched(self, self.K, s, M)
         return tau
 
     def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from workbench.controllers.switching import SATURATIONS, matrices, saturation, sliding
+from workbench.controllers.relay import clip
+from workbench.controllers.switching import SWITCHINGS, matrices, sampling_period, saturation, sliding
 from workbench.core import AbstractArm, Entry, Layout, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
+
+TINY = np.finfo(float).tiny
 
 
 @block
@@ -29,7 +32,13 @@ class SuperTwisting(AbstractController):
     derivative is bounded by L, if k2 > L and k1 is large enough; only w' switches, so the torque is
     continuous. The layer costs that exactness: s comes to rest not at zero but where
     k2 sat(s / phi) balances the derivative of the perturbation, |s| about phi L / k2. It buys a rate
-    w' without jumps.
+    w' without jumps. "sign" keeps the exactness and chatters where it is sampled; "implicit" is one
+    backward Euler step of both lines over the sampling period h, with sat, s and w in u those of its end:
+
+        s+ + h k1 |s+|^(1/2) sign(s+) + h^2 k2 sign(s+) = s + h w.
+
+    Its torque does not chatter. It takes back the s of the last period in the next, and so leaves what
+    the perturbation makes of s in one period, of the order of h; "sign" leaves the order of h^2.
 
     Parameters
     ----------
@@ -47,6 +56,8 @@ class SuperTwisting(AbstractController):
     of Control 58(6).
     Moreno and Osorio (2012), Strict Lyapunov functions for the super-twisting algorithm, IEEE
     Transactions on Automatic Control 57(4).
+    Brogliato, Polyakov and Efimov (2020), The implicit discretization of the supertwisting sliding-mode
+    control algorithm, IEEE Transactions on Automatic Control 65(8).
     """
 
     model: AbstractArm
@@ -54,7 +65,7 @@ class SuperTwisting(AbstractController):
     k1: Vector = parameter(unit="(rad/s^3)^(1/2)", low=0, shape=("n",), symbol="k_1")
     k2: Vector = parameter(unit="rad/s^3", low=0, shape=("n",), symbol="k_2")
     phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
-    saturation: str = option(SATURATIONS, default="clip")
+    saturation: str = option(SWITCHINGS, default="clip")
 
     @property
     def dof(self) -> int:
@@ -71,22 +82,34 @@ class SuperTwisting(AbstractController):
         del t
         M, C, G = matrices(self.model, est)
         _, _, s, _, qdd_r = sliding(est, ref, self.Lambda)
-        u = -self.k1 * _root(s) * saturation(s, self.phi, self.saturation) + z["w"]
+        root, sigma, w = self._switched(s, z["w"])
+        u = -self.k1 * root * sigma + w
         tau: ca.SX = M @ (qdd_r + u) + C @ est.qd + G
         return tau
 
     def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """The integral part by -k2 sat(s / phi)."""
-        del t, z
-        s = sliding(est, ref, self.Lambda).s
-        return {"w": -self.k2 * saturation(s, self.phi, self.saturation)}
+        del t
+        _, sigma, _ = self._switched(sliding(est, ref, self.Lambda).s, z["w"])
+        return {"w": -self.k2 * sigma}
 
     def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """The sliding variable s."""
         del z
         return {"s": sliding(est, ref, self.Lambda).s}
 
+    def _switched(self, s: ca.SX, w: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """|s|^(1/2), sat(s / phi) and the integral part that go into u; "implicit" those at the end of the period."""
+        if self.saturation != "implicit":
+            return _root(s), saturation(s, self.phi, self.saturation), w
+        h = sampling_period(self)
+        free, least = s + h * w, ca.SX(h**2 * self.k2)  # where s would go by itself, and what sign(s) brings to rest
+        sigma = clip(free / ca.fmax(least, TINY), ca.SX(1))
+        a, left = h * self.k1, ca.fmax(ca.fabs(free) - least, 0)
+        root = (ca.sqrt(a**2 + 4 * left) - a) / 2  # of |s+| + a |s+|^(1/2) = left
+        return root, sigma, w - h * self.k2 * sigma
+
 
 def _root(s: ca.SX) -> ca.SX:
     """|s|^(1/2), elementwise; the smallest float under the root keeps its derivative finite at s = 0."""
-    return ca.sqrt(ca.fmax(ca.fabs(s), np.finfo(float).tiny))
+    return ca.sqrt(ca.fmax(ca.fabs(s), TINY))

@@ -1,20 +1,40 @@
-"""What the sliding laws share: the sliding variable, the reference velocity, and sat(s / phi)."""
+"""What the sliding laws share: the sliding variable, the reference velocity, and what they switch."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import casadi as ca
 
+from workbench.controllers.relay import relay
 from workbench.core import AbstractArm
 from workbench.core.block import Scalar, Vector
 from workbench.loop.ports import Estimate, Motion
 
-SATURATIONS: Mapping[str, str] = {
+SATURATIONS = {
     "clip": "sat(x) = x within -1 and 1, sign(x) outside: continuous, with a corner at the layer's edge",
     "tanh": "sat(x) = tanh(x): smooth, within 1e-4 of sign(x) only from 5 phi on",
+    "sign": "sign(s), whatever phi: a relay, which chatters at the steps of its computer, or else of the solver",
 }
+SWITCHINGS = SATURATIONS | {
+    "implicit": "a relay by backward Euler over a sampling period, whatever phi: in a sampled loop only",
+}
+
+
+class Switching(Protocol):
+    """A law that switches, as far as that goes."""
+
+    @property
+    def phi(self) -> Scalar:
+        """The width of the boundary layer."""
+
+    @property
+    def saturation(self) -> str:
+        """Which of `SWITCHINGS`."""
+
+    @property
+    def period(self) -> float | None:
+        """The sampling period in s, or None in continuous time."""
 
 
 class Surface(NamedTuple):
@@ -39,8 +59,34 @@ def sliding(est: Estimate, ref: Motion, Lambda: Vector) -> Surface:
 
 def saturation(s: ca.SX, phi: Scalar, kind: str) -> ca.SX:
     """sat(s / phi), elementwise: sign(s), its jump spread over a layer phi; `kind` as in `SATURATIONS`."""
+    if kind == "sign":
+        return ca.sign(s)
     x: ca.SX = s / phi
     return ca.tanh(x) if kind == "tanh" else ca.fmax(ca.fmin(x, 1), -1)
+
+
+def switched(law: Switching, K: Vector, s: ca.SX, M: ca.SX) -> ca.SX:
+    """K o sat(s / phi) as the law has it, (n, 1) in N m; "implicit" the torque of `relay` for M s' = -K o sign(s).
+
+    Raises
+    ------
+    ValueError
+        If the law is "implicit" and runs in continuous time.
+    """
+    if law.saturation == "implicit":
+        return relay(s, M, K, sampling_period(law))
+    torque: ca.SX = K * saturation(s, law.phi, law.saturation)
+    return torque
+
+
+def sampling_period(law: Switching) -> float:
+    """The period in s of a law that needs one, or a refusal."""
+    if law.period is None:
+        raise ValueError(
+            f"`{type(law).__name__}(saturation='implicit')` solves its relay over a sampling period, which continuous "
+            "time has none of: take `ClosedLoop.sampled(period)`, or another saturation."
+        )
+    return law.period
 
 
 def matrices(model: AbstractArm, est: Estimate) -> tuple[ca.SX, ca.SX, ca.SX]:

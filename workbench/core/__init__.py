@@ -9,6 +9,7 @@ from workbench.core.dynamics import AbstractArm, Dynamics
 from workbench.core.layout import Entry, Layout
 from workbench.core.lift import Lifted, lift
 from workbench.core.ode import Ode
+from workbench.core.sampled import Sampled
 from workbench.core.step import Step, rk4
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "Layout",
     "Lifted",
     "Ode",
+    "Sampled",
     "Step",
     "block",
     "initial",

@@ -1,4 +1,4 @@
-"""Step: x+ = F(k, x, p, w), y = h(t_k, x, p): all that a simulator knows."""
+"""Step: x+ = F(k, x, p, w), y = h(k, x, p, w): all that a simulator knows."""
 
 from __future__ import annotations
 
@@ -26,11 +26,14 @@ class Step:
         The step's length in s: t_k = k h.
     next
         x+ as an expression (nx, 1) in the symbols k (1, 1), x (nx, 1), p (np, 1), w (nw, 1).
+    output
+        y as an expression (ny, 1) in the same symbols: what holds from t_k on.
     w
         Standard normal numbers, fresh ones at every step of every run; none where nothing is noisy.
-    flow, amplification
-        The differential equation that the step approximates, and the polynomial R(z) by which it
-        multiplies a mode exp(lambda t) with z = h lambda: what the stability limit is made of.
+    flow, amplification, substeps
+        The differential equation that the step approximates, the polynomial R(z) by which a substep of
+        h / `substeps` multiplies a mode exp(lambda t), with z = lambda h / `substeps`: what the stability
+        limit is made of.
     """
 
     h: float
@@ -45,6 +48,7 @@ class Step:
     flow: Ode
     amplification: tuple[float, ...]
     w: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
+    substeps: int = 1
 
     @cached_property
     def F(self) -> ca.Function:
@@ -53,8 +57,8 @@ class Step:
 
     @cached_property
     def y(self) -> ca.Function:
-        """The outputs as a CasADi function (k, x, p) -> (ny, 1)."""
-        return ca.Function("workbench_output", [self.k, self.x, self.p], [self.output], {"cse": True})
+        """The outputs as a CasADi function (k, x, p, w) -> (ny, 1)."""
+        return ca.Function("workbench_output", [self.k, self.x, self.p, self.w], [self.output], {"cse": True})
 
     def extended(self, extra: Layout, symbols: ca.SX, update: ca.SX) -> Step:
         """The same step with memory z that is updated beside it: z+ = update(k, x, z, p, w)."""
@@ -79,14 +83,10 @@ def rk4(ode: Ode, h: float) -> Step:
     Hairer, Norsett and Wanner (1993), Solving Ordinary Differential Equations I, section II.1.
     """
     require("rk4(ode=...)", ode, Ode, ": a loop becomes one by its method `ode()`" if hasattr(ode, "ode") else "")
-    h = _step_length(h)
+    h = length("rk4(h=...)", h)
     f = ca.Function("f", [ode.t, ode.x, ode.p], [ode.rate])
     k = ca.SX.sym("k")
     t, x, p = k * h, ode.x, ode.p
-    k1 = f(t, x, p)
-    k2 = f(t + h / 2, x + h / 2 * k1, p)
-    k3 = f(t + h / 2, x + h / 2 * k2, p)
-    k4 = f(t + h, x + h * k3, p)
     y = ca.substitute(ode.output, ode.t, t)
     return Step(
         h,
@@ -96,23 +96,33 @@ def rk4(ode: Ode, h: float) -> Step:
         k,
         x,
         p,
-        x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4),
+        runge_kutta(f, t, x, p, h),
         y,
         ode,
         RK4_AMPLIFICATION,
     )
 
 
-def _step_length(h: object) -> float:
+def runge_kutta(f: ca.Function, t: ca.SX, x: ca.SX, p: ca.SX, h: float) -> ca.SX:
+    """x(t + h) from x(t) by the classical Runge-Kutta method, for x' = f(t, x, p)."""
+    k1 = f(t, x, p)
+    k2 = f(t + h / 2, x + h / 2 * k1, p)
+    k3 = f(t + h / 2, x + h / 2 * k2, p)
+    k4 = f(t + h, x + h * k3, p)
+    return x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+
+
+def length(call: str, h: object) -> float:
+    """A step's length, or a sampling period, in s; what is none is refused in the name of `call`."""
     try:
-        length = numbers(h)
+        seconds = numbers(h)
     except (TypeError, ValueError):
-        length = np.zeros(0)
-    if length.shape != () or isinstance(h, bool):
-        raise ValueError(f"`rk4(h=...)` must be a number of seconds; got {h!r}.")
-    if not np.finfo(float).tiny <= length < np.inf:
+        seconds = np.zeros(0)
+    if seconds.shape != () or isinstance(h, bool):
+        raise ValueError(f"`{call}` must be a number of seconds; got {h!r}.")
+    if not np.finfo(float).tiny <= seconds < np.inf:
         raise ValueError(
-            f"`rk4(h=...)` must be a positive, finite number of seconds; got {length:g}"
-            + (", which a float does not hold to full accuracy." if length > 0 and np.isfinite(length) else ".")
+            f"`{call}` must be a positive, finite number of seconds; got {seconds:g}"
+            + (", which a float does not hold to full accuracy." if seconds > 0 and np.isfinite(seconds) else ".")
         )
-    return float(length)
+    return float(seconds)

@@ -1,4 +1,4 @@
-"""The sockets of a control loop, and how blocks in them become one `Ode`."""
+"""The sockets of a control loop, and how blocks in them become one `Ode`, or one `Sampled`."""
 
 from workbench.loop.assemble import ClosedLoop, open_loop
 from workbench.loop.contracts import (
@@ -8,6 +8,7 @@ from workbench.loop.contracts import (
     AbstractPlant,
     AbstractReference,
 )
+from workbench.loop.instruments import Instruments
 from workbench.loop.ports import Estimate, Measurement, Motion, Parts
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "AbstractReference",
     "ClosedLoop",
     "Estimate",
+    "Instruments",
     "Measurement",
     "Motion",
     "Parts",

@@ -1,34 +1,20 @@
-"""Once round the loop: blocks in their sockets become one `Ode`."""
+"""Once round the loop: blocks in their sockets become one `Ode`, or a computer's part of them one `Sampled`."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Ode, block, lift
+from workbench.core import Entry, Layout, Ode, Sampled, Step, block, lift
 from workbench.core.sockets import require
+from workbench.core.step import length
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, AbstractReference
-from workbench.loop.ports import Measurement, Parts
-
-UNITS = {
-    "q": "rad",
-    "qd": "rad/s",
-    "q_ref": "rad",
-    "qd_ref": "rad/s",
-    "e": "rad",
-    "e_hat": "rad",
-    "ed": "rad/s",
-    "tau": "N m",
-    "tau_applied": "N m",
-    "d": "N m",
-    "q_error": "rad",
-    "qd_error": "rad/s",
-    "d_error": "N m",
-    "s": "rad/s",
-}
+from workbench.loop.instruments import Instruments
+from workbench.loop.ports import Measurement
+from workbench.loop.sampled import digital
+from workbench.loop.wiring import SOCKETS, UNITS, above, below, dense, memory, notes, outputs, visible
 
 
 @block
@@ -61,18 +47,20 @@ class ClosedLoop:
         e = q - q_ref and its rate ed, the error e_hat that the observer sees, the torque commanded
         (tau) and applied (tau_applied), the disturbance d, the observer's errors (q_error, qd_error,
         d_error: true minus estimated), and the controller's own signals.
+
+        Raises
+        ------
+        ValueError
+            If the law is one that only a computer can run, as an implicit relay is.
         """
         lifted = lift(self)
-        loop = lifted.block
-        layouts = {"plant": self.plant.memory, "observer": self.observer.memory, "controller": self.controller.memory}
-        states = sum((layout.prefixed(f"{socket}.") for socket, layout in layouts.items()), Layout())
+        loop, states = lifted.block, memory(self)
         t, x = ca.SX.sym("t"), states.symbols()
-        z = {socket: _parts(states.view(x), f"{socket}.") for socket in layouts}
+        z = {socket: below(socket, states.view(x)) for socket in SOCKETS}
 
         ref = loop.reference.at(t)
         y = loop.plant.measure(t, z["plant"])
-        d = y.d if y.d is not None else ca.SX.zeros(self.plant.dof)
-        seen = y if self.observer.uses_truth else y._replace(d=None)
+        seen = visible(self, y)
         est = loop.observer.estimate(t, z["observer"], seen)
         tau = ca.densify(loop.controller.torque(t, z["controller"], est, ref))
         rates = {
@@ -80,25 +68,57 @@ class ClosedLoop:
             "observer": loop.observer.rate(t, z["observer"], seen, est, tau),
             "controller": loop.controller.rate(t, z["controller"], est, ref),
         }
-        outputs = {
-            "q": y.q,
-            "qd": y.qd,
-            "q_ref": ref.q,
-            "qd_ref": ref.qd,
-            "e": y.q - ref.q,
-            "e_hat": est.q - ref.q,
-            "ed": y.qd - ref.qd,
-            "tau": tau,
-            "tau_applied": loop.plant.applied(z["plant"], tau),
-            "d": d,
-            "q_error": y.q - est.q,
-            "qd_error": y.qd - est.qd,
-            "d_error": d - est.d,
+        watched = {
+            **outputs(y, ref, est, tau, loop.plant.applied(z["plant"], tau)),
             **loop.controller.signals(z["controller"], est, ref),
         }
-        ode = Ode.of(name, states, lifted.layout, (t, x, lifted.symbols), _flat(rates), _dense(outputs), UNITS)
-        truth = ("the observer uses the true disturbance, which no instrument gives",)
-        return replace(ode, notes=truth) if self.uses_truth else ode
+        ode = Ode.of(name, states, lifted.layout, (t, x, lifted.symbols), above(rates), dense(watched), UNITS)
+        return replace(ode, notes=notes(self))
+
+    def digital(
+        self, period: float, instruments: Instruments | None = None, *, delay: bool = False, name: str = "loop"
+    ) -> Sampled:
+        """The closed loop with observer and controller in a computer, which runs them once in `period` seconds.
+
+        At t_k = k period the computer reads the instruments, and its observer estimates from the readings;
+        the law sees the estimates and the reference of that instant; its torque, limited, is held until
+        t_(k+1) while the plant moves. With `delay` the torque computed at t_k waits as the state 'hold.next'
+        and is held from t_(k+1) on; what that state is at the start, zero unless set, is held until t_1.
+        Then observer and controller move their memories on by one explicit Euler step, z + period z', as
+        embedded code does; the observer counts on the torque that is held.
+
+        The outputs are those of `ode`. The estimates and the controller's own signals are held as the torque
+        is ('hold.tau', 'hold.q_hat', ...), so between two instants q_error, say, is that of an old estimate.
+
+        Parameters
+        ----------
+        instruments
+            Noise and steps of the readings, limits of the torque; without any, readings are exact.
+
+        Raises
+        ------
+        ValueError
+            If the period is no positive finite number, or the instruments are for other joints.
+        """
+        return digital(self, length("ClosedLoop.digital(period=...)", period), instruments, delay, name)
+
+    def sampled(
+        self,
+        period: float,
+        substeps: int = 1,
+        instruments: Instruments | None = None,
+        *,
+        delay: bool = False,
+        name: str = "loop",
+    ) -> Step:
+        """One period of `digital` as a `Step`, in which the plant moves by `substeps` Runge-Kutta steps.
+
+        Raises
+        ------
+        ValueError
+            If `digital` refuses, or `substeps` is no positive whole number.
+        """
+        return self.digital(period, instruments, delay=delay, name=name).step(substeps)
 
 
 def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
@@ -123,19 +143,7 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
         lifted.layout + drive,
         (t, x, ca.vertcat(lifted.symbols, tau)),
         lifted.block.rate(t, z, tau),
-        _dense({"q": y.q, "qd": y.qd}),
+        dense({"q": y.q, "qd": y.qd}),
         UNITS,
     )
     return replace(ode, inputs=("tau",))
-
-
-def _parts(view: Parts, prefix: str) -> Parts:
-    return {name.removeprefix(prefix): part for name, part in view.items() if name.startswith(prefix)}
-
-
-def _flat(rates: Mapping[str, Parts]) -> Parts:
-    return {f"{socket}.{name}": part for socket, parts in rates.items() for name, part in parts.items()}
-
-
-def _dense(parts: Mapping[str, ca.SX | None]) -> dict[str, ca.SX]:
-    return {name: ca.densify(ca.SX(part)) for name, part in parts.items() if part is not None}

@@ -6,6 +6,8 @@ A block's own states are its `memory` (a `Layout`); its `rate` returns a part fo
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from copy import copy
+from typing import Self
 
 import casadi as ca
 
@@ -103,7 +105,15 @@ class AbstractObserver(ABC):
 
 
 class AbstractController(ABC):
-    """From estimates and the wanted motion to a torque command."""
+    """From estimates and the wanted motion to a torque command.
+
+    Attributes
+    ----------
+    period
+        How often a computer runs the law, in s; None where it runs in continuous time.
+    """
+
+    period: float | None = None
 
     @property
     @abstractmethod
@@ -126,3 +136,9 @@ class AbstractController(ABC):
     @abstractmethod
     def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """What is worth watching besides the memory: the sliding variable s, say."""
+
+    def run_every(self, period: float) -> Self:
+        """The same law, run by a computer once in `period` seconds."""
+        law = copy(self)
+        object.__setattr__(law, "period", period)
+        return law

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import casadi as ca
 import numpy as np
 
-from workbench.core import Layout, Ode, Step, rk4, with_quadrature
+from workbench.core import Layout, Ode, Sampled, Step, rk4, with_quadrature
 from workbench.core.layout import Array, nearest, numbers
 from workbench.metrics.contract import AbstractMetric
 from workbench.simulate import StepLimit, Trajectories, simulate, step_limit
-from workbench.simulate.batch import Progress, seconds
+from workbench.simulate.batch import Progress, continued, seconds
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,24 +46,30 @@ class Measurement:
 
     @property
     def h(self) -> float:
-        """The step at which the values were taken, in s."""
-        return self.trajectories.step.h
+        """The step at which the values were taken, in s; of a sampled loop the substep."""
+        return self.trajectories.step.h / self.trajectories.step.substeps
 
 
-def measured(ode: Ode, metrics: Sequence[AbstractMetric], h: float) -> Step:
-    """The step of `ode` with every metric accumulated beside it.
+def measured(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], h: float) -> Step:
+    """The step of `equation` with every metric accumulated beside it.
+
+    Of a sampled loop h is the substep. Integrals run along in the substeps; what looks at samples looks
+    once a period, at what holds after the jump.
 
     Raises
     ------
     LookupError
-        If a metric watches an output that `ode` does not have.
+        If a metric watches an output that `equation` does not have.
     ValueError
-        If `ode` is none, two metrics have one name, or one means nothing for `ode`.
+        If `equation` is none, h is none or does not divide the period of a sampled loop, two metrics have
+        one name, or one means nothing for `equation`.
     """
-    resolved(ode, metrics)
+    resolved(equation, metrics)
+    ode = _flow(equation)
     y = ode.outputs.view(ode.output)
     integrands = {f"integral of {m.name}": ca.densify(g) for m in metrics if (g := m.integrand(ode.t, y)) is not None}
-    step = rk4(with_quadrature(ode, integrands), h)
+    ode = with_quadrature(ode, integrands)
+    step = rk4(ode, h) if isinstance(equation, Ode) else replace(equation, flow=ode).step(equation.substeps(h))
     memories = (m.memory(ode.outputs[m.watches[0]].size).prefixed(f"{m.name}.") for m in metrics)
     extra = sum(memories, Layout())
     if not extra.size:
@@ -72,17 +79,21 @@ def measured(ode: Ode, metrics: Sequence[AbstractMetric], h: float) -> Step:
     updates = {
         f"{m.name}.{name}": ca.densify(part)
         for m in metrics
-        for name, part in m.update(step.k, h, _below(z, m), y).items()
+        for name, part in m.update(step.k, step.h, _below(z, m), y).items()
     }
     return step.extended(extra, symbols, extra.flatten(updates))
 
 
-def resolved(ode: Ode, metrics: Sequence[AbstractMetric], horizon: float = np.inf) -> tuple[AbstractMetric, ...]:
-    """The metrics with the units of what they watch, once each is found to mean something for `ode`."""
-    if not isinstance(ode, Ode):
+def resolved(
+    equation: Ode | Sampled, metrics: Sequence[AbstractMetric], horizon: float = np.inf
+) -> tuple[AbstractMetric, ...]:
+    """The metrics with the units of what they watch, once each is found to mean something for `equation`."""
+    if not isinstance(equation, Ode | Sampled):
         raise ValueError(
-            f"A metric is measured on an `Ode`; got {type(ode).__name__}. Of a loop, call `.ode()` for its equations."
+            f"A metric is measured on an `Ode` or a `Sampled`; got {type(equation).__name__}. Of a loop, call `.ode()` "
+            "for its equations, or `.digital(period)`."
         )
+    ode = _flow(equation)
     names = [metric.name for metric in metrics]
     if len(set(names)) < len(names):
         raise ValueError(f"`measured(metrics=...)` needs distinct names; got {names}.")
@@ -98,7 +109,7 @@ def resolved(ode: Ode, metrics: Sequence[AbstractMetric], horizon: float = np.in
 
 
 def measure(
-    ode: Ode,
+    equation: Ode | Sampled,
     metrics: Sequence[AbstractMetric],
     p: Array | None = None,
     x0: Array | None = None,
@@ -106,35 +117,41 @@ def measure(
     until: float,
     h: float,
     every: float | None = None,
+    seed: int = 0,
     progress: Progress | None = None,
 ) -> Measurement:
-    """Simulate `ode` at the step h and at h / 2 and score both.
+    """Simulate `equation` at the step h and at h / 2 and score both.
+
+    Of a sampled loop h is the substep: the period belongs to the controller and is the same in both.
 
     Parameters
     ----------
     p, x0
-        (B, np) and (B, nx) rows as `ode.parameters.pack` and `ode.states.pack` make them.
+        (B, np) and (B, nx) rows as its `parameters.pack` and `states.pack` make them.
     until, h, every
         Horizon, step and distance of the kept states, in s.
+    seed
+        Of the noise, which is the same at both steps.
 
     Raises
     ------
     LookupError
-        If a metric watches an output that `ode` does not have.
+        If a metric watches an output that `equation` does not have.
     ValueError
-        If `ode` is none, p or x0 is not as wide as its parameters or states, a metric means nothing
-        for `ode` or for the horizon, or `simulate` refuses.
+        If `equation` is none, p or x0 is not as wide as its parameters or states, a metric means nothing
+        for it or for the horizon, h does not divide the period of a sampled loop, or `simulate` refuses.
     """
-    metrics = resolved(ode, metrics, seconds("until", until))
-    p, x0 = _rows("p", ode.parameters, p), _rows("x0", ode.states, x0)
-    fine, coarse = measured(ode, metrics, h / 2), measured(ode, metrics, h)
+    metrics = resolved(equation, metrics, seconds("until", until))
+    p, x0 = _rows("p", equation.parameters, p), _rows("x0", equation.states, x0)
+    coarse, fine = measured(equation, metrics, h), measured(equation, metrics, h / 2)
     share = progress or (lambda done: None)
     start = None if x0 is None else _extended(x0, fine)
-    b = simulate(coarse, p, start, until=until, every=every or h, progress=lambda d: share(d / 3))
-    a = simulate(fine, p, start, until=until, every=every or h, progress=lambda d: share((1 + 2 * d) / 3))
+    run = partial(simulate, p=p, x0=start, until=until, every=every or coarse.h, seed=seed)
+    b = run(coarse, progress=lambda d: share(d / 3))
+    a = run(fine, progress=lambda d: share((1 + 2 * d) / 3))
     values, rough = final_values(a, metrics), final_values(b, metrics)
     scores = {
-        m.name: Score(m, values[m.name], _difference(values[m.name], rough[m.name], h if m.unit == "s" else 0.0))
+        m.name: Score(m, values[m.name], _difference(values[m.name], rough[m.name], coarse.h if m.unit == "s" else 0.0))
         for m in metrics
     }
     limits = tuple(step_limit(b, run) for run in range(len(b)))
@@ -146,10 +163,7 @@ def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric]) -> dict[
     step, horizon = runs.step, float(runs.t[-1])
     x = step.states.unpack(runs.x[:, -1])
     # the memory was last updated one step before the horizon: look once more
-    k = np.full((1, len(runs)), round(horizon / step.h))
-    z = step.states.unpack(
-        np.array(step.F.map(len(runs))(k, runs.x[:, -1].T, runs.p.T, np.zeros((step.w.numel(), len(runs))))).T
-    )
+    z = step.states.unpack(continued(runs.job, runs.x[:, -1], round(horizon / step.h), 1))
     values = {}
     for m in metrics:
         integral = x.get(f"integral of {m.name}", np.zeros((len(runs), 0)))
@@ -157,6 +171,11 @@ def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric]) -> dict[
         value = m.value(integral, memory, horizon)
         values[m.name] = np.where(runs.diverged[:, np.newaxis], np.nan, value)
     return values
+
+
+def _flow(equation: Ode | Sampled) -> Ode:
+    """What is true between two samples, or always."""
+    return equation if isinstance(equation, Ode) else equation.flow
 
 
 def _below(z: Mapping[str, ca.SX], metric: AbstractMetric) -> dict[str, ca.SX]:

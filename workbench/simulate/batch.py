@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -72,6 +73,14 @@ def simulate(
     march(job, x, progress or (lambda share: None))
     divergence = find_divergence(job, x, march)
     return Trajectories(job, np.asarray(np.arange(kept + 1) * stride * step.h), x, divergence)
+
+
+def continued(job: Job, x: Array, begin: int, steps: int) -> Array:
+    """The states (B, nx) of a job's runs `steps` steps after those in x (B, nx), which are at step `begin`."""
+    job = replace(job, stride=steps, begin=begin)
+    rows = np.stack([x, x], axis=1)
+    march_of(job)(job, rows, lambda share: None)
+    return np.asarray(rows[:, 1])
 
 
 def _keys(seed: Any, runs: Any, count: int) -> tuple[int, Integers]:

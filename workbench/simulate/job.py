@@ -50,12 +50,9 @@ class Job:
         """Some of the runs, from another step on."""
         return replace(self, p=self.p[chosen], runs=self.runs[chosen], stride=stride, begin=begin)
 
-    def noise(self, first: int, steps: int) -> Array:
-        """The normal numbers of `steps` steps from `first` on, (B, steps, nw)."""
-        entries = self.step.w.numel()
-        if entries == 0:
-            return np.empty((len(self.p), steps, 0))
-        return normals(self.seed, self.runs, np.arange(first, first + steps), entries)
+    def noise(self, steps: Integers) -> Array:
+        """The normal numbers of some steps (N,), each by its number: (B, N, nw)."""
+        return normals(self.seed, self.runs, steps, self.step.w.numel())
 
 
 @dataclass(frozen=True)

@@ -150,7 +150,7 @@ def _advance(made: Program, job: Job, lot: slice, x: Array, piece: Piece, table:
         for step in range(piece.rows * piece.steps):
             row[:], k[...] = table[step], piece.begin + step
             if len(noise):
-                noise[...] = kept.noise(piece.begin + step, 1)[:, 0].T
+                noise[...] = kept.noise(np.array([piece.begin + step]))[:, 0].T
             for function, operands, out in calls:
                 function(*operands, out=out)
             for target, result in zip(after, results, strict=True):

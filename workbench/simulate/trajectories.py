@@ -78,14 +78,12 @@ class Trajectories:
 
     @cached_property
     def _outputs(self) -> dict[str, Array]:
-        n = len(self.t)
-        k = np.round(self.t / self.step.h)[np.newaxis]
-        y = self.step.y.map(n)
-        rows = [np.array(y(k, run.T, np.repeat(p[:, np.newaxis], n, axis=1))).T for run, p in self._runs()]
+        n, k = len(self.t), np.round(self.t / self.step.h).astype(int)
+        y, rows = self.step.y.map(n), []
+        for run, p in enumerate(self.p):
+            noise = self.job.part(np.array([run]), 1, 0).noise(k)[0].T
+            rows.append(np.array(y(k, self.x[run].T, np.repeat(p[:, np.newaxis], n, axis=1), noise)).T)
         return self.step.outputs.unpack(np.stack(rows))
-
-    def _runs(self) -> list[tuple[Array, Array]]:
-        return list(zip(self.x, self.p, strict=True))
 
     def to_frame(self, run: int = 0) -> pd.DataFrame:
         """One run as a table: a column per state and output, indexed by time in s."""

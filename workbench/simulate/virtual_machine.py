@@ -33,7 +33,7 @@ def march(job: Job, x: Array, tell: Progress) -> None:
         size = min(chunk, kept - done)
         for piece in pieces:
             # (B, steps, nw) to CasADi's (nw, B steps), run by run
-            noise = job.noise(k, piece * size).reshape(runs * piece * size, -1).T
+            noise = job.noise(np.arange(k, k + piece * size)).reshape(runs * piece * size, -1).T
             out = np.array(_marcher(job.step, piece, size, runs)(np.vstack([now, job.p.T]), noise))
             out = out.reshape(len(now), runs, size)
             now, k = out[:, :, -1], k + piece * size

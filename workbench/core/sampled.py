@@ -1,0 +1,152 @@
+"""Sampled: an equation that flows, and jumps once a period, as a plant does beneath a computer."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from workbench.core.layout import Layout
+from workbench.core.ode import Ode, instructions
+from workbench.core.show import layouts_to_html
+from workbench.core.sockets import require
+from workbench.core.step import RK4_AMPLIFICATION, Step, length, runge_kutta
+
+
+@dataclass(frozen=True, eq=False)
+class Sampled:
+    """x+ = g(k, x, p, w) at the instants t_k = k period, k = 0, 1, ..., and x' = f(t, x, p) from each to the next.
+
+    Attributes
+    ----------
+    flow
+        f, over all states. Its outputs are what is watched; at t_k they are taken after the jump.
+    period
+        In s.
+    k, w
+        Symbols: the number of the jump (1, 1), and standard normal numbers (nw, 1), fresh ones at every jump.
+    jump
+        g as an expression (m, 1) in k, `flow.x`, `flow.p` and w, for the first m states. The others,
+        integrals that were added to the flow, say, do not jump.
+
+    Raises
+    ------
+    ValueError
+        If the period is no positive finite number, or the jump is none of at most all states, or has a
+        symbol that is none of k, x, p and w.
+    """
+
+    flow: Ode
+    period: float
+    k: ca.SX
+    w: ca.SX
+    jump: ca.SX
+
+    def __post_init__(self) -> None:
+        require("Sampled(flow=...)", self.flow, Ode)
+        object.__setattr__(self, "period", length("Sampled(period=...)", self.period))
+        rows, columns = self.jump.shape
+        if columns != 1 or rows > self.flow.states.size:
+            raise ValueError(
+                f"`Sampled(jump=...)` must have shape (m, 1), for the first m of {self.flow.states.size} states; "
+                f"got {self.jump.shape}."
+            )
+        known = {s.__hash__() for s in ca.symvar(ca.vertcat(self.k, self.flow.x, self.flow.p, self.w))}
+        for symbol in ca.symvar(self.jump):
+            if symbol.__hash__() not in known:
+                raise ValueError(
+                    f"`Sampled(jump=...)` must be of k, x, p and w alone, as nothing else gets a value; got the "
+                    f"symbol '{symbol.name()}' beside them."
+                )
+
+    @property
+    def name(self) -> str:
+        """That of the flow."""
+        return self.flow.name
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Those of the flow."""
+        return self.flow.notes
+
+    @property
+    def states(self) -> Layout:
+        """Those of the flow."""
+        return self.flow.states
+
+    @property
+    def parameters(self) -> Layout:
+        """Those of the flow."""
+        return self.flow.parameters
+
+    @property
+    def outputs(self) -> Layout:
+        """Those of the flow."""
+        return self.flow.outputs
+
+    def substeps(self, h: float) -> int:
+        """How many steps of h [s] make up the period.
+
+        Raises
+        ------
+        ValueError
+            If h is no positive finite number, or the period no multiple of it.
+        """
+        h = length("substeps(h=...)", h)
+        count = round(self.period / h)
+        if count < 1 or abs(self.period / h - count) > 1e-6:
+            raise ValueError(
+                f"`substeps(h=...)` must divide the sampling period {self.period:g} s, which belongs to the "
+                f"controller; got {h:g} s."
+            )
+        return count
+
+    def step(self, substeps: int = 1) -> Step:
+        """One period as a `Step`: the jump at t_k, then `substeps` Runge-Kutta steps of the flow.
+
+        Raises
+        ------
+        ValueError
+            If `substeps` is no positive whole number.
+        """
+        if not isinstance(substeps, int | np.integer) or isinstance(substeps, bool) or substeps < 1:
+            raise ValueError(
+                f"`step(substeps=...)` must be a positive whole number, into which the period is cut; got {substeps!r}."
+            )
+        flow, h = self.flow, self.period / int(substeps)
+        f = ca.Function("f", [flow.t, flow.x, flow.p], [flow.rate])
+        t, p = self.k * self.period, flow.p
+        after = x = ca.vertcat(self.jump, flow.x[self.jump.numel() :])
+        for i in range(substeps):
+            x = runge_kutta(f, t + i * h, x, p, h)
+        return Step(
+            h=self.period,
+            states=flow.states,
+            parameters=flow.parameters,
+            outputs=flow.outputs,
+            k=self.k,
+            x=flow.x,
+            p=p,
+            next=x,
+            output=ca.substitute(flow.output, ca.vertcat(flow.t, flow.x), ca.vertcat(t, after)),
+            flow=flow,
+            amplification=RK4_AMPLIFICATION,
+            w=self.w,
+            substeps=int(substeps),
+        )
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """A name of flow, jump and period (64 hexadecimal digits), the same in every process; see `Ode`."""
+        digest = hashlib.sha256(f"{self.flow.fingerprint} {self.period.hex()}".encode())
+        for line in instructions(ca.Function("g", [self.k, self.flow.x, self.flow.p, self.w], [self.jump])):
+            digest.update(repr(line).encode())
+        return digest.hexdigest()
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the names, units and values of states and parameters."""
+        name = f"{self.name}, sampled every {self.period:g} s"
+        return layouts_to_html(name, {"state": self.states, "parameter": self.parameters})
