@@ -12,10 +12,10 @@ from equations import decay, explosion, oscillator, turning
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.metrics import measured, rmse, total_variation
 from workbench.simulate import simulate
-from workbench.simulate.graph import Graph, Level
+from workbench.simulate.graph import Level
 from workbench.simulate.job import Job
 from workbench.simulate.lowering import lower
-from workbench.simulate.plan import Plan
+from workbench.simulate.plan import Plan, graph_of
 
 pytest.importorskip("llvmlite")  # there is no wheel of it for some platforms, where CasADi's machine serves
 
@@ -125,19 +125,6 @@ def test_a_stride_longer_than_a_call_of_the_engine_changes_no_bit():
         np.testing.assert_array_equal(often.x[:, -1], once.x[:, -1])
 
 
-def test_results_do_not_depend_on_order_or_company():
-    ode = LOOPS["ASMC"].ode()
-    step = rk4(ode, 1e-3)
-    masses = np.linspace(0.8, 1.2, 21)
-    starts = ode.states.pack({"plant.q": np.random.default_rng(1).uniform(-1, 1, (21, 2))})
-    p = ode.parameters.pack({"plant.arm.links[1].mass": masses})
-    whole = simulate(step, p, starts, until=0.5, every=0.1, engine="native").x
-    order = np.random.default_rng(2).permutation(21)
-    np.testing.assert_array_equal(simulate(step, p[order], starts[order], until=0.5, every=0.1).x, whole[order])
-    parts = [simulate(step, p[i : i + 5], starts[i : i + 5], until=0.5, every=0.1).x for i in range(0, 20, 5)]
-    np.testing.assert_array_equal(np.concatenate(parts), whole[:20])
-
-
 def test_a_diverging_neighbour_in_the_same_vector_changes_no_bit():
     ode = explosion()
     step = rk4(ode, 1e-3)
@@ -164,16 +151,9 @@ def test_an_engine_of_another_name_is_refused():
         simulate(rk4(decay(), 0.1), until=1.0, engine="fast")
 
 
-def test_a_graph_holds_every_operation_once_and_nothing_without_use():
-    graph = Graph.of(rk4(oscillator(), 0.01))
-    assert len(set(graph.nodes)) == len(graph.nodes)
-    used = {i for node in graph.nodes for i in node.operands} | set(graph.results)
-    assert used == set(range(len(graph.nodes)))
-
-
 def test_a_value_is_made_where_it_changes_and_no_further_in():
     ode = LOOPS["SMC"].ode()
-    graph = Graph.of(rk4(ode, 1e-3))
+    graph = graph_of(rk4(ode, 1e-3))
     varied = ode.parameters.indices("controller.phi")
     plan = Plan.of(graph, varied)
     moving = graph.after("p", set(varied))
@@ -188,7 +168,7 @@ def test_a_value_is_made_where_it_changes_and_no_further_in():
 
 
 def test_the_ir_has_no_call_but_to_intrinsics():
-    text = lower(Plan.of(Graph.of(rk4(LOOPS["RBF-ASMC"].ode(), 1e-3)), ()), 4)
+    text = lower(Plan.of(graph_of(rk4(LOOPS["RBF-ASMC"].ode(), 1e-3)), ()), 4)
     calls = {line.split("@")[1].split("(")[0] for line in text.splitlines() if " call " in line}
     assert calls
     assert all(name.startswith("llvm.") for name in calls)
@@ -197,5 +177,5 @@ def test_the_ir_has_no_call_but_to_intrinsics():
 def test_a_step_and_its_half_are_one_kernel():
     ode = LOOPS["AOSMC-RGS"].ode()
     metrics = (rmse(), total_variation(1e-3))
-    texts = {lower(Plan.of(Graph.of(measured(ode, metrics, h)), ()), 8) for h in (1e-4, 5e-5)}
+    texts = {lower(Plan.of(graph_of(measured(ode, metrics, h)), ()), 8) for h in (1e-4, 5e-5)}
     assert len(texts) == 1

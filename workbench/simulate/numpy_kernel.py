@@ -133,7 +133,7 @@ def _advance(made: Program, job: Job, lot: slice, x: Array, piece: Piece, table:
     plan, graph, runs = made.plan, made.plan.graph, len(x[lot])
     lanes = _evaluate(graph, plan.lanes, lambda op, index: np.ascontiguousarray(job.p[lot, index]))
     buffers, row = np.empty((made.buffers, runs)), np.empty(len(plan.table))
-    state = np.ascontiguousarray(x[lot, piece.start].T)
+    state = np.array(x[lot, piece.start].T, order="C")  # a copy also of one run
     after, noise, k = np.empty_like(state), np.empty((job.step.w.numel(), runs)), np.empty(())
     sources = {"x": state, "w": noise}
     values: dict[int, Any] = lanes | {place: row[i : i + 1] for i, place in enumerate(plan.table)}

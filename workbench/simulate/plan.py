@@ -8,6 +8,8 @@ from functools import cached_property, lru_cache
 
 from workbench.core import Step
 from workbench.simulate.graph import Graph, Level, Node
+from workbench.simulate.reading import read
+from workbench.simulate.rewriting import rewritten
 
 # Numbers that stand in the code. All others are handed in, so that a step and its half are one kernel.
 PLAIN = (0.0, 1.0, -1.0, 2.0, 0.5)
@@ -37,7 +39,7 @@ class Plan:
     @lru_cache(maxsize=128)
     def of_step(step: Step, varied: tuple[int, ...]) -> Plan:
         """The plan of a step's graph, each made once."""
-        return Plan.of(_graph(step), varied)
+        return Plan.of(graph_of(step), varied)
 
     @staticmethod
     def of(graph: Graph, varied: Iterable[int]) -> Plan:
@@ -78,8 +80,9 @@ class Plan:
 
 
 @lru_cache(maxsize=128)
-def _graph(step: Step) -> Graph:
-    return Graph.of(step)
+def graph_of(step: Step) -> Graph:
+    """The graph of a step as every kernel evaluates it, made once."""
+    return rewritten(read(step))
 
 
 def _is_plain(node: Node) -> bool:

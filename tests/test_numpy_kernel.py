@@ -1,0 +1,127 @@
+"""The march in NumPy, against the compiled one and CasADi's."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from workbench.core import Entry, Layout, Ode, rk4
+from workbench.metrics import measured, rmse, total_variation
+from workbench.metrics.measure import final_values
+from workbench.simulate import batch, numpy_kernel, simulate
+from workbench.simulate.plan import Plan
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
+import paper_laws
+
+LOOPS = {law: paper_laws.rival("FS", law) for law in paper_laws.RIVALS} | {
+    "AOSMC-RGS": paper_laws.proposed_repaired("FS")
+}
+METRICS = (rmse(), total_variation(1e-3))
+
+
+@pytest.mark.parametrize("law", LOOPS)
+def test_numpy_and_the_compiled_march_agree_after_ten_thousand_steps(law):
+    ode = LOOPS[law].ode()
+    step = measured(ode, METRICS, 1e-4)
+    p = ode.parameters.pack({"plant.arm.links[1].mass": np.linspace(0.9, 1.1, 8)})
+    numpy, native = (simulate(step, p, until=1.0, every=1.0, engine=e) for e in ("numpy", "native"))
+    states = step.states.size - sum(e.size for e in step.states.entries if e.name.startswith("TV."))
+    scale = np.maximum(np.abs(native.x[:, -1, :states]).max(axis=0), 1e-3)
+    assert (np.abs(numpy.x[:, -1, :states] - native.x[:, -1, :states]) / scale).max() < 1e-12
+    variation = [final_values(runs, METRICS)["TV"] for runs in (numpy, native)]
+    np.testing.assert_allclose(*variation, rtol=1e-10)
+
+
+def probe(expression):
+    """A step that turns (x, y) into (x, f(x, y))."""
+    states = Layout((Entry("x", np.zeros(1)), Entry("y", np.zeros(1))))
+    x = states.symbols()
+    ode = Ode.of("probe", states, Layout(), (ca.SX.sym("t"), x, ca.SX(0, 1)), {"x": 0 * x[0], "y": x[0]}, {"e": x[0]})
+    step = rk4(ode, 1.0)
+    return replace(step, next=ca.vertcat(step.x[0], expression(step.x[0], step.x[1], step.k)))
+
+
+OPERATIONS = {
+    "sum, difference, product": lambda x, y, k: (x + y) * (x - y) - x * y + k,
+    "division": lambda x, y, k: x / (y + 7) - 1 / (2 + x**2),
+    "powers": lambda x, y, k: x**3 + y**-2 + (2 + y) ** 0.3,
+    "sine and cosine of sums": lambda x, y, k: ca.sin(x + y) + ca.cos(x - y) * ca.sin(x) - ca.cos(y) + ca.tan(x / 9),
+    "exp, log, tanh, sqrt": lambda x, y, k: ca.exp(x / 5) + ca.log(9 + y) + ca.tanh(x * y) + ca.sqrt(9 + x),
+    "arc tangent": lambda x, y, k: ca.atan2(x, y) + ca.atan2(-y, x),
+    "corners": lambda x, y, k: (
+        ca.fabs(x) + ca.sign(y) + ca.floor(3 * x) + ca.fmod(7 * x, 3) + ca.fmin(x, y) * ca.fmax(x, 1)
+    ),
+    "truths": lambda x, y, k: ca.if_else(ca.logic_or(x < y, ca.logic_and(x == 2, y != 1)), x, ca.if_else(y >= 0, 3, y)),
+    "not": lambda x, y, k: ca.logic_not(x <= y) + 2 * ca.logic_not(x),
+}
+
+
+@pytest.mark.parametrize("engine", ["numpy", "native"])
+@pytest.mark.parametrize("name", OPERATIONS)
+def test_an_operation_means_what_it_means_to_casadi(name, engine):
+    step = probe(OPERATIONS[name])
+    rng = np.random.default_rng(3)
+    starts = np.vstack([rng.uniform(-6, 6, (500, 2)), [[2.0, 1.5], [0.0, 3.0], [1.0, 1.0], [-2.0, -0.5]]])
+    ours, theirs = (simulate(step, x0=starts, until=1.0, engine=e).x[:, 1, 1] for e in (engine, "casadi"))
+    # a few roundings of numbers of size 40 at most
+    np.testing.assert_allclose(ours, theirs, rtol=1e-13, atol=1e-13)
+
+
+@pytest.mark.parametrize("engine", ["numpy", "native"])
+def test_the_arc_tangent_knows_every_quadrant_axis_and_sign_of_zero(engine):
+    if engine == "native":
+        pytest.importorskip("llvmlite")
+    step = probe(lambda x, y, k: ca.atan2(x, y))
+    special = [0.0, -0.0, 1.0, -1.0, 1e300, -1e300, 1e-300]
+    starts = np.array([[y, x] for y in special for x in special])
+    angles = np.linspace(-np.pi, np.pi, 4001)
+    starts = np.vstack([starts, 5 * np.column_stack([np.sin(angles), np.cos(angles)])])
+    got = simulate(step, x0=starts, until=1.0, engine=engine).x[:, 1, 1]
+    exact = np.arctan2(starts[:, 0], starts[:, 1])
+    # four units in the last place
+    np.testing.assert_allclose(got, exact, rtol=9e-16, atol=0)
+    np.testing.assert_array_equal(np.signbit(got), np.signbit(exact))
+
+
+def test_a_buffer_is_used_again_when_its_value_is_no_longer_needed():
+    step = measured(LOOPS["AOSMC-RGS"].ode(), METRICS, 1e-4)
+    made = numpy_kernel.program(Plan.of_step(step, ()))
+    assert made.buffers < len(made.lines) / 4
+    # no operation writes over an operand it still reads, nor over a value that is read later
+    holder: dict[int, int] = {}
+    where = dict(zip(made.places, (buffer for _, _, buffer in made.lines), strict=True))
+    for place, (_, operands, buffer) in zip(made.places, made.lines, strict=True):
+        for i in operands:
+            assert i not in where or holder[where[i]] == i
+        assert buffer not in {where[i] for i in operands if i in where}
+        holder[buffer] = place
+    assert all(holder[where[i]] == i for i in made.plan.graph.results if i in where)
+
+
+@pytest.mark.parametrize("size", [1, 3, 1000])
+def test_the_lots_of_the_march_change_no_bit(size, monkeypatch):
+    step = measured(LOOPS["ASMC"].ode(), METRICS, 1e-3)
+    starts = np.tile(step.states.default, (7, 1)) + 0.01 * np.arange(7)[:, np.newaxis]
+    whole = simulate(step, x0=starts, until=0.1, every=0.02, engine="numpy").x
+    monkeypatch.setattr(numpy_kernel, "RUNS_AT_ONCE", size)
+    again = simulate(step, x0=starts, until=0.1, every=0.02, engine="numpy").x
+    # NumPy's own sine may round otherwise at the end of an array: two units in the last place, carried on
+    np.testing.assert_allclose(again, whole, rtol=1e-12, atol=1e-13)
+
+
+def test_without_a_compiler_many_runs_go_to_numpy_and_few_to_casadi(monkeypatch):
+    def missing():
+        raise ImportError("No module named 'llvmlite'")
+
+    monkeypatch.setattr(batch, "_native", missing)
+    step = measured(LOOPS["PID"].ode(), METRICS, 1e-3)
+    few, many = (np.tile(step.states.default, (n, 1)) for n in (3, 100))
+    for starts, engine in ((few, "casadi"), (many, "numpy")):
+        chosen = simulate(step, x0=starts, until=0.02)
+        np.testing.assert_array_equal(chosen.x, simulate(step, x0=starts, until=0.02, engine=engine).x)
+    with pytest.raises(ValueError, match=r"engine='native'\)` cannot run here: No module named 'llvmlite'\."):
+        simulate(step, until=0.02, engine="native")

@@ -1,0 +1,150 @@
+"""Reading: the operations of a `Step`, as CasADi holds them, as the nodes of a graph.
+
+A division becomes a product with a reciprocal, which is shared and moves out of the loop wherever its
+operand does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import casadi as ca
+
+from workbench.core import Step
+from workbench.simulate.graph import SOURCES, Graph, Node, Nodes
+
+# Operations of CasADi by their names here; what is missing is built of these, or refused by name.
+OPERATIONS: Mapping[int, str] = {
+    ca.OP_ADD: "add",
+    ca.OP_SUB: "sub",
+    ca.OP_MUL: "mul",
+    ca.OP_NEG: "neg",
+    ca.OP_INV: "inv",
+    ca.OP_SQRT: "sqrt",
+    ca.OP_SIN: "sin",
+    ca.OP_COS: "cos",
+    ca.OP_EXP: "exp",
+    ca.OP_LOG: "log",
+    ca.OP_TANH: "tanh",
+    ca.OP_ATAN2: "atan2",
+    ca.OP_FABS: "fabs",
+    ca.OP_SIGN: "sign",
+    ca.OP_FLOOR: "floor",
+    ca.OP_FMOD: "fmod",
+    ca.OP_FMIN: "fmin",
+    ca.OP_FMAX: "fmax",
+    ca.OP_LT: "lt",
+    ca.OP_LE: "le",
+    ca.OP_EQ: "eq",
+    ca.OP_NE: "ne",
+    ca.OP_AND: "and",
+    ca.OP_OR: "or",
+    ca.OP_NOT: "not",
+}
+UNKNOWN = "unknown "
+NAMES = {getattr(ca, name): name.removeprefix("OP_") for name in dir(ca) if name.startswith("OP_")}
+
+
+def read(step: Step) -> Graph:
+    """The graph of a step.
+
+    Raises
+    ------
+    ValueError
+        If the step has an operation that no kernel knows; the message names it and the state it is for.
+    """
+    return _Reader(step).graph()
+
+
+class _Reader:
+    """Turns the instructions of CasADi into nodes."""
+
+    def __init__(self, step: Step) -> None:
+        self.step = step
+        self.nodes = Nodes()
+
+    def graph(self) -> Graph:
+        """All nodes that a result needs, in order."""
+        graph = self.nodes.graph(self._read(self.step.F))
+        self._check(graph)
+        return graph
+
+    def _read(self, function: ca.Function) -> list[int]:
+        registers: dict[int, int] = {}
+        results: dict[int, int] = {}
+        for line in range(function.n_instructions()):
+            code = function.instruction_id(line)
+            reads, writes = function.instruction_input(line), function.instruction_output(line)
+            if code == ca.OP_OUTPUT:
+                results[writes[1]] = registers[reads[0]]
+            elif code == ca.OP_INPUT:
+                registers[writes[0]] = self.nodes.add(SOURCES[reads[0]], index=reads[1])
+            elif code == ca.OP_CONST:
+                registers[writes[0]] = self.nodes.constant(function.instruction_constant(line))
+            else:
+                registers[writes[0]] = self._operation(code, *(registers[read] for read in reads))
+        return [results[i] if i in results else self.nodes.constant(0.0) for i in range(self.step.states.size)]
+
+    def _operation(self, code: int, *operands: int) -> int:
+        """An operation of CasADi in terms of ours."""
+        match code:
+            case ca.OP_ASSIGN:
+                return operands[0]
+            case ca.OP_SQ:
+                return self.nodes.add("mul", (operands[0], operands[0]))
+            case ca.OP_TWICE:
+                return self.nodes.add("add", (operands[0], operands[0]))
+            case ca.OP_DIV:
+                return self.nodes.add("mul", (operands[0], self.nodes.add("inv", (operands[1],))))
+            case ca.OP_CONSTPOW | ca.OP_POW:
+                return self._power(*operands)
+            case ca.OP_IF_ELSE_ZERO:
+                return self.nodes.add("if_else", (*operands, self.nodes.constant(0.0)))
+            case ca.OP_ADD:
+                return self._sum(*operands)
+            case ca.OP_TAN:
+                cosine = self.nodes.add("inv", (self.nodes.add("cos", operands),))
+                return self.nodes.add("mul", (self.nodes.add("sin", operands), cosine))
+        return self.nodes.add(OPERATIONS.get(code, f"{UNKNOWN}{NAMES.get(code, code)}"), operands)
+
+    def _check(self, graph: Graph) -> None:
+        """Refuse an operation that no kernel knows, with the first state that needs it."""
+        for place, node in enumerate(graph.nodes):
+            if node.op.startswith(UNKNOWN):
+                needs = [
+                    label
+                    for label, i in zip(self.step.states.labels, graph.results, strict=True)
+                    if place in graph.before([i])
+                ]
+                known = ", ".join(sorted(OPERATIONS.values()))
+                raise ValueError(
+                    f"The step of '{self.step.flow.name}' has the operation {node.op.removeprefix(UNKNOWN)}, which "
+                    f"the batch engine does not know; '{needs[0]}' needs it. It knows {known}, and what is made of "
+                    "them."
+                )
+
+    def _sum(self, a: int, b: int) -> int:
+        """A sum; of (c ? u : 0) and (not c ? v : 0), as CasADi writes it, (c ? u : v)."""
+        first, second = self.nodes[a], self.nodes[b]
+        if first.op == second.op == "if_else":
+            zero = self.nodes.constant(0.0)
+            (c, u, rest), (d, v, more) = first.operands, second.operands
+            if rest == more == zero and self.nodes[d] == Node("not", (c,)):
+                return self.nodes.add("if_else", (c, u, v))
+            if rest == more == zero and self.nodes[c] == Node("not", (d,)):
+                return self.nodes.add("if_else", (d, v, u))
+        return self.nodes.add("add", (a, b))
+
+    def _power(self, base: int, exponent: int) -> int:
+        """A whole power as products, any other as exp(b log a)."""
+        number = self.nodes[exponent]
+        if number.op == "const" and number.value == int(number.value) and 0 < abs(number.value) <= 16:
+            size, result, square = int(abs(number.value)), None, base
+            while size:
+                if size & 1:
+                    result = square if result is None else self.nodes.add("mul", (result, square))
+                size >>= 1
+                square = self.nodes.add("mul", (square, square)) if size else square
+            assert result is not None
+            return result if number.value > 0 else self.nodes.add("inv", (result,))
+        return self.nodes.add("exp", (self.nodes.add("mul", (exponent, self.nodes.add("log", (base,)))),))
