@@ -158,3 +158,39 @@ def test_the_working_set_counts_towards_the_limit_of_memory(monkeypatch):
 def test_casadis_machine_hands_back_no_parameter_at_a_kept_time():
     marcher = virtual_machine._marcher(rk4(decay(), 0.1), 2, 5, 3)
     assert marcher.size_out(0) == (1 + 1, 5 * 3)
+
+
+def test_a_billion_runs_are_refused_with_their_time_and_memory_before_the_start():
+    step = rk4(oscillator(), 1e-3)
+    starts = np.broadcast_to(step.states.default, (10**9, 2))
+    with pytest.raises(ValueError, match=r"would need 29\.8 GB of memory for its states; the limit is 4 GB"):
+        batch._afford(step, starts, 10_000, 1)
+    few = np.broadcast_to(step.states.default, (10**5, 2))
+    with pytest.raises(ValueError, match=r"would take about \d+ hours of one processor for 100000 runs of 10000000000"):
+        batch._afford(step, few, 10**10, 1)
+
+
+def test_the_memory_of_a_run_that_keeps_its_end_alone_does_not_grow_with_the_horizon():
+    import tracemalloc
+
+    step, peaks = rk4(oscillator(), 1e-3), []
+    starts = np.tile(step.states.default, (500, 1))
+    for until in (20.0, 200.0):  # both longer than one table of time
+        tracemalloc.start()
+        simulate(step, x0=starts, until=until, every=until)
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    assert peaks[1] < 1.2 * peaks[0]
+
+
+def test_one_row_of_parameters_is_not_copied_for_every_run():
+    step = rk4(oscillator(), 1e-3)
+    runs = simulate(step, x0=np.tile(step.states.default, (50, 1)), until=1e-3)
+    assert runs.p.shape == (50, 1)
+    assert runs.p.strides[0] == 0
+
+
+@pytest.mark.parametrize("engine", ["native", "numpy", "casadi"])
+def test_an_oscillator_is_an_oscillator_on_every_engine(engine):
+    runs = simulate(rk4(oscillator(), 1e-3), until=3.0, every=0.5, engine=engine)
+    np.testing.assert_allclose(runs["q"][0, :, 0], np.cos(2 * runs.t), atol=1e-11)

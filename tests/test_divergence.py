@@ -1,0 +1,82 @@
+"""No run is lost: one that diverges is marked with its time and its first bad state, the others are untouched."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from equations import explosion
+
+from workbench.core import Entry, Layout, Ode, rk4
+from workbench.simulate import divergence, simulate, virtual_machine
+from workbench.simulate.divergence import find_divergence
+from workbench.simulate.job import Job
+
+ENGINES = ["native", "numpy", "casadi"]
+STEP = rk4(explosion(), 1e-3)
+
+
+def first_bad_step(x0):
+    """The step at which the recursion, one step after the other, is no longer finite."""
+    x, k = x0, 0
+    with np.errstate(all="ignore"):
+        while np.isfinite(x):
+            x, k = float(STEP.F(k, x, [], [])), k + 1
+    return k
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("every", [1e-3, 0.05, 4.0])
+def test_the_time_is_that_of_the_first_step_that_is_not_finite(engine, every):
+    starts = np.array([1.0, 0.1, 0.3, 3.0, 0.27])
+    runs = simulate(STEP, x0=starts[:, np.newaxis], until=4.0, every=every, engine=engine)
+    expected = [first_bad_step(x) * 1e-3 if x > 0.25 else np.nan for x in starts]
+    np.testing.assert_allclose(runs.diverged_at, expected, rtol=1e-12)
+    assert runs.diverged_in == tuple("x[0]" if x > 0.25 else None for x in starts)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_rows_from_the_divergence_on_are_nan_and_those_before_it_are_kept(engine):
+    runs = simulate(STEP, x0=np.array([[1.0], [0.5]]), until=1.5, every=0.1, engine=engine)
+    bad = runs.t >= runs.diverged_at[0]
+    assert np.isnan(runs.x[0, bad]).all()
+    np.testing.assert_allclose(runs.x[0, ~bad, 0][:-1], 1 / (1 - runs.t[~bad][:-1]), rtol=1e-6)
+    assert np.isfinite(runs.x[1]).all()
+
+
+def chain():
+    """Three states, of which the second explodes and takes the third with it."""
+    states = Layout((Entry("calm", np.ones(1)), Entry("wild", np.ones(2)), Entry("led", np.zeros(()))))
+    t, x = ca.SX.sym("t"), states.symbols()
+    rates = {"calm": -x[0], "wild": ca.vertcat(-x[1], x[2] ** 2), "led": x[2]}
+    return Ode.of("chain", states, Layout(), (t, x, ca.SX(0, 1)), rates, {"e": x[0]})
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_state_that_was_lost_first_is_named(engine):
+    runs = simulate(rk4(chain(), 1e-3), until=2.0, every=0.5, engine=engine)
+    assert runs.diverged_in == ("wild[1]",)
+
+
+def test_many_diverging_runs_are_found_in_as_many_looks_as_digits(monkeypatch):
+    monkeypatch.setattr(divergence, "ROWS", 10)
+    looks = []
+
+    def march(job, x, tell):
+        looks.append(x.shape)
+        virtual_machine.march(job, x, tell)
+
+    x = np.empty((40, 2, 1))
+    x[:, 0, 0] = np.linspace(0.5, 0.52, 40)
+    p = np.zeros((40, 0))
+    job = Job(STEP, p, 4000, 0, np.arange(40))
+    virtual_machine.march(job, x, lambda share: None)
+    found = find_divergence(job, x, march)
+    np.testing.assert_allclose(found.at, [first_bad_step(x0) * 1e-3 for x0 in np.linspace(0.5, 0.52, 40)], rtol=1e-12)
+    # 4,000 steps in tens: a look for all, then one for each place where some are
+    assert sum(shape[0] * shape[1] for shape in looks) < 40 * 11 * 4
+    assert all(shape[1] <= 11 for shape in looks)
+
+
+def test_a_start_that_blows_up_at_once_is_a_divergence_at_the_first_step():
+    runs = simulate(STEP, x0=np.array([[1e200], [0.1]]), until=0.1, every=0.1)
+    np.testing.assert_array_equal(runs.diverged_at, [1e-3, np.nan])
+    assert runs.x[1, -1, 0] == pytest.approx(0.1 / 0.99, rel=1e-9)
