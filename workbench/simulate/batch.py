@@ -106,7 +106,8 @@ def _rows(step: Step, p: Array | None, x0: Array | None) -> tuple[Array, Array]:
     tables = []
     for name, layout, given in (("p", step.parameters, p), ("x0", step.states, x0)):
         try:
-            rows = np.atleast_2d(layout.default if given is None else numbers(given))
+            held = isinstance(given, np.ndarray) and given.dtype == float  # not copied: a million rows are 300 MB
+            rows = np.atleast_2d(layout.default if given is None else given if held else numbers(given))
         except (TypeError, ValueError):
             raise ValueError(f"`simulate({name}=...)` must be rows of numbers; got {given!r}.") from None
         if len(rows) == 0:

@@ -17,6 +17,7 @@ from workbench.simulate.job import Job, Piece, Progress, lots, pieces, threads
 from workbench.simulate.lowering import lower
 from workbench.simulate.plan import Plan
 
+FEW = 4
 ALIGNMENT = 64  # bytes: what the widest vector loads ask for
 
 
@@ -48,9 +49,9 @@ def kernel(plan: Plan, width: int) -> Kernel:
 def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
     """Fill x (B, 1 + kept, nx) behind x[:, 0] with the states every `stride` steps.
 
-    Vectors of `width` runs are as wide as the processor's unless it is given.
+    Vectors of `width` runs are as wide as the processor's unless it is given; few runs are served faster by half.
     """
-    made = kernel(Plan.of_step(job.step, job.varied), width or llvm.lanes())
+    made = kernel(Plan.of_step(job.step, job.varied), width or (llvm.lanes() if len(x) > FEW else FEW))
     todo = pieces(job, x.shape[1] - 1)
     pool = ThreadPoolExecutor(threads())
     try:
