@@ -55,7 +55,7 @@ def kernels(tmp_path, monkeypatch):
 def compilations(kernels, monkeypatch):
     """The IR of every module that LLVM was asked to compile."""
     asked, compile_ = [], llvm._machine_code
-    monkeypatch.setattr(llvm, "_machine_code", lambda ir: asked.append(ir) or compile_(ir))
+    monkeypatch.setattr(llvm, "_machine_code", lambda ir, level: asked.append(ir) or compile_(ir, level))
     return asked
 
 

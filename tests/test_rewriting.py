@@ -49,7 +49,7 @@ def test_a_product_used_once_in_a_sum_of_its_level_is_rounded_with_it():
 
 def test_what_is_fused_computes_the_same():
     nodes = Nodes()
-    x, y, z = (nodes.add("x", index=i) for i in range(3))
+    x, y, z = (nodes.add("x", entry=i) for i in range(3))
     product = nodes.add("mul", (x, y))
     results = [nodes.add(*pair) for pair in (("add", (product, z)), ("sub", (nodes.add("mul", (y, z)), x)))]
     results.append(nodes.add("sub", (x, nodes.add("mul", (x, z)))))

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 
 class Level(enum.IntEnum):
@@ -17,14 +18,13 @@ class Level(enum.IntEnum):
     STATE = 2
 
 
-@dataclass(frozen=True)
-class Node:
-    """One operation on the values of earlier nodes; `value` is that of a constant, `index` that of an input."""
+class Node(NamedTuple):
+    """One operation on the values of earlier nodes; `value` is that of a constant, `entry` that of an input."""
 
     op: str
     operands: tuple[int, ...] = ()
     value: float = 0.0
-    index: int = 0
+    entry: int = 0
 
 
 SOURCES = ("k", "x", "p", "w")
@@ -35,8 +35,8 @@ FOLDED: Mapping[str, Callable[..., float]] = {
     "sub": lambda a, b: a - b,
     "mul": lambda a, b: a * b,
     "neg": lambda a: -a,
-    "inv": lambda a: 1.0 / a,
-    "sqrt": math.sqrt,
+    "inv": lambda a: 1.0 / a if a else math.inf,
+    "sqrt": lambda a: math.sqrt(a) if a >= 0 else math.nan,
 }
 
 
@@ -68,7 +68,7 @@ class Graph:
         """The nodes that depend on the sources `op` of the given indices."""
         found: set[int] = set()
         for place, node in enumerate(self.nodes):
-            if (node.op == op and node.index in indices) or not found.isdisjoint(node.operands):
+            if (node.op == op and node.entry in indices) or not found.isdisjoint(node.operands):
                 found.add(place)
         return frozenset(found)
 
@@ -87,7 +87,7 @@ class Graph:
         """The graph of some of its places in order, with other nodes at some of them."""
         new = {old: place for place, old in enumerate(places)}
         held = (nodes.get(place, self.nodes[place]) for place in places)
-        renamed = tuple(Node(n.op, tuple(new[i] for i in n.operands), n.value, n.index) for n in held)
+        renamed = tuple(Node(n.op, tuple(new[i] for i in n.operands), n.value, n.entry) for n in held)
         return Graph(renamed, tuple(new[i] for i in self.results))
 
 
@@ -105,12 +105,11 @@ class Nodes:
         """A number; minus zero is zero, as the two are one key."""
         return self.add("const", value=float(value) + 0.0)
 
-    def add(self, op: str, operands: tuple[int, ...] = (), value: float = 0.0, index: int = 0) -> int:
+    def add(self, op: str, operands: tuple[int, ...] = (), value: float = 0.0, entry: int = 0) -> int:
         """The place of an operation on the values at earlier places."""
-        values = [self.held[i].value for i in operands if self.held[i].op == "const"]
-        if op in FOLDED and operands and len(values) == len(operands):
-            return self.constant(FOLDED[op](*values))
-        node = Node(op, tuple(sorted(operands)) if op in COMMUTATIVE else operands, value, index)
+        if op in FOLDED and all(self.held[i].op == "const" for i in operands):
+            return self.constant(FOLDED[op](*(self.held[i].value for i in operands)))
+        node = Node(op, tuple(sorted(operands)) if op in COMMUTATIVE else operands, value, entry)
         if node not in self.places:
             self.places[node] = len(self.held)
             self.held.append(node)

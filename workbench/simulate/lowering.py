@@ -127,7 +127,7 @@ def _march(plan: Plan, width: int) -> str:
         node = graph.nodes[place]
         if node.op == "const":
             return e.spread("%constants", plan.constant_places[place])
-        return e.lane("%p_here", plan.parameters[node.index])
+        return e.lane("%p_here", plan.parameters[node.entry])
 
     def inside(e: Emission, place: int) -> str:
         node = graph.nodes[place]
@@ -136,11 +136,11 @@ def _march(plan: Plan, width: int) -> str:
         if place in row:
             return e.spread("%time_here", row[place] * width)
         if node.op == "w":
-            noise = {i: n.index for i, n in enumerate(graph.nodes) if n.op == "w"}
+            noise = {i: n.entry for i, n in enumerate(graph.nodes) if n.op == "w"}
             names = normals(e, e.splat("%seed", "i64"), "%key", e.splat("%k", "i64"), 1 + max(noise.values()))
             e.values |= {i: names[index] for i, index in noise.items()}
             return e.values[place]
-        return f"%x{node.index}" if node.op == "x" else e.splat(e.line("sitofp i64 %k to double"))
+        return f"%x{node.entry}" if node.op == "x" else e.splat(e.line("sitofp i64 %k to double"))
 
     before, body = Emission(graph, width, "u", outside), Emission(graph, width, "v", inside)
     before.emit(plan.per_run)
@@ -170,7 +170,7 @@ def _table(plan: Plan, width: int) -> str:
         node = graph.nodes[place]
         if node.op == "const":
             return e.spread("%constants", plan.constant_places[place])
-        return e.spread("%p", plan.parameters[node.index])
+        return e.spread("%p", plan.parameters[node.entry])
 
     def inside(e: Emission, place: int) -> str:
         return "%time" if graph.nodes[place].op == "k" else before.value(place)

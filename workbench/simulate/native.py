@@ -8,6 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -18,7 +19,12 @@ from workbench.simulate.lowering import lower
 from workbench.simulate.plan import Plan
 
 FEW = 4
+WORTH_COMPILING = 100_000  # steps of blocks; a run that diverges early never needs better code
 ALIGNMENT = 64  # bytes: what the widest vector loads ask for
+
+
+# How many steps of blocks each plan has marched in this process.
+_marched: WeakKeyDictionary[Plan, int] = WeakKeyDictionary()
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,10 +38,10 @@ class Kernel:
     constants: Array
 
 
-@lru_cache(maxsize=128)
-def kernel(plan: Plan, width: int) -> Kernel:
-    """The kernel of a plan, `width` runs side by side."""
-    module = llvm.compiled(lower(plan, width))
+@lru_cache(maxsize=256)
+def kernel(plan: Plan, width: int, haste: bool = False) -> Kernel:
+    """The kernel of a plan, `width` runs side by side; in `haste`, slower code with the same results."""
+    module = llvm.compiled(_ir(plan, width), haste)
     number, pointer = ctypes.c_int64, ctypes.c_void_p
     return Kernel(
         plan,
@@ -46,18 +52,24 @@ def kernel(plan: Plan, width: int) -> Kernel:
     )
 
 
+@lru_cache(maxsize=16)
+def _ir(plan: Plan, width: int) -> str:
+    return lower(plan, width)
+
+
 def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
     """Fill x (B, 1 + kept, nx) behind x[:, 0] with the states every `stride` steps.
 
     Vectors of `width` runs are as wide as the processor's unless it is given; few runs are served faster by half.
     """
-    made = kernel(Plan.of_step(job.step, job.varied), width or (llvm.lanes() if len(x) > FEW else FEW))
+    plan, width = Plan.of_step(job.step, job.varied), width or (llvm.lanes() if len(x) > FEW else FEW)
     todo = pieces(job, x.shape[1] - 1)
     pool = ThreadPoolExecutor(threads())
     try:
         for done, piece in enumerate(todo):
+            made = kernel(plan, width, haste=_is_short(plan, -(-len(x) // width) * piece.rows * piece.steps))
             table, parts = _table(made, job.p[0], piece), lots(job, piece, made.width)
-            advanced = pool.map(lambda lot, of=piece, t=table: _advance(made, job, lot, x[lot], of, t), parts)
+            advanced = pool.map(lambda lot, k=made, of=piece, t=table: _advance(k, job, lot, x[lot], of, t), parts)
             for n, _ in enumerate(advanced):
                 tell((done + (n + 1) / len(parts)) / len(todo))
             last = piece.first + piece.rows
@@ -67,6 +79,12 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
                 break
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def _is_short(plan: Plan, more: int) -> bool:
+    """Whether a plan has marched, with `more` steps of blocks, too little to have paid for better code."""
+    _marched[plan] = _marched.get(plan, 0) + more
+    return _marched[plan] < WORTH_COMPILING
 
 
 def _table(made: Kernel, p: Array, piece: Piece) -> Array:

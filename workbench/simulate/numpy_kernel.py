@@ -139,7 +139,7 @@ def _advance(made: Program, job: Job, lot: slice, x: Array, piece: Piece, table:
     values: dict[int, Any] = lanes | {place: row[i : i + 1] for i, place in enumerate(plan.table)}
     for place, node in enumerate(graph.nodes):
         if node.op in ("x", "w"):
-            values[place] = sources[node.op][node.index]
+            values[place] = sources[node.op][node.entry]
         elif node.op in ("const", "k"):
             values.setdefault(place, k if node.op == "k" else np.float64(node.value))
     values |= {place: buffers[buffer] for place, (_, _, buffer) in zip(made.places, made.lines, strict=True)}
@@ -169,7 +169,7 @@ def _evaluate(graph: Graph, places: Sequence[int], source: Callable[[str, int], 
             if node.op == "const":
                 values[place] = np.float64(node.value)
             elif not node.operands:
-                values[place] = source(node.op, node.index)
+                values[place] = source(node.op, node.entry)
             else:  # a truth becomes a number
                 values[place] = FUNCTIONS[node.op](*(values[i] for i in node.operands)) * 1.0
     whole = np.broadcast_shapes(*(np.shape(values[place]) for place in places))

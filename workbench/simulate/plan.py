@@ -76,7 +76,7 @@ class Plan:
     @cached_property
     def parameters(self) -> Mapping[int, int]:
         """Where a parameter, by its index, is among those that a kernel is handed: those that the graph has."""
-        return {i: place for place, i in enumerate(sorted(n.index for n in self.graph.nodes if n.op == "p"))}
+        return {i: place for place, i in enumerate(sorted(n.entry for n in self.graph.nodes if n.op == "p"))}
 
 
 @lru_cache(maxsize=128)

@@ -78,7 +78,7 @@ class _Reader:
             if code == ca.OP_OUTPUT:
                 results[writes[1]] = registers[reads[0]]
             elif code == ca.OP_INPUT:
-                registers[writes[0]] = self.nodes.add(SOURCES[reads[0]], index=reads[1])
+                registers[writes[0]] = self.nodes.add(SOURCES[reads[0]], entry=reads[1])
             elif code == ca.OP_CONST:
                 registers[writes[0]] = self.nodes.constant(function.instruction_constant(line))
             else:

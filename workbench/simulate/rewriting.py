@@ -32,7 +32,7 @@ def opened(graph: Graph) -> Graph:
         if node.op in ("sin", "cos"):
             new[place] = turned(node.op, node.operands[0])
         else:
-            new[place] = nodes.add(node.op, tuple(new[i] for i in node.operands), node.value, node.index)
+            new[place] = nodes.add(node.op, tuple(new[i] for i in node.operands), node.value, node.entry)
     return nodes.graph(new[place] for place in graph.results)
 
 
