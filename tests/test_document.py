@@ -119,6 +119,12 @@ def test_a_logarithmic_axis_refuses_numbers_without_a_logarithm():
         Panel("y", (Series("a", [0, 1], [1, 0]),), yscale="log")
 
 
+@pytest.mark.parametrize("wrong", [{"ylim": (0, 1)}, {"hlines": (-1.0,)}])
+def test_a_logarithmic_axis_refuses_limits_and_lines_without_a_logarithm(wrong):
+    with pytest.raises(ValueError, match=r"Panel\(yscale='log'\).*limits and lines > 0"):
+        Panel("y", (Series("a", [0, 1], [1, 2]),), yscale="log", **wrong)
+
+
 @pytest.mark.parametrize("style", [8, -1, "solid"])
 def test_an_unknown_style_is_refused(style):
     with pytest.raises(ValueError, match="0 to 7"):

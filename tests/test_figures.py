@@ -1,11 +1,15 @@
 import re
+from itertools import pairwise
 
 import matplotlib
 import numpy as np
 import pytest
 
 from workbench.notation.formula import Matrix, Number, symbol
-from workbench.report.figures import draw, plot
+from workbench.report.figures.axes import plot
+from workbench.report.figures.pen import Pen
+from workbench.report.figures.ruler import Ruler
+from workbench.report.figures.sheet import draw
 from workbench.report.thinning import thinned, windowed
 from workbench.study.document import Band, Figure, Panel, Series
 
@@ -149,3 +153,71 @@ def test_one_pair_of_axes_or_a_square_of_them_serves():
     axes = square.subplots(2, 2)
     assert plot(Figure("four", "", panels), axes) is square
     assert axes[1, 0].lines[0].get_ydata()[-1] == pytest.approx(20.0)
+
+
+PANELS = {
+    "linear": Panel("y", (Series("a", T, np.sin(T)),)),
+    "limits": Panel("y", (Series("a", T, np.sin(T)),), xlim=(2, 3), ylim=(-5, 5)),
+    "ruled": Panel("y", (Series("a", T, np.sin(T)),), hlines=(7,), vlines=(-3,)),
+    "logarithmic": Panel("y", (Series("a", T + 1, np.exp(T)),), xscale="log", yscale="log"),
+    "marks": Panel("y", (Series("a", T, np.exp(T), look="marks"),), yscale="log"),
+    "flat": Panel("y", (Series("a", T, T * 0 + 2),)),
+    "one point": Panel("y", (Series("a", [1.0], [0.0]),)),
+}
+
+
+@pytest.mark.parametrize("panel", PANELS.values(), ids=PANELS.keys())
+def test_a_drawn_panel_spans_what_matplotlibs_axes_span(panel, monkeypatch):
+    """`plot` lets matplotlib choose the limits; a drawing chooses them itself."""
+    found = []
+    around = Ruler.around
+    monkeypatch.setattr(Ruler, "around", lambda *given: found.append(around(*given)) or found[-1])
+    draw(Figure("f", "", (panel,)))
+    ax = plot(Figure("f", "", (panel,))).axes[0]
+    assert [(ruler.low, ruler.high) for ruler in found] == [
+        pytest.approx(ax.get_xlim(), rel=1e-12),
+        pytest.approx(ax.get_ylim(), rel=1e-12),
+    ]
+
+
+def words_of(figure, monkeypatch):
+    """Each piece of text with its place and its size, as the pen is told to write it."""
+    told = []
+    monkeypatch.setattr(Pen, "words", lambda pen, *given, upwards=False: told.append((*given, upwards)))
+    draw(figure)
+    return [given for given in told if given[0]]
+
+
+def test_numbers_have_true_minus_signs_and_share_a_power_of_ten(monkeypatch):
+    texts = [given[0] for given in words_of(figure(Series("a", T, 2e5 * np.sin(T))), monkeypatch)]
+    assert {"−2", "−1", "0", "1", "2"} <= set(texts)
+    assert any("10^{5}" in text for text in texts)
+
+
+def test_a_short_logarithmic_ruler_has_numbers_between_the_powers_of_ten():
+    assert len(Ruler("log", 3.0, 5.0).ticks(9).numbers) >= 2
+    decades = Ruler("log", 1e-4, 1.0).ticks(9)
+    assert decades.places == pytest.approx((1e-4, 1e-3, 1e-2, 1e-1, 1))
+    assert len(decades.minor) == 4 * 8
+
+
+@pytest.mark.parametrize("columns", [1, 2, 3])
+def test_no_word_leaves_the_sheet_and_the_abscissa_is_named_below_the_last_row_alone(columns, monkeypatch):
+    laws = tuple(Series(f"a law of many words, the {k}th", T, 1e-3 * T * (k - 3), k) for k in range(8))
+    panels = tuple(Panel("a long name [N m]", laws, title="a panel") for _ in range(6))
+    words = words_of(Figure("many", "", panels, columns=columns), monkeypatch)
+    width, height = 6.3 * 72, 72 * ({1: 2.4, 2: 2.0, 3: 1.8}[columns] * 0.86 * (6 // columns) + 0.35)
+    assert all(0 < x < width and 0 < y < height for _, x, y, *_ in words)
+    assert sum(given[0] == "time [s]" for given in words) == columns
+
+
+def test_a_gap_stays_a_gap_and_a_held_value_makes_steps():
+    def path(**look):
+        series = Series("a", [0.0, 1.0, 2.0, 3.0, 4.0, 5.0], [0.0, 1.0, np.nan, 1.0, 2.0, 2.0], **look)
+        (drawn,) = re.findall(r'<path d="([^"]*)" clip-path', draw(figure(series)))
+        return drawn
+
+    assert path().count("M") == 2
+    steps = [tuple(map(float, point)) for point in re.findall(r"[ML] ([-\d.]+) ([-\d.]+)", path(look="steps"))]
+    assert len(steps) > 5
+    assert all(a[0] == b[0] or a[1] == b[1] for a, b in pairwise(steps[:4]))

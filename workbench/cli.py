@@ -88,8 +88,7 @@ def run(study: Path, out: Path | None) -> None:
             findings = headlines(loaded, results)
         with _of_the_study(study, loaded.sections):
             folder.write(document(loaded, results, command=_command(study, out)), target)
-        for line in [*findings, f"The report is {target / 'index.html'}, and {target / 'report.pdf'}."]:
-            click.echo(line)
+        click.echo("\n".join([*findings, f"The report is {target / 'index.html'}, and {target / 'report.pdf'}."]))
 
 
 @cli.command()
@@ -116,6 +115,19 @@ def doctor() -> None:
             click.echo(f"{'ok' if finding.well else 'wrong':6} {finding.name:18} {finding.said}")
             well = well and finding.well
         sys.exit(0 if well else 1)
+
+
+@cli.command()
+@click.option("--json", "as_json", is_flag=True, help="Print the table as JSON.")
+@click.option("--only", default="", metavar="NAME", help="Measure only the rows with NAME in theirs.")
+@click.option("--quick", is_flag=True, help="Measure once what is else measured several times.")
+def bench(as_json: bool, only: str, quick: bool) -> None:
+    """Measure how fast the engine is, beside its peers and its bars."""
+    with _one_sentence():
+        from workbench.bench import effort, table
+
+        rows = table.measured(effort.QUICK if quick else effort.Effort(), only, lambda said: click.echo(said, err=True))
+        click.echo((table.as_json if as_json else table.as_text)(list(rows)))
 
 
 def _check_file(file: Path) -> None:

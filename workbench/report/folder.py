@@ -7,9 +7,10 @@ import re
 import secrets
 import shutil
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from workbench.report.figures import draw
+from workbench.report.figures.sheet import draw
 from workbench.report.page import GENERATOR, html
 from workbench.report.pdf import pdf
 from workbench.report.tables import to_csv, to_latex
@@ -53,12 +54,14 @@ def write(document: Document, folder: Path | str) -> Path:
 def _contents(document: Document) -> dict[str, bytes]:
     """Every file of a report by its path below the folder."""
     drawings = {figure.name: draw(figure) for figure in document.figures}
-    texts = {"index.html": html(document, drawings)}
-    texts |= {f"figures/{name}.svg": drawing for name, drawing in drawings.items()}
-    for table in document.tables:
-        texts[f"tables/{table.name}.csv"] = to_csv(table)
-        texts[f"tables/{table.name}.tex"] = to_latex(table)
-    return {path: text.encode("utf-8") for path, text in texts.items()} | {"report.pdf": pdf(document, drawings)}
+    with ThreadPoolExecutor(1) as beside:  # typst lets go of the interpreter's lock
+        printed = beside.submit(pdf, document, drawings)
+        texts = {"index.html": html(document, drawings)}
+        texts |= {f"figures/{name}.svg": drawing for name, drawing in drawings.items()}
+        for table in document.tables:
+            texts[f"tables/{table.name}.csv"] = to_csv(table)
+            texts[f"tables/{table.name}.tex"] = to_latex(table)
+        return {path: text.encode("utf-8") for path, text in texts.items()} | {"report.pdf": printed.result()}
 
 
 def check_free(target: Path) -> None:

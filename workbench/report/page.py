@@ -15,7 +15,7 @@ from markupsafe import Markup, escape
 
 from workbench.notation import mathml
 from workbench.report.cleaning import cleaned
-from workbench.report.figures import draw
+from workbench.report.figures.sheet import draw
 from workbench.report.numbers import Printed
 from workbench.report.outline import Placed, chapters, labels, named, notes, provenance
 from workbench.report.tables import Shown, alignments, grid, plain, short_columns, unit_of

@@ -13,7 +13,7 @@ import typst
 
 from workbench.notation import typst_math
 from workbench.report.cleaning import cleaned
-from workbench.report.figures import draw
+from workbench.report.figures.sheet import draw
 from workbench.report.numbers import Printed
 from workbench.report.outline import Chapter, Placed, chapters, labels, named, notes, provenance
 from workbench.report.tables import Shown, alignments, grid, length, plain, unit_of
@@ -104,6 +104,7 @@ class _Writer:
                 for chapter in chapters(document)
             ],
             "provenance": [list(row) for row in provenance(document)],
+            "again": document.colophon.again,
         }
 
     def block(self, placed: Placed, *, floats: bool = False) -> Tree:

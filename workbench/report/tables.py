@@ -118,7 +118,8 @@ def _is_centred(column: list[Shown]) -> bool:
 
 def short_columns(table: Table) -> list[bool]:
     """Whether the cells of each column are so short that none of them should be broken."""
-    return [all(length(row[i]) <= 18 for row in grid(table)) for i in range(len(table.columns))]
+    cells = grid(table)
+    return [all(length(row[i]) <= 18 for row in cells) for i in range(len(table.columns))]
 
 
 def length(shown: Shown) -> int:

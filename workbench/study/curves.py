@@ -102,6 +102,12 @@ class Panel:
             limits = getattr(self, name)
             if limits is not None and not -np.inf < limits[0] < limits[1] < np.inf:
                 raise ValueError(f"`Panel({name}=...)` must be (low, high), low < high; got {limits!r}.")
+        for name, lines in (("x", self.vlines), ("y", self.hlines)):
+            least = min((*(getattr(self, f"{name}lim") or ()), *lines), default=1.0)
+            if getattr(self, f"{name}scale") == "log" and least <= 0:
+                raise ValueError(
+                    f"`Panel({name}scale='log')` needs limits and lines > 0, which have a logarithm; got {least:g}."
+                )
         for series in self.series:
             x, *ys = series.curves
             self._check_scale("xscale", self.xscale, series, x)

@@ -167,7 +167,7 @@ class Colophon:
     """How to get this report again: the command, the seed, and what the numbers were made of.
 
     `fingerprints` maps the name of a set of equations to its hexadecimal digest, `packages` the name
-    of a package to its version.
+    of a package to its version; `again` says what the same command would give.
     """
 
     command: str
@@ -176,6 +176,7 @@ class Colophon:
     seed: int | None = None
     packages: Mapping[str, str] = field(default_factory=dict)
     python: str = ""
+    again: str = "The same command with the same versions gives this report again, byte for byte."
 
 
 @dataclass(frozen=True)

@@ -185,6 +185,8 @@ class Study:
         Lower-case letters, digits and underscores: it becomes the report's folder.
     sections, headlines
         What the report says of the results, and the findings that the command line prints, one a line.
+    measures_time
+        Whether the report holds times, which differ from one run to the next.
     """
 
     name: str
@@ -195,6 +197,7 @@ class Study:
     headlines: Callable[[Results], Sequence[str]] = field(default=lambda results: ())
     cases: tuple[Case, ...] = ()
     fingerprints: Mapping[str, str] = field(default_factory=dict)
+    measures_time: bool = False
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not re.fullmatch(r"[a-z0-9_]{1,80}", self.name):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import platform
 from collections.abc import Iterable
+from dataclasses import replace
 from importlib.metadata import version
 
 from workbench import __version__
@@ -24,6 +25,8 @@ def document(study: Study, results: Results, command: str) -> Document:
         packages={name: version(name) for name in PACKAGES},
         python=platform.python_version(),
     )
+    if study.measures_time:
+        colophon = replace(colophon, again="The same command measures again: times differ from run to run.")
     return Document(
         title=study.title,
         question=" ".join(study.question.split()),

@@ -1,0 +1,31 @@
+"""`python -m tests.exams DIR [-v]`: one line an exam; exit 1 if a bar is missed, 2 if there is no such folder."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+from .sitter import sit
+
+
+def main(words: list[str]) -> int:
+    parser = argparse.ArgumentParser(prog="python -m tests.exams", description="Sit every exam found below a folder.")
+    parser.add_argument("folder", type=Path, metavar="DIR", help="the folder of the exams")
+    parser.add_argument("-v", "--verbose", action="store_true", help="show the graders' own lines too")
+    asked = parser.parse_args(words)
+    if not asked.folder.is_dir():
+        sys.stderr.write(f"There is no folder '{asked.folder}': name the one that holds the exams.\n")
+        return 2
+    missed = 0
+    for verdict in sit(asked.folder):
+        if asked.verbose:
+            sys.stdout.write(verdict.printed)
+        sys.stdout.write(f"{verdict.line}\n")
+        sys.stdout.flush()
+        missed += verdict.passed is False
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,84 @@
+"""Which exams there are below a folder, which of them the workbench sits, and how each went."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from . import ode, planar
+from .graders import Grader, Loaded, find, loaded
+
+# What an exam asks for that the workbench cannot do yet, by a function that only its grader has.
+NOT_YET = {
+    "grade_dre": "the differential Riccati equation is not in the workbench yet",
+    "grade_care": "Riccati synthesis is not in the workbench yet",
+    "grade_sobol": "sensitivity indices are not in the workbench yet",
+    "acks": "studies that resume are not in the workbench yet",
+    "grade": "printed equations are not read from text yet",
+}
+PARTLY = {"grade_dre": "dre"}  # such a part beside others that are sat
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """How one exam went: passed, missed (False), or not sat (None), in a line; and what its grader printed."""
+
+    passed: bool | None
+    line: str
+    printed: str = ""
+
+
+def sit(folder: Path) -> Iterator[Verdict]:
+    """Sit the exams below a folder one by one; folders without a grader that is known are named."""
+    graders = find(folder)
+    for place in sorted(path for path in folder.iterdir() if path.is_dir()):
+        if not any(place in grader.file.parents for grader in graders) and not place.name.startswith((".", "__")):
+            yield Verdict(None, f"unknown: {place.name} (it has no grader)")
+    for grader in graders:
+        yield from _sit(grader)
+
+
+def _sit(grader: Grader) -> Iterator[Verdict]:
+    parts = [(name, part) for function, (name, part) in ode.PARTS.items() if function in grader.functions]
+    known = False
+    for name, part in parts:
+        known = True
+        yield _run(grader, name, part)
+    if "grade_robot" in grader.functions:
+        known = True
+        yield from _dynamics(grader)
+    for function, why in NOT_YET.items():
+        if function in grader.functions and (not known or function in PARTLY):
+            known = True
+            name = f"{grader.name}/{PARTLY[function]}" if function in PARTLY else grader.name
+            yield Verdict(None, f"not yet sat: {name} ({why})")
+    if not known:
+        yield Verdict(None, f"unknown: {grader.name} (its grader asks for nothing that is known here)")
+
+
+def _dynamics(grader: Grader) -> Iterator[Verdict]:
+    others: list[str] = []
+
+    def part(exam: Loaded) -> tuple[bool, str]:
+        arms, rest = planar.arms(exam)
+        others.extend(rest)
+        return planar.grade(exam, arms) if arms else (True, "no robot is planar")
+
+    yield _run(grader, "planar", part)
+    if others:
+        yield Verdict(None, f"not yet sat: {grader.name}/{', '.join(others)} (robots from URDF are not read yet)")
+
+
+def _run(grader: Grader, name: str, part: Callable[[Loaded], tuple[bool, str]]) -> Verdict:
+    """One part of an exam; a grader or an answer that breaks is a missed bar, in a sentence."""
+    printed = ""
+    try:
+        with loaded(grader) as exam:
+            try:
+                passed, figure = part(exam)
+            finally:
+                printed = exam.printed.getvalue()
+    except Exception as error:  # a foreign program: whatever it raises is its answer
+        return Verdict(False, f"{grader.name}/{name}: MISSED, it broke: {type(error).__name__}: {error}", printed)
+    return Verdict(passed, f"{grader.name}/{name}: {'' if passed else 'MISSED, '}{figure}", printed)

@@ -1,0 +1,228 @@
+"""The sitter of the exams: on the shared ones where they are, and on small ones made here."""
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from exams.__main__ import main
+from exams.graders import find, loaded
+from exams.sitter import sit
+from exams.tracing import UntraceableError, trace
+
+ROOT = Path(__file__).parents[1]
+EXAMS = ROOT.parent / "shared" / "exams"
+
+PROBLEMS = """
+import math
+import numpy as np
+from math import exp
+
+class Plain:
+    sin, cos, largest = math.sin, math.cos, max
+    num = staticmethod(float)
+
+step = lambda x: int(x > 0) - int(x < 0)
+
+def spring(m):
+    return lambda t, x: [x[1], -4 * m.sin(x[0]) / m.cos(0.0) - exp(-t)]
+
+def decay(m):
+    rate = m.cos
+    return lambda t, x: [-x[0] * rate(0.0) * m.num('1')]
+
+def ramp(m):
+    return lambda t, x: [m.largest(x[0], 0.5)]
+
+def drag(t, x):
+    return [-step(x[0]) * min(abs(x[0]), 1.0) + max([0.0, math.tanh(t)])]
+
+def rows(t, x):
+    A = np.array([[0.0, 1.0], [-math.exp(-t), x[1] * x[1]]])
+    return A @ np.array([x[0], np.sign(x[1])]) + np.sin(x)
+
+def stuck(t, x):
+    return [-x[0] if x[0] > 0.5 else -0.5]
+"""
+
+GRADER = """
+'''Exam: grade_order(fixed, p); grade_batch(batch): batch(x0s, t1, n) for the problem 'decay'.'''
+import math
+import numpy as np
+import problems as pr
+
+def smooth():
+    yield 'decay', pr.decay(pr.Plain), np.array([1.0]), [1.0, 2.0], np.array([[math.exp(-1.0)], [math.exp(-2.0)]])
+
+def grade_adaptive(integrate, verbose=True):
+    cases = []
+    for name, f, x0, times, exact in smooth():
+        error = float(np.abs(integrate(f, x0, times, 1e-8, 1e-8) - exact).max())
+        print('the grader saw', name)
+        outcome = 'pass' if error < LIMIT else 'FAIL'
+        cases.append(dict(id=name, errors=[error], limits=[LIMIT], outcome=outcome))
+    return dict(passed=all(case['outcome'] == 'pass' for case in cases), cases=cases)
+
+def grade_order(fixed, p):
+    cases = []
+    for name, f, x0, times, exact in smooth():
+        errors = [float(np.abs(fixed(f, x0, times[0], n) - exact[0]).max()) for n in (8, 16)]
+        order = math.log2(errors[0] / errors[1])
+        cases.append(dict(id=name, order=order, outcome='pass' if abs(order - p) < 0.1 else 'FAIL'))
+    return dict(passed=all(case['outcome'] == 'pass' for case in cases), cases=cases)
+
+def grade_discontinuous(sim):
+    t, x = sim(pr.JUMP, np.array([1.0]), 1.0, 0.01, 'jump')
+    ok = bool(np.isfinite(x).all()) and len(t) == 101
+    return dict(passed=ok, cases=[dict(id='jump', dev_over_h=[0.5], bound=2.0, outcome='pass' if ok else 'FAIL')])
+
+def grade_batch(batch):
+    starts = np.array([[1.0], [2.0], [np.nan]])
+    ends = batch(starts, 1.0, 50)
+    differences = dict(alone=float(np.abs(ends[1] - batch(starts[1:2], 1.0, 50)[0]).max()), kept=float(len(ends) - 3))
+    return dict(passed=all(value == 0 for value in differences.values()), diffs=differences)
+"""
+
+
+@pytest.fixture
+def exam(tmp_path):
+    """A folder with one exam of simulation; its limit, and the problem that jumps, as given."""
+
+    def write(limit="1e-6", jump="drag", grader=GRADER, name="motion"):
+        folder = tmp_path / "exams" / name
+        folder.mkdir(parents=True)
+        (folder / "problems.py").write_text(f"{PROBLEMS}\nJUMP = {jump}\n", encoding="utf-8")
+        (folder / "grade.py").write_text(grader.replace("LIMIT", limit), encoding="utf-8")
+        return tmp_path / "exams"
+
+    return write
+
+
+@pytest.mark.skipif(not EXAMS.exists(), reason="the exams are not beside this project")
+def test_no_bar_of_the_shared_exams_is_missed():
+    verdicts = list(sit(EXAMS))
+    assert [verdict.line for verdict in verdicts if verdict.passed is False] == []
+    sat = {verdict.line.partition(":")[0] for verdict in verdicts if verdict.passed}
+    assert {"ode/smooth", "ode/order", "ode/discontinuous", "ode/batch", "dynamics/planar"} <= sat
+    assert "not yet sat: carex (Riccati synthesis is not in the workbench yet)" in [v.line for v in verdicts]
+
+
+def test_an_exam_that_is_passed_is_a_line_with_its_figure_and_no_failure(exam, capsys):
+    assert main([str(exam())]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 4
+    assert lines[0].startswith("motion/smooth: 1 of 1, worst error ")
+    assert lines[0].endswith(" of its limit")
+    assert lines[1].startswith("motion/order: 1 of 1, worst order 0.0")
+    assert lines[2:] == [
+        "motion/discontinuous: 1 of 1, worst deviation 0.25 of its bound",
+        "motion/batch: 2 of 2 bit-identical",
+    ]
+
+
+def test_a_bar_that_is_missed_is_named_and_fails(exam, capsys):
+    assert main([str(exam(limit="1e-300"))]) == 1
+    first = capsys.readouterr().out.splitlines()[0]
+    assert first.startswith("motion/smooth: MISSED, 0 of 1")
+    assert first.endswith("failed: decay")
+
+
+def test_the_graders_own_lines_are_shown_on_request_only(exam, capsys):
+    folder = exam()
+    main([str(folder)])
+    assert "the grader saw" not in capsys.readouterr().out
+    main([str(folder), "-v"])
+    assert "the grader saw decay\n" in capsys.readouterr().out
+
+
+def test_a_function_that_has_no_graph_fails_a_fixed_step_with_a_sentence(exam, capsys):
+    assert main([str(exam(jump="stuck"))]) == 1
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if "discontinuous" in line]
+    assert "MISSED, 0 of 1" in line
+    assert "its function has no graph" in line
+
+
+def test_what_is_not_known_is_named_and_fails_nothing(tmp_path, capsys):
+    for name in ("poetry", "riccati", "survival", "other"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "riccati" / "grade.py").write_text("def grade_care(solver): pass\n", encoding="utf-8")
+    (tmp_path / "survival" / "harness.py").write_text("def acks(text): pass\n", encoding="utf-8")
+    (tmp_path / "other" / "grade.py").write_text("raise SystemExit(3)\n", encoding="utf-8")
+    assert main([str(tmp_path)]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "unknown: poetry (it has no grader)",
+        "unknown: other (its grader asks for nothing that is known here)",
+        "not yet sat: riccati (Riccati synthesis is not in the workbench yet)",
+        "not yet sat: survival (studies that resume are not in the workbench yet)",
+    ]
+
+
+def test_a_grader_that_breaks_is_a_missed_bar(exam):
+    (verdict,) = sit(exam(grader="def grade_order(fixed, p):\n    return 1 / 0\n"))
+    assert verdict.passed is False
+    assert verdict.line == "motion/order: MISSED, it broke: ZeroDivisionError: division by zero"
+
+
+def test_a_folder_that_is_not_there_is_one_sentence_and_exit_2(tmp_path):
+    call = [sys.executable, "-m", "tests.exams", str(tmp_path / "nowhere")]
+    done = subprocess.run(call, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.count("\n") == 1
+    assert "There is no folder" in done.stderr
+
+
+def test_graders_leave_nothing_behind(exam):
+    modules, path = set(sys.modules), list(sys.path)
+    (grader,) = find(exam())
+    with loaded(grader) as one:
+        problems = sys.modules["problems"]
+        before = dict(vars(problems)), dict(vars(problems.Plain))
+        trace(problems.spring(problems.Plain), [1.0, 0.0], one.modules)
+        assert (dict(vars(problems)), dict(vars(problems.Plain))) == before
+    list(sit(grader.file.parents[1]))
+    assert not {name for name in set(sys.modules) - modules if name in ("problems", "grade")}
+    assert sys.path == path
+
+
+def test_a_traced_function_is_the_plain_one(exam):
+    (grader,) = find(exam())
+    with loaded(grader) as one:
+        problems = sys.modules["problems"]
+        spring, drag = problems.spring(problems.Plain), problems.drag
+        ode = trace(spring, [1.0, 0.0], one.modules)
+        jump = trace(drag, [1.0], one.modules)
+        ramp = trace(problems.ramp(problems.Plain), [1.0], one.modules)
+    assert [ramp.rate_at(0.0, [x])[0] for x in (0.2, 0.7)] == [0.5, 0.7]
+    np.testing.assert_allclose(ode.rate_at(0.3, [0.4, 2.0]), [2.0, -4 * math.sin(0.4) - math.exp(-0.3)], rtol=1e-15)
+    for x in (-3.0, -0.5, 0.0, 0.5, 3.0):
+        np.testing.assert_allclose(jump.rate_at(0.3, [x]), drag(0.3, [x]), rtol=1e-15)
+    assert isinstance(drag(0.3, [1.0])[0], float)
+
+
+def test_a_function_written_with_arrays_is_traced_too(exam):
+    with loaded(find(exam())[0]) as one:
+        rows = sys.modules["problems"].rows
+        ode = trace(rows, [1.0, -0.5], one.modules)
+    x = np.array([0.4, -2.0])
+    expected = [-1 + math.sin(0.4), -math.exp(-0.3) * 0.4 - 4 + math.sin(-2.0)]
+    np.testing.assert_allclose(rows(0.3, x), expected, rtol=1e-14)
+    np.testing.assert_allclose(ode.rate_at(0.3, x), expected, rtol=1e-14)
+
+
+def test_a_function_that_asks_which_number_it_has_is_not_traced(exam):
+    with loaded(find(exam())[0]) as one, pytest.raises(UntraceableError, match="has no graph"):
+        trace(sys.modules["problems"].stuck, [1.0], one.modules)
+
+
+def test_a_function_with_a_hidden_memory_is_not_taken_for_its_graph():
+    calls = []
+
+    def drifting(t, x):
+        calls.append(t)
+        return [-x[0] + len(calls)]
+
+    with pytest.raises(UntraceableError, match="other numbers"):
+        trace(drifting, [1.0], [])

@@ -1,0 +1,120 @@
+"""How long a step may be."""
+
+import numpy as np
+import pytest
+from equations import decay, explosion, oscillator, root
+
+from workbench.controllers import SlidingMode
+from workbench.core import rk4, with_quadrature
+from workbench.core.stabilised import amplification, stepper
+from workbench.loop import ClosedLoop
+from workbench.metrics import effort, energy, measure, rmse
+from workbench.observers import FullState
+from workbench.plants import Manipulator
+from workbench.robots import paper_arm
+from workbench.signals import Sines
+from workbench.simulate import simulate, step_limit
+from workbench.simulate.schedule import Schedule, Segment, run
+from workbench.simulate.stability import longest_steps, modes_at, schedule_limit
+
+RK4 = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
+
+
+def test_the_limit_of_a_real_mode_is_the_known_end_of_the_stability_interval():
+    # Hairer and Wanner (1996), Solving Ordinary Differential Equations II, section IV.2: 2.785
+    assert longest_steps(np.array([-1.0 + 0j]), RK4)[0] == pytest.approx(2.785, abs=1e-3)
+
+
+def test_the_limit_of_a_nearly_undamped_mode_is_two_root_two():
+    assert longest_steps(np.array([-1e-9 + 1j]), RK4)[0] == pytest.approx(2 * np.sqrt(2), abs=3e-3)
+
+
+@pytest.mark.parametrize("stages", [2, 5, 10])
+def test_the_limit_of_a_stabilised_step_is_where_its_polynomial_leaves_the_strip(stages):
+    limit = longest_steps(np.array([-1.0 + 0j]), amplification(stages))[0]
+    inside, outside = (abs(np.polyval(amplification(stages), -share * limit)) for share in (0.999, 1.001))
+    assert inside <= 1 + 1e-9 < outside
+
+
+def test_a_mode_that_hardly_decays_lets_no_stabilised_step_be_long():
+    # |R(i y)| > 1 for every y > 0
+    assert longest_steps(np.array([-1e-12 + 1j]), amplification(5))[0] < 0.1
+
+
+def test_a_growing_mode_sets_no_limit():
+    assert np.isinf(longest_steps(np.array([0.5 + 1j, 0.0 + 0j]), RK4)).all()
+
+
+@pytest.mark.parametrize(("share", "stays"), [(0.98, True), (1.02, False)])
+def test_a_run_decays_within_the_limit_and_grows_beyond_it(share, stays):
+    rate = 100.0
+    h = share * 2.785 / rate
+    runs = simulate(rk4(decay(rate), h), until=2000 * h)
+    assert (abs(runs["x"][0, -1, 0]) < 1) == stays
+    limit = step_limit(runs)
+    assert limit.holds == stays
+    assert limit.eigenvalue == pytest.approx(-rate)
+
+
+def test_the_limit_says_how_many_states_it_looked_at():
+    limit = step_limit(simulate(rk4(oscillator(), 0.01), until=10.0), points=50)
+    assert limit.checked == 50
+
+
+def test_a_state_without_a_finite_jacobian_is_not_counted_and_with_none_left_no_step_holds():
+    limit = step_limit(simulate(rk4(root(), 0.1), until=1.0))
+    assert limit.checked == 0
+    assert np.isnan(limit.limit)
+    assert not limit.holds
+
+
+def test_a_run_that_diverges_has_the_limit_of_its_finite_part():
+    limit = step_limit(simulate(rk4(explosion(), 1e-3), until=2.0))
+    assert limit.checked > 0
+    assert np.isinf(limit.limit)  # 2 x > 0: it only grows
+
+
+def test_a_loop_whose_jacobian_overflows_as_it_diverges_is_a_flagged_row():
+    loop = ClosedLoop(
+        Manipulator(paper_arm(), q=[2.0, 1.0]),
+        FullState(2),
+        SlidingMode(paper_arm(), [10.0, 10.0], [500.0, 500.0], 0.001),
+        Sines([1.0, 0.5], [1.0, 2.0]),
+    )
+    result = measure(loop.ode(), [effort(), energy(), rmse()], until=20.0, h=0.1)
+    assert result.trajectories.diverged[0]
+    assert all(np.isnan(score.value).all() for score in result.scores.values())
+    assert not result.limits[0].holds
+
+
+def test_the_modes_of_an_oscillator_are_its_frequency_and_an_integral_adds_none():
+    ode = oscillator()
+    ode = with_quadrature(ode, {"ise": ode.x[0] ** 2})
+    modes = modes_at(ode, np.zeros(2), np.ones((2, 3)), np.array([[2.0], [5.0]]))
+    np.testing.assert_allclose(np.sort_complex(modes), [[-2j, 2j], [-5j, 5j]], atol=1e-14)
+
+
+@pytest.mark.parametrize(("late", "holds"), [(3, True), (2, False)])
+def test_the_limit_of_a_schedule_is_that_of_its_tightest_step(late, holds):
+    def make(method, h):
+        return stepper(method)(decay(100.0), h)
+
+    # 2.785 / 100 s for rk4, 16.6 / 100 s for rkc5: the second segment takes a cell of 0.08 s in 3 or in 2 steps
+    schedule = Schedule(0.08, (Segment("rkc5", 1, 3), Segment("rk4", late, 2), Segment("rkc5", 2, 1)))
+    limit = schedule_limit(schedule, make, run(schedule, make, np.array([[100.0]]), np.ones((1, 1)), every=1))
+    assert limit.holds == holds
+    assert limit.h == 0.08 / late
+    assert limit.limit == pytest.approx(0.02785, rel=1e-3)
+    assert limit.at == pytest.approx(0.24)
+    assert limit.eigenvalue == pytest.approx(-100)
+    assert limit.checked == 6
+
+
+def test_a_schedule_without_a_single_jacobian_does_not_hold():
+    def make(method, h):
+        return stepper(method)(root(), h)
+
+    schedule = Schedule(0.1, (Segment("rk4", 1, 3),))
+    limit = schedule_limit(schedule, make, run(schedule, make, np.zeros((1, 0)), np.zeros((1, 1)), every=1))
+    assert limit.checked == 0
+    assert not limit.holds

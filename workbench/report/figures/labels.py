@@ -1,0 +1,77 @@
+"""Labels in the words of matplotlib, and the room that they take."""
+
+from __future__ import annotations
+
+import math
+import re
+from functools import cache
+from typing import Any, NamedTuple
+
+from matplotlib.font_manager import FontProperties
+from matplotlib.textpath import text_to_path
+
+from workbench.notation import latex, text
+from workbench.report.figures.looks import RULES, SMALL_LETTERS
+from workbench.study.curves import Label
+
+FAMILY = RULES["font.family"]
+ASCENT, DESCENT = 0.76, 0.24  # of the size of the letters: a line of text takes as much even if it has no such letter
+
+
+class Extent(NamedTuple):
+    """What a line of text takes in points: its width, and its height above and below the base line."""
+
+    width: float
+    ascent: float
+    descent: float
+
+    @property
+    def height(self) -> float:
+        """All of its height."""
+        return self.ascent + self.descent
+
+
+NUMBER = Extent(0.0, ASCENT * SMALL_LETTERS, DESCENT * SMALL_LETTERS)  # of the numbers at a ruler
+
+
+def written(label: Label) -> str:
+    """A label in the words of matplotlib: what is text stays text, dollars and all."""
+    pieces = label if isinstance(label, tuple) else (label,)
+    return "".join(p.replace("$", r"\$") if isinstance(p, str) else _mathtext(p) for p in pieces)
+
+
+@cache
+def _mathtext(formula: Any) -> str:
+    """A formula between dollars; as plain text if matplotlib cannot set it, as with a matrix."""
+    mathtext = f"${latex.emit(formula, width=math.inf)}$"
+    try:
+        text_to_path.mathtext_parser.parse(mathtext, 72, letters(text_to_path.FONT_SCALE))
+    except ValueError:
+        return text.emit(formula).replace("$", r"\$")
+    return mathtext
+
+
+def letters(size: float) -> FontProperties:
+    """The house's letters of a size in points."""
+    return FontProperties(family=FAMILY, size=size)
+
+
+def readable(label: str) -> tuple[str, bool]:
+    """What matplotlib's renderers take for a label: the text without escapes, and whether it holds a formula."""
+    formula = "$" in label.replace(r"\$", "")
+    return (label if formula else label.replace(r"\$", "$")), formula
+
+
+@cache
+def extent(label: str, size: float) -> Extent:
+    """What a label takes in letters of a size in points."""
+    width, height, descent = text_to_path.get_text_width_height_descent(
+        readable(label)[0], letters(size), readable(label)[1]
+    )
+    return Extent(width, max(height - descent, ASCENT * size), max(descent, DESCENT * size))
+
+
+def unmarked(number: str) -> str:
+    r"""The number at an axis as plain text, '0.5' for r'$\mathdefault{0.5}$', if it needs no formula: much faster."""
+    plain = re.fullmatch(r"\$\\mathdefault\{([^\\^{}]*)\}\$", number)
+    return plain[1] if plain else number

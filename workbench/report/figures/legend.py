@@ -1,0 +1,27 @@
+"""What the lines of a figure are called: one legend for all of its panels."""
+
+from __future__ import annotations
+
+import re
+
+from workbench.report.figures.labels import written
+from workbench.report.figures.looks import WIDTH
+from workbench.study.curves import Band, Series
+from workbench.study.document import Figure
+
+
+def entries(figure: Figure) -> dict[str, Series | Band]:
+    """Each name with the first series of that name; what is named by the title of its panel needs no line in it."""
+    found: dict[str, Series | Band] = {}
+    for panel in figure.panels:
+        for series in panel.series:
+            if series.label and series.label != panel.title:
+                found.setdefault(written(series.label), series)
+    return found
+
+
+def across(names: dict[str, Series | Band]) -> int:
+    """How many names stand side by side."""
+    letters = [len(re.sub(r"[\\${}]", "", name)) for name in names]
+    rows = -(-sum(0.065 * n + 0.5 for n in letters) // WIDTH)
+    return -(-len(names) // int(rows))

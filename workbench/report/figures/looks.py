@@ -1,0 +1,138 @@
+"""How figures look: sizes, letters, and a line for each law that black and white can tell apart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+
+from workbench.study.curves import Array, Panel, Series, Style
+from workbench.study.document import Figure
+
+WIDTH = 6.3  # inches: the text width of an A4 page with margins of 25 mm
+LETTERS, SMALL_LETTERS, LEGEND_LETTERS = 9.0, 8.0, 8.5  # points
+TICK = 3.0  # points: a mark at an axis
+PAD = 3.5  # points from it to its number
+LABEL = 3.0  # points from the numbers to what they measure
+TITLE = 4.0  # points from a title to its panel
+POINTS = 600  # drawn of one series; all series of a figure share BUDGET points
+BUDGET = 5400
+
+# All that is asked of matplotlib; the rest is its default.
+RULES: Any = {
+    "font.family": "STIXGeneral",
+    "font.size": LETTERS,
+    "mathtext.fontset": "stix",
+    "axes.titlesize": LETTERS,
+    "axes.labelsize": LETTERS,
+    "axes.linewidth": 0.5,
+    "axes.titlepad": TITLE,
+    "axes.labelpad": LABEL,
+    "axes.xmargin": 0,
+    "axes.formatter.use_mathtext": True,
+    "axes.formatter.limits": (-3, 4),
+    "axes.unicode_minus": True,
+    "axes.axisbelow": True,
+    "axes.grid": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "grid.color": "#dddddd",
+    "grid.linewidth": 0.4,
+    "xtick.labelsize": SMALL_LETTERS,
+    "ytick.labelsize": SMALL_LETTERS,
+    "xtick.direction": "out",
+    "ytick.direction": "out",
+    "xtick.major.width": 0.5,
+    "ytick.major.width": 0.5,
+    "xtick.minor.width": 0.4,
+    "ytick.minor.width": 0.4,
+    "xtick.major.size": TICK,
+    "ytick.major.size": TICK,
+    "xtick.major.pad": PAD,
+    "ytick.major.pad": PAD,
+    "legend.fontsize": LEGEND_LETTERS,
+    "legend.frameon": False,
+    "legend.handlelength": 2.8,
+    "legend.handletextpad": 0.5,
+    "legend.columnspacing": 1.3,
+    "legend.borderaxespad": 0.2,
+    "lines.dash_capstyle": "butt",
+    "path.simplify": True,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "control-workbench",
+    "text.usetex": False,
+}
+
+# Okabe and Ito's colours without their yellow, which no paper shows; each with a dash and a width of
+# its own, so that a photocopy still tells the laws apart.
+LINES: dict[Style, dict[str, Any]] = {
+    0: {"color": "#0072B2", "linestyle": "-", "linewidth": 1.5, "marker": "o"},
+    1: {"color": "#D55E00", "linestyle": (0, (5, 1.6)), "linewidth": 1.2, "marker": "s"},
+    2: {"color": "#009E73", "linestyle": (0, (6, 1.5, 1.2, 1.5)), "linewidth": 1.2, "marker": "^"},
+    3: {"color": "#CC79A7", "linestyle": (0, (1.2, 1.2)), "linewidth": 1.6, "marker": "D"},
+    4: {"color": "#E69F00", "linestyle": (0, (9, 2)), "linewidth": 1.0, "marker": "v"},
+    5: {"color": "#56B4E9", "linestyle": (0, (2.6, 1.3)), "linewidth": 1.2, "marker": "P"},
+    6: {"color": "#000000", "linestyle": "-", "linewidth": 0.7, "marker": "x"},
+    7: {"color": "#777777", "linestyle": (0, (6, 1.4, 1.2, 1.4, 1.2, 1.4)), "linewidth": 1.1, "marker": "*"},
+    "reference": {"color": "#b4b4b4", "linestyle": "-", "linewidth": 3.0, "marker": "o"},
+    "bound": {"color": "#000000", "linestyle": (0, (1, 2)), "linewidth": 0.9, "marker": "_"},
+}
+MARKS: dict[str, Any] = {
+    "linestyle": "none",
+    "markersize": 3.8,
+    "markerfacecolor": "none",
+    "markeredgewidth": 0.8,
+}
+
+
+@contextmanager
+def house_style() -> Iterator[None]:
+    """Our rules and nobody else's: what a machine's own settings of matplotlib say is put aside."""
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(RULES)
+        yield
+
+
+def size_of(figure: Figure) -> tuple[float, float]:
+    """Width and height of a figure in inches."""
+    rows = -(-len(figure.panels) // figure.columns)
+    height = {1: 2.4, 2: 2.0, 3: 1.8}[figure.columns] * (1 if rows == 1 else 0.86)
+    return WIDTH, rows * height + 0.35
+
+
+def points_of(figure: Figure) -> int:
+    """How many points of each series are drawn."""
+    series = sum(len(panel.series) for panel in figure.panels)
+    return max(120, min(POINTS, BUDGET // series))
+
+
+def shares_abscissa(figure: Figure) -> bool:
+    """Whether all panels have the same abscissa, which is then named below the last row alone."""
+    return len({(str(panel.xlabel), panel.xlim, panel.xscale) for panel in figure.panels}) == 1
+
+
+def layer_of(i: int, panel: Panel) -> float:
+    """Where a series lies: what is wanted below all laws, what is promised above them, the first law on top."""
+    below = {"reference": 2.0, "bound": 3.5}
+    return below.get(str(panel.series[i].style), 3.0 - i / len(panel.series))
+
+
+def chatters(y: Array) -> bool:
+    """Whether a thinned curve covers its own range many times over."""
+    numbers = y[np.isfinite(y)]
+    return len(numbers) > 100 and bool(np.abs(np.diff(numbers)).sum() > 20 * np.ptp(numbers))
+
+
+def line_of(series: Series, y: Array) -> dict[str, Any]:
+    """The line of a series with the ordinates y: dashes would only make patterns of a band, a thick line hide it."""
+    thin = {"linestyle": "-", "linewidth": 0.5} if chatters(y) else {}
+    return LINES[series.style] | thin
+
+
+def letter_of(figure: Figure, i: int) -> str:
+    """What tells a panel from the others: '(a)'; a single panel needs no letter."""
+    return f"({'abcdefghijklmnopqrstuvwxyz'[i % 26]})" if len(figure.panels) > 1 else ""

@@ -1,0 +1,165 @@
+"""A figure drawn on a sheet: the legend, below it the panels, as large as the letters around them allow.
+
+Matplotlib makes letters and lines, and says where the marks of a ruler are; its axes, which `plot` uses, would
+take ten times as long.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.report.cleaning import cleaned
+from workbench.report.figures.labels import NUMBER, extent, written
+from workbench.report.figures.legend import across, entries
+from workbench.report.figures.looks import (
+    LABEL,
+    LEGEND_LETTERS,
+    LETTERS,
+    PAD,
+    SMALL_LETTERS,
+    TICK,
+    TITLE,
+    house_style,
+    letter_of,
+    points_of,
+    shares_abscissa,
+    size_of,
+)
+from workbench.report.figures.panel import draw_axes, draw_curves, draw_sample
+from workbench.report.figures.pen import Box, Pen
+from workbench.report.figures.ruler import Ruler, Ticks
+from workbench.report.thinning import thinned, windowed
+from workbench.study.curves import Array, Panel, Series
+from workbench.study.document import Figure
+
+EDGE = 4.0  # points around each panel with all its letters
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A panel as it will be drawn: its thinned curves, its rulers, and what is written around it."""
+
+    panel: Panel
+    curves: tuple[tuple[Array, ...], ...]
+    x: Ruler
+    y: Ruler
+    title: str
+    xlabel: str
+    ylabel: str
+
+
+def draw(figure: Figure) -> str:
+    """A figure as the text of an SVG: the same figure, the same bytes.
+
+    Its letters are outlines, so it looks the same on every machine; its ids begin with the figure's
+    name, so many such figures can stand in one page.
+    """
+    figure = cleaned(figure)
+    with house_style():
+        width, height = (72 * inches for inches in size_of(figure))
+        pen = Pen(width, height)
+        pen.area(width * np.array([0.0, 1.0, 1.0, 0.0]), height * np.array([0.0, 0.0, 1.0, 1.0]), "#ffffff", 1.0)
+        head = _draw_legend(pen, figure, width, height)
+        plates = [_plate(figure, i) for i in range(len(figure.panels))]
+        for plate, box, ticks in _laid_out(plates, figure.columns, width, height - head):
+            draw_axes(pen, box, (plate.x, ticks[0]), (plate.y, ticks[1]))
+            draw_curves(pen, box, plate.panel, plate.curves, plate.x, plate.y)
+            _write_labels(pen, plate, box, ticks)
+        return pen.finished(figure.name)
+
+
+def _plate(figure: Figure, i: int) -> Plate:
+    panel = figure.panels[i]
+    curves = tuple(thinned(windowed(series.curves, panel.xlim), points_of(figure)) for series in panel.series)
+    margin = 0.05 if any(isinstance(series, Series) and series.look == "marks" for series in panel.series) else 0.0
+    last = i + figure.columns >= len(figure.panels)
+    return Plate(
+        panel,
+        curves,
+        Ruler.around(panel.xscale, panel.xlim, [*(curve[0] for curve in curves), panel.vlines], margin),
+        Ruler.around(panel.yscale, panel.ylim, [*(y for curve in curves for y in curve[1:]), panel.hlines], 0.05),
+        f"{letter_of(figure, i)} {written(panel.title)}".strip(),
+        written(panel.xlabel) if last or not shares_abscissa(figure) else "",
+        written(panel.ylabel),
+    )
+
+
+def _laid_out(
+    plates: Sequence[Plate], columns: int, width: float, height: float
+) -> list[tuple[Plate, Box, tuple[Ticks, Ticks]]]:
+    """Each plate with its box and the marks of its rulers, all boxes of one size."""
+    rows = -(-len(plates) // columns)
+    w, h = width / columns, height / rows
+    for _ in range(2):  # the numbers at a ruler depend on its length, which depends on those numbers
+        ticks = [(p.x.ticks(int(w / (3 * SMALL_LETTERS))), p.y.ticks(int(h / (2 * SMALL_LETTERS)))) for p in plates]
+        held = list(zip(plates, ticks, strict=True))
+        left = [max((_left(p, t[1]) for p, t in held[j::columns]), default=0.0) for j in range(columns)]
+        right = [max((_right(p, t[0], w) for p, t in held[j::columns]), default=0.0) for j in range(columns)]
+        above = [max(_above(p, t[1]) for p, t in held[i * columns : (i + 1) * columns]) for i in range(rows)]
+        below = [max(_below(p, t[0]) for p, t in held[i * columns : (i + 1) * columns]) for i in range(rows)]
+        w = max(1.0, (width - sum(left) - sum(right)) / columns)
+        h = max(1.0, (height - sum(above) - sum(below)) / rows)
+    placed = []
+    for k, (plate, marks) in enumerate(held):
+        i, j = divmod(k, columns)
+        start = sum(left[: j + 1]) + sum(right[:j]) + j * w
+        foot = sum(below[i:]) + sum(above[i + 1 :]) + (rows - 1 - i) * h
+        placed.append((plate, Box(start, foot, w, h), marks))
+    return placed
+
+
+def _left(plate: Plate, ticks: Ticks) -> float:
+    label = LABEL + extent(plate.ylabel, LETTERS).height if plate.ylabel else 0.0
+    return EDGE + label + ticks.width + PAD + TICK
+
+
+def _right(plate: Plate, ticks: Ticks, width: float) -> float:
+    """How far the last number stands out beyond the end of its ruler."""
+    last = extent(ticks.numbers[-1], SMALL_LETTERS).width if ticks.numbers else 0.0
+    return EDGE + max(0.0, last / 2 - width * float(1 - plate.x.share(ticks.places[-1:]).sum()))
+
+
+def _above(plate: Plate, ticks: Ticks) -> float:
+    title = TITLE + extent(plate.title, LETTERS).ascent if plate.title else 0.0
+    return EDGE + title + _lift(ticks)
+
+
+def _lift(ticks: Ticks) -> float:
+    """How far a title stands clear of the power of ten at the ordinate."""
+    return 3 + extent(ticks.power, SMALL_LETTERS).ascent if ticks.power else 0.0
+
+
+def _below(plate: Plate, ticks: Ticks) -> float:
+    named = LABEL + extent(plate.xlabel or ticks.power, LETTERS).height if plate.xlabel or ticks.power else 0.0
+    return TICK + PAD + NUMBER.height + named + EDGE / 2
+
+
+def _write_labels(pen: Pen, plate: Plate, box: Box, ticks: tuple[Ticks, Ticks]) -> None:
+    below, beside = extent(plate.xlabel, LETTERS), extent(plate.ylabel, LETTERS)
+    foot = box.bottom - TICK - PAD - NUMBER.height - LABEL - below.ascent
+    pen.words(plate.xlabel, box.left + (box.width - below.width) / 2, foot, LETTERS)
+    edge = box.left - TICK - PAD - ticks[1].width - LABEL - beside.descent
+    pen.words(plate.ylabel, edge, box.bottom + (box.height - beside.width) / 2, LETTERS, upwards=True)
+    pen.words(plate.title, box.left, box.bottom + box.height + TITLE + _lift(ticks[1]), LETTERS)
+
+
+def _draw_legend(pen: Pen, figure: Figure, width: float, height: float) -> float:
+    """The legend at the top of the sheet, row by row; returns its height in points."""
+    names = entries(figure)
+    if not names:
+        return 0.0
+    size, columns = LEGEND_LETTERS, across(names)
+    handle, gap, between = 2.8 * size, 0.5 * size, 1.3 * size
+    widths = [max(extent(name, size).width for name in list(names)[j::columns]) for j in range(columns)]
+    line = max(extent(name, size).height for name in names) + 0.5 * size
+    start = (width - sum(widths) - columns * (handle + gap) - (columns - 1) * between) / 2
+    for k, (name, series) in enumerate(names.items()):
+        i, j = divmod(k, columns)
+        x = start + sum(widths[:j]) + j * (handle + gap + between)
+        y = height - 0.6 * size - i * line - extent(name, size).ascent
+        draw_sample(pen, series, Box(x, y, handle, 0.7 * size))
+        pen.words(name, x + handle + gap, y, size)
+    return 0.6 * size + -(-len(names) // columns) * line

@@ -1,0 +1,136 @@
+"""How long a step may be: the stability limit from the exact Jacobian along a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from workbench.core import Ode
+from workbench.core.numbers import Array
+from workbench.simulate.schedule import Make, Schedule
+from workbench.simulate.trajectories import Trajectories
+
+
+@dataclass(frozen=True)
+class StepLimit:
+    """The longest step that keeps every decaying mode of a run decaying.
+
+    Attributes
+    ----------
+    h, limit
+        The step that was taken, or a substep of it, and the longest that is stable, in s.
+    at, eigenvalue
+        When the limit is reached, in s, and the mode that sets it, in 1/s.
+    checked
+        At how many states of the run the eigenvalues were taken; with none there is no limit but NaN.
+    """
+
+    h: float
+    limit: float
+    at: float
+    eigenvalue: complex
+    checked: int
+
+    @property
+    def holds(self) -> bool:
+        """Whether the step is within the limit."""
+        return self.h <= self.limit
+
+
+def step_limit(trajectories: Trajectories, run: int = 0, points: int = 400) -> StepLimit:
+    """The stability limit of the step along one run, from frozen-time eigenvalues at up to `points` states.
+
+    A mode lambda with Re lambda < 0 is kept decaying while |R(h lambda)| <= 1, where R is the
+    method's amplification. Modes that grow by themselves set no limit. The states are those that
+    were kept, so a stiff instant between two of them can be missed: `checked` says how many there were.
+
+    A state whose Jacobian is not finite, as the last ones of a run that diverges, is not counted. If
+    none is left the limit, its time and its mode are NaN, and it does not hold.
+    """
+    step = trajectories.step
+    h = step.h / step.substeps
+    good = np.flatnonzero(np.isfinite(trajectories.x[run]).all(axis=1))
+    picked = good[np.unique(np.linspace(0, len(good) - 1, min(points, len(good))).astype(int))]
+    p = np.repeat(trajectories.p[run][np.newaxis], len(picked), axis=0)
+    modes = modes_at(step.flow, trajectories.t[picked], trajectories.x[run, picked], p)
+    finite = np.isfinite(modes).all(axis=1)
+    picked, modes = picked[finite], modes[finite]
+    if modes.size == 0:
+        return StepLimit(h, np.nan, np.nan, complex(np.nan, np.nan), 0)
+    limits = longest_steps(modes, step.amplification)
+    where = np.unravel_index(np.argmin(limits), limits.shape)
+    return StepLimit(
+        h,
+        float(limits[where]),
+        float(trajectories.t[picked[where[0]]]),
+        complex(modes[where]),
+        len(picked),
+    )
+
+
+def schedule_limit(schedule: Schedule, make: Make, trajectories: Trajectories, run: int = 0) -> StepLimit:
+    """The stability limit of a schedule along one run with all of its cells kept: that of the tightest step.
+
+    The states are those at the beginning of the cells. As for one step, a state whose Jacobian is not
+    finite is not counted.
+    """
+    t, x, flow = trajectories.t[:-1], trajectories.x[run, :-1], trajectories.step.flow
+    modes = modes_at(flow, t, x, np.repeat(trajectories.p[run][np.newaxis], len(t), axis=0))
+    finite = np.isfinite(modes).all(axis=1)
+    cells, begin = np.arange(len(t)), 0
+    tightest = StepLimit(schedule.h(schedule.segments[0]), np.nan, np.nan, complex(np.nan, np.nan), 0)
+    for segment in schedule.segments:
+        step = make(segment.method, schedule.h(segment))
+        at = np.flatnonzero(finite & (cells >= begin) & (cells < begin + segment.cells))
+        begin += segment.cells
+        if len(at) and modes.shape[1]:
+            limits = longest_steps(modes[at], step.amplification)
+            where = np.unravel_index(np.argmin(limits), limits.shape)
+            if not step.h / limits[where] <= tightest.h / tightest.limit:
+                found = at[where[0]]
+                tightest = StepLimit(
+                    step.h, float(limits[where]), float(t[found]), complex(modes[found, where[1]]), int(finite.sum())
+                )
+    return tightest
+
+
+def modes_at(flow: Ode, t: Array, x: Array, p: Array) -> Array:
+    """The eigenvalues of df/dx at n instants t (n,) and states x (n, >= nx) with parameters p (n, np): (n, m).
+
+    What no rate depends on, an integral say, adds an eigenvalue of zero, which is left out: m <= nx.
+    Where the Jacobian or an eigenvalue is not finite, the row is NaN.
+    """
+    n, nx = len(t), flow.states.size
+    A = np.array(flow.A.map(n)(t[np.newaxis], x[:, :nx].T, p.T)) if n else np.zeros((nx, 0))
+    A = A.reshape(nx, n, nx).transpose(1, 0, 2)
+    acts = np.any(A, axis=(0, 1))
+    A = A[:, acts][:, :, acts]
+    finite = np.isfinite(A).all(axis=(1, 2))
+    modes = np.full(A.shape[:2], np.nan, dtype=complex)
+    modes[finite] = np.linalg.eigvals(A[finite])
+    modes[~np.isfinite(modes).all(axis=1)] = np.nan  # an eigenvalue of a huge matrix may overflow by itself
+    return modes
+
+
+def longest_steps(modes: Array, amplification: tuple[float, ...]) -> Array:
+    """For each mode the longest step h with |R(h lambda)| <= 1; infinite where the mode does not decay."""
+    size = np.abs(modes)
+    decays = (modes.real < 0) & (size > 0)
+    angles, reach = _region(amplification)
+    radius = np.interp(np.abs(np.where(decays, np.angle(modes), np.pi)), angles, reach)
+    return np.where(decays, radius / np.where(decays, size, 1.0), np.inf)
+
+
+@lru_cache
+def _region(amplification: tuple[float, ...]) -> tuple[Array, Array]:
+    """How far the stability region reaches along rays: the first r > 0 with |R(r e^(i angle))| > 1."""
+    stages = len(amplification) - 1
+    angles, r = np.linspace(np.pi / 2, np.pi, 361), np.linspace(0, stages**2 + 2, 2001)[1:]
+    excess = np.abs(np.polyval(amplification, r * np.exp(1j * angles[:, np.newaxis]))) - 1 - 1e-9
+    first = np.maximum(np.argmax(excess > 0, axis=1), 1)
+    row = np.arange(len(angles))
+    before, after = excess[row, first - 1], excess[row, first]
+    crossing = r[first] - (r[1] - r[0]) * np.clip(after / (after - before), 0, 1)
+    return angles, np.where(before > 0, 0.0, crossing)
