@@ -56,7 +56,6 @@ def test_cutting_the_batch_changes_no_bit(size):
 
 @pytest.mark.parametrize("threads", [1, 2, 5])
 def test_the_number_of_threads_changes_no_bit(threads, monkeypatch):
-    monkeypatch.setattr(native, "threads", lambda: threads)
     monkeypatch.setattr(job, "threads", lambda: threads)
     np.testing.assert_array_equal(simulate(STEP, P, STARTS, **SPAN).x, WHOLE)
 

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -95,6 +98,19 @@ def lots(job: Job, piece: Piece, width: int) -> list[slice]:
     )
     size = width * max(1, most)
     return [slice(first, first + size) for first in range(0, len(job.p), size)]
+
+
+@contextmanager
+def crew(blocks: int) -> Iterator[Callable[..., Iterable[Any]]]:
+    """What calls a function for each lot of the blocks: threads side by side, or nobody else for a single block."""
+    if blocks == 1:
+        yield map
+        return
+    pool = ThreadPoolExecutor(threads())
+    try:
+        yield pool.map
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def threads() -> int:

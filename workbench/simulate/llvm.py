@@ -24,11 +24,13 @@ llvm.initialize_native_target()
 llvm.initialize_native_asmprinter()
 
 
+@cache
 def lanes() -> int:
     """How many doubles a vector register of this processor holds, but at least four."""
     return 8 if llvm.get_host_cpu_features().get("avx512f") else 4
 
 
+@cache
 def has_fma() -> bool:
     """Whether this processor multiplies and adds with one rounding in one instruction."""
     # x86 says so among its features; 64-bit ARM always does, and does not say so

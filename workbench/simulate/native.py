@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -14,7 +13,7 @@ import numpy as np
 
 from workbench.core.layout import Array
 from workbench.simulate import llvm
-from workbench.simulate.job import Job, Piece, Progress, lots, pieces, threads
+from workbench.simulate.job import Job, Piece, Progress, crew, lots, pieces
 from workbench.simulate.lowering import lower
 from workbench.simulate.plan import Plan
 
@@ -64,12 +63,13 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
     """
     plan, width = Plan.of_step(job.step, job.varied), width or (llvm.lanes() if len(x) > FEW else FEW)
     todo = pieces(job, x.shape[1] - 1)
-    pool = ThreadPoolExecutor(threads())
-    try:
+    blocks = -(-len(x) // width)
+    with crew(blocks) as each:
         for done, piece in enumerate(todo):
-            made = kernel(plan, width, haste=_is_short(plan, -(-len(x) // width) * piece.rows * piece.steps))
-            table, parts = _table(made, job.p[0], piece), lots(job, piece, made.width)
-            advanced = pool.map(lambda lot, k=made, of=piece, t=table: _advance(k, job, lot, x[lot], of, t), parts)
+            made = kernel(plan, width, haste=_is_short(plan, blocks * piece.rows * piece.steps))
+            chosen = job.p[0, list(plan.parameters)].tobytes()
+            table, parts = _table(made, chosen, piece.begin, piece.rows * piece.steps), lots(job, piece, width)
+            advanced = each(lambda lot, k=made, of=piece, t=table: _advance(k, job, lot, x[lot], of, t), parts)
             for n, _ in enumerate(advanced):
                 tell((done + (n + 1) / len(parts)) / len(todo))
             last = piece.first + piece.rows
@@ -77,8 +77,6 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
                 x[:, last:] = np.nan
                 tell(1.0)
                 break
-    finally:
-        pool.shutdown(cancel_futures=True)
 
 
 def _is_short(plan: Plan, more: int) -> bool:
@@ -87,13 +85,13 @@ def _is_short(plan: Plan, more: int) -> bool:
     return _marched[plan] < WORTH_COMPILING
 
 
-def _table(made: Kernel, p: Array, piece: Piece) -> Array:
-    """What depends on time alone, (groups, nt, width), for the steps of a piece."""
-    groups = -(-piece.rows * piece.steps // made.width)
+@lru_cache(maxsize=4)  # the same runs from other starts, as in tuning, find it made
+def _table(made: Kernel, p: bytes, begin: int, steps: int) -> Array:
+    """What depends on time alone, (groups, nt, width), for some steps; p are the parameters of any run."""
+    groups = -(-steps // made.width)
     table = _room(groups, len(made.plan.table), made.width)
     if made.table is not None:
-        chosen = _aligned(p[list(made.plan.parameters)])
-        made.table(groups, piece.begin, *_pointers(made.constants, chosen, table))
+        made.table(groups, begin, *_pointers(made.constants, _aligned(np.frombuffer(p)), table))
     return table
 
 

@@ -6,7 +6,6 @@ It serves where nothing can be compiled, and it is what the compiled march is te
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -15,7 +14,7 @@ import numpy as np
 
 from workbench.core.layout import Array
 from workbench.simulate.graph import Graph
-from workbench.simulate.job import Job, Piece, Progress, pieces, threads
+from workbench.simulate.job import Job, Piece, Progress, crew, pieces
 from workbench.simulate.plan import Plan
 
 RUNS_AT_ONCE = 4096  # so many make a buffer of 32 kB: the call of an operation costs little beside its work
@@ -110,15 +109,12 @@ def march(job: Job, x: Array, tell: Progress) -> None:
     made = program(Plan.of_step(job.step, job.varied))
     parts = [slice(first, first + RUNS_AT_ONCE) for first in range(0, len(x), RUNS_AT_ONCE)]
     todo = pieces(job, x.shape[1] - 1)
-    pool = ThreadPoolExecutor(threads())
-    try:
+    with crew(len(parts)) as each:
         for done, piece in enumerate(todo):
             table = _table(made.plan, job.p[0], piece)
-            advanced = pool.map(lambda lot, of=piece, t=table: _advance(made, job, lot, x, of, t), parts)
+            advanced = each(lambda lot, of=piece, t=table: _advance(made, job, lot, x, of, t), parts)
             for n, _ in enumerate(advanced):
                 tell((done + (n + 1) / len(parts)) / len(todo))
-    finally:
-        pool.shutdown(cancel_futures=True)
 
 
 def _table(plan: Plan, p: Array, piece: Piece) -> Array:

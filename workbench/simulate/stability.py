@@ -9,6 +9,7 @@ import numpy as np
 
 from workbench.core import Ode
 from workbench.core.numbers import Array
+from workbench.core.rows import rows
 from workbench.simulate.schedule import Make, Schedule
 from workbench.simulate.trajectories import Trajectories
 
@@ -103,8 +104,7 @@ def modes_at(flow: Ode, t: Array, x: Array, p: Array) -> Array:
     Where the Jacobian or an eigenvalue is not finite, the row is NaN.
     """
     n, nx = len(t), flow.states.size
-    A = np.array(flow.A.map(n)(t[np.newaxis], x[:, :nx].T, p.T)) if n else np.zeros((nx, 0))
-    A = A.reshape(nx, n, nx).transpose(1, 0, 2)
+    A = rows(flow.A, t[:, np.newaxis], x[:, :nx], p).reshape(n, nx, nx).transpose(0, 2, 1)
     acts = np.any(A, axis=(0, 1))
     A = A[:, acts][:, :, acts]
     finite = np.isfinite(A).all(axis=(1, 2))

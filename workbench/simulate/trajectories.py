@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.core import Step
 from workbench.core.layout import Array
+from workbench.core.rows import rows
 from workbench.simulate.divergence import Divergence
 from workbench.simulate.job import Job
 
@@ -78,12 +79,12 @@ class Trajectories:
 
     @cached_property
     def _outputs(self) -> dict[str, Array]:
-        n, k = len(self.t), np.round(self.t / self.step.h).astype(int)
-        y, rows = self.step.y.map(n), []
-        for run, p in enumerate(self.p):
-            noise = self.job.part(np.array([run]), 1, 0).noise(k)[0].T
-            rows.append(np.array(y(k, self.x[run].T, np.repeat(p[:, np.newaxis], n, axis=1), noise)).T)
-        return self.step.outputs.unpack(np.stack(rows))
+        k = np.round(self.t / self.step.h).astype(int)
+        values = []
+        for run in range(len(self)):
+            noise = self.job.part(np.array([run]), 1, 0).noise(k)[0]
+            values.append(rows(self.step.y, k[:, np.newaxis], self.x[run], self.p[run : run + 1], noise))
+        return self.step.outputs.unpack(np.stack(values))
 
     def to_frame(self, run: int = 0) -> pd.DataFrame:
         """One run as a table: a column per state and output, indexed by time in s."""
