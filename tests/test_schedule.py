@@ -1,73 +1,129 @@
-"""How long a step may be."""
+"""A schedule of methods and steps, run by a batch."""
 
+from functools import cache
+
+import casadi as ca
 import numpy as np
 import pytest
-from equations import decay, explosion, oscillator, root
+from equations import explosion, oscillator
 
-from workbench.controllers import SlidingMode
-from workbench.core import rk4
-from workbench.loop import ClosedLoop
-from workbench.metrics import effort, energy, measure, rmse
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines
-from workbench.simulate import simulate, step_limit
-from workbench.simulate.schedule import longest_steps
-
-RK4 = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
+from workbench.core import Entry, Layout, Ode, rk4, with_quadrature
+from workbench.core.stabilised import stepper
+from workbench.simulate import simulate
+from workbench.simulate.pilot import choose
+from workbench.simulate.schedule import Schedule, Segment, run
 
 
-def test_the_limit_of_a_real_mode_is_the_known_end_of_the_stability_interval():
-    # Hairer and Wanner (1996), Solving Ordinary Differential Equations II, section IV.2: 2.785
-    assert longest_steps(np.array([-1.0 + 0j]), RK4)[0] == pytest.approx(2.785, abs=2e-3)
+def maker(ode):
+    return cache(lambda method, h: stepper(method)(ode, h))
 
 
-def test_the_limit_of_a_nearly_undamped_mode_is_two_root_two():
-    assert longest_steps(np.array([-1e-9 + 1j]), RK4)[0] == pytest.approx(2 * np.sqrt(2), abs=3e-3)
+def relaxation() -> Ode:
+    """x' = -rate (x - sin t) + cos t from 1, and z' = x^2: x = sin t + exp(-rate t), fast at first and slow behind."""
+    states, parameters = Layout((Entry("x", np.ones(1)),)), Layout((Entry("rate", np.array(500.0)),))
+    t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+    rates = {"x": -p * (x - ca.sin(t)) + ca.cos(t)}
+    ode = Ode.of("relaxation", states, parameters, (t, x, p), rates, {"e": x})
+    return with_quadrature(ode, {"ise": x**2})
 
 
-def test_a_growing_mode_sets_no_limit():
-    assert np.isinf(longest_steps(np.array([0.5 + 1j, 0.0 + 0j]), RK4)).all()
+def relaxed(rate, t):
+    """x and the integral of x^2 in closed form."""
+    mixed = (1 - np.exp(-rate * t) * (np.cos(t) + rate * np.sin(t))) / (1 + rate**2)
+    ise = t / 2 - np.sin(2 * t) / 4 + 2 * mixed + (1 - np.exp(-2 * rate * t)) / (2 * rate)
+    return np.sin(t) + np.exp(-rate * t), ise
 
 
-@pytest.mark.parametrize(("share", "stays"), [(0.98, True), (1.02, False)])
-def test_a_run_decays_within_the_limit_and_grows_beyond_it(share, stays):
-    rate = 100.0
-    h = share * 2.785 / rate
-    runs = simulate(rk4(decay(rate), h), until=2000 * h)
-    assert (abs(runs["x"][0, -1, 0]) < 1) == stays
-    limit = step_limit(runs)
-    assert limit.holds == stays
-    assert limit.eigenvalue == pytest.approx(-rate)
+RATES = np.linspace(300.0, 600.0, 21)[:, np.newaxis]
+STARTS = np.column_stack([np.ones(21), np.zeros(21)])
+RELAXATION = maker(relaxation())
 
 
-def test_the_limit_says_how_many_states_it_looked_at():
-    limit = step_limit(simulate(rk4(oscillator(), 0.01), until=10.0), points=50)
-    assert limit.checked == 50
+@cache
+def chosen(tolerance):
+    return choose(RELAXATION, RATES[::3], STARTS[::3], 2.0, tolerance, cell=0.1)
 
 
-def test_a_state_without_a_finite_jacobian_is_not_counted_and_with_none_left_no_step_holds():
-    limit = step_limit(simulate(rk4(root(), 0.1), until=1.0))
-    assert limit.checked == 0
-    assert np.isnan(limit.limit)
-    assert not limit.holds
+def test_one_segment_of_rk4_is_the_simulation_at_that_step():
+    ode = oscillator()
+    p, x0 = np.array([[2.0], [3.0]]), np.array([[1.0, 0.0], [0.5, 0.1]])
+    runs = run(Schedule(0.5, (Segment("rk4", 50, 4),)), maker(ode), p, x0, every=1)
+    same = simulate(rk4(ode, 0.01), p, x0, until=2.0, every=0.5)
+    np.testing.assert_array_equal(runs.x, same.x)
+    np.testing.assert_array_equal(runs.t, same.t)
 
 
-def test_a_run_that_diverges_has_the_limit_of_its_finite_part():
-    limit = step_limit(simulate(rk4(explosion(), 1e-3), until=2.0))
-    assert limit.checked > 0
-    assert np.isinf(limit.limit)  # 2 x > 0: it only grows
+def test_time_goes_on_from_segment_to_segment():
+    segments = (Segment("rk4", 100, 3), Segment("rkc5", 40, 2), Segment("rkc10", 20, 1), Segment("rk4", 50, 4))
+    schedule = Schedule(0.2, segments)
+    assert schedule.cells == 10
+    assert schedule.until == pytest.approx(2.0)
+    x = run(schedule, maker(relaxation()), np.array([[20.0]]), np.array([[1.0, 0.0]])).x[0, -1]
+    # order 2 at a step of 5 ms and modes of 20 1/s: some 1e-4
+    np.testing.assert_allclose(x, relaxed(20.0, 2.0), rtol=1e-3)
 
 
-def test_a_loop_whose_jacobian_overflows_as_it_diverges_is_a_flagged_row():
-    loop = ClosedLoop(
-        Manipulator(paper_arm(), q=[2.0, 1.0]),
-        FullState(2),
-        SlidingMode(paper_arm(), [10.0, 10.0], [500.0, 500.0], 0.001),
-        Sines([1.0, 0.5], [1.0, 2.0]),
-    )
-    result = measure(loop.ode(), [effort(), energy(), rmse()], until=20.0, h=0.1)
-    assert result.trajectories.diverged[0]
-    assert all(np.isnan(score.value).all() for score in result.scores.values())
-    assert not result.limits[0].holds
+def test_the_half_of_a_schedule_takes_every_step_twice():
+    schedule = Schedule(0.2, (Segment("rk4", 5, 3), Segment("rkc5", 4, 2)))
+    assert schedule.halved == Schedule(0.2, (Segment("rk4", 10, 3), Segment("rkc5", 8, 2)))
+
+
+def test_equal_neighbours_are_one_segment_and_a_line_says_when_and_how():
+    schedule = Schedule.of(0.1, [("rk4", 10), ("rk4", 10), ("rkc5", 10), ("rkc5", 20)])
+    assert schedule.segments == (Segment("rk4", 10, 2), Segment("rkc5", 10, 1), Segment("rkc5", 20, 1))
+    assert str(schedule).splitlines()[:2] == ["0 to 0.2 s: rk4, 10 ms", "0.2 to 0.3 s: rkc5, 10 ms"]
+
+
+def test_states_kept_on_the_way_change_no_bit_of_the_end():
+    schedule = chosen(1e-3).schedule
+    ends = [run(schedule, RELAXATION, RATES, STARTS, every=every).x[:, -1] for every in (None, 1, 5)]
+    np.testing.assert_array_equal(ends[0], ends[1])
+    np.testing.assert_array_equal(ends[0], ends[2])
+
+
+def test_a_run_is_the_same_alone_and_in_any_company():
+    schedule = chosen(1e-3).schedule
+    whole = run(schedule, RELAXATION, RATES, STARTS).x
+    order = np.random.default_rng(3).permutation(21)
+    np.testing.assert_array_equal(run(schedule, RELAXATION, RATES[order], STARTS[order]).x, whole[order])
+    for i in (0, 8, 20):
+        alone = run(schedule, RELAXATION, RATES[i : i + 1], STARTS[i : i + 1]).x
+        np.testing.assert_array_equal(alone[0], whole[i])
+
+
+def test_a_run_that_diverges_is_marked_with_its_step_and_leaves_its_neighbours_alone():
+    schedule = Schedule(0.25, (Segment("rk4", 250, 3), Segment("rkc5", 250, 5)))
+    starts = np.array([[1.0], [0.2], [0.3]])
+    runs = run(schedule, maker(explosion()), np.zeros((3, 0)), starts, every=1)
+    # x = 1 / (1 - t) ends at t = 1; Runge-Kutta steps over it within a few steps of 1 ms
+    np.testing.assert_array_equal(runs.diverged, [True, False, False])
+    assert runs.diverged_at[0] == pytest.approx(1.0, abs=0.02)
+    assert np.isnan(runs.x[0, 5:]).all()
+    calm = run(schedule, maker(explosion()), np.zeros((2, 0)), starts[1:], every=1)
+    np.testing.assert_array_equal(runs.x[1:], calm.x)
+    # 1 / (1 / x0 - 2), at order 2
+    np.testing.assert_allclose(runs.x[1:, -1, 0], 1 / (1 / starts[1:, 0] - 2), rtol=1e-4)
+
+
+def test_what_looks_at_samples_sees_each_once_in_whatever_segment():
+    extra = Layout((Entry("count", np.zeros(())), Entry("sum", np.zeros(()))))
+
+    def make(method, h):
+        step, z = stepper(method)(relaxation(), h), extra.symbols()
+        sample = ca.fmod(step.k, round(0.01 / h)) == 0
+        return step.extended(extra, z, z + ca.if_else(sample, ca.vertcat(1, step.k * h), 0))
+
+    schedule = Schedule(0.1, (Segment("rk4", 100, 3), Segment("rkc5", 20, 2), Segment("rkc10", 10, 5)))
+    runs = run(schedule, cache(make), np.array([[50.0]]), np.array([[1.0, 0.0, 0.0, 0.0]]))
+    count, total = runs.x[0, -1, 2:]
+    assert count == 100
+    # 0 + 0.01 + ... + 0.99
+    assert total == pytest.approx(49.5, rel=1e-12)
+
+
+@pytest.mark.parametrize("every", [3, -1, 21])
+def test_kept_times_that_are_no_cells_are_refused(every):
+    with pytest.raises(
+        ValueError, match=r"`run\(every=...\)` must be a number of cells that divides the schedule's 20"
+    ):
+        run(chosen(1e-3).schedule, RELAXATION, RATES, STARTS, every=every)

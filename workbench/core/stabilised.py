@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
-from workbench.core.layout import Array
+from workbench.core.numbers import Array
 from workbench.core.ode import Ode
 from workbench.core.sockets import require
 from workbench.core.step import Step, length, rk4
@@ -77,9 +77,7 @@ def stepper(method: str) -> Callable[[Ode, float], Step]:
 def coefficients(stages: int) -> tuple[Array, Array, Array, Array, Array]:
     """mu, nu, mu~, gamma~ and the nodes c of the stages, each (s + 1,) with its entry j at place j."""
     w0 = 1 + DAMPING / stages**2
-    T, dT, ddT = (
-        np.array([Chebyshev.basis(j).deriv(order)(w0) for j in range(stages + 1)]) for order in (0, 1, 2)
-    )
+    T, dT, ddT = (np.array([Chebyshev.basis(j).deriv(order)(w0) for j in range(stages + 1)]) for order in (0, 1, 2))
     w1 = dT[stages] / ddT[stages]
     b = np.append(np.full(2, ddT[2] / dT[2] ** 2), ddT[2:] / dT[2:] ** 2)
     a = 1 - b * T

@@ -3,8 +3,21 @@
 The variable-step reference mode for one run of an `Ode` is `workbench.simulate.reference`.
 """
 
+from workbench.simulate.accuracy import check_by_halving
 from workbench.simulate.batch import simulate
+from workbench.simulate.pilot import choose, pilot_rows
+from workbench.simulate.schedule import Schedule, run
 from workbench.simulate.stability import StepLimit, step_limit
 from workbench.simulate.trajectories import Trajectories
 
-__all__ = ["StepLimit", "Trajectories", "simulate", "step_limit"]
+__all__ = [
+    "Schedule",
+    "StepLimit",
+    "Trajectories",
+    "check_by_halving",
+    "choose",
+    "pilot_rows",
+    "run",
+    "simulate",
+    "step_limit",
+]

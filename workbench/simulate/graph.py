@@ -52,7 +52,7 @@ class Graph:
         """What each node changes with at most."""
         found: list[Level] = []
         for node in self.nodes:
-            found.append(max((found[i] for i in node.operands), default=LEVELS.get(node.op, Level.PARAMETERS)))
+            found.append(max([found[i] for i in node.operands], default=LEVELS.get(node.op, Level.PARAMETERS)))
         return tuple(found)
 
     @cached_property
@@ -87,7 +87,7 @@ class Graph:
         """The graph of some of its places in order, with other nodes at some of them."""
         new = {old: place for place, old in enumerate(places)}
         held = (nodes.get(place, self.nodes[place]) for place in places)
-        renamed = tuple(Node(n.op, tuple(new[i] for i in n.operands), n.value, n.entry) for n in held)
+        renamed = tuple(n._replace(operands=tuple([new[i] for i in n.operands])) if n.operands else n for n in held)
         return Graph(renamed, tuple(new[i] for i in self.results))
 
 

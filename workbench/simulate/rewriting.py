@@ -5,7 +5,7 @@ What is rewritten depends on the graph alone, never on which parameters vary: so
 
 from __future__ import annotations
 
-from workbench.simulate.graph import Graph, Node, Nodes
+from workbench.simulate.graph import Graph, Node
 
 
 def rewritten(graph: Graph) -> Graph:
@@ -16,24 +16,35 @@ def rewritten(graph: Graph) -> Graph:
 def opened(graph: Graph) -> Graph:
     """The same graph, with sin(a + b) made of the sines and cosines of a and b where these are needed anyway."""
     angles = {node.operands[0] for node in graph.nodes if node.op in ("sin", "cos")}
-    nodes, new = Nodes(), dict[int, int]()
+    nodes: list[Node] = []
+    new: dict[int, int] = {}
+    made: dict[tuple[str, int], int] = {}
+
+    def add(op: str, *operands: int) -> int:
+        nodes.append(Node(op, operands))
+        return len(nodes) - 1
 
     def turned(op: str, angle: int) -> int:
-        node = graph.nodes[angle]
-        if node.op not in ("add", "sub") or not angles.issuperset(node.operands):
-            return nodes.add(op, (new[angle],))
+        if (op, angle) not in made:
+            node = graph.nodes[angle]
+            summed = node.op in ("add", "sub") and angles.issuperset(node.operands)
+            made[op, angle] = apart(op, node) if summed else add(op, new[angle])
+        return made[op, angle]
+
+    def apart(op: str, node: Node) -> int:
         (sin_a, cos_a), (sin_b, cos_b) = ((turned("sin", i), turned("cos", i)) for i in node.operands)
         if op == "sin":
-            return nodes.add(node.op, (nodes.add("mul", (sin_a, cos_b)), nodes.add("mul", (cos_a, sin_b))))
-        opposite = "sub" if node.op == "add" else "add"
-        return nodes.add(opposite, (nodes.add("mul", (cos_a, cos_b)), nodes.add("mul", (sin_a, sin_b))))
+            return add(node.op, add("mul", sin_a, cos_b), add("mul", cos_a, sin_b))
+        return add("sub" if node.op == "add" else "add", add("mul", cos_a, cos_b), add("mul", sin_a, sin_b))
 
     for place, node in enumerate(graph.nodes):
         if node.op in ("sin", "cos"):
             new[place] = turned(node.op, node.operands[0])
         else:
-            new[place] = nodes.add(node.op, tuple(new[i] for i in node.operands), node.value, node.entry)
-    return nodes.graph(new[place] for place in graph.results)
+            nodes.append(node._replace(operands=tuple([new[i] for i in node.operands])) if node.operands else node)
+            new[place] = len(nodes) - 1
+    whole = Graph(tuple(nodes), tuple(new[place] for place in graph.results))
+    return whole.part(whole.before(whole.results), {})
 
 
 def fused(graph: Graph) -> Graph:

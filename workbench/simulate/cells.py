@@ -1,0 +1,79 @@
+"""Cells: how a horizon is divided into parts, and parts into steps, before a method and a step are chosen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.core.numbers import numbers
+
+COUNT = 100  # cells of a horizon, or about that many
+LADDER = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000)
+REFERENCES = (200, 1000, 4000)  # steps a cell of RK4, from which errors are told; the next where one is too coarse
+
+
+@dataclass(frozen=True)
+class Cells:
+    """Cells of one length in s, and the numbers of steps into which one may be divided.
+
+    Attributes
+    ----------
+    divisors, references
+        Steps a cell, of candidates and of the runs that judge them.
+    """
+
+    length: float
+    count: int
+    divisors: tuple[int, ...]
+    references: tuple[int, ...]
+
+
+def cells_of(until: float, tolerance: float, cell: float | None, grid: float | None) -> Cells:
+    """The cells of a horizon [s], each a multiple of the grid [s], for `choose`, whose numbers are checked.
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive and finite, or the horizon no multiple of cell or grid.
+    """
+    until = positive("until", until)
+    positive("tolerance", tolerance)
+    if grid is not None:
+        grid = positive("grid", grid)
+    if cell is None:
+        count = COUNT if grid is None else _divisor(_multiple("until", until, "grid", grid))
+    else:
+        count = _multiple("until", until, "cell", positive("cell", cell))
+    length = until / count
+    least = 1 if grid is None else _multiple("cell", length, "grid", grid)
+    divisors = [least * n for n in LADDER if n <= 20 or least * n <= LADDER[-1]]
+    references = sorted({least * max(2, -(-n // least)) for n in REFERENCES} | {2 * divisors[-1]})
+    return Cells(length, count, tuple(divisors), tuple(references))
+
+
+def positive(name: str, value: Any) -> float:
+    """A number that is positive and finite, or a refusal."""
+    try:
+        number = float(numbers(value).reshape(()))
+    except (TypeError, ValueError):
+        raise ValueError(f"`choose({name}=...)` must be a number; got {value!r}.") from None
+    if not (np.isfinite(number) and number > 0):
+        raise ValueError(f"`choose({name}=...)` must be positive and finite; got {number:g}.")
+    return number
+
+
+def _multiple(name: str, whole: float, part_name: str, part: float) -> int:
+    count = round(whole / part)
+    if count < 1 or abs(whole / part - count) > 1e-6:
+        raise ValueError(
+            f"`choose({name}=...)` must be a multiple of the {part_name}, which is {part:g} s; got {whole:g} s."
+        )
+    return count
+
+
+def _divisor(number: int) -> int:
+    """The divisor of a number that is nearest to the usual count of cells."""
+    divisors = [n for n in range(1, min(number, 10 * COUNT) + 1) if number % n == 0]
+    return min(divisors, key=lambda n: abs(np.log(n / COUNT)))
