@@ -53,7 +53,7 @@ class Step:
     @cached_property
     def F(self) -> ca.Function:
         """The step as a CasADi function (k, x, p, w) -> (nx, 1)."""
-        return ca.Function("workbench_step", [self.k, self.x, self.p, self.w], [self.next], {"cse": True})
+        return ca.Function("workbench_step", [self.k, self.x, self.p, self.w], [self.next])
 
     @cached_property
     def y(self) -> ca.Function:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -55,15 +55,6 @@ class Graph:
             found.append(max([found[i] for i in node.operands], default=LEVELS.get(node.op, Level.PARAMETERS)))
         return tuple(found)
 
-    @cached_property
-    def users(self) -> tuple[tuple[int, ...], ...]:
-        """The nodes that use each node."""
-        users: list[list[int]] = [[] for _ in self.nodes]
-        for place, node in enumerate(self.nodes):
-            for operand in set(node.operands):
-                users[operand].append(place)
-        return tuple(map(tuple, users))
-
     def after(self, op: str, indices: Collection[int]) -> frozenset[int]:
         """The nodes that depend on the sources `op` of the given indices."""
         found: set[int] = set()
@@ -83,12 +74,17 @@ class Graph:
                 stack.extend(self.nodes[place].operands)
         return sorted(needed)
 
-    def part(self, places: Sequence[int], nodes: Mapping[int, Node]) -> Graph:
+    def part(self, places: Iterable[int], changed: Mapping[int, Node]) -> Graph:
         """The graph of some of its places in order, with other nodes at some of them."""
-        new = {old: place for place, old in enumerate(places)}
-        held = (nodes.get(place, self.nodes[place]) for place in places)
-        renamed = tuple(n._replace(operands=tuple([new[i] for i in n.operands])) if n.operands else n for n in held)
-        return Graph(renamed, tuple(new[i] for i in self.results))
+        new: dict[int, int] = {}
+        nodes: list[Node] = []
+        for place in places:
+            node = changed.get(place) or self.nodes[place]
+            if node.operands:
+                node = Node(node.op, tuple([new[i] for i in node.operands]), node.value, node.entry)
+            new[place] = len(nodes)
+            nodes.append(node)
+        return Graph(tuple(nodes), tuple(new[i] for i in self.results))
 
 
 class Nodes:
@@ -114,8 +110,3 @@ class Nodes:
             self.places[node] = len(self.held)
             self.held.append(node)
         return self.places[node]
-
-    def graph(self, results: Iterable[int]) -> Graph:
-        """The graph of some results, without what none of them needs."""
-        whole = Graph(tuple(self.held), tuple(results))
-        return whole.part(whole.before(whole.results), {})

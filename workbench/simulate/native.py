@@ -18,7 +18,7 @@ from workbench.simulate.lowering import lower
 from workbench.simulate.plan import Plan
 
 FEW = 4
-WORTH_COMPILING = 100_000  # steps of blocks; a run that diverges early never needs better code
+WORTH_COMPILING = 300_000  # steps of blocks, done and to be done, in which better code gains what it costs
 ALIGNMENT = 64  # bytes: what the widest vector loads ask for
 
 
@@ -66,7 +66,9 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
     blocks = -(-len(x) // width)
     with crew(blocks) as each:
         for done, piece in enumerate(todo):
-            made = kernel(plan, width, haste=_is_short(plan, blocks * piece.rows * piece.steps))
+            ahead = blocks * sum(later.rows * later.steps for later in todo[done:])
+            made = kernel(plan, width, haste=_marched.get(plan, 0) + ahead < WORTH_COMPILING)
+            _marched[plan] = _marched.get(plan, 0) + blocks * piece.rows * piece.steps
             chosen = job.p[0, list(plan.parameters)].tobytes()
             table, parts = _table(made, chosen, piece.begin, piece.rows * piece.steps), lots(job, piece, width)
             advanced = each(lambda lot, k=made, of=piece, t=table: _advance(k, job, lot, x[lot], of, t), parts)
@@ -77,12 +79,6 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
                 x[:, last:] = np.nan
                 tell(1.0)
                 break
-
-
-def _is_short(plan: Plan, more: int) -> bool:
-    """Whether a plan has marched, with `more` steps of blocks, too little to have paid for better code."""
-    _marched[plan] = _marched.get(plan, 0) + more
-    return _marched[plan] < WORTH_COMPILING
 
 
 @lru_cache(maxsize=4)  # the same runs from other starts, as in tuning, find it made

@@ -64,8 +64,9 @@ class _Reader:
         self.nodes = Nodes()
 
     def graph(self) -> Graph:
-        """All nodes that a result needs, in order."""
-        graph = self.nodes.graph(self._read(self.step.F))
+        """All nodes, in order."""
+        results = tuple(self._read(self.step.F))
+        graph = Graph(tuple(self.nodes.held), results)
         self._check(graph)
         return graph
 
@@ -116,6 +117,8 @@ class _Reader:
                     for label, i in zip(self.step.states.labels, graph.results, strict=True)
                     if place in graph.before([i])
                 ]
+                if not needs:
+                    continue
                 known = ", ".join(sorted(OPERATIONS.values()))
                 raise ValueError(
                     f"The step of '{self.step.flow.name}' has the operation {node.op.removeprefix(UNKNOWN)}, which "

@@ -5,6 +5,9 @@ What is rewritten depends on the graph alone, never on which parameters vary: so
 
 from __future__ import annotations
 
+from collections import Counter
+from itertools import chain
+
 from workbench.simulate.graph import Graph, Node
 
 
@@ -41,34 +44,36 @@ def opened(graph: Graph) -> Graph:
         if node.op in ("sin", "cos"):
             new[place] = turned(node.op, node.operands[0])
         else:
-            nodes.append(node._replace(operands=tuple([new[i] for i in node.operands])) if node.operands else node)
-            new[place] = len(nodes) - 1
-    whole = Graph(tuple(nodes), tuple(new[place] for place in graph.results))
-    return whole.part(whole.before(whole.results), {})
+            new[place] = len(nodes)
+            operands = tuple([new[i] for i in node.operands])
+            nodes.append(Node(node.op, operands, node.value, node.entry) if operands else node)
+    return Graph(tuple(nodes), tuple(new[place] for place in graph.results))
 
 
 def fused(graph: Graph) -> Graph:
-    """The same graph, with a product that is used once, in a sum of its own level, rounded together with it.
+    """The same graph without what no result needs, and with a product rounded together with the sum it is for.
 
-    Levels do not change with the parameters that vary, so neither does what is fused, nor a last bit.
+    The product must have no other use, and change with no less than the sum: else it would be made more often.
     """
+    needed, nodes, levels = graph.before(graph.results), graph.nodes, graph.levels
+    uses = Counter(chain.from_iterable(set(nodes[place].operands) for place in needed))
+    uses.update(graph.results)
     gone: set[int] = set()
     changed: dict[int, Node] = {}
 
     def product(place: int, of: int) -> tuple[int, ...]:
-        node = graph.nodes[place]
-        alone = len(graph.users[place]) == 1 and place not in results and graph.levels[place] == graph.levels[of]
-        return node.operands if node.op == "mul" and alone else ()
+        alone = nodes[place].op == "mul" and uses[place] == 1 and levels[place] == levels[of]
+        return nodes[place].operands if alone else ()
 
-    results = set(graph.results)
-    for place, node in enumerate(graph.nodes):
-        if node.op not in ("add", "sub") or node.operands[0] == node.operands[1]:
+    for place in needed:
+        op, operands = nodes[place].op, nodes[place].operands
+        if op not in ("add", "sub") or operands[0] == operands[1]:
             continue
-        a, b = node.operands
+        a, b = operands
         if pair := product(b, place):
             gone.add(b)
-            changed[place] = Node("fma" if node.op == "add" else "fnma", (*pair, a))
+            changed[place] = Node("fma" if op == "add" else "fnma", (*pair, a))
         elif pair := product(a, place):
             gone.add(a)
-            changed[place] = Node("fma" if node.op == "add" else "fms", (*pair, b))
-    return graph.part([place for place in range(len(graph.nodes)) if place not in gone], changed)
+            changed[place] = Node("fma" if op == "add" else "fms", (*pair, b))
+    return graph.part((place for place in needed if place not in gone), changed)
