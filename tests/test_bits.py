@@ -82,7 +82,10 @@ def test_keeping_more_times_changes_no_bit(monkeypatch):
     np.testing.assert_array_equal(often[:, ::500], WHOLE)
     monkeypatch.setattr(job, "STEPS_AT_ONCE", 170)  # a table that ends amid a stride and amid a vector
     np.testing.assert_array_equal(simulate(STEP, P, STARTS, **SPAN).x, WHOLE)
-    monkeypatch.setattr(job, "NUMBERS_AT_ONCE", 1)
+    monkeypatch.setattr(job, "STEPS_OF_A_STAGE", 1)  # a look at progress after every table
+    np.testing.assert_array_equal(simulate(STEP, P, STARTS, **SPAN).x, WHOLE)
+    monkeypatch.setattr(job, "NUMBERS_OF_A_STAGE", 1)
+    monkeypatch.setattr(job, "BLOCKS_OF_A_LOT", 1)
     np.testing.assert_array_equal(simulate(STEP, P, STARTS, **SPAN).x, WHOLE)
 
 

@@ -167,11 +167,11 @@ def test_a_value_is_made_where_it_changes_and_no_further_in():
     assert plan.table
 
 
-def test_the_ir_has_no_call_but_to_intrinsics():
+def test_the_ir_has_no_call_but_to_intrinsics_and_its_own_functions():
     text = lower(Plan.of(graph_of(rk4(LOOPS["RBF-ASMC"].ode(), 1e-3)), ()), 4)
     calls = {line.split("@")[1].split("(")[0] for line in text.splitlines() if " call " in line}
     assert calls
-    assert all(name.startswith("llvm.") for name in calls)
+    assert all(name.startswith(("llvm.", "workbench_")) for name in calls)
 
 
 def test_a_step_and_its_half_are_one_kernel():

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.core.numbers import Array, Integers
 from workbench.simulate import virtual_machine
-from workbench.simulate.job import NUMBERS_AT_ONCE, Job, March
+from workbench.simulate.job import NUMBERS_OF_A_STAGE, Job, March
 
 ROWS = 64  # of states kept in one look: ten thousand steps take three looks
 
@@ -56,7 +56,7 @@ def _losses(job: Job, x: Array, march: March) -> Iterator[Loss]:
     finite = np.asarray(np.isfinite(x).all(axis=2))
     lost = np.flatnonzero(~finite.all(axis=1))
     last = np.argmin(finite[lost], axis=1) - 1
-    most = max(1, NUMBERS_AT_ONCE // (ROWS * x.shape[2]))
+    most = max(1, NUMBERS_OF_A_STAGE // (ROWS * x.shape[2]))
     for row in np.unique(last):
         runs = lost[last == row]
         for few in np.split(runs, range(most, len(runs), most)):

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,9 +20,10 @@ Progress = Callable[[float], None]
 # Fills x (B, 1 + kept, nx) behind x[:, 0] with the states every `stride` steps.
 March = Callable[["Job", Array, Progress], None]
 
-STEPS_AT_ONCE = 20_000  # the length of a table of time
-BLOCK_STEPS_AT_ONCE = 1_000_000  # of all blocks of a lot, between two looks at progress: less than a second
-NUMBERS_AT_ONCE = 1_000_000  # of kept states in a lot, which are turned run by run when it is done
+STEPS_AT_ONCE = 2_000  # the length of a table of time, which so stays in a cache
+BLOCKS_OF_A_LOT = 64
+STEPS_OF_A_STAGE = 8_000_000  # of all runs of a lot, between two looks at progress: less than a second
+NUMBERS_OF_A_STAGE = 1_000_000  # of kept states in a lot, which are turned run by run when it is done
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,20 +59,17 @@ class Job:
         return normals(self.seed, self.runs, steps, self.step.w.numel())
 
 
-@dataclass(frozen=True)
-class Piece:
-    """What one table of time serves: from the states in row `start` of x to `rows` rows of `steps` steps each."""
+class Piece(NamedTuple):
+    """What one table of time serves: `rows` rows of x from `row` on, `steps` steps each, from the step `begin`.
 
-    start: int
-    first: int
+    It goes on from the states in row `start`: those before its first, or those that a piece before it left there.
+    """
+
     rows: int
     steps: int
     begin: int
-
-    @property
-    def filled(self) -> slice:
-        """The rows of x that it fills."""
-        return slice(self.first, self.first + self.rows)
+    row: int
+    start: int
 
 
 def pieces(job: Job, kept: int) -> list[Piece]:
@@ -80,23 +78,32 @@ def pieces(job: Job, kept: int) -> list[Piece]:
     if stride > STEPS_AT_ONCE:
         parts = [(row, k) for row in range(kept) for k in range(0, stride, STEPS_AT_ONCE)]
         return [
-            Piece(row + (k > 0), row + 1, 1, min(STEPS_AT_ONCE, stride - k), begin + row * stride + k)
+            Piece(1, min(STEPS_AT_ONCE, stride - k), begin + row * stride + k, row + 1, row + (k > 0))
             for row, k in parts
         ]
     most = STEPS_AT_ONCE // stride
     firsts = range(0, kept, most)
-    return [Piece(row, row + 1, min(most, kept - row), stride, begin + row * stride) for row in firsts]
+    return [Piece(min(most, kept - row), stride, begin + row * stride, row + 1, row) for row in firsts]
 
 
-def lots(job: Job, piece: Piece, width: int) -> list[slice]:
-    """The runs in lots of whole blocks: enough for all threads, short enough to be stopped, small enough to be kept."""
+def stages(job: Job, kept: int, runs: int) -> list[list[Piece]]:
+    """The pieces that lots of so many runs go through without a look at progress, and with room for their rows."""
+    most_steps, most_rows = STEPS_OF_A_STAGE // runs, NUMBERS_OF_A_STAGE // (runs * job.step.states.size)
+    found: list[list[Piece]] = []
+    steps = rows = 0
+    for piece in pieces(job, kept):
+        steps, rows = steps + piece.rows * piece.steps, rows + piece.rows
+        if not found or steps > most_steps or rows > most_rows:
+            found.append([])
+            steps, rows = piece.rows * piece.steps, piece.rows
+        found[-1].append(piece)
+    return found
+
+
+def lots(job: Job, width: int) -> list[slice]:
+    """The runs in lots of whole blocks, enough of them for all threads."""
     blocks = -(-len(job.p) // width)
-    most = min(
-        -(-blocks // threads()),
-        BLOCK_STEPS_AT_ONCE // (piece.rows * piece.steps),
-        NUMBERS_AT_ONCE // (piece.rows * width * job.step.states.size),
-    )
-    size = width * max(1, most)
+    size = width * min(BLOCKS_OF_A_LOT, -(-blocks // threads()))
     return [slice(first, first + size) for first in range(0, len(job.p), size)]
 
 

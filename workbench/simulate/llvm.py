@@ -51,8 +51,8 @@ class Native:
 
     engine: Any
 
-    def function(self, name: str, *arguments: type) -> Callable[..., None]:
-        """A function of the module, called with arguments of these ctypes; other threads go on while it runs.
+    def function(self, name: str, *arguments: type, result: type | None = None) -> Callable[..., Any]:
+        """A function of the module, of arguments and a result of these ctypes; other threads go on while it runs.
 
         Raises
         ------
@@ -62,7 +62,7 @@ class Native:
         address = self.engine.get_function_address(name) if name else 0  # LLVM ends the process on an empty name
         if not address:
             raise LookupError(f"`Native.function({name!r})` must name a function of the module; there is none.")
-        made = ctypes.CFUNCTYPE(None, *arguments)(address)
+        made = ctypes.CFUNCTYPE(result, *arguments)(address)
         vars(made)["engine"] = self.engine  # else the code would go when the module goes
         return made
 

@@ -1,19 +1,22 @@
-"""Lowering: a plan as LLVM IR, the whole time loop in one function over vectors of runs.
+"""Lowering: a plan as LLVM IR, the whole time loop in one native function over vectors of runs.
 
 A block is `width` runs side by side; whatever belongs to runs is an array of vectors, one lane a run.
 
-    void workbench_march(i64 blocks, i64 kept, i64 stride, i64 begin, i64 seed, ptr runs, ptr constants,
-                         ptr p, ptr scratch, ptr table, ptr x, ptr out)
-    void workbench_table(i64 groups, i64 begin, ptr constants, ptr p, ptr table)
+    i64 workbench_march(ptr pieces, i64 count, i64 blocks, i64 kept, i64 seed, ptr runs, ptr constants, ptr p,
+                        ptr scratch, ptr table, ptr x, ptr out)
 
-`march` advances blocks one after the other from step `begin`, `kept` times `stride` steps each: `p` holds
-their parameters (blocks, np, width), `runs` and `seed` the keys of their noise, `x` their states (blocks, nx, width),
-which it receives again, and `out` receives the states after every stride, (blocks, kept, nx, width).
-`scratch` has room for the values made once a run (nl, width). `table` makes what depends on time alone,
-`width` steps side by side, (groups, nt, width), from the parameters (np,) of any run.
+goes through `count` pieces of time, each of them four whole numbers: rows to keep, steps from one row to the
+next, the number of the first step, and the place of the first row. For each it makes the table of what
+depends on time alone, small enough for a cache, and then advances one block after the other. `p` holds the
+parameters (blocks, np, width), `runs` and `seed` the keys of the noise, `x` the states (blocks, nx, width),
+which it receives again; `out` receives the rows (blocks, kept, nx, width). `scratch` has room for the values
+made once a run (nl, width), `table` for those made once a step (groups of `width` steps, nt, width). It ends
+with the last piece, or with that after which no run is finite, and says how many it did.
 """
 
 from __future__ import annotations
+
+from functools import reduce
 
 from workbench.simulate import functions as f
 from workbench.simulate.emission import Emission
@@ -36,17 +39,49 @@ def lower(plan: Plan, width: int) -> str:
         f"declare {writer.type} @llvm.{name}.{f.mangled(writer)}({', '.join([writer.type] * count)})"
         for name, count in INTRINSICS
     )
-    functions = [_march(plan, width), *([_table(plan, width)] if plan.table else ())]
-    return "\n".join([*declarations, *functions])
+    truth = f"declare i1 @llvm.vector.reduce.or.v{width}i1({f.flags(writer)})"
+    call = "  call void @workbench_table(i64 %groups, i64 %begin, ptr %constants, ptr %p, ptr %table)"
+    march = MARCH.format(width=width, less=width - 1, table=call if plan.table else "")
+    functions = [march, _piece(plan, width), *([_table(plan, width)] if plan.table else ())]
+    return "\n".join([*declarations, truth, *functions])
 
 
 MARCH = """
-define void @workbench_march(i64 %blocks, i64 %kept, i64 %stride, i64 %begin, i64 %seed, ptr %runs, ptr %constants,
-                             ptr %p, ptr %scratch, ptr %table, ptr %x, ptr %out) alignstack(64) "stackrealign" {{
+define i64 @workbench_march(ptr %pieces, i64 %count, i64 %blocks, i64 %kept, i64 %seed, ptr %runs, ptr %constants,
+                            ptr %p, ptr %scratch, ptr %table, ptr %x, ptr %out) {{
+start:
+  br label %piece
+piece:
+  %i = phi i64 [ 0, %start ], [ %i1, %piece ]
+  %here = getelementptr [4 x i64], ptr %pieces, i64 %i
+  %numbers = load <4 x i64>, ptr %here, align 8
+  %rows = extractelement <4 x i64> %numbers, i64 0
+  %stride = extractelement <4 x i64> %numbers, i64 1
+  %begin = extractelement <4 x i64> %numbers, i64 2
+  %row = extractelement <4 x i64> %numbers, i64 3
+  %steps = mul i64 %rows, %stride
+  %more = add i64 %steps, {less}
+  %groups = sdiv i64 %more, {width}
+{table}
+  %alive = call i1 @workbench_piece(i64 %blocks, i64 %rows, i64 %stride, i64 %begin, i64 %row, i64 %kept, i64 %seed,
+                                    ptr %runs, ptr %constants, ptr %p, ptr %scratch, ptr %table, ptr %x, ptr %out)
+  %i1 = add i64 %i, 1
+  %left = icmp slt i64 %i1, %count
+  %again = and i1 %left, %alive
+  br i1 %again, label %piece, label %end
+end:
+  ret i64 %i1
+}}"""
+
+PIECE = """
+define internal i1 @workbench_piece(i64 %blocks, i64 %rows, i64 %stride, i64 %begin, i64 %row, i64 %kept, i64 %seed,
+        ptr %runs, ptr %constants, ptr %p, ptr %scratch, ptr %table, ptr %x, ptr %out)
+        alignstack(64) "stackrealign" {{
 start:
   br label %block
 block:                                            ; {width} runs side by side
   %b = phi i64 [ 0, %start ], [ %b1, %next ]
+  %alive = phi i1 [ false, %start ], [ %alive1, %next ]
   %p_skip = mul i64 %b, {np}
   %p_here = getelementptr {vector}, ptr %p, i64 %p_skip
   %x_skip = mul i64 %b, {nx}
@@ -54,8 +89,8 @@ block:                                            ; {width} runs side by side
   %key_at = getelementptr {integers}, ptr %runs, i64 %b
   %key = load {integers}, ptr %key_at
 {prepare}
-  br label %row
-row:                                              ; of states that are kept
+  br label %row_begins
+row_begins:
   %j = phi i64 [ 0, %block ], [ %j1, %keep ]
   %past = mul i64 %j, %stride
   br label %enter
@@ -77,24 +112,26 @@ step:
   %more = icmp slt i64 %i1, %stride
   br i1 %more, label %step, label %keep
 keep:
-  %rows = mul i64 %b, %kept
-  %row_at = add i64 %rows, %j
+  %rows_before = mul i64 %b, %kept
+  %row_of_block = add i64 %rows_before, %row
+  %row_at = add i64 %row_of_block, %j
   %row_skip = mul i64 %row_at, {nx}
   %out_here = getelementptr {vector}, ptr %out, i64 %row_skip
 {keep}
   %j1 = add i64 %j, 1
-  %again = icmp slt i64 %j1, %kept
-  br i1 %again, label %row, label %next
+  %again = icmp slt i64 %j1, %rows
+  br i1 %again, label %row_begins, label %next
 next:
+{alive}
   %b1 = add i64 %b, 1
   %go = icmp slt i64 %b1, %blocks
   br i1 %go, label %block, label %end
 end:
-  ret void
+  ret i1 %alive1
 }}"""
 
 TABLE = """
-define void @workbench_table(i64 %groups, i64 %begin, ptr %constants, ptr %p, ptr %table)
+define internal void @workbench_table(i64 %groups, i64 %begin, ptr %constants, ptr %p, ptr %table)
             alignstack(64) "stackrealign" {{
 start:
 {prepare}
@@ -118,7 +155,7 @@ end:
 }}"""
 
 
-def _march(plan: Plan, width: int) -> str:
+def _piece(plan: Plan, width: int) -> str:
     nx, graph = len(plan.graph.results), plan.graph
     lane = {place: i for i, place in enumerate(plan.lanes)}
     row = {place: i for i, place in enumerate(plan.table)}
@@ -151,7 +188,9 @@ def _march(plan: Plan, width: int) -> str:
     starts = [enter.lane("%x_here", i) for i in range(nx)]
     keep.store("%x_here", ends)
     keep.store("%out_here", ends)
-    return MARCH.format(
+    last = Emission(graph, width, "w", inside)
+    _any_finite(last, ends)
+    return PIECE.format(
         width=width,
         vector=body.type,
         integers=body.integers,
@@ -159,8 +198,19 @@ def _march(plan: Plan, width: int) -> str:
         nx=nx,
         group_size=len(plan.table) * width,
         states="\n".join(f"  %x{i} = phi {body.type} [ {starts[i]}, %enter ], [ {ends[i]}, %step ]" for i in range(nx)),
-        **{name: str(part) for name, part in (("prepare", before), ("enter", enter), ("body", body), ("keep", keep))},
+        prepare=before,
+        enter=enter,
+        body=body,
+        keep=keep,
+        alive=last,
     )
+
+
+def _any_finite(e: Emission, states: list[str]) -> None:
+    """Whether this or an earlier block has a run with finite states: of a finite number, x - x is 0."""
+    sums = reduce(lambda total, part: f.binary(e, "fadd", total, part), [f.binary(e, "fsub", x, x) for x in states])
+    some = e.line(f"call i1 @llvm.vector.reduce.or.v{e.width}i1({f.flags(e)} {f.compare(e, 'ord', sums, sums)})")
+    e.lines.append(f"  %alive1 = or i1 %alive, {some}")
 
 
 def _table(plan: Plan, width: int) -> str:
@@ -170,7 +220,7 @@ def _table(plan: Plan, width: int) -> str:
         node = graph.nodes[place]
         if node.op == "const":
             return e.spread("%constants", plan.constant_places[place])
-        return e.spread("%p", plan.parameters[node.entry])
+        return e.spread("%p", plan.parameters[node.entry] * width)
 
     def inside(e: Emission, place: int) -> str:
         return "%time" if graph.nodes[place].op == "k" else before.value(place)

@@ -13,7 +13,7 @@ import numpy as np
 
 from workbench.core.layout import Array
 from workbench.simulate import llvm
-from workbench.simulate.job import Job, Piece, Progress, crew, lots, pieces
+from workbench.simulate.job import BLOCKS_OF_A_LOT, Job, Piece, Progress, crew, lots, stages
 from workbench.simulate.lowering import lower
 from workbench.simulate.plan import Plan
 
@@ -28,12 +28,11 @@ _marched: WeakKeyDictionary[Plan, int] = WeakKeyDictionary()
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
-    """A compiled step: which of its values are made outside the loop, and the functions that do the work."""
+    """A compiled step: which of its values are made outside the loop, and the function that does the work."""
 
     plan: Plan
     width: int
-    march: Callable[..., None]
-    table: Callable[..., None] | None
+    march: Callable[..., int]
     constants: Array
 
 
@@ -42,13 +41,8 @@ def kernel(plan: Plan, width: int, haste: bool = False) -> Kernel:
     """The kernel of a plan, `width` runs side by side; in `haste`, slower code with the same results."""
     module = llvm.compiled(_ir(plan, width), haste)
     number, pointer = ctypes.c_int64, ctypes.c_void_p
-    return Kernel(
-        plan,
-        width,
-        module.function("workbench_march", *[number] * 5, *[pointer] * 7),
-        module.function("workbench_table", *[number] * 2, *[pointer] * 3) if plan.table else None,
-        _aligned(np.array(plan.constants)),
-    )
+    march = module.function("workbench_march", pointer, *[number] * 4, *[pointer] * 7, result=number)
+    return Kernel(plan, width, march, _aligned(np.array(plan.constants)))
 
 
 @lru_cache(maxsize=16)
@@ -61,51 +55,49 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
 
     Vectors of `width` runs are as wide as the processor's unless it is given; few runs are served faster by half.
     """
-    plan, width = Plan.of_step(job.step, job.varied), width or (llvm.lanes() if len(x) > FEW else FEW)
-    todo = pieces(job, x.shape[1] - 1)
-    blocks = -(-len(x) // width)
-    with crew(blocks) as each:
-        for done, piece in enumerate(todo):
-            ahead = blocks * sum(later.rows * later.steps for later in todo[done:])
-            made = kernel(plan, width, haste=_marched.get(plan, 0) + ahead < WORTH_COMPILING)
-            _marched[plan] = _marched.get(plan, 0) + blocks * piece.rows * piece.steps
-            chosen = job.p[0, list(plan.parameters)].tobytes()
-            table, parts = _table(made, chosen, piece.begin, piece.rows * piece.steps), lots(job, piece, width)
-            advanced = each(lambda lot, k=made, of=piece, t=table: _advance(k, job, lot, x[lot], of, t), parts)
+    kept, width = x.shape[1] - 1, width or (llvm.lanes() if len(x) > FEW else FEW)
+    made, parts = _kernel(job, kept, width), lots(job, width)
+    todo = stages(job, kept, width * min(BLOCKS_OF_A_LOT, -(-len(x) // width)))
+    with crew(len(parts)) as each:
+        for done, stage in enumerate(todo):
+            advanced = each(lambda lot, stage=stage: _advance(made, job, lot, x[lot], stage), parts)
             for n, _ in enumerate(advanced):
                 tell((done + (n + 1) / len(parts)) / len(todo))
-            last = piece.first + piece.rows
+            last = stage[-1].row + stage[-1].rows
             if not np.isfinite(x[:, last - 1]).all(axis=1).any():  # nothing is left to simulate
                 x[:, last:] = np.nan
                 tell(1.0)
                 break
 
 
-@lru_cache(maxsize=4)  # the same runs from other starts, as in tuning, find it made
-def _table(made: Kernel, p: bytes, begin: int, steps: int) -> Array:
-    """What depends on time alone, (groups, nt, width), for some steps; p are the parameters of any run."""
-    groups = -(-steps // made.width)
-    table = _room(groups, len(made.plan.table), made.width)
-    if made.table is not None:
-        made.table(groups, begin, *_pointers(made.constants, _aligned(np.frombuffer(p)), table))
-    return table
+def _kernel(job: Job, kept: int, width: int) -> Kernel:
+    """The kernel of a job: in haste as long as its plan has not much to march, behind it or ahead."""
+    plan = Plan.of_step(job.step, job.varied)
+    steps = _marched.get(plan, 0) + -(-len(job.p) // width) * kept * job.stride
+    _marched[plan] = steps
+    return kernel(plan, width, steps < WORTH_COMPILING)
 
 
-def _advance(made: Kernel, job: Job, lot: slice, x: Array, piece: Piece, table: Array) -> None:
-    """Fill the rows of a piece in x (runs, rows, nx); a block that is not full repeats its last run."""
+def _advance(made: Kernel, job: Job, lot: slice, x: Array, stage: list[Piece]) -> None:
+    """Fill the rows of a stage in x (runs, rows, nx); a block that is not full repeats its last run."""
     runs, _, nx = x.shape
-    blocks = -(-runs // made.width)
-    fill = np.minimum(np.arange(blocks * made.width), runs - 1)
+    plan, width, blocks = made.plan, made.width, -(-runs // made.width)
+    fill = np.minimum(np.arange(blocks * width), runs - 1)
 
     def lanes(rows: Array) -> Array:
-        return _aligned(rows[fill].reshape(blocks, made.width, -1).transpose(0, 2, 1))
+        return _aligned(rows[fill].reshape(blocks, width, -1).transpose(0, 2, 1))
 
-    p, state = lanes(job.p[lot][:, list(made.plan.parameters)]), lanes(x[:, piece.start])
-    keys = _aligned(job.runs[lot][fill])
-    out, scratch = _room(blocks, piece.rows, nx, made.width), _room(len(made.plan.lanes), made.width)
-    counts = (blocks, piece.rows, piece.steps, piece.begin, job.seed - (job.seed >> 63 << 64))
-    made.march(*counts, *_pointers(keys, made.constants, p, scratch, table, state, out))
-    x[:, piece.filled] = out.transpose(0, 3, 1, 2).reshape(-1, piece.rows, nx)[:runs]
+    first, end = stage[0].row, stage[-1].row + stage[-1].rows
+    p, state, keys = lanes(job.p[lot][:, list(plan.parameters)]), lanes(x[:, stage[0].start]), job.runs[lot][fill]
+    times = np.array([(piece.rows, piece.steps, piece.begin, piece.row - first) for piece in stage])
+    groups = max(-(-piece.rows * piece.steps // width) for piece in stage)
+    out = _room(blocks, end - first, nx, width)
+    memory = (made.constants, p, _room(len(plan.lanes), width), _room(groups, len(plan.table), width), state, out)
+    counts = (len(stage), blocks, end - first, job.seed - (job.seed >> 63 << 64))
+    done = made.march(*_pointers(times), *counts, *_pointers(_aligned(keys), *memory))
+    x[:, first:end] = out.transpose(0, 3, 1, 2).reshape(-1, end - first, nx)[:runs]
+    if done < len(stage):  # no run was finite any more
+        x[:, stage[done].row : end] = np.nan
 
 
 def _room(*shape: int, kind: type[Any] = float) -> Array:

@@ -153,7 +153,7 @@ def _advance(made: Program, job: Job, lot: slice, x: Array, piece: Piece, table:
                 target[:] = result
             state[...] = after
             if (step + 1) % piece.steps == 0:
-                x[lot, piece.first + step // piece.steps] = state.T
+                x[lot, piece.row + step // piece.steps] = state.T
 
 
 def _evaluate(graph: Graph, places: Sequence[int], source: Callable[[str, int], Any]) -> dict[int, Any]:
