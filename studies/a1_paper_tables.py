@@ -46,8 +46,8 @@ BRIEF = (PRINTED, rmse(), late_error(LATE))
 METRICS = {"FS": (*TRACKING, late_error(LATE), *COST, *OBSERVED), "SS": TRACKING + COST + OBSERVED + AFTER_STEPS}
 
 # Steps in s, each below the stability limit that the report prints; values are taken at half of them.
-STEPS = {"PID": 2e-4, "SMC": 2e-4, "super-twisting": 2e-4, "ASMC": 1e-4, "Fuzzy-ASMC": 5e-5, "RBF-ASMC": 1e-4}
 PROPOSED_STEP = 1e-3 / 12
+STEPS = {"PID": 5e-4, "SMC": 5e-4, "super-twisting": 5e-4, "ASMC": 1e-4, "Fuzzy-ASMC": 1e-3 / 12, "RBF-ASMC": 1e-4}
 STYLES = {law: i for i, law in enumerate((*LAWS, "super-twisting"))}
 SHORT = 10.0  # s, the horizon at which changes and readings are compared with one another
 
