@@ -23,7 +23,7 @@ DOORS = {
     "dask": "study/executors.py",
     "jax": "bench/peers/jax_scan.py",
     "jinja2": "report/page.py",
-    "llvmlite": "simulate/llvm.py",
+    "llvmlite": "simulate/kernel/llvm.py",
     "matplotlib": "report/figures/",
     "numba": "bench/peers/numba_loop.py",
     "rich": "cli.py",

@@ -5,8 +5,8 @@ import pytest
 from equations import explosion
 from test_schedule import RATES, RELAXATION, STARTS, chosen, maker, relaxed
 
-from workbench.simulate.accuracy import Accuracy, check_by_halving
-from workbench.simulate.schedule import Schedule, Segment, run
+from workbench.simulate.stepping.accuracy import Accuracy, check_by_halving
+from workbench.simulate.stepping.schedule import Schedule, Segment, run
 
 
 def score(runs):

@@ -5,7 +5,8 @@ import pytest
 from equations import decay, explosion, oscillator
 
 from workbench.core import rk4
-from workbench.simulate import batch, simulate, virtual_machine
+from workbench.simulate import batch, simulate
+from workbench.simulate.kernel import virtual_machine
 
 
 def test_the_oscillator_follows_its_closed_form_in_every_run():

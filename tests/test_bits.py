@@ -13,7 +13,7 @@ from workbench.simulate.job import Job
 
 pytest.importorskip("llvmlite")  # there is no wheel of it for some platforms, where another engine serves
 
-from workbench.simulate import native
+from workbench.simulate.kernel import native
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
 import paper_laws

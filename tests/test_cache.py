@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from workbench.simulate import cache
+from workbench.simulate.kernel import cache
 
 CODE = bytes(range(32))
 KEY, OTHER = cache.key("this kernel"), cache.key("another kernel")
@@ -235,7 +235,7 @@ def test_a_reader_finds_a_whole_kernel_while_another_process_writes(kernels):
     cache.store(KEY, codes[0])
     text = f"""
 import sys
-from workbench.simulate import cache
+from workbench.simulate.kernel import cache
 print("ready", flush=True)
 for i in range(40):
     cache.store({KEY!r}, bytes([i % 2]) * 2_000_000)

@@ -167,7 +167,7 @@ class Loop:
 print("started", flush=True)
 study = Study(
     name="long", title="Long", question="?", method="Long.", sections=lambda results: [],
-    cases=(Case("s", "law", Loop(), (rmse(),), h=1e-5, until=1000.0, every=1.0),),
+    cases=(Case("s", "law", Loop(), (rmse(),), h=1e-5, until=1e5, every=100.0),),
 )
 """
 

@@ -6,9 +6,10 @@ import pytest
 from equations import explosion
 
 from workbench.core import Entry, Layout, Ode, rk4
-from workbench.simulate import divergence, simulate, virtual_machine
+from workbench.simulate import divergence, simulate
 from workbench.simulate.divergence import find_divergence
 from workbench.simulate.job import Job
+from workbench.simulate.kernel import virtual_machine
 
 ENGINES = ["native", "numpy", "casadi"]
 STEP = rk4(explosion(), 1e-3)

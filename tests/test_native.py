@@ -12,14 +12,14 @@ from equations import decay, explosion, oscillator, turning
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.metrics import measured, rmse, total_variation
 from workbench.simulate import simulate
-from workbench.simulate.graph import Level
 from workbench.simulate.job import Job
-from workbench.simulate.lowering import lower
-from workbench.simulate.plan import Plan, graph_of
+from workbench.simulate.kernel.graph import Level
+from workbench.simulate.kernel.lowering import lower
+from workbench.simulate.kernel.plan import Plan, graph_of
 
 pytest.importorskip("llvmlite")  # there is no wheel of it for some platforms, where CasADi's machine serves
 
-from workbench.simulate import native
+from workbench.simulate.kernel import native
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
 import paper_laws

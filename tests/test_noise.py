@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy import special, stats
 
-from workbench.simulate import noise
-from workbench.simulate.noise import BLOCK, circle, logarithm, normals, philox, uniform
+from workbench.simulate.kernel import noise
+from workbench.simulate.kernel.noise import BLOCK, circle, logarithm, normals, philox, uniform
 
 # The chance that a test refuses numbers that are as they should be. The seeds are fixed, so its answer never changes.
 SIGNIFICANCE = 1e-5

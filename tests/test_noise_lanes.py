@@ -9,9 +9,9 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from workbench.simulate import noise_lanes
-from workbench.simulate.functions import literal
-from workbench.simulate.noise import normals, pair
+from workbench.simulate.kernel import noise_lanes
+from workbench.simulate.kernel.functions import literal
+from workbench.simulate.kernel.noise import normals, pair
 
 
 def some_keys(count):

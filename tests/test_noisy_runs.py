@@ -11,9 +11,10 @@ from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
-from workbench.simulate import native, simulate
+from workbench.simulate import simulate
 from workbench.simulate.job import Job
-from workbench.simulate.noise import normals
+from workbench.simulate.kernel import native
+from workbench.simulate.kernel.noise import normals
 
 ARM = paper_arm()
 LOOP = ClosedLoop(

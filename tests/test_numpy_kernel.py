@@ -11,8 +11,9 @@ import pytest
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.metrics import measured, rmse, total_variation
 from workbench.metrics.measure import final_values
-from workbench.simulate import batch, numpy_kernel, simulate
-from workbench.simulate.plan import Plan
+from workbench.simulate import batch, simulate
+from workbench.simulate.kernel import numpy_kernel
+from workbench.simulate.kernel.plan import Plan
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
 import paper_laws

@@ -9,8 +9,8 @@ from equations import decay, explosion
 from test_schedule import RATES, RELAXATION, STARTS, chosen, maker, relaxed
 
 from workbench.core import Entry, Layout, Ode, rk4
-from workbench.simulate.pilot import cheapest, choose, pilot_rows
-from workbench.simulate.schedule import run
+from workbench.simulate.stepping.pilot import cheapest, choose, pilot_rows
+from workbench.simulate.stepping.schedule import run
 
 
 def relay() -> Ode:

@@ -7,10 +7,10 @@ from equations import decay, oscillator
 
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.robots.catalogue import planar
-from workbench.simulate.graph import Graph, Level, Node, Nodes
-from workbench.simulate.plan import graph_of
-from workbench.simulate.reading import read
-from workbench.simulate.rewriting import fused, opened
+from workbench.simulate.kernel.graph import Graph, Level, Node, Nodes
+from workbench.simulate.kernel.plan import graph_of
+from workbench.simulate.kernel.reading import read
+from workbench.simulate.kernel.rewriting import fused, opened
 
 
 def equation(*rates):

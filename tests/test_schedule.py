@@ -10,8 +10,8 @@ from equations import explosion, oscillator
 from workbench.core import Entry, Layout, Ode, rk4, with_quadrature
 from workbench.core.stabilised import stepper
 from workbench.simulate import simulate
-from workbench.simulate.pilot import choose
-from workbench.simulate.schedule import Schedule, Segment, run
+from workbench.simulate.stepping.pilot import choose
+from workbench.simulate.stepping.schedule import Schedule, Segment, run
 
 
 def maker(ode):

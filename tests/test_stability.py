@@ -14,8 +14,8 @@ from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
 from workbench.simulate import simulate, step_limit
-from workbench.simulate.schedule import Schedule, Segment, run
-from workbench.simulate.stability import longest_steps, modes_at, schedule_limit
+from workbench.simulate.stepping.schedule import Schedule, Segment, run
+from workbench.simulate.stepping.stability import longest_steps, modes_at, schedule_limit
 
 RK4 = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
 

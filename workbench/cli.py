@@ -72,7 +72,7 @@ def run(study: Path, out: Path | None) -> None:
         # All that a report needs comes before the study, whose folder goes first on the path: a file beside the
         # study may have the name of a module that is used here.
         with suppress(ImportError):  # llvmlite has no wheel here, and the other engine serves
-            import workbench.simulate.native  # noqa: F401
+            import workbench.simulate.kernel.native  # noqa: F401
         from workbench.report import folder
         from workbench.study.runner import run as run_all
         from workbench.study.writeup import document, headlines

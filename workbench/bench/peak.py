@@ -8,7 +8,7 @@ from time import process_time
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.simulate import llvm
+from workbench.simulate.kernel import llvm
 
 CHAINS = (
     12  # of operations that need each other: more than any processor's latency times its units, less than registers

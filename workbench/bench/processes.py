@@ -28,7 +28,7 @@ def kernel_load() -> dict[str, Any]:
     from workbench.bench.effort import rows_of
     from workbench.bench.kernels import ir, varied
     from workbench.bench.workload import workload
-    from workbench.simulate.llvm import compiled
+    from workbench.simulate.kernel.llvm import compiled
 
     text = ir(workload(), varied(rows_of(8)))
     begin = process_time()
@@ -41,7 +41,7 @@ def compilation(*links: int) -> dict[str, Any]:
     from workbench.bench.kernels import flops, ir
     from workbench.bench.links import chain
     from workbench.core import rk4
-    from workbench.simulate.llvm import compiled
+    from workbench.simulate.kernel.llvm import compiled
 
     found: dict[str, list[float]] = {"flops": [], "cpu": []}
     compiled(ir(rk4(chain(1), H), (0,)))  # LLVM's own beginnings

@@ -3,11 +3,11 @@
 The variable-step reference mode for one run of an `Ode` is `workbench.simulate.reference`.
 """
 
-from workbench.simulate.accuracy import check_by_halving
 from workbench.simulate.batch import simulate
-from workbench.simulate.pilot import choose, pilot_rows
-from workbench.simulate.schedule import Schedule, run
-from workbench.simulate.stability import StepLimit, step_limit
+from workbench.simulate.stepping.accuracy import check_by_halving
+from workbench.simulate.stepping.pilot import choose, pilot_rows
+from workbench.simulate.stepping.schedule import Schedule, run
+from workbench.simulate.stepping.stability import StepLimit, step_limit
 from workbench.simulate.trajectories import Trajectories
 
 __all__ = [

@@ -9,12 +9,12 @@ import numpy as np
 
 from workbench.core import Step
 from workbench.core.numbers import Array, Integers, numbers
-from workbench.simulate import numpy_kernel, virtual_machine
 from workbench.simulate.divergence import find_divergence
 from workbench.simulate.job import Job, March
 from workbench.simulate.job import Progress as Progress
-from workbench.simulate.noise import STEP_BITS
-from workbench.simulate.plan import Plan
+from workbench.simulate.kernel import numpy_kernel, virtual_machine
+from workbench.simulate.kernel.noise import STEP_BITS
+from workbench.simulate.kernel.plan import Plan
 from workbench.simulate.trajectories import Trajectories
 
 LARGEST = 4 * 2**30  # bytes of trajectories, and of what is needed beside them, that are not refused
@@ -209,7 +209,7 @@ def march_of(job: Job, engine: str | None = None) -> March:
 
 def _native() -> March:
     """The compiled march; an ImportError where nothing can be compiled."""
-    from workbench.simulate import llvm, native
+    from workbench.simulate.kernel import llvm, native
 
     if not llvm.has_fma():
         raise ImportError("this processor has no fused multiply-add")

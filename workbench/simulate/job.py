@@ -13,7 +13,7 @@ import numpy as np
 
 from workbench.core import Step
 from workbench.core.numbers import Array, Integers
-from workbench.simulate.noise import normals
+from workbench.simulate.kernel.noise import normals
 
 # Told the share that is done, now and then.
 Progress = Callable[[float], None]
@@ -71,33 +71,37 @@ class Piece(NamedTuple):
     row: int
     start: int
 
+    @property
+    def length(self) -> int:
+        """How many steps it has."""
+        return self.rows * self.steps
 
-def pieces(job: Job, kept: int) -> list[Piece]:
+
+def pieces(job: Job, kept: int) -> Iterator[Piece]:
     """The job in pieces; a stride longer than a table is made of several, which leave their states in its row."""
     stride, begin = job.stride, job.begin
-    if stride > STEPS_AT_ONCE:
-        parts = [(row, k) for row in range(kept) for k in range(0, stride, STEPS_AT_ONCE)]
-        return [
-            Piece(1, min(STEPS_AT_ONCE, stride - k), begin + row * stride + k, row + 1, row + (k > 0))
-            for row, k in parts
-        ]
-    most = STEPS_AT_ONCE // stride
-    firsts = range(0, kept, most)
-    return [Piece(min(most, kept - row), stride, begin + row * stride, row + 1, row) for row in firsts]
+    if stride <= STEPS_AT_ONCE:
+        most = STEPS_AT_ONCE // stride
+        for row in range(0, kept, most):
+            yield Piece(min(most, kept - row), stride, begin + row * stride, row + 1, row)
+        return
+    for row in range(kept):
+        for k in range(0, stride, STEPS_AT_ONCE):
+            yield Piece(1, min(STEPS_AT_ONCE, stride - k), begin + row * stride + k, row + 1, row + (k > 0))
 
 
-def stages(job: Job, kept: int, runs: int) -> list[list[Piece]]:
+def stages(job: Job, kept: int, runs: int) -> Iterator[list[Piece]]:
     """The pieces that lots of so many runs go through without a look at progress, and with room for their rows."""
     most_steps, most_rows = STEPS_OF_A_STAGE // runs, NUMBERS_OF_A_STAGE // (runs * job.step.states.size)
-    found: list[list[Piece]] = []
+    stage: list[Piece] = []
     steps = rows = 0
     for piece in pieces(job, kept):
-        steps, rows = steps + piece.rows * piece.steps, rows + piece.rows
-        if not found or steps > most_steps or rows > most_rows:
-            found.append([])
-            steps, rows = piece.rows * piece.steps, piece.rows
-        found[-1].append(piece)
-    return found
+        steps, rows = steps + piece.length, rows + piece.rows
+        if stage and (steps > most_steps or rows > most_rows):
+            yield stage
+            stage, steps, rows = [], piece.length, piece.rows
+        stage.append(piece)
+    yield stage
 
 
 def lots(job: Job, width: int) -> list[slice]:

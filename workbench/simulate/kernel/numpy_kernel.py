@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.simulate.graph import Graph
 from workbench.simulate.job import Job, Piece, Progress, crew, pieces
-from workbench.simulate.plan import Plan
+from workbench.simulate.kernel.graph import Graph
+from workbench.simulate.kernel.plan import Plan
 
 RUNS_AT_ONCE = 4096  # so many make a buffer of 32 kB: the call of an operation costs little beside its work
 
@@ -108,13 +108,14 @@ def march(job: Job, x: Array, tell: Progress) -> None:
     """Fill x (B, 1 + kept, nx) behind x[:, 0] with the states every `stride` steps."""
     made = program(Plan.of_step(job.step, job.varied))
     parts = [slice(first, first + RUNS_AT_ONCE) for first in range(0, len(x), RUNS_AT_ONCE)]
-    todo = pieces(job, x.shape[1] - 1)
+    kept = x.shape[1] - 1
+    done, total = 0.0, kept * job.stride
     with crew(len(parts)) as each:
-        for done, piece in enumerate(todo):
+        for piece in pieces(job, kept):
             table = _table(made.plan, job.p[0], piece)
-            advanced = each(lambda lot, of=piece, t=table: _advance(made, job, lot, x, of, t), parts)
-            for n, _ in enumerate(advanced):
-                tell((done + (n + 1) / len(parts)) / len(todo))
+            for _ in each(lambda lot, of=piece, t=table: _advance(made, job, lot, x, of, t), parts):
+                done += piece.length / len(parts)
+                tell(min(done / total, 1.0))
 
 
 def _table(plan: Plan, p: Array, piece: Piece) -> Array:

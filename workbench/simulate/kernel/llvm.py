@@ -14,7 +14,7 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
-from workbench.simulate import cache as disk
+from workbench.simulate.kernel import cache as disk
 
 OPTIMISATION = 2  # of the code generator; the IR is written as it shall run, and no pass goes over it
 HASTE = 0  # the same for code that is wanted at once: made in a quarter of the time, and half as fast

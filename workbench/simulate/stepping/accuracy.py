@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.numbers import Array
-from workbench.simulate.pilot import pilot_rows
-from workbench.simulate.schedule import Make, Schedule, run
-from workbench.simulate.stability import StepLimit, schedule_limit
+from workbench.simulate.stepping.pilot import pilot_rows
+from workbench.simulate.stepping.schedule import Make, Schedule, run
+from workbench.simulate.stepping.stability import StepLimit, schedule_limit
 from workbench.simulate.trajectories import Trajectories
 
 # The metrics of each run by name, (B, k), from trajectories that have its state at the horizon.

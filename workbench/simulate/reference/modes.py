@@ -12,9 +12,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.simulate.numeric import Numeric
-from workbench.simulate.pieces import Guard, Mode, Piece
-from workbench.simulate.switching import Switched
+from workbench.simulate.reference.numeric import Numeric
+from workbench.simulate.reference.pieces import Guard, Mode, Piece
+from workbench.simulate.reference.switching import Switched
 
 MOST = 3**5  # continuations from one state that are looked at: five relays at once
 FLAT = 1e5  # a derivative this many times beyond its rounding has a sign

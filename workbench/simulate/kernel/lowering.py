@@ -18,10 +18,10 @@ from __future__ import annotations
 
 from functools import reduce
 
-from workbench.simulate import functions as f
-from workbench.simulate.emission import Emission
-from workbench.simulate.noise_lanes import normals
-from workbench.simulate.plan import Plan
+from workbench.simulate.kernel import functions as f
+from workbench.simulate.kernel.emission import Emission
+from workbench.simulate.kernel.noise_lanes import normals
+from workbench.simulate.kernel.plan import Plan
 
 INTRINSICS = (("fma", 3), ("sqrt", 1), ("fabs", 1), ("floor", 1), ("trunc", 1), ("copysign", 2))
 

@@ -22,9 +22,9 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Step
 from workbench.core.numbers import Array, Integers
-from workbench.simulate.cells import cells_of
-from workbench.simulate.schedule import Make, Schedule, march
-from workbench.simulate.stability import longest_steps, modes_at
+from workbench.simulate.stepping.cells import cells_of
+from workbench.simulate.stepping.schedule import Make, Schedule, march
+from workbench.simulate.stepping.stability import longest_steps, modes_at
 
 METHODS = ("rk4", "rkc3", "rkc5", "rkc10")
 INSTANTS = 50  # at which the Jacobian is looked at, over the horizon

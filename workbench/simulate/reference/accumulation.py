@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.simulate.modes import Modes, determined
-from workbench.simulate.pieces import ROUNDING, Mode, Piece
-from workbench.simulate.variable_step import Leg, Rule
+from workbench.simulate.reference.modes import Modes, determined
+from workbench.simulate.reference.pieces import ROUNDING, Mode, Piece
+from workbench.simulate.reference.variable_step import Leg, Rule
 
 CONTRACTS = 0.98  # the share by which the gap between switchings shrinks, from one to the next but one
 # Gaps in units of the time. The way between two switchings takes steps down to a millionth of it, and a step a

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 
-from workbench.simulate import functions as f
-from workbench.simulate.graph import Graph, Node
-from workbench.simulate.plan import PLAIN
+from workbench.simulate.kernel import functions as f
+from workbench.simulate.kernel.graph import Graph, Node
+from workbench.simulate.kernel.plan import PLAIN
 
 TRUTHS = {"lt": "olt", "le": "ole", "eq": "oeq", "ne": "une"}
 BINARY = {"add": "fadd", "sub": "fsub", "mul": "fmul"}

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.core import Ode
 from workbench.core.numbers import Array
 from workbench.core.rows import rows
-from workbench.simulate.schedule import Make, Schedule
+from workbench.simulate.stepping.schedule import Make, Schedule
 from workbench.simulate.trajectories import Trajectories
 
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.simulate.accumulation import Streak, stalled
-from workbench.simulate.location import SHORTEST
-from workbench.simulate.modes import Modes, turned
-from workbench.simulate.pieces import Mode, Piece
-from workbench.simulate.variable_step import Effort, Flow, Leg, Rule, StoppedError, tighter, travel
+from workbench.simulate.reference.accumulation import Streak, stalled
+from workbench.simulate.reference.location import SHORTEST
+from workbench.simulate.reference.modes import Modes, turned
+from workbench.simulate.reference.pieces import Mode, Piece
+from workbench.simulate.reference.variable_step import Effort, Flow, Leg, Rule, StoppedError, tighter, travel
 
 
 @dataclass(frozen=True)

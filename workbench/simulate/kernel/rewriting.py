@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from itertools import chain
 
-from workbench.simulate.graph import Graph, Node
+from workbench.simulate.kernel.graph import Graph, Node
 
 
 def rewritten(graph: Graph) -> Graph:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from workbench.core.layout import Array
-from workbench.simulate.pieces import SAMPLES, Piece
+from workbench.simulate.reference.pieces import SAMPLES, Piece
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 SHORTEST = 16 * float(np.finfo(float).eps)  # a step of this share of the horizon is an instant

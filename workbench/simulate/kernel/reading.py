@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import casadi as ca
 
 from workbench.core import Step
-from workbench.simulate.graph import SOURCES, Graph, Node, Nodes
+from workbench.simulate.kernel.graph import SOURCES, Graph, Node, Nodes
 
 # Operations of CasADi by their names here; what is missing is built of these, or refused by name.
 OPERATIONS: Mapping[int, str] = {

@@ -12,10 +12,10 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.simulate import llvm
 from workbench.simulate.job import BLOCKS_OF_A_LOT, Job, Piece, Progress, crew, lots, stages
-from workbench.simulate.lowering import lower
-from workbench.simulate.plan import Plan
+from workbench.simulate.kernel import llvm
+from workbench.simulate.kernel.lowering import lower
+from workbench.simulate.kernel.plan import Plan
 
 FEW = 4
 WORTH_COMPILING = 300_000  # steps of blocks, done and to be done, in which better code gains what it costs
@@ -57,12 +57,13 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
     """
     kept, width = x.shape[1] - 1, width or (llvm.lanes() if len(x) > FEW else FEW)
     made, parts = _kernel(job, kept, width), lots(job, width)
-    todo = stages(job, kept, width * min(BLOCKS_OF_A_LOT, -(-len(x) // width)))
+    done, total = 0.0, kept * job.stride
     with crew(len(parts)) as each:
-        for done, stage in enumerate(todo):
-            advanced = each(lambda lot, stage=stage: _advance(made, job, lot, x[lot], stage), parts)
-            for n, _ in enumerate(advanced):
-                tell((done + (n + 1) / len(parts)) / len(todo))
+        for stage in stages(job, kept, width * min(BLOCKS_OF_A_LOT, -(-len(x) // width))):
+            length = sum(piece.length for piece in stage)
+            for _ in each(lambda lot, stage=stage: _advance(made, job, lot, x[lot], stage), parts):
+                done += length / len(parts)
+                tell(min(done / total, 1.0))
             last = stage[-1].row + stage[-1].rows
             if not np.isfinite(x[:, last - 1]).all(axis=1).any():  # nothing is left to simulate
                 x[:, last:] = np.nan
@@ -90,7 +91,7 @@ def _advance(made: Kernel, job: Job, lot: slice, x: Array, stage: list[Piece]) -
     first, end = stage[0].row, stage[-1].row + stage[-1].rows
     p, state, keys = lanes(job.p[lot][:, list(plan.parameters)]), lanes(x[:, stage[0].start]), job.runs[lot][fill]
     times = np.array([(piece.rows, piece.steps, piece.begin, piece.row - first) for piece in stage])
-    groups = max(-(-piece.rows * piece.steps // width) for piece in stage)
+    groups = max(-(-piece.length // width) for piece in stage)
     out = _room(blocks, end - first, nx, width)
     memory = (made.constants, p, _room(len(plan.lanes), width), _room(groups, len(plan.table), width), state, out)
     counts = (len(stage), blocks, end - first, job.seed - (job.seed >> 63 << 64))

@@ -24,7 +24,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from workbench.core.numbers import Array, Integers
-from workbench.simulate.functions import COSINE, SINE
+from workbench.simulate.kernel.functions import COSINE, SINE
 
 Value = Any  # 64 bits, or a double, in every element of an array or every lane of a vector
 Words = tuple[Value, Value, Value, Value]

@@ -9,8 +9,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.simulate.numeric import Numeric
-from workbench.simulate.switching import Switched
+from workbench.simulate.reference.numeric import Numeric
+from workbench.simulate.reference.switching import Switched
 
 # How far rounding may take a value from zero, in units of its terms' sizes.
 ROUNDING = 64 * np.finfo(float).eps

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from workbench.simulate import functions as f
-from workbench.simulate.functions import Writer
-from workbench.simulate.noise import pair
+from workbench.simulate.kernel import functions as f
+from workbench.simulate.kernel.functions import Writer
+from workbench.simulate.kernel.noise import pair
 
 
 def normals(w: Writer, seed: str, runs: str, step: str, entries: int) -> list[str]:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 from workbench.core import Step
-from workbench.simulate.graph import Graph, Level, Node
-from workbench.simulate.reading import read
-from workbench.simulate.rewriting import rewritten
+from workbench.simulate.kernel.graph import Graph, Level, Node
+from workbench.simulate.kernel.reading import read
+from workbench.simulate.kernel.rewriting import rewritten
 
 # Numbers that stand in the code. All others are handed in, so that a step and its half are one kernel.
 PLAIN = (0.0, 1.0, -1.0, 2.0, 0.5)

@@ -11,11 +11,11 @@ import numpy as np
 from workbench.core import Layout, Ode
 from workbench.core.layout import Array, numbers, vector
 from workbench.core.sockets import require
-from workbench.simulate.modes import Modes
-from workbench.simulate.numeric import Numeric
-from workbench.simulate.switched_run import Event, Run, follow
-from workbench.simulate.switching import Switched
-from workbench.simulate.variable_step import Effort, Flow, Rule, StoppedError, travel
+from workbench.simulate.reference.modes import Modes
+from workbench.simulate.reference.numeric import Numeric
+from workbench.simulate.reference.switched_run import Event, Run, follow
+from workbench.simulate.reference.switching import Switched
+from workbench.simulate.reference.variable_step import Effort, Flow, Rule, StoppedError, travel
 
 METHODS = ("auto", "explicit", "implicit")
 TIGHTEST = 3e-13  # what double precision resolves, with room for a tighter run

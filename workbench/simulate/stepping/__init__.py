@@ -1,0 +1,1 @@
+"""How long a step may be, and which method and step serve a whole batch at a wanted accuracy."""
