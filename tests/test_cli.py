@@ -98,6 +98,13 @@ def test_the_first_study_of_the_readme_runs(command, tmp_path):
     assert (tmp_path / "reports" / "first" / "tables" / "tracking.csv").is_file()
 
 
+def test_the_thousand_loops_of_the_readme_run(tmp_path):
+    readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+    (tmp_path / "loops.py").write_text(readme.split("```python\n")[2].split("```")[0], encoding="utf-8")
+    done = subprocess.run([sys.executable, "loops.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
 def test_derive_prints_the_arm_of_the_paper(command):
     done = command("derive", "paper-arm")
     assert (done.exit_code, done.stderr) == (0, "")
