@@ -12,8 +12,8 @@ from workbench.simulate.kernel.graph import Graph, Node
 
 
 def rewritten(graph: Graph) -> Graph:
-    """The graph with sums of angles opened and products fused."""
-    return fused(opened(graph))
+    """The graph with sums of angles opened and products fused, in an order for few registers."""
+    return ordered(fused(opened(graph)))
 
 
 def opened(graph: Graph) -> Graph:
@@ -77,3 +77,20 @@ def fused(graph: Graph) -> Graph:
             gone.add(a)
             changed[place] = Node("fma" if op == "add" else "fms", (*pair, b))
     return graph.part((place for place in needed if place not in gone), changed)
+
+
+def ordered(graph: Graph) -> Graph:
+    """The same graph in an order in which few values wait: the deepest operand first, the shallowest result first."""
+    height: list[int] = []
+    for node in graph.nodes:
+        height.append(1 + max([height[i] for i in node.operands], default=0))
+    order: dict[int, None] = {}
+    stack = sorted(set(graph.results), key=lambda place: -height[place])
+    while stack:
+        place = stack[-1]
+        waiting = [i for i in graph.nodes[place].operands if i not in order]
+        if place in order or not waiting:
+            order.setdefault(stack.pop())
+        else:
+            stack += sorted(waiting, key=lambda i: height[i])
+    return graph.part(order, {})
