@@ -220,6 +220,15 @@ def test_the_doctor_finds_a_sound_workbench_sound(command):
     assert {"casadi", "typst", "control", "cores", "free"} <= {line.split()[1] for line in lines}
 
 
+def test_the_doctor_says_which_engine_serves_and_where_its_kernels_are(command, monkeypatch, tmp_path):
+    monkeypatch.setenv("WORKBENCH_CACHE", str(tmp_path / "kernels"))
+    assert str(tmp_path / "kernels") in command("doctor").stdout
+    monkeypatch.setenv("WORKBENCH_CACHE", "off")
+    assert "compiled anew in every process" in command("doctor").stdout
+    monkeypatch.setattr("workbench.simulate.kernel.llvm.has_fma", lambda: False)
+    assert "NumPy, as this processor has no fused multiply-add" in command("doctor").stdout
+
+
 def test_the_doctor_names_what_is_broken_and_ends_with_1(command, monkeypatch):
     monkeypatch.setattr("workbench.doctor.ENOUGH_DISK", 2**80)
     monkeypatch.setattr("typst.compile", lambda *args, **kwargs: b"")

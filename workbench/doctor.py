@@ -42,6 +42,7 @@ def _checks() -> dict[str, Callable[[], str]]:
         "casadi evaluates": _casadi_evaluates,
         "typst renders": _typst_renders,
         "control answers": _control_answers,
+        "batch engine": _batch_engine,
         "cores": lambda: str(os.cpu_count()),
         "free disk": _free_disk,
     }
@@ -90,6 +91,20 @@ def _control_answers() -> str:
     if rate != [-1.0]:
         raise ValueError(f"x' = -x has the rate -1 at x = 1; got {rate!r}")
     return "x' = -x has the rate -1 at x = 1"
+
+
+def _batch_engine() -> str:
+    from workbench.simulate.kernel import cache
+
+    try:
+        from workbench.simulate.kernel import llvm
+    except ImportError:
+        return "NumPy, as llvmlite is not here: some twenty times slower than compiled"
+    if not llvm.has_fma():
+        return "NumPy, as this processor has no fused multiply-add: some twenty times slower than compiled"
+    place = cache.folder()
+    kept = f"kept in {place}" if place else "compiled anew in every process, as their folder is off or not yours alone"
+    return f"compiled, {llvm.lanes()} runs a vector; kernels are {kept}"
 
 
 def _free_disk() -> str:
