@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from dataclasses import replace
 
 import casadi as ca
 import house_rules as rules
@@ -33,6 +34,7 @@ TINY = Effort(
     processes=1,
     seconds=1e-9,
     runs=8,
+    batch=8,
     samples=4,
     sizes=(8,),
     fallback=8,
@@ -271,3 +273,15 @@ def test_a_peer_is_imported_by_its_own_file_alone():
 def test_the_table_is_there_before_any_peer_is_imported():
     code = "import sys, workbench.bench.table; sys.exit(bool({'control', 'jax', 'numba'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_what_a_pilot_chooses_for_an_error_has_that_error_in_the_runs_of_a_call():
+    effort = replace(TINY, horizon=0.1, batch=12, samples=6)
+    runner, how = accuracy.ours_at_equal_accuracy(1e-4, effort)
+    wanted = accuracy.reference(effort.horizon, effort.fine, effort.samples)
+    found = runner(rows_of(effort.batch))
+    assert found.shape == (12, 2)
+    assert accuracy.error(found, wanted) <= 1e-4
+    assert "in calls of 12, each with a pilot" in how
+    with pytest.raises(ValueError, match=r"`ours_at_equal_accuracy\(target=1e-15\)` is reached by no tolerance"):
+        accuracy.ours_at_equal_accuracy(1e-15, effort)

@@ -10,7 +10,7 @@ from workbench.metrics import iae, ise
 from workbench.study.comparison import Published, against_published, order, ranking, side_by_side
 from workbench.study.document import Diverged, Emphasis, Measured
 from workbench.study.runner import run
-from workbench.study.study import Case, Results, Study
+from workbench.study.study import Case, Outcome, Results, Study
 
 
 class Given:
@@ -125,3 +125,54 @@ def test_a_joint_that_is_not_there_is_refused(joint):
         LAWS["slow"].score("IAE", joint)
     with pytest.raises(LookupError, match=r"counts from 0 and knows 0 to 0 in 'S: slow'"):
         LAWS["slow"].signal("e", joint)
+
+
+def judged(tolerance, h=0.05) -> Outcome:
+    case = Case("S", "law", Given(decay(4.0)), (iae(), ise()), h, 2.0, 0.1, tolerance=tolerance)
+    return run(Study("s", "t", "q", "m", sections=lambda r: (), cases=(case,))).outcomes[0]
+
+
+def test_a_metric_that_misses_its_tolerance_is_named_below_the_table_with_its_figure():
+    outcome = judged(1e-5)
+    changes = {m: abs(np.divide(*outcome.score(m, 0)[::-1])) for m in ("IAE", "ISE")}
+    assert changes["IAE"] < 1e-5 < changes["ISE"]
+    note = f"ISE beyond its tolerance 1e-05: it changes by {changes['ISE']:.1e} at half the step"
+    assert outcome.notes == (note,)
+    table = side_by_side("t", "c", [outcome], ["IAE"], 0)
+    assert table.notes[-1] == f"law: {note}."
+
+
+def test_a_run_without_a_value_is_not_said_to_keep_its_tolerance():
+    case = Case("S", "lost", Given(explosion()), (iae(),), 0.01, 2.0, 0.1, tolerance=1e-3)
+    (outcome,) = run(Study("s", "t", "q", "m", sections=lambda r: (), cases=(case,))).outcomes
+    assert "IAE not tested against its tolerance 0.001" in outcome.notes
+    assert outcome.within("IAE") is False
+
+
+def test_a_tolerance_that_is_kept_or_not_asked_for_is_not_mentioned():
+    assert judged(1e-2).notes == judged(None).notes == ()
+    assert judged(None).within("ISE") is None
+
+
+def test_the_data_frame_tells_of_a_tolerance_where_one_was_asked_for():
+    assert not {"tolerance", "within"} & set(RESULTS.to_frame().columns)
+    frame = Results((judged(1e-5), LAWS["slow"])).to_frame().set_index(["law", "metric"])
+    assert (frame.within["law", "IAE"], frame.within["law", "ISE"]) == (True, False)
+    assert frame.within["slow", "IAE"] is None
+    assert frame.tolerance["law", "ISE"] == 1e-5
+
+
+def test_a_case_without_a_step_has_one_chosen_for_its_tolerance():
+    outcome = judged(1e-3, h=None)
+    # the integral of exp(-8 t) over 2 s
+    assert outcome.score("ISE", 0)[0] == pytest.approx(1 / 8, rel=1e-3)
+    assert outcome.measurement.check.passed
+    np.testing.assert_allclose(outcome.t, np.arange(21) * 0.1, atol=1e-12)
+    with pytest.raises(ValueError, match=r"`Case\(h=None\)` needs a `tolerance`, .* in 'S: law'"):
+        Case("S", "law", Given(decay()), (iae(),), None, 2.0, 0.1)
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, float("nan"), "small"])
+def test_a_case_refuses_a_tolerance_that_is_none(bad):
+    with pytest.raises(ValueError, match=r"`Case\(tolerance=...\)` must be a positive, finite number; got"):
+        Case("S", "law", Given(decay()), (iae(),), 0.1, 2.0, 0.1, tolerance=bad)

@@ -1,9 +1,11 @@
 """No run is lost: one that diverges is marked with its time and its first bad state, the others are untouched."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
-from equations import explosion
+from equations import decay, explosion
 
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.simulate import divergence, simulate
@@ -81,3 +83,38 @@ def test_a_start_that_blows_up_at_once_is_a_divergence_at_the_first_step():
     runs = simulate(STEP, x0=np.array([[1e200], [0.1]]), until=0.1, every=0.1)
     np.testing.assert_array_equal(runs.diverged_at, [1e-3, np.nan])
     assert runs.x[1, -1, 0] == pytest.approx(0.1 / 0.99, rel=1e-9)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("company", [[], [5.0]])
+def test_a_state_that_is_finite_again_at_the_next_kept_time_is_finite_alone_and_in_company(engine, company):
+    states, parameters = Layout((Entry("x", np.zeros(2)),)), Layout((Entry("pole", np.array(3.0)),))
+    t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+    ode = Ode.of("pole", states, parameters, (t, x, p), {"x": 0 * x + 0 * p}, {"e": x[0]})
+    step = rk4(ode, 1.0)
+    step = replace(step, next=ca.vertcat(step.x[0] + 1, 1 / (step.k - step.p[0] + 1)))
+    runs = simulate(step, np.array([[2000.0], *([v] for v in company)]), until=5000.0, every=5000.0, engine=engine)
+    assert not runs.diverged[0]
+    np.testing.assert_array_equal(runs.x[0, 1], [5000.0, 1 / 3000.0])
+
+
+def test_what_the_caller_does_to_his_rows_later_changes_no_result():
+    p = np.array([[3.0], [4.0]])
+    equation = decay()
+    runs = simulate(rk4(equation, 0.1), p, until=1.0)
+    before = runs["e"].copy()
+    p[:] = 99.0
+    np.testing.assert_array_equal(runs.p, [[3.0], [4.0]])
+    np.testing.assert_array_equal(runs["e"], before)
+
+
+def test_a_structural_zero_of_a_step_keeps_its_place():
+    states = Layout((Entry("x", np.array([5.0, 7.0])),))
+    x = states.symbols()
+    ode = Ode.of("sparse", states, Layout(), (ca.SX.sym("t"), x, ca.SX(0, 1)), {"x": -x}, {"e": x[0]})
+    after = ca.SX(2, 1)
+    step = rk4(ode, 1.0)
+    after[1] = 3 * step.x[0]
+    for engine in ENGINES:
+        runs = simulate(replace(step, next=after), until=1.0, engine=engine)
+        np.testing.assert_array_equal(runs.x[0, 1], [0.0, 15.0])

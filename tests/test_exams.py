@@ -5,8 +5,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
+from exams import ode as ode_exams
 from exams.__main__ import main
 from exams.graders import find, loaded
 from exams.sitter import sit
@@ -44,7 +46,48 @@ def rows(t, x):
     return A @ np.array([x[0], np.sign(x[1])]) + np.sin(x)
 
 def stuck(t, x):
-    return [-x[0] if x[0] > 0.5 else -0.5]
+    while x[0] > 0.5:
+        x = x / 2
+    return [-x[0]]
+
+def relay(t, x):
+    if x[0] > 0:
+        u = -1.0
+    elif x[0] < 0:
+        u = 1.0
+    else:
+        u = 0.0
+    return [u + 0.3 * t]
+
+def pushed(t, x):
+    return [(-1.0 if x[0] > 0 else 1.0) + 0.3 * t]
+
+def saturated(t, x):
+    def sat(z):
+        if z > 1: return 1.0
+        if z < -1: return -1.0
+        return z
+    return [-sat(x[0] / 0.4) - float(np.sign(x[0])) + np.where(t > 1, 1.0, 2.0)]
+
+def guarded(t, x):
+    return [-x[0] / abs(x[0]) if x[0] != 0 else 0.5, 1.0 if x[1] == 0 else x[0]]
+
+def filled(t, x):
+    rate = np.zeros(2)
+    rate[0] = x[1]
+    rate[1] = -np.square(x[0])
+    A = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    A[1, 1] = np.cos(x[0])
+    return rate + A @ x
+
+def solved(t, x):
+    M = np.array([[3 + 2 * np.cos(x[1]), 1 + np.cos(x[1])], [1 + np.cos(x[1]), 1.0]])
+    right = np.array([-np.sin(x[0]), -t])
+    K = np.linalg.inv(np.array([[2.0, 1.0], [0.0, 4.0]]))
+    return np.linalg.solve(M, right) + np.linalg.inv(M) @ right + K.dot(x) + np.linalg.norm(x) * np.linalg.det(M)
+
+def text(t, x):
+    return [-x[0] + 'one']
 """
 
 GRADER = """
@@ -165,6 +208,50 @@ def test_a_grader_that_breaks_is_a_missed_bar(exam):
     assert verdict.line == "motion/order: MISSED, it broke: ZeroDivisionError: division by zero"
 
 
+@pytest.mark.parametrize("word", ["sys.exit(3)", "sys.exit()"])
+def test_a_grader_that_exits_does_not_end_the_sitting(exam, capsys, word):
+    exam(grader=f"import sys\ndef grade_order(fixed, p):\n    {word}\n", name="early")
+    assert main([str(exam())]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("early/order: MISSED, it broke: SystemExit")
+    assert len(lines) == 5
+
+
+def test_a_grader_that_is_no_python_is_missed_with_the_reason(exam, capsys):
+    assert main([str(exam(grader="def (\n"))]) == 1
+    assert capsys.readouterr().out.startswith("motion: MISSED, its grader cannot be read: SyntaxError: invalid syntax")
+
+
+def test_a_folder_by_the_name_of_a_grader_is_none(exam, tmp_path, capsys):
+    (tmp_path / "exams" / "odd" / "grade.py").mkdir(parents=True)
+    assert main([str(exam())]) == 0
+    assert capsys.readouterr().out.startswith("unknown: odd (it has no grader)")
+
+
+def test_an_exam_that_asks_nothing_is_missed(exam, capsys):
+    empty = "def grade_order(fixed, p): return dict(passed=True, cases=[])\n"
+    assert main([str(exam(grader=empty + "def grade_batch(batch): return dict(passed=True)\n"))]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("motion/order: MISSED, 0 of 0")
+    assert lines[1] == "motion/batch: MISSED, 0 of 0 bit-identical"
+
+
+@pytest.mark.parametrize("jump", ["text", "lambda t, x: [x[0] if type(x[0]) is type(t) else None + 1]"])
+def test_a_function_that_breaks_fails_its_own_case_only(exam, capsys, jump):
+    assert main([str(exam(jump=jump))]) == 1
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split(":")[0] for line in lines if "MISSED" in line] == ["motion/discontinuous"]
+    assert lines[2].startswith("motion/discontinuous: MISSED, 0 of 1")
+
+
+def test_a_folder_without_exams_and_a_file_are_told_of_and_exit_2(tmp_path, capsys):
+    assert main([str(tmp_path)]) == 2
+    assert capsys.readouterr().err == f"There is no exam below '{tmp_path}'.\n"
+    (tmp_path / "grade.py").touch()
+    assert main([str(tmp_path / "grade.py")]) == 2
+    assert capsys.readouterr().err == f"'{tmp_path / 'grade.py'}' is a file: name the folder that holds the exams.\n"
+
+
 def test_a_folder_that_is_not_there_is_one_sentence_and_exit_2(tmp_path):
     call = [sys.executable, "-m", "tests.exams", str(tmp_path / "nowhere")]
     done = subprocess.run(call, cwd=ROOT, capture_output=True, text=True, check=False)
@@ -212,9 +299,43 @@ def test_a_function_written_with_arrays_is_traced_too(exam):
     np.testing.assert_allclose(ode.rate_at(0.3, x), expected, rtol=1e-14)
 
 
-def test_a_function_that_asks_which_number_it_has_is_not_traced(exam):
-    with loaded(find(exam())[0]) as one, pytest.raises(UntraceableError, match="has no graph"):
+@pytest.mark.parametrize("name", ["relay", "saturated", "guarded", "filled", "solved"])
+def test_conditions_arrays_that_are_filled_and_linear_algebra_are_traced(exam, name):
+    with loaded(find(exam())[0]) as one:
+        plain = getattr(sys.modules["problems"], name)
+        size = 1 if name in ("relay", "saturated") else 2
+        ode = trace(plain, np.full(size, 0.5), one.modules)
+    for x in [*np.random.default_rng(1).normal(size=(20, size)), np.zeros(size) + (name == "solved")]:
+        np.testing.assert_allclose(ode.rate_at(0.7, x), np.ravel(plain(0.7, x)), rtol=1e-12, atol=1e-13)  # rounding
+
+
+def test_a_condition_is_a_surface_to_the_reference_mode(exam):
+    with loaded(find(exam())[0]) as one:
+        pushed = sys.modules["problems"].pushed
+        run = ode_exams.Candidate(one).integrate(pushed, [0.5], [2.0, 4.0], 1e-9, 1e-9)
+    # held at zero until 0.3 t = 1, then x' = 0.3 t - 1
+    np.testing.assert_allclose(run[:, 0], [0.0, 0.15 * 16 - 4 + 1 / 0.6], atol=1e-9)
+
+
+def test_a_way_that_the_reference_mode_refuses_is_left_to_the_plain_function(exam):
+    # three ways on one surface, the middle one for zero alone: no law of sliding, and none is needed here
+    with loaded(find(exam())[0]) as one:
+        run = ode_exams.Candidate(one).integrate(sys.modules["problems"].relay, [-1.0], [0.5], 1e-9, 1e-9)
+    np.testing.assert_allclose(run, [[-1 + 0.5 + 0.15 * 0.25]], atol=1e-9)
+
+
+def test_a_loop_until_a_number_is_small_is_not_traced(exam):
+    with loaded(find(exam())[0]) as one, pytest.raises(UntraceableError, match="asks more than 64 questions"):
         trace(sys.modules["problems"].stuck, [1.0], one.modules)
+
+
+def test_too_many_ways_are_not_traced(exam):
+    def many(t, x):
+        return [sum(1.0 if x[0] > i else 0.0 for i in range(9))]
+
+    with pytest.raises(UntraceableError, match="more than 256 ways"):
+        trace(many, [1.0], [])
+    assert not ca.SX.__bool__(ca.SX(0))
 
 
 def test_a_function_with_a_hidden_memory_is_not_taken_for_its_graph():

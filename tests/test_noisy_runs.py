@@ -62,6 +62,20 @@ def test_a_noisy_run_keeps_its_bits_in_any_order_part_and_width():
         np.testing.assert_array_equal(x[:, 1], whole[:, -1])
 
 
+def test_equal_calls_of_many_lots_give_equal_bits_every_time():
+    # the keys must live as long as the march that reads them, whatever else takes and leaves memory meanwhile
+    starts = np.tile(STEP.states.default, (65, 1))
+    first = simulate(STEP, x0=starts, until=0.02, every=0.02, seed=8).x
+    for _ in range(60):
+        np.testing.assert_array_equal(simulate(STEP, x0=starts, until=0.02, every=0.02, seed=8).x, first)
+
+
+def test_keys_alone_make_as_many_runs():
+    runs = simulate(STEP, until=0.1, seed=3, runs=np.arange(7))
+    assert len(runs) == 7
+    assert len(np.unique(runs.x[:, -1, 0])) == 7
+
+
 def test_another_seed_and_another_run_are_other_noise():
     starts = np.tile(STEP.states.default, (2, 1))
     a, b = (simulate(STEP, x0=starts, until=0.1, seed=seed).x for seed in (0, 1))

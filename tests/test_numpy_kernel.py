@@ -11,7 +11,7 @@ import pytest
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.metrics import measured, rmse, total_variation
 from workbench.metrics.measure import final_values
-from workbench.simulate import batch, simulate
+from workbench.simulate import marches, simulate
 from workbench.simulate.kernel import numpy_kernel
 from workbench.simulate.kernel.plan import Plan
 
@@ -57,6 +57,12 @@ OPERATIONS = {
         ca.fabs(x) + ca.sign(y) + ca.floor(3 * x) + ca.fmod(7 * x, 3) + ca.fmin(x, y) * ca.fmax(x, 1)
     ),
     "truths": lambda x, y, k: ca.if_else(ca.logic_or(x < y, ca.logic_and(x == 2, y != 1)), x, ca.if_else(y >= 0, 3, y)),
+    "constants as truths": lambda x, y, k: (
+        ca.logic_or(x > 0, -1) * y + ca.if_else(ca.logic_and(y, 2.0), 2.0, -1.0) * 2.0
+    ),
+    "negative bases": lambda x, y, k: ca.floor(x) ** ca.floor(y) + (-2.0) ** ca.floor(y) + ca.floor(y) ** 0,
+    "remainders": lambda x, y, k: ca.fmod(x, y) + ca.fmod(-3 * x, 0.1) + ca.fmod(y, 1e9),
+    "smaller and larger of what is none": lambda x, y, k: ca.fmin(ca.sqrt(x), 2) + ca.fmax(y, ca.log(x)),
     "not": lambda x, y, k: ca.logic_not(x <= y) + 2 * ca.logic_not(x),
 }
 
@@ -118,7 +124,7 @@ def test_without_a_compiler_many_runs_go_to_numpy_and_few_to_casadi(monkeypatch)
     def missing():
         raise ImportError("No module named 'llvmlite'")
 
-    monkeypatch.setattr(batch, "_native", missing)
+    monkeypatch.setattr(marches, "_native", missing)
     step = measured(LOOPS["PID"].ode(), METRICS, 1e-3)
     few, many = (np.tile(step.states.default, (n, 1)) for n in (3, 100))
     for starts, engine in ((few, "casadi"), (many, "numpy")):
@@ -126,3 +132,25 @@ def test_without_a_compiler_many_runs_go_to_numpy_and_few_to_casadi(monkeypatch)
         np.testing.assert_array_equal(chosen.x, simulate(step, x0=starts, until=0.02, engine=engine).x)
     with pytest.raises(ValueError, match=r"engine='native'\)` cannot run here: No module named 'llvmlite'\."):
         simulate(step, until=0.02, engine="native")
+
+
+@pytest.mark.parametrize("engine", ["numpy", "native"])
+def test_a_sawtooth_and_a_counter_of_whole_periods_jump_where_they_should(engine):
+    states = Layout((Entry("x", np.zeros(4)),))
+    x = states.symbols()
+    ode = Ode.of("probe", states, Layout(), (ca.SX.sym("t"), x, ca.SX(0, 1)), {"x": 0 * x}, {"e": x[0]})
+    step = rk4(ode, 1.0)
+    k, q = step.k, ca.SX([49.0, 0.1, 3.0, 7.0])
+    saw = ca.vertcat(ca.floor(k / q[0]), ca.fmod(k * 1e-3, q[1]), ca.fmod(k * 0.01, 0.3), ca.floor(k / q[3] + 0.5))
+    # steps of states that are parameters to the kernel: the quotient must not come from a reciprocal
+    step = replace(step, next=saw + 0 * step.x)
+    got, true = (simulate(step, until=5000.0, engine=e).x[0, 1:] for e in (engine, "casadi"))
+    np.testing.assert_allclose(got, true, rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("engine", ["numpy", "native"])
+def test_the_logarithm_of_a_number_without_a_full_mantissa_is_right(engine):
+    step = probe(lambda x, y, k: ca.log(x))
+    starts = np.column_stack([[5e-324, 1e-310, 2.3e-308, 1e-300], np.zeros(4)])
+    got = simulate(step, x0=starts, until=1.0, engine=engine).x[:, 1, 1]
+    np.testing.assert_allclose(got, np.log(starts[:, 0]), rtol=4e-16)

@@ -113,6 +113,27 @@ def test_a_relay_rejects_a_sinusoid_and_is_left_when_that_exceeds_it():
     np.testing.assert_allclose(result.x[result.t > left, 0], expected, atol=EXACT)
 
 
+@pytest.mark.parametrize("phase", [0.0, 2.0])
+def test_a_relay_that_a_sinusoid_exceeds_again_and_again_is_left_and_reached_again(phase):
+    a, w = 1.5, 3.0
+    times = np.array([2.0, 5.0, 10.0]) - phase / w
+    result = reference(equation(lambda t, x: [-ca.sign(x[0]) + a * ca.sin(w * t + phase)], [0.0]), times=times)
+    # held until a sin = 1, then x' = a sin - 1 until it is back at zero; and half a period later the same below
+    half, s = np.pi / w, times + phase / w
+    n, left = (s - np.arcsin(1 / a) / w) // half, np.arcsin(1 / a) / w
+    tau = s - n * half
+    x = (-1) ** n * np.maximum(0, left - tau - a / w * (np.cos(w * tau) - np.cos(w * left)))
+    np.testing.assert_allclose(x, [-0.14320, 0.18455, -0.11782], atol=1e-5)  # as LSODA has it, with a steep tanh
+    np.testing.assert_allclose(result.x[:, 0], x, atol=EXACT)
+
+
+def test_a_push_in_any_phase_is_followed_off_the_surface_and_back():
+    rng = np.random.default_rng(0)
+    for a, w, phase in rng.uniform([1.05, 1, 0], [3, 5, 6], (12, 3)):
+        result = run(lambda t, x: [-ca.sign(x[0]) + a * ca.sin(w * t + phase)], [0.0], 6.0, 2)  # noqa: B023
+        assert result.error.max() < EXACT
+
+
 def test_sliding_mode_control_of_a_double_integrator_follows_its_closed_form():
     lam, k, e0, v0 = 6.0, 5.0, 1.0, 0.5
     result = run(lambda t, x: [x[1], -lam * x[1] - k * ca.sign(lam * x[0] + x[1])], [e0, v0], 3.0)
@@ -251,6 +272,16 @@ def test_a_boundary_layer_is_entered_at_its_edge_and_ends_linear():
     np.testing.assert_allclose(result.x[result.t > T], expected, atol=10 * EXACT)
 
 
+@pytest.mark.parametrize("phi", [1e-4, 1e-5, 1e-6, 1e-7])
+def test_a_thin_boundary_layer_is_entered_and_followed(phi):
+    result = run(lambda t, x: [x[1], -6 * x[1] - 5 * ca.fmax(-1, ca.fmin(1, (6 * x[0] + x[1]) / phi))], [1, 0], 3, 3)
+    # s = 6 e + e' falls at the rate 5 to phi, and inside decays as exp(-5 t / phi); e' = -6 e + s
+    T = (6 - phi) / 5
+    e = (1 - 41 / 36) * np.exp(-6 * T) + 41 / 36 - 5 * T / 6
+    inside = e + phi / (5 / phi - 6)
+    np.testing.assert_allclose(result.x[1:, 0], inside * np.exp(-6 * (result.t[1:] - T)), atol=EXACT)
+
+
 def test_a_staircase_is_climbed_step_by_step_and_slid_along_where_the_rate_holds_it():
     up = run(lambda t, x: [1.0, ca.floor(3 * x[0]), ca.ceil(3 * x[0])], [0.0, 0.0, 0.0], 3.0)
     assert up.x[-1, 1] == pytest.approx(sum(range(9)) / 3, abs=1e-13)
@@ -306,6 +337,28 @@ def test_a_loop_of_the_workbench_is_the_limit_of_its_fixed_steps(shape, h, error
     np.testing.assert_allclose(result.x, steps, atol=error)
     assert (result.error < 1e-9).all()
     assert len(result.events) >= 3
+
+
+# Surfaces that the state never leaves
+
+
+@pytest.mark.parametrize(
+    "rate",
+    [
+        lambda t, x: [ca.sign(x[1]), 0],
+        lambda t, x: [ca.if_else(x[1] <= 0, 1, 2), 0],
+        lambda t, x: [-x[0] + ca.sign(x[1]), -x[1]],
+    ],
+)
+def test_a_state_that_stays_where_each_side_has_its_own_rate_is_refused(rate):
+    with pytest.raises(ValueError, match=r"t = 0 s, where the state stays on x\[1\] = 0, where each side has a rate"):
+        run(rate, [0.0, 0.0], 1.0)
+
+
+@pytest.mark.parametrize("corner", [ca.fabs, lambda y: ca.fmax(y, 0), lambda y: y * ca.sign(y)])
+def test_a_state_that_stays_on_a_corner_has_one_rate(corner):
+    result = run(lambda t, x: [1 + corner(x[1]), -x[1]], [0.0, 0.0], 1.0)
+    np.testing.assert_allclose(result.x[:, 0], result.t, atol=1e-15)
 
 
 # Refusals
@@ -379,6 +432,30 @@ def test_a_plain_function_is_refused_where_it_has_no_finite_rate():
         reference_of_function(lambda t, x: x**2, [1.0], times=[2.0])
     with pytest.raises(ValueError, match="t = 0 s, where the rate is not finite"):
         reference_of_function(lambda t, x: x * np.nan, [1.0], times=[2.0])
+
+
+def test_an_exception_of_a_plain_function_is_told_with_the_time():
+    def breaks(t, x):
+        return [1 / 0] if t > 1 else -x
+
+    with pytest.raises(
+        ValueError, match=r"stops at t = .*, where the function raised ZeroDivisionError: division"
+    ) as e:
+        reference_of_function(breaks, [1.0], times=[2.0])
+    assert isinstance(e.value.__cause__, ZeroDivisionError)
+
+
+@pytest.mark.parametrize("options", [{"times": []}, {"rtol": 2.0}, {"atol": 0.0}, {"method": "x"}, {"most_steps": 0}])
+def test_a_refusal_names_the_function_that_was_called(options):
+    with pytest.raises(ValueError, match=rf"`reference_of_function\({next(iter(options))}=...\)`"):
+        reference_of_function(lambda t, x: -x, [1.0], **{"times": [1.0], **options})
+    with pytest.raises(ValueError, match=r"`reference_of_function\(x0=...\)` must have shape \(1,\).*got \(0,\)"):
+        reference_of_function(lambda t, x: -x, [], times=[1.0])
+
+
+def test_numbers_of_numpy_are_numbers():
+    result = reference(decay(), times=[1.0], rtol=np.float32(1e-6), most_steps=np.int64(1000))
+    assert result.x[0, 0] == pytest.approx(np.exp(-3.0), abs=1e-6)
 
 
 def test_an_equation_without_a_lipschitz_constant_at_its_start_and_one_that_escapes_after_the_last_time_are_run():

@@ -129,6 +129,7 @@ class Clockwork(AbstractController):
     """tau = q_ref(t), whatever the arm does."""
 
     joints: int = 2
+    extra: str = ""
 
     @property
     def dof(self):
@@ -145,7 +146,7 @@ class Clockwork(AbstractController):
         return {}
 
     def signals(self, z, est, ref):
-        return {}
+        return {self.extra: 0 * est.q} if self.extra else {}
 
 
 @pytest.mark.parametrize("delay", [False, True])
@@ -227,3 +228,29 @@ def test_substeps_that_are_no_positive_whole_number_are_refused(substeps):
 def test_instruments_for_other_joints_are_refused():
     with pytest.raises(ValueError, match=r"must be for the 2 joints of the loop; got instruments for 3\."):
         loop().digital(1e-3, Instruments(3))
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"instruments": "x"}, r"`ClosedLoop.digital\(instruments=...\)` must be an `Instruments`; got 'x'\."),
+        ({"delay": "no"}, r"`ClosedLoop.digital\(delay=...\)` must be True or False; got 'no'\."),
+    ],
+)
+def test_arguments_of_another_kind_are_refused(options, words):
+    with pytest.raises(ValueError, match=words):
+        loop().digital(1e-3, **options)
+
+
+@pytest.mark.parametrize("name", ["tau", "e", "tau_applied", "q_hat", "qd_hat", "d_hat", "next", "d_error"])
+def test_a_signal_of_a_law_takes_no_name_that_is_the_loops_own(name):
+    """It would take the place of the loop's quantity: 'tau' would drive the arm, and a score be of 'e'."""
+    odd, words = (
+        loop(Clockwork(extra=name)),
+        rf"`Clockwork.signals\(...\)` must not use the name '{name}', which is the",
+    )
+    with pytest.raises(ValueError, match=words):
+        odd.ode()
+    with pytest.raises(ValueError, match=words):
+        odd.sampled(1e-3, delay=True)
+    assert "mine" in loop(Clockwork(extra="mine")).digital(1e-3).outputs

@@ -1,5 +1,6 @@
 """A schedule of methods and steps, run by a batch."""
 
+from dataclasses import replace
 from functools import cache
 
 import casadi as ca
@@ -127,3 +128,60 @@ def test_kept_times_that_are_no_cells_are_refused(every):
         ValueError, match=r"`run\(every=...\)` must be a number of cells that divides the schedule's 20"
     ):
         run(chosen(1e-3).schedule, RELAXATION, RATES, STARTS, every=every)
+
+
+def test_one_row_serves_all_and_defaults_serve_where_there_is_none():
+    schedule = Schedule(0.5, (Segment("rk4", 50, 2), Segment("rkc5", 50, 2)))
+    make, p = maker(oscillator()), np.array([[2.0], [3.0]])
+    one = run(schedule, make, p, np.array([[1.0, 0.0]])).x
+    np.testing.assert_array_equal(one, run(schedule, make, p, np.tile([1.0, 0.0], (2, 1))).x)
+    np.testing.assert_array_equal(one, run(schedule, make, p, None).x)
+
+
+def test_progress_goes_by_the_operations_that_are_done():
+    seen: list[float] = []
+    schedule = Schedule(0.5, (Segment("rk4", 50, 2), Segment("rkc10", 100, 1), Segment("rk4", 50, 1)))
+    make = maker(oscillator())
+    run(schedule, make, None, None, progress=seen.append)
+    assert seen == sorted(seen)
+    assert seen[-1] == pytest.approx(1.0)
+    # the cheap half of the horizon is less than half of the work
+    few, many = (make(m, 0.01).F.n_instructions() for m in ("rk4", "rkc10"))
+    assert any(share == pytest.approx(100 * few / (150 * few + 100 * many)) for share in seen)
+
+
+@pytest.mark.parametrize(
+    ("p", "x0", "says"),
+    [
+        (np.ones((2, 3)), None, r"takes one row per run: \(B, 1\)\. Got \(2, 3\)"),
+        (None, np.ones((2, 5)), r"takes one row per run: \(B, 2\)\. Got \(2, 5\)"),
+        (np.array([[-1.0]]), None, "omega"),
+        (np.array([[np.nan]]), None, "omega"),
+        (None, np.array([[np.inf, 0.0]]), "plant.q"),
+        (np.ones((2, 1)), np.ones((3, 2)), "got 2 rows of p and 3 rows of x0"),
+        (np.ones((0, 1)), None, "needs at least one run; got no rows"),
+    ],
+)
+def test_rows_are_refused_as_a_simulation_refuses_them(p, x0, says):
+    with pytest.raises(ValueError, match=says):
+        run(Schedule(0.5, (Segment("rk4", 5, 2),)), maker(oscillator()), p, x0)
+
+
+def test_what_needs_too_much_memory_or_time_is_refused_before_the_start():
+    p, make = np.full((1_000_000, 1), 2.0), maker(oscillator())
+    with pytest.raises(ValueError, match=r"would need 29\.8 GB of memory"):
+        run(Schedule(0.5, (Segment("rk4", 5, 1000),)), make, p, None, every=1)
+    with pytest.raises(ValueError, match=r"would take about \d+ hours of one processor for 1000000 runs"):
+        run(Schedule(0.5, (Segment("rkc5", 1, 1), Segment("rk4", 500_000, 1000))), make, p, None)
+
+
+def test_a_noisy_step_goes_through_no_schedule():
+    noisy = replace(rk4(oscillator(), 0.1), w=ca.SX.sym("w"))
+    with pytest.raises(ValueError, match=r"`run\(make=...\)` must make steps without noise"):
+        run(Schedule(0.1, (Segment("rk4", 1, 2),)), lambda method, h: noisy, None, None)
+
+
+@pytest.mark.parametrize("bad", [{"steps": 0}, {"cells": -1}, {"steps": 2.0}, {"cells": True}])
+def test_a_segment_of_no_steps_or_cells_is_refused(bad):
+    with pytest.raises(ValueError, match=r"`Segment\((steps|cells)=...\)` must be a positive whole number; got"):
+        Segment(**({"method": "rk4", "steps": 1, "cells": 1} | bad))

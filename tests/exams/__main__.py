@@ -1,4 +1,4 @@
-"""`python -m tests.exams DIR [-v]`: one line an exam; exit 1 if a bar is missed, 2 if there is no such folder."""
+"""`python -m tests.exams DIR [-v]`: one line an exam; exit 1 if a bar is missed, 2 if there is no exam."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from .graders import find
 from .sitter import sit
 
 
@@ -15,7 +16,8 @@ def main(words: list[str]) -> int:
     parser.add_argument("-v", "--verbose", action="store_true", help="show the graders' own lines too")
     asked = parser.parse_args(words)
     if not asked.folder.is_dir():
-        sys.stderr.write(f"There is no folder '{asked.folder}': name the one that holds the exams.\n")
+        there = f"'{asked.folder}' is a file" if asked.folder.exists() else f"There is no folder '{asked.folder}'"
+        sys.stderr.write(f"{there}: name the folder that holds the exams.\n")
         return 2
     missed = 0
     for verdict in sit(asked.folder):
@@ -24,6 +26,9 @@ def main(words: list[str]) -> int:
         sys.stdout.write(f"{verdict.line}\n")
         sys.stdout.flush()
         missed += verdict.passed is False
+    if not find(asked.folder):
+        sys.stderr.write(f"There is no exam below '{asked.folder}'.\n")
+        return 2
     return 1 if missed else 0
 
 

@@ -18,11 +18,12 @@ FILES = ("grade.py", "harness.py")
 
 @dataclass(frozen=True)
 class Grader:
-    """A file that grades, by its place below the folder of exams, and the functions it defines."""
+    """A file that grades, by its place below the folder of exams: what functions it defines, or why it is none."""
 
     file: Path
     name: str
     functions: frozenset[str]
+    broken: str = ""
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,8 @@ class Loaded:
 
 def find(folder: Path) -> list[Grader]:
     """The graders below a folder, in the order of their names."""
-    files = sorted(file for name in FILES for file in folder.rglob(name))
-    return [Grader(file, _name(file, folder), _functions(file)) for file in files]
+    files = sorted(file for name in FILES for file in folder.rglob(name) if file.is_file())
+    return [_read(file, folder) for file in files]
 
 
 def _name(file: Path, folder: Path) -> str:
@@ -45,12 +46,13 @@ def _name(file: Path, folder: Path) -> str:
     return place if place != "." else folder.resolve().name
 
 
-def _functions(file: Path) -> frozenset[str]:
+def _read(file: Path, folder: Path) -> Grader:
     try:
         tree = ast.parse(file.read_text(encoding="utf-8"))
-    except (SyntaxError, UnicodeDecodeError):
-        return frozenset()
-    return frozenset(node.name for node in tree.body if isinstance(node, ast.FunctionDef))
+    except (SyntaxError, ValueError, OSError) as error:  # text that is none, or no Python
+        return Grader(file, _name(file, folder), frozenset(), f"{type(error).__name__}: {error}")
+    defined = frozenset(node.name for node in tree.body if isinstance(node, ast.FunctionDef))
+    return Grader(file, _name(file, folder), defined)
 
 
 @contextlib.contextmanager

@@ -40,6 +40,9 @@ def sit(folder: Path) -> Iterator[Verdict]:
 
 
 def _sit(grader: Grader) -> Iterator[Verdict]:
+    if grader.broken:
+        yield Verdict(False, f"{grader.name}: MISSED, its grader cannot be read: {grader.broken}")
+        return
     parts = [(name, part) for function, (name, part) in ode.PARTS.items() if function in grader.functions]
     known = False
     for name, part in parts:
@@ -63,7 +66,7 @@ def _dynamics(grader: Grader) -> Iterator[Verdict]:
     def part(exam: Loaded) -> tuple[bool, str]:
         arms, rest = planar.arms(exam)
         others.extend(rest)
-        return planar.grade(exam, arms) if arms else (True, "no robot is planar")
+        return planar.grade(exam, arms) if arms else (bool(rest), f"0 of {len(rest)} robots are planar")
 
     yield _run(grader, "planar", part)
     if others:
@@ -79,6 +82,6 @@ def _run(grader: Grader, name: str, part: Callable[[Loaded], tuple[bool, str]]) 
                 passed, figure = part(exam)
             finally:
                 printed = exam.printed.getvalue()
-    except Exception as error:  # a foreign program: whatever it raises is its answer
+    except (Exception, SystemExit) as error:  # a foreign program: whatever it raises is its answer
         return Verdict(False, f"{grader.name}/{name}: MISSED, it broke: {type(error).__name__}: {error}", printed)
     return Verdict(passed, f"{grader.name}/{name}: {'' if passed else 'MISSED, '}{figure}", printed)

@@ -1,4 +1,4 @@
-"""A plain function f(t, x) of numbers as an `Ode`: called once with symbols, while the names it uses are CasADi's."""
+"""A plain function f(t, x) of numbers as an `Ode`: called with symbols, while the names it uses are CasADi's."""
 
 from __future__ import annotations
 
@@ -13,6 +13,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
+
+from .arrays import Algebra, array, blank
+from .branches import branched
 
 Rate = Callable[[Any, Any], Any]
 POINTS = 20  # states at which the traced function is held against the plain one
@@ -46,23 +49,6 @@ def _either(symbolic: Callable[..., Any], plain: Callable[..., Any]) -> Callable
     return of
 
 
-def _array(plain: Callable[..., Any]) -> Callable[..., Any]:
-    """`numpy.array` that also takes lists of symbols, and lists of such lists."""
-
-    def of(values: Any, *rest: Any, **options: Any) -> Any:
-        if isinstance(values, list | tuple):
-            if any(isinstance(value, ca.SX) for value in values):
-                result = np.empty(len(values), dtype=object)
-                result[:] = values
-                return result
-            rows = [of(value) if isinstance(value, list | tuple) else value for value in values]
-            if any(isinstance(row, np.ndarray) and row.dtype == object for row in rows):
-                return np.stack(rows)
-        return plain(values, *rest, **options)
-
-    return of
-
-
 SYMBOLIC: dict[str, Callable[..., Any]] = {
     name: getattr(ca, name)
     for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "sqrt", "log", "fabs", "floor", "ceil", "sign")
@@ -82,12 +68,18 @@ SYMBOLIC: dict[str, Callable[..., Any]] = {
     "absolute": ca.fabs,
     "maximum": ca.fmax,
     "minimum": ca.fmin,
+    "where": ca.if_else,
+    "float64": lambda a: a,
     "clip": lambda a, low, high: ca.fmax(low, ca.fmin(high, a)),
 }
 BUILTIN: dict[str, Callable[..., Any]] = {
     "max": _extreme(ca.fmax, max),
     "min": _extreme(ca.fmin, min),
     "abs": _either(ca.fabs, abs),
+    "float": _either(lambda value: value, float),
+}
+ARRAYS = {"array": array(np.array), "asarray": array(np.asarray)} | {
+    name: blank(getattr(np, name)) for name in ("zeros", "empty", "ones", "full", "zeros_like", "empty_like")
 }
 
 
@@ -106,19 +98,34 @@ def trace(f: Rate, x0: Any, modules: Iterable[types.ModuleType]) -> Ode:
     entries[:] = [x[i] for i in range(states.size)]
     try:
         with symbolic(f, modules):
-            rate = ca.vertcat(*[ca.SX(part) for part in f(t, entries)])
+            rate = branched(lambda: _column(f(t, entries)))
         ode = Ode.of("exam", states, Layout(), (t, x, ca.SX(0, 1)), {"x": rate}, {})
     except Exception as error:  # whatever a foreign function does with a symbol
         raise UntraceableError(f"its function has no graph ({str(error).splitlines()[0][:80]})") from error
     rng = np.random.default_rng(0)
     for _ in range(POINTS):
         at, where = rng.uniform(0.0, 3.0), start + rng.normal(size=start.size)
-        with contextlib.suppress(ArithmeticError, ValueError):  # where f itself has no value
+        try:
             plain = np.array(f(at, where), dtype=float)
-            # rounding of reordered sums, and of CasADi's own elementary functions
-            if not np.allclose(ode.rate_at(at, where), plain, rtol=1e-10, atol=1e-10, equal_nan=True):
-                raise UntraceableError("its graph gives other numbers than the function itself")
+        except (ArithmeticError, ValueError):  # where f itself has no value
+            continue
+        except Exception as error:
+            raise UntraceableError(f"the function itself breaks ({type(error).__name__}: {error})") from error
+        # rounding of reordered sums, and of CasADi's own elementary functions
+        if not np.allclose(ode.rate_at(at, where), plain, rtol=1e-10, atol=1e-10, equal_nan=True):
+            raise UntraceableError("its graph gives other numbers than the function itself")
     return ode
+
+
+def _column(rate: Any) -> ca.SX:
+    """What a function gave, (n, 1); an array and a symbol have a sum that is CasADi's."""
+    return ca.vec(rate) if isinstance(rate, ca.SX) else ca.vertcat(*[ca.SX(part) for part in rate])
+
+
+def chooses(ode: Ode) -> bool:
+    """Whether a graph has ways to choose from."""
+    rate = ca.Function("rate", [ode.t, ode.x], [ode.rate])
+    return any(rate.instruction_id(i) == ca.OP_IF_ELSE_ZERO for i in range(rate.n_instructions()))
 
 
 @contextlib.contextmanager
@@ -216,6 +223,8 @@ class _Namespace:
 
     def __getattr__(self, name: str) -> Any:
         value = getattr(self.module, name)
-        if name in ("array", "asarray"):
-            return _array(value)
+        if self.module is np and name in ARRAYS:
+            return ARRAYS[name]
+        if value is np.linalg:
+            return Algebra()
         return _either(SYMBOLIC[name], value) if name in SYMBOLIC else value

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 
-from workbench.bench.effort import Effort, alternated, our_rate, ours, rate, rows_of
+from workbench.bench.effort import Effort, alternated, cpu_seconds, our_rate, ours, rate, rows_of
 from workbench.bench.peers import casadi_cvodes
 from workbench.bench.peers.contract import Peer, Runner
 from workbench.bench.row import Row
+from workbench.bench.workload import STATES, loop, rmse
+from workbench.core import Step, stepper
 from workbench.core.layout import Array
+from workbench.simulate import Schedule, choose, pilot_rows, run
 
-STEPS, TOLERANCES = (1e-5, 5e-3), (1e-9, 1e-2)  # where the one of a stated error is looked for
-STEPS_A_DECADE = 12
+TOLERANCES, OURS = (1e-9, 1e-2), (1e-7, 1e-1)  # of CVODES and of our pilot, where the one of an error is looked for
+STEPS_A_DECADE = 24
+TRIALS = 3  # calls, of which the fastest tells how fast a setting is
+CELLS = (40, 100)  # of the horizon, for which a pilot chooses: the faster of them is taken
 
 
 @lru_cache(maxsize=4)
@@ -44,31 +49,67 @@ def coarsest(error_of: Callable[[float], float], target: float, low: float, high
     raise ValueError(f"`coarsest(target={target:g})` has a larger error at every setting down to {low:g}.")
 
 
-def ours_at_equal_accuracy(target: float, effort: Effort) -> tuple[Runner, str]:
-    """What runs W as fast as we can with that error of the RMSE, and how it does: RK4 at one step for all.
+@cache
+def stepped(method: str, h: float) -> Step:
+    """A step of W by a method, with the integrals that score it, as CVODES has them, and no sum over steps."""
+    return stepper(method)(loop(), h)
 
-    Whatever a call needs for its own runs, it does within the call, where it is timed.
-    """
+
+def chosen(p: Array, horizon: float, tolerance: float, cells: int) -> Schedule:
+    """The schedule that a pilot chooses for the runs p (B, 40), in so many cells."""
+    x0 = np.broadcast_to(STATES.default, (len(p), STATES.size))
+    return choose(stepped, *pilot_rows(p, x0), horizon, tolerance, cell=horizon / cells).schedule
+
+
+def through(schedule: Schedule, p: Array) -> Array:
+    """The RMSE (B, 2) of runs that go through a schedule."""
+    return rmse(run(schedule, stepped, p, None).x[:, -1], schedule.until)
+
+
+def setting_of(target: float, effort: Effort, cells: int) -> tuple[float, float, int] | None:
+    """CPU seconds of a call with that error, and its pilot's tolerance and cells; None if no tolerance reaches it."""
     wanted = reference(effort.horizon, effort.fine, effort.samples)
-    p = rows_of(effort.samples)
+    p = rows_of(effort.batch)
 
-    def whole(h: float) -> float:
-        return effort.horizon / float(np.ceil(effort.horizon / h))
+    def found(tolerance: float, runs: int) -> Array:
+        return through(chosen(p, effort.horizon, tolerance, cells), p[:runs])
 
-    h = whole(coarsest(lambda h: error(ours(p, effort.horizon, whole(h)), wanted), target, *STEPS))
-    return lambda p: ours(p, effort.horizon, h), f"RK4 at {1e3 * h:.3g} ms"
+    try:
+        tolerance = coarsest(lambda tolerance: error(found(tolerance, effort.samples), wanted), target, *OURS)
+    except ValueError:  # a pilot, or the search, that reaches no such error
+        return None
+    return min(cpu_seconds(lambda: found(tolerance, len(p))) for _ in range(TRIALS)), tolerance, cells
+
+
+def ours_at_equal_accuracy(target: float, effort: Effort) -> tuple[Runner, str]:
+    """What runs W as fast as we can with that error of the RMSE, and how it does: by a pilot in each call.
+
+    Its tolerance is looked for with the runs of a timed call, which it will see there, in the numbers of cells
+    that are tried; the faster of those is taken.
+
+    Raises
+    ------
+    ValueError
+        If no tolerance reaches that error.
+    """
+    settings = [setting for cells in CELLS if (setting := setting_of(target, effort, cells))]
+    if not settings:
+        raise ValueError(f"`ours_at_equal_accuracy(target={target:g})` is reached by no tolerance of the pilot.")
+    _, tolerance, cells = min(settings)
+    how = f"in calls of {effort.batch:,}, each with a pilot, whose tolerance is {tolerance:.1e} in {cells} cells"
+    return lambda p: through(chosen(p, effort.horizon, tolerance, cells), p), how
 
 
 def cvodes_row(target: float, bar: float, effort: Effort) -> Row:
     """CVODES against us, both at the coarsest setting that reaches the error."""
     wanted = reference(effort.horizon, effort.fine, effort.samples)
-    p, many = rows_of(effort.samples), rows_of(effort.runs)
+    p, many = rows_of(effort.samples), rows_of(effort.batch)
     tolerance = coarsest(
         lambda tolerance: error(casadi_cvodes.runner(effort.horizon, tolerance)(p), wanted), target, *TOLERANCES
     )
     theirs, (mine, how) = casadi_cvodes.runner(effort.horizon, tolerance), ours_at_equal_accuracy(target, effort)
     fast, slow = alternated(effort, lambda: rate(mine, many, effort), lambda: rate(theirs, p, effort))
-    note = f"tolerance {tolerance:.1e}; ours {how}, {fast:,.0f} runs/s, error {error(mine(p), wanted):.1e}"
+    note = f"tolerance {tolerance:.1e}; ours {how}, {fast:,.0f} runs/s, error {error(mine(many), wanted):.1e}"
     return Row(cvodes_name(target), bar, slow, fast / slow, error=error(theirs(p), wanted), note=note)
 
 
@@ -78,10 +119,10 @@ def work_precision(
     """The error and the rate of what runs W at each setting that loses no run."""
     wanted = reference(effort.horizon, effort.fine, effort.samples)
     p, found = rows_of(effort.samples), []
-    for run in map(runner, settings):
-        wrong = error(run(p), wanted)
+    for each in map(runner, settings):
+        wrong = error(each(p), wanted)
         if np.isfinite(wrong):
-            found.append((wrong, rate(run, p, effort)))
+            found.append((wrong, rate(each, p, effort)))
     return found
 
 
@@ -92,13 +133,13 @@ def cvodes_name(target: float) -> str:
 
 def peer_row(peer: Peer, effort: Effort) -> Row:
     """A peer at its settings against us at the step of W."""
-    run = peer.runner(effort.horizon)
+    runner = peer.runner(effort.horizon)
     batches = np.split(rows_of(peer.runs * (1 + effort.repetitions)), 1 + effort.repetitions)
-    found = [run(batches[0])]  # whatever is compiled at the first call is compiled
+    found = [runner(batches[0])]  # whatever is compiled at the first call is compiled
 
     def theirs() -> float:
         results: list[Array] = []
-        speed = rate(lambda p: results.append(run(p)), batches[len(found)], effort)
+        speed = rate(lambda p: results.append(runner(p)), batches[len(found)], effort)
         found.append(results[-1])
         return speed
 

@@ -28,8 +28,8 @@ class Effort:
         How often a rate is measured, and how many processes tell a latency: medians are taken.
     seconds
         How long one measurement of a rate takes at least.
-    runs, samples
-        In one call of ours, and behind a median error.
+    runs, batch, samples
+        In one call of ours, in one whose steps a pilot chooses, and behind a median error.
     fine
         The step of the reference, in s.
     sizes, fallback, many, links
@@ -42,6 +42,7 @@ class Effort:
     processes: int = 5
     seconds: float = 0.3
     runs: int = 256
+    batch: int = 4000
     samples: int = 32
     fine: float = 1e-5
     sizes: tuple[int, ...] = (8, 64, 1000, 10_000)
@@ -55,7 +56,7 @@ class Effort:
         return self.horizon / HORIZON
 
 
-QUICK = Effort(repetitions=1, processes=2, samples=16, seconds=0.1, sizes=(8, 1000))
+QUICK = Effort(repetitions=1, processes=2, samples=16, seconds=0.1, batch=1000, sizes=(8, 1000))
 
 
 def cpu_seconds(work: Callable[[], object]) -> float:

@@ -10,6 +10,7 @@ from workbench.core.layout import Entry, Layout
 from workbench.core.lift import Lifted, lift
 from workbench.core.ode import Ode
 from workbench.core.sampled import Sampled
+from workbench.core.stabilised import rkc, stepper
 from workbench.core.step import Step, rk4
 
 __all__ = [
@@ -27,6 +28,8 @@ __all__ = [
     "option",
     "parameter",
     "rk4",
+    "rkc",
+    "stepper",
     "with_quadrature",
     "with_sensitivity",
 ]

@@ -30,11 +30,12 @@ def rows(function: ca.Function, *arguments: Array) -> Array:
     held = [np.array(np.broadcast_to(a, (n, a.shape[1])), dtype=float, order="C") for a in arguments]
     for i, part in enumerate(held):
         if part.size:
-            buffer.set_arg(i, _memory(part))
-    buffer.set_res(0, _memory(values))
+            buffer.set_arg(i, memory(part))
+    buffer.set_res(0, memory(values))
     evaluate()
     return values
 
 
-def _memory(place: Any) -> Any:
+def memory(place: Any) -> Any:
+    """An array as CasADi's buffers take it; whoever hands it over must hold it."""
     return memoryview(place)

@@ -50,10 +50,15 @@ class Step:
     w: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
     substeps: int = 1
 
+    def __repr__(self) -> str:
+        """One line: a notebook should not print the equations by accident."""
+        noise = f", {self.w.numel()} normal numbers" if self.w.numel() else ""
+        return f"<Step of '{self.flow.name}': h = {self.h:g} s, {self.states.size} states{noise}>"
+
     @cached_property
     def F(self) -> ca.Function:
         """The step as a CasADi function (k, x, p, w) -> (nx, 1)."""
-        return ca.Function("workbench_step", [self.k, self.x, self.p, self.w], [self.next])
+        return ca.Function("workbench_step", [self.k, self.x, self.p, self.w], [ca.densify(self.next)])
 
     @cached_property
     def y(self) -> ca.Function:

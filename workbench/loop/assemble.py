@@ -14,7 +14,7 @@ from workbench.loop.contracts import AbstractController, AbstractObserver, Abstr
 from workbench.loop.instruments import Instruments
 from workbench.loop.ports import Measurement
 from workbench.loop.sampled import digital
-from workbench.loop.wiring import SOCKETS, UNITS, above, below, dense, memory, notes, outputs, visible
+from workbench.loop.wiring import SOCKETS, UNITS, above, below, dense, memory, notes, outputs, signals, visible
 
 
 @block
@@ -51,7 +51,8 @@ class ClosedLoop:
         Raises
         ------
         ValueError
-            If the law is one that only a computer can run, as an implicit relay is.
+            If the law is one that only a computer can run, as an implicit relay is, or calls a signal of its
+            own as the loop calls one.
         """
         lifted = lift(self)
         loop, states = lifted.block, memory(self)
@@ -70,7 +71,7 @@ class ClosedLoop:
         }
         watched = {
             **outputs(y, ref, est, tau, loop.plant.applied(z["plant"], tau)),
-            **loop.controller.signals(z["controller"], est, ref),
+            **signals(loop.controller, z["controller"], est, ref),
         }
         ode = Ode.of(name, states, lifted.layout, (t, x, lifted.symbols), above(rates), dense(watched), UNITS)
         return replace(ode, notes=notes(self))
@@ -98,7 +99,8 @@ class ClosedLoop:
         Raises
         ------
         ValueError
-            If the period is no positive finite number, or the instruments are for other joints.
+            If the period is no positive finite number, the instruments are none or for other joints, `delay` is
+            neither True nor False, or the law calls a signal of its own as the loop calls one.
         """
         return digital(self, length("ClosedLoop.digital(period=...)", period), instruments, delay, name)
 

@@ -8,9 +8,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Lifted, Ode, Sampled, lift
+from workbench.core.sockets import require
 from workbench.loop.instruments import Instruments
 from workbench.loop.ports import Estimate, Parts
-from workbench.loop.wiring import UNITS, Blocks, above, below, dense, memory, notes, outputs, visible
+from workbench.loop.wiring import UNITS, Blocks, above, below, dense, memory, notes, outputs, signals, visible
 
 NEXT = "hold.next"  # the torque that waits for the next instant
 HELD = {"tau": "N m", "q_hat": "rad", "qd_hat": "rad/s", "d_hat": "N m"} | UNITS
@@ -19,6 +20,9 @@ HELD = {"tau": "N m", "q_hat": "rad", "qd_hat": "rad/s", "d_hat": "N m"} | UNITS
 def digital(loop: Blocks, period: float, instruments: Instruments | None, delay: bool, name: str) -> Sampled:
     """The loop as a flow and a jump, see `ClosedLoop.digital`."""
     joints = loop.plant.dof
+    require("ClosedLoop.digital(delay=...)", delay, bool)
+    if instruments is not None:
+        require("ClosedLoop.digital(instruments=...)", instruments, Instruments)
     if instruments is not None and instruments.dof != joints:
         raise ValueError(
             f"`ClosedLoop.digital(instruments=...)` must be for the {joints} joints of the loop; got instruments for "
@@ -62,7 +66,7 @@ def _after(
         **{name: z[name] + period * rate for name, rate in above(rates).items()},
         **({NEXT: tau} if NEXT in z else {}),
         **above({"hold": {"tau": held, "q_hat": est.q, "qd_hat": est.qd, "d_hat": est.d}}),
-        **above({"hold": law.signals(controller, est, ref)}),
+        **above({"hold": signals(law, controller, est, ref)}),
     }
 
 

@@ -28,6 +28,7 @@ UNITS = {
     "d_error": "N m",
     "s": "rad/s",
 }
+OWN = {*UNITS, "q_hat", "qd_hat", "d_hat", "next"} - {"s"}  # what a loop watches and holds by itself
 
 
 class Blocks(Protocol):
@@ -78,6 +79,24 @@ def outputs(y: Measurement, ref: Motion, est: Estimate, tau: ca.SX, applied: ca.
         "qd_error": y.qd - est.qd,
         "d_error": d - est.d,
     }
+
+
+def signals(law: AbstractController, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    """What a law adds to these.
+
+    Raises
+    ------
+    ValueError
+        If it uses a name that is the loop's own, whose quantity it would take the place of.
+    """
+    parts = law.signals(z, est, ref)
+    for name in parts:
+        if name in OWN:
+            raise ValueError(
+                f"`{type(law).__name__}.signals(...)` must not use the name '{name}', which is the loop's own; "
+                "rename it."
+            )
+    return parts
 
 
 def below(socket: str, parts: Parts) -> dict[str, ca.SX]:

@@ -1,5 +1,6 @@
 """One number per run and joint, accumulated inside the loop, with its error from a halved step."""
 
+from workbench.metrics.accumulated import measured
 from workbench.metrics.catalogue import (
     effort,
     energy,
@@ -17,7 +18,8 @@ from workbench.metrics.catalogue import (
     total_variation,
 )
 from workbench.metrics.contract import AbstractMetric
-from workbench.metrics.measure import Measurement, Score, measure, measured
+from workbench.metrics.measure import measure
+from workbench.metrics.measurement import Measurement, Score
 
 __all__ = [
     "AbstractMetric",

@@ -24,7 +24,7 @@ def _root_mean(integral: Array, horizon: float) -> Array:
     return np.sqrt(np.maximum(integral, 0) / horizon)
 
 
-def _positive(call: str, value: Any) -> float:
+def positive(call: str, value: Any) -> float:
     """A number that is positive and finite, or a refusal of the call."""
     try:
         number = float(numbers(value).reshape(()))
@@ -52,7 +52,7 @@ def rmse(signal: str = "e", unit: str | None = None, name: str | None = None) ->
 
 def sampled_rmse(sample: float, signal: str = "e", unit: str | None = None, name: str | None = None) -> SampledRms:
     """sqrt(1/N sum of e(t_k)^2), equation (43) of the paper, on a grid of `sample` s that begins at t = 0."""
-    sample = _positive("sampled_rmse(sample=...)", sample)
+    sample = positive("sampled_rmse(sample=...)", sample)
     about = f"root mean square of {signal} over samples every {1000 * sample:g} ms"
     return SampledRms(name or _named("RMSE (43)", signal), unit or "", about, signal, sample)
 
@@ -112,7 +112,7 @@ def peak_torque() -> Peak:
 
 def total_variation(sample: float) -> TotalVariation:
     """Total variation of the applied torque per second on a grid of `sample` s."""
-    sample = _positive("total_variation(sample=...)", sample)
+    sample = positive("total_variation(sample=...)", sample)
     about = f"total variation of the applied torque per second, sampled every {1000 * sample:g} ms"
     return TotalVariation("TV", "N m/s", about, "tau_applied", sample)
 
@@ -124,6 +124,6 @@ def overshoot() -> Overshoot:
 
 def settling_time(band: float = 0.02) -> SettlingTime:
     """Longest time after a jump of the reference until the error stays within `band` of the jump."""
-    band = _positive("settling_time(band=...)", band)
+    band = positive("settling_time(band=...)", band)
     about = f"longest time after a jump until the error stays within {100 * band:g} % of the jump"
     return SettlingTime("settling time", "s", about, band)

@@ -28,6 +28,11 @@ class AbstractMetric(ABC):
     def watches(self) -> tuple[str, ...]:
         """The outputs that the metric looks at; the size of the first is that of the metric."""
 
+    @property
+    @abstractmethod
+    def grid(self) -> float | None:
+        """The sample time [s] of a grid of its own, which every step must divide; None without one."""
+
     @abstractmethod
     def check(self, ode: Ode, horizon: float) -> None:
         """Refuse an equation or a horizon [s] for which the metric means nothing."""

@@ -25,6 +25,11 @@ class Integral(AbstractMetric):
         """What g looks at."""
         return self.signals
 
+    @property
+    def grid(self) -> float | None:
+        """None: the integrator sees to it."""
+        return None
+
     def check(self, ode: Ode, horizon: float) -> None:
         """An integral is one of any equation."""
         del ode, horizon

@@ -1,111 +1,29 @@
-"""Run a loop twice, at a step and at half of it: metrics with their errors, and the limit on the step."""
+"""Run a loop twice, at its steps and at half of each: metrics with their errors, and the limit on the step."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache, partial
+from typing import Any
 
-import casadi as ca
 import numpy as np
 
-from workbench.core import Layout, Ode, Sampled, Step, rk4, with_quadrature
-from workbench.core.layout import Array, nearest, numbers
+from workbench.core import Layout, Ode, Sampled, Step
+from workbench.core.layout import Array, numbers
+from workbench.core.numbers import Integers
+from workbench.metrics.accumulated import common_grid, measured, resolved
+from workbench.metrics.catalogue import positive
 from workbench.metrics.contract import AbstractMetric
-from workbench.simulate import StepLimit, Trajectories, simulate, step_limit
-from workbench.simulate.batch import Progress, continued, seconds
-
-
-@dataclass(frozen=True, eq=False)
-class Score:
-    """A metric of B runs, (B, k), and its error: the change from the step to half of it.
-
-    For a smooth loop the change is about 15 times the error of the value. Where switching makes the
-    method first order and its error irregular, the change tells the size of the error and bounds
-    nothing: it has been seen five times too small. A time is known to one step at best. A run that
-    diverged has NaN in both.
-    """
-
-    metric: AbstractMetric
-    value: Array
-    error: Array
-
-
-@dataclass(frozen=True, eq=False)
-class Measurement:
-    """What a loop gave at the half step, with the change from the whole step, and the limit on the step.
-
-    `coarse_diverged_at` (B,) tells of runs that diverged at the whole step; the limit is that of the
-    whole step's trajectories, one a run.
-    """
-
-    trajectories: Trajectories
-    scores: Mapping[str, Score]
-    limits: tuple[StepLimit, ...]
-    coarse_diverged_at: Array
-
-    @property
-    def h(self) -> float:
-        """The step at which the values were taken, in s; of a sampled loop the substep."""
-        return self.trajectories.step.h / self.trajectories.step.substeps
-
-
-def measured(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], h: float) -> Step:
-    """The step of `equation` with every metric accumulated beside it.
-
-    Of a sampled loop h is the substep. Integrals run along in the substeps; what looks at samples looks
-    once a period, at what holds after the jump.
-
-    Raises
-    ------
-    LookupError
-        If a metric watches an output that `equation` does not have.
-    ValueError
-        If `equation` is none, h is none or does not divide the period of a sampled loop, two metrics have
-        one name, or one means nothing for `equation`.
-    """
-    resolved(equation, metrics)
-    ode = _flow(equation)
-    y = ode.outputs.view(ode.output)
-    integrands = {f"integral of {m.name}": ca.densify(g) for m in metrics if (g := m.integrand(ode.t, y)) is not None}
-    ode = with_quadrature(ode, integrands)
-    step = rk4(ode, h) if isinstance(equation, Ode) else replace(equation, flow=ode).step(equation.substeps(h))
-    memories = (m.memory(ode.outputs[m.watches[0]].size).prefixed(f"{m.name}.") for m in metrics)
-    extra = sum(memories, Layout())
-    if not extra.size:
-        return step
-    symbols = extra.symbols()
-    z, y = extra.view(symbols), step.outputs.view(step.output)
-    updates = {
-        f"{m.name}.{name}": ca.densify(part)
-        for m in metrics
-        for name, part in m.update(step.k, step.h, _below(z, m), y).items()
-    }
-    return step.extended(extra, symbols, extra.flatten(updates))
-
-
-def resolved(
-    equation: Ode | Sampled, metrics: Sequence[AbstractMetric], horizon: float = np.inf
-) -> tuple[AbstractMetric, ...]:
-    """The metrics with the units of what they watch, once each is found to mean something for `equation`."""
-    if not isinstance(equation, Ode | Sampled):
-        raise ValueError(
-            f"A metric is measured on an `Ode` or a `Sampled`; got {type(equation).__name__}. Of a loop, call `.ode()` "
-            "for its equations, or `.digital(period)`."
-        )
-    ode = _flow(equation)
-    names = [metric.name for metric in metrics]
-    if len(set(names)) < len(names):
-        raise ValueError(f"`measured(metrics=...)` needs distinct names; got {names}.")
-    for m in metrics:
-        for signal in m.watches:
-            if signal not in ode.outputs:
-                known = nearest(signal, ode.outputs.names) or f" It has: {', '.join(ode.outputs.names) or 'none'}."
-                raise LookupError(
-                    f"The metric '{m.name}' needs the output '{signal}', which '{ode.name}' does not have.{known}"
-                )
-        m.check(ode, horizon)
-    return tuple(replace(m, unit=m.unit or ode.outputs[m.watches[0]].unit) for m in metrics)
+from workbench.metrics.measurement import Measurement, Score
+from workbench.simulate import StepLimit, Trajectories, choose, run, simulate, step_limit
+from workbench.simulate.job import Progress
+from workbench.simulate.marches import continued
+from workbench.simulate.request import rows_of, seconds
+from workbench.simulate.stepping.accuracy import Check, accuracy, change
+from workbench.simulate.stepping.cells import COUNT
+from workbench.simulate.stepping.pilot import RUNS, Choice, pilot_runs
+from workbench.simulate.stepping.stability import POINTS, schedule_limits, tightest
 
 
 def measure(
@@ -115,12 +33,13 @@ def measure(
     x0: Array | None = None,
     *,
     until: float,
-    h: float,
+    h: float | None = None,
     every: float | None = None,
+    tolerance: float | None = None,
     seed: int = 0,
     progress: Progress | None = None,
 ) -> Measurement:
-    """Simulate `equation` at the step h and at h / 2 and score both.
+    """Simulate `equation` at the step h and at h / 2 and score both; without h, at steps that a pilot chooses.
 
     Of a sampled loop h is the substep: the period belongs to the controller and is the same in both.
 
@@ -129,7 +48,10 @@ def measure(
     p, x0
         (B, np) and (B, nx) rows as its `parameters.pack` and `states.pack` make them.
     until, h, every
-        Horizon, step and distance of the kept states, in s.
+        Horizon, step and distance of the kept states, in s. Without h, `every` bounds the steps too.
+    tolerance
+        Of the relative change of each metric as the steps are halved: `check` of the result says by which
+        metric it is met, and by which it is not. Without h, also that of the pilot's local errors.
     seed
         Of the noise, which is the same at both steps.
 
@@ -139,23 +61,103 @@ def measure(
         If a metric watches an output that `equation` does not have.
     ValueError
         If `equation` is none, p or x0 is not as wide as its parameters or states, a metric means nothing
-        for it or for the horizon, h does not divide the period of a sampled loop, or `simulate` refuses.
+        for it or for the horizon, h does not divide the period of a sampled loop, neither h nor a tolerance
+        is given, or `simulate` or `choose` refuses. A tolerance that is missed is no error: it is said.
     """
     metrics = resolved(equation, metrics, seconds("until", until))
-    p, x0 = _rows("p", equation.parameters, p), _rows("x0", equation.states, x0)
-    coarse, fine = measured(equation, metrics, h), measured(equation, metrics, h / 2)
+    p, x0 = _wide("p", equation.parameters, p), _wide("x0", equation.states, x0)
+    if tolerance is not None:
+        tolerance = positive("measure(tolerance=...)", tolerance)
     share = progress or (lambda done: None)
-    start = None if x0 is None else _extended(x0, fine)
-    run = partial(simulate, p=p, x0=start, until=until, every=every or coarse.h, seed=seed)
-    b = run(coarse, progress=lambda d: share(d / 3))
-    a = run(fine, progress=lambda d: share((1 + 2 * d) / 3))
-    values, rough = final_values(a, metrics), final_values(b, metrics)
+    pair = (
+        _at_steps(equation, metrics, p, x0, until, h, every, seed, share)
+        if h is not None
+        else _at_choice(equation, metrics, p, x0, until, every, tolerance, share)
+    )
+    return _judged(metrics, pair, tolerance)
+
+
+@dataclass(frozen=True, eq=False)
+class _Pair:
+    """The same runs at some steps, of which `h` [s] is the longest, and at their halves; and the former's limits."""
+
+    coarse: Trajectories
+    fine: Trajectories
+    h: float
+    limits: tuple[StepLimit, ...]
+    looked_at: Integers
+    choice: Choice | None = None
+
+
+def _at_steps(
+    equation: Ode | Sampled,
+    metrics: Sequence[AbstractMetric],
+    p: Array | None,
+    x0: Array | None,
+    until: float,
+    h: float,
+    every: float | None,
+    seed: int,
+    share: Progress,
+) -> _Pair:
+    """At the step h and at its half."""
+    coarse, fine = measured(equation, metrics, h), measured(equation, metrics, h / 2)
+    call = partial(simulate, p=p, x0=_extended(x0, fine), until=until, every=every or coarse.h, seed=seed)
+    b = call(coarse, progress=lambda d: share(d / 3))
+    a = call(fine, progress=lambda d: share((1 + 2 * d) / 3))
+    looked_at = _looked_at(b.p, b.x[:, 0])
+    return _Pair(b, a, coarse.h, _limits(b, looked_at), looked_at)
+
+
+def _at_choice(
+    equation: Ode | Sampled,
+    metrics: Sequence[AbstractMetric],
+    p: Array | None,
+    x0: Array | None,
+    until: float,
+    every: float | None,
+    tolerance: float | None,
+    share: Progress,
+) -> _Pair:
+    """Through the schedule that a pilot chooses for the tolerance, and through its half."""
+    if isinstance(equation, Sampled):
+        raise ValueError(
+            "`measure(h=...)` of a sampled loop must be its substep in s, which divides the period, as a pilot chooses "
+            "steps for equations in continuous time alone; got None."
+        )
+    if tolerance is None:
+        raise ValueError(
+            "`measure(...)` needs a step `h`, or a `tolerance` for which a pilot chooses the steps; got neither."
+        )
+    make = cache(lambda method, h: measured(equation, metrics, h, method))
+    grid = common_grid(metrics, until, *(() if every is None else (seconds("every", every),)))
+    step = make("rk4", grid or until)
+    p, x0 = rows_of("measure", step, p, _extended(x0, step))
+    few = pilot_runs(p, x0)
+    choice = choose(make, p[few], x0[few], until, tolerance, cell=_cell(until, every, grid), grid=grid)
+    schedule = choice.schedule
+    kept = 1 if every is None else round(every / schedule.cell)
+    b = run(schedule, make, p, x0, kept, progress=lambda d: share(d / 3))
+    a = run(schedule.halved, make, p, x0, kept, progress=lambda d: share((1 + 2 * d) / 3))
+    looked_at = _looked_at(p, x0)
+    limits = schedule_limits(schedule, make, p[looked_at], x0[looked_at])
+    return _Pair(b, a, schedule.longest, limits, looked_at, choice)
+
+
+def _judged(metrics: Sequence[AbstractMetric], pair: _Pair, tolerance: float | None) -> Measurement:
+    """The metrics of both runs of each pair held against one another, and against the tolerance."""
+    values, rough = final_values(pair.fine, metrics), final_values(pair.coarse, metrics)
     scores = {
-        m.name: Score(m, values[m.name], _difference(values[m.name], rough[m.name], coarse.h if m.unit == "s" else 0.0))
+        m.name: Score(m, values[m.name], change(values[m.name], rough[m.name], pair.h if m.unit == "s" else 0.0))
         for m in metrics
     }
-    limits = tuple(step_limit(b, run) for run in range(len(b)))
-    return Measurement(a, scores, limits, b.diverged_at)
+    check = None
+    if tolerance is not None:
+        found = tuple(accuracy(name, score.error, score.value, tolerance) for name, score in scores.items())
+        check = Check(found, tightest(pair.limits), len(pair.limits), len(pair.fine))
+    return Measurement(
+        pair.fine, scores, pair.limits, pair.looked_at, pair.coarse.diverged_at, check=check, choice=pair.choice
+    )
 
 
 def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric]) -> dict[str, Array]:
@@ -173,17 +175,35 @@ def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric]) -> dict[
     return values
 
 
-def _flow(equation: Ode | Sampled) -> Ode:
-    """What is true between two samples, or always."""
-    return equation if isinstance(equation, Ode) else equation.flow
+def _looked_at(p: Array, x0: Array) -> Integers:
+    """The runs along which a limit is taken, which costs as much as a thousand runs: all of a few, pilots of more."""
+    return np.arange(len(p)) if len(p) <= RUNS else np.sort(pilot_runs(p, x0))
 
 
-def _below(z: Mapping[str, ca.SX], metric: AbstractMetric) -> dict[str, ca.SX]:
-    prefix = f"{metric.name}."
-    return {name.removeprefix(prefix): part for name, part in z.items() if name.startswith(prefix)}
+def _limits(runs: Trajectories, looked_at: Integers) -> tuple[StepLimit, ...]:
+    """The limit along some of the runs, which are run again where few of their states were kept."""
+    stride, kept = runs.job.stride, runs.x.shape[1] - 1
+    finer = next((n for n in range(stride, 1, -1) if stride % n == 0 and kept * stride >= POINTS * n), 1)
+    if kept < POINTS and finer < stride:
+        job, h = runs.job, runs.step.h
+        keys: Any = job.runs[looked_at]
+        few = partial(simulate, job.step, job.p[looked_at], runs.x[looked_at, 0], seed=job.seed, runs=keys)
+        runs, looked_at = few(until=kept * stride * h, every=finer * h), np.arange(len(looked_at))
+    return tuple(step_limit(runs, int(i)) for i in looked_at)
 
 
-def _rows(name: str, layout: Layout, given: Array | None) -> Array | None:
+def _cell(until: float, every: float | None, grid: float | None) -> float | None:
+    """A part of `every` that is a multiple of the grid, such that the horizon has about as many as usual."""
+    if every is None:
+        return None
+    kept, most = until / every, COUNT if grid is None else round(every / grid)
+    if abs(kept - round(kept)) > 1e-6 or round(kept) < 1:
+        raise ValueError(f"`measure(until=...)` must be a multiple of `every` = {every:g} s; got {until:g} s.")
+    parts = (n for n in range(1, min(most, COUNT) + 1) if grid is None or most % n == 0)
+    return every / min(parts, key=lambda n: abs(np.log(kept * n / COUNT)))
+
+
+def _wide(name: str, layout: Layout, given: Any) -> Array | None:
     """Rows as wide as the layout, or a refusal."""
     try:
         rows = None if given is None else np.atleast_2d(numbers(given))
@@ -197,14 +217,9 @@ def _rows(name: str, layout: Layout, given: Array | None) -> Array | None:
     return rows
 
 
-def _extended(rows: Array, step: Step) -> Array:
+def _extended(rows: Array | None, step: Step) -> Array | None:
     """Initial states of the loop with those of the metrics behind them."""
+    if rows is None:
+        return None
     rest = step.states.default[rows.shape[1] :]
     return np.hstack([rows, np.tile(rest, (len(rows), 1))])
-
-
-def _difference(fine: Array, coarse: Array, least: float) -> Array:
-    """|fine - coarse|, but at least what one step can tell; zero where two infinite values agree."""
-    with np.errstate(invalid="ignore"):
-        change = np.maximum(np.abs(fine - coarse), least)
-    return np.where(np.isinf(fine) & np.isinf(coarse), 0.0, change)

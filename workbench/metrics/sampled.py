@@ -33,6 +33,11 @@ class Peak(AbstractMetric):
         """Its signal."""
         return (self.signal,)
 
+    @property
+    def grid(self) -> float | None:
+        """None: it looks at every step."""
+        return None
+
     def check(self, ode: Ode, horizon: float) -> None:
         """A peak is one of any equation."""
         del ode, horizon
@@ -71,6 +76,11 @@ class TotalVariation(AbstractMetric):
     def watches(self) -> tuple[str, ...]:
         """Its signal."""
         return (self.signal,)
+
+    @property
+    def grid(self) -> float | None:
+        """Its sample time."""
+        return self.sample
 
     def check(self, ode: Ode, horizon: float) -> None:
         """At least one sample time must pass."""
@@ -122,6 +132,11 @@ class SampledRms(AbstractMetric):
     def watches(self) -> tuple[str, ...]:
         """Its signal."""
         return (self.signal,)
+
+    @property
+    def grid(self) -> float | None:
+        """Its sample time."""
+        return self.sample
 
     def check(self, ode: Ode, horizon: float) -> None:
         """The first sample is at t = 0: one there always is."""

@@ -55,6 +55,11 @@ class Overshoot(AbstractMetric):
         """The joint and its reference."""
         return ("q", "q_ref")
 
+    @property
+    def grid(self) -> float | None:
+        """None: it looks at every step."""
+        return None
+
     def check(self, ode: Ode, horizon: float) -> None:
         """The reference must be piecewise constant."""
         del horizon
@@ -94,6 +99,11 @@ class SettlingTime(AbstractMetric):
         """The joint and its reference."""
         return ("q", "q_ref")
 
+    @property
+    def grid(self) -> float | None:
+        """None: it looks at every step."""
+        return None
+
     def check(self, ode: Ode, horizon: float) -> None:
         """The reference must be piecewise constant."""
         del horizon
@@ -105,15 +115,15 @@ class SettlingTime(AbstractMetric):
         return None
 
     def memory(self, joints: int) -> Layout:
-        """The levels and time of the last jump, when the error was last outside, and the longest so far."""
-        names = ("level", "origin", "since", "outside", "longest")
+        """The levels and time of the last jump, when the error was last outside or looked at, the longest so far."""
+        names = ("level", "origin", "since", "outside", "looked", "longest")
         return Layout(tuple(Entry(name, np.zeros(joints)) for name in names))
 
     def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
         """At a jump the time that the last one took is closed; unsettled means infinite."""
         jumped, origin, level = jump(k, z, y)
         took = z["outside"] - z["since"]
-        unsettled = z["outside"] >= (k - 1) * h
+        unsettled = z["outside"] >= z["looked"]  # which was a step ago, and steps may change their length
         closed = ca.if_else(k == 0, 0, ca.if_else(unsettled, NEVER, took))
         since = ca.if_else(jumped, k * h, z["since"])
         size = ca.fabs(height(origin, level))
@@ -123,6 +133,7 @@ class SettlingTime(AbstractMetric):
             "origin": origin,
             "since": since,
             "outside": ca.if_else(out, k * h, ca.fmax(z["outside"], since)),
+            "looked": ca.repmat(k * h, *level.shape),
             "longest": ca.if_else(jumped, ca.fmax(z["longest"], closed), z["longest"]),
         }
 

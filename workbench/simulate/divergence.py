@@ -35,13 +35,16 @@ class Loss:
 def find_divergence(job: Job, x: Array, march: March) -> Divergence:
     """The divergence of the runs in x (B, 1 + kept, nx), which `march` filled; their later rows become NaN.
 
-    CasADi's machine judges the step at which another march lost a run, and finishes the run if it stays
-    finite itself.
+    CasADi's machine judges the steps at which another march lost a run, and finishes the run if it stays
+    finite itself. A state that is finite again at the next kept time counts as finite.
     """
     found = Divergence(np.full(len(x), np.nan), np.full(len(x), -1))
-    for loss in _losses(job, x, march):
+    losses = list(_losses(job, x, march))
+    saved = set() if march is virtual_machine.march else _saved(job, losses)
+    for loss in losses:
         i = slice(loss.run, loss.run + 1)
-        if march is not virtual_machine.march and _finished(job, x[i], loss):
+        if loss.run in saved:
+            _finish(job, x[i], loss)
             later = find_divergence(job.part(np.array([loss.run]), job.stride, job.begin), x[i], virtual_machine.march)
             found.at[i], found.state[i] = later.at, later.state
         else:
@@ -68,35 +71,41 @@ def _losses(job: Job, x: Array, march: March) -> Iterator[Loss]:
 def _search(job: Job, state: Array, span: int, march: March) -> Iterator[Loss]:
     """The loss of each run of a job, which is finite in `state` (B, nx) and not `span` steps later."""
     stride = -(-span // ROWS)
-    rows = -(-span // stride)
+    rows = span // stride  # and a shorter one at the end, if need be
     x = np.empty((len(state), rows + 1, state.shape[1]))
     x[:, 0] = state
     march(replace(job, stride=stride), x, lambda share: None)
     bad = np.argmin(np.isfinite(x).all(axis=2), axis=1)
-    bad[bad == 0] = rows
-    if stride == 1:
-        yield from (Loss(i, int(row), x[i, row - 1], x[i, row]) for i, row in enumerate(bad))
-        return
+    bad[bad == 0] = rows + 1  # behind the last row
     for row in np.unique(bad):
         few, begin = np.flatnonzero(bad == row), int(row - 1) * stride
-        for loss in _search(job.part(few, 1, job.begin + begin), x[few, row - 1], stride, march):
-            yield replace(loss, run=int(few[loss.run]), step=begin + loss.step)
+        left = min(stride, span - begin)
+        if stride == 1 and row <= rows:
+            yield from (Loss(int(i), int(row), x[i, row - 1], x[i, row]) for i in few)
+        elif left > 0:
+            for loss in _search(job.part(few, 1, job.begin + begin), x[few, row - 1], left, march):
+                yield replace(loss, run=int(few[loss.run]), step=begin + loss.step)
 
 
-def _finished(job: Job, x: Array, loss: Loss) -> bool:
-    """Whether CasADi stays finite where a run was lost; its rows in x (1, 1 + kept, nx) are then CasADi's."""
+def _saved(job: Job, losses: list[Loss]) -> set[int]:
+    """The runs that CasADi brings over the step at which they were lost."""
+    found: set[int] = set()
+    for step in {loss.step for loss in losses}:
+        same = [loss for loss in losses if loss.step == step]
+        runs = np.array([loss.run for loss in same])
+        x = np.stack([np.stack([loss.before, loss.before]) for loss in same])
+        virtual_machine.march(job.part(runs, 1, job.begin + step - 1), x, lambda share: None)
+        found.update(int(run) for run in runs[np.isfinite(x[:, 1]).all(axis=1)])
+    return found
+
+
+def _finish(job: Job, x: Array, loss: Loss) -> None:
+    """Let CasADi fill the rows of a run in x (1, 1 + kept, nx) from the state before its loss on."""
     begin, run = loss.step - 1, np.array([loss.run])
     row = begin // job.stride + 1
-
-    def advanced(state: Array, first: int, steps: int) -> Array:
-        two = np.stack([state, state])[np.newaxis]
-        virtual_machine.march(job.part(run, steps, job.begin + first), two, lambda share: None)
-        return np.asarray(two[0, 1])
-
-    if not np.isfinite(advanced(loss.before, begin, 1)).all():
-        return False
-    x[0, row] = advanced(loss.before, begin, row * job.stride - begin)
+    two = np.stack([loss.before, loss.before])[np.newaxis]
+    virtual_machine.march(job.part(run, row * job.stride - begin, job.begin + begin), two, lambda share: None)
+    x[0, row] = two[0, 1]
     if row + 1 < x.shape[1]:
         rest = job.part(run, job.stride, job.begin + row * job.stride)
         virtual_machine.march(rest, x[:, row:], lambda share: None)
-    return True

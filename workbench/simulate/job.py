@@ -22,7 +22,7 @@ March = Callable[["Job", Array, Progress], None]
 
 STEPS_AT_ONCE = 2_000  # the length of a table of time, which so stays in a cache
 BLOCKS_OF_A_LOT = 64
-STEPS_OF_A_STAGE = 8_000_000  # of all runs of a lot, between two looks at progress: less than a second
+STEPS_OF_A_STAGE = 8_000_000  # of all runs of a lot and 500 operations, between two looks at progress: half a second
 NUMBERS_OF_A_STAGE = 1_000_000  # of kept states in a lot, which are turned run by run when it is done
 
 
@@ -48,11 +48,23 @@ class Job:
     @property
     def varied(self) -> tuple[int, ...]:
         """The parameters that are not the same in all runs."""
-        return tuple(int(i) for i in np.flatnonzero((self.p != self.p[:1]).any(axis=0)))
+        bits = self.p.view(np.uint64)  # 0 and -0 are two numbers
+        return tuple(int(i) for i in np.flatnonzero((bits != bits[:1]).any(axis=0)))
 
     def part(self, chosen: Integers, stride: int, begin: int) -> Job:
         """Some of the runs, from another step on."""
         return replace(self, p=self.p[chosen], runs=self.runs[chosen], stride=stride, begin=begin)
+
+    def check(self, x: Array) -> None:
+        """Refuse what a march would read or fill beyond its ends."""
+        shapes = (self.p.shape, self.runs.shape, x.shape[:1], x.shape[2:])
+        wanted = ((len(x), self.step.parameters.size), (len(x),), (len(x),), (self.step.states.size,))
+        if shapes != wanted or self.p.dtype != float or x.dtype != float or self.runs.dtype != np.int64:
+            raise ValueError(
+                f"`march(job, x)` takes x (B, 1 + kept, {self.step.states.size}) and p (B, "
+                f"{self.step.parameters.size}) of floats, and B keys; got {x.shape} of {x.dtype}, {self.p.shape} of "
+                f"{self.p.dtype} and {self.runs.shape} of {self.runs.dtype}."
+            )
 
     def noise(self, steps: Integers) -> Array:
         """The normal numbers of some steps (N,), each by its number: (B, N, nw)."""
@@ -62,7 +74,8 @@ class Job:
 class Piece(NamedTuple):
     """What one table of time serves: `rows` rows of x from `row` on, `steps` steps each, from the step `begin`.
 
-    It goes on from the states in row `start`: those before its first, or those that a piece before it left there.
+    It goes on from the states in row `start`: those before its first, or those that a piece before it left there;
+    `whole` says whether its last row is done, or left for the next piece.
     """
 
     rows: int
@@ -70,6 +83,7 @@ class Piece(NamedTuple):
     begin: int
     row: int
     start: int
+    whole: bool = True
 
     @property
     def length(self) -> int:
@@ -87,12 +101,14 @@ def pieces(job: Job, kept: int) -> Iterator[Piece]:
         return
     for row in range(kept):
         for k in range(0, stride, STEPS_AT_ONCE):
-            yield Piece(1, min(STEPS_AT_ONCE, stride - k), begin + row * stride + k, row + 1, row + (k > 0))
+            steps = min(STEPS_AT_ONCE, stride - k)
+            yield Piece(1, steps, begin + row * stride + k, row + 1, row + (k > 0), k + steps == stride)
 
 
 def stages(job: Job, kept: int, runs: int) -> Iterator[list[Piece]]:
     """The pieces that lots of so many runs go through without a look at progress, and with room for their rows."""
-    most_steps, most_rows = STEPS_OF_A_STAGE // runs, NUMBERS_OF_A_STAGE // (runs * job.step.states.size)
+    work = max(1, job.step.F.n_instructions() // 500)
+    most_steps, most_rows = STEPS_OF_A_STAGE // (runs * work), NUMBERS_OF_A_STAGE // (runs * job.step.states.size)
     stage: list[Piece] = []
     steps = rows = 0
     for piece in pieces(job, kept):

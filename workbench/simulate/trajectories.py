@@ -65,6 +65,11 @@ class Trajectories:
         """(B,), whether each run diverged."""
         return np.asarray(np.isfinite(self.diverged_at))
 
+    def __repr__(self) -> str:
+        """One line: how many runs, how many times, and how many diverged."""
+        lost = f", {int(self.diverged.sum())} diverged" if self.diverged.any() else ""
+        return f"<{len(self)} runs of '{self.step.flow.name}' at {len(self.t)} times to {self.t[-1]:g} s{lost}>"
+
     def __len__(self) -> int:
         return len(self.x)
 

@@ -48,13 +48,22 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
 
 
 def _work(case: Case) -> float:
-    return case.until / case.h
+    # of steps that are not chosen yet, `every` is all that is known: they are no longer
+    return case.until / (case.h or case.every)
 
 
 def _outcome(case: Case, progress: Progress) -> Outcome:
     try:
         ode = case.loop.ode(case.name)
-        measurement = measure(ode, case.metrics, until=case.until, h=case.h, every=case.every, progress=progress)
+        measurement = measure(
+            ode,
+            case.metrics,
+            until=case.until,
+            h=case.h,
+            every=case.every,
+            tolerance=case.tolerance,
+            progress=progress,
+        )
     except Exception as error:
         kind = "" if type(error) in (ValueError, LookupError) else f"{type(error).__name__}: "
         raise CaseError(f"{case.name}: {kind}{error}") from error

@@ -39,35 +39,45 @@ class Case:
         Together the name of the case.
     h, until, every
         Step, horizon and distance of the kept states, in s, each a multiple of the one before it (the horizon of
-        both); values are taken at h / 2.
+        both); values are taken at h / 2. Where h is None a pilot chooses the steps for the tolerance.
     style
         Which line of the figures belongs to the law.
     remark
         What a reader must know of this case, beside its name.
+    tolerance
+        By how much a metric may change, relative to its value, as the steps are halved: which does not keep
+        it, is named below the tables. None asks for none.
     """
 
     scenario: str
     law: str
     loop: Loop
     metrics: tuple[AbstractMetric, ...]
-    h: float
+    h: float | None
     until: float
     every: float
     style: int = 0
     remark: str = ""
+    tolerance: float | None = None
 
     def __post_init__(self) -> None:
         for name in ("scenario", "law", "remark"):
             check_text(f"Case({name}=...)", getattr(self, name))
         object.__setattr__(self, "metrics", several("Case(metrics=...)", self.metrics, AbstractMetric, "metric"))
-        for name in ("h", "until", "every"):
+        if self.h is None and self.tolerance is None:
+            raise ValueError(f"`Case(h=None)` needs a `tolerance`, for which a pilot chooses steps, in '{self.name}'.")
+        for name, of in (("h", " of seconds"), ("until", " of seconds"), ("every", " of seconds"), ("tolerance", "")):
             value = getattr(self, name)
+            if value is None and name in ("h", "tolerance"):
+                continue
             if not isinstance(value, int | float) or not 0 < value < float("inf"):
-                raise ValueError(f"`Case({name}=...)` must be a positive, finite number of seconds; got {value!r}.")
+                raise ValueError(f"`Case({name}=...)` must be a positive, finite number{of}; got {value!r}.")
         for name, part in (("every", "h"), ("until", "h"), ("until", "every")):
             self._check_multiple(name, getattr(self, name), part, getattr(self, part))
 
-    def _check_multiple(self, name: str, span: float, part: str, unit: float) -> None:
+    def _check_multiple(self, name: str, span: float, part: str, unit: float | None) -> None:
+        if unit is None:
+            return
         # the tolerance of `simulate`, which counts these steps
         count = round(span / unit)
         if count < 1 or abs(span / unit - count) > 1e-6 * max(1.0, count * 1e-6):
@@ -103,10 +113,17 @@ class Outcome:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What must stand below a table beside the law's name: truth used, step beyond its limit."""
-        limit = self.measurement.limits[0]
+        """What must stand below a table beside the law's name: truth used, step beyond its limit, tolerance missed."""
+        limit, check = self.measurement.limits[0], self.measurement.check
         found = f"beyond the stability limit {limit.limit:.3g} s" if limit.checked else "checked at no state of the run"
-        return self.ode.notes + (() if limit.holds else (f"step {limit.h:g} s {found}",))
+        beyond = () if limit.holds else (f"step {limit.h:g} s {found}",)
+        missed = () if check is None else tuple(a.miss for a in check.metrics if not a.met)
+        return self.ode.notes + beyond + missed
+
+    def within(self, metric: str) -> bool | None:
+        """Whether a metric keeps the tolerance of its case; None where there is none."""
+        check = self.measurement.check
+        return None if check is None else {a.metric: a.met for a in check.metrics}[metric]
 
     def score(self, metric: str, joint: int) -> tuple[float, float]:
         """The value and error of a metric at one joint."""
@@ -150,9 +167,13 @@ class Results:
         raise LookupError(f"There is no case '{key[0]}: {key[1]}'.{nearest(f'{key[0]}: {key[1]}', names)}")
 
     def to_frame(self) -> pd.DataFrame:
-        """One row a case, metric and joint: value, error, unit, and when the run diverged."""
+        """One row a case, metric and joint: value, error, unit, and when the run diverged.
+
+        If a case has a tolerance: that too, and whether the metric, all joints together, is within it.
+        """
         import pandas as pd
 
+        asked = any(outcome.case.tolerance is not None for outcome in self.outcomes)
         rows = [
             {
                 "scenario": outcome.case.scenario,
@@ -163,6 +184,7 @@ class Results:
                 "value": value,
                 "error": score.error[0, joint],
                 "diverged_at": outcome.diverged_at,
+                **({"tolerance": outcome.case.tolerance, "within": outcome.within(name)} if asked else {}),
             }
             for outcome in self.outcomes
             for name, score in outcome.measurement.scores.items()

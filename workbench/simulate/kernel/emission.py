@@ -9,13 +9,16 @@ from workbench.simulate.kernel.graph import Graph, Node
 from workbench.simulate.kernel.plan import PLAIN
 
 TRUTHS = {"lt": "olt", "le": "ole", "eq": "oeq", "ne": "une"}
-BINARY = {"add": "fadd", "sub": "fsub", "mul": "fmul"}
+BINARY = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 UNARY = {"sqrt": "sqrt", "fabs": "fabs", "floor": "floor"}
 COMPOSED: Mapping[str, Callable[..., str]] = {
     "exp": f.exponential,
     "tanh": f.hyperbolic_tangent,
     "log": f.logarithm,
     "atan2": f.arc_tangent,
+    "fmod": f.remainder,
+    "fmin": f.smaller,
+    "fmax": f.larger,
 }
 
 
@@ -86,15 +89,13 @@ class Emission:
 
     def value(self, place: int) -> str:
         """The name of a value, loaded if it was made elsewhere."""
+        node = self.graph.nodes[place]
+        if node.op == "const" and node.value in PLAIN:
+            return self.vector(node.value)
         if place not in self.values:
-            node = self.graph.nodes[place]
-            if place in self.truths:
-                name = f.select(self, self.truths[place], self.vector(1.0), self.vector(0.0))
-            elif node.op == "const" and node.value in PLAIN:
-                return self.vector(node.value)
-            else:
-                name = self.load(self, place)
-            self.values[place] = name
+            truth = self.truths.get(place)
+            one, zero = self.vector(1.0), self.vector(0.0)
+            self.values[place] = f.select(self, truth, one, zero) if truth else self.load(self, place)
         return self.values[place]
 
     def _truth(self, place: int) -> str:
@@ -147,13 +148,8 @@ class Emission:
                 return f.negative(self, values[0])
             case "inv":
                 return f.binary(self, "fdiv", self.vector(1.0), values[0])
-            case "fmin" | "fmax":
-                return f.select(self, f.compare(self, "olt" if op == "fmin" else "ogt", *values), *values)
             case "sign":
                 return self._sign(values[0])
-            case "fmod":
-                turns = f.unary(self, "trunc", f.binary(self, "fdiv", *values))
-                return f.fma(self, f.negative(self, turns), values[1], values[0])
         raise ValueError(f"The operation '{op}' has no lowering in the batch engine.")
 
     def _sign(self, x: str) -> str:

@@ -48,6 +48,16 @@ def unary(w: Writer, intrinsic: str, a: str) -> str:
     return w.line(f"call {w.type} @llvm.{intrinsic}.{mangled(w)}({w.type} {a})")
 
 
+def smaller(w: Writer, a: str, b: str) -> str:
+    """The smaller of two numbers, as C has it: of a number and NaN the number."""
+    return w.line(f"call {w.type} @llvm.minnum.{mangled(w)}({w.type} {a}, {w.type} {b})")
+
+
+def larger(w: Writer, a: str, b: str) -> str:
+    """The larger of two numbers, as C has it: of a number and NaN the number."""
+    return w.line(f"call {w.type} @llvm.maxnum.{mangled(w)}({w.type} {a}, {w.type} {b})")
+
+
 def copysign(w: Writer, a: str, b: str) -> str:
     """The size of a with the sign of b."""
     return w.line(f"call {w.type} @llvm.copysign.{mangled(w)}({w.type} {a}, {w.type} {b})")
@@ -224,6 +234,20 @@ def arc_tangent(w: Writer, y: str, x: str) -> str:
     return select(w, lost, w.vector(float("nan")), copysign(w, angle, y))
 
 
+def remainder(w: Writer, x: str, y: str) -> str:
+    """x - trunc(x / y) y with the sign of x; the quotient may round to the next whole number. NaN from 2^52 on."""
+    size, turns = unary(w, "fabs", y), unary(w, "trunc", binary(w, "fdiv", x, y))
+    rest = fma(w, negative(w, turns), y, x)
+    signed, zero = copysign(w, size, x), w.vector(0.0)
+    beyond = compare(w, "olt", binary(w, "fmul", rest, copysign(w, w.vector(1.0), x)), zero)
+    rest = select(w, beyond, binary(w, "fadd", rest, signed), rest)
+    short = compare(w, "oge", unary(w, "fabs", rest), size)
+    rest = copysign(w, select(w, short, binary(w, "fsub", rest, signed), rest), x)
+    known = compare(w, "olt", unary(w, "fabs", turns), w.vector(2.0**52))
+    rest = select(w, known, rest, w.vector(float("nan")))
+    return select(w, compare(w, "olt", unary(w, "fabs", x), size), x, rest)
+
+
 LOG_P = (
     1.01875663804580931796e-4,
     4.97494994976747001425e-1,
@@ -241,16 +265,20 @@ LOG_Q = (
     2.31251620126765340583e1,
 )
 ROOT_HALF = 7.07106781186547524401e-1
+SMALLEST_NORMAL = 2.2250738585072014e-308
 
 
 def logarithm(w: Writer, x: str) -> str:
     """log x from mantissa and exponent; NaN below zero, minus infinity at zero."""
+    tiny = compare(w, "olt", x, w.vector(SMALLEST_NORMAL))  # its bits hold no mantissa of 53 digits: 2^54 x does
+    given, x = x, select(w, tiny, binary(w, "fmul", x, w.vector(2.0**54)), x)
     bits = w.line(f"bitcast {w.type} {x} to {w.integers}")
     mantissa = w.line(f"and {w.integers} {bits}, {w.whole(0x000FFFFFFFFFFFFF)}")
     half = w.line(f"or {w.integers} {mantissa}, {w.whole(0x3FE0000000000000)}")
     m = w.line(f"bitcast {w.integers} {half} to {w.type}")
     biased = w.line(f"lshr {w.integers} {bits}, {w.whole(52)}")
     n = w.line(f"sitofp {w.integers} {w.line(f'sub {w.integers} {biased}, {w.whole(1022)}')} to {w.type}")
+    n = select(w, tiny, binary(w, "fsub", n, w.vector(54.0)), n)
     low = compare(w, "olt", m, w.vector(ROOT_HALF))
     n = select(w, low, binary(w, "fsub", n, w.vector(1.0)), n)
     m = binary(w, "fsub", select(w, low, binary(w, "fadd", m, m), m), w.vector(1.0))
@@ -260,9 +288,9 @@ def logarithm(w: Writer, x: str) -> str:
     tail = fma(w, n, w.vector(-2.121944400546905827679e-4), tail)
     tail = fma(w, square, w.vector(-0.5), tail)
     result = fma(w, n, w.vector(0.693359375), binary(w, "fadd", m, tail))
-    result = select(w, compare(w, "oeq", x, w.vector(float("inf"))), x, result)
-    result = select(w, compare(w, "oeq", x, w.vector(0.0)), w.vector(float("-inf")), result)
-    return select(w, compare(w, "oge", x, w.vector(0.0)), result, w.vector(float("nan")))
+    result = select(w, compare(w, "oeq", given, w.vector(float("inf"))), given, result)
+    result = select(w, compare(w, "oeq", given, w.vector(0.0)), w.vector(float("-inf")), result)
+    return select(w, compare(w, "oge", given, w.vector(0.0)), result, w.vector(float("nan")))
 
 
 def literal(value: float) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import platform
 import threading
 from collections import OrderedDict
@@ -69,6 +70,16 @@ class Native:
 
 _modules: OrderedDict[str, Native] = OrderedDict()
 _turn = threading.Lock()
+
+
+def _fresh_turn() -> None:
+    """A child of a fork must not wait for a thread that it does not have."""
+    global _turn
+    _turn = threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_fresh_turn)
 
 
 def compiled(ir: str, haste: bool = False) -> Native:

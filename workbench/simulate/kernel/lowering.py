@@ -5,13 +5,14 @@ A block is `width` runs side by side; whatever belongs to runs is an array of ve
     i64 workbench_march(ptr pieces, i64 count, i64 blocks, i64 kept, i64 seed, ptr runs, ptr constants, ptr p,
                         ptr scratch, ptr table, ptr x, ptr out)
 
-goes through `count` pieces of time, each of them four whole numbers: rows to keep, steps from one row to the
-next, the number of the first step, and the place of the first row. For each it makes the table of what
-depends on time alone, small enough for a cache, and then advances one block after the other. `p` holds the
-parameters (blocks, np, width), `runs` and `seed` the keys of the noise, `x` the states (blocks, nx, width),
-which it receives again; `out` receives the rows (blocks, kept, nx, width). `scratch` has room for the values
-made once a run (nl, width), `table` for those made once a step (groups of `width` steps, nt, width). It ends
-with the last piece, or with that after which no run is finite, and says how many it did.
+goes through `count` pieces of time, each of them five whole numbers: rows to keep, steps from one row to the
+next, the number of the first step, the place of the first row, and whether its last row is done. For each it
+makes the table of what depends on time alone, small enough for a cache, and then advances one block after the
+other. `p` holds the parameters (blocks, np, width), `runs` and `seed` the keys of the noise, `x` the states
+(blocks, nx, width), which it receives again; `out` receives the rows (blocks, kept, nx, width). `scratch` has
+room for the values made once a run (nl, width), `table` for those made once a step (groups of `width` steps,
+nt, width). It ends with the last piece, or with a done row in which no run is finite, and says how many
+pieces it did.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from workbench.simulate.kernel.emission import Emission
 from workbench.simulate.kernel.noise_lanes import normals
 from workbench.simulate.kernel.plan import Plan
 
-INTRINSICS = (("fma", 3), ("sqrt", 1), ("fabs", 1), ("floor", 1), ("trunc", 1), ("copysign", 2))
+INTRINSICS = {1: ("sqrt", "fabs", "floor", "trunc"), 2: ("copysign", "minnum", "maxnum"), 3: ("fma",)}
 
 
 def lower(plan: Plan, width: int) -> str:
@@ -37,7 +38,8 @@ def lower(plan: Plan, width: int) -> str:
     writer = Emission(plan.graph, width, "v", lambda emission, place: "")
     declarations = (
         f"declare {writer.type} @llvm.{name}.{f.mangled(writer)}({', '.join([writer.type] * count)})"
-        for name, count in INTRINSICS
+        for count, names in INTRINSICS.items()
+        for name in names
     )
     truth = f"declare i1 @llvm.vector.reduce.or.v{width}i1({f.flags(writer)})"
     call = "  call void @workbench_table(i64 %groups, i64 %begin, ptr %constants, ptr %p, ptr %table)"
@@ -53,12 +55,16 @@ start:
   br label %piece
 piece:
   %i = phi i64 [ 0, %start ], [ %i1, %piece ]
-  %here = getelementptr [4 x i64], ptr %pieces, i64 %i
-  %numbers = load <4 x i64>, ptr %here, align 8
-  %rows = extractelement <4 x i64> %numbers, i64 0
-  %stride = extractelement <4 x i64> %numbers, i64 1
-  %begin = extractelement <4 x i64> %numbers, i64 2
-  %row = extractelement <4 x i64> %numbers, i64 3
+  %here = getelementptr [5 x i64], ptr %pieces, i64 %i
+  %stride_at = getelementptr i64, ptr %here, i64 1
+  %begin_at = getelementptr i64, ptr %here, i64 2
+  %row_at = getelementptr i64, ptr %here, i64 3
+  %done_at = getelementptr i64, ptr %here, i64 4
+  %rows = load i64, ptr %here
+  %stride = load i64, ptr %stride_at
+  %begin = load i64, ptr %begin_at
+  %row = load i64, ptr %row_at
+  %done = load i64, ptr %done_at
   %steps = mul i64 %rows, %stride
   %more = add i64 %steps, {less}
   %groups = sdiv i64 %more, {width}
@@ -67,7 +73,9 @@ piece:
                                     ptr %runs, ptr %constants, ptr %p, ptr %scratch, ptr %table, ptr %x, ptr %out)
   %i1 = add i64 %i, 1
   %left = icmp slt i64 %i1, %count
-  %again = and i1 %left, %alive
+  %amid = icmp eq i64 %done, 0
+  %go_on = or i1 %alive, %amid
+  %again = and i1 %left, %go_on
   br i1 %again, label %piece, label %end
 end:
   ret i64 %i1

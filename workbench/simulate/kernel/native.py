@@ -55,6 +55,7 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
 
     Vectors of `width` runs are as wide as the processor's unless it is given; few runs are served faster by half.
     """
+    job.check(x)
     kept, width = x.shape[1] - 1, width or (llvm.lanes() if len(x) > FEW else FEW)
     made, parts = _kernel(job, kept, width), lots(job, width)
     done, total = 0.0, kept * job.stride
@@ -65,7 +66,7 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
                 done += length / len(parts)
                 tell(min(done / total, 1.0))
             last = stage[-1].row + stage[-1].rows
-            if not np.isfinite(x[:, last - 1]).all(axis=1).any():  # nothing is left to simulate
+            if stage[-1].whole and not np.isfinite(x[:, last - 1]).all(axis=1).any():  # nothing is left to simulate
                 x[:, last:] = np.nan
                 tell(1.0)
                 break
@@ -90,12 +91,14 @@ def _advance(made: Kernel, job: Job, lot: slice, x: Array, stage: list[Piece]) -
 
     first, end = stage[0].row, stage[-1].row + stage[-1].rows
     p, state, keys = lanes(job.p[lot][:, list(plan.parameters)]), lanes(x[:, stage[0].start]), job.runs[lot][fill]
-    times = np.array([(piece.rows, piece.steps, piece.begin, piece.row - first) for piece in stage])
+    times = np.array([(piece.rows, piece.steps, piece.begin, piece.row - first, piece.whole) for piece in stage])
     groups = max(-(-piece.length // width) for piece in stage)
     out = _room(blocks, end - first, nx, width)
-    memory = (made.constants, p, _room(len(plan.lanes), width), _room(groups, len(plan.table), width), state, out)
+    scratch, table = _room(len(plan.lanes), width), _room(groups, len(plan.table), width)
+    memory = (times, _aligned(keys), made.constants, p, scratch, table, state, out)  # held while the march runs
     counts = (len(stage), blocks, end - first, job.seed - (job.seed >> 63 << 64))
-    done = made.march(*_pointers(times), *counts, *_pointers(_aligned(keys), *memory))
+    pieces, *places = (array.ctypes.data for array in memory)
+    done = made.march(pieces, *counts, *places)
     x[:, first:end] = out.transpose(0, 3, 1, 2).reshape(-1, end - first, nx)[:runs]
     if done < len(stage):  # no run was finite any more
         x[:, stage[done].row : end] = np.nan
@@ -114,7 +117,3 @@ def _aligned(array: Any) -> Array:
     room = _room(*array.shape, kind=array.dtype.type)
     room[...] = array
     return room
-
-
-def _pointers(*arrays: Array) -> list[int]:
-    return [array.ctypes.data for array in arrays]

@@ -46,6 +46,7 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "add": np.add,
     "sub": np.subtract,
     "mul": np.multiply,
+    "div": np.divide,
     "fma": _fused,
     "fms": _fused_minus,
     "fnma": _minus_fused,
@@ -106,6 +107,7 @@ def program(plan: Plan) -> Program:
 
 def march(job: Job, x: Array, tell: Progress) -> None:
     """Fill x (B, 1 + kept, nx) behind x[:, 0] with the states every `stride` steps."""
+    job.check(x)
     made = program(Plan.of_step(job.step, job.varied))
     parts = [slice(first, first + RUNS_AT_ONCE) for first in range(0, len(x), RUNS_AT_ONCE)]
     kept = x.shape[1] - 1

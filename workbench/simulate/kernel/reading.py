@@ -6,6 +6,7 @@ operand does.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import casadi as ca
@@ -62,6 +63,7 @@ class _Reader:
     def __init__(self, step: Step) -> None:
         self.step = step
         self.nodes = Nodes()
+        self.quotients: dict[int, tuple[int, ...]] = {}  # what a product with a reciprocal was a quotient of
 
     def graph(self) -> Graph:
         """All nodes, in order."""
@@ -96,13 +98,17 @@ class _Reader:
             case ca.OP_TWICE:
                 return self.nodes.add("add", (operands[0], operands[0]))
             case ca.OP_DIV:
-                return self.nodes.add("mul", (operands[0], self.nodes.add("inv", (operands[1],))))
+                product = self.nodes.add("mul", (operands[0], self.nodes.add("inv", (operands[1],))))
+                self.quotients[product] = operands
+                return product
             case ca.OP_CONSTPOW | ca.OP_POW:
                 return self._power(*operands)
             case ca.OP_IF_ELSE_ZERO:
                 return self.nodes.add("if_else", (*operands, self.nodes.constant(0.0)))
             case ca.OP_ADD:
                 return self._sum(*operands)
+            case ca.OP_FLOOR:
+                return self._floor(*operands)
             case ca.OP_TAN:
                 cosine = self.nodes.add("inv", (self.nodes.add("cos", operands),))
                 return self.nodes.add("mul", (self.nodes.add("sin", operands), cosine))
@@ -138,16 +144,36 @@ class _Reader:
                 return self.nodes.add("if_else", (d, v, u))
         return self.nodes.add("add", (a, b))
 
+    def _floor(self, place: int) -> int:
+        """The floor of x / y, or of x / y + c, from a quotient that is rounded once: a whole one stays whole."""
+        node = self.nodes[place]
+        if node.op in ("add", "sub"):
+            place = self.nodes.add(node.op, tuple(map(self._quotient, node.operands)))
+        return self.nodes.add("floor", (self._quotient(place),))
+
+    def _quotient(self, place: int) -> int:
+        """A product with a reciprocal as the division it was; any other value as it is."""
+        return self.nodes.add("div", self.quotients[place]) if place in self.quotients else place
+
     def _power(self, base: int, exponent: int) -> int:
-        """A whole power as products, any other as exp(b log a)."""
-        number = self.nodes[exponent]
-        if number.op == "const" and number.value == int(number.value) and 0 < abs(number.value) <= 16:
+        """A small whole power as products, any other as exp(b log |a|) with the sign that a whole b gives."""
+        number, add, constant = self.nodes[exponent], self.nodes.add, self.nodes.constant
+        known = number.op == "const" and math.isfinite(number.value)
+        if known and number.value == int(number.value) and 0 < abs(number.value) <= 16:
             size, result, square = int(abs(number.value)), None, base
             while size:
                 if size & 1:
-                    result = square if result is None else self.nodes.add("mul", (result, square))
+                    result = square if result is None else add("mul", (result, square))
                 size >>= 1
-                square = self.nodes.add("mul", (square, square)) if size else square
+                square = add("mul", (square, square)) if size else square
             assert result is not None
-            return result if number.value > 0 else self.nodes.add("inv", (result,))
-        return self.nodes.add("exp", (self.nodes.add("mul", (exponent, self.nodes.add("log", (base,)))),))
+            return result if number.value > 0 else add("inv", (result,))
+        zero, one, half = constant(0.0), constant(1.0), constant(0.5)
+        size = add("exp", (add("mul", (exponent, add("log", (add("fabs", (base,)),)))),))
+        whole = add("eq", (add("floor", (exponent,)), exponent))
+        halved = add("mul", (exponent, half))
+        even = add("eq", (add("floor", (halved,)), halved))
+        signed = add("if_else", (even, size, add("neg", (size,))))
+        below = add("if_else", (whole, signed, add("log", (base,))))  # of a negative number: there is none
+        result = add("if_else", (add("lt", (base, zero)), below, size))
+        return add("if_else", (add("eq", (exponent, zero)), one, result))

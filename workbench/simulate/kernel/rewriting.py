@@ -10,6 +10,8 @@ from itertools import chain
 
 from workbench.simulate.kernel.graph import Graph, Node
 
+DEEPEST = 32  # sums of sums of angles that are opened: each adds its rounding
+
 
 def rewritten(graph: Graph) -> Graph:
     """The graph with sums of angles opened and products fused, in an order for few registers."""
@@ -19,6 +21,9 @@ def rewritten(graph: Graph) -> Graph:
 def opened(graph: Graph) -> Graph:
     """The same graph, with sin(a + b) made of the sines and cosines of a and b where these are needed anyway."""
     angles = {node.operands[0] for node in graph.nodes if node.op in ("sin", "cos")}
+    depth = dict.fromkeys(angles, 0)
+    for angle in sorted(angles):
+        depth[angle] = 1 + max([depth.get(i, 0) for i in graph.nodes[angle].operands], default=0)
     nodes: list[Node] = []
     new: dict[int, int] = {}
     made: dict[tuple[str, int], int] = {}
@@ -30,7 +35,7 @@ def opened(graph: Graph) -> Graph:
     def turned(op: str, angle: int) -> int:
         if (op, angle) not in made:
             node = graph.nodes[angle]
-            summed = node.op in ("add", "sub") and angles.issuperset(node.operands)
+            summed = node.op in ("add", "sub") and angles.issuperset(node.operands) and depth[angle] <= DEEPEST
             made[op, angle] = apart(op, node) if summed else add(op, new[angle])
         return made[op, angle]
 

@@ -11,6 +11,7 @@ from workbench.core import Step
 from workbench.core.layout import Array
 from workbench.simulate.job import Job, Progress
 
+RUNS_AT_ONCE = 1024  # side by side in one call, each of which holds all its steps
 STEPS_PER_CALL = 20_000  # of all runs, between two looks at progress and divergence: about a tenth of a second
 
 
@@ -22,6 +23,13 @@ def working_set(step: Step, runs: int) -> int:
 
 def march(job: Job, x: Array, tell: Progress) -> None:
     """Fill x (B, 1 + kept, nx) behind x[:, 0] with the states every `stride` steps."""
+    job.check(x)
+    for first in range(0, len(x), RUNS_AT_ONCE):
+        lot = np.arange(first, min(first + RUNS_AT_ONCE, len(x)))
+        _march(job.part(lot, job.stride, job.begin), x[lot[0] : lot[-1] + 1], tell, first / len(x), len(lot) / len(x))
+
+
+def _march(job: Job, x: Array, tell: Progress, done_before: float, part: float) -> None:
     runs, kept, stride = len(x), x.shape[1] - 1, job.stride
     now = np.vstack([np.full((1, runs), job.begin, dtype=float), x[:, 0].T])
     most = max(1, STEPS_PER_CALL // runs)
@@ -42,7 +50,7 @@ def march(job: Job, x: Array, tell: Progress) -> None:
         if not np.isfinite(now).all(axis=0).any():  # nothing is left to simulate
             x[:, 1 + done :] = np.nan
             done = kept
-        tell(done / kept)
+        tell(min(done_before + part * done / kept, 1.0))
 
 
 @lru_cache(maxsize=64)

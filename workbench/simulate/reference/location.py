@@ -80,7 +80,8 @@ def _crossing(
 
     for i in range(first, len(at)):
         low, last = g[i], at[i]
-        if g[i - 1] > 0 and g[i] > 0 and slope[i - 1] < 0 < slope[i]:
+        dips = slope[i - 1] < 0 < slope[i] and value(at[i - 1], 2) < 0 < value(at[i], 2)  # one by one as side by side
+        if g[i - 1] > 0 and g[i] > 0 and dips:
             last = brentq(value, at[i - 1], at[i], args=(2,))  # the lowest point of a dip
             low = value(last)
             if low >= -noise[i]:

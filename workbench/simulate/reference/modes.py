@@ -18,6 +18,7 @@ from workbench.simulate.reference.switching import Switched
 
 MOST = 3**5  # continuations from one state that are looked at: five relays at once
 FLAT = 1e5  # a derivative this many times beyond its rounding has a sign
+ALIKE = 1e-8  # rates are one within this share; a side that is left may be 1e-9 from its end
 SINGULAR = 1e-10  # reciprocal condition below which sides in sliding are not determined
 
 
@@ -54,7 +55,7 @@ class Modes:
         Raises
         ------
         ValueError
-            If no piece does, or more than one.
+            If no piece does, or more than one that differ.
         """
         places = sorted({*on, *mode.sliding})
         names = ", ".join(f"{self.switched.surfaces[k].name} = 0" for k in places)
@@ -62,15 +63,20 @@ class Modes:
         if math.prod(map(len, options)) > MOST:
             raise _refused(t, f"lies on {len(places)} surfaces at once, which is too many to look at: {names}")
         found: dict[bool, list[Piece]] = {True: [], False: []}
-        reasons = []
+        looked, reasons = list[Piece](), list[str]()
         for sides in itertools.product(*options):
             piece = self.piece(self._settled(t, x, mode, dict(zip(places, sides, strict=True))))
             if isinstance(piece, str):
                 reasons.append(piece)
-            elif (verdict := self._continues(piece, t, x, places)) is not None:
+                continue
+            looked.append(piece)
+            if (verdict := self._continues(piece, t, x, places)) is not None:
                 found[verdict].append(piece)
         if len(found[True]) > 1:
             raise _refused(t, f"leaves {names} to more than one side: the solution is not unique")
+        if not found[True] and not _alike(found[False], looked, t, x):
+            why = reasons[0] if reasons else "the solution is not unique"
+            raise _refused(t, f"stays on {names}, where each side has a rate of its own: {why}")
         if not found[True] and not found[False]:
             why = f": {reasons[0]}" if reasons else " in a way that is unique and continues"
             raise _refused(t, f"can neither cross {names} nor slide there{why}")
@@ -151,6 +157,15 @@ def determined(gains: Array) -> bool:
     scaled = gains / np.maximum(np.abs(gains).max(axis=1, keepdims=True), np.finfo(float).tiny)
     sizes = np.linalg.svd(scaled, compute_uv=False)
     return bool(sizes[-1] > SINGULAR * sizes[0])
+
+
+def _alike(pieces: list[Piece], looked: list[Piece], t: float, x: Array) -> bool:
+    """Whether pieces have one rate, measured by the largest rate of all that were looked at."""
+    if len(pieces) < 2:
+        return True
+    rates = [[p.field(t, p.with_companions(t, x)).ravel()[: len(x)] for p in some] for some in (pieces, looked)]
+    spread, size = np.ptp(rates[0], axis=0), np.abs(rates[1]).max(axis=0)
+    return not (spread > ALIKE * size).any()
 
 
 def _forced(guard: Guard, on: list[int]) -> bool:

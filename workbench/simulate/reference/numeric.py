@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.layout import Array
+from workbench.core.rows import memory
 
 
 class Numeric:
@@ -23,8 +24,8 @@ class Numeric:
         buffer: Any
         buffer, self.run = dense.buffer()
         for i, place in enumerate(self.arguments):
-            buffer.set_arg(i, _memory(place))
-        buffer.set_res(0, _memory(self.result))
+            buffer.set_arg(i, memory(place))
+        buffer.set_res(0, memory(self.result))
         self.buffer = buffer
 
     def __call__(self, t: float | Array, x: Array) -> Array:
@@ -33,7 +34,3 @@ class Numeric:
         self.arguments[1][:] = np.ravel(x, order="F")
         self.run()
         return self.result.reshape(self.shape, order="F").copy()
-
-
-def _memory(place: Any) -> Any:
-    return memoryview(place)

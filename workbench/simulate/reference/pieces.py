@@ -160,7 +160,8 @@ class Piece:
     def _watched(self) -> ca.SX:
         g = self.values
         first = derivative(g, self.t, self.x, self.rate)
-        return ca.horzcat(g, self._noise(g), first, self._noise(g, self.rate, 1.0))
+        # the terms of a rate may cancel, as they do where a side in sliding is left: its noise is that of the terms
+        return ca.horzcat(g, self._noise(g), first, ca.fmax(self._noise(g, self.rate, 1.0), self._noise(first)))
 
     @cached_property
     def samples(self) -> Numeric:

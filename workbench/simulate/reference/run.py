@@ -74,7 +74,8 @@ def reference(
 
     The arguments of sign, fabs, fmin, fmax, floor, ceil, comparisons and if_else are switching functions. No
     step crosses one: its zero is located to rounding, and the solution goes on from there, across or
-    along it. Along it the sides are those that keep it there (Filippov; Utkin's equivalent control).
+    along it. Along it the sides are those that keep it there (Filippov; Utkin's equivalent control). Refused,
+    not followed: twisting where its switchings accumulate, and x' = -sqrt|x| sign x, say, beyond its end at rest.
 
     Parameters
     ----------
@@ -103,8 +104,8 @@ def reference(
     Sliding Modes in Control and Optimization, chapter 2; Hairer, Norsett and Wanner (1993), section II.10.
     """
     require("reference(ode=...)", ode, Ode, ": a loop becomes one by its method `ode()`" if hasattr(ode, "ode") else "")
-    start, when = _values("x0", x0, ode.states), _times(times)
-    rule = _rule(rtol, atol, method, most_steps, ode.states.size)
+    start, when = _values("x0", x0, ode.states), _times("reference", times)
+    rule = _rule("reference", rtol, atol, method, most_steps, ode.states.size)
     run = _switched(ode, _values("p", p, ode.parameters), start, when)
     return _certified("reference(ode=...)", ode.states.labels, when, start, rule, run)
 
@@ -142,16 +143,19 @@ def reference_of_function(
     Raises
     ------
     ValueError
-        If an argument is not as it must be, or the solution escapes, is not finite, or needs too many steps.
+        If an argument is not as it must be, f raises, or the solution escapes, is not finite, or needs too many steps.
     """
-    call = "reference_of_function(f=...)"
+    name, call = "reference_of_function", "reference_of_function(f=...)"
     if not callable(f):
         raise ValueError(f"`{call}` must be a function of (t, x); got {f!r}.")
-    start = vector("reference_of_function(x0=...)", x0, np.size(x0), "states")
-    when, rule = _times(times), _rule(rtol, atol, method, most_steps, len(start))
+    start = vector(f"{name}(x0=...)", x0, max(np.size(x0), 1), "states")
+    when, rule = _times(name, times), _rule(name, rtol, atol, method, most_steps, len(start))
 
     def field(t: float, x: Array) -> Array:
-        rate = np.asarray(f(t, x), dtype=float)
+        try:
+            rate = np.asarray(f(t, x), dtype=float)
+        except Exception as error:  # whatever a foreign function raises
+            raise StoppedError(t, x, f"the function raised {type(error).__name__}: {error}") from error
         if rate.size != len(start):
             raise ValueError(f"`{call}` must give a rate for each of the {len(start)} states; got shape {rate.shape}.")
         return rate.ravel()
@@ -181,7 +185,7 @@ def _certified(
         try:
             coarse, fine = run(rule), run(finer)
         except StoppedError as stopped:
-            raise ValueError(f"`{call}` {_explained(stopped, labels, start, rule)}") from None
+            raise ValueError(f"`{call}` {_explained(stopped, labels, start, rule)}") from stopped.__cause__
     same = [(e.what, e.surface) for e in coarse.events] == [(e.what, e.surface) for e in fine.events]
     moved = [abs(a.t - b.t) for a, b in zip(coarse.events, fine.events, strict=False)]
     return Reference(
@@ -204,6 +208,8 @@ def _explained(stopped: StoppedError, labels: Sequence[str], start: Array, rule:
     size = f"'{labels[worst]}' = {stopped.x[worst]:g}"
     if stopped.why == "steps":
         return f"{at}, after {rule.most} steps: allow more with `most_steps`, or looser tolerances."
+    if stopped.why not in ("rate", "state", "step"):
+        return f"{at}, where {stopped.why}."
     if np.abs(stopped.x).max() > GROWN * (1 + np.abs(start).max()):
         return f"{at}, where the solution grows without bound ({size}): a finite escape. Ask for earlier times."
     if stopped.why == "rate":
@@ -218,30 +224,30 @@ def _values(name: str, given: Array | None, layout: Layout) -> Array:
     return value
 
 
-def _times(times: Array | Sequence[float]) -> Array:
+def _times(call: str, times: Array | Sequence[float]) -> Array:
     try:
         when = np.atleast_1d(numbers(times))
     except (TypeError, ValueError):
         when = np.zeros(0)
     if when.ndim != 1 or len(when) == 0 or not np.isfinite(when).all() or when[0] < 0 or (np.diff(when) <= 0).any():
         raise ValueError(
-            f"`reference(times=...)` must be finite numbers of seconds that increase, from 0 on; got {times!r}."
+            f"`{call}(times=...)` must be finite numbers of seconds that increase, from 0 on; got {times!r}."
         )
     return when
 
 
-def _rule(rtol: float, atol: float | Array, method: str, most: int, states: int) -> Rule:
+def _rule(call: str, rtol: float, atol: float | Array, method: str, most: int, states: int) -> Rule:
     """The tolerances, checked."""
-    if not (isinstance(rtol, float | int) and TIGHTEST <= rtol < 1):
+    if not (isinstance(rtol, float | int | np.floating) and TIGHTEST <= rtol < 1):
         raise ValueError(
-            f"`reference(rtol=...)` must be a number from {TIGHTEST:g}, which double precision resolves, to below 1; "
+            f"`{call}(rtol=...)` must be a number from {TIGHTEST:g}, which double precision resolves, to below 1; "
             f"got {rtol!r}."
         )
-    floor = vector("reference(atol=...)", np.full(states, atol) if np.ndim(atol) == 0 else atol, states, "states")
+    floor = vector(f"{call}(atol=...)", np.full(states, atol) if np.ndim(atol) == 0 else atol, states, "states")
     if not (np.isfinite(floor) & (floor > 0)).all():
-        raise ValueError(f"`reference(atol=...)` must be positive and finite; got {atol!r}.")
+        raise ValueError(f"`{call}(atol=...)` must be positive and finite; got {atol!r}.")
     if method not in METHODS:
-        raise ValueError(f"`reference(method=...)` is one of {', '.join(METHODS)}; got {method!r}.")
-    if isinstance(most, bool) or not isinstance(most, int) or most < 1:
-        raise ValueError(f"`reference(most_steps=...)` must be a whole number from 1 on; got {most!r}.")
-    return Rule(float(rtol), floor, method, most)
+        raise ValueError(f"`{call}(method=...)` is one of {', '.join(METHODS)}; got {method!r}.")
+    if isinstance(most, bool) or not isinstance(most, int | np.integer) or most < 1:
+        raise ValueError(f"`{call}(most_steps=...)` must be a whole number from 1 on; got {most!r}.")
+    return Rule(float(rtol), floor, method, int(most))

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.numbers import Array
-from workbench.simulate.stepping.pilot import pilot_rows
+from workbench.simulate.stepping.pilot import NOTHING, pilot_runs
 from workbench.simulate.stepping.schedule import Make, Schedule, run
-from workbench.simulate.stepping.stability import StepLimit, schedule_limit
+from workbench.simulate.stepping.stability import StepLimit, schedule_limits, tightest
 from workbench.simulate.trajectories import Trajectories
 
 # The metrics of each run by name, (B, k), from trajectories that have its state at the horizon.
@@ -28,7 +28,7 @@ class Accuracy:
     within
         The share of the runs whose change is within the tolerance.
     runs, lost
-        How many runs have a value at the steps and at their halves, which tell the change, and how many have not.
+        How many runs have a value at the halved steps, and how many have not.
     """
 
     metric: str
@@ -44,12 +44,19 @@ class Accuracy:
         """Whether every run that has a value is within the tolerance, and there is one."""
         return self.runs > 0 and self.within == 1
 
+    @property
+    def miss(self) -> str:
+        """By how much the tolerance is missed, as a remark beside one run."""
+        if not self.runs:
+            return f"{self.metric} not tested against its tolerance {self.tolerance:g}"
+        return f"{self.metric} beyond its tolerance {self.tolerance:g}: it changes by {self.worst:.1e} at half the step"
+
     def __str__(self) -> str:
         """One line that says whether the tolerance is met."""
         if not self.runs:
-            return f"{self.metric}: tolerance {self.tolerance:g} NOT tested: none of {self.lost} runs has a value."
-        lost = f"; {self.lost} of {self.runs + self.lost} runs have no value" if self.lost else ""
-        found = f"median {self.median:.1e}, worst {self.worst:.1e} of {self.runs} runs{lost}"
+            return f"{self.metric}: tolerance {self.tolerance:g} NOT tested: none of {self.lost:,} runs has a value."
+        lost = f"; {self.lost:,} of {self.runs + self.lost:,} runs have no value" if self.lost else ""
+        found = f"median {self.median:.1e}, worst {self.worst:.1e} of {self.runs:,} runs{lost}"
         if self.met:
             return f"{self.metric}: tolerance {self.tolerance:g} met: {found}."
         if self.median <= self.tolerance:
@@ -59,10 +66,18 @@ class Accuracy:
 
 @dataclass(frozen=True)
 class Check:
-    """The accuracy of each metric under a schedule, and the tightest stability limit that its steps have."""
+    """The accuracy of each metric, and the tightest stability limit that its steps have.
+
+    Attributes
+    ----------
+    looked_at, runs
+        Along how many runs the limit was taken, of how many.
+    """
 
     metrics: tuple[Accuracy, ...]
     limit: StepLimit
+    looked_at: int
+    runs: int
 
     @property
     def passed(self) -> bool:
@@ -74,8 +89,9 @@ class Check:
         h, limit = 1000 * self.limit.h, 1000 * self.limit.limit
         verdict = "within" if self.limit.holds else "BEYOND"
         where = f"the step of {h:.3g} ms at {self.limit.at:.4g} s is {verdict} its limit of {limit:.3g} ms"
-        stable = f"stability: {where}." if self.limit.checked else "stability: NOT tested: no state has a Jacobian."
-        return "\n".join([*map(str, self.metrics), stable])
+        found = where if self.limit.checked else "NOT tested: no state has a Jacobian"
+        along = f", along {self.looked_at} of {self.runs:,} runs" if self.looked_at < self.runs else ""
+        return "\n".join([*map(str, self.metrics), f"stability: {found}{along}."])
 
 
 def check_by_halving(
@@ -92,19 +108,32 @@ def check_by_halving(
         (B, np) and (B, nx).
     """
     coarse, fine = (score(run(each, make, p, x0)) for each in (schedule, schedule.halved))
-    few = run(schedule, make, *pilot_rows(p, x0, looked_at), every=1)
-    limits = [schedule_limit(schedule, make, few, i) for i in range(len(few))]
-    tightest = max(limits, key=lambda limit: np.nan_to_num(limit.h / limit.limit, nan=-1.0))
-    return Check(tuple(_accuracy(name, coarse[name], fine[name], tolerance) for name in fine), tightest)
+    few = pilot_runs(p, x0, looked_at)
+    limits = schedule_limits(schedule, make, p[few], x0[few])
+    metrics = tuple(accuracy(name, change(fine[name], coarse[name]), fine[name], tolerance) for name in fine)
+    return Check(metrics, tightest(limits), len(few), len(p))
 
 
-def _accuracy(name: str, coarse: Array, fine: Array, tolerance: float) -> Accuracy:
-    coarse, fine = coarse.reshape(len(coarse), -1), fine.reshape(len(fine), -1)
-    told = np.isfinite(coarse).all(axis=1) & np.isfinite(fine).all(axis=1)
+def change(fine: Array, coarse: Array, least: float = 0.0) -> Array:
+    """|fine - coarse|, but at least what one step can tell; zero where two infinite values agree."""
+    with np.errstate(invalid="ignore"):
+        found = np.maximum(np.abs(fine - coarse), least)
+    return np.where(np.isinf(fine) & np.isinf(coarse), 0.0, found)
+
+
+def accuracy(name: str, change: Array, value: Array, tolerance: float) -> Accuracy:
+    """The accuracy of a metric with the values (B, ...) at the half step that changed so much (B, ...).
+
+    A change is relative to the value, of which less than 1e-9 in its unit is as good as nothing. Where
+    there is a value and no change, as the longer step lost the run, the change is infinite.
+    """
+    change, value = change.reshape(len(change), -1), value.reshape(len(value), -1)
+    told = ~np.isnan(value).any(axis=1)
     if not told.any():
-        return Accuracy(name, tolerance, np.nan, np.nan, 0.0, 0, len(fine))
-    change, size = np.abs(coarse - fine)[told], np.abs(fine[told])
-    relative = np.divide(change, size, out=np.where(change > 0, np.inf, 0.0), where=size > 0).max(axis=1)
+        return Accuracy(name, tolerance, np.nan, np.nan, 0.0, 0, len(value))
+    with np.errstate(invalid="ignore"):
+        relative = change[told] / np.maximum(np.abs(value[told]), NOTHING)
+    relative = np.where(change[told] == 0, 0.0, np.nan_to_num(relative, nan=np.inf, posinf=np.inf)).max(axis=1)
     within = float(np.mean(relative <= tolerance))
     return Accuracy(
         name, tolerance, float(np.median(relative)), float(relative.max()), within, len(relative), int((~told).sum())

@@ -61,12 +61,17 @@ class Choice:
         )
 
 
-def pilot_rows(p: Array, x0: Array, count: int = RUNS) -> tuple[Array, Array]:
-    """`count` of the B runs of a batch, evenly spaced in the order of their numbers: the same in whatever order."""
+def pilot_runs(p: Array, x0: Array, count: int = RUNS) -> Integers:
+    """Which `count` of the B runs of a batch serve as its pilots: evenly spaced in the order of their numbers."""
     rows = np.hstack([p, x0])
     rows = rows[:, (rows != rows[:1]).any(axis=0)]
     order = np.lexsort(rows.T[::-1]) if rows.size else np.arange(len(p))
-    picked = order[np.unique(np.linspace(0, len(p) - 1, min(count, len(p))).round().astype(int))]
+    return np.asarray(order[np.unique(np.linspace(0, len(p) - 1, min(count, len(p))).round().astype(int))])
+
+
+def pilot_rows(p: Array, x0: Array, count: int = RUNS) -> tuple[Array, Array]:
+    """The rows of the runs that `pilot_runs` picks: the same in whatever order the batch is."""
+    picked = pilot_runs(p, x0, count)
     return p[picked], x0[picked]
 
 

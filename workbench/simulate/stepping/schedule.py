@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from itertools import groupby
 
 import numpy as np
 
 from workbench.core import Step
-from workbench.core.numbers import Array
-from workbench.simulate.batch import march_of
+from workbench.core.numbers import Array, Integers
 from workbench.simulate.divergence import Divergence, find_divergence
-from workbench.simulate.job import Job
+from workbench.simulate.job import Job, Progress
+from workbench.simulate.marches import march_of
+from workbench.simulate.request import afford, rows_of
 from workbench.simulate.trajectories import Trajectories
 
 # (method, h) -> the step of length h [s] by that method, all with the same states and parameters.
@@ -21,11 +22,22 @@ Make = Callable[[str, float], Step]
 
 @dataclass(frozen=True)
 class Segment:
-    """A method that divides each of a number of consecutive cells into `steps` steps."""
+    """A method that divides each of a number of consecutive cells into `steps` steps.
+
+    Raises
+    ------
+    ValueError
+        If a number is no positive whole one.
+    """
 
     method: str
     steps: int
     cells: int
+
+    def __post_init__(self) -> None:
+        for name, count in (("steps", self.steps), ("cells", self.cells)):
+            if not isinstance(count, int) or isinstance(count, bool) or count < 1:
+                raise ValueError(f"`Segment({name}=...)` must be a positive whole number; got {count!r}.")
 
 
 @dataclass(frozen=True)
@@ -58,6 +70,11 @@ class Schedule:
         return self.cell / segment.steps
 
     @property
+    def longest(self) -> float:
+        """The longest step, in s."""
+        return max(map(self.h, self.segments))
+
+    @property
     def halved(self) -> Schedule:
         """The same methods at half of each step."""
         return replace(self, segments=tuple(replace(s, steps=2 * s.steps) for s in self.segments))
@@ -78,54 +95,108 @@ class Schedule:
         return "\n".join(lines)
 
 
-def run(schedule: Schedule, make: Make, p: Array, x0: Array, every: int | None = None) -> Trajectories:
+def run(
+    schedule: Schedule,
+    make: Make,
+    p: Array | None,
+    x0: Array | None,
+    every: int | None = None,
+    progress: Progress | None = None,
+) -> Trajectories:
     """Run B copies through a schedule, each with its own parameters p (B, np) from its own state x0 (B, nx).
 
     What a run gives depends on the schedule and on its own rows alone. The last step of the schedule is the
-    step of the trajectories.
+    step of the trajectories. Rows are checked, and what needs too much memory or time is refused, as
+    `simulate` does.
 
     Parameters
     ----------
     every
         After how many cells a state is kept; without it only the first and the last are.
+    progress
+        Called now and then with the share that is done.
 
     Raises
     ------
     ValueError
-        If `every` is no divisor of the number of cells.
+        If `every` is no divisor of the number of cells, rows are out of their bounds or of a wrong shape, the
+        steps are noisy, or the runs would take too much memory or time.
     """
     kept = every or schedule.cells
     if kept < 1 or schedule.cells % kept:
         raise ValueError(
             f"`run(every=...)` must be a number of cells that divides the schedule's {schedule.cells}; got {every}."
         )
+    kinds = dict.fromkeys((s.method, s.steps) for s in schedule.segments)
+    steps = {(method, n): make(method, schedule.cell / n) for method, n in kinds}
+    p, x0 = _checked(schedule, steps, p, x0, schedule.cells // kept)
     x = np.full((len(x0), 1 + schedule.cells // kept, x0.shape[1]), np.nan)
     x[:, 0] = x0
     now, found = np.array(x0), Divergence(np.full(len(x0), np.nan), np.full(len(x0), -1))
-    done = 0
-    for segment in schedule.segments:
-        step, end = make(segment.method, schedule.h(segment)), done + segment.cells
-        while done < end:
-            stop = min(end, done - done % kept + kept)
-            _advance(step, now, p, found, done * segment.steps, (stop - done) * segment.steps)
-            done = stop
-            if done % kept == 0:
-                x[:, done // kept] = now
-    job = Job(step, p, kept * segment.steps, 0, np.arange(len(x0)))
+    for part in _parts(schedule, steps, kept):
+        left = slice(None) if np.isnan(found.at).all() else np.flatnonzero(np.isnan(found.at))
+        rows = _advance(part, left, now, p, found, progress or (lambda share: None))
+        now[left] = rows[:, -1]
+        if part.end % kept == 0:
+            last = part.end // kept
+            x[left, last - part.rows + 1 : last + 1] = rows[:, 1:]
+    job = Job(part.step, p, kept * schedule.segments[-1].steps, 0, np.arange(len(x0)))
     return Trajectories(job, np.asarray(np.arange(x.shape[1]) * kept * schedule.cell), x, found)
 
 
-def _advance(step: Step, x: Array, p: Array, found: Divergence, first: int, count: int) -> None:
-    """Put the states x (B, nx) of the runs that did not diverge before `count` steps ahead, from number `first` on."""
-    left = np.isnan(found.at)
-    chosen = slice(None) if left.all() else np.flatnonzero(left)
-    rows = np.stack([x[chosen]] * 2, axis=1)
+def _checked(
+    schedule: Schedule, steps: dict[tuple[str, int], Step], p: Array | None, x0: Array | None, kept: int
+) -> tuple[Array, Array]:
+    """One row a run of parameters and states, or a refusal of what `simulate` would refuse."""
+    dearest = max(steps.values(), key=lambda step: step.F.n_instructions())
+    if dearest.w.numel():
+        raise ValueError("`run(make=...)` must make steps without noise: `simulate` runs a noisy one, at one step.")
+    rows = rows_of("run", dearest, p, x0)
+    work = sum(s.steps * s.cells * steps[s.method, s.steps].F.n_instructions() for s in schedule.segments)
+    # as many of the dearest steps as cost the same; what is kept is at hand twice, and two states a run beside it
+    afford(dearest, rows[0], -(-work // dearest.F.n_instructions()), 2 * kept + 2)
+    return rows
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """`rows` times `count` steps from number `first` on, up to the cell `end`: shares `low` to `high` of all work."""
+
+    step: Step
+    first: int
+    count: int
+    rows: int
+    end: int
+    low: float
+    high: float
+
+
+def _parts(schedule: Schedule, steps: dict[tuple[str, int], Step], kept: int) -> Iterator[_Part]:
+    """The segments, cut such that states are kept between equal numbers of steps."""
+    costs = [s.steps * steps[s.method, s.steps].F.n_instructions() for s in schedule.segments]
+    total = sum(cost * s.cells for cost, s in zip(costs, schedule.segments, strict=True))
+    done, spent = 0, 0
+    for segment, cost in zip(schedule.segments, costs, strict=True):
+        step, end, n = steps[segment.method, segment.steps], done + segment.cells, segment.steps
+        while done < end:
+            cells = min(end - done, kept - done % kept)
+            rows = (end - done) // kept if cells == kept else 1
+            stop, after = done + rows * cells, spent + cost * rows * cells
+            yield _Part(step, done * n, cells * n, rows, stop, spent / total, after / total)
+            done, spent = stop, after
+
+
+def _advance(part: _Part, left: slice | Integers, x: Array, p: Array, found: Divergence, tell: Progress) -> Array:
+    """The runs `left` of the states x (B, nx) through a part of the schedule: (b, 1 + rows, nx)."""
+    rows = np.repeat(x[left][:, np.newaxis], part.rows + 1, axis=1)
     if len(rows):
-        job = Job(step, p[chosen], count, 0, np.arange(len(x))[chosen], first)
+        job = Job(part.step, p[left], part.count, 0, np.arange(len(x))[left], part.first)
         engine = march_of(job)
-        engine(job, rows, lambda share: None)
+        engine(job, rows, lambda share: tell(min(part.low + share * (part.high - part.low), part.high)))
         lost = find_divergence(job, rows, engine)
-        x[chosen], found.at[chosen], found.state[chosen] = rows[:, 1], lost.at, lost.state
+        found.at[left], found.state[left] = lost.at, lost.state
+    tell(part.high)
+    return rows
 
 
 def march(step: Step, x: Array, p: Array, stride: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -10,8 +11,10 @@ import numpy as np
 from workbench.core import Ode
 from workbench.core.numbers import Array
 from workbench.core.rows import rows
-from workbench.simulate.stepping.schedule import Make, Schedule
+from workbench.simulate.stepping.schedule import Make, Schedule, run
 from workbench.simulate.trajectories import Trajectories
+
+POINTS = 400  # of a run, at which its Jacobian is looked at
 
 
 @dataclass(frozen=True)
@@ -40,7 +43,7 @@ class StepLimit:
         return self.h <= self.limit
 
 
-def step_limit(trajectories: Trajectories, run: int = 0, points: int = 400) -> StepLimit:
+def step_limit(trajectories: Trajectories, run: int = 0, points: int = POINTS) -> StepLimit:
     """The stability limit of the step along one run, from frozen-time eigenvalues at up to `points` states.
 
     A mode lambda with Re lambda < 0 is kept decaying while |R(h lambda)| <= 1, where R is the
@@ -71,6 +74,11 @@ def step_limit(trajectories: Trajectories, run: int = 0, points: int = 400) -> S
     )
 
 
+def tightest(limits: Sequence[StepLimit]) -> StepLimit:
+    """The limit that is nearest to its step, or farthest below it; one of NaN only where all are."""
+    return max(limits, key=lambda limit: np.nan_to_num(limit.h / limit.limit, nan=-1.0))
+
+
 def schedule_limit(schedule: Schedule, make: Make, trajectories: Trajectories, run: int = 0) -> StepLimit:
     """The stability limit of a schedule along one run with all of its cells kept: that of the tightest step.
 
@@ -81,7 +89,7 @@ def schedule_limit(schedule: Schedule, make: Make, trajectories: Trajectories, r
     modes = modes_at(flow, t, x, np.repeat(trajectories.p[run][np.newaxis], len(t), axis=0))
     finite = np.isfinite(modes).all(axis=1)
     cells, begin = np.arange(len(t)), 0
-    tightest = StepLimit(schedule.h(schedule.segments[0]), np.nan, np.nan, complex(np.nan, np.nan), 0)
+    nearest = StepLimit(schedule.h(schedule.segments[0]), np.nan, np.nan, complex(np.nan, np.nan), 0)
     for segment in schedule.segments:
         step = make(segment.method, schedule.h(segment))
         at = np.flatnonzero(finite & (cells >= begin) & (cells < begin + segment.cells))
@@ -89,12 +97,18 @@ def schedule_limit(schedule: Schedule, make: Make, trajectories: Trajectories, r
         if len(at) and modes.shape[1]:
             limits = longest_steps(modes[at], step.amplification)
             where = np.unravel_index(np.argmin(limits), limits.shape)
-            if not step.h / limits[where] <= tightest.h / tightest.limit:
+            if not step.h / limits[where] <= nearest.h / nearest.limit:
                 found = at[where[0]]
-                tightest = StepLimit(
+                nearest = StepLimit(
                     step.h, float(limits[where]), float(t[found]), complex(modes[found, where[1]]), int(finite.sum())
                 )
-    return tightest
+    return nearest
+
+
+def schedule_limits(schedule: Schedule, make: Make, p: Array, x0: Array) -> tuple[StepLimit, ...]:
+    """The stability limit of a schedule along each of the runs of p (R, np) and x0 (R, nx), which go through it."""
+    runs = run(schedule, make, p, x0, every=1)
+    return tuple(schedule_limit(schedule, make, runs, i) for i in range(len(runs)))
 
 
 def modes_at(flow: Ode, t: Array, x: Array, p: Array) -> Array:

@@ -1,0 +1,111 @@
+"""The step of an equation with every metric accumulated beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from functools import reduce
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Layout, Ode, Sampled, Step, stepper, with_quadrature
+from workbench.core.layout import nearest
+from workbench.metrics.contract import AbstractMetric
+
+MOST = 1000  # in the ratio of two sample times that have a common divisor
+
+
+def measured(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], h: float, method: str = "rk4") -> Step:
+    """The step of `equation` with every metric accumulated beside it, by a method that `stepper` knows.
+
+    Of a sampled loop h is the substep, and the method is RK4. Integrals run along in the substeps; what
+    looks at samples looks once a period, at what holds after the jump.
+
+    Raises
+    ------
+    LookupError
+        If a metric watches an output that `equation` does not have, or there is no such method.
+    ValueError
+        If `equation` is none, h is none or does not divide the period of a sampled loop, whose method is
+        not "rk4", two metrics have one name, or one means nothing for `equation`.
+    """
+    resolved(equation, metrics)
+    ode, make = _flow(equation), stepper(method)
+    y = ode.outputs.view(ode.output)
+    integrands = {f"integral of {m.name}": ca.densify(g) for m in metrics if (g := m.integrand(ode.t, y)) is not None}
+    ode = with_quadrature(ode, integrands)
+    if isinstance(equation, Ode):
+        step = make(ode, h)
+    elif method == "rk4":
+        step = replace(equation, flow=ode).step(equation.substeps(h))
+    else:
+        raise ValueError(f"`measured(method=...)` of a sampled loop must be 'rk4', its substeps; got '{method}'.")
+    memories = (m.memory(ode.outputs[m.watches[0]].size).prefixed(f"{m.name}.") for m in metrics)
+    extra = sum(memories, Layout())
+    if not extra.size:
+        return step
+    symbols = extra.symbols()
+    z, y = extra.view(symbols), step.outputs.view(step.output)
+    updates = {
+        f"{m.name}.{name}": ca.densify(part)
+        for m in metrics
+        for name, part in m.update(step.k, step.h, _below(z, m), y).items()
+    }
+    return step.extended(extra, symbols, extra.flatten(updates))
+
+
+def resolved(
+    equation: Ode | Sampled, metrics: Sequence[AbstractMetric], horizon: float = np.inf
+) -> tuple[AbstractMetric, ...]:
+    """The metrics with the units of what they watch, once each is found to mean something for `equation`."""
+    if not isinstance(equation, Ode | Sampled):
+        raise ValueError(
+            f"A metric is measured on an `Ode` or a `Sampled`; got {type(equation).__name__}. Of a loop, call `.ode()` "
+            "for its equations, or `.digital(period)`."
+        )
+    ode = _flow(equation)
+    names = [metric.name for metric in metrics]
+    if len(set(names)) < len(names):
+        raise ValueError(f"`measured(metrics=...)` needs distinct names; got {names}.")
+    for m in metrics:
+        for signal in m.watches:
+            if signal not in ode.outputs:
+                known = nearest(signal, ode.outputs.names) or f" It has: {', '.join(ode.outputs.names) or 'none'}."
+                raise LookupError(
+                    f"The metric '{m.name}' needs the output '{signal}', which '{ode.name}' does not have.{known}"
+                )
+        m.check(ode, horizon)
+    return tuple(replace(m, unit=m.unit or ode.outputs[m.watches[0]].unit) for m in metrics)
+
+
+def common_grid(metrics: Sequence[AbstractMetric], *times: float) -> float | None:
+    """The longest time [s] that divides the sample times of the metrics and `times`; None if no metric samples.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    samples = [m.grid for m in metrics if m.grid is not None]
+    if not samples:
+        return None
+    spans = sorted({*samples, *times})
+    grid = reduce(lambda a, b: a / Fraction(b / a).limit_denominator(MOST).denominator, spans)
+    if any(abs(span / grid - round(span / grid)) > 1e-6 for span in spans):
+        raise ValueError(
+            "`measure(...)` needs sample times, a horizon and kept times that one step divides; got "
+            f"{', '.join(f'{span:g} s' for span in spans)}."
+        )
+    return grid
+
+
+def _flow(equation: Ode | Sampled) -> Ode:
+    """What is true between two samples, or always."""
+    return equation if isinstance(equation, Ode) else equation.flow
+
+
+def _below(z: Mapping[str, ca.SX], metric: AbstractMetric) -> dict[str, ca.SX]:
+    prefix = f"{metric.name}."
+    return {name.removeprefix(prefix): part for name, part in z.items() if name.startswith(prefix)}

@@ -1,0 +1,62 @@
+"""What was measured: metrics with their errors, the limit on the step, and whether a tolerance is met."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from workbench.core.layout import Array
+from workbench.core.numbers import Integers
+from workbench.metrics.contract import AbstractMetric
+from workbench.simulate import StepLimit, Trajectories
+from workbench.simulate.stepping.accuracy import Check
+from workbench.simulate.stepping.pilot import Choice
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """A metric of B runs, (B, k), and its error: the change from the step to half of it.
+
+    For a smooth loop the change is about 15 times the error of the value. Where switching makes the
+    method first order and its error irregular, the change tells the size of the error and bounds
+    nothing: it has been seen five times too small. A time is known to one step at best. A run that
+    diverged has NaN in both.
+    """
+
+    metric: AbstractMetric
+    value: Array
+    error: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """What a loop gave at the half step, with the change from the whole step, and the limit on the step.
+
+    Attributes
+    ----------
+    limits, looked_at
+        Of the whole steps, along the runs with the numbers `looked_at`: all of up to 16 runs, 16 of more,
+        picked as pilots are.
+    coarse_diverged_at
+        (B,), of runs that diverged at the whole step.
+    check
+        Whether each metric changed by no more than the tolerance, and the tightest of the limits; None if no
+        tolerance was asked for.
+    choice
+        What the pilot chose, of which the values are at the half of every step; None if the step was given.
+    """
+
+    trajectories: Trajectories
+    scores: Mapping[str, Score]
+    limits: tuple[StepLimit, ...]
+    looked_at: Integers
+    coarse_diverged_at: Array
+    check: Check | None = None
+    choice: Choice | None = None
+
+    @property
+    def h(self) -> float:
+        """The step at which the values were taken, in s; of a sampled loop the substep, of a schedule the longest."""
+        if self.choice is not None:
+            return self.choice.schedule.halved.longest
+        return self.trajectories.step.h / self.trajectories.step.substeps
