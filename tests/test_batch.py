@@ -165,10 +165,10 @@ def test_a_billion_runs_are_refused_with_their_time_and_memory_before_the_start(
     step = rk4(oscillator(), 1e-3)
     starts = np.broadcast_to(step.states.default, (10**9, 2))
     with pytest.raises(ValueError, match=r"would need 29\.8 GB of memory for its states; the limit is 4 GB"):
-        request.afford(step, starts, 10_000, 1)
+        request.afford("simulate", step, starts, 10_000, 1)
     few = np.broadcast_to(step.states.default, (10**5, 2))
     with pytest.raises(ValueError, match=r"would take about \d+ hours of one processor for 100000 runs of 10000000000"):
-        request.afford(step, few, 10**10, 1)
+        request.afford("simulate", step, few, 10**10, 1)
 
 
 def test_the_memory_of_a_run_that_keeps_its_end_alone_does_not_grow_with_the_horizon():

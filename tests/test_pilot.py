@@ -152,3 +152,9 @@ def test_a_noisy_step_is_refused():
     noisy = replace(rk4(decay(), 0.1), w=ca.SX.sym("w"))
     with pytest.raises(ValueError, match=r"`choose\(make=...\)` must make steps without noise"):
         good(make=lambda method, h: noisy)
+
+
+@pytest.mark.parametrize("cut", [(slice(None), slice(0, 1)), (slice(None), slice(0, 0))])
+def test_pilot_rows_of_another_width_are_refused_before_anything_marches(cut):
+    with pytest.raises(ValueError, match=r"`choose\((p|x0)=...\)` takes one row per run: \(B, \d+\)\. Got"):
+        choose(maker(relaxed()), RATES, np.hstack([STARTS, STARTS, STARTS])[cut], 1.0, 1e-3)

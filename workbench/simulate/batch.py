@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.core import Step
-from workbench.core.numbers import Array
+from workbench.core.numbers import Array, Integers
 from workbench.simulate.divergence import find_divergence
 from workbench.simulate.job import Job, Progress
 from workbench.simulate.marches import march_of
@@ -21,7 +21,7 @@ def simulate(
     until: float,
     every: float | None = None,
     seed: int = 0,
-    runs: Array | None = None,
+    runs: Integers | None = None,
     progress: Progress | None = None,
     engine: str | None = None,
 ) -> Trajectories:
@@ -33,14 +33,13 @@ def simulate(
     Parameters
     ----------
     p, x0
-        (B, np) and (B, nx), as `step.parameters.pack` and `step.states.pack` make them; one row serves all. An
-        array of more than 64 MB is not copied: leave it as it is as long as the trajectories are in use.
+        (B, np) and (B, nx), as `pack` of their layouts makes them; one row serves all. An array of more
+        than 64 MB is not copied: leave it as it is while the trajectories are in use.
     until, every
         The horizon and the distance of the kept times, in s: multiples of the step. With `every=until`
         only the end is kept, and memory does not grow with the horizon.
     seed, runs
-        The keys of the noise of a noisy step: a whole number, and (B,) whole numbers that name the
-        runs, 0, 1, 2, ... unless they are given.
+        The keys of the noise: a whole number, and (B,) that name the runs, 0, 1, 2, ... if not given.
     progress
         Called now and then with the share that is done.
     engine

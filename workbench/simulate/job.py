@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -45,7 +46,7 @@ class Job:
     runs: Integers
     begin: int = 0
 
-    @property
+    @cached_property
     def varied(self) -> tuple[int, ...]:
         """The parameters that are not the same in all runs."""
         bits = self.p.view(np.uint64)  # 0 and -0 are two numbers

@@ -78,25 +78,25 @@ def plan_of(step: Step, p_rows: Array, until: float, every: float | None) -> tup
             f"`simulate(until=...)` of a noisy step takes at most 2^{STEP_BITS} steps, as its noise would repeat; "
             f"got {count}."
         )
-    afford(step, p_rows, count, kept)
+    afford("simulate", step, p_rows, count, kept)
     return stride, kept
 
 
-def afford(step: Step, p_rows: Array, count: int, kept: int) -> None:
+def afford(call: str, step: Step, p_rows: Array, count: int, kept: int) -> None:
     """Refuse what would not fit into memory, or would not end this week."""
     runs = len(p_rows)
     beside = virtual_machine.working_set(step, min(runs, virtual_machine.RUNS_AT_ONCE))
     need = 8 * runs * (kept + 1) * step.states.size + beside
     if need > LARGEST:
         raise ValueError(
-            f"`simulate(...)` would need {need / 2**30:.3g} GB of memory for its states; "
+            f"`{call}(...)` would need {need / 2**30:.3g} GB of memory for its states; "
             f"the limit is {LARGEST / 2**30:.0f} GB. "
             "Keep fewer times with `every`, or run fewer at once."
         )
     time = SECONDS_PER_OPERATION * runs * count * step.F.n_instructions()
     if time > LONGEST:
         raise ValueError(
-            f"`simulate(...)` would take about {time / 3600:.0f} hours of one processor for {runs} runs of {count} "
+            f"`{call}(...)` would take about {time / 3600:.0f} hours of one processor for {runs} runs of {count} "
             f"steps; the limit is {LONGEST / 3600:.0f}. Take a longer step, fewer runs, or a part of them at a time."
         )
 

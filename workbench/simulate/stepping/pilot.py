@@ -22,6 +22,7 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Step
 from workbench.core.numbers import Array, Integers
+from workbench.simulate.request import rows_of
 from workbench.simulate.stepping.cells import cells_of
 from workbench.simulate.stepping.schedule import Make, Schedule, march
 from workbench.simulate.stepping.stability import longest_steps, modes_at
@@ -109,7 +110,8 @@ def choose(
         reaches the tolerance.
     """
     cells, make = cells_of(until, tolerance, cell, grid), cache(make)
-    _refuse(make("rk4", cells.length / cells.references[0]), p, x0, methods)
+    finest = make("rk4", cells.length / cells.references[0])
+    p, x0 = _checked(finest, p, x0, methods)
     found = None
     for place, fine in enumerate(cells.references):
         pilot = _Pilot.of(make, p, x0, cells.length, cells.count, fine)
@@ -124,14 +126,15 @@ def choose(
     )
 
 
-def _refuse(step: Step, p: Array, x0: Array, methods: Sequence[str]) -> None:
-    """What no schedule can be chosen for."""
+def _checked(step: Step, p: Array, x0: Array, methods: Sequence[str]) -> tuple[Array, Array]:
+    """The pilot rows; what no schedule can be chosen for is refused."""
     if len(p) == 0 or len(p) != len(x0):
         raise ValueError(f"`choose(...)` needs as many pilot runs of p as of x0; got {len(p)} and {len(x0)} rows.")
     if not methods:
         raise ValueError("`choose(methods=...)` needs at least one method; got none.")
     if step.w.numel():
         raise ValueError("`choose(make=...)` must make steps without noise, whose error a smaller step would show.")
+    return rows_of("choose", step, p, x0)
 
 
 @dataclass(frozen=True, eq=False)

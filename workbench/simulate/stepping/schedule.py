@@ -154,7 +154,7 @@ def _checked(
     rows = rows_of("run", dearest, p, x0)
     work = sum(s.steps * s.cells * steps[s.method, s.steps].F.n_instructions() for s in schedule.segments)
     # as many of the dearest steps as cost the same; what is kept is at hand twice, and two states a run beside it
-    afford(dearest, rows[0], -(-work // dearest.F.n_instructions()), 2 * kept + 2)
+    afford("run", dearest, rows[0], -(-work // dearest.F.n_instructions()), 2 * kept + 2)
     return rows
 
 
