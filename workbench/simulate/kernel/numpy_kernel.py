@@ -17,7 +17,7 @@ from workbench.simulate.job import Job, Piece, Progress, crew, pieces
 from workbench.simulate.kernel.graph import Graph
 from workbench.simulate.kernel.plan import Plan
 
-RUNS_AT_ONCE = 4096  # so many make a buffer of 32 kB: the call of an operation costs little beside its work
+RUNS_AT_ONCE = 8192  # the calls of an operation, which threads make one at a time, then cost little beside its work
 
 
 def _fused(a: Any, b: Any, c: Any, out: Any = None) -> Any:
