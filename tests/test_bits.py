@@ -14,6 +14,7 @@ from workbench.simulate.job import Job
 pytest.importorskip("llvmlite")  # there is no wheel of it for some platforms, where another engine serves
 
 from workbench.simulate.kernel import native
+from workbench.simulate.kernel.plan import Plan
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
 import paper_laws
@@ -41,6 +42,7 @@ P = rows(*PHYSICS, *CLOCKS)
 STARTS = np.tile(STEP.states.default, (RUNS, 1))
 STARTS[:, :2] += np.random.default_rng(8).uniform(-0.1, 0.1, (RUNS, 2))
 WHOLE = simulate(STEP, P, STARTS, **SPAN).x
+PLAN = Plan.of_step(STEP, Job(STEP, P, 1, 0, np.arange(RUNS)).varied)
 
 
 def test_the_order_of_the_runs_changes_no_bit():
@@ -65,6 +67,15 @@ def test_the_width_of_the_vectors_changes_no_bit(width):
     x = np.empty_like(WHOLE)
     x[:, 0] = STARTS
     native.march(Job(STEP, P, 500, 0, np.arange(RUNS)), x, lambda share: None, width)
+    np.testing.assert_array_equal(x, WHOLE)
+
+
+@pytest.mark.parametrize("haste", [True, False])
+def test_code_made_in_haste_gives_the_bits_of_better_code(haste, monkeypatch):
+    monkeypatch.setattr(native, "_kernel", lambda of, kept, width: native.kernel(PLAN, width, haste))
+    x = np.empty_like(WHOLE)
+    x[:, 0] = STARTS
+    native.march(Job(STEP, P, 500, 0, np.arange(RUNS)), x, lambda share: None)
     np.testing.assert_array_equal(x, WHOLE)
 
 
