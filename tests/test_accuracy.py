@@ -47,7 +47,10 @@ def test_a_tolerance_that_is_missed_and_a_step_that_is_too_long_are_said():
 def test_a_run_without_a_value_is_counted_and_never_averaged():
     schedule = Schedule(0.25, (Segment("rk4", 250, 6),))
     starts = np.array([[1.0], [0.1]])
-    end = lambda runs: {"x": runs.x[:, -1]}  # noqa: E731
+
+    def end(runs):
+        return {"x": runs.x[:, -1]}
+
     (one,) = check_by_halving(schedule, maker(explosion()), np.zeros((2, 0)), starts, end, 1e-3).metrics
     assert (one.runs, one.lost) == (1, 1)
     assert "1 of 2 runs have no value" in str(one)

@@ -1,11 +1,13 @@
 """simulate: many runs of one step."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from equations import decay, explosion, oscillator
 
 from workbench.core import rk4
-from workbench.simulate import request, simulate
+from workbench.simulate import job, request, simulate
 from workbench.simulate.kernel import virtual_machine
 
 
@@ -202,3 +204,17 @@ def test_one_row_of_parameters_is_not_copied_for_every_run():
 def test_an_oscillator_is_an_oscillator_on_every_engine(engine):
     runs = simulate(rk4(oscillator(), 1e-3), until=3.0, every=0.5, engine=engine)
     np.testing.assert_allclose(runs["q"][0, :, 0], np.cos(2 * runs.t), atol=1e-11)
+
+
+@pytest.mark.parametrize(("stride", "kept"), [(1, 5000), (7, 900), (4500, 3)])
+def test_the_stages_of_a_march_follow_on_and_keep_no_more_rows_than_there_is_room_for(stride, kept):
+    step = rk4(oscillator(), 1e-3)
+    made = job.Job(step, np.tile(step.parameters.default, (512, 1)), stride, 0, np.arange(512))
+    found = list(job.stages(made, kept, 512))
+    for stage in found:
+        assert len(stage) == 1 or sum(piece.rows for piece in stage) * 512 * 2 <= job.NUMBERS_OF_A_STAGE
+        assert max(piece.rows for piece in stage) * 512 * 2 <= job.NUMBERS_OF_A_STAGE
+    every = [piece for stage in found for piece in stage]
+    assert sum(piece.length for piece in every) == stride * kept
+    assert all(a.begin + a.length == b.begin for a, b in pairwise(every))
+    assert [piece.whole for piece in every].count(True) == len({piece.row for piece in every})

@@ -39,7 +39,9 @@ def some_bits(count):
 )
 def test_philox_gives_the_known_answers_of_its_authors(counter, key, words):
     # Random123 1.14, tests/kat_vectors, the lines "philox4x32 10"
-    hexadecimal = lambda text: [int(word, 16) for word in text.split()]  # noqa: E731
+    def hexadecimal(text):
+        return [int(word, 16) for word in text.split()]
+
     made = philox(tuple(np.array([word], dtype=np.uint64) for word in hexadecimal(counter)), hexadecimal(key))
     assert [int(word[0]) for word in made] == hexadecimal(words)
 
@@ -115,7 +117,9 @@ def million():
 
 @pytest.mark.parametrize("power", [1, 2, 3, 4, 5, 6])
 def test_the_moments_are_those_of_the_normal_law(million, power):
-    moment = lambda k: 0 if k % 2 else math.prod(range(1, k, 2))  # noqa: E731
+    def moment(k):
+        return 0 if k % 2 else math.prod(range(1, k, 2))
+
     spread = math.sqrt((moment(2 * power) - moment(power) ** 2) / million.size)
     score = ((million**power).mean() - moment(power)) / spread
     assert abs(score) < stats.norm.isf(SIGNIFICANCE / 2)

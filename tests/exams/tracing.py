@@ -131,40 +131,36 @@ def chooses(ode: Ode) -> bool:
 @contextlib.contextmanager
 def symbolic(f: Rate, modules: Iterable[types.ModuleType]) -> Iterator[None]:
     """While this lasts, the functions of numbers that f and its modules use also take symbols."""
-    undo: list[Callable[[], None]] = []
-    try:
+    with contextlib.ExitStack() as undo:
         for module in modules:
             _swap_globals(vars(module), module.__name__, undo)
         _swap_closure(f, undo, set())
         yield
-    finally:
-        for step in reversed(undo):
-            step()
 
 
-def _swap_globals(names: dict[str, Any], module: str, undo: list[Callable[[], None]]) -> None:
+def _swap_globals(names: dict[str, Any], module: str, undo: contextlib.ExitStack) -> None:
     for name, value in list(names.items()):
         if (inspect.isclass(value) and value.__module__ == module) or isinstance(value, types.SimpleNamespace):
             _swap_attributes(value, undo)
         elif (new := _counterpart(value)) is not None:
             names[name] = new
-            undo.append(lambda name=name, value=value: names.__setitem__(name, value))  # type: ignore[misc]
+            undo.callback(names.__setitem__, name, value)
     for name, new in BUILTIN.items():
         if name not in names:
             names[name] = new
-            undo.append(lambda name=name: names.__delitem__(name))  # type: ignore[misc]
+            undo.callback(names.__delitem__, name)
 
 
-def _swap_attributes(space: Any, undo: list[Callable[[], None]]) -> None:
+def _swap_attributes(space: Any, undo: contextlib.ExitStack) -> None:
     for name, value in list(vars(space).items()):
         plain = value.__func__ if isinstance(value, staticmethod) else value
         new = _counterpart(plain)
         if new is not None:
             setattr(space, name, staticmethod(new) if inspect.isclass(space) else new)
-            undo.append(lambda name=name, value=value: setattr(space, name, value))  # type: ignore[misc]
+            undo.callback(setattr, space, name, value)
 
 
-def _swap_closure(f: Any, undo: list[Callable[[], None]], seen: set[int]) -> None:
+def _swap_closure(f: Any, undo: contextlib.ExitStack, seen: set[int]) -> None:
     if id(f) in seen or not isinstance(f, types.FunctionType):
         return
     seen.add(id(f))
@@ -178,7 +174,7 @@ def _swap_closure(f: Any, undo: list[Callable[[], None]], seen: set[int]) -> Non
             _swap_attributes(value, undo)
         elif (new := _counterpart(value)) is not None:
             cell.cell_contents = new
-            undo.append(lambda cell=cell, value=value: setattr(cell, "cell_contents", value))  # type: ignore[misc]
+            undo.callback(setattr, cell, "cell_contents", value)
 
 
 def _counterpart(value: Any) -> Any:

@@ -81,7 +81,7 @@ def _search(job: Job, state: Array, span: int, march: March) -> Iterator[Loss]:
         few, begin = np.flatnonzero(bad == row), int(row - 1) * stride
         left = min(stride, span - begin)
         if stride == 1 and row <= rows:
-            yield from (Loss(int(i), int(row), x[i, row - 1], x[i, row]) for i in few)
+            yield from (Loss(int(i), int(row), x[i, row - 1].copy(), x[i, row].copy()) for i in few)
         elif left > 0:
             for loss in _search(job.part(few, 1, job.begin + begin), x[few, row - 1], left, march):
                 yield replace(loss, run=int(few[loss.run]), step=begin + loss.step)
@@ -90,8 +90,10 @@ def _search(job: Job, state: Array, span: int, march: March) -> Iterator[Loss]:
 def _saved(job: Job, losses: list[Loss]) -> set[int]:
     """The runs that CasADi brings over the step at which they were lost."""
     found: set[int] = set()
-    for step in {loss.step for loss in losses}:
-        same = [loss for loss in losses if loss.step == step]
+    by_step: dict[int, list[Loss]] = {}
+    for loss in losses:
+        by_step.setdefault(loss.step, []).append(loss)
+    for step, same in by_step.items():
         runs = np.array([loss.run for loss in same])
         x = np.stack([np.stack([loss.before, loss.before]) for loss in same])
         virtual_machine.march(job.part(runs, 1, job.begin + step - 1), x, lambda share: None)

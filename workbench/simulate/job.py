@@ -92,11 +92,11 @@ class Piece(NamedTuple):
         return self.rows * self.steps
 
 
-def pieces(job: Job, kept: int) -> Iterator[Piece]:
+def pieces(job: Job, kept: int, most_rows: int = STEPS_AT_ONCE) -> Iterator[Piece]:
     """The job in pieces; a stride longer than a table is made of several, which leave their states in its row."""
     stride, begin = job.stride, job.begin
     if stride <= STEPS_AT_ONCE:
-        most = STEPS_AT_ONCE // stride
+        most = min(STEPS_AT_ONCE // stride, most_rows)
         for row in range(0, kept, most):
             yield Piece(min(most, kept - row), stride, begin + row * stride, row + 1, row)
         return
@@ -109,10 +109,11 @@ def pieces(job: Job, kept: int) -> Iterator[Piece]:
 def stages(job: Job, kept: int, runs: int) -> Iterator[list[Piece]]:
     """The pieces that lots of so many runs go through without a look at progress, and with room for their rows."""
     work = max(1, job.step.F.n_instructions() // 500)
-    most_steps, most_rows = STEPS_OF_A_STAGE // (runs * work), NUMBERS_OF_A_STAGE // (runs * job.step.states.size)
+    most_steps = STEPS_OF_A_STAGE // (runs * work)
+    most_rows = max(1, NUMBERS_OF_A_STAGE // (runs * job.step.states.size))
     stage: list[Piece] = []
     steps = rows = 0
-    for piece in pieces(job, kept):
+    for piece in pieces(job, kept, most_rows):
         steps, rows = steps + piece.length, rows + piece.rows
         if stage and (steps > most_steps or rows > most_rows):
             yield stage
