@@ -1,9 +1,11 @@
 """Small equations with closed forms, for tests."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Ode
+from workbench.core import Entry, Layout, Ode, Step
 from workbench.core.layout import Bounds
 
 
@@ -57,3 +59,8 @@ def root() -> Ode:
     states = Layout((Entry("x", np.zeros(1)),))
     t, x = ca.SX.sym("t"), states.symbols()
     return Ode.of("root", states, Layout(), (t, x, ca.SX(0, 1)), {"x": ca.sqrt(x)}, {"e": x})
+
+
+def with_next(step: Step, after: ca.SX) -> Step:
+    """The step with another x+, in the symbols of its rule."""
+    return replace(step, rule=replace(step.rule, next=after))

@@ -1,11 +1,9 @@
 """No run is lost: one that diverges is marked with its time and its first bad state, the others are untouched."""
 
-from dataclasses import replace
-
 import casadi as ca
 import numpy as np
 import pytest
-from equations import decay, explosion
+from equations import decay, explosion, with_next
 
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.simulate import divergence, simulate
@@ -92,7 +90,7 @@ def test_a_state_that_is_finite_again_at_the_next_kept_time_is_finite_alone_and_
     t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
     ode = Ode.of("pole", states, parameters, (t, x, p), {"x": 0 * x + 0 * p}, {"e": x[0]})
     step = rk4(ode, 1.0)
-    step = replace(step, next=ca.vertcat(step.x[0] + 1, 1 / (step.k - step.p[0] + 1)))
+    step = with_next(step, ca.vertcat(step.rule.x[0] + 1, 1 / (step.rule.k - step.rule.p[0] + 1)))
     runs = simulate(step, np.array([[2000.0], *([v] for v in company)]), until=5000.0, every=5000.0, engine=engine)
     assert not runs.diverged[0]
     np.testing.assert_array_equal(runs.x[0, 1], [5000.0, 1 / 3000.0])
@@ -114,7 +112,7 @@ def test_a_structural_zero_of_a_step_keeps_its_place():
     ode = Ode.of("sparse", states, Layout(), (ca.SX.sym("t"), x, ca.SX(0, 1)), {"x": -x}, {"e": x[0]})
     after = ca.SX(2, 1)
     step = rk4(ode, 1.0)
-    after[1] = 3 * step.x[0]
+    after[1] = 3 * step.rule.x[0]
     for engine in ENGINES:
-        runs = simulate(replace(step, next=after), until=1.0, engine=engine)
+        runs = simulate(with_next(step, after), until=1.0, engine=engine)
         np.testing.assert_array_equal(runs.x[0, 1], [0.0, 15.0])

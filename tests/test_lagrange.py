@@ -72,7 +72,8 @@ def test_the_energy_of_a_free_arm_is_kept_to_the_order_of_the_step(joints):
     drifts = []
     for h in (0.004, 0.002, 0.001):
         step, count = rk4(ode, h), round(1.0 / h)
-        F = ca.Function("F", [step.x, step.k, step.p], [step.next]).mapaccum(count)
+        order = [step.rule.x, step.rule.k, step.rule.p]
+        F = ca.Function("F", order, [step.F(*(order[i] for i in (1, 0, 2)), [])]).mapaccum(count)
         end = F(start, np.arange(count)[None], np.tile(p[:, None], (1, count)))[:, -1]
         drifts.append(abs(float(energy(end)) - float(energy(start))))
     orders = np.log2(np.array(drifts[:-1]) / drifts[1:])

@@ -1,13 +1,12 @@
 """The compiled march against CasADi's machine, and against itself in other company."""
 
 import sys
-from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import pytest
-from equations import decay, explosion, oscillator, turning
+from equations import decay, explosion, oscillator, turning, with_next
 
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.metrics import measured, rmse, total_variation
@@ -63,7 +62,7 @@ def test_an_elementary_function_is_right_to_the_last_bits(name):
     x = states.symbols()
     ode = Ode.of("probe", states, Layout(), (ca.SX.sym("t"), x, ca.SX(0, 1)), {"x": 0 * x[0], "y": x[0]}, {"e": x[0]})
     step = rk4(ode, 1.0)
-    step = replace(step, next=ca.vertcat(step.x[0], symbolic(step.x[0])))
+    step = with_next(step, ca.vertcat(step.rule.x[0], symbolic(step.rule.x[0])))
     starts = np.column_stack([points, np.zeros_like(points)])
     y = simulate(step, x0=starts, until=1.0, engine="native").x[:, 1, 1]
     # four units in the last place of the result, or of one where the argument itself is rounded near a zero
@@ -76,7 +75,7 @@ def test_the_sine_of_a_large_angle_is_right_to_the_last_bits(size):
     # NumPy's own sine and cosine are right to a unit in the last place at any angle
     for symbolic, exact in ((ca.sin, np.sin), (ca.cos, np.cos)):
         step = rk4(turning(0.0), 1.0)
-        step = replace(step, next=ca.vertcat(step.x[0], symbolic(step.x[0])))
+        step = with_next(step, ca.vertcat(step.rule.x[0], symbolic(step.rule.x[0])))
         x = np.empty((4001, 2, 2))
         x[:, 0] = np.column_stack([angles, 0 * angles])
         native.march(job(step, 4001), x, lambda done: None)

@@ -30,7 +30,7 @@ STEP = ROUGH.step(2)
 def test_a_noisy_run_is_the_recursion_with_the_numbers_of_its_keys():
     keys = np.array([5, 17])
     runs = simulate(STEP, x0=np.tile(STEP.states.default, (2, 1)), until=0.2, seed=9, runs=keys)
-    w = normals(9, keys, np.arange(100), STEP.w.numel())
+    w = normals(9, keys, np.arange(100), STEP.noises)
     for i in range(2):
         x = STEP.states.default
         for k in range(100):

@@ -194,8 +194,8 @@ def test_names_and_outputs_are_those_of_the_loop_in_continuous_time():
     assert [name for name in digital.parameters.names[len(ode.parameters.names) :] if "instruments." not in name] == []
     assert "hold.next" in digital.states
     assert digital.states["hold.q_hat"].unit == "rad"
-    assert loop(law).sampled(1e-3).w.numel() == 0
-    assert digital.step().w.numel() == 4
+    assert loop(law).sampled(1e-3).noises == 0
+    assert digital.step().noises == 4
 
 
 def test_an_observer_that_uses_the_truth_is_told_of_in_a_sampled_loop_too():

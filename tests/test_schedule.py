@@ -111,8 +111,8 @@ def test_what_looks_at_samples_sees_each_once_in_whatever_segment():
 
     def make(method, h):
         step, z = stepper(method)(relaxation(), h), extra.symbols()
-        sample = ca.fmod(step.k, round(0.01 / h)) == 0
-        return step.extended(extra, z, z + ca.if_else(sample, ca.vertcat(1, step.k * h), 0))
+        sample = ca.fmod(step.rule.k, round(0.01 / h)) == 0
+        return step.extended(extra, z, z + ca.if_else(sample, ca.vertcat(1, step.rule.k * h), 0))
 
     schedule = Schedule(0.1, (Segment("rk4", 100, 3), Segment("rkc5", 20, 2), Segment("rkc10", 10, 5)))
     runs = run(schedule, cache(make), np.array([[50.0]]), np.array([[1.0, 0.0, 0.0, 0.0]]))
@@ -146,7 +146,7 @@ def test_progress_goes_by_the_operations_that_are_done():
     assert seen == sorted(seen)
     assert seen[-1] == pytest.approx(1.0)
     # the cheap half of the horizon is less than half of the work
-    few, many = (make(m, 0.01).F.n_instructions() for m in ("rk4", "rkc10"))
+    few, many = (make(m, 0.01).operations for m in ("rk4", "rkc10"))
     assert any(share == pytest.approx(100 * few / (150 * few + 100 * many)) for share in seen)
 
 
@@ -176,7 +176,8 @@ def test_what_needs_too_much_memory_or_time_is_refused_before_the_start():
 
 
 def test_a_noisy_step_goes_through_no_schedule():
-    noisy = replace(rk4(oscillator(), 0.1), w=ca.SX.sym("w"))
+    step = rk4(oscillator(), 0.1)
+    noisy = replace(step, rule=replace(step.rule, w=ca.SX.sym("w")))
     with pytest.raises(ValueError, match=r"`run\(make=...\)` must make steps without noise"):
         run(Schedule(0.1, (Segment("rk4", 1, 2),)), lambda method, h: noisy, None, None)
 

@@ -51,14 +51,14 @@ def test_the_step_keeps_the_names_and_the_flow():
     step = rk4(ode, 0.1)
     assert (step.states, step.parameters, step.outputs) == (ode.states, ode.parameters, ode.outputs)
     assert step.flow is ode
-    assert (step.h, step.substeps, step.w.numel()) == (0.1, 1, 0)
+    assert (step.h, step.substeps, step.noises) == (0.1, 1, 0)
 
 
 def test_memory_can_be_carried_beside_the_step():
     step = rk4(forced(), 0.1)
     extra = Layout((Entry("largest", np.array(0.0)),))
     z = extra.symbols()
-    more = step.extended(extra, z, ca.fmax(z, step.x))
+    more = step.extended(extra, z, ca.fmax(z, step.rule.x))
     np.testing.assert_array_equal(np.array(more.F(0, [0.5, 0.3], 1.0, [])).ravel()[1], 0.5)
     assert more.states.names == ("x", "largest")
 

@@ -139,8 +139,8 @@ def workload(h: float = H) -> Step:
     """W by RK4 at the step h [s], with the total variation of the torque summed over the steps beside it."""
     step = rk4(loop(), h)
     symbols = MEMORY.symbols()
-    tau, z = step.outputs.view(step.output)["tau"], MEMORY.view(symbols)
-    change = ca.if_else(step.k > 0, ca.sum1(ca.fabs(tau - z["tau_before"])), 0)
+    tau, z = step.outputs.view(step.rule.output)["tau"], MEMORY.view(symbols)
+    change = ca.if_else(step.rule.k > 0, ca.sum1(ca.fabs(tau - z["tau_before"])), 0)
     return step.extended(MEMORY, symbols, MEMORY.flatten({"tau_before": tau, "variation": z["variation"] + change}))
 
 

@@ -11,7 +11,7 @@ from workbench.core.lift import Lifted, lift
 from workbench.core.ode import Ode
 from workbench.core.sampled import Sampled
 from workbench.core.stabilised import rkc, stepper
-from workbench.core.step import Step, rk4
+from workbench.core.step import Rule, Step, rk4
 
 __all__ = [
     "AbstractArm",
@@ -20,6 +20,7 @@ __all__ = [
     "Layout",
     "Lifted",
     "Ode",
+    "Rule",
     "Sampled",
     "Step",
     "block",

@@ -13,7 +13,7 @@ from workbench.core.layout import Layout
 from workbench.core.ode import Ode, instructions
 from workbench.core.show import layouts_to_html
 from workbench.core.sockets import require
-from workbench.core.step import RK4_AMPLIFICATION, Step, length, runge_kutta
+from workbench.core.step import RK4_AMPLIFICATION, Rule, Step, length, runge_kutta
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,21 +122,10 @@ class Sampled:
         after = x = ca.vertcat(self.jump, flow.x[self.jump.numel() :])
         for i in range(substeps):
             x = runge_kutta(f, t + i * h, x, p, h)
-        return Step(
-            h=self.period,
-            states=flow.states,
-            parameters=flow.parameters,
-            outputs=flow.outputs,
-            k=self.k,
-            x=flow.x,
-            p=p,
-            next=x,
-            output=ca.substitute(flow.output, ca.vertcat(flow.t, flow.x), ca.vertcat(t, after)),
-            flow=flow,
-            amplification=RK4_AMPLIFICATION,
-            w=self.w,
-            substeps=int(substeps),
-        )
+        output = ca.substitute(flow.output, ca.vertcat(flow.t, flow.x), ca.vertcat(t, after))
+        rule = Rule(ca.SX.sym("h"), self.k, flow.x, p, self.w, x, output)
+        layouts = (flow.states, flow.parameters, flow.outputs)
+        return Step(self.period, *layouts, rule, flow, RK4_AMPLIFICATION, int(substeps))
 
     @cached_property
     def fingerprint(self) -> str:

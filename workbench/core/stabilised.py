@@ -49,13 +49,15 @@ def rkc(ode: Ode, h: float, stages: int) -> Step:
     step = rk4(ode, h)
     mu, nu, mu_f, gamma, c = coefficients(stages)
     f = ca.Function("f", [ode.t, ode.x, ode.p], [ode.rate])
-    t, x, p = step.k * h, step.x, step.p
+    rule = step.rule
+    span, x, p = rule.h, rule.x, rule.p
+    t = rule.k * span
     f0 = f(t, x, p)
-    before, now = x, x + mu_f[1] * h * f0
+    before, now = x, x + mu_f[1] * span * f0
     for j in range(2, stages + 1):
-        pull = mu_f[j] * f(t + c[j - 1] * h, now, p) + gamma[j] * f0
-        before, now = now, (1 - mu[j] - nu[j]) * x + mu[j] * now + nu[j] * before + h * pull
-    return replace(step, next=now, amplification=amplification(stages))
+        pull = mu_f[j] * f(t + c[j - 1] * span, now, p) + gamma[j] * f0
+        before, now = now, (1 - mu[j] - nu[j]) * x + mu[j] * now + nu[j] * before + span * pull
+    return replace(step, rule=replace(rule, next=now), amplification=amplification(stages))
 
 
 def stepper(method: str) -> Callable[[Ode, float], Step]:

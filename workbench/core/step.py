@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import casadi as ca
@@ -17,6 +17,36 @@ RK4_AMPLIFICATION = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
+class Rule:
+    """x+ and y of a step of any length, as expressions in its symbols: what steps that differ in length share.
+
+    Attributes
+    ----------
+    h, k, x, p, w
+        Symbols: the length (1, 1) in s, the number of the step (1, 1), the state (nx, 1), the parameters (np, 1),
+        and standard normal numbers (nw, 1), fresh ones at every step of every run.
+    next
+        x+, (nx, 1).
+    output
+        y, (ny, 1): what holds from t_k on.
+    """
+
+    h: ca.SX
+    k: ca.SX
+    x: ca.SX
+    p: ca.SX
+    w: ca.SX
+    next: ca.SX
+    output: ca.SX
+
+    @cached_property
+    def F(self) -> ca.Function:
+        """x+ as a CasADi function (h, k, x, p, w) -> (nx, 1)."""
+        symbols = [self.h, self.k, self.x, self.p, self.w]
+        return ca.Function("workbench_rule", symbols, [ca.densify(self.next)])
+
+
+@dataclass(frozen=True, eq=False)
 class Step:
     """One step of length h of a recursion with named states, parameters and outputs.
 
@@ -24,12 +54,8 @@ class Step:
     ----------
     h
         The step's length in s: t_k = k h.
-    next
-        x+ as an expression (nx, 1) in the symbols k (1, 1), x (nx, 1), p (np, 1), w (nw, 1).
-    output
-        y as an expression (ny, 1) in the same symbols: what holds from t_k on.
-    w
-        Standard normal numbers, fresh ones at every step of every run; none where nothing is noisy.
+    rule
+        x+ and y as expressions.
     flow, amplification, substeps
         The differential equation that the step approximates, the polynomial R(z) by which a substep of
         h / `substeps` multiplies a mode exp(lambda t), with z = lambda h / `substeps`: what the stability
@@ -40,39 +66,46 @@ class Step:
     states: Layout
     parameters: Layout
     outputs: Layout
-    k: ca.SX
-    x: ca.SX
-    p: ca.SX
-    next: ca.SX
-    output: ca.SX
+    rule: Rule
     flow: Ode
     amplification: tuple[float, ...]
-    w: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
     substeps: int = 1
 
     def __repr__(self) -> str:
         """One line: a notebook should not print the equations by accident."""
-        noise = f", {self.w.numel()} normal numbers" if self.w.numel() else ""
+        noise = f", {self.noises} normal numbers" if self.noises else ""
         return f"<Step of '{self.flow.name}': h = {self.h:g} s, {self.states.size} states{noise}>"
+
+    @property
+    def noises(self) -> int:
+        """How many normal numbers it takes, nw."""
+        return int(self.rule.w.numel())
+
+    @property
+    def operations(self) -> int:
+        """How many operations CasADi makes of it: what it costs."""
+        return int(self.rule.F.n_instructions())
 
     @cached_property
     def F(self) -> ca.Function:
         """The step as a CasADi function (k, x, p, w) -> (nx, 1)."""
-        return ca.Function("workbench_step", [self.k, self.x, self.p, self.w], [ca.densify(self.next)])
+        return self._function("workbench_step", ca.densify(self.rule.next), cse=False)
 
     @cached_property
     def y(self) -> ca.Function:
         """The outputs as a CasADi function (k, x, p, w) -> (ny, 1)."""
-        return ca.Function("workbench_output", [self.k, self.x, self.p, self.w], [self.output], {"cse": True})
+        return self._function("workbench_output", self.rule.output, cse=True)
+
+    def _function(self, name: str, value: ca.SX, cse: bool) -> ca.Function:
+        rule = self.rule
+        value = ca.substitute(value, rule.h, self.h)
+        return ca.Function(name, [rule.k, rule.x, rule.p, rule.w], [value], {"cse": cse})
 
     def extended(self, extra: Layout, symbols: ca.SX, update: ca.SX) -> Step:
-        """The same step with memory z that is updated beside it: z+ = update(k, x, z, p, w)."""
-        return replace(
-            self,
-            states=self.states + extra,
-            x=ca.vertcat(self.x, symbols),
-            next=ca.vertcat(self.next, update),
-        )
+        """The same step with memory z that is updated beside it: z+ = update(h, k, x, z, p, w)."""
+        rule = self.rule
+        rule = replace(rule, x=ca.vertcat(rule.x, symbols), next=ca.vertcat(rule.next, update))
+        return replace(self, states=self.states + extra, rule=rule)
 
 
 def rk4(ode: Ode, h: float) -> Step:
@@ -90,25 +123,14 @@ def rk4(ode: Ode, h: float) -> Step:
     require("rk4(ode=...)", ode, Ode, ": a loop becomes one by its method `ode()`" if hasattr(ode, "ode") else "")
     h = length("rk4(h=...)", h)
     f = ca.Function("f", [ode.t, ode.x, ode.p], [ode.rate])
-    k = ca.SX.sym("k")
-    t, x, p = k * h, ode.x, ode.p
-    y = ca.substitute(ode.output, ode.t, t)
-    return Step(
-        h,
-        ode.states,
-        ode.parameters,
-        ode.outputs,
-        k,
-        x,
-        p,
-        runge_kutta(f, t, x, p, h),
-        y,
-        ode,
-        RK4_AMPLIFICATION,
-    )
+    span, k, w = ca.SX.sym("h"), ca.SX.sym("k"), ca.SX(0, 1)
+    t = k * span
+    after = runge_kutta(f, t, ode.x, ode.p, span)
+    rule = Rule(span, k, ode.x, ode.p, w, after, ca.substitute(ode.output, ode.t, t))
+    return Step(h, ode.states, ode.parameters, ode.outputs, rule, ode, RK4_AMPLIFICATION)
 
 
-def runge_kutta(f: ca.Function, t: ca.SX, x: ca.SX, p: ca.SX, h: float) -> ca.SX:
+def runge_kutta(f: ca.Function, t: ca.SX, x: ca.SX, p: ca.SX, h: ca.SX | float) -> ca.SX:
     """x(t + h) from x(t) by the classical Runge-Kutta method, for x' = f(t, x, p)."""
     k1 = f(t, x, p)
     k2 = f(t + h / 2, x + h / 2 * k1, p)

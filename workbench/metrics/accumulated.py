@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import reduce
@@ -12,6 +12,7 @@ import numpy as np
 
 from workbench.core import Layout, Ode, Sampled, Step, stepper, with_quadrature
 from workbench.core.layout import nearest
+from workbench.core.step import length
 from workbench.metrics.contract import AbstractMetric
 
 MOST = 1000  # in the ratio of two sample times that have a common divisor
@@ -31,29 +32,64 @@ def measured(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], h: floa
         If `equation` is none, h is none or does not divide the period of a sampled loop, whose method is
         not "rk4", two metrics have one name, or one means nothing for `equation`.
     """
-    resolved(equation, metrics)
-    ode, make = _flow(equation), stepper(method)
+    return maker(equation, metrics)(method, h)
+
+
+def maker(equation: Ode | Sampled, metrics: Sequence[AbstractMetric]) -> Callable[[str, float], Step]:
+    """What makes the steps of `measured` by method and length h [s]: those that differ in h alone share their rule.
+
+    Raises
+    ------
+    LookupError, ValueError
+        As `measured`, here or where it makes a step.
+    """
+    metrics = resolved(equation, metrics)
+    ode = _flow(equation)
     y = ode.outputs.view(ode.output)
     integrands = {f"integral of {m.name}": ca.densify(g) for m in metrics if (g := m.integrand(ode.t, y)) is not None}
     ode = with_quadrature(ode, integrands)
-    if isinstance(equation, Ode):
-        step = make(ode, h)
-    elif method == "rk4":
-        step = replace(equation, flow=ode).step(equation.substeps(h))
-    else:
-        raise ValueError(f"`measured(method=...)` of a sampled loop must be 'rk4', its substeps; got '{method}'.")
-    memories = (m.memory(ode.outputs[m.watches[0]].size).prefixed(f"{m.name}.") for m in metrics)
+    sampled = replace(equation, flow=ode) if isinstance(equation, Sampled) else None
+    made: dict[tuple[str, int], Step] = {}
+
+    def make(method: str, h: float) -> Step:
+        if isinstance(equation, Sampled) and method != "rk4":
+            raise ValueError(f"`measured(method=...)` of a sampled loop must be 'rk4', its substeps; got '{method}'.")
+        if isinstance(equation, Sampled):
+            span, substeps = equation.period, equation.substeps(h)
+        else:
+            span, substeps = length("measured(h=...)", h), 1
+        _check_grids(metrics, span)
+        if (method, substeps) not in made:
+            plain = sampled.step(substeps) if sampled else stepper(method)(ode, span)
+            made[method, substeps] = _with_memories(plain, metrics)
+        return replace(made[method, substeps], h=span)
+
+    return make
+
+
+def _with_memories(step: Step, metrics: Sequence[AbstractMetric]) -> Step:
+    """The step with what its metrics keep in mind updated beside its states."""
+    outputs, rule = step.outputs, step.rule
+    memories = (m.memory(outputs[m.watches[0]].size).prefixed(f"{m.name}.") for m in metrics)
     extra = sum(memories, Layout())
     if not extra.size:
         return step
     symbols = extra.symbols()
-    z, y = extra.view(symbols), step.outputs.view(step.output)
+    z, y = extra.view(symbols), outputs.view(rule.output)
     updates = {
         f"{m.name}.{name}": ca.densify(part)
         for m in metrics
-        for name, part in m.update(step.k, step.h, _below(z, m), y).items()
+        for name, part in m.update(rule.k, rule.h, _below(z, m), y).items()
     }
     return step.extended(extra, symbols, extra.flatten(updates))
+
+
+def _check_grids(metrics: Sequence[AbstractMetric], h: float) -> None:
+    """Refuse a step h [s] that does not divide every sample time."""
+    for sample in (m.grid for m in metrics if m.grid is not None):
+        every = round(sample / h)
+        if every < 1 or abs(sample / h - every) > 1e-6 * every:
+            raise ValueError(f"A metric's sample time must be a multiple of the step {h:g} s; got {sample:g} s.")
 
 
 def resolved(

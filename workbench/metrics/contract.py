@@ -46,8 +46,8 @@ class AbstractMetric(ABC):
         """What is updated at each step."""
 
     @abstractmethod
-    def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
-        """The memory after looking at the outputs y at time k h."""
+    def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
+        """The memory after looking at the outputs y at time k h; with a grid of its own, h divides it."""
 
     @abstractmethod
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:

@@ -43,7 +43,7 @@ class Integral(AbstractMetric):
         del joints
         return Layout()
 
-    def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
+    def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """Nothing to remember."""
         del k, h, z, y
         return {}

@@ -12,7 +12,7 @@ import numpy as np
 from workbench.core import Layout, Ode, Sampled, Step
 from workbench.core.layout import Array, numbers
 from workbench.core.numbers import Integers
-from workbench.metrics.accumulated import common_grid, measured, resolved
+from workbench.metrics.accumulated import common_grid, maker, resolved
 from workbench.metrics.catalogue import positive
 from workbench.metrics.contract import AbstractMetric
 from workbench.metrics.measurement import Measurement, Score
@@ -101,7 +101,8 @@ def _at_steps(
     share: Progress,
 ) -> _Pair:
     """At the step h and at its half."""
-    coarse, fine = measured(equation, metrics, h), measured(equation, metrics, h / 2)
+    make = maker(equation, metrics)
+    coarse, fine = make("rk4", h), make("rk4", h / 2)
     call = partial(simulate, p=p, x0=_extended(x0, fine), until=until, every=every or coarse.h, seed=seed)
     b = call(coarse, progress=lambda d: share(d / 3))
     a = call(fine, progress=lambda d: share((1 + 2 * d) / 3))
@@ -129,7 +130,7 @@ def _at_choice(
         raise ValueError(
             "`measure(...)` needs a step `h`, or a `tolerance` for which a pilot chooses the steps; got neither."
         )
-    make = cache(lambda method, h: measured(equation, metrics, h, method))
+    make = cache(maker(equation, metrics))
     grid = common_grid(metrics, until, *(() if every is None else (seconds("every", every),)))
     step = make("rk4", grid or until)
     p, x0 = rows_of("measure", step, p, _extended(x0, step))

@@ -13,12 +13,9 @@ from workbench.core.layout import Array
 from workbench.metrics.contract import AbstractMetric, Parts
 
 
-def stride(sample: float, h: float) -> int:
-    """How many steps of h make up one sample time, both in s."""
-    every = round(sample / h)
-    if every < 1 or abs(sample / h - every) > 1e-6 * every:
-        raise ValueError(f"A metric's sample time must be a multiple of the step {h:g} s; got {sample:g} s.")
-    return every
+def on_grid(k: ca.SX, h: ca.SX, sample: float) -> ca.SX:
+    """Whether t_k = k h is a multiple of a sample time that is one of h, all in s."""
+    return ca.fmod(k, ca.floor(sample / h + 0.5)) == 0
 
 
 @dataclass(frozen=True)
@@ -51,7 +48,7 @@ class Peak(AbstractMetric):
         """The largest so far."""
         return Layout((Entry("peak", np.zeros(joints)),))
 
-    def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
+    def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """The larger of what was and what is."""
         late = k * h >= self.after - h / 2
         return {"peak": ca.fmax(z["peak"], ca.if_else(late, ca.fabs(y[self.signal]), 0))}
@@ -100,15 +97,13 @@ class TotalVariation(AbstractMetric):
         """The sum so far and the last sample."""
         return Layout((Entry("sum", np.zeros(joints)), Entry("last", np.zeros(joints))))
 
-    def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
+    def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """On the grid the change since the last sample is added."""
-        every = stride(self.sample, h)
-        u = y[self.signal]
-        on_grid, first = ca.fmod(k, every) == 0, k == 0
+        u, sampled, first = y[self.signal], on_grid(k, h, self.sample), k == 0
         change = ca.if_else(first, 0, ca.fabs(u - z["last"]))
         return {
-            "sum": z["sum"] + ca.if_else(on_grid, change, 0),
-            "last": ca.if_else(on_grid, u, z["last"]),
+            "sum": z["sum"] + ca.if_else(sampled, change, 0),
+            "last": ca.if_else(sampled, u, z["last"]),
         }
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
@@ -151,12 +146,12 @@ class SampledRms(AbstractMetric):
         """The sum of squares and the number of samples so far."""
         return Layout((Entry("sum", np.zeros(joints)), Entry("count", np.zeros(joints))))
 
-    def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
+    def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """On the grid one sample more."""
-        on_grid = ca.fmod(k, stride(self.sample, h)) == 0
+        sampled = on_grid(k, h, self.sample)
         return {
-            "sum": z["sum"] + ca.if_else(on_grid, y[self.signal] ** 2, 0),
-            "count": z["count"] + ca.if_else(on_grid, 1, 0),
+            "sum": z["sum"] + ca.if_else(sampled, y[self.signal] ** 2, 0),
+            "count": z["count"] + ca.if_else(sampled, 1, 0),
         }
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:

@@ -74,7 +74,7 @@ class Overshoot(AbstractMetric):
         """The levels of the last jump and the largest excursion so far."""
         return Layout(tuple(Entry(name, np.zeros(joints)) for name in ("level", "origin", "excess")))
 
-    def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
+    def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """The larger of what was and what is."""
         del h
         _, origin, level = jump(k, z, y)
@@ -119,7 +119,7 @@ class SettlingTime(AbstractMetric):
         names = ("level", "origin", "since", "outside", "looked", "longest")
         return Layout(tuple(Entry(name, np.zeros(joints)) for name in names))
 
-    def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
+    def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """At a jump the time that the last one took is closed; unsettled means infinite."""
         jumped, origin, level = jump(k, z, y)
         took = z["outside"] - z["since"]

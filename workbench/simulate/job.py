@@ -69,7 +69,7 @@ class Job:
 
     def noise(self, steps: Integers) -> Array:
         """The normal numbers of some steps (N,), each by its number: (B, N, nw)."""
-        return normals(self.seed, self.runs, steps, self.step.w.numel())
+        return normals(self.seed, self.runs, steps, self.step.noises)
 
 
 class Piece(NamedTuple):
@@ -108,7 +108,7 @@ def pieces(job: Job, kept: int, most_rows: int = STEPS_AT_ONCE) -> Iterator[Piec
 
 def stages(job: Job, kept: int, runs: int) -> Iterator[list[Piece]]:
     """The pieces that lots of so many runs go through without a look at progress, and with room for their rows."""
-    work = max(1, job.step.F.n_instructions() // 500)
+    work = max(1, job.step.operations // 500)
     most_steps = STEPS_OF_A_STAGE // (runs * work)
     most_rows = max(1, NUMBERS_OF_A_STAGE // (runs * job.step.states.size))
     stage: list[Piece] = []

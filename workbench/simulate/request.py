@@ -73,7 +73,7 @@ def plan_of(step: Step, p_rows: Array, until: float, every: float | None) -> tup
             f"`simulate(until=...)` must be a multiple of `every` = {stride * step.h:g} s; got {until:g} s."
         )
     kept = count // stride
-    if step.w.numel() and count > 2**STEP_BITS:
+    if step.noises and count > 2**STEP_BITS:
         raise ValueError(
             f"`simulate(until=...)` of a noisy step takes at most 2^{STEP_BITS} steps, as its noise would repeat; "
             f"got {count}."
@@ -93,7 +93,7 @@ def afford(call: str, step: Step, p_rows: Array, count: int, kept: int) -> None:
             f"the limit is {LARGEST / 2**30:.0f} GB. "
             "Keep fewer times with `every`, or run fewer at once."
         )
-    time = SECONDS_PER_OPERATION * runs * count * step.F.n_instructions()
+    time = SECONDS_PER_OPERATION * runs * count * step.operations
     if time > LONGEST:
         raise ValueError(
             f"`{call}(...)` would take about {time / 3600:.0f} hours of one processor for {runs} runs of {count} "

@@ -12,9 +12,11 @@ from workbench.bench.workload import H, rmse, workload
 def runner(horizon: float) -> Runner:
     """One run after the other."""
     step, steps = workload(), round(horizon / H)
-    k = ca.DM(range(steps)).T
-    one = ca.Function("one", [step.x, step.k, step.p], [step.next], {"cse": True})
-    x, p = ca.MX.sym("x", step.states.size), ca.MX.sym("p", step.parameters.size)
-    march = ca.Function("march", [x, p], [one.mapaccum(steps)(x, k, ca.repmat(p, 1, steps))[:, -1]])
+    times = ca.DM(range(steps)).T
+    k, x, p = step.rule.k, step.rule.x, step.rule.p
+    one = ca.Function("one", [x, k, p], [step.F(k, x, p, [])], {"cse": True})
+    begin, numbers = ca.MX.sym("x", step.states.size), ca.MX.sym("p", step.parameters.size)
+    end = one.mapaccum(steps)(begin, times, ca.repmat(numbers, 1, steps))[:, -1]
+    march = ca.Function("march", [begin, numbers], [end])
     start = step.states.default
     return lambda rows: rmse(np.array([np.array(march(start, row)).ravel() for row in rows]), horizon)

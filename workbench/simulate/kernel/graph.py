@@ -11,11 +11,12 @@ from typing import NamedTuple
 
 
 class Level(enum.IntEnum):
-    """What a value changes with at most: constants and parameters only, time too, or the state of a run."""
+    """What a value changes with at most: the length of the step, parameters too, time too, or the state of a run."""
 
-    PARAMETERS = 0
-    TIME = 1
-    STATE = 2
+    LENGTH = 0
+    PARAMETERS = 1
+    TIME = 2
+    STATE = 3
 
 
 class Node(NamedTuple):
@@ -27,33 +28,51 @@ class Node(NamedTuple):
     entry: int = 0
 
 
-SOURCES = ("k", "x", "p", "w")
-LEVELS = {"k": Level.TIME, "x": Level.STATE, "w": Level.STATE}
+SOURCES = ("h", "k", "x", "p", "w")
+LEVELS = {
+    "const": Level.LENGTH,
+    "h": Level.LENGTH,
+    "p": Level.PARAMETERS,
+    "k": Level.TIME,
+    "x": Level.STATE,
+    "w": Level.STATE,
+}
 COMMUTATIVE = {"add", "mul", "eq", "ne", "and", "or"}
 FOLDED: Mapping[str, Callable[..., float]] = {
     "add": lambda a, b: a + b,
     "sub": lambda a, b: a - b,
     "mul": lambda a, b: a * b,
+    "div": lambda a, b: a / b if b else a * math.inf,
     "neg": lambda a: -a,
     "inv": lambda a: 1.0 / a if a else math.inf,
     "sqrt": lambda a: math.sqrt(a) if a >= 0 else math.nan,
+    "floor": lambda a: float(math.floor(a)) if math.isfinite(a) else a,
 }
 
 
 @dataclass(frozen=True, eq=False)
 class Graph:
-    """The nodes of x+ = F(k, x, p, w) in the order of evaluation, and which of them are the entries of x+."""
+    """The nodes of x+ = F(h, k, x, p, w) in the order of evaluation, and which of them are the entries of x+."""
 
     nodes: tuple[Node, ...]
     results: tuple[int, ...]
 
     @cached_property
     def levels(self) -> tuple[Level, ...]:
-        """What each node changes with at most."""
+        """What each node changes with at most; what Python cannot fold is made with the parameters."""
         found: list[Level] = []
-        for node in self.nodes:
-            found.append(max([found[i] for i in node.operands], default=LEVELS.get(node.op, Level.PARAMETERS)))
+        for op, operands, *_ in self.nodes:
+            least = LEVELS.get(op, Level.LENGTH if op in FOLDED else Level.PARAMETERS)
+            found.append(max([least, *[found[i] for i in operands]]))
         return tuple(found)
+
+    def numbers(self, h: float) -> dict[int, float]:
+        """The values of the nodes that change with the length of the step alone, for one of h [s]."""
+        values: dict[int, float] = {}
+        for place in (i for i, level in enumerate(self.levels) if level is Level.LENGTH):
+            op, operands, value, _ = self.nodes[place]
+            values[place] = FOLDED[op](*(values[i] for i in operands)) if operands else h if op == "h" else value
+        return values
 
     def after(self, op: str, indices: Collection[int]) -> frozenset[int]:
         """The nodes that depend on the sources `op` of the given indices."""

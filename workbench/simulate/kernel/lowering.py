@@ -170,7 +170,7 @@ def _piece(plan: Plan, width: int) -> str:
 
     def outside(e: Emission, place: int) -> str:
         node = graph.nodes[place]
-        if node.op == "const":
+        if place in plan.constant_places:
             return e.spread("%constants", plan.constant_places[place])
         return e.lane("%p_here", plan.parameters[node.entry])
 
@@ -226,7 +226,7 @@ def _table(plan: Plan, width: int) -> str:
 
     def outside(e: Emission, place: int) -> str:
         node = graph.nodes[place]
-        if node.op == "const":
+        if place in plan.constant_places:
             return e.spread("%constants", plan.constant_places[place])
         return e.spread("%p", plan.parameters[node.entry] * width)
 

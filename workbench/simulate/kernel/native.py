@@ -33,7 +33,6 @@ class Kernel:
     plan: Plan
     width: int
     march: Callable[..., int]
-    constants: Array
 
 
 @lru_cache(maxsize=256)
@@ -42,7 +41,7 @@ def kernel(plan: Plan, width: int, haste: bool = False) -> Kernel:
     module = llvm.compiled(_ir(plan, width), haste)
     number, pointer = ctypes.c_int64, ctypes.c_void_p
     march = module.function("workbench_march", pointer, *[number] * 4, *[pointer] * 7, result=number)
-    return Kernel(plan, width, march, _aligned(np.array(plan.constants)))
+    return Kernel(plan, width, march)
 
 
 @lru_cache(maxsize=16)
@@ -95,7 +94,8 @@ def _advance(made: Kernel, job: Job, lot: slice, x: Array, stage: list[Piece]) -
     groups = max(-(-piece.length // width) for piece in stage)
     out = _room(blocks, end - first, nx, width)
     scratch, table = _room(len(plan.lanes), width), _room(groups, len(plan.table), width)
-    memory = (times, _aligned(keys), made.constants, p, scratch, table, state, out)  # held while the march runs
+    constants = _aligned(np.array(plan.constants(job.step.h)))
+    memory = (times, _aligned(keys), constants, p, scratch, table, state, out)  # held while the march runs
     counts = (len(stage), blocks, end - first, job.seed - (job.seed >> 63 << 64))
     pieces, *places = (array.ctypes.data for array in memory)
     done = made.march(pieces, *counts, *places)

@@ -14,7 +14,6 @@ import numpy as np
 
 from workbench.core.layout import Array
 from workbench.simulate.job import Job, Piece, Progress, crew, pieces
-from workbench.simulate.kernel.graph import Graph
 from workbench.simulate.kernel.plan import Plan
 
 RUNS_AT_ONCE = 8192  # the calls of an operation, which threads make one at a time, then cost little beside its work
@@ -114,26 +113,26 @@ def march(job: Job, x: Array, tell: Progress) -> None:
     done, total = 0.0, kept * job.stride
     with crew(len(parts)) as each:
         for piece in pieces(job, kept):
-            table = _table(made.plan, job.p[0], piece)
+            table = _table(made.plan, job, piece)
             for _ in each(lambda lot, of=piece, t=table: _advance(made, job, lot, x, of, t), parts):
                 done += piece.length / len(parts)
                 tell(min(done / total, 1.0))
 
 
-def _table(plan: Plan, p: Array, piece: Piece) -> Array:
+def _table(plan: Plan, job: Job, piece: Piece) -> Array:
     """What depends on time alone, (steps, nt)."""
     k = np.arange(piece.begin, piece.begin + piece.rows * piece.steps, dtype=float)
-    values = _evaluate(plan.graph, plan.table, lambda op, index: k if op == "k" else p[index])
+    values = _evaluate(plan, plan.table, job.step.h, lambda op, index: k if op == "k" else job.p[0, index])
     return np.stack([values[place] for place in plan.table], axis=1) if plan.table else np.empty((len(k), 0))
 
 
 def _advance(made: Program, job: Job, lot: slice, x: Array, piece: Piece, table: Array) -> None:
     """Fill the rows of a piece in x for one lot of runs."""
     plan, graph, runs = made.plan, made.plan.graph, len(x[lot])
-    lanes = _evaluate(graph, plan.lanes, lambda op, index: np.ascontiguousarray(job.p[lot, index]))
+    lanes = _evaluate(plan, plan.lanes, job.step.h, lambda op, index: np.ascontiguousarray(job.p[lot, index]))
     buffers, row = np.empty((made.buffers, runs)), np.empty(len(plan.table))
     state = np.array(x[lot, piece.start].T, order="C")  # a copy also of one run
-    after, noise, k = np.empty_like(state), np.empty((job.step.w.numel(), runs)), np.empty(())
+    after, noise, k = np.empty_like(state), np.empty((job.step.noises, runs)), np.empty(())
     sources = {"x": state, "w": noise}
     values: dict[int, Any] = lanes | {place: row[i : i + 1] for i, place in enumerate(plan.table)}
     for place, node in enumerate(graph.nodes):
@@ -159,14 +158,15 @@ def _advance(made: Program, job: Job, lot: slice, x: Array, piece: Piece, table:
                 x[lot, piece.row + step // piece.steps] = state.T
 
 
-def _evaluate(graph: Graph, places: Sequence[int], source: Callable[[str, int], Any]) -> dict[int, Any]:
-    """The values of some nodes, and of all they need, from what `source` gives for 'p' and 'k'."""
+def _evaluate(plan: Plan, places: Sequence[int], h: float, source: Callable[[str, int], Any]) -> dict[int, Any]:
+    """The values of some nodes, and of all they need, from h [s] and what `source` gives for 'p' and 'k'."""
+    numbers = plan.graph.numbers(h)
     values: dict[int, Any] = {}
     with np.errstate(all="ignore"):
-        for place in graph.before(places):
-            node = graph.nodes[place]
-            if node.op == "const":
-                values[place] = np.float64(node.value)
+        for place in plan.graph.before(places):
+            node = plan.graph.nodes[place]
+            if place in numbers:
+                values[place] = np.float64(numbers[place])
             elif not node.operands:
                 values[place] = source(node.op, node.entry)
             else:  # a truth becomes a number

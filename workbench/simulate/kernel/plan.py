@@ -21,14 +21,15 @@ class Plan:
 
     Attributes
     ----------
-    per_run, per_step, inside
-        Places of nodes in the order of evaluation: those of constants and parameters only; those of
-        time and of parameters that are equal in all runs; and all others.
+    numbers, per_run, per_step, inside
+        Places of nodes in the order of evaluation: those of the length of the step alone that others use;
+        those of parameters too; those of time and of parameters that are equal in all runs; and all others.
     lanes, table
-        Those of the first two that the loop uses and finds in memory.
+        Those before `inside` that the loop uses and finds in memory: one a run, and one a step.
     """
 
     graph: Graph
+    numbers: tuple[int, ...]
     per_run: tuple[int, ...]
     per_step: tuple[int, ...]
     inside: tuple[int, ...]
@@ -36,25 +37,30 @@ class Plan:
     table: tuple[int, ...]
 
     @staticmethod
-    @lru_cache(maxsize=128)
     def of_step(step: Step, varied: tuple[int, ...]) -> Plan:
-        """The plan of a step's graph, each made once."""
-        return Plan.of(graph_of(step), varied)
+        """The plan of a step's graph, made once for all lengths."""
+        return _plan(graph_of(step), varied)
 
     @staticmethod
     def of(graph: Graph, varied: Iterable[int]) -> Plan:
         """The plan where the parameters `varied` differ from run to run."""
         moving = graph.after("p", set(varied))
-        groups: dict[str, list[int]] = {"per_run": [], "per_step": [], "inside": []}
+        groups: dict[Level, list[int]] = {level: [] for level in Level}
         for place, level in enumerate(graph.levels):
-            timed = level is Level.TIME and place not in moving
-            groups["per_run" if level is Level.PARAMETERS else "per_step" if timed else "inside"].append(place)
-        used = {i for place in groups["inside"] for i in graph.nodes[place].operands} | set(graph.results)
-        used -= {place for place in used if _is_plain(graph.nodes[place])}
+            groups[Level.STATE if level is Level.TIME and place in moving else level].append(place)
+        numbers, per_run, per_step, inside = (tuple(group) for group in groups.values())
+        used, needed = (
+            {i for place in places for i in graph.nodes[place].operands if not _is_plain(graph.nodes[i])}
+            for places in (inside, per_run + per_step + inside)
+        )
+        used |= {place for place in graph.results if not _is_plain(graph.nodes[place])}
         return Plan(
             graph,
-            *(tuple(group) for group in groups.values()),
-            *(tuple(i for i in groups[group] if i in used) for group in ("per_run", "per_step")),
+            tuple(i for i in numbers if i in needed | used),
+            per_run,
+            per_step,
+            inside,
+            *(tuple(i for i in group if i in used) for group in (numbers + per_run, per_step)),
         )
 
     @cached_property
@@ -62,16 +68,15 @@ class Plan:
         """Those made once a run that the table needs."""
         return tuple(i for i in self.graph.before(self.table) if self.graph.levels[i] is Level.PARAMETERS)
 
-    @cached_property
-    def constants(self) -> tuple[float, ...]:
-        """The numbers that a kernel is handed."""
-        return tuple(self.graph.nodes[place].value for place in self.constant_places)
+    def constants(self, h: float) -> tuple[float, ...]:
+        """The numbers that a kernel is handed, for steps of length h [s]."""
+        values = self.graph.numbers(h)
+        return tuple(values[place] for place in self.numbers)
 
     @cached_property
     def constant_places(self) -> Mapping[int, int]:
-        """Where a node's number is among `constants`."""
-        handed = (i for i in self.per_run if self.graph.nodes[i].op == "const" and not _is_plain(self.graph.nodes[i]))
-        return {place: i for i, place in enumerate(handed)}
+        """Where the value of a node is among `constants`."""
+        return {place: i for i, place in enumerate(self.numbers)}
 
     @cached_property
     def parameters(self) -> Mapping[int, int]:
@@ -79,10 +84,25 @@ class Plan:
         return {i: place for place, i in enumerate(sorted(n.entry for n in self.graph.nodes if n.op == "p"))}
 
 
-@lru_cache(maxsize=128)
 def graph_of(step: Step) -> Graph:
-    """The graph of a step as every kernel evaluates it, made once."""
-    return rewritten(read(step))
+    """The graph of a step as every kernel evaluates it, made once for all lengths.
+
+    Raises
+    ------
+    ValueError
+        If the step has an operation that no kernel knows; the message names it and the state it is for.
+    """
+    return _rewritten(read(step))
+
+
+@lru_cache(maxsize=128)
+def _rewritten(graph: Graph) -> Graph:
+    return rewritten(graph)
+
+
+@lru_cache(maxsize=128)
+def _plan(graph: Graph, varied: tuple[int, ...]) -> Plan:
+    return Plan.of(graph, varied)
 
 
 def _is_plain(node: Node) -> bool:

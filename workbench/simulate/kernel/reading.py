@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import lru_cache
 
 import casadi as ca
 
-from workbench.core import Step
-from workbench.simulate.kernel.graph import SOURCES, Graph, Node, Nodes
+from workbench.core import Rule, Step
+from workbench.simulate.kernel.graph import FOLDED, LEVELS, SOURCES, Graph, Level, Node, Nodes
 
 # Operations of CasADi by their names here; what is missing is built of these, or refused by name.
 OPERATIONS: Mapping[int, str] = {
@@ -47,32 +48,50 @@ NAMES = {getattr(ca, name): name.removeprefix("OP_") for name in dir(ca) if name
 
 
 def read(step: Step) -> Graph:
-    """The graph of a step.
+    """The graph of a step of any length.
 
     Raises
     ------
     ValueError
         If the step has an operation that no kernel knows; the message names it and the state it is for.
     """
-    return _Reader(step).graph()
+    graph = _graph(step.rule)
+    if (unknown := _unknown(graph)) is not None:
+        operation, state = unknown
+        raise ValueError(
+            f"The step of '{step.flow.name}' has the operation {operation}, which the batch engine does not know; "
+            f"'{step.states.labels[state]}' needs it. It knows {', '.join(sorted(OPERATIONS.values()))}, and what is "
+            "made of them."
+        )
+    return graph
+
+
+@lru_cache(maxsize=128)
+def _graph(rule: Rule) -> Graph:
+    reader = _Reader()
+    results = tuple(reader.read(rule.F))
+    return Graph(tuple(reader.nodes.held), results)
+
+
+@lru_cache(maxsize=128)
+def _unknown(graph: Graph) -> tuple[str, int] | None:
+    """An operation that no kernel knows, and the first result that needs it."""
+    for place in (i for i, node in enumerate(graph.nodes) if node.op.startswith(UNKNOWN)):
+        for i, result in enumerate(graph.results):
+            if place in graph.before([result]):
+                return graph.nodes[place].op.removeprefix(UNKNOWN), i
+    return None
 
 
 class _Reader:
     """Turns the instructions of CasADi into nodes."""
 
-    def __init__(self, step: Step) -> None:
-        self.step = step
+    def __init__(self) -> None:
         self.nodes = Nodes()
         self.quotients: dict[int, tuple[int, ...]] = {}  # what a product with a reciprocal was a quotient of
 
-    def graph(self) -> Graph:
-        """All nodes, in order."""
-        results = tuple(self._read(self.step.F))
-        graph = Graph(tuple(self.nodes.held), results)
-        self._check(graph)
-        return graph
-
-    def _read(self, function: ca.Function) -> list[int]:
+    def read(self, function: ca.Function) -> list[int]:
+        """The places of what the function returns."""
         registers: dict[int, int] = {}
         results: dict[int, int] = {}
         for line in range(function.n_instructions()):
@@ -86,7 +105,7 @@ class _Reader:
                 registers[writes[0]] = self.nodes.constant(function.instruction_constant(line))
             else:
                 registers[writes[0]] = self._operation(code, *(registers[read] for read in reads))
-        return [results[i] if i in results else self.nodes.constant(0.0) for i in range(self.step.states.size)]
+        return [results[i] if i in results else self.nodes.constant(0.0) for i in range(function.size1_out(0))]
 
     def _operation(self, code: int, *operands: int) -> int:
         """An operation of CasADi in terms of ours."""
@@ -98,6 +117,8 @@ class _Reader:
             case ca.OP_TWICE:
                 return self.nodes.add("add", (operands[0], operands[0]))
             case ca.OP_DIV:
+                if all(map(self._is_number, operands)):
+                    return self.nodes.add("div", operands)
                 product = self.nodes.add("mul", (operands[0], self.nodes.add("inv", (operands[1],))))
                 self.quotients[product] = operands
                 return product
@@ -114,23 +135,10 @@ class _Reader:
                 return self.nodes.add("mul", (self.nodes.add("sin", operands), cosine))
         return self.nodes.add(OPERATIONS.get(code, f"{UNKNOWN}{NAMES.get(code, code)}"), operands)
 
-    def _check(self, graph: Graph) -> None:
-        """Refuse an operation that no kernel knows, with the first state that needs it."""
-        for place, node in enumerate(graph.nodes):
-            if node.op.startswith(UNKNOWN):
-                needs = [
-                    label
-                    for label, i in zip(self.step.states.labels, graph.results, strict=True)
-                    if place in graph.before([i])
-                ]
-                if not needs:
-                    continue
-                known = ", ".join(sorted(OPERATIONS.values()))
-                raise ValueError(
-                    f"The step of '{self.step.flow.name}' has the operation {node.op.removeprefix(UNKNOWN)}, which "
-                    f"the batch engine does not know; '{needs[0]}' needs it. It knows {known}, and what is made of "
-                    "them."
-                )
+    def _is_number(self, place: int) -> bool:
+        """Whether a value changes with the length of the step alone, and is so computed once for all."""
+        op, operands, *_ = self.nodes[place]
+        return LEVELS.get(op) is Level.LENGTH or (op in FOLDED and all(map(self._is_number, operands)))
 
     def _sum(self, a: int, b: int) -> int:
         """A sum; of (c ? u : 0) and (not c ? v : 0), as CasADi writes it, (c ? u : v)."""

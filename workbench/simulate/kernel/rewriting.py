@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from itertools import chain
 
-from workbench.simulate.kernel.graph import Graph, Node
+from workbench.simulate.kernel.graph import Graph, Level, Node
 
 DEEPEST = 32  # sums of sums of angles that are opened: each adds its rounding
 
@@ -67,7 +67,7 @@ def fused(graph: Graph) -> Graph:
     changed: dict[int, Node] = {}
 
     def product(place: int, of: int) -> tuple[int, ...]:
-        alone = nodes[place].op == "mul" and uses[place] == 1 and levels[place] == levels[of]
+        alone = nodes[place].op == "mul" and uses[place] == 1 and levels[place] == levels[of] > Level.LENGTH
         return nodes[place].operands if alone else ()
 
     for place in needed:

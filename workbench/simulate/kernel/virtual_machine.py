@@ -17,7 +17,7 @@ STEPS_PER_CALL = 20_000  # of all runs, between two looks at progress and diverg
 
 def working_set(step: Step, runs: int) -> int:
     """The bytes that a march needs beside what it fills: each step of a call leaves all it knows, three times."""
-    size = 1 + step.states.size + step.parameters.size + step.w.numel()
+    size = 1 + step.states.size + step.parameters.size + step.noises
     return 3 * 8 * size * max(STEPS_PER_CALL, runs)
 
 
@@ -56,7 +56,7 @@ def _march(job: Job, x: Array, tell: Progress, done_before: float, part: float) 
 @lru_cache(maxsize=64)
 def _marcher(step: Step, stride: int, kept: int, runs: int) -> ca.Function:
     """[k; x; p] and the noise to [k; x] at `kept` times, `stride` steps apart, all side by side, for each run."""
-    z, w = ca.SX.sym("z", 1 + step.states.size + step.parameters.size), ca.SX.sym("w", step.w.numel())
+    z, w = ca.SX.sym("z", 1 + step.states.size + step.parameters.size), ca.SX.sym("w", step.noises)
     k, x, p = ca.vertsplit(z, [0, 1, 1 + step.states.size, z.numel()])
     one = ca.Function("workbench_one", [z, w], [ca.vertcat(k + 1, step.F(k, x, p, w), p)], {"cse": True})
     start, noise = ca.MX.sym("start", z.numel()), ca.MX.sym("noise", w.numel(), stride * kept)

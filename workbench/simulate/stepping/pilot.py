@@ -20,7 +20,7 @@ from functools import cache, cached_property, lru_cache
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Step
+from workbench.core import Entry, Layout, Rule, Step
 from workbench.core.numbers import Array, Integers
 from workbench.simulate.request import rows_of
 from workbench.simulate.stepping.cells import cells_of
@@ -132,7 +132,7 @@ def _checked(step: Step, p: Array, x0: Array, methods: Sequence[str]) -> tuple[A
         raise ValueError(f"`choose(...)` needs as many pilot runs of p as of x0; got {len(p)} and {len(x0)} rows.")
     if not methods:
         raise ValueError("`choose(methods=...)` needs at least one method; got none.")
-    if step.w.numel():
+    if step.noises:
         raise ValueError("`choose(make=...)` must make steps without noise, whose error a smaller step would show.")
     return rows_of("choose", step, p, x0)
 
@@ -163,7 +163,7 @@ class _Pilot:
 
     def cost(self, candidate: Candidate) -> float:
         """Operations in a cell."""
-        return float(candidate[1] * self.step(candidate).F.n_instructions())
+        return float(candidate[1] * self.step(candidate).operations)
 
     def ends(self, candidate: Candidate, at: Integers) -> Array:
         """Where a candidate arrives from the beginning of each of the cells `at`, (R, len(at), nx)."""
@@ -210,16 +210,16 @@ class _Pilot:
         return modes_at(flow, np.asarray(at * self.cell), self.x[run, at], self.p[run])
 
 
-@lru_cache(maxsize=128)
 def movable(step: Step) -> Step:
     """The same step with a parameter more: the number of the step that is its first."""
+    more = Layout((Entry("begin", np.zeros(())),))
+    return replace(step, parameters=step.parameters + more, rule=_movable(step.rule))
+
+
+@lru_cache(maxsize=128)
+def _movable(rule: Rule) -> Rule:
     begin = ca.SX.sym("begin")
-    return replace(
-        step,
-        parameters=step.parameters + Layout((Entry("begin", np.zeros(())),)),
-        p=ca.vertcat(step.p, begin),
-        next=ca.substitute(step.next, step.k, step.k + begin),
-    )
+    return replace(rule, p=ca.vertcat(rule.p, begin), next=ca.substitute(rule.next, rule.k, rule.k + begin))
 
 
 def _search(

@@ -148,13 +148,13 @@ def _checked(
     schedule: Schedule, steps: dict[tuple[str, int], Step], p: Array | None, x0: Array | None, kept: int
 ) -> tuple[Array, Array]:
     """One row a run of parameters and states, or a refusal of what `simulate` would refuse."""
-    dearest = max(steps.values(), key=lambda step: step.F.n_instructions())
-    if dearest.w.numel():
+    dearest = max(steps.values(), key=lambda step: step.operations)
+    if dearest.noises:
         raise ValueError("`run(make=...)` must make steps without noise: `simulate` runs a noisy one, at one step.")
     rows = rows_of("run", dearest, p, x0)
-    work = sum(s.steps * s.cells * steps[s.method, s.steps].F.n_instructions() for s in schedule.segments)
+    work = sum(s.steps * s.cells * steps[s.method, s.steps].operations for s in schedule.segments)
     # as many of the dearest steps as cost the same; what is kept is at hand twice, and two states a run beside it
-    afford("run", dearest, rows[0], -(-work // dearest.F.n_instructions()), 2 * kept + 2)
+    afford("run", dearest, rows[0], -(-work // dearest.operations), 2 * kept + 2)
     return rows
 
 
@@ -173,7 +173,7 @@ class _Part:
 
 def _parts(schedule: Schedule, steps: dict[tuple[str, int], Step], kept: int) -> Iterator[_Part]:
     """The segments, cut such that states are kept between equal numbers of steps."""
-    costs = [s.steps * steps[s.method, s.steps].F.n_instructions() for s in schedule.segments]
+    costs = [s.steps * steps[s.method, s.steps].operations for s in schedule.segments]
     total = sum(cost * s.cells for cost, s in zip(costs, schedule.segments, strict=True))
     done, spent = 0, 0
     for segment, cost in zip(schedule.segments, costs, strict=True):
