@@ -7,7 +7,7 @@ import pytest
 from equations import decay, explosion, oscillator
 
 from workbench.core import rk4
-from workbench.simulate import job, request, simulate
+from workbench.simulate import job, marches, request, simulate
 from workbench.simulate.kernel import virtual_machine
 
 
@@ -218,3 +218,13 @@ def test_the_stages_of_a_march_follow_on_and_keep_no_more_rows_than_there_is_roo
     assert sum(piece.length for piece in every) == stride * kept
     assert all(a.begin + a.length == b.begin for a, b in pairwise(every))
     assert [piece.whole for piece in every].count(True) == len({piece.row for piece in every})
+
+
+def test_a_step_of_very_many_operations_is_compiled_only_when_asked(monkeypatch):
+    step = rk4(oscillator(), 0.01)
+    asked = job.Job(step, np.tile(step.parameters.default, (2, 1)), 1, 0, np.arange(2))
+    compiled = marches.march_of(asked, "native")
+    assert marches.march_of(asked) is compiled
+    monkeypatch.setattr(marches, "MOST_COMPILED", step.operations - 1)
+    assert marches.march_of(asked) is virtual_machine.march
+    assert marches.march_of(asked, "native") is compiled

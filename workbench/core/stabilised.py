@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 
 import casadi as ca
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.polynomial import Chebyshev, Polynomial
 from workbench.core.numbers import Array
 from workbench.core.ode import Ode
 from workbench.core.sockets import require
-from workbench.core.step import Step, length, rk4
+from workbench.core.step import Rule, Step, length, rk4
 
 DAMPING = 2 / 13
 MOST_STAGES = 12  # beyond, the powers of z in R(z) cancel more digits than a stability limit may lose
@@ -46,18 +46,23 @@ def rkc(ode: Ode, h: float, stages: int) -> Step:
             f"`rkc(stages=...)` must be a whole number from 2, which the second order needs, to {MOST_STAGES}, "
             f"beyond which rounding spoils its stability polynomial; got {stages!r}."
         )
-    step = rk4(ode, h)
+    return replace(rk4(ode, h), rule=_rkc(ode, stages), amplification=amplification(stages))
+
+
+@lru_cache(maxsize=64)
+def _rkc(ode: Ode, stages: int) -> Rule:
+    """The rule of the steps for one equation, of whatever length."""
+    rule = rk4(ode, 1.0).rule
     mu, nu, mu_f, gamma, c = coefficients(stages)
     f = ca.Function("f", [ode.t, ode.x, ode.p], [ode.rate])
-    rule = step.rule
-    span, x, p = rule.h, rule.x, rule.p
-    t = rule.k * span
+    h, x, p = rule.h, rule.x, rule.p
+    t = rule.k * h
     f0 = f(t, x, p)
-    before, now = x, x + mu_f[1] * span * f0
+    before, now = x, x + mu_f[1] * h * f0
     for j in range(2, stages + 1):
-        pull = mu_f[j] * f(t + c[j - 1] * span, now, p) + gamma[j] * f0
-        before, now = now, (1 - mu[j] - nu[j]) * x + mu[j] * now + nu[j] * before + span * pull
-    return replace(step, rule=replace(rule, next=now), amplification=amplification(stages))
+        pull = mu_f[j] * f(t + c[j - 1] * h, now, p) + gamma[j] * f0
+        before, now = now, (1 - mu[j] - nu[j]) * x + mu[j] * now + nu[j] * before + h * pull
+    return replace(rule, next=now)
 
 
 def stepper(method: str) -> Callable[[Ode, float], Step]:

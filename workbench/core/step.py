@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import casadi as ca
 import numpy as np
@@ -121,13 +121,18 @@ def rk4(ode: Ode, h: float) -> Step:
     Hairer, Norsett and Wanner (1993), Solving Ordinary Differential Equations I, section II.1.
     """
     require("rk4(ode=...)", ode, Ode, ": a loop becomes one by its method `ode()`" if hasattr(ode, "ode") else "")
-    h = length("rk4(h=...)", h)
+    layouts = (ode.states, ode.parameters, ode.outputs)
+    return Step(length("rk4(h=...)", h), *layouts, _rk4(ode), ode, RK4_AMPLIFICATION)
+
+
+@lru_cache(maxsize=64)
+def _rk4(ode: Ode) -> Rule:
+    """The rule of the steps for one equation, of whatever length."""
     f = ca.Function("f", [ode.t, ode.x, ode.p], [ode.rate])
-    span, k, w = ca.SX.sym("h"), ca.SX.sym("k"), ca.SX(0, 1)
-    t = k * span
-    after = runge_kutta(f, t, ode.x, ode.p, span)
-    rule = Rule(span, k, ode.x, ode.p, w, after, ca.substitute(ode.output, ode.t, t))
-    return Step(h, ode.states, ode.parameters, ode.outputs, rule, ode, RK4_AMPLIFICATION)
+    h, k = ca.SX.sym("h"), ca.SX.sym("k")
+    t = k * h
+    after = runge_kutta(f, t, ode.x, ode.p, h)
+    return Rule(h, k, ode.x, ode.p, ca.SX(0, 1), after, ca.substitute(ode.output, ode.t, t))
 
 
 def runge_kutta(f: ca.Function, t: ca.SX, x: ca.SX, p: ca.SX, h: ca.SX | float) -> ca.SX:

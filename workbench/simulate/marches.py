@@ -11,6 +11,7 @@ from workbench.simulate.job import Job, March
 from workbench.simulate.kernel import numpy_kernel, virtual_machine
 from workbench.simulate.kernel.plan import Plan
 
+MOST_COMPILED = 30_000  # operations of a step: LLVM needs minutes for more, and a stack that grows with them
 FEW_RUNS = 64  # up to so many, CasADi's machine is faster than NumPy
 
 
@@ -38,12 +39,15 @@ def march_of(job: Job, engine: str | None = None) -> March:
         return virtual_machine.march
     if engine == "numpy":
         return numpy_kernel.march
+    elsewhere = virtual_machine.march if len(job.p) <= FEW_RUNS else numpy_kernel.march
+    if engine is None and job.step.operations > MOST_COMPILED:
+        return elsewhere
     try:
         return _native()
     except ImportError as error:
         if engine == "native":
             raise ValueError(f"`simulate(engine='native')` cannot run here: {error}.") from error
-        return virtual_machine.march if len(job.p) <= FEW_RUNS else numpy_kernel.march
+        return elsewhere
 
 
 def _native() -> March:

@@ -94,14 +94,27 @@ def _advance(made: Kernel, job: Job, lot: slice, x: Array, stage: list[Piece]) -
     groups = max(-(-piece.length // width) for piece in stage)
     out = _room(blocks, end - first, nx, width)
     scratch, table = _room(len(plan.lanes), width), _room(groups, len(plan.table), width)
-    constants = _aligned(np.array(plan.constants(job.step.h)))
-    memory = (times, _aligned(keys), constants, p, scratch, table, state, out)  # held while the march runs
+    memory = (
+        times,
+        _aligned(keys),
+        _constants(plan, job.step.h),
+        p,
+        scratch,
+        table,
+        state,
+        out,
+    )  # held while the march runs
     counts = (len(stage), blocks, end - first, job.seed - (job.seed >> 63 << 64))
     pieces, *places = (array.ctypes.data for array in memory)
     done = made.march(pieces, *counts, *places)
     x[:, first:end] = out.transpose(0, 3, 1, 2).reshape(-1, end - first, nx)[:runs]
     if done < len(stage):  # no run was finite any more
         x[:, stage[done].row : end] = np.nan
+
+
+@lru_cache(maxsize=256)
+def _constants(plan: Plan, h: float) -> Array:
+    return _aligned(np.array(plan.constants(h)))
 
 
 def _room(*shape: int, kind: type[Any] = float) -> Array:
