@@ -45,9 +45,8 @@ def simulate(
     engine
         "native" is compiled for this processor; "numpy" runs everywhere, some twenty times slower;
         "casadi" is CasADi's virtual machine, several times slower for one run, a hundred times for many.
-        Without a name it is the first that can run the step, and not "native" for one of over 30,000
-        operations, which would take minutes to compile. What "native" calls diverged, "casadi"
-        judges, and continues if it stays finite: the first knows no sine beyond 1e12 rad.
+        Without a name it is the first that can run the step, "native" up to 30,000 operations alone. What
+        that calls diverged, "casadi" judges, and continues if finite: it knows no sine beyond 1e12 rad.
 
     Raises
     ------

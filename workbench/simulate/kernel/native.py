@@ -94,16 +94,8 @@ def _advance(made: Kernel, job: Job, lot: slice, x: Array, stage: list[Piece]) -
     groups = max(-(-piece.length // width) for piece in stage)
     out = _room(blocks, end - first, nx, width)
     scratch, table = _room(len(plan.lanes), width), _room(groups, len(plan.table), width)
-    memory = (
-        times,
-        _aligned(keys),
-        _constants(plan, job.step.h),
-        p,
-        scratch,
-        table,
-        state,
-        out,
-    )  # held while the march runs
+    # all of it is held while the march runs
+    memory = (times, _aligned(keys), _constants(plan, job.step.h), p, scratch, table, state, out)
     counts = (len(stage), blocks, end - first, job.seed - (job.seed >> 63 << 64))
     pieces, *places = (array.ctypes.data for array in memory)
     done = made.march(pieces, *counts, *places)
