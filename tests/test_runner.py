@@ -83,9 +83,9 @@ def test_a_case_that_fails_is_named_and_ends_the_others_early():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"every": 0.015}, r"`Case\(every=...\)` must be a multiple of `h` = 0.01 s, in 'S: law'; got 0.015 s"),
+        ({"every": 0.015}, r"`Case\(every=...\)` must be a multiple of `h` of 'S: law', 0.01 s; got 0.015 s"),
         ({"until": 2.005}, r"`Case\(until=...\)` must be a multiple of `h`"),
-        ({"until": 2.05}, r"`Case\(until=...\)` must be a multiple of `every` = 0.1 s"),
+        ({"until": 2.05}, r"`Case\(until=...\)` must be a multiple of `every` of 'S: law', 0.1 s"),
         ({"until": 0.001}, r"`Case\(until=...\)` must be a multiple of `h`"),
     ],
 )

@@ -127,7 +127,7 @@ def test_times_that_do_not_fit_the_period_are_refused():
         measure(digital, (rmse(),), until=1.0, h=np.nan)
     with pytest.raises(ValueError, match=r"`simulate\(until=...\)` must be a multiple of the step 0.01 s; got 0.015 s"):
         measure(digital, (rmse(),), until=0.015, h=0.01)
-    with pytest.raises(ValueError, match="sample time must be a multiple of the step 0.01 s; got 0.005 s"):
+    with pytest.raises(ValueError, match=r"sample=...\)` must be a multiple of the step 0.01 s; got 0.005 s"):
         measure(digital, (total_variation(0.005),), until=1.0, h=0.005)
 
 

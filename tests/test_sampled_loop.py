@@ -215,7 +215,9 @@ def test_a_period_that_is_no_positive_number_is_refused(period):
 
 @pytest.mark.parametrize("period", [None, "1 ms", True, [1e-3]])
 def test_a_period_that_is_no_number_is_refused(period):
-    with pytest.raises(ValueError, match=r"`ClosedLoop.digital\(period=...\)` must be a number of seconds; got"):
+    with pytest.raises(
+        ValueError, match=r"`ClosedLoop.digital\(period=...\)` must be a positive, finite number of seconds; got"
+    ):
         loop().digital(period)
 
 

@@ -71,13 +71,18 @@ def test_a_step_that_is_no_positive_number_is_refused(h):
 
 @pytest.mark.parametrize("h", ["short", None, [0.1, 0.2]])
 def test_a_step_that_is_no_number_is_refused(h):
-    with pytest.raises(ValueError, match=r"`rk4\(h=...\)` must be a number of seconds; got"):
+    with pytest.raises(ValueError, match=r"`rk4\(h=...\)` must be a positive, finite number of seconds; got"):
         rk4(forced(), h)
 
 
 @pytest.mark.parametrize(
     ("h", "says"),
-    [("0.1", "a number of seconds; got '0.1'"), (True, "got True"), ([0.1], "got .0.1."), (1e-320, "got 9.99989e-321")],
+    [
+        ("0.1", "a positive, finite number of seconds; got '0.1'"),
+        (True, "got True"),
+        ([0.1], "got .0.1."),
+        (1e-320, "got 9.99989e-321"),
+    ],
 )
 def test_a_step_that_is_text_or_too_small_for_a_float_is_refused(h, says):
     with pytest.raises(ValueError, match=r"`rk4\(h=...\)` must be .*" + says):

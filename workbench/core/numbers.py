@@ -46,6 +46,32 @@ def vector(call: str, value: Any, size: int, of: str) -> Array:
     return array.ravel()
 
 
+def positive(call: str, value: Any, of: str = "") -> float:
+    """A number that is positive, finite and of full accuracy, or a refusal; `of` says what it counts: " of seconds"."""
+    try:
+        number = float(numbers(None if isinstance(value, bool) or np.ndim(value) else value))
+    except (TypeError, ValueError):
+        raise ValueError(f"`{call}` must be a positive, finite number{of}; got {value!r}.") from None
+    if not np.finfo(float).tiny <= number < np.inf:
+        why = ", which a float does not hold to full accuracy" if 0 < number < 1 else ""
+        raise ValueError(f"`{call}` must be a positive, finite number{of}; got {number:g}{why}.")
+    return number
+
+
+def seconds(call: str, value: Any) -> float:
+    """A span of time that is positive, finite and of full accuracy, or a refusal."""
+    return positive(call, value, " of seconds")
+
+
+def multiple(call: str, span: float, unit: float, of: str) -> int:
+    """How many units make up a span, both in s, or a refusal; `of` names the unit."""
+    count = round(span / unit)
+    # 1e-6 of a unit: what the rounding of the quotient can do at a billion units
+    if count < 1 or abs(span / unit - count) > 1e-6 * max(1.0, count * 1e-6):
+        raise ValueError(f"`{call}` must be a multiple of {of} {unit:g} s; got {span:g} s.")
+    return count
+
+
 @dataclass(frozen=True)
 class Bounds:
     """What a number may be: finite, within [low, high], off both ends if `strict`; a matrix perhaps `symmetric`.

@@ -10,10 +10,11 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.layout import Layout
+from workbench.core.numbers import seconds
 from workbench.core.ode import Ode, instructions
 from workbench.core.show import layouts_to_html
 from workbench.core.sockets import require
-from workbench.core.step import RK4_AMPLIFICATION, Rule, Step, length, runge_kutta
+from workbench.core.step import RK4_AMPLIFICATION, Rule, Step, runge_kutta
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +48,7 @@ class Sampled:
 
     def __post_init__(self) -> None:
         require("Sampled(flow=...)", self.flow, Ode)
-        object.__setattr__(self, "period", length("Sampled(period=...)", self.period))
+        object.__setattr__(self, "period", seconds("Sampled(period=...)", self.period))
         rows, columns = self.jump.shape
         if columns != 1 or rows > self.flow.states.size:
             raise ValueError(
@@ -95,7 +96,7 @@ class Sampled:
         ValueError
             If h is no positive finite number, or the period no multiple of it.
         """
-        h = length("substeps(h=...)", h)
+        h = seconds("substeps(h=...)", h)
         count = round(self.period / h)
         if count < 1 or abs(self.period / h - count) > 1e-6:
             raise ValueError(

@@ -10,10 +10,10 @@ import casadi as ca
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
-from workbench.core.numbers import Array
+from workbench.core.numbers import Array, seconds
 from workbench.core.ode import Ode
 from workbench.core.sockets import require
-from workbench.core.step import Rule, Step, length, rk4
+from workbench.core.step import Rule, Step, rk4
 
 DAMPING = 2 / 13
 MOST_STAGES = 12  # beyond, the powers of z in R(z) cancel more digits than a stability limit may lose
@@ -40,7 +40,7 @@ def rkc(ode: Ode, h: float, stages: int) -> Step:
     Computational and Applied Mathematics 88, section 2.
     """
     require("rkc(ode=...)", ode, Ode, ": a loop becomes one by its method `ode()`" if hasattr(ode, "ode") else "")
-    h = length("rkc(h=...)", h)
+    h = seconds("rkc(h=...)", h)
     if not isinstance(stages, int) or isinstance(stages, bool) or not 2 <= stages <= MOST_STAGES:
         raise ValueError(
             f"`rkc(stages=...)` must be a whole number from 2, which the second order needs, to {MOST_STAGES}, "

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import casadi as ca
-import numpy as np
 
-from workbench.core.layout import Layout, numbers
+from workbench.core.layout import Layout
+from workbench.core.numbers import seconds
 from workbench.core.ode import Ode
 from workbench.core.sockets import require
 
@@ -122,7 +122,7 @@ def rk4(ode: Ode, h: float) -> Step:
     """
     require("rk4(ode=...)", ode, Ode, ": a loop becomes one by its method `ode()`" if hasattr(ode, "ode") else "")
     layouts = (ode.states, ode.parameters, ode.outputs)
-    return Step(length("rk4(h=...)", h), *layouts, _rk4(ode), ode, RK4_AMPLIFICATION)
+    return Step(seconds("rk4(h=...)", h), *layouts, _rk4(ode), ode, RK4_AMPLIFICATION)
 
 
 @lru_cache(maxsize=64)
@@ -142,19 +142,3 @@ def runge_kutta(f: ca.Function, t: ca.SX, x: ca.SX, p: ca.SX, h: ca.SX | float) 
     k3 = f(t + h / 2, x + h / 2 * k2, p)
     k4 = f(t + h, x + h * k3, p)
     return x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-
-
-def length(call: str, h: object) -> float:
-    """A step's length, or a sampling period, in s; what is none is refused in the name of `call`."""
-    try:
-        seconds = numbers(h)
-    except (TypeError, ValueError):
-        seconds = np.zeros(0)
-    if seconds.shape != () or isinstance(h, bool):
-        raise ValueError(f"`{call}` must be a number of seconds; got {h!r}.")
-    if not np.finfo(float).tiny <= seconds < np.inf:
-        raise ValueError(
-            f"`{call}` must be a positive, finite number of seconds; got {seconds:g}"
-            + (", which a float does not hold to full accuracy." if seconds > 0 and np.isfinite(seconds) else ".")
-        )
-    return float(seconds)

@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Sampled, Step, block, lift
+from workbench.core.numbers import seconds
 from workbench.core.sockets import require
-from workbench.core.step import length
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, AbstractReference
 from workbench.loop.instruments import Instruments
 from workbench.loop.ports import Measurement
@@ -102,7 +102,7 @@ class ClosedLoop:
             If the period is no positive finite number, the instruments are none or for other joints, `delay` is
             neither True nor False, or the law calls a signal of its own as the loop calls one.
         """
-        return digital(self, length("ClosedLoop.digital(period=...)", period), instruments, delay, name)
+        return digital(self, seconds("ClosedLoop.digital(period=...)", period), instruments, delay, name)
 
     def sampled(
         self,

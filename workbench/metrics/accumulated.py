@@ -12,7 +12,7 @@ import numpy as np
 
 from workbench.core import Layout, Ode, Sampled, Step, stepper, with_quadrature
 from workbench.core.layout import nearest
-from workbench.core.step import length
+from workbench.core.numbers import multiple, seconds
 from workbench.metrics.contract import AbstractMetric
 
 MOST = 1000  # in the ratio of two sample times that have a common divisor
@@ -57,7 +57,7 @@ def maker(equation: Ode | Sampled, metrics: Sequence[AbstractMetric]) -> Callabl
         if isinstance(equation, Sampled):
             span, substeps = equation.period, equation.substeps(h)
         else:
-            span, substeps = length("measured(h=...)", h), 1
+            span, substeps = seconds("measured(h=...)", h), 1
         _check_grids(metrics, span)
         if (method, substeps) not in made:
             plain = sampled.step(substeps) if sampled else stepper(method)(ode, span)
@@ -87,9 +87,7 @@ def _with_memories(step: Step, metrics: Sequence[AbstractMetric]) -> Step:
 def _check_grids(metrics: Sequence[AbstractMetric], h: float) -> None:
     """Refuse a step h [s] that does not divide every sample time."""
     for sample in (m.grid for m in metrics if m.grid is not None):
-        every = round(sample / h)
-        if every < 1 or abs(sample / h - every) > 1e-6 * every:
-            raise ValueError(f"A metric's sample time must be a multiple of the step {h:g} s; got {sample:g} s.")
+        multiple("metric(sample=...)", sample, h, "the step")
 
 
 def resolved(

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Array, nearest, numbers
+from workbench.core.layout import Array, nearest
+from workbench.core.numbers import positive, seconds
 from workbench.metrics.integral import Integral
 from workbench.metrics.sampled import Peak, SampledRms, TotalVariation
 from workbench.metrics.step_response import Overshoot, SettlingTime
@@ -22,17 +21,6 @@ def _whole(integral: Array, horizon: float) -> Array:
 
 def _root_mean(integral: Array, horizon: float) -> Array:
     return np.sqrt(np.maximum(integral, 0) / horizon)
-
-
-def positive(call: str, value: Any) -> float:
-    """A number that is positive and finite, or a refusal of the call."""
-    try:
-        number = float(numbers(value).reshape(()))
-    except (TypeError, ValueError):
-        raise ValueError(f"`{call}` must be a number; got {value!r}.") from None
-    if not (np.isfinite(number) and number > 0):
-        raise ValueError(f"`{call}` must be positive and finite; got {number:g}.")
-    return number
 
 
 def _named(name: str, signal: str) -> str:
@@ -52,7 +40,7 @@ def rmse(signal: str = "e", unit: str | None = None, name: str | None = None) ->
 
 def sampled_rmse(sample: float, signal: str = "e", unit: str | None = None, name: str | None = None) -> SampledRms:
     """sqrt(1/N sum of e(t_k)^2), equation (43) of the paper, on a grid of `sample` s that begins at t = 0."""
-    sample = positive("sampled_rmse(sample=...)", sample)
+    sample = seconds("sampled_rmse(sample=...)", sample)
     about = f"root mean square of {signal} over samples every {1000 * sample:g} ms"
     return SampledRms(name or _named("RMSE (43)", signal), unit or "", about, signal, sample)
 
@@ -112,7 +100,7 @@ def peak_torque() -> Peak:
 
 def total_variation(sample: float) -> TotalVariation:
     """Total variation of the applied torque per second on a grid of `sample` s."""
-    sample = positive("total_variation(sample=...)", sample)
+    sample = seconds("total_variation(sample=...)", sample)
     about = f"total variation of the applied torque per second, sampled every {1000 * sample:g} ms"
     return TotalVariation("TV", "N m/s", about, "tau_applied", sample)
 

@@ -11,15 +11,14 @@ import numpy as np
 
 from workbench.core import Layout, Ode, Sampled, Step
 from workbench.core.layout import Array, numbers
-from workbench.core.numbers import Integers
+from workbench.core.numbers import Integers, positive, seconds
 from workbench.metrics.accumulated import common_grid, maker, resolved
-from workbench.metrics.catalogue import positive
 from workbench.metrics.contract import AbstractMetric
 from workbench.metrics.measurement import Measurement, Score
 from workbench.simulate import StepLimit, Trajectories, choose, run, simulate, step_limit
 from workbench.simulate.job import Progress
 from workbench.simulate.marches import continued
-from workbench.simulate.request import rows_of, seconds
+from workbench.simulate.request import rows_of
 from workbench.simulate.stepping.accuracy import Check, accuracy, change
 from workbench.simulate.stepping.cells import COUNT
 from workbench.simulate.stepping.pilot import RUNS, Choice, pilot_runs
@@ -64,7 +63,7 @@ def measure(
         for it or for the horizon, h does not divide the period of a sampled loop, neither h nor a tolerance
         is given, or `simulate` or `choose` refuses. A tolerance that is missed is no error: it is said.
     """
-    metrics = resolved(equation, metrics, seconds("until", until))
+    metrics = resolved(equation, metrics, seconds("measure(until=...)", until))
     p, x0 = _wide("p", equation.parameters, p), _wide("x0", equation.states, x0)
     if tolerance is not None:
         tolerance = positive("measure(tolerance=...)", tolerance)
@@ -131,7 +130,7 @@ def _at_choice(
             "`measure(...)` needs a step `h`, or a `tolerance` for which a pilot chooses the steps; got neither."
         )
     make = cache(maker(equation, metrics))
-    grid = common_grid(metrics, until, *(() if every is None else (seconds("every", every),)))
+    grid = common_grid(metrics, until, *(() if every is None else (seconds("measure(every=...)", every),)))
     step = make("rk4", grid or until)
     p, x0 = rows_of("measure", step, p, _extended(x0, step))
     few = pilot_runs(p, x0)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Step
-from workbench.core.numbers import Array, Integers, numbers
+from workbench.core.numbers import Array, Integers, multiple, numbers, seconds
 from workbench.simulate.kernel import virtual_machine
 from workbench.simulate.kernel.noise import STEP_BITS
 
@@ -66,8 +66,8 @@ def rows_of(call: str, step: Step, p: Array | None, x0: Array | None, least: int
 
 def plan_of(step: Step, p_rows: Array, until: float, every: float | None) -> tuple[int, int]:
     """How many steps lie between two kept times, and how many such times there are; refused if they do not fit."""
-    stride = 1 if every is None else count_of("every", every, step.h)
-    count = count_of("until", until, step.h)
+    stride = 1 if every is None else _count_of("every", every, step.h)
+    count = _count_of("until", until, step.h)
     if count % stride:
         raise ValueError(
             f"`simulate(until=...)` must be a multiple of `every` = {stride * step.h:g} s; got {until:g} s."
@@ -101,22 +101,7 @@ def afford(call: str, step: Step, p_rows: Array, count: int, kept: int) -> None:
         )
 
 
-def seconds(name: str, span: Any) -> float:
-    """A span of time, or a refusal."""
-    try:
-        time = float(numbers(None if isinstance(span, bool) else span).reshape(()))
-    except (TypeError, ValueError):
-        raise ValueError(f"`simulate({name}=...)` must be a number of seconds; got {span!r}.") from None
-    if not (np.isfinite(time) and time > 0):
-        raise ValueError(f"`simulate({name}=...)` must be a positive, finite number of seconds; got {time:g}.")
-    return time
-
-
-def count_of(name: str, span: Any, h: float) -> int:
+def _count_of(name: str, span: Any, h: float) -> int:
     """How many steps make up a span of time."""
-    time = seconds(name, span)
-    count = round(time / h)
-    # 1e-6 of a step: what the rounding of span / h can do at a billion steps
-    if count < 1 or abs(time / h - count) > 1e-6 * max(1.0, count * 1e-6):
-        raise ValueError(f"`simulate({name}=...)` must be a multiple of the step {h:g} s; got {time:g} s.")
-    return count
+    call = f"simulate({name}=...)"
+    return multiple(call, seconds(call, span), h, "the step")

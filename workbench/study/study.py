@@ -11,6 +11,7 @@ import numpy as np
 
 from workbench.core import Ode
 from workbench.core.layout import Array, nearest
+from workbench.core.numbers import multiple, positive
 from workbench.metrics import AbstractMetric, Measurement
 from workbench.study.cells import check_text, several
 from workbench.study.document import Section
@@ -70,20 +71,10 @@ class Case:
             value = getattr(self, name)
             if value is None and name in ("h", "tolerance"):
                 continue
-            if not isinstance(value, int | float) or not 0 < value < float("inf"):
-                raise ValueError(f"`Case({name}=...)` must be a positive, finite number{of}; got {value!r}.")
+            positive(f"Case({name}=...)", value, of)
         for name, part in (("every", "h"), ("until", "h"), ("until", "every")):
-            self._check_multiple(name, getattr(self, name), part, getattr(self, part))
-
-    def _check_multiple(self, name: str, span: float, part: str, unit: float | None) -> None:
-        if unit is None:
-            return
-        # the tolerance of `simulate`, which counts these steps
-        count = round(span / unit)
-        if count < 1 or abs(span / unit - count) > 1e-6 * max(1.0, count * 1e-6):
-            raise ValueError(
-                f"`Case({name}=...)` must be a multiple of `{part}` = {unit:g} s, in '{self.name}'; got {span:g} s."
-            )
+            if (unit := getattr(self, part)) is not None:
+                multiple(f"Case({name}=...)", getattr(self, name), unit, f"`{part}` of '{self.name}',")
 
     @property
     def name(self) -> str:

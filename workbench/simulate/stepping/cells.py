@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from workbench.core.numbers import numbers
+from workbench.core.numbers import multiple, positive, seconds
 
 COUNT = 100  # cells of a horizon, or about that many
 LADDER = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000)
@@ -38,39 +37,19 @@ def cells_of(until: float, tolerance: float, cell: float | None, grid: float | N
     ValueError
         If a number is not positive and finite, or the horizon no multiple of cell or grid.
     """
-    until = positive("until", until)
-    positive("tolerance", tolerance)
+    until = seconds("choose(until=...)", until)
+    positive("choose(tolerance=...)", tolerance)
     if grid is not None:
-        grid = positive("grid", grid)
+        grid = seconds("choose(grid=...)", grid)
     if cell is None:
-        count = COUNT if grid is None else _divisor(_multiple("until", until, "grid", grid))
+        count = COUNT if grid is None else _divisor(multiple("choose(until=...)", until, grid, "the grid"))
     else:
-        count = _multiple("until", until, "cell", positive("cell", cell))
+        count = multiple("choose(until=...)", until, seconds("choose(cell=...)", cell), "the cell")
     length = until / count
-    least = 1 if grid is None else _multiple("cell", length, "grid", grid)
+    least = 1 if grid is None else multiple("choose(cell=...)", length, grid, "the grid")
     divisors = [least * n for n in LADDER if n <= 20 or least * n <= LADDER[-1]]
     references = sorted({least * max(2, -(-n // least)) for n in REFERENCES} | {2 * divisors[-1]})
     return Cells(length, count, tuple(divisors), tuple(references))
-
-
-def positive(name: str, value: Any) -> float:
-    """A number that is positive and finite, or a refusal."""
-    try:
-        number = float(numbers(value).reshape(()))
-    except (TypeError, ValueError):
-        raise ValueError(f"`choose({name}=...)` must be a number; got {value!r}.") from None
-    if not (np.isfinite(number) and number > 0):
-        raise ValueError(f"`choose({name}=...)` must be positive and finite; got {number:g}.")
-    return number
-
-
-def _multiple(name: str, whole: float, part_name: str, part: float) -> int:
-    count = round(whole / part)
-    if count < 1 or abs(whole / part - count) > 1e-6:
-        raise ValueError(
-            f"`choose({name}=...)` must be a multiple of the {part_name}, which is {part:g} s; got {whole:g} s."
-        )
-    return count
 
 
 def _divisor(number: int) -> int:
