@@ -72,13 +72,13 @@ def test_parameters_out_of_their_bounds_are_refused_by_name():
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"p": 2.0}, r"`Dynamics.matrices\(p=...\)` must have shape \(5,\), one number for each of the parameters"),
+        ({"p": 2.0}, r"`Dynamics.acceleration\(p=...\)` must have shape \(5,\), one number for each of the parameters"),
         (
             {"q": 0.3},
-            r"`Dynamics.matrices\(q=...\)` must have shape \(2,\), one number for each of the joints; got \(\)",
+            r"`Dynamics.acceleration\(q=...\)` must have shape \(2,\), one number for each of the joints; got \(\)",
         ),
         ({"q": np.ones((2, 3))}, r"got \(2, 3\)"),
-        ({"qd": [1.0, 2.0, 3.0]}, r"`Dynamics.matrices\(qd=...\)` must have shape"),
+        ({"qd": [1.0, 2.0, 3.0]}, r"`Dynamics.acceleration\(qd=...\)` must have shape"),
         ({"qd": None}, r"must be a vector of numbers; got None"),
         ({"tau": 1.0}, r"`Dynamics.acceleration\(tau=...\)` must have shape \(2,\)"),
     ],

@@ -37,6 +37,14 @@ class AbstractArm(ABC):
     def gravity_vector(self, q: ca.SX) -> ca.SX:
         """G(q), (n, 1), in N m."""
 
+    def coriolis_force(self, q: ca.SX, qd: ca.SX) -> ca.SX:
+        """C(q, qd) qd, (n, 1), in N m; an arm with a recursion says it without C."""
+        return self.coriolis_matrix(q, qd) @ qd
+
+    def torque(self, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> ca.SX:
+        """tau = M qdd + C qd + G, (n, 1), in N m, and the friction of an arm that has any."""
+        return self.mass_matrix(q) @ qdd + self.coriolis_force(q, qd) + self.gravity_vector(q)
+
     def acceleration(self, q: ca.SX, qd: ca.SX, tau: ca.SX) -> ca.SX:
         """qdd = M^-1 (tau - C qd - G), (n, 1), in rad/s^2, by the LDL' factors of M."""
         torque = tau - self.coriolis_matrix(q, qd) @ qd - self.gravity_vector(q)
@@ -57,6 +65,10 @@ class Dynamics:
     ----------
     M, C, G
         (n, n), (n, n) and (n, 1) expressions in `q`, `qd` and the parameters' symbols.
+    Cqd
+        (n, 1): C(q, qd) qd, without C where the arm has a recursion.
+    qdd, tau
+        (n, 1): symbols of the acceleration, and the torque that it takes, with the arm's friction if it has any.
     p
         Names, units, bounds and nominal values of the parameters.
     """
@@ -67,12 +79,15 @@ class Dynamics:
     M: ca.SX
     C: ca.SX
     G: ca.SX
+    Cqd: ca.SX
+    qdd: ca.SX
+    tau: ca.SX
     p: Layout
     symbols: ca.SX
 
     @staticmethod
-    def of(arm: AbstractArm, name: str = "") -> Dynamics:
-        """The dynamics of an arm, each of its numbers a symbol if it is a block.
+    def of(arm: AbstractArm, name: str = "", symbolic: bool = True) -> Dynamics:
+        """The dynamics of an arm, each of its numbers a symbol if it is a block and unless `symbolic` is False.
 
         Raises
         ------
@@ -80,8 +95,8 @@ class Dynamics:
             If `arm` is none.
         """
         require("Dynamics.of(arm=...)", arm, AbstractArm)
-        lifted = lift(arm) if is_block(arm) else Lifted(arm, Layout(), ca.SX(0, 1))
-        q, qd = (Layout((Entry(letter, np.zeros(arm.dof)),)).symbols() for letter in ("q", "qd"))
+        lifted = lift(arm) if symbolic and is_block(arm) else Lifted(arm, Layout(), ca.SX(0, 1))
+        q, qd, qdd = (Layout((Entry(letter, np.zeros(arm.dof)),)).symbols() for letter in ("q", "qd", "qdd"))
         return Dynamics(
             name or type(arm).__name__,
             q,
@@ -89,6 +104,9 @@ class Dynamics:
             ca.densify(lifted.block.mass_matrix(q)),
             ca.densify(lifted.block.coriolis_matrix(q, qd)),
             ca.densify(lifted.block.gravity_vector(q)),
+            ca.densify(lifted.block.coriolis_force(q, qd)),
+            qdd,
+            ca.densify(lifted.block.torque(q, qd, qdd)),
             lifted.layout,
             lifted.symbols,
         )
@@ -107,6 +125,33 @@ class Dynamics:
     def _function(self) -> ca.Function:
         return ca.Function("dynamics", [self.q, self.qd, self.symbols], [self.M, self.C, self.G], {"cse": True})
 
+    @cached_property
+    def inverse_dynamics(self) -> ca.Function:
+        """(q, qd, qdd, p) -> tau (n, 1), dtau/dq (n, n), dtau/dqd (n, n); dtau/dqdd is M."""
+        derivatives = [ca.densify(ca.jacobian(self.tau, by)) for by in (self.q, self.qd)]
+        arguments = [self.q, self.qd, self.qdd, self.symbols]
+        return ca.Function("inverse_dynamics", arguments, [self.tau, *derivatives], {"cse": True})
+
+    @cached_property
+    def forward_dynamics(self) -> ca.Function:
+        """(q, qd, tau, p) -> qdd (n, 1), dqdd/dq, dqdd/dqd, dqdd/dtau = M^-1, (n, n) each.
+
+        With tau held, M qdd + bias = tau differentiates to M dqdd/dx = -dtau/dx, taken at that qdd.
+        """
+        tau, n = ca.SX.sym("tau", self.dof), self.dof
+        bias = ca.substitute(self.tau, self.qdd, ca.SX.zeros(n))
+        qdd = solve_definite(self.M, tau - bias)
+        _, by_q, by_qd = self.inverse_dynamics(self.q, self.qd, qdd, self.symbols)
+        solved = solve_definite(self.M, ca.horzcat(-by_q, -by_qd, ca.SX.eye(n)))
+        arguments = [self.q, self.qd, tau, self.symbols]
+        return ca.Function("forward_dynamics", arguments, [qdd, *ca.horzsplit(solved, n)], {"cse": True})
+
+    def _at(self, call: str, p: Array | None, **state: Any) -> list[Array]:
+        """The vectors of a state, and the parameters, each of its length."""
+        found = [vector(f"{call}({name}=...)", value, self.dof, "joints") for name, value in state.items()]
+        last = self.p.default if p is None else vector(f"{call}(p=...)", p, self.p.size, "parameters")
+        return [*found, last]
+
     def matrices(self, q: Any, qd: Any, p: Array | None = None) -> tuple[Array, Array, Array]:
         """M (n, n), C (n, n) and G (n,) as numbers at a state, at nominal parameters unless p (np,) is given.
 
@@ -115,11 +160,18 @@ class Dynamics:
         ValueError
             If q, qd or p is no vector of that many numbers.
         """
-        q = vector("Dynamics.matrices(q=...)", q, self.dof, "joints")
-        qd = vector("Dynamics.matrices(qd=...)", qd, self.dof, "joints")
-        p = self.p.default if p is None else vector("Dynamics.matrices(p=...)", p, self.p.size, "parameters")
-        M, C, G = self._function(q, qd, p)
+        M, C, G = self._function(*self._at("Dynamics.matrices", p, q=q, qd=qd))
         return np.array(M), np.array(C), np.array(G).ravel()
+
+    def torque(self, q: Any, qd: Any, qdd: Any, p: Array | None = None) -> Array:
+        """tau (n,) that an acceleration qdd (n,) takes at a state.
+
+        Raises
+        ------
+        ValueError
+            If q, qd, qdd or p is no vector of that many numbers.
+        """
+        return np.array(self.inverse_dynamics(*self._at("Dynamics.torque", p, q=q, qd=qd, qdd=qdd))[0]).ravel()
 
     def acceleration(self, q: Any, qd: Any, tau: Any, p: Array | None = None) -> Array:
         """qdd (n,) that the torque tau (n,) gives at a state.
@@ -129,9 +181,7 @@ class Dynamics:
         ValueError
             If q, qd, tau or p is no vector of that many numbers.
         """
-        M, C, G = self.matrices(q, qd, p)
-        tau = vector("Dynamics.acceleration(tau=...)", tau, self.dof, "joints")
-        return np.asarray(np.linalg.solve(M, tau - C @ vector("qd", qd, self.dof, "joints") - G))
+        return np.array(self.forward_dynamics(*self._at("Dynamics.acceleration", p, q=q, qd=qd, tau=tau))[0]).ravel()
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the matrices as equations."""
