@@ -43,3 +43,10 @@ def coriolis_matrix(mass: Callable[[ca.SX], ca.SX], q: ca.SX, qd: ca.SX) -> ca.S
 def gravity_vector(potential_energy: Callable[[ca.SX], ca.SX], q: ca.SX) -> ca.SX:
     """G(q) = dU/dq, (n, 1)."""
     return at(q, lambda symbols: ca.densify(ca.gradient(potential_energy(symbols), symbols)))
+
+
+def torque(kinetic: ca.SX, potential: ca.SX, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> ca.SX:
+    """tau = d/dt dT/dqd - dT/dq + dU/dq, (n, 1): Lagrange's equation of energies over the symbols q and qd."""
+    momentum = ca.gradient(kinetic, qd)
+    along = ca.jtimes(momentum, ca.vertcat(q, qd), ca.vertcat(qd, qdd))
+    return ca.densify(along - ca.gradient(kinetic - potential, q))

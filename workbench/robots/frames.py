@@ -1,0 +1,55 @@
+"""Named places on the bodies of an arm: a tool, a camera, a flange."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from workbench.core.layout import Array, nearest
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """A frame fixed to a body.
+
+    Parameters
+    ----------
+    link
+        The number of the body; -1 is the base.
+    rotation, position
+        (3, 3) and (3,) in m, in the body's frame.
+    """
+
+    name: str
+    link: int
+    rotation: Array
+    position: Array
+
+
+class Named(Protocol):
+    """What has a name."""
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+
+
+def frame_named(name: str, links: Sequence[Named], frames: Sequence[Frame]) -> Frame:
+    """The frame of that name, given or a link's own; the last link's for an empty name.
+
+    Raises
+    ------
+    LookupError
+        If there is none; the message names the nearest.
+    """
+    for frame in frames:
+        if name and frame.name == name:
+            return frame
+    own = [link.name for link in links]
+    if name and name not in own:
+        known = [*(frame.name for frame in frames), *own]
+        every = f" They are: {', '.join(known)}."
+        raise LookupError(f"There is no frame '{name}' on this arm.{nearest(name, known) or every}")
+    return Frame(name, own.index(name) if name else len(own) - 1, np.eye(3), np.zeros(3))

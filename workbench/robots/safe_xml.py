@@ -1,0 +1,83 @@
+"""XML from strangers: elements and attributes alone, no entities, no other file, nothing deep and nothing huge.
+
+References
+----------
+Python's library reference, "XML security": the attacks that each of the limits ends.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree.ElementTree import Element, TreeBuilder
+from xml.parsers import expat
+
+LARGEST = 4_000_000  # bytes of a file
+DEEPEST = 64  # elements within each other
+
+
+class RefusedXmlError(ValueError):
+    """What is no XML, or more than plain XML."""
+
+
+def element_of(text: bytes, source: str) -> Element:
+    """The root element of XML; `source` names it in a message.
+
+    Raises
+    ------
+    RefusedXmlError
+        If it is not well-formed, has a DOCTYPE, or is above the limits of size and depth.
+    """
+    if len(text) > LARGEST:
+        raise RefusedXmlError(f"{source} has more than {LARGEST} bytes, the most that is read.")
+    parser, builder, depth = expat.ParserCreate(), TreeBuilder(), 0
+    parser.buffer_text = True
+
+    def start(tag: str, attributes: dict[str, str]) -> None:
+        nonlocal depth
+        depth += 1
+        if depth > DEEPEST:
+            raise RefusedXmlError(
+                f"{source} nests elements deeper than {DEEPEST}, in line {parser.CurrentLineNumber}: that is no robot."
+            )
+        builder.start(tag, attributes)
+
+    def end(tag: str) -> None:
+        nonlocal depth
+        depth -= 1
+        builder.end(tag)
+
+    def doctype(*_: object) -> None:
+        raise RefusedXmlError(
+            f"{source} has a DOCTYPE in line {parser.CurrentLineNumber}; entities and other files are never read: "
+            "take it out."
+        )
+
+    parser.StartElementHandler, parser.EndElementHandler, parser.StartDoctypeDeclHandler = start, end, doctype
+    try:
+        parser.Parse(text, True)
+    except expat.ExpatError as error:
+        what = expat.ErrorString(error.code)
+        raise RefusedXmlError(
+            f"{source} is no well-formed XML: {what} in line {error.lineno}, column {error.offset + 1}."
+        ) from None
+    except (ValueError, LookupError) as error:
+        if isinstance(error, RefusedXmlError):
+            raise
+        raise RefusedXmlError(f"{source} is in an encoding that is not known; write it in UTF-8.") from None
+    return builder.close()
+
+
+def element_in(file: Path) -> Element:
+    """The root element of an XML file, which is the only file that is opened.
+
+    Raises
+    ------
+    LookupError
+        If there is no such file.
+    RefusedXmlError
+        As `element_of`.
+    """
+    if not file.is_file():
+        raise LookupError(f"There is no file '{file}'.")
+    with file.open("rb") as handle:
+        return element_of(handle.read(LARGEST + 1), f"'{file}'")

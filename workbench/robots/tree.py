@@ -1,0 +1,169 @@
+"""Bodies and joints by name, as files give them, put together to an arm."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from workbench.core.layout import Array, nearest
+from workbench.robots.frames import Frame
+from workbench.robots.inertia import Lump, merged, moments, refuse_impossible, tensor
+from workbench.robots.spatial import SpatialArm, SpatialLink
+
+EXACT = 1e-15  # of an entry of a rotation: the cosine of a rounded pi / 2 is meant to be zero
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A named body: mass in kg, centre of mass (3,) in m, six moments xx, xy, xz, yy, yz, zz about it in kg m^2."""
+
+    name: str
+    mass: float = 0.0
+    com: Array = field(default_factory=lambda: np.zeros(3))
+    inertia: Array = field(default_factory=lambda: np.zeros(6))
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A named joint from a body to the one it carries, in the words of `SpatialLink`, or of kind `fixed`."""
+
+    name: str
+    parent: str
+    child: str
+    kind: str = "fixed"
+    position: Array = field(default_factory=lambda: np.zeros(3))
+    rotation: Array = field(default_factory=lambda: np.eye(3))
+    axis: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    viscous: float | None = None
+    coulomb: float | None = None
+    rotor: float | None = None
+    gear: float | None = None
+
+
+def arm_of(solids: Sequence[Solid], joints: Sequence[Joint], gravity: float = 9.81) -> SpatialArm:
+    """The arm of bodies and joints; what a fixed joint carries becomes part of what carries it.
+
+    The moving joints are numbered along the tree, each before what it carries, branches in the order of `joints`.
+
+    Raises
+    ------
+    ValueError
+        If names are not unique, a joint names no body, a body is carried twice, there is a loop or more than one
+        base, nothing moves, or a body cannot be.
+    """
+    held = _by_name(solids, joints)
+    for solid in solids:
+        refuse_impossible(f"link '{solid.name}'", solid.mass, tensor(solid.inertia))
+    outward = _outward(held, joints)
+    frames = {_base(held, joints): Frame(_base(held, joints), -1, np.eye(3), np.zeros(3))}
+    moving: list[tuple[Joint, Frame]] = []
+    for joint in outward:
+        carrier = frames[joint.parent]
+        turned = _tidy(carrier.rotation @ joint.rotation)
+        shifted = carrier.position + carrier.rotation @ joint.position
+        seat = Frame(joint.child, carrier.link, turned, shifted)
+        frames[joint.child] = seat if joint.kind == "fixed" else Frame(joint.child, len(moving), np.eye(3), np.zeros(3))
+        if joint.kind != "fixed":
+            moving.append((joint, seat))
+    if not moving:
+        raise ValueError("An arm needs a joint that moves; this one has none, or fixed ones alone.")
+    lumps: list[list[Lump]] = [[] for _ in moving]
+    for name, frame in frames.items():
+        if frame.link >= 0:
+            lumps[frame.link].append(_seen_from(frame, held[name]))
+    links = (_link(joint, seat, merged(lump)) for (joint, seat), lump in zip(moving, lumps, strict=True))
+    return SpatialArm(tuple(links), gravity, tuple(frames.values()))
+
+
+def _link(joint: Joint, seat: Frame, lump: Lump) -> SpatialLink:
+    if lump.mass == 0:
+        raise ValueError(
+            f"Link '{joint.child}' is moved by joint '{joint.name}' and has no mass, nor has what is fixed to it: "
+            "M would be singular; give it a mass, or fix the joint."
+        )
+    friction = {"viscous": joint.viscous, "coulomb": joint.coulomb, "rotor": joint.rotor, "gear": joint.gear}
+    return SpatialLink(
+        joint.name,
+        lump.mass,
+        lump.com,
+        moments(lump.inertia),
+        seat.position,
+        joint.axis,
+        seat.rotation,
+        seat.link,
+        joint.kind,
+        **friction,
+    )
+
+
+def _seen_from(frame: Frame, solid: Solid) -> Lump:
+    """A body as a lump in the frame of the link it belongs to."""
+    R = frame.rotation
+    return Lump(solid.mass, frame.position + R @ solid.com, R @ tensor(solid.inertia) @ R.T)
+
+
+def _tidy(R: Array) -> Array:
+    """A rotation whose entries within rounding of -1, 0 and 1 are these."""
+    whole = np.round(R)
+    return np.where(np.abs(R - whole) <= EXACT, whole + 0.0, R)
+
+
+def _by_name(solids: Sequence[Solid], joints: Sequence[Joint]) -> dict[str, Solid]:
+    """The bodies by name, once it is sure that each name stands for one thing."""
+    for kind, names in (("link", [s.name for s in solids]), ("joint", [j.name for j in joints])):
+        if (twice := _twice(names)) is not None:
+            raise ValueError(f"The names of {kind}s must be unique; '{twice}' came more than once.")
+    held = {solid.name: solid for solid in solids}
+    for joint in joints:
+        for end, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in held:
+                raise ValueError(f"Joint '{joint.name}' has the {end} '{name}', which is no link.{nearest(name, held)}")
+    if (twice := _twice(joint.child for joint in joints)) is not None:
+        raise ValueError(f"Link '{twice}' is carried by more than one joint: closed chains are not modelled.")
+    return held
+
+
+def _twice(names: Iterable[str]) -> str | None:
+    """The first name that came before."""
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            return name
+        seen.add(name)
+    return None
+
+
+def _base(held: dict[str, Solid], joints: Sequence[Joint]) -> str:
+    """The one body that no joint carries."""
+    carried = {joint.child for joint in joints}
+    free = [name for name in held if name not in carried]
+    if not held:
+        raise ValueError("An arm needs links; got none.")
+    if not free:
+        raise ValueError("Every link is carried by another one, so there is a loop and no base.")
+    if len(free) > 1:
+        raise ValueError(f"An arm stands on one base; the links {_listed(free)} are carried by no joint.")
+    return free[0]
+
+
+def _outward(held: dict[str, Solid], joints: Sequence[Joint]) -> list[Joint]:
+    """The joints along the tree, each before those it carries."""
+    carried_by: dict[str, list[Joint]] = {name: [] for name in held}
+    for joint in joints:
+        carried_by[joint.parent].append(joint)
+    order: list[Joint] = []
+    waiting = carried_by[_base(held, joints)][::-1]
+    while waiting:
+        order.append(waiting.pop())
+        waiting += carried_by[order[-1].child][::-1]
+    if len(order) < len(joints):
+        lost = {joint.child for joint in joints} - {joint.child for joint in order}
+        raise ValueError(f"The links {_listed(sorted(lost))} carry each other in a loop that hangs on no base.")
+    return order
+
+
+def _listed(names: Sequence[str], most: int = 5) -> str:
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(f"'{name}'" for name in names[:most]) + more

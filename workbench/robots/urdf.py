@@ -1,0 +1,172 @@
+"""URDF to an arm: links with inertia, and joints; what is only seen or touched is passed by.
+
+Gravity pulls along -z of the root link. The frames of all links, the fixed ones too, become frames of the arm.
+
+References
+----------
+The ROS wiki, pages urdf/XML/robot, urdf/XML/link and urdf/XML/joint.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from workbench.core.layout import Array
+from workbench.core.sockets import described
+from workbench.robots.motion import from_angles
+from workbench.robots.safe_xml import element_in, element_of
+from workbench.robots.spatial import SpatialArm
+from workbench.robots.tree import Joint, Solid, arm_of
+
+MOST_JOINTS = 64  # that move; the equations of more take minutes
+MOST_LINKS = 2_000
+UNIT = 1e-3  # how far printed digits may take an axis from length one; it is then made one
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+KINDS = ("revolute", "continuous", "prismatic", "fixed")
+MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
+def read(file: str | Path, gravity: float = 9.81) -> SpatialArm:
+    """The arm that a URDF file describes. No other file is opened: meshes are never read.
+
+    Raises
+    ------
+    LookupError
+        If there is no such file.
+    ValueError
+        If it is no URDF of an arm with a base that stands still; the message says where and why.
+    """
+    return _arm(element_in(Path(file)), f"'{file}'", gravity)
+
+
+def parse(text: str, gravity: float = 9.81) -> SpatialArm:
+    """The arm that URDF text describes.
+
+    Raises
+    ------
+    ValueError
+        As `read`.
+    """
+    if not isinstance(text, str):
+        raise ValueError(f"`parse(text=...)` must be text; got {described(text)}.")
+    return _arm(element_of(text.encode("utf-8", "replace"), "The text"), "The text", gravity)
+
+
+def _arm(root: Element, source: str, gravity: float) -> SpatialArm:
+    if root.tag != "robot":
+        raise ValueError(f"{source} is no URDF: its root is <{root.tag[:40]}>, and must be <robot>.")
+    if odd := next((e.tag for e in root.iter() if "xacro" in e.tag), None):
+        raise ValueError(f"{source} is a xacro file, as it has <{odd[:40]}>: expand it with the program xacro first.")
+    links, joints = root.findall("link"), root.findall("joint")
+    if len(links) > MOST_LINKS or sum(joint.get("type") != "fixed" for joint in joints) > MOST_JOINTS:
+        raise ValueError(
+            f"{source} has more than {MOST_LINKS} links or {MOST_JOINTS} moving joints; this is more than is derived."
+        )
+    try:
+        return arm_of([_solid(link) for link in links], [_joint(joint) for joint in joints], gravity)
+    except ValueError as error:
+        raise ValueError(f"{source}: {error}") from None
+
+
+def _solid(link: Element) -> Solid:
+    name = _attribute(link, "name", "A <link>")
+    where = f"link '{name}'"
+    inertial = _only(link, "inertial", where)
+    if inertial is None:
+        return Solid(name)
+    mass, inertia = _only(inertial, "mass", where), _only(inertial, "inertia", where)
+    if mass is None or inertia is None:
+        raise ValueError(f"The <inertial> of {where} needs a <mass> and an <inertia>.")
+    position, R = _origin(inertial, where)
+    kg = _numbers(_attribute(mass, "value", f"The <mass> of {where}"), 1, f"the mass of {where}")[0]
+    if kg < 0:
+        raise ValueError(f"The mass of {where} must not be negative; got {kg:g} kg.")
+    six = [_numbers(_attribute(inertia, k, f"The <inertia> of {where}"), 1, f"'{k}' of {where}")[0] for k in MOMENTS]
+    xx, xy, xz, yy, yz, zz = six
+    turned = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
+    return Solid(name, kg, position, turned[np.triu_indices(3)])
+
+
+def _joint(joint: Element) -> Joint:
+    name = _attribute(joint, "name", "A <joint>")
+    where = f"joint '{name}'"
+    kind = _attribute(joint, "type", f"The {where}")
+    if kind not in KINDS:
+        raise ValueError(f"The {where} is of type '{kind[:40]}'; an arm has {', '.join(KINDS[:-1])} and fixed joints.")
+    if joint.find("mimic") is not None:
+        raise ValueError(f"The {where} mimics another one; coupled joints are not modelled: fix it, or free it.")
+    ends = [_only(joint, end, where) for end in ("parent", "child")]
+    parent, child = ("" if e is None else _attribute(e, "link", f"The <{e.tag}> of {where}") for e in ends)
+    if not (parent and child):
+        raise ValueError(f"The {where} needs a <parent link=...> and a <child link=...>.")
+    position, rotation = _origin(joint, where)
+    if kind == "fixed":
+        return Joint(name, parent, child, kind, position, rotation)
+    viscous, coulomb = _friction(joint, where)
+    return Joint(name, parent, child, kind, position, rotation, _axis(joint, where), viscous, coulomb)
+
+
+def _axis(joint: Element, where: str) -> Array:
+    """The axis, made a unit vector where only its printed digits keep it from being one; x if none is given."""
+    element = _only(joint, "axis", where)
+    if element is None:
+        return np.array([1.0, 0.0, 0.0])
+    axis = _numbers(_attribute(element, "xyz", f"The <axis> of {where}"), 3, f"the axis of {where}")
+    length = float(np.linalg.norm(axis))
+    if abs(length - 1) > UNIT:
+        raise ValueError(f"The axis of {where} must be a unit vector, as q counts along it; its length is {length:g}.")
+    return np.asarray(axis / length)
+
+
+def _friction(joint: Element, where: str) -> tuple[float | None, float | None]:
+    """Viscous and Coulomb friction; None where there is none."""
+    element = _only(joint, "dynamics", where)
+    found: list[float | None] = []
+    for key in ("damping", "friction"):
+        text = "0" if element is None else element.get(key, "0")
+        found.append(float(_numbers(text, 1, f"'{key}' of {where}")[0]) or None)
+    return found[0], found[1]
+
+
+def _origin(element: Element, where: str) -> tuple[Array, Array]:
+    """Position (3,) and rotation (3, 3) of an <origin>; zero and none without it."""
+    origin = _only(element, "origin", where)
+    if origin is None:
+        return np.zeros(3), np.eye(3)
+    position = _numbers(origin.get("xyz", "0 0 0"), 3, f"the origin of {where}")
+    roll, pitch, yaw = _numbers(origin.get("rpy", "0 0 0"), 3, f"the rpy of {where}")
+    return position, from_angles(roll, pitch, yaw)
+
+
+def _only(element: Element, tag: str, where: str) -> Element | None:
+    """The child of that tag, if there is one; two are refused."""
+    found = element.findall(tag)
+    if len(found) > 1:
+        raise ValueError(f"The {where} has more than one <{tag}>.")
+    return found[0] if found else None
+
+
+def _attribute(element: Element, key: str, what: str) -> str:
+    value = element.get(key, "").strip()
+    if not value:
+        raise ValueError(f"{what} needs the attribute '{key}'.")
+    if len(value) > 200:
+        raise ValueError(f"{what} has an attribute '{key}' of {len(value)} characters; that is no name and no number.")
+    return value
+
+
+def _numbers(text: str, count: int, what: str) -> Array:
+    """That many finite numbers from words: decimal points, no commas, no units, nothing that is computed."""
+    words: Sequence[str] = text.split()
+    if len(words) != count or not all(len(word) <= 60 and NUMBER.fullmatch(word) for word in words):
+        want = "a number" if count == 1 else f"{count} numbers with spaces between"
+        raise ValueError(f"{what[0].upper()}{what[1:]} must be {want}, as in '0.5' or '1e-3'; got '{text[:60]}'.")
+    values = np.array([float(word) for word in words])
+    if not np.isfinite(values).all():
+        raise ValueError(f"{what[0].upper()}{what[1:]} must be finite; got '{text[:60]}'.")
+    return values
