@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import ode, planar
+from . import ode, planar, rigid
 from .graders import Grader, Loaded, find, loaded
 
 # What an exam asks for that the workbench cannot do yet, by a function that only its grader has.
@@ -61,16 +61,13 @@ def _sit(grader: Grader) -> Iterator[Verdict]:
 
 
 def _dynamics(grader: Grader) -> Iterator[Verdict]:
-    others: list[str] = []
+    for name, made in (("urdf", rigid.through_urdf), ("bodies", rigid.through_bodies), ("planar", planar.planar)):
 
-    def part(exam: Loaded) -> tuple[bool, str]:
-        arms, rest = planar.arms(exam)
-        others.extend(rest)
-        return planar.grade(exam, arms) if arms else (bool(rest), f"0 of {len(rest)} robots are planar")
+        def part(exam: Loaded, made: Callable[[Loaded], dict[str, rigid.Answers]] = made) -> tuple[bool, str]:
+            robots = made(exam)
+            return rigid.grade(exam, robots) if robots else (True, "there is no such robot")
 
-    yield _run(grader, "planar", part)
-    if others:
-        yield Verdict(None, f"not yet sat: {grader.name}/{', '.join(others)} (robots from URDF are not read yet)")
+        yield _run(grader, name, part)
 
 
 def _run(grader: Grader, name: str, part: Callable[[Loaded], tuple[bool, str]]) -> Verdict:
