@@ -122,15 +122,21 @@ class Dynamics:
         return ca.reshape(ca.jtimes(ca.vec(self.M), self.q, self.qd), self.dof, self.dof)
 
     @cached_property
+    def _shared(self) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+        """M, C, G and tau with each common subexpression once: what is differentiated or compiled starts here."""
+        M, C, G, tau = ca.cse([self.M, self.C, self.G, self.tau])
+        return M, C, G, tau
+
+    @cached_property
     def _function(self) -> ca.Function:
-        return ca.Function("dynamics", [self.q, self.qd, self.symbols], [self.M, self.C, self.G], {"cse": True})
+        return ca.Function("dynamics", [self.q, self.qd, self.symbols], self._shared[:3])
 
     @cached_property
     def inverse_dynamics(self) -> ca.Function:
         """(q, qd, qdd, p) -> tau (n, 1), dtau/dq (n, n), dtau/dqd (n, n); dtau/dqdd is M."""
-        derivatives = [ca.densify(ca.jacobian(self.tau, by)) for by in (self.q, self.qd)]
-        arguments = [self.q, self.qd, self.qdd, self.symbols]
-        return ca.Function("inverse_dynamics", arguments, [self.tau, *derivatives], {"cse": True})
+        tau = self._shared[3]
+        derivatives = [ca.densify(ca.jacobian(tau, by)) for by in (self.q, self.qd)]
+        return ca.Function("inverse_dynamics", [self.q, self.qd, self.qdd, self.symbols], [tau, *derivatives])
 
     @cached_property
     def forward_dynamics(self) -> ca.Function:
@@ -138,13 +144,12 @@ class Dynamics:
 
         With tau held, M qdd + bias = tau differentiates to M dqdd/dx = -dtau/dx, taken at that qdd.
         """
-        tau, n = ca.SX.sym("tau", self.dof), self.dof
-        bias = ca.substitute(self.tau, self.qdd, ca.SX.zeros(n))
-        qdd = solve_definite(self.M, tau - bias)
+        M, n, tau = self._shared[0], self.dof, ca.SX.sym("tau", self.dof)
+        bias = ca.substitute(self._shared[3], self.qdd, ca.SX.zeros(n))
+        qdd = solve_definite(M, tau - bias)
         _, by_q, by_qd = self.inverse_dynamics(self.q, self.qd, qdd, self.symbols)
-        solved = solve_definite(self.M, ca.horzcat(-by_q, -by_qd, ca.SX.eye(n)))
-        arguments = [self.q, self.qd, tau, self.symbols]
-        return ca.Function("forward_dynamics", arguments, [qdd, *ca.horzsplit(solved, n)], {"cse": True})
+        solved = solve_definite(M, ca.horzcat(-by_q, -by_qd, ca.SX.eye(n)))
+        return ca.Function("forward_dynamics", [self.q, self.qd, tau, self.symbols], [qdd, *ca.horzsplit(solved, n)])
 
     def _at(self, call: str, p: Array | None, **state: Any) -> list[Array]:
         """The vectors of a state, and the parameters, each of its length."""

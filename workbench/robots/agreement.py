@@ -64,9 +64,10 @@ def check(arm: Arm) -> None:
     for state in states:
         found = np.array(M(state[0]))
         diagonal = np.diag(found)
-        size = np.sqrt(np.abs(np.outer(diagonal, diagonal)))
-        if diagonal.min() > 0 and np.linalg.eigvalsh(found / size).min() > REGULAR:
-            continue
+        if diagonal.min() > 0:
+            size = np.sqrt(diagonal)
+            if np.linalg.eigvalsh(found / size / size[:, np.newaxis]).min() > REGULAR:
+                continue
         name = arm.links[int(np.argmin(diagonal))].name
         raise ValueError(
             "`SpatialArm(...)`: M must be positive definite, as a motion of mass has energy; there is a motion that "

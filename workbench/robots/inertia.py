@@ -11,7 +11,7 @@ import numpy as np
 from workbench.core.layout import Array
 from workbench.robots.motion import skew, sparse
 
-ROUNDED = 1e-6  # of the largest moment: how far the digits that are printed may take a flat body beyond the triangle
+ROUNDED = 1e-6  # of the sum of the other two: how far printed digits may take a flat body beyond the triangle
 ORDER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))  # of the six moments: xx, xy, xz, yy, yz, zz
 
 

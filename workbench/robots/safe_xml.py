@@ -73,11 +73,15 @@ def element_in(file: Path) -> Element:
     Raises
     ------
     LookupError
-        If there is no such file.
+        If there is no such file, or it cannot be read.
     RefusedXmlError
         As `element_of`.
     """
     if not file.is_file():
         raise LookupError(f"There is no file '{file}'.")
-    with file.open("rb") as handle:
-        return element_of(handle.read(LARGEST + 1), f"'{file}'")
+    try:
+        with file.open("rb") as handle:
+            text = handle.read(LARGEST + 1)
+    except OSError as error:
+        raise LookupError(f"'{file}' cannot be read: {error.strerror}.") from None
+    return element_of(text, f"'{file}'")

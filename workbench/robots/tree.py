@@ -117,6 +117,8 @@ def _by_name(solids: Sequence[Solid], joints: Sequence[Joint]) -> dict[str, Soli
             raise ValueError(f"The names of {kind}s must be unique; '{twice}' came more than once.")
     held = {solid.name: solid for solid in solids}
     for joint in joints:
+        if joint.parent == joint.child:
+            raise ValueError(f"Joint '{joint.name}' lets link '{joint.child}' carry itself.")
         for end, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in held:
                 raise ValueError(f"Joint '{joint.name}' has the {end} '{name}', which is no link.{nearest(name, held)}")

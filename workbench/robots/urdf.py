@@ -41,6 +41,8 @@ def read(file: str | Path, gravity: float = 9.81) -> SpatialArm:
     ValueError
         If it is no URDF of an arm with a base that stands still; the message says where and why.
     """
+    if not isinstance(file, str | Path):
+        raise LookupError(f"`read(file=...)` must be the path of a URDF file; got {described(file)}.")
     return _arm(element_in(Path(file)), f"'{file}'", gravity)
 
 
