@@ -50,8 +50,8 @@ def parameter(
 ) -> Any:
     """A number, vector or matrix of the equations: `lift` turns it into symbols keyed by its path.
 
-    `shape` names its axes, as in ("n",) or ("n", "n"), where `n` is the block's `dof`; `symbol` is
-    how it is printed. With `strict` the bounds themselves are refused, with `symmetric` any other
+    `shape` names its axes, as in ("n",) or ("n", "n"), where `n` is the block's `dof`, or counts them, as in
+    ("3",); `symbol` is how it is printed. With `strict` the bounds themselves are refused, with `symmetric` any other
     matrix; `definite` is that of `Bounds`. A default of None declares a number that may be left out.
     """
     bounds = Bounds(low, high, strict, symmetric, definite)
@@ -206,14 +206,15 @@ def _fit(owner: Any, name: str, value: Any, quantity: Quantity, sizes: dict[str,
         value = np.full(sizes[quantity.shape[0]], float(value))
     if value.ndim == len(quantity.shape):
         for axis, size in zip(quantity.shape, value.shape, strict=True):
-            sizes.setdefault(axis, size)
+            sizes.setdefault(axis, int(axis) if axis.isdigit() else size)
         if "n" in quantity.shape and sizes["n"] == 0:
             raise ValueError(
                 f"`{type(owner).__name__}({name}=...)` needs at least one joint, and a number for each; got none."
             )
         if value.shape == tuple(sizes[axis] for axis in quantity.shape):
             return np.array(value)
-    axes = ", ".join(f"{axis} = {sizes[axis]}" if axis in sizes else axis for axis in quantity.shape)
+    known = (axis in sizes and not axis.isdigit() for axis in quantity.shape)
+    axes = ", ".join(f"{axis} = {sizes[axis]}" if k else axis for axis, k in zip(quantity.shape, known, strict=True))
     want = f"an array of shape ({axes})" if quantity.shape else "a single number"
     raise ValueError(f"`{type(owner).__name__}({name}=...)` must be {want}; got shape {value.shape}.")
 

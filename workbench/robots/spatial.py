@@ -72,9 +72,6 @@ class SpatialLink:
     gear: Scalar = parameter(default=None, unit="", symbol="k_r")
 
     def __post_init__(self) -> None:
-        for name, size in (("com", 3), ("inertia", 6), ("position", 3)):
-            if len(getattr(self, name)) != size:
-                raise ValueError(f"`SpatialLink({name}=...)` of '{self.name}' must have {size} numbers.")
         object.__setattr__(self, "axis", self._shaped("axis", (3,)))
         object.__setattr__(self, "rotation", self._shaped("rotation", (3, 3)))
         length = float(np.linalg.norm(self.axis))
