@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 from hypothesis import strategies as st
 
-from workbench.robots import Link, PlanarArm
+from workbench.robots import Link, PlanarArm, SpatialArm, SpatialLink
 from workbench.robots.description import PointMass
+from workbench.robots.inertia import moments
+from workbench.robots.motion import from_angles
 
 numbers = st.floats(0.1, 4.0)
 shifts = st.floats(-1.0, 1.0)
@@ -34,6 +36,30 @@ def random_arm(joints: int, rng: np.random.Generator) -> PlanarArm:
         9.81,
         ("down", "right", "up")[int(rng.integers(3))],
     )
+
+
+def random_tree(joints: int, rng: np.random.Generator, **extras) -> SpatialArm:
+    """A spatial arm of hinges and slides about random axes, branching at random, and gravity 9.81."""
+
+    def link(i: int) -> SpatialLink:
+        axis = rng.normal(size=3)
+        points = rng.uniform(-0.3, 0.3, (5, 3))  # of equal masses about the centre: any of their moments is a body's
+        points -= points.mean(axis=0)
+        inertia = 0.2 * (np.eye(3) * (points**2).sum() - points.T @ points)
+        return SpatialLink(
+            f"joint {i}",
+            rng.uniform(0.5, 4.0),
+            rng.uniform(-0.3, 0.3, 3),
+            moments(inertia),
+            position=rng.uniform(-0.5, 0.5, 3),
+            axis=axis / np.linalg.norm(axis),
+            rotation=from_angles(*rng.uniform(-3, 3, 3)),
+            parent=int(rng.integers(max(-1, i - 3), i)) if i else -1,
+            joint="prismatic" if rng.random() < 0.3 else "revolute",
+            **extras,
+        )
+
+    return SpatialArm(tuple(link(i) for i in range(joints)))
 
 
 def printed_arm():
