@@ -1,0 +1,225 @@
+"""URDF from friends and from strangers."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.core import Dynamics
+from workbench.robots import urdf
+from workbench.robots.motion import from_angles
+
+ROOT = Path(__file__).parents[1]
+LINK = (
+    '<link name="{}"><inertial><mass value="{}"/>'
+    '<inertia ixx="{}" ixy="0" ixz="0" iyy="{}" iyz="0" izz="{}"/></inertial></link>'
+)
+JOINT = (
+    '<joint name="{}" type="{}"><parent link="{}"/><child link="{}"/>'
+    '<origin xyz="0.1 0.2 0.3"/><axis xyz="0 0 1"/></joint>'
+)
+
+
+def link(name="arm", mass="1", x="1", y="1", z="1"):
+    return LINK.format(name, mass, x, y, z)
+
+
+def joint(name="turn", kind="revolute", parent="base", child="arm"):
+    return JOINT.format(name, kind, parent, child)
+
+
+def robot(*parts):
+    return f'<?xml version="1.0"?><robot name="r">{"".join(parts)}</robot>'
+
+
+BASE = '<link name="base"/>'
+GOOD = robot(BASE, link(), joint())
+LAUGHS = "".join(f'<!ENTITY l{i + 1} "{f"&l{i};" * 10}">' for i in range(9))
+
+STRANGE = {
+    "empty": ("", "no element found in line 1"),
+    "truncated": (GOOD[:200], "is no well-formed XML: unclosed token in line 1, column 1"),
+    "no XML": ("solid ascii", "syntax error in line 1, column 1"),
+    "binary": ("\x00\x01\x02", "is no well-formed XML"),
+    "a billion laughs": (f'<!DOCTYPE r [<!ENTITY l0 "ha">{LAUGHS}]><robot>&l9;</robot>', "has a DOCTYPE in line 1"),
+    "a file as an entity": ('<!DOCTYPE r [<!ENTITY f SYSTEM "file:///etc/passwd">]><robot>&f;</robot>', "DOCTYPE"),
+    "an external subset": ('<!DOCTYPE robot SYSTEM "http://localhost/r.dtd"><robot/>', "has a DOCTYPE"),
+    "an entity of nobody": (robot("&nbsp;"), "undefined entity"),
+    "five thousand deep": ("<a>" * 5000 + "</a>" * 5000, "nests elements deeper than 64, in line 1"),
+    "deep and never closed": ("<robot>" * 500_000, "nests elements deeper than 64"),
+    "very long": (robot(" " * 5_000_000), "has more than 4000000 bytes"),
+    "very many links": (robot('<link name="x"/>' * 200_000), "has more than 2000 links or 64 moving joints"),
+    "an unknown encoding": ('<?xml version="1.0" encoding="klingon"?><robot/>', "in an encoding that is not known"),
+    "another root": ("<sdf/>", "its root is <sdf>, and must be <robot>"),
+    "xacro": (robot('<xacro:include filename="/etc/passwd"/>'), "expand it with the program xacro first"),
+    "no links": (robot(), "needs links; got none"),
+    "no name": (robot("<link/>"), "A <link> needs the attribute 'name'"),
+    "a very long name": (robot(link("x" * 1000)), "an attribute 'name' of 1000 characters"),
+    "one name twice": (robot(link(), link()), "names of links must be unique; 'arm' came more than once"),
+    "one joint twice": (robot(BASE, link(), joint(), joint()), "names of joints must be unique; 'turn'"),
+    "a loop": (
+        robot(link("a"), link("b"), joint("i", child="a", parent="b"), joint("j", child="b", parent="a")),
+        "loop",
+    ),
+    "a loop aside": (
+        robot(BASE, link("a"), link("b"), joint("i", child="a", parent="b"), joint("j", child="b", parent="a")),
+        "'a', 'b' carry each other in a loop",
+    ),
+    "a link on itself": (robot(BASE, link(), joint(parent="arm")), "'turn' lets link 'arm' carry itself"),
+    "a closed chain": (
+        robot(
+            BASE, link("a"), link("b"), joint("i", child="a"), joint("j", child="b"), joint("k", child="b", parent="a")
+        ),
+        "'b' is carried by more than one joint: closed chains",
+    ),
+    "two bases": (robot(BASE, link()), "stands on one base; the links 'base', 'arm' are carried by no joint"),
+    "a child of nobody": (robot(BASE, link(), joint(child="arn")), "'arn', which is no link. Did you mean 'arm'?"),
+    "nothing that moves": (robot(BASE, link(), joint(kind="fixed")), "needs a joint that moves"),
+    "a floating joint": (robot(BASE, link(), joint(kind="floating")), "of type 'floating'; an arm has revolute"),
+    "a mimic": (
+        GOOD.replace("<axis", '<mimic joint="x"/><axis'),
+        "mimics another one; coupled joints are not modelled",
+    ),
+    "no parent": (GOOD.replace('<parent link="base"/>', ""), "needs a <parent link=...> and a <child link=...>"),
+    "two origins": (GOOD.replace("<axis", "<origin/><axis"), "has more than one <origin>"),
+    "a comma": (
+        GOOD.replace('mass value="1"', 'mass value="1,5"'),
+        "must be a number, as in '0.5' or '1e-3'; got '1,5'",
+    ),
+    "not a number": (GOOD.replace('mass value="1"', 'mass value="nan"'), "got 'nan'"),
+    "an infinite number": (GOOD.replace('mass value="1"', 'mass value="1e999"'), "mass of link 'arm' must be finite"),
+    "a hexadecimal": (GOOD.replace('mass value="1"', 'mass value="0x10"'), "got '0x10'"),
+    "an underscore": (GOOD.replace('mass value="1"', 'mass value="1_0"'), "got '1_0'"),
+    "code": (GOOD.replace('mass value="1"', 'mass value="__import__(1)"'), "must be a number"),
+    "two numbers": (GOOD.replace("0.1 0.2 0.3", "0.1 0.2"), "must be 3 numbers with spaces between"),
+    "a negative mass": (GOOD.replace('mass value="1"', 'mass value="-1"'), "must not be negative; got -1 kg"),
+    "an inertia of no mass": (GOOD.replace('mass value="1"', 'mass value="0"'), "belongs to no mass"),
+    "no mass that moves": (
+        robot(BASE, '<link name="arm"/>', joint()),
+        "'arm' is moved by joint 'turn' and has no mass",
+    ),
+    "a negative moment": (robot(BASE, link(x="-1"), joint()), "must be positive definite"),
+    "an impossible moment": (robot(BASE, link(z="3"), joint()), "belongs to no body"),
+    "an impossible moment of the base": (robot(link("base", z="3"), link(), joint()), "inertia of link 'base' belongs"),
+    "half an inertial": (
+        robot(BASE, '<link name="arm"><inertial/></link>', joint()),
+        "needs a <mass> and an <inertia>",
+    ),
+    "no axis": (GOOD.replace("0 0 1", "0 0 0"), "must be a unit vector, as q counts along it; its length is 0"),
+    "a long axis": (GOOD.replace("0 0 1", "0 0 2"), "its length is 2"),
+    "a point on its axis": (robot(BASE, link(x="0", y="0", z="0"), joint()), "M must be positive definite"),
+}
+
+
+@pytest.mark.parametrize("case", STRANGE)
+def test_a_strange_file_is_refused_in_one_sentence_and_at_once(tmp_path, case):
+    text, says = STRANGE[case]
+    file = tmp_path / "r.urdf"
+    file.write_text(text, encoding="utf-8")
+    began = time.perf_counter()
+    with pytest.raises(ValueError) as refusal:
+        urdf.read(file)
+    assert time.perf_counter() - began < 2
+    assert says in str(refusal.value)
+    assert str(refusal.value).startswith(f"'{file}'")
+    assert len(str(refusal.value)) < 500
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_file_that_is_none_and_a_text_that_is_none_are_refused(tmp_path):
+    for file in (tmp_path / "nowhere.urdf", tmp_path):
+        with pytest.raises(LookupError, match="There is no file"):
+            urdf.read(file)
+    with pytest.raises(LookupError, match=r"`read\(file=...\)` must be the path of a URDF file; got None"):
+        urdf.read(None)
+    with pytest.raises(ValueError, match=r"`parse\(text=...\)` must be text; got 3"):
+        urdf.parse(3)
+
+
+HOSTILE = """
+import codecs, resource, sys
+sys.path.insert(0, 'tests')
+from test_urdf import GOOD, STRANGE
+from workbench.robots import urdf
+mesh = '<visual><geometry><mesh filename="file:///etc/passwd"/></geometry></visual>'
+urdf.parse(GOOD)
+try:
+    codecs.lookup('klingon')
+except LookupError:
+    opened = []
+sys.addaudithook(lambda event, args: opened.append(args[0]) if event == 'open' else None)
+assert urdf.parse(GOOD.replace('<inertial>', mesh + '<inertial>')).dof == 1
+for text, _ in STRANGE.values():
+    try:
+        urdf.parse(text)
+    except ValueError:
+        continue
+    raise SystemExit('read')
+print(len(opened), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, opened)
+"""
+
+
+def test_neither_a_mesh_nor_strange_text_opens_a_file_or_takes_much_memory():
+    done = subprocess.run([sys.executable, "-c", HOSTILE], cwd=ROOT, capture_output=True, text=True, check=True)
+    opened, kilobytes, _ = done.stdout.split(maxsplit=2)
+    assert int(opened) == 0, done.stdout
+    assert int(kilobytes) < 500_000
+
+
+def test_what_is_fixed_to_a_link_weighs_as_a_part_of_it():
+    tool = link("tool", "2", "0.1", "0.2", "0.25").replace("<mass", '<origin xyz="0.1 0 0"/><mass')
+    place = f'<origin xyz="0 0.5 0" rpy="0 0 {np.pi / 2}"/>'
+    fixed = f'<joint name="f" type="fixed"><parent link="arm"/><child link="tool"/>{place}</joint>'
+    arm = urdf.parse(robot(BASE, link(), tool, joint(), fixed))
+    assert arm.links[0].mass == 3
+    np.testing.assert_allclose(arm.links[0].com, [0, 2 * 0.6 / 3, 0], atol=1e-16)
+    # about z: 1 + 0.25, and Steiner's terms of the tool at y = 0.6 and of the arm at 0, about the common centre at 0.4
+    np.testing.assert_allclose(arm.links[0].inertia[5], 1.25 + 2 * 0.2**2 + 1 * 0.4**2, rtol=1e-15)
+    # the tool's own x and y have changed places
+    np.testing.assert_allclose(arm.links[0].inertia[0], 1 + 0.2 + 2 * 0.2**2 + 1 * 0.4**2, rtol=1e-15)
+    assert {frame.name for frame in arm.frames} == {"base", "arm", "tool"}
+
+
+def test_a_chain_of_fixed_joints_moves_the_joints_after_it():
+    place = '<origin xyz="0 0 1" rpy="0.3 -0.2 0.7"/>'
+    fixed = f'<joint name="f" type="fixed"><parent link="base"/><child link="flange"/>{place}</joint>'
+    flange = f'<link name="flange"/>{fixed}'
+    arm = urdf.parse(robot(BASE, link(), flange, joint(parent="flange")))
+    R = from_angles(0.3, -0.2, 0.7)
+    np.testing.assert_allclose(arm.links[0].position, [0, 0, 1] + R @ [0.1, 0.2, 0.3], rtol=1e-15)
+    np.testing.assert_allclose(arm.links[0].rotation, R, rtol=1e-15)
+
+
+def test_branches_are_numbered_along_the_tree_whatever_the_order_of_the_file():
+    links = [link(name) for name in ("a", "b", "c")]
+    joints = [joint("third", child="c"), joint("second", child="b", parent="a"), joint("first", child="a")]
+    arm = urdf.parse(robot(*joints, *links, BASE))
+    assert [(one.name, one.parent) for one in arm.links] == [("third", -1), ("first", -1), ("second", 1)]
+
+
+def test_friction_is_read_where_there_is_any():
+    text = robot(BASE, link(), joint().replace("<axis", '<dynamics damping="0.5" friction="0"/><axis'))
+    (only,) = urdf.parse(text).links
+    assert (only.viscous, only.coulomb) == (0.5, None)
+
+
+def test_an_axis_of_printed_digits_is_made_a_unit_vector_and_x_is_the_default():
+    (only,) = urdf.parse(GOOD.replace("0 0 1", "0.57735 0.57735 0.57735")).links
+    np.testing.assert_allclose(only.axis, np.full(3, 1 / np.sqrt(3)), rtol=1e-15)
+    (only,) = urdf.parse(GOOD.replace('<axis xyz="0 0 1"/>', "")).links
+    np.testing.assert_array_equal(only.axis, [1, 0, 0])
+
+
+def test_gravity_pulls_along_minus_z_of_the_root_link():
+    text = robot(BASE, link(), joint(kind="prismatic"))
+    _, _, G = Dynamics.of(urdf.parse(text, gravity=3.0)).matrices([0.4], [0.0])
+    np.testing.assert_allclose(G, [3.0], rtol=1e-15)
+
+
+def test_a_byte_order_mark_and_comments_are_no_trouble(tmp_path):
+    file = tmp_path / "r.urdf"
+    file.write_bytes(b"\xef\xbb\xbf" + GOOD.replace("<robot", "<!-- head --><robot").encode())
+    assert urdf.read(str(file)).dof == 1
