@@ -1,5 +1,6 @@
 """Arms with a name."""
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -40,3 +41,57 @@ def test_an_unknown_arm_is_answered_with_the_nearest_or_with_all():
 def test_a_name_that_is_no_text_is_refused(name):
     with pytest.raises(LookupError, match=r"`named\(name=...\)` must be the name of a robot, such as 'paper-arm'; got"):
         named(name)
+
+
+def test_the_pelican_has_the_mass_matrix_that_its_book_prints():
+    d = Dynamics.of(named("pelican"))
+    for q2 in (0.0, 1.0, 2.5):
+        M, _, _ = d.matrices([0.7, q2], [0.0, 0.0])
+        c = np.cos(q2)
+        printed = [[0.3353 + 0.0244 * c, 0.0127 + 0.0122 * c], [0.0127 + 0.0122 * c, 0.0127]]
+        np.testing.assert_allclose(M, printed, rtol=0, atol=1e-4)  # four digits are printed
+
+
+def test_the_arm_of_slotine_and_li_has_the_four_numbers_of_its_book():
+    d = Dynamics.of(named("slotine-li"))
+    a1, a2, a3, a4 = 3.34, 0.97, 1.2 * np.cos(np.pi / 6), 0.6  # the book rounds them to 3.3, 0.97, 1.04 and 0.6
+    for q2 in (0.0, 1.0, 2.5):
+        M, C, G = d.matrices([0.7, q2], [0.4, -0.9])
+        s, c = np.sin(q2), np.cos(q2)
+        coupled = a2 + a3 * c + a4 * s
+        h = a3 * s - a4 * c
+        np.testing.assert_allclose(M, [[a1 + 2 * a3 * c + 2 * a4 * s, coupled], [coupled, a2]], rtol=1e-14)
+        np.testing.assert_allclose(C, [[0.9 * h, -h * (0.4 - 0.9)], [h * 0.4, 0.0]], rtol=1e-14, atol=1e-15)
+        np.testing.assert_array_equal(G, 0)
+
+
+def test_the_cart_pole_moves_as_its_equations_say():
+    d = Dynamics.of(named("cart-pole"))
+    cart, pole, half, g = 1.0, 0.1, 0.5, 9.8
+    force, angle, rate = 3.0, 0.3, -0.7
+    M, C, G = d.matrices([1.0, angle], [0.5, rate])
+    s, c = np.sin(angle), np.cos(angle)
+    np.testing.assert_allclose(
+        M, [[cart + pole, pole * half * c], [pole * half * c, pole * half**2 * 4 / 3]], rtol=1e-14
+    )
+    np.testing.assert_allclose(C, [[0, -pole * half * s * rate], [0, 0]], rtol=1e-14, atol=1e-16)
+    np.testing.assert_allclose(G, [0, -pole * g * half * s], rtol=1e-14, atol=1e-16)
+    # the accelerations as Barto, Sutton and Anderson print them, without friction
+    push = (force + pole * half * rate**2 * s) / (cart + pole)
+    turn = (g * s - c * push) / (half * (4 / 3 - pole * c**2 / (cart + pole)))
+    slide = push - pole * half * turn * c / (cart + pole)
+    np.testing.assert_allclose(d.acceleration([1.0, angle], [0.5, rate], [force, 0.0]), [slide, turn], rtol=1e-13)
+
+
+def test_the_hand_of_the_panda_is_part_of_its_last_link():
+    last = named("panda").links[6]
+    np.testing.assert_allclose(last.mass, 0.735522 + 0.73 + 2 * 0.015, rtol=1e-15)
+    # along the axis: the link's own centre, and hand and fingers beyond the flange at 0.107
+    heights = 0.735522 * 0.061597 + 0.73 * (0.107 + 0.03) + 0.03 * (0.107 + 0.0584)
+    np.testing.assert_allclose(last.com[2], heights / last.mass, rtol=1e-14)
+
+
+def test_the_tool_of_the_ur5_is_where_its_lengths_say():
+    # stretched out at q = 0, along x: 0.425 + 0.39225; the wrist hangs d5 below the shoulder, d4 + d6 beside it
+    p = np.array(ca.evalf(named("ur5").pose(ca.SX.zeros(6), "tool0").position)).ravel()
+    np.testing.assert_allclose(p, [0.81725, 0.10915 + 0.0823, 0.089159 - 0.09465], atol=1e-15)

@@ -7,7 +7,7 @@ from arms import moving_arms
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.robots import Link, PlanarArm, kinematics, paper_arm
+from workbench.robots import Link, PlanarArm, kinematics, named, paper_arm
 
 
 def numbers(expression) -> np.ndarray:
@@ -64,3 +64,35 @@ def test_an_arm_that_has_turned_many_times_is_as_exact_as_one_that_has_not(a, b)
     # lost is below 1e-10, so the next term of the series is below rounding; a few roundings are left
     np.testing.assert_allclose(c, np.cos(rounded) - lost * np.sin(rounded), rtol=0, atol=1e-15)
     np.testing.assert_allclose(s, np.sin(rounded) + lost * np.cos(rounded), rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("name", ["ur5", "panda", "scara", "cart-pole"])
+def test_the_jacobian_of_a_frame_is_the_derivative_of_its_pose(name):
+    arm, rng = named(name), np.random.default_rng(3)
+    q = ca.SX.sym("q", arm.dof)
+    for frame in ["", *(frame.name for frame in arm.frames)]:
+        pose, J = arm.pose(q, frame), arm.jacobian(q, frame)
+        turns = [
+            ca.reshape(ca.jacobian(ca.vec(ca.densify(pose.rotation)), q[i]), 3, 3) @ pose.rotation.T
+            for i in range(arm.dof)
+        ]
+        angular = ca.horzcat(*[ca.vertcat(S[2, 1], S[0, 2], S[1, 0]) for S in turns])
+        expected = ca.vertcat(ca.jacobian(pose.position, q), angular)
+        both = ca.Function("J", [q], [J, ca.densify(expected)])
+        for _ in range(5):
+            ours, theirs = map(np.array, both(rng.uniform(-3, 3, arm.dof)))
+            np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-14)  # a dozen turns of lengths of a metre
+
+
+def test_the_pose_of_a_frame_at_the_base_moves_with_no_joint():
+    arm = named("panda")
+    q = ca.SX.sym("q", 7)
+    assert not ca.depends_on(ca.densify(arm.pose(q, "panda_link0").position), q)
+    assert arm.jacobian(q, "panda_link0").is_zero()
+
+
+def test_an_unknown_frame_is_answered_with_the_nearest():
+    with pytest.raises(LookupError, match="There is no frame 'tool' on this arm. Did you mean 'tool0'?"):
+        named("ur5").pose(ca.SX.zeros(6), "tool")
+    with pytest.raises(LookupError, match="no frame 'x' on this arm. They are: shoulder, elbow, quill, spindle."):
+        named("scara").jacobian(ca.SX.zeros(4), "x")

@@ -17,7 +17,7 @@ from workbench.robots.regressor import names, regressor
 from workbench.robots.spatial import SpatialArm
 
 ROWS = 4  # of torque for each entry of theta
-CLEAR = 1e6  # how many times the last kept singular value must stand above the first dropped one
+CLEAR = 1e10  # how many times the last kept singular value must stand above the first dropped one
 SMALL = 1e-9  # the part of a column off the span of those before it, below which it lies in it
 
 
