@@ -148,8 +148,44 @@ def test_no_bar_of_the_shared_exams_is_missed():
     verdicts = list(sit(EXAMS))
     assert [verdict.line for verdict in verdicts if verdict.passed is False] == []
     sat = {verdict.line.partition(":")[0] for verdict in verdicts if verdict.passed}
-    assert {"ode/smooth", "ode/order", "ode/discontinuous", "ode/batch", "dynamics/planar"} <= sat
+    assert {"ode/smooth", "ode/order", "ode/discontinuous", "ode/batch"} <= sat
+    assert {"dynamics/urdf", "dynamics/bodies", "dynamics/planar"} <= sat
     assert "not yet sat: carex (Riccati synthesis is not in the workbench yet)" in [v.line for v in verdicts]
+
+
+PENDULUMS = """
+'''Exam: two pendulums on one post, the second first; no URDF; M, G and the acceleration in closed form.'''
+import numpy as np
+
+def body(name, parent, mass, length):
+    return dict(joint=name, type='R', parent=parent, axis=[0.0, 1.0, 0.0], placement_R=np.eye(3).tolist(),
+                placement_p=[0.1, 0.0, 0.0], mass=mass, com=[0.0, 0.0, -length], inertia_com=np.zeros((3, 3)).tolist())
+
+ARMS = {'one': [(2.0, 0.5)], 'two': [(2.0, 0.5), (3.0, 0.7)]}
+
+def robots():
+    return {name: dict(bodies=[body(f'j{i}', None, *arm) for i, arm in enumerate(arms)]) for name, arms in ARMS.items()}
+
+def grade_robot(name, functions):
+    m, l = np.array(ARMS[name]).T
+    q, qd, tau = np.full((3, len(m)), 0.4) * [[1.0], [2.0], [3.0]]
+    M, G = np.diag(m * l**2), m * 9.81 * l * np.sin(q)
+    right = dict(M=(M, q), G=(G, q), ddq=((tau - G) / np.diag(M), q, qd, tau))
+    errors = {key: np.abs(np.reshape(functions[key](*at), np.shape(x)) - x).max() for key, (x, *at) in right.items()}
+    return {key: dict(outcome='pass' if e < LIMIT else 'FAIL', error=e, tol=LIMIT) for key, e in errors.items()}
+"""
+
+
+def test_any_folder_of_robots_is_sat_through_its_bodies(exam, capsys):
+    folder = exam(grader=PENDULUMS, limit="1e-13")
+    assert main([str(folder)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "motion/urdf: there is no such robot"
+    assert lines[1].startswith("motion/bodies: 2 of 2 robots, worst error ")
+    assert lines[2].startswith("motion/planar: 1 of 1 robots")
+    (folder / "motion" / "grade.py").write_text(PENDULUMS.replace("LIMIT", "1e-300").replace("9.81", "9.8"))
+    assert main([str(folder)]) == 1
+    assert "motion/bodies: MISSED, 0 of 2 robots" in capsys.readouterr().out
 
 
 def test_an_exam_that_is_passed_is_a_line_with_its_figure_and_no_failure(exam, capsys):

@@ -49,10 +49,9 @@ def answers(arm: PlanarArm | SpatialArm, order: Sequence[int]) -> Answers:
         def answer(*vectors: Any) -> Any:
             found = function(*(np.asarray(v)[back] for v in vectors))
             value = np.array(found if output is None else found[output])
-            if value.size == 1 and arm.dof > 1:
-                return float(value.item())
-            value = value[order] if value.shape[1] == 1 else value[np.ix_(order, order)]
-            return value.ravel() if value.shape[1] == 1 and arm.dof > 1 else value
+            if value.shape == (arm.dof, arm.dof):
+                return value[np.ix_(order, order)]
+            return value[order].ravel() if value.shape == (arm.dof, 1) else value.item()
 
         return answer
 

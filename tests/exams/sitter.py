@@ -60,12 +60,15 @@ def _sit(grader: Grader) -> Iterator[Verdict]:
         yield Verdict(None, f"unknown: {grader.name} (its grader asks for nothing that is known here)")
 
 
+Maker = Callable[[Loaded], dict[str, rigid.Answers]]
+
+
 def _dynamics(grader: Grader) -> Iterator[Verdict]:
     for name, made in (("urdf", rigid.through_urdf), ("bodies", rigid.through_bodies), ("planar", planar.planar)):
 
-        def part(exam: Loaded, made: Callable[[Loaded], dict[str, rigid.Answers]] = made) -> tuple[bool, str]:
+        def part(exam: Loaded, name: str = name, made: Maker = made) -> tuple[bool, str]:
             robots = made(exam)
-            return rigid.grade(exam, robots) if robots else (True, "there is no such robot")
+            return rigid.grade(exam, robots) if robots else (name != "bodies", "there is no such robot")
 
         yield _run(grader, name, part)
 
