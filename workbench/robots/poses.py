@@ -71,11 +71,13 @@ def potential_energy(links: Sequence[Jointed], gravity: Any, q: ca.SX) -> ca.SX:
 
 def kinetic_energy(links: Sequence[Jointed], q: ca.SX, qd: ca.SX) -> ca.SX:
     """T(q, qd) in J, from nothing but the poses: velocities are their derivatives along qd; q and qd are symbols."""
+    poses = from_base(links, q)
+    coms = [p.position + p.rotation @ motion.sparse(link.com) for link, p in zip(links, poses, strict=True)]
+    rates = ca.jtimes(ca.densify(ca.horzcat(*coms, *(p.rotation for p in poses))), q, qd)
     energy = ca.SX(1, 1)
-    for link, pose in zip(links, from_base(links, q), strict=True):
-        com = ca.densify(pose.position + pose.rotation @ motion.sparse(link.com))
-        v = ca.jtimes(com, q, qd)
-        spin = pose.rotation.T @ ca.reshape(ca.jtimes(ca.vec(ca.densify(pose.rotation)), q, qd), 3, 3)
+    for i, (link, pose) in enumerate(zip(links, poses, strict=True)):
+        turning = len(links) + 3 * i
+        spin = pose.rotation.T @ rates[:, turning : turning + 3]
         omega = ca.vertcat(spin[2, 1], spin[0, 2], spin[1, 0])
-        energy += link.mass * ca.sumsqr(v) / 2 + omega.T @ motion.sparse(tensor(link.inertia)) @ omega / 2
+        energy += link.mass * ca.sumsqr(rates[:, i]) / 2 + omega.T @ motion.sparse(tensor(link.inertia)) @ omega / 2
     return ca.densify(energy)
