@@ -40,9 +40,10 @@ def answers(arm: PlanarArm | SpatialArm, order: Sequence[int]) -> Answers:
     none, back = d.p.default, np.argsort(order)
     inverse, forward = d.inverse_dynamics, d.forward_dynamics
     two = [d.q, d.qd]
+    force = arm.coriolis_force(*two) if isinstance(arm, SpatialArm) else d.C @ d.qd
     M, G, C, Cqd, T, U = (
         ca.Function("answer", two, [ca.densify(expression)])
-        for expression in (d.M, d.G, d.C, d.Cqd, arm.kinetic_energy(d.q, d.qd), arm.potential_energy(d.q))
+        for expression in (d.M, d.G, d.C, force, arm.kinetic_energy(d.q, d.qd), arm.potential_energy(d.q))
     )
 
     def ours(function: Callable[..., Any], output: int | None = None) -> Callable[..., Any]:

@@ -37,18 +37,22 @@ class AbstractArm(ABC):
     def gravity_vector(self, q: ca.SX) -> ca.SX:
         """G(q), (n, 1), in N m."""
 
-    def coriolis_force(self, q: ca.SX, qd: ca.SX) -> ca.SX:
-        """C(q, qd) qd, (n, 1), in N m; an arm with a recursion says it without C."""
-        return self.coriolis_matrix(q, qd) @ qd
+    def recursion(self, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> ca.SX | None:
+        """The torque, (n, 1), of an arm that has a recursion, which forms neither M nor C; else None."""
+        return None
 
     def torque(self, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> ca.SX:
         """tau = M qdd + C qd + G, (n, 1), in N m, and the friction of an arm that has any."""
-        return self.mass_matrix(q) @ qdd + self.coriolis_force(q, qd) + self.gravity_vector(q)
+        tau = self.recursion(q, qd, qdd)
+        if tau is None:
+            tau = self.mass_matrix(q) @ qdd + self.coriolis_matrix(q, qd) @ qd + self.gravity_vector(q)
+        return tau
 
     def acceleration(self, q: ca.SX, qd: ca.SX, tau: ca.SX) -> ca.SX:
         """qdd = M^-1 (tau - C qd - G), (n, 1), in rad/s^2, by the LDL' factors of M."""
-        torque = tau - self.coriolis_matrix(q, qd) @ qd - self.gravity_vector(q)
-        return solve_definite(self.mass_matrix(q), torque)
+        bias = self.recursion(q, qd, ca.SX(self.dof, 1))
+        net = tau - self.coriolis_matrix(q, qd) @ qd - self.gravity_vector(q) if bias is None else tau - bias
+        return solve_definite(self.mass_matrix(q), net)
 
 
 def solve_definite(S: ca.SX, b: ca.SX) -> ca.SX:
@@ -65,8 +69,6 @@ class Dynamics:
     ----------
     M, C, G
         (n, n), (n, n) and (n, 1) expressions in `q`, `qd` and the parameters' symbols.
-    Cqd
-        (n, 1): C(q, qd) qd, without C where the arm has a recursion.
     qdd, tau
         (n, 1): symbols of the acceleration, and the torque that it takes, with the arm's friction if it has any.
     p
@@ -79,7 +81,6 @@ class Dynamics:
     M: ca.SX
     C: ca.SX
     G: ca.SX
-    Cqd: ca.SX
     qdd: ca.SX
     tau: ca.SX
     p: Layout
@@ -97,19 +98,12 @@ class Dynamics:
         require("Dynamics.of(arm=...)", arm, AbstractArm)
         lifted = lift(arm) if symbolic and is_block(arm) else Lifted(arm, Layout(), ca.SX(0, 1))
         q, qd, qdd = (Layout((Entry(letter, np.zeros(arm.dof)),)).symbols() for letter in ("q", "qd", "qdd"))
-        return Dynamics(
-            name or type(arm).__name__,
-            q,
-            qd,
-            ca.densify(lifted.block.mass_matrix(q)),
-            ca.densify(lifted.block.coriolis_matrix(q, qd)),
-            ca.densify(lifted.block.gravity_vector(q)),
-            ca.densify(lifted.block.coriolis_force(q, qd)),
-            qdd,
-            ca.densify(lifted.block.torque(q, qd, qdd)),
-            lifted.layout,
-            lifted.symbols,
-        )
+        M = ca.densify(lifted.block.mass_matrix(q))
+        C = ca.densify(lifted.block.coriolis_matrix(q, qd))
+        G = ca.densify(lifted.block.gravity_vector(q))
+        by_recursion = lifted.block.recursion(q, qd, qdd)
+        tau = ca.densify(M @ qdd + C @ qd + G if by_recursion is None else by_recursion)
+        return Dynamics(name or type(arm).__name__, q, qd, M, C, G, qdd, tau, lifted.layout, lifted.symbols)
 
     @property
     def dof(self) -> int:

@@ -9,7 +9,6 @@ import numpy as np
 
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Scalar, Vector
-from workbench.core.dynamics import solve_definite
 from workbench.core.layout import Array, numbers
 from workbench.robots import agreement, composite, newton_euler, poses
 from workbench.robots.frames import Frame, frame_named
@@ -190,14 +189,10 @@ class SpatialArm(AbstractArm):
         """gear^2 rotor of each joint, (n, 1)."""
         return ca.vertcat(*[sparse(link.drive_inertia()) for link in self.links])
 
-    def torque(self, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> ca.SX:
-        """tau = M qdd + C qd + G + F, (n, 1), by the recursion."""
+    def recursion(self, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> ca.SX:
+        """tau = M qdd + C qd + G + F, (n, 1), by Newton and Euler."""
         tau = newton_euler.torque(self.bodies(q), ca.SX(self.gravity), qd, qdd)
         return ca.densify(tau + self.drive_inertias() * qdd + self.friction(qd))
-
-    def acceleration(self, q: ca.SX, qd: ca.SX, tau: ca.SX) -> ca.SX:
-        """qdd = M^-1 (tau - C qd - G - F), (n, 1), with the bias from the recursion."""
-        return solve_definite(self.mass_matrix(q), tau - self.torque(q, qd, ca.SX(self.dof, 1)))
 
     def kinetic_energy(self, q: ca.SX, qd: ca.SX) -> ca.SX:
         """T(q, qd) in J, of links and rotors."""
