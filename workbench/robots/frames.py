@@ -10,6 +10,8 @@ import numpy as np
 
 from workbench.core.layout import Array, nearest
 
+ORTHONORMAL = 1e-12  # what rounding leaves of a rotation
+
 
 @dataclass(frozen=True, eq=False)
 class Frame:
@@ -27,6 +29,26 @@ class Frame:
     link: int
     rotation: Array
     position: Array
+
+    def __post_init__(self) -> None:
+        refuse_skewed(f"`Frame(rotation=...)` of '{self.name}'", self.rotation)
+
+
+def refuse_skewed(call: str, R: Array) -> None:
+    """Refuse a matrix (3, 3) that is no rotation; `call` names it.
+
+    Raises
+    ------
+    ValueError
+        If its columns are not orthonormal, or left-handed.
+    """
+    gap = float(np.abs(R @ R.T - np.eye(3)).max())
+    handed = float(np.cross(R[:, 0], R[:, 1]) @ R[:, 2])
+    if not (gap <= ORTHONORMAL and handed > 0):
+        raise ValueError(
+            f"{call} must be orthonormal and right-handed, as its columns are the axes of a frame; R R' is {gap:.2g} "
+            f"off the identity, det R {handed:.2g}."
+        )
 
 
 class Named(Protocol):

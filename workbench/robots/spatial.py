@@ -11,12 +11,12 @@ from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.layout import Array, numbers
 from workbench.robots import agreement, composite, newton_euler, poses
-from workbench.robots.frames import Frame, frame_named
+from workbench.robots.frames import Frame, frame_named, refuse_skewed
 from workbench.robots.inertia import about_origin, refuse_impossible, spatial, tensor
 from workbench.robots.motion import sparse, transform
 from workbench.robots.newton_euler import Body
 
-UNIT, ORTHONORMAL = 1e-12, 1e-12  # what rounding leaves of a unit axis, and of a rotation
+UNIT = 1e-12  # what rounding leaves of a unit axis
 
 
 @block
@@ -79,12 +79,9 @@ class SpatialLink:
                 f"`SpatialLink(axis=...)` of '{self.name}' must be a unit vector, as q counts angle or length along "
                 f"it; got length {length:g}: divide it by that."
             )
-        gap = np.abs(self.rotation @ self.rotation.T - np.eye(3)).max()
-        if gap > ORTHONORMAL or np.linalg.det(self.rotation) < 0:
-            raise ValueError(
-                f"`SpatialLink(rotation=...)` of '{self.name}' must be orthonormal and right-handed, as its columns "
-                f"are the axes of a frame; R R' is {gap:.2g} off the identity, det R {np.linalg.det(self.rotation):g}."
-            )
+        refuse_skewed(f"`SpatialLink(rotation=...)` of '{self.name}'", self.rotation)
+        if self.gear is not None and self.rotor is None:
+            raise ValueError(f"`SpatialLink(gear=...)` of '{self.name}' has no effect without a `rotor`: give both.")
         refuse_impossible(f"link '{self.name}'", self.mass, tensor(self.inertia))
 
     def _shaped(self, name: str, shape: tuple[int, ...]) -> Array:
@@ -133,8 +130,8 @@ class SpatialArm(AbstractArm):
     Raises
     ------
     ValueError
-        If a name comes twice, a link is carried by none before it, the two roads disagree, or M is not positive
-        definite.
+        If a name comes twice, a link is carried by none before it, a frame lies on no link, the two roads disagree,
+        or M is not positive definite.
     """
 
     links: tuple[SpatialLink, ...]
@@ -152,6 +149,12 @@ class SpatialArm(AbstractArm):
                 raise ValueError(
                     f"`SpatialArm(links=...)` takes the carrying link before the carried one, -1 for the base, so that "
                     f"there is no loop; '{link.name}' at [{i}] has parent {link.parent}."
+                )
+        for frame in self.frames:
+            if not -1 <= frame.link < len(self.links):
+                raise ValueError(
+                    "`SpatialArm(frames=...)` lie on links by number, -1 for the base; "
+                    f"'{frame.name}' is on {frame.link} of {len(self.links)}."
                 )
         agreement.check(self)
 
