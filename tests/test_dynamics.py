@@ -1,12 +1,14 @@
 """The matrices of one arm over symbols."""
 
+import time
+
 import casadi as ca
 import numpy as np
 import pytest
-from arms import random_arm
+from arms import random_arm, random_tree
 
 from workbench.core import Dynamics
-from workbench.robots import paper_arm
+from workbench.robots import named, paper_arm
 
 
 def test_the_matrices_of_the_paper_arm_are_those_of_its_equations():
@@ -87,3 +89,37 @@ def test_a_state_of_the_wrong_shape_is_refused_and_never_filled_up(change, says)
     dynamics = Dynamics.of(paper_arm())
     with pytest.raises(ValueError, match=says):
         dynamics.acceleration(**{"q": [0.1, 0.2], "qd": [0.0, 0.0], "tau": [1.0, 1.0], **change})
+
+
+def test_torque_and_acceleration_undo_each_other():
+    rng = np.random.default_rng(6)
+    for arm in (random_arm(3, rng), random_tree(4, rng, viscous=0.2)):
+        d = Dynamics.of(arm)
+        q, qd, qdd = rng.uniform(-2, 2, (3, arm.dof))
+        M, C, G = d.matrices(q, qd)
+        tau = d.torque(q, qd, qdd)
+        if arm.recursion(ca.SX(q), ca.SX(qd), ca.SX(qdd)) is None:
+            np.testing.assert_allclose(tau, M @ qdd + C @ qd + G, rtol=0, atol=1e-13 * np.abs(tau).max())
+        # solved with M, whose condition is below 1e4
+        np.testing.assert_allclose(d.acceleration(q, qd, tau), qdd, rtol=0, atol=1e-11 * np.abs(qdd).max())
+
+
+def test_an_arm_of_seven_joints_is_derived_with_all_derivatives_in_a_blink():
+    arm = named("panda")
+    took = []
+    for _ in range(3):
+        began = time.process_time()
+        d = Dynamics.of(arm)
+        d.matrices(np.zeros(7), np.zeros(7))
+        assert [d.inverse_dynamics.n_out(), d.forward_dynamics.n_out()] == [3, 4]
+        took.append(time.process_time() - began)
+    assert min(took) < 0.3
+
+
+def test_an_arm_of_numbers_has_no_parameters_and_the_same_matrices():
+    arm = random_arm(3, np.random.default_rng(8))
+    symbolic, plain = Dynamics.of(arm), Dynamics.of(arm, symbolic=False)
+    assert plain.p.size == 0
+    q, qd = np.array([0.3, -1.0, 0.6]), np.array([1.0, 2.0, -1.0])
+    for ours, theirs in zip(plain.matrices(q, qd), symbolic.matrices(q, qd), strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-14 * (1 + np.abs(theirs).max()))  # other groupings

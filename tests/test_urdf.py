@@ -51,7 +51,9 @@ STRANGE = {
     "five thousand deep": ("<a>" * 5000 + "</a>" * 5000, "nests elements deeper than 64, in line 1"),
     "deep and never closed": ("<robot>" * 500_000, "nests elements deeper than 64"),
     "very long": (robot(" " * 5_000_000), "has more than 4000000 bytes"),
-    "very many links": (robot('<link name="x"/>' * 200_000), "has more than 2000 links or 64 moving joints"),
+    "very many links": (robot('<link name="x"/>' * 200_000), "has more than 50000 elements, in line 1"),
+    "many links": (robot('<link name="x"/>' * 3_000), "has more than 2000 links or 64 moving joints"),
+    "many joints": (robot(joint() * 65), "has more than 2000 links or 64 moving joints"),
     "an unknown encoding": ('<?xml version="1.0" encoding="klingon"?><robot/>', "in an encoding that is not known"),
     "another root": ("<sdf/>", "its root is <sdf>, and must be <robot>"),
     "xacro": (robot('<xacro:include filename="/etc/passwd"/>'), "expand it with the program xacro first"),
@@ -119,10 +121,10 @@ def test_a_strange_file_is_refused_in_one_sentence_and_at_once(tmp_path, case):
     text, says = STRANGE[case]
     file = tmp_path / "r.urdf"
     file.write_text(text, encoding="utf-8")
-    began = time.perf_counter()
+    began = time.process_time()
     with pytest.raises(ValueError) as refusal:
         urdf.read(file)
-    assert time.perf_counter() - began < 2
+    assert time.process_time() - began < 2
     assert says in str(refusal.value)
     assert str(refusal.value).startswith(f"'{file}'")
     assert len(str(refusal.value)) < 500

@@ -1,4 +1,4 @@
-"""Two roads to the torque of an arm, Newton and Euler's recursion and Lagrange's equation, at a few states."""
+"""Roads to the torque of an arm, at a few states: the recursion of Newton and Euler, Lagrange's equation, and M."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from workbench.robots.newton_euler import Body
 
 STATES, SEED = 3, 2021
 AGREED = 1e-10  # of the largest torque; the roads differ by some hundred roundings, a wrong term by far more
+TINY = np.finfo(float).tiny
 REGULAR = 1e-13  # the smallest eigenvalue of M scaled to a unit diagonal: below it, M cannot be solved with in doubles
 
 
@@ -30,47 +31,57 @@ class Arm(Protocol):
     def drive_inertias(self) -> ca.SX: ...  # noqa: D102
 
 
-def difference(arm: Arm, states: Array) -> Array:
-    """The difference of the two roads at states (N, 3, n) of q, qd and qdd, over the largest torque there, (N,).
-
-    The energies know positions alone; the recursion knows no energy.
-    """
+def roads(arm: Arm) -> ca.Function:
+    """(q, qd, qdd) -> the torque of links by the recursion and by the energies, and M of the links."""
     q, qd, qdd = (ca.SX.sym(letter, arm.dof) for letter in ("q", "qd", "qdd"))
-    recursion = newton_euler.torque(arm.bodies(q), ca.SX(arm.gravity), qd, qdd)
-    energy = poses.kinetic_energy(arm.links, q, qd)
-    torque = lagrange.torque(energy, poses.potential_energy(arm.links, arm.gravity, q), q, qd, qdd)
-    both = ca.Function("both", [q, qd, qdd], [recursion, torque])
-    found = [np.hstack([np.array(road) for road in both(*state)]) for state in states]
-    return np.array([np.abs(f[:, 0] - f[:, 1]).max() / max(np.abs(f).max(), np.finfo(float).tiny) for f in found])
+    bodies = arm.bodies(q)
+    recursion = newton_euler.torque(bodies, ca.SX(arm.gravity), qd, qdd)
+    kinetic, potential = poses.kinetic_energy(arm.links, q, qd), poses.potential_energy(arm.links, arm.gravity, q)
+    energies = lagrange.torque(kinetic, potential, q, qd, qdd)
+    return ca.Function("roads", [q, qd, qdd], [recursion, energies, composite.mass_matrix(bodies)])
+
+
+def difference(held: ca.Function, states: Array) -> Array:
+    """How far apart the roads are at states (N, 3, n) of q, qd and qdd, over the largest torque there, (N,).
+
+    The energies know positions alone, and the recursion knows no energy. M of composite bodies is a third road to
+    the part of qdd.
+    """
+    gaps = []
+    for q, qd, qdd in states:
+        recursion, energies, M = map(np.array, held(q, qd, qdd))
+        steady = np.array(held(q, qd, np.zeros_like(qdd))[0])
+        gap = np.hstack([recursion - energies, recursion - steady - M @ qdd[:, np.newaxis]])
+        gaps.append(np.abs(gap).max() / max(np.abs(recursion).max(), np.abs(steady).max(), TINY))
+    return np.array(gaps)
 
 
 def check(arm: Arm) -> None:
-    """Refuse an arm for which the two roads differ, or whose M cannot be inverted.
+    """Refuse an arm for which the roads differ, or whose M cannot be inverted.
 
     Raises
     ------
     ValueError
-        With the difference, or with the joint that moves no mass.
+        With the difference, or with the joint that moves least.
     """
     states = np.random.default_rng(SEED).uniform(-1.0, 1.0, (STATES, 3, arm.dof))
-    worst = float(np.max(difference(arm, states)))
+    held = roads(arm)
+    worst = float(np.max(difference(held, states)))
     if not worst <= AGREED:
         raise ValueError(
             f"`SpatialArm(...)`: Newton and Euler's recursion and Lagrange's equation must give one torque; they "
             f"differ by {worst:.2g} of it, above {AGREED:g}: its numbers are too far apart in size."
         )
-    q = ca.SX.sym("q", arm.dof)
-    M = ca.Function("M", [q], [composite.mass_matrix(arm.bodies(q)) + ca.diag(arm.drive_inertias())])
+    rotors = np.array(ca.evalf(ca.densify(arm.drive_inertias()))).ravel()
     for state in states:
-        found = np.array(M(state[0]))
-        diagonal = np.diag(found)
+        M = np.array(held(*state)[2]) + np.diag(rotors)
+        diagonal = np.diag(M)
         if diagonal.min() > 0:
             size = np.sqrt(diagonal)
-            if np.linalg.eigvalsh(found / size / size[:, np.newaxis]).min() > REGULAR:
+            if np.linalg.eigvalsh(M / size / size[:, np.newaxis]).min() > REGULAR:
                 continue
-        name = arm.links[int(np.argmin(diagonal))].name
         raise ValueError(
             "`SpatialArm(...)`: M must be positive definite, as a motion of mass has energy; there is a motion that "
-            f"moves none, and joint '{name}' moves least: give its link a moment of inertia or a centre of mass off "
-            "the axis."
+            f"moves none, and joint '{arm.links[int(np.argmin(diagonal))].name}' moves least: give its link a moment "
+            "of inertia or a centre of mass off the axis."
         )

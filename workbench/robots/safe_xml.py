@@ -13,6 +13,7 @@ from xml.parsers import expat
 
 LARGEST = 4_000_000  # bytes of a file
 DEEPEST = 64  # elements within each other
+MOST = 50_000  # elements in all
 
 
 class RefusedXmlError(ValueError):
@@ -29,16 +30,15 @@ def element_of(text: bytes, source: str) -> Element:
     """
     if len(text) > LARGEST:
         raise RefusedXmlError(f"{source} has more than {LARGEST} bytes, the most that is read.")
-    parser, builder, depth = expat.ParserCreate(), TreeBuilder(), 0
+    parser, builder, depth, count = expat.ParserCreate(), TreeBuilder(), 0, 0
     parser.buffer_text = True
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        nonlocal depth
-        depth += 1
-        if depth > DEEPEST:
-            raise RefusedXmlError(
-                f"{source} nests elements deeper than {DEEPEST}, in line {parser.CurrentLineNumber}: that is no robot."
-            )
+        nonlocal depth, count
+        depth, count = depth + 1, count + 1
+        if depth > DEEPEST or count > MOST:
+            what = f"nests elements deeper than {DEEPEST}" if depth > DEEPEST else f"has more than {MOST} elements"
+            raise RefusedXmlError(f"{source} {what}, in line {parser.CurrentLineNumber}: that is no robot.")
         builder.start(tag, attributes)
 
     def end(tag: str) -> None:

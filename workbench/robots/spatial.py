@@ -59,7 +59,7 @@ class SpatialLink:
     parent: int = -1
     joint: str = option(
         {
-            "revolute": "turns about its axis between stops",
+            "revolute": "turns about its axis; its stops are no part of the equations",
             "continuous": "turns about its axis without end",
             "prismatic": "slides along its axis",
         },
@@ -118,7 +118,8 @@ class SpatialArm(AbstractArm):
     """A tree of rigid bodies on hinges and slides; gravity pulls along -z of the base.
 
     C is the matrix of the Christoffel symbols; `torque` and `acceleration` come from recursions and never form it.
-    When an arm is made, the recursion of Newton and Euler is held against Lagrange's equation of its energies.
+    When an arm is made, the recursion of Newton and Euler is held against Lagrange's equation of its energies, and
+    M against both.
 
     Parameters
     ----------
