@@ -100,7 +100,7 @@ def _joint(joint: Element) -> Joint:
     kind = _attribute(joint, "type", f"The {where}")
     if kind not in KINDS:
         raise ValueError(f"The {where} is of type '{kind[:40]}'; an arm has {', '.join(KINDS[:-1])} and fixed joints.")
-    if joint.find("mimic") is not None:
+    if kind != "fixed" and joint.find("mimic") is not None:
         raise ValueError(f"The {where} mimics another one; coupled joints are not modelled: fix it, or free it.")
     ends = [_only(joint, end, where) for end in ("parent", "child")]
     parent, child = ("" if e is None else _attribute(e, "link", f"The <{e.tag}> of {where}") for e in ends)
