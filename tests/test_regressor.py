@@ -43,7 +43,7 @@ def test_the_regressor_knows_no_mass_and_theta_is_symbolic_where_the_arm_is():
 
 
 def test_the_panda_has_as_many_base_parameters_as_its_identification_found():
-    # Gaz et al. (2019), section III: 43 dynamic coefficients without friction
+    # Gaz et al. (2019): 43 dynamic coefficients without friction
     found = base_parameters(named("panda"), np.random.default_rng(0))
     assert len(found.kept) == 43
     assert found.gap > 1e12

@@ -97,7 +97,10 @@ STRANGE = {
     "an underscore": (GOOD.replace('mass value="1"', 'mass value="1_0"'), "got '1_0'"),
     "code": (GOOD.replace('mass value="1"', 'mass value="__import__(1)"'), "must be a number"),
     "two numbers": (GOOD.replace("0.1 0.2 0.3", "0.1 0.2"), "must be 3 numbers with spaces between"),
-    "a negative mass": (GOOD.replace('mass value="1"', 'mass value="-1"'), "must not be negative; got -1 kg"),
+    "a negative mass": (
+        GOOD.replace('mass value="1"', 'mass value="-1"'),
+        "finite and not negative; got -1 kg",
+    ),
     "an inertia of no mass": (GOOD.replace('mass value="1"', 'mass value="0"'), "belongs to no mass"),
     "no mass that moves": (
         robot(BASE, '<link name="arm"/>', joint()),

@@ -42,7 +42,8 @@ def slotine_li() -> PlanarArm:
 
     References
     ----------
-    Slotine and Li (1991), Applied Nonlinear Control, example 9.1 and section 9.2.
+    Slotine and Li (1991), Applied Nonlinear Control, chapter 9: m_1, l_1, m_e, delta_e, I_1, l_c1, I_e and l_ce of
+    the two-link arm that is simulated there.
     """
     far, angle = 0.6, np.pi / 6
     load = Link(2.0, far, far * np.cos(angle), -far * np.sin(angle), 0.25)

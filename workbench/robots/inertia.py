@@ -69,8 +69,13 @@ def refuse_impossible(of: str, mass: float, inertia: Array) -> None:
     Raises
     ------
     ValueError
-        If the matrix has a negative eigenvalue, violates the triangle inequality, or belongs to no mass.
+        If the mass is negative, or the matrix has a negative eigenvalue, violates the triangle inequality, or belongs
+        to no mass.
     """
+    if not 0 <= mass < np.inf:
+        raise ValueError(f"The mass of {of} must be finite and not negative; got {mass:g} kg.")
+    if not np.isfinite(inertia).all():
+        raise ValueError(f"The inertia of {of} must be finite; got {inertia.tolist()} kg m^2.")
     if mass == 0 and inertia.any():
         raise ValueError(f"The inertia of {of} belongs to no mass: its mass is 0; give it one, or no inertia.")
     low, middle, high = np.linalg.eigvalsh(inertia)

@@ -46,7 +46,7 @@ class SpatialLink:
 
     References
     ----------
-    Siciliano, Sciavicco, Villani and Oriolo (2009), Robotics: Modelling, Planning and Control, section 7.2.1.
+    Siciliano, Sciavicco, Villani and Oriolo (2009), Robotics: Modelling, Planning and Control, section 7.1.
     """
 
     name: str

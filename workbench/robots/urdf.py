@@ -86,8 +86,6 @@ def _solid(link: Element) -> Solid:
         raise ValueError(f"The <inertial> of {where} needs a <mass> and an <inertia>.")
     position, R = _origin(inertial, where)
     kg = _numbers(_attribute(mass, "value", f"The <mass> of {where}"), 1, f"the mass of {where}")[0]
-    if kg < 0:
-        raise ValueError(f"The mass of {where} must not be negative; got {kg:g} kg.")
     six = [_numbers(_attribute(inertia, k, f"The <inertia> of {where}"), 1, f"'{k}' of {where}")[0] for k in MOMENTS]
     xx, xy, xz, yy, yz, zz = six
     turned = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
