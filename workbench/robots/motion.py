@@ -7,6 +7,7 @@ Featherstone (2008), Rigid Body Dynamics Algorithms, chapter 2.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import casadi as ca
@@ -15,10 +16,26 @@ import numpy as np
 from workbench.core.layout import Array
 
 
+def _made_of(blocks: Sequence[Array]) -> ca.SX:
+    """The map from a vector to a matrix that is linear in it, column by column; blocks[i] is that of unit vector i."""
+    return ca.SX(ca.sparsify(ca.DM(np.array([block.ravel(order="F") for block in blocks]).T)))
+
+
+# One product with a constant makes such a matrix, instead of a call of CasADi for each of its entries.
+_SKEW = [np.cross(axis, np.eye(3)).T for axis in np.eye(3)]
+_NONE = np.zeros((3, 3))
+_OF_SKEW = _made_of(_SKEW)
+_OF_CROSS = _made_of(
+    [np.block([[S, _NONE], [_NONE, S]]) for S in _SKEW] + [np.block([[_NONE, _NONE], [S, _NONE]]) for S in _SKEW]
+)
+_OF_SWAPPED = _made_of(
+    [np.block([[-S, _NONE], [_NONE, _NONE]]) for S in _SKEW] + [np.block([[_NONE, -S], [-S, _NONE]]) for S in _SKEW]
+)
+
+
 def skew(v: ca.SX) -> ca.SX:
     """The matrix (3, 3) of v x; where v has no entry at all, neither has the matrix."""
-    o = ca.SX(1, 1)
-    return ca.vertcat(ca.horzcat(o, -v[2], v[1]), ca.horzcat(v[2], o, -v[0]), ca.horzcat(-v[1], v[0], o))
+    return ca.reshape(_OF_SKEW @ v, 3, 3)
 
 
 def turn(axis: Array, angle: ca.SX) -> ca.SX:
@@ -40,14 +57,12 @@ def transform(rotation: ca.SX, position: ca.SX) -> ca.SX:
 
 def cross(v: ca.SX) -> ca.SX:
     """The matrix (6, 6) of v x on motions; minus its transpose acts on forces."""
-    angular, linear = skew(v[:3]), skew(v[3:])
-    return ca.blockcat([[angular, ca.SX(3, 3)], [linear, angular]])
+    return ca.reshape(_OF_CROSS @ v, 6, 6)
 
 
 def swapped_cross(f: ca.SX) -> ca.SX:
     """The matrix (6, 6) that takes a motion v to what v x makes of the force f."""
-    moment, force = skew(f[:3]), skew(f[3:])
-    return ca.blockcat([[-moment, -force], [-force, ca.SX(3, 3)]])
+    return ca.reshape(_OF_SWAPPED @ f, 6, 6)
 
 
 def from_angles(roll: float, pitch: float, yaw: float) -> Array:
