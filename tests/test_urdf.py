@@ -37,6 +37,7 @@ def robot(*parts):
 
 BASE = '<link name="base"/>'
 GOOD = robot(BASE, link(), joint())
+ATTRIBUTES = " ".join(f"a{i}='1'" for i in range(150_000))
 LAUGHS = "".join(f'<!ENTITY l{i + 1} "{f"&l{i};" * 10}">' for i in range(9))
 
 STRANGE = {
@@ -49,9 +50,9 @@ STRANGE = {
     "an external subset": ('<!DOCTYPE robot SYSTEM "http://localhost/r.dtd"><robot/>', "has a DOCTYPE"),
     "an entity of nobody": (robot("&nbsp;"), "undefined entity"),
     "five thousand deep": ("<a>" * 5000 + "</a>" * 5000, "nests elements deeper than 64, in line 1"),
-    "deep and never closed": ("<robot>" * 500_000, "nests elements deeper than 64"),
-    "very long": (robot(" " * 5_000_000), "has more than 4000000 bytes"),
-    "very many links": (robot('<link name="x"/>' * 200_000), "has more than 50000 elements, in line 1"),
+    "deep and never closed": ("<robot>" * 200_000, "nests elements deeper than 64"),
+    "very long": (robot(" " * 5_000_000), "has more than 2000000 bytes"),
+    "very many links": (robot('<link name="x"/>' * 100_000), "has more than 50000 elements, in line 1"),
     "many links": (robot('<link name="x"/>' * 3_000), "has more than 2000 links or 64 moving joints"),
     "many joints": (robot(joint() * 65), "has more than 2000 links or 64 moving joints"),
     "an unknown encoding": ('<?xml version="1.0" encoding="klingon"?><robot/>', "in an encoding that is not known"),
@@ -60,6 +61,8 @@ STRANGE = {
     "no links": (robot(), "needs links; got none"),
     "no name": (robot("<link/>"), "A <link> needs the attribute 'name'"),
     "a very long name": (robot(link("x" * 1000)), "an attribute 'name' of 1000 characters"),
+    "a name of two lines": (robot(link("a&#10;b")), "an attribute 'name' of 3 characters, some not printable"),
+    "very many attributes": (f"<robot {ATTRIBUTES}/>", "needs links"),
     "one name twice": (robot(link(), link()), "names of links must be unique; 'arm' came more than once"),
     "one joint twice": (robot(BASE, link(), joint(), joint()), "names of joints must be unique; 'turn'"),
     "a loop": (
@@ -87,6 +90,7 @@ STRANGE = {
     ),
     "no parent": (GOOD.replace('<parent link="base"/>', ""), "needs a <parent link=...> and a <child link=...>"),
     "two origins": (GOOD.replace("<axis", "<origin/><axis"), "has more than one <origin>"),
+    "numbers of two lines": (GOOD.replace("0.1 0.2 0.3", "0.1&#10;x"), "must be 3 numbers with spaces between"),
     "a comma": (
         GOOD.replace('mass value="1"', 'mass value="1,5"'),
         "must be a number, as in '0.5' or '1e-3'; got '1,5'",

@@ -11,7 +11,7 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
-LARGEST = 4_000_000  # bytes of a file
+LARGEST = 2_000_000  # bytes of a file
 DEEPEST = 64  # elements within each other
 MOST = 50_000  # elements in all
 

@@ -155,8 +155,11 @@ def _attribute(element: Element, key: str, what: str) -> str:
     value = element.get(key, "").strip()
     if not value:
         raise ValueError(f"{what} needs the attribute '{key}'.")
-    if len(value) > 200:
-        raise ValueError(f"{what} has an attribute '{key}' of {len(value)} characters; that is no name and no number.")
+    if len(value) > 200 or not value.isprintable():
+        raise ValueError(
+            f"{what} has an attribute '{key}' of {len(value)} characters, some not printable or too many: "
+            "that is no name and no number."
+        )
     return value
 
 
@@ -165,8 +168,8 @@ def _numbers(text: str, count: int, what: str) -> Array:
     words: Sequence[str] = text.split()
     if len(words) != count or not all(len(word) <= 60 and NUMBER.fullmatch(word) for word in words):
         want = "a number" if count == 1 else f"{count} numbers with spaces between"
-        raise ValueError(f"{what[0].upper()}{what[1:]} must be {want}, as in '0.5' or '1e-3'; got '{text[:60]}'.")
+        raise ValueError(f"{what[0].upper()}{what[1:]} must be {want}, as in '0.5' or '1e-3'; got {text[:60]!r}.")
     values = np.array([float(word) for word in words])
     if not np.isfinite(values).all():
-        raise ValueError(f"{what[0].upper()}{what[1:]} must be finite; got '{text[:60]}'.")
+        raise ValueError(f"{what[0].upper()}{what[1:]} must be finite; got {text[:60]!r}.")
     return values
