@@ -26,7 +26,7 @@ DOORS = {
     "llvmlite": "simulate/kernel/llvm.py",
     "matplotlib": "report/figures/",
     "numba": "bench/peers/numba_loop.py",
-    "rich": "cli.py",
+    "rich": "progress.py",
     "SALib": "study/sensitivity.py",
     "typst": "report/pdf.py",
 }

@@ -197,21 +197,6 @@ def test_ctrl_c_stops_a_simulation_that_runs(tmp_path):
     assert not (tmp_path / "reports").exists()
 
 
-def test_progress_is_a_line_now_and_then_where_there_is_no_terminal(monkeypatch, capsys):
-    from workbench import cli
-
-    clock = iter([0.0, 1.0, 12.0, 15.0, 30.0, 40.0])
-    monkeypatch.setattr(cli, "monotonic", lambda: next(clock))
-    with cli._progress("long") as tell:
-        for share in (0.1, 0.25, 0.3, 0.75, 1.0):
-            tell(share)
-    # at 12 s a quarter is done: 36 s are left; at 30 s three quarters: 10 s are left
-    assert capsys.readouterr().err.splitlines() == [
-        "long: 25% done, about 36 s left",
-        "long: 75% done, about 10 s left",
-    ]
-
-
 def test_the_doctor_finds_a_sound_workbench_sound(command):
     done = command("doctor")
     lines = done.stdout.splitlines()

@@ -11,7 +11,6 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from time import monotonic
 from typing import TYPE_CHECKING, NoReturn
 
 import click
@@ -23,7 +22,6 @@ if TYPE_CHECKING:
 
 # What the workbench raises on purpose; anything else is a bug of ours and shows its traceback.
 SAID = (ValueError, LookupError, OSError, MemoryError)
-SECONDS_BETWEEN_LINES = 10.0
 
 
 def main() -> None:
@@ -73,6 +71,7 @@ def run(study: Path, out: Path | None) -> None:
         # study may have the name of a module that is used here.
         with suppress(ImportError):  # llvmlite has no wheel here, and the other engine serves
             import workbench.simulate.kernel.native  # noqa: F401
+        from workbench.progress import shown
         from workbench.report import folder
         from workbench.study.runner import run as run_all
         from workbench.study.writeup import document, headlines
@@ -82,7 +81,7 @@ def run(study: Path, out: Path | None) -> None:
         _refuse_place(target)
         folder.check_free(target.resolve())
         folder.check_place(target.resolve())
-        with _of_the_study(study, loaded.sections), _progress(loaded.name) as progress:
+        with _of_the_study(study, loaded.sections), shown(loaded.name, _aside) as progress:
             results = run_all(loaded, progress)
         with _of_the_study(study, loaded.headlines):
             findings = headlines(loaded, results)
@@ -126,8 +125,12 @@ def bench(as_json: bool, only: str, quick: bool) -> None:
     with _one_sentence():
         from workbench.bench import effort, table
 
-        rows = table.measured(effort.QUICK if quick else effort.Effort(), only, lambda said: click.echo(said, err=True))
+        rows = table.measured(effort.QUICK if quick else effort.Effort(), only, _aside)
         click.echo((table.as_json if as_json else table.as_text)(list(rows)))
+
+
+def _aside(said: str) -> None:
+    click.echo(said, err=True)
 
 
 def _check_file(file: Path) -> None:
@@ -186,35 +189,6 @@ def _command(study: Path, out: Path | None) -> str:
     below = study.is_absolute() and study.is_relative_to(Path.cwd())
     words = ["workbench", "run", str(study.relative_to(Path.cwd()) if below else study)]
     return join(words if out is None else [*words, "--out", str(out)])
-
-
-@contextmanager
-def _progress(name: str) -> Iterator[Callable[[float], None]]:
-    """What is told the share that is done: a bar on a terminal, a line now and then elsewhere."""
-    if not sys.stderr.isatty():
-        yield _lines(name)
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(name, total=1.0)
-        yield lambda share: bar.update(task, completed=share)
-
-
-def _lines(name: str) -> Callable[[float], None]:
-    start = last = monotonic()
-
-    def tell(share: float) -> None:
-        nonlocal last
-        now = monotonic()
-        if 0 < share < 0.995 and now - last >= SECONDS_BETWEEN_LINES:
-            last = now
-            left = (now - start) * (1 - share) / share
-            click.echo(f"{name}: {share:.0%} done, about {left:.0f} s left", err=True)
-
-    return tell
 
 
 @contextmanager
