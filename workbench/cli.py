@@ -20,6 +20,7 @@ from workbench import __version__
 if TYPE_CHECKING:
     from workbench.study.study import Study
 
+FORMS = ("text", "latex", "typst", "mathml", "python", "casadi", "c")
 # What the workbench raises on purpose; anything else is a bug of ours and shows its traceback.
 SAID = (ValueError, LookupError, OSError, MemoryError)
 
@@ -92,15 +93,19 @@ def run(study: Path, out: Path | None) -> None:
 
 @cli.command()
 @click.argument("robot")
-@click.option("--format", "form", type=click.Choice(["text", "latex", "python"]), default="text", show_default=True)
+@click.option("--format", "form", type=click.Choice(FORMS), default="text", show_default=True)
 def derive(robot: str, form: str) -> None:
-    """Print M, C and G of ROBOT, an arm of the catalogue."""
+    """Print M, C and G of ROBOT, an arm of the catalogue.
+
+    Text, LaTeX, Typst and MathML are for reading; Python, CasADi and C compute the same numbers, and inverse
+    and forward dynamics too.
+    """
     with _one_sentence():
+        from workbench import derivation
         from workbench.core import Dynamics
-        from workbench.derivation import FORMS
         from workbench.robots import named
 
-        click.echo(FORMS[form](Dynamics.of(named(robot), robot)))
+        click.echo(derivation.FORMS[form](Dynamics.of(named(robot), robot)))
 
 
 @cli.command()

@@ -9,9 +9,14 @@ import casadi as ca
 
 from workbench.core.layout import Layout
 from workbench.notation import mathml
-from workbench.notation.formula import Formula, Relation, symbol
+from workbench.notation.formula import Formula, Matrix, Relation, children, symbol
+from workbench.notation.measure import measure
 from workbench.notation.normal_form import NotInClass, to_formula
-from workbench.notation.reader import read
+from workbench.notation.reader import read, read_shared
+
+# A textbook form is expanded, so it is tried on small expressions only, and printed where no entry takes
+# more than some five lines of a page, in widths of a digit.
+MOST_NODES_OF_TEXTBOOKS, LONGEST_ENTRY = 2_000, 400.0
 
 
 def formula_of(expression: ca.SX, names: Mapping[str, str]) -> Formula:
@@ -23,11 +28,36 @@ def formula_of(expression: ca.SX, names: Mapping[str, str]) -> Formula:
         return read(expression, symbols)
 
 
+def written(matrices: Mapping[str, ca.SX], names: Mapping[str, str]) -> tuple[tuple[Relation, ...], list[Relation]]:
+    """Matrices with equal numbers of rows as one prints them: definitions, in order, and an equation for each matrix.
+
+    Where no entry in its textbook form is longer than `LONGEST_ENTRY`, that form is taken, and there are no
+    definitions; elsewhere every part that occurs more than once is defined.
+    """
+    symbols = {name: symbol(printed) for name, printed in names.items()}
+    together = ca.horzcat(*matrices.values())
+    if ca.n_nodes(together) <= MOST_NODES_OF_TEXTBOOKS:
+        try:
+            formulas = [to_formula(matrix, symbols) for matrix in matrices.values()]
+        except NotInClass:
+            formulas = []
+        entries = (entry for formula in formulas for entry in (children(formula) or (formula,)))
+        if formulas and max(map(measure, entries)) <= LONGEST_ENTRY:
+            return (), [Relation(symbol(letter), "=", x) for letter, x in zip(matrices, formulas, strict=True)]
+    definitions, formula = read_shared(together, symbols)
+    rows = formula.rows if isinstance(formula, Matrix) else ((formula,),)
+    equations, start = [], 0
+    for letter, matrix in matrices.items():
+        stop = start + matrix.shape[1]
+        equations.append(Relation(symbol(letter), "=", Matrix(tuple(row[start:stop] for row in rows))))
+        start = stop
+    return definitions, equations
+
+
 def matrices_to_html(matrices: Mapping[str, ca.SX], names: Mapping[str, str]) -> str:
-    """Display equations `M = ...`, one a matrix, in MathML."""
-    return "\n".join(
-        mathml.emit(Relation(symbol(letter), "=", formula_of(matrix, names))) for letter, matrix in matrices.items()
-    )
+    """Display equations `M = ...`, one a matrix, in MathML, after the definitions of the parts that they share."""
+    definitions, equations = written(matrices, names)
+    return "\n".join(map(mathml.emit, (*definitions, *equations)))
 
 
 def layouts_to_html(title: str, layouts: Mapping[str, Layout]) -> str:

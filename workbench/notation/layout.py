@@ -21,7 +21,6 @@ from workbench.notation.formula import (
     equations,
 )
 from workbench.notation.markup import AbstractMarkup
-from workbench.notation.measure import SIGN
 from workbench.notation.writer import Writer
 
 INVERSE = Number(Fraction(-1))
@@ -60,7 +59,7 @@ def rows(formula: Formula, markup: AbstractMarkup, width: float) -> list[Row]:
     match formula.left, formula.right:
         case Symbol() as name, Matrix() as matrix if markup.names_entries and writer.width(formula) > width:
             return rows(System(tuple(equations(name, matrix))), markup, width)
-    first, *later = lines(formula.right, writer, width - writer.width(formula.left) - SIGN)
+    first, *later = lines(formula.right, writer, width - writer.width(formula.left) - writer.sign)
     equals = markup.row([markup.sign("="), first])
     return [Row(writer.write(formula.left), equals), *(Row("", line) for line in later)]
 
@@ -90,7 +89,7 @@ class _Breaker:
             return [Piece(write(formula), width)]
         minus, size = split_sign(formula)
         if minus:
-            return self._behind(markup.sign("-", unary=True), self._factor((size,), 0, room - SIGN))
+            return self._behind(markup.sign("-", unary=True), self._factor((size,), 0, room - self.writer.sign))
         match size:
             case Sum(terms):
                 return [piece for i, term in enumerate(terms) for piece in self._term(term, i, room)]
@@ -112,14 +111,16 @@ class _Breaker:
         minus, size = split_sign(term)
         if i == 0:
             return self.pieces(term, room) if minus else self._factor((size,), 0, room)
-        return self._behind(self.writer.markup.sign("-" if minus else "+"), self._factor((size,), 0, room - SIGN))
+        return self._behind(
+            self.writer.markup.sign("-" if minus else "+"), self._factor((size,), 0, room - self.writer.sign)
+        )
 
     def _factor(self, factors: tuple[Formula, ...], i: int, room: float) -> list[Piece]:
         factor, width = factors[i], self.writer.width(factors[i])
         before = sum(map(self.writer.width, factors[:i]))
         if isinstance(factor, Sum) and room < width + (before if before < room / 2 else 0):
             # A sum is rather broken than parted from a short factor before it.
-            pieces = self._in_parentheses(factor, min(room, width - SIGN))
+            pieces = self._in_parentheses(factor, min(room, width - self.writer.sign))
         elif width > room and isinstance(factor, Product | Quotient | Power | Call):
             pieces = self.pieces(factor, room)
         else:
@@ -133,13 +134,13 @@ class _Breaker:
     def _in_parentheses(self, inner: Formula, room: float, *, function: str = "", exponent: str = "") -> list[Piece]:
         """Pieces between parentheses that stand on different lines."""
         markup = self.writer.markup
-        pieces = self.pieces(inner, room - 2 * SIGN - len(function))
+        pieces = self.pieces(inner, room - 2 * self.writer.sign - len(function))
         pieces = self._behind(markup.opening(function), pieces)
         last = pieces[-1]
         text = markup.row([last.text, markup.closing(exponent)])
-        return [*pieces[:-1], replace(last, text=text, width=last.width + SIGN)]
+        return [*pieces[:-1], replace(last, text=text, width=last.width + self.writer.sign)]
 
     def _behind(self, prefix: str, pieces: list[Piece]) -> list[Piece]:
         first = pieces[0]
         text = self.writer.markup.row([prefix, first.text])
-        return [replace(first, text=text, width=first.width + SIGN), *pieces[1:]]
+        return [replace(first, text=text, width=first.width + self.writer.sign), *pieces[1:]]

@@ -150,8 +150,8 @@ def _formula(node: Operation, operands: list[Formula], table: Mapping[str, Symbo
 def _shared(steps: Walk) -> list[int]:
     """The nodes that are used more than once and are long enough to be worth a name."""
     uses = [0] * len(steps.nodes)
-    for place in [i for node in steps.nodes for i in node.operands] + [i for row in steps.entries for i in row]:
-        uses[place] += 1
+    for place in [i for node in steps.nodes for i in node.operands] + list({i for row in steps.entries for i in row}):
+        uses[place] += 1  # entries that are equal are one use: they name each other
     sizes: list[int] = []
     shared = []
     for place, node in enumerate(steps.nodes):

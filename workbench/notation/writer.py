@@ -22,7 +22,7 @@ from workbench.notation.formula import (
     System,
 )
 from workbench.notation.markup import AbstractMarkup, Space
-from workbench.notation.measure import measure
+from workbench.notation.measure import SIGN, measure
 
 # How tightly the parts of a formula hold together: what is looser than its place demands gets parentheses.
 LOOSE, SUM, PRODUCT, POWER, ATOM = range(5)
@@ -40,6 +40,11 @@ class Writer:
     def width(self, formula: Formula) -> float:
         """The width of a formula on one line, in characters or in widths of a digit."""
         return len(self.write(formula)) if self.markup.flat else measure(formula)
+
+    @property
+    def sign(self) -> float:
+        """The width of a plus, minus or equals sign with the space round it."""
+        return len(" + ") if self.markup.flat else SIGN
 
     def write(self, formula: Formula, least: int = LOOSE, *, last: bool = True) -> str:
         """A formula on one line, in parentheses if it binds more loosely than `least`.

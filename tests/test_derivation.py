@@ -1,0 +1,128 @@
+"""The equations of an arm on paper: every form says the same, in order, and within the page."""
+
+import dataclasses
+import json
+import re
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import typst
+from arms import random_arm
+
+from workbench.core import Dynamics
+from workbench.derivation import FORMS
+from workbench.robots import named
+from workbench.robots.catalogue import planar
+
+PAGE = 80 * 5.5  # pt: 80 widths of a digit at 11 pt
+INDENT = 11.0  # pt: lines after the first stand by one quad to the right
+
+
+@pytest.fixture(scope="module")
+def long_arm():
+    """An arm whose entries are too long for a textbook's form."""
+    return Dynamics.of(planar(6), "planar-6r")
+
+
+def names_in(text):
+    return set(re.findall(r"\bw_\d+\b", text))
+
+
+def test_short_entries_have_the_form_of_a_textbook_and_long_ones_common_parts(long_arm):
+    assert not names_in(FORMS["text"](Dynamics.of(named("planar-4r"))))
+    assert len(names_in(FORMS["text"](long_arm))) > 100
+
+
+def test_a_common_part_is_defined_once_before_it_is_used_and_in_order(long_arm):
+    text = re.sub(r"\n    ", " ", FORMS["text"](long_arm)).split("\n\n", 2)[2]
+    known = []
+    for line in filter(None, text.splitlines()):
+        left, right = line.split(" = ", 1)
+        assert names_in(right) <= set(known)
+        known += names_in(left)
+    assert known == [f"w_{k}" for k in range(1, len(known) + 1)]
+
+
+def test_what_common_parts_say_has_the_values_of_the_model(long_arm):
+    """The printed text, read by Python's own grammar, against the model."""
+    values = {"sin": np.sin, "cos": np.cos}
+    q, qd = np.random.default_rng(5).uniform(-2, 2, (2, long_arm.dof))
+    values |= {f"q_{i + 1}": x for i, x in enumerate(q)} | {f"qd_{i + 1}": x for i, x in enumerate(qd)}
+    printed = long_arm.names()
+    values |= {printed[path]: x for path, x in zip(long_arm.p.labels, long_arm.p.default, strict=True)}
+    text = re.sub(r"\n    ", " ", FORMS["text"](long_arm)).split("\n\n", 2)[2].replace("^", "**")
+    for line in filter(None, text.splitlines()):
+        left, right = line.split(" = ", 1)
+        values[left] = eval(right, {"__builtins__": {}}, values)
+    for letter, ours in zip("MCG", long_arm.matrices(q, qd), strict=True):
+        places = np.ndindex(ours.shape)
+        theirs = [values[f"{letter}_{''.join(str(i + 1) for i in place)}"] for place in places]
+        # sums of up to a hundred rounded terms of that size
+        np.testing.assert_allclose(np.reshape(theirs, ours.shape), ours, rtol=0, atol=1e-13 * np.abs(ours).max())
+
+
+@pytest.mark.parametrize("robot", ["paper-arm", "planar-4r"])
+@pytest.mark.parametrize("form", FORMS)
+def test_every_form_is_printed_in_ascii_and_the_same_again(robot, form):
+    printed = FORMS[form](Dynamics.of(named(robot), robot))
+    assert printed.isascii() or form == "mathml"
+    assert printed == FORMS[form](Dynamics.of(named(robot), robot))
+
+
+@pytest.mark.parametrize("form", ["text", "python", "casadi", "c"])
+def test_no_line_of_characters_leaves_the_page(long_arm, form):
+    assert max(map(len, FORMS[form](long_arm).splitlines())) <= {"text": 100}.get(form, 110)
+
+
+def measured(folder, equations):
+    """The widths in pt of equations in Typst, in the fonts of LaTeX."""
+    lines = [f"#context [#metadata(measure({equation}).width.pt()) <width>]" for equation in equations]
+    page = folder / "page.typ"
+    page.write_text("#set text(11pt)\n" + "\n".join(lines), encoding="utf-8")
+    return json.loads(typst.query(str(page), "<width>", field="value"))
+
+
+@pytest.mark.parametrize("joints", [2, 4, 6])
+def test_no_equation_of_typst_leaves_the_page(tmp_path, joints):
+    printed = FORMS["typst"](Dynamics.of(planar(joints)))
+    equations = re.findall(r"^\$ .*? \$$", printed, re.DOTALL | re.MULTILINE)
+    assert len(equations) >= 2 * joints**2 + joints
+    assert max(measured(tmp_path, equations)) <= PAGE + INDENT
+
+
+def test_the_typst_file_compiles(tmp_path, long_arm):
+    assert typst.compile(FORMS["typst"](long_arm).encode()).startswith(b"%PDF")
+
+
+def test_latex_breaks_its_lines_where_typst_does(long_arm):
+    """So what was measured in one holds in the other."""
+    latex, other = FORMS["latex"](long_arm), FORMS["typst"](long_arm)
+    assert latex.count(r"\[") == latex.count(r"\]") == other.count("$ ")
+    assert latex.count("\\\\\n") == other.count("\\\n")
+
+
+def test_the_page_for_browsers_is_well_formed(long_arm):
+    head, page = FORMS["mathml"](long_arm).split("\n", 1)
+    assert head == "<!doctype html>"
+    charset = '<meta charset="utf-8">\n'
+    assert page.startswith(charset)
+    tree = ElementTree.fromstring(f"<html>{page.removeprefix(charset)}</html>")
+    n = long_arm.dof
+    assert len(tree.findall("math")) == len(names_in(FORMS["text"](long_arm))) + 2 * n * n + n
+    assert len(tree.findall("table/tr")) == 1 + long_arm.p.size
+
+
+HOSTILE = 'x */ """ \\ \n#include <x> ${}\u202e<script>'
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_hostile_name_ends_no_comment_and_begins_no_line(form):
+    arm = random_arm(1, np.random.default_rng(0))
+    plain, odd = (dataclasses.replace(Dynamics.of(arm), name=name) for name in ("x", HOSTILE))
+    plain, odd = FORMS[form](plain), FORMS[form](odd)
+    assert len(odd.splitlines()) == len(plain.splitlines())
+    assert "\u202e" not in odd
+    assert "<script>" not in odd or form != "mathml"
+    assert odd.count("*/") == plain.count("*/")
+    assert odd.count('"""') == plain.count('"""')

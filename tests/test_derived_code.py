@@ -1,0 +1,105 @@
+"""The programs that are printed of an arm: they run elsewhere and compute the same numbers."""
+
+import ctypes
+import json
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from arms import random_arm
+
+from workbench.core import Dynamics
+from workbench.derivation import FORMS
+from workbench.robots import paper_arm
+from workbench.robots.catalogue import planar
+
+# The bar: 1e-15 of the largest entry. The operations are the model's own, so in truth no bit differs.
+SCALED = 1e-15
+
+ARMS = [paper_arm(), *(planar(n) for n in (1, 3, 6)), *(random_arm(n, np.random.default_rng(n)) for n in (2, 4))]
+MODELS = [Dynamics.of(arm, f"arm {i}") for i, arm in enumerate(ARMS)]
+COMPILER = shutil.which("cc")
+
+PRINTS = """
+import json, sys
+import numpy as np
+sys.path.insert(0, {folder!r})
+import arm
+rows = []
+for q, qd, v, p in json.loads({states!r}):
+    M, C, G = arm.dynamics(q, qd, p)
+    answers = [M, C, G, arm.inverse_dynamics(q, qd, v, p), arm.forward_dynamics(q, qd, v, p)]
+    rows.append([np.array(x).tolist() for x in answers])
+print(json.dumps(rows))
+"""
+
+
+def states(model, count=20):
+    """Random states, an acceleration or torque, and parameters near the nominal ones."""
+    rng = np.random.default_rng(3)
+    q, qd, v = rng.uniform(-1, 1, (3, count, model.dof)) * [[[3.0]], [[2.0]], [[10.0]]]
+    return list(zip(q, qd, v, model.p.default * rng.uniform(0.9, 1.1, (count, model.p.size)), strict=True))
+
+
+def in_python(model, form, folder):
+    """M, C, G, the inverse and the forward dynamics of a printed module, from a process of its own."""
+    (folder / "arm.py").write_text(FORMS[form](model), encoding="utf-8")
+    given = json.dumps([[x.tolist() for x in state] for state in states(model)])
+    code = PRINTS.format(folder=str(folder), states=given)
+    done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    return [[np.squeeze(np.array(x)) for x in row] for row in json.loads(done.stdout)]
+
+
+def in_c(model, folder):
+    """The same of a printed C file, compiled as C99 and nothing else, warnings being errors."""
+    (folder / "arm.c").write_text(FORMS["c"](model), encoding="utf-8")
+    strict = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O2", "-shared", "-fPIC"]
+    subprocess.run([COMPILER, *strict, "arm.c", "-o", "arm.so", "-lm"], cwd=folder, check=True, timeout=60)
+    library = ctypes.CDLL(str(folder / "arm.so"))
+    n = model.dof
+    rows = []
+    for q, qd, v, p in states(model):
+        outs = [np.zeros(shape) for shape in ((n, n), (n, n), n, n, n)]
+        call(library.workbench_dynamics, q, qd, p, *outs[:3])
+        call(library.workbench_inverse_dynamics, q, qd, v, p, outs[3])
+        call(library.workbench_forward_dynamics, q, qd, v, p, outs[4])
+        rows.append([np.squeeze(x) for x in outs])
+    return rows
+
+
+def call(function, *arrays):
+    doubles = ctypes.POINTER(ctypes.c_double)
+    function(*(np.ascontiguousarray(x).ctypes.data_as(doubles) for x in arrays))
+
+
+def check(model, rows):
+    for (q, qd, v, p), (M, C, G, tau, qdd) in zip(states(model), rows, strict=True):
+        ours = model.matrices(q, qd, p)
+        for x, y in zip(ours, (M, C, G), strict=True):
+            np.testing.assert_allclose(y, np.squeeze(x), rtol=0, atol=SCALED * np.abs(x).max())
+        terms = np.abs(ours[0]) @ np.abs(v) + np.abs(ours[1]) @ np.abs(qd) + np.abs(ours[2])
+        # 2 n + 1 terms in another order
+        assert np.all(np.abs(ours[0] @ v + ours[1] @ qd + ours[2] - tau) <= SCALED * model.dof * terms)
+        # a linear system, solved by another elimination: backward stable, so the residual is what must be small
+        residual = ours[0] @ np.atleast_1d(qdd) + ours[1] @ qd + ours[2] - v
+        size = np.abs(ours[0]) @ np.abs(np.atleast_1d(qdd)) + terms + np.abs(v)
+        assert np.all(np.abs(residual) <= 10 * SCALED * model.dof * size.max())
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
+def test_the_python_agrees_with_the_model(model, tmp_path):
+    check(model, in_python(model, "python", tmp_path))
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
+def test_the_casadi_functions_agree_with_the_model(model, tmp_path):
+    check(model, in_python(model, "casadi", tmp_path))
+
+
+@pytest.mark.skipif(COMPILER is None, reason="there is no C compiler `cc` here")
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
+def test_the_c_compiles_without_a_warning_and_agrees_with_the_model(model, tmp_path):
+    check(model, in_c(model, tmp_path))

@@ -1,0 +1,44 @@
+"""The program of an arm's M, C and G, and what its comments say, in whichever language."""
+
+from __future__ import annotations
+
+import keyword
+
+from workbench.core import Dynamics
+from workbench.derivation.letters import letters_of, title
+from workbench.notation.program import CALLED, Dialect, Program, straight_line
+
+# Names that the written functions use themselves.
+OWN = "q qd qdd tau p M C G n i j k l D LT order b ca np NOMINAL dynamics inverse_dynamics forward_dynamics"
+C_WORDS = (
+    "auto break case char const continue default do double else enum extern float for goto if inline int long "
+    "register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while "
+    "j0 j1 jn y0 y1 yn gamma exp2 div abs main signgam"
+)
+RESERVED = frozenset([*OWN.split(), *C_WORDS.split(), *CALLED.split(), "min", "max", *keyword.kwlist])
+
+ARGUMENTS = (
+    ("q, qd, qdd", "positions, velocities and accelerations of the joints: rad, rad/s, rad/s^2; m where one slides"),
+    ("tau", "torques of the joints: N m; N where one slides"),
+    ("p", "parameters, in the order of the nominal values below"),
+)
+
+
+def program_of(dynamics: Dynamics, dialect: Dialect) -> tuple[list[str], Program]:
+    """Where each variable is read from, as `m_1 = p[0]`, and the program of M, C and G."""
+    program = straight_line({"M": dynamics.M, "C": dynamics.C, "G": dynamics.G}, dynamics.names(), dialect)
+    variables = {name: variable for variable, name in program.inputs}
+    places = {f"{letter}[{i}]": f"{letter}[{i}]" for letter in ("q", "qd") for i in range(dynamics.dof)}
+    places |= {path: f"p[{k}]" for k, path in enumerate(dynamics.p.labels)}
+    return [f"{variables[name]} = {place}" for name, place in places.items() if name in variables], program
+
+
+def about(dynamics: Dynamics) -> list[str]:
+    """The equation of motion and what each argument means, one a line."""
+    words = [f"{name:<12}{meaning}" for name, meaning in ARGUMENTS if name != "p" or dynamics.p.size]
+    return [title(dynamics), "", *words, f"{'M, C, G':<12}C of the Christoffel symbols: M' - 2 C is skew"]
+
+
+def nominal(dynamics: Dynamics) -> list[tuple[str, str]]:
+    """The nominal values in their order, each with what it is."""
+    return [(repr(x.value), f"{x.name}, {x.path}{f' [{x.unit}]' if x.unit else ''}") for x in letters_of(dynamics)]

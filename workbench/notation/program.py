@@ -1,0 +1,177 @@
+"""Expressions as a program without branches: each operation once, in the order and grouping in which CasADi does it.
+
+What computes the same operations in the same order rounds alike; a formula, which is tidied for the eye, does not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import count
+from typing import TypeVar
+
+import casadi as ca
+
+from workbench.notation.formula import symbol
+from workbench.notation.python import identifier
+from workbench.notation.walk import NAMES, Operation, Walk, walk
+
+T = TypeVar("T")
+
+# How tightly a text holds together: a looser one in a tighter place gets parentheses.
+SUM, PRODUCT, ATOM = range(3)
+# Of a + (b + c) and of a*(b*c) the parentheses stay, for without them other numbers would be rounded.
+SIGNS = {
+    ca.OP_ADD: ("{} + {}", SUM, (SUM, PRODUCT)),
+    ca.OP_SUB: ("{} - {}", SUM, (SUM, PRODUCT)),
+    ca.OP_MUL: ("{}*{}", PRODUCT, (PRODUCT, ATOM)),
+    ca.OP_DIV: ("{}/{}", PRODUCT, (PRODUCT, ATOM)),
+    ca.OP_NEG: ("-{}", PRODUCT, (ATOM,)),
+    ca.OP_INV: ("1.0/{}", PRODUCT, (ATOM,)),
+    ca.OP_TWICE: ("2.0*{}", PRODUCT, (ATOM,)),
+    ca.OP_SQ: ("{0}*{0}", PRODUCT, (ATOM,)),
+}
+# Functions, by the names that they have in C.
+CALLED = "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt fabs fmin fmax pow"
+FUNCTIONS = {getattr(ca, f"OP_{name.upper()}"): name for name in CALLED.split()} | {ca.OP_CONSTPOW: "pow"}
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How a language spells functions whose name is not that of C, which words it keeps, and how long a line may be."""
+
+    spelled: Mapping[str, str]
+    reserved: frozenset[str]
+    width: int
+
+
+@dataclass(frozen=True)
+class Program:
+    """Assignments in order, and the entries of matrices in their terms.
+
+    Attributes
+    ----------
+    inputs
+        Each symbol that is read: its variable, and the name of its symbol in CasADi.
+    lines
+        Variables and what they are assigned.
+    entries
+        For each matrix its rows of variables and numbers.
+    functions
+        The functions that are called, as they are spelled.
+    """
+
+    inputs: tuple[tuple[str, str], ...]
+    lines: tuple[tuple[str, str], ...]
+    entries: Mapping[str, tuple[tuple[str, ...], ...]]
+    functions: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Text:
+    text: str
+    tightness: int
+
+    def within(self, least: int) -> str:
+        return self.text if self.tightness >= least else f"({self.text})"
+
+
+def straight_line(matrices: Mapping[str, ca.SX], letters: Mapping[str, str], dialect: Dialect) -> Program:
+    """The program that computes matrices with equal numbers of rows.
+
+    What is used more than once has a variable of its own, and so have the parts of what would be too long a line.
+
+    Parameters
+    ----------
+    letters
+        The letter of each symbol of the expressions, by its name in CasADi.
+
+    Raises
+    ------
+    ValueError
+        If an operation is none of a smooth model (it is named), or a constant is not finite.
+    """
+    steps = walk(ca.horzcat(*matrices.values()), cse=True)
+    taken = set(dialect.reserved)
+    inputs = {x.name: _free(letters.get(x.name, x.name), taken) for x in steps.nodes if x.code == ca.OP_INPUT}
+    names = _entry_names(steps, matrices, taken)
+    parts = (name for k in count(1) if (name := f"w_{k}") not in taken)
+    texts: list[_Text] = []
+    lines: list[tuple[str, str]] = []
+
+    def assign(place: int) -> None:
+        name = names[place] if place in names else next(parts)
+        lines.append((name, texts[place].text))
+        texts[place] = _Text(name, ATOM)
+
+    uses = Counter(i for node in steps.nodes for i in node.operands)
+    for place, node in enumerate(steps.nodes):
+        if node.code == ca.OP_SQ and texts[node.operands[0]].tightness < ATOM:
+            assign(node.operands[0])
+        while len((text := _composed(node, inputs, texts, dialect)).text) > dialect.width:
+            longest = max(node.operands, key=lambda i: len(texts[i].text))
+            if texts[longest].tightness == ATOM and texts[longest].text.isidentifier():
+                break
+            assign(longest)
+        texts.append(text)
+        if node.operands and (uses[place] > 1 or place in names):
+            assign(place)
+    called = {_spelled(node, dialect) for node in steps.nodes if node.code in FUNCTIONS}
+    entries = _split(matrices, [[texts[place].text for place in row] for row in steps.entries])
+    return Program(tuple((v, name) for name, v in inputs.items()), tuple(lines), entries, tuple(sorted(called)))
+
+
+def _free(name: str, taken: set[str]) -> str:
+    """The variable for a name that is given out once."""
+    variable = identifier(symbol(name))
+    while variable in taken:
+        variable += "_"
+    taken.add(variable)
+    return variable
+
+
+def _entry_names(steps: Walk, matrices: Mapping[str, ca.SX], taken: set[str]) -> dict[int, str]:
+    """The name of each computed entry: that of the first place where it stands."""
+    named: dict[int, str] = {}
+    for letter, rows in _split(matrices, steps.entries).items():
+        between = "_" if max(matrices[letter].shape) > 9 else ""
+        for i, row in enumerate(rows, start=1):
+            for j, place in enumerate(row, start=1):
+                if steps.nodes[place].operands and place not in named:
+                    named[place] = _free(f"{letter}_{i}{between}{j}" if len(row) > 1 else f"{letter}_{i}", taken)
+    return named
+
+
+def _split(matrices: Mapping[str, ca.SX], rows: Sequence[Sequence[T]]) -> dict[str, tuple[tuple[T, ...], ...]]:
+    """Rows across all matrices, cut into those of each."""
+    entries, start = {}, 0
+    for letter, matrix in matrices.items():
+        entries[letter] = tuple(tuple(row[start : start + matrix.shape[1]]) for row in rows)
+        start += matrix.shape[1]
+    return entries
+
+
+def _composed(node: Operation, inputs: Mapping[str, str], texts: list[_Text], dialect: Dialect) -> _Text:
+    if node.code == ca.OP_INPUT:
+        return _Text(inputs[node.name], ATOM)
+    if node.code == ca.OP_CONST:
+        if not math.isfinite(node.value):
+            raise ValueError(f"A program holds finite constants; the expression holds {node.value}.")
+        return _Text(repr(node.value), ATOM if node.value >= 0 else PRODUCT)
+    operands = [texts[i] for i in node.operands]
+    if node.code in SIGNS:
+        form, tightness, least = SIGNS[node.code]
+        return _Text(form.format(*(x.within(t) for x, t in zip(operands, least, strict=True))), tightness)
+    return _Text(f"{_spelled(node, dialect)}({', '.join(x.text for x in operands)})", ATOM)
+
+
+def _spelled(node: Operation, dialect: Dialect) -> str:
+    if node.code not in FUNCTIONS:
+        raise ValueError(
+            f"A program is written of smooth expressions, without conditions or signs; "
+            f"this one holds the operation {NAMES.get(node.code, node.code)}."
+        )
+    name = FUNCTIONS[node.code]
+    return dialect.spelled.get(name, name)
