@@ -87,29 +87,26 @@ def measured(folder, equations):
 def test_no_equation_of_typst_leaves_the_page(tmp_path, joints):
     printed = FORMS["typst"](Dynamics.of(planar(joints)))
     equations = re.findall(r"^\$ .*? \$$", printed, re.DOTALL | re.MULTILINE)
-    assert len(equations) >= 2 * joints**2 + joints
+    assert "".join(equations).count(" & = ") >= 2 * joints**2 + joints
     assert max(measured(tmp_path, equations)) <= PAGE + INDENT
 
 
-def test_the_typst_file_compiles(tmp_path, long_arm):
+def test_the_typst_file_compiles(long_arm):
     assert typst.compile(FORMS["typst"](long_arm).encode()).startswith(b"%PDF")
 
 
 def test_latex_breaks_its_lines_where_typst_does(long_arm):
-    """So what was measured in one holds in the other."""
+    """So what was measured in one, which has the other's fonts, holds in the other."""
     latex, other = FORMS["latex"](long_arm), FORMS["typst"](long_arm)
-    assert latex.count(r"\[") == latex.count(r"\]") == other.count("$ ")
+    assert latex.count(r"\begin{align*}") == latex.count(r"\end{align*}") == 4
     assert latex.count("\\\\\n") == other.count("\\\n")
 
 
 def test_the_page_for_browsers_is_well_formed(long_arm):
     head, page = FORMS["mathml"](long_arm).split("\n", 1)
     assert head == "<!doctype html>"
-    charset = '<meta charset="utf-8">\n'
-    assert page.startswith(charset)
-    tree = ElementTree.fromstring(f"<html>{page.removeprefix(charset)}</html>")
-    n = long_arm.dof
-    assert len(tree.findall("math")) == len(names_in(FORMS["text"](long_arm))) + 2 * n * n + n
+    tree = ElementTree.fromstring(f"<html>{page}</html>")
+    assert len(tree.findall("math")) == 4
     assert len(tree.findall("table/tr")) == 1 + long_arm.p.size
 
 

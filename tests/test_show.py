@@ -8,6 +8,7 @@ from workbench.loop import ClosedLoop, open_loop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
+from workbench.robots.catalogue import planar
 from workbench.signals import Sines
 
 
@@ -20,6 +21,12 @@ def test_dynamics_show_their_three_matrices_in_mathml():
     tree = parsed(Dynamics.of(paper_arm())._repr_html_())
     assert len(tree.findall("math")) == 3
     assert {node.text for node in tree.iter("mi")} >= {"M", "C", "G", "m", "l", "q"}
+
+
+def test_dynamics_with_long_entries_show_the_parts_that_these_share():
+    tree = parsed(Dynamics.of(planar(5))._repr_html_())
+    assert len(tree.findall("math")) == 4
+    assert "w" in {node.text for node in tree.iter("mi")}
 
 
 def test_a_block_shows_its_numbers_choices_and_parts():

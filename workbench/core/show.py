@@ -9,7 +9,7 @@ import casadi as ca
 
 from workbench.core.layout import Layout
 from workbench.notation import mathml
-from workbench.notation.formula import Formula, Matrix, Relation, children, symbol
+from workbench.notation.formula import Formula, Matrix, Relation, System, children, symbol
 from workbench.notation.measure import measure
 from workbench.notation.normal_form import NotInClass, to_formula
 from workbench.notation.reader import read, read_shared
@@ -57,7 +57,8 @@ def written(matrices: Mapping[str, ca.SX], names: Mapping[str, str]) -> tuple[tu
 def matrices_to_html(matrices: Mapping[str, ca.SX], names: Mapping[str, str]) -> str:
     """Display equations `M = ...`, one a matrix, in MathML, after the definitions of the parts that they share."""
     definitions, equations = written(matrices, names)
-    return "\n".join(map(mathml.emit, (*definitions, *equations)))
+    first = [mathml.emit(System(definitions))] if definitions else []
+    return "\n".join([*first, *map(mathml.emit, equations)])
 
 
 def layouts_to_html(title: str, layouts: Mapping[str, Layout]) -> str:

@@ -6,39 +6,45 @@ once are given names, in order, each before it is used.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from html import escape
 
 from workbench.core import Dynamics
 from workbench.core.show import letters, table_to_html, written
 from workbench.derivation.letters import harmless, letters_of, title
 from workbench.notation import latex, mathml, text, typst_math
-from workbench.notation.formula import Matrix, Relation, Symbol, equations
+from workbench.notation.formula import Matrix, Symbol, System, equations
 
 
 def as_text(dynamics: Dynamics) -> str:
     """Plain text, for a terminal."""
-    return "\n".join([*_head(dynamics), *_blocks(dynamics, text.emit)])
+    return "\n".join([*_head(dynamics), *("\n" + text.emit(block) for block in _blocks(dynamics))])
 
 
 def as_latex(dynamics: Dynamics) -> str:
-    """One display equation an entry; the letters as comments above."""
+    """Displays for a document with amsmath; the letters as comments above."""
     head = (f"% {line}".rstrip() for line in _head(dynamics))
-    return "\n".join([*head, *_blocks(dynamics, lambda relation: f"\\[\n{latex.emit(relation)}\n\\]")])
+    displays = ("\n" + latex.display(block.relations) for block in _blocks(dynamics))
+    return "\n".join([*head, "", r"\allowdisplaybreaks", *displays])
 
 
 def as_typst(dynamics: Dynamics) -> str:
-    """One block equation an entry; the letters as comments above."""
+    """A Typst document; the letters as comments above."""
     head = (f"// {line}".rstrip() for line in _head(dynamics))
-    return "\n".join([*head, *_blocks(dynamics, lambda relation: f"$ {typst_math.emit(relation)} $")])
+    displays = (f"\n$ {typst_math.emit(block)} $" for block in _blocks(dynamics))
+    return "\n".join([*head, "", "#set text(11pt)", "#show math.equation: set block(breakable: true)", *displays])
 
 
 def as_mathml(dynamics: Dynamics) -> str:
     """A page for a browser."""
     rows = [(letters(letter.name), letter.path, f"{letter.value:g}", letter.unit) for letter in letters_of(dynamics)]
-    table = table_to_html("The letters", ("letter", "parameter", "value", "unit"), rows)
-    head = f'<!doctype html>\n<meta charset="utf-8">\n<title>{escape(harmless(dynamics.name))}</title>'
-    return "\n".join([head, f"<h1>{escape(title(dynamics))}</h1>", table, *_blocks(dynamics, mathml.emit)])
+    table = table_to_html("", ("letter", "parameter", "value", "unit"), rows)
+    named = f"<title>{escape(harmless(dynamics.name))}</title>"
+    head = ["<!doctype html>", '<meta charset="utf-8"/>', named, STYLE, f"<h1>{escape(title(dynamics))}</h1>", table]
+    return "\n".join([*head, *(f"\n{mathml.emit(block)}" for block in _blocks(dynamics))])
+
+
+STYLE = "<style>body { margin: 2em } h1 { font-size: 1.2em } td, th { padding-right: 1em; text-align: left }</style>"
 
 
 def _head(dynamics: Dynamics) -> list[str]:
@@ -46,12 +52,12 @@ def _head(dynamics: Dynamics) -> list[str]:
     return [title(dynamics), "", *lines]
 
 
-def _blocks(dynamics: Dynamics, emit: Callable[[Relation], str]) -> Iterator[str]:
+def _blocks(dynamics: Dynamics) -> Iterator[System]:
+    """The definitions, if there are any, then M, C and G entry by entry."""
     definitions, matrices = written({"M": dynamics.M, "C": dynamics.C, "G": dynamics.G}, dynamics.names())
     if definitions:
-        yield "\n".join(["", *map(emit, definitions)])
+        yield System(definitions)
     for relation in matrices:
         name, right = relation.left, relation.right
         assert isinstance(name, Symbol)
-        entries = equations(name, right if isinstance(right, Matrix) else Matrix(((right,),)))
-        yield "\n".join(["", *map(emit, entries)])
+        yield System(tuple(equations(name, right if isinstance(right, Matrix) else Matrix(((right,),)))))

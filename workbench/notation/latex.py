@@ -2,11 +2,11 @@ r"""Formulas in LaTeX, with amsmath: `\dot{q}_{1}`, `\frac{1}{2}`, `\begin{align
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
-from workbench.notation.formula import Formula, Symbol
-from workbench.notation.layout import rows
+from workbench.notation.formula import Formula, Relation, Symbol, System
+from workbench.notation.layout import Row, rows
 from workbench.notation.markup import KNOWN, PRINTED, AbstractMarkup, Space, runs, scientific, style, visible
 
 SPECIAL = {c: f"\\{c}" for c in "{}$#%&_"} | {
@@ -33,12 +33,20 @@ def emit(formula: Formula, *, width: float = 80) -> str:
     lines = rows(formula, LATEX, width)
     if len(lines) == 1:
         return LATEX.row([lines[0].left, lines[0].right])
+    return f"\\begin{{aligned}}\n{_aligned(lines)}\n\\end{{aligned}}"
+
+
+def display(relations: Iterable[Relation], *, width: float = 80) -> str:
+    r"""Equations one below the other, aligned at their signs, between which a page may end (`\allowdisplaybreaks`)."""
+    return f"\\begin{{align*}}\n{_aligned(rows(System(tuple(relations)), LATEX, width))}\n\\end{{align*}}"
+
+
+def _aligned(lines: Sequence[Row]) -> str:
     # The empty group makes a plus at the start of a line a sign between two terms.
-    aligned = " \\\\\n".join(
+    return " \\\\\n".join(
         f"{line.left} & {line.right}" if line.left or i == 0 else rf"& \quad {{}} {line.right}"
         for i, line in enumerate(lines)
     )
-    return f"\\begin{{aligned}}\n{aligned}\n\\end{{aligned}}"
 
 
 class _Latex(AbstractMarkup):
