@@ -94,8 +94,9 @@ def run(study: Path, out: Path | None) -> None:
 @cli.command()
 @click.argument("robot")
 @click.option("--format", "form", type=click.Choice(FORMS), default="text", show_default=True)
-def derive(robot: str, form: str) -> None:
-    """Print M, C and G of ROBOT, an arm of the catalogue.
+@click.option("--numbers", is_flag=True, help="Put the nominal numbers of ROBOT in place of its letters.")
+def derive(robot: str, form: str, numbers: bool) -> None:
+    """Print M, C and G of ROBOT, an arm of the catalogue or a URDF file.
 
     Text, LaTeX, Typst and MathML are for reading; Python, CasADi and C compute the same numbers, and inverse
     and forward dynamics too.
@@ -103,9 +104,11 @@ def derive(robot: str, form: str) -> None:
     with _one_sentence():
         from workbench import derivation
         from workbench.core import Dynamics
-        from workbench.robots import named
+        from workbench.robots import named, urdf
 
-        click.echo(derivation.FORMS[form](Dynamics.of(named(robot), robot)))
+        file = Path(robot)
+        arm = urdf.read(file) if file.suffix == ".urdf" else named(robot)
+        click.echo(derivation.FORMS[form](Dynamics.of(arm, file.stem, symbolic=not numbers)))
 
 
 @cli.command()

@@ -1,15 +1,22 @@
-"""The program of an arm's M, C and G, and what its comments say, in whichever language."""
+"""The programs of an arm, and what their comments say, in whichever language."""
 
 from __future__ import annotations
 
 import keyword
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import casadi as ca
 
 from workbench.core import Dynamics
 from workbench.derivation.letters import letters_of, title
 from workbench.notation.program import CALLED, Dialect, Program, straight_line
 
 # Names that the written functions use themselves.
-OWN = "q qd qdd tau p M C G n i j k l D LT order b ca np NOMINAL dynamics inverse_dynamics forward_dynamics"
+OWN = (
+    "q qd qdd tau p M C G n i j k l D LT order rest matrices torque ca np NOMINAL "
+    "dynamics inverse_dynamics forward_dynamics"
+)
 C_WORDS = (
     "auto break case char const continue default do double else enum extern float for goto if inline int long "
     "register restrict return short signed sizeof static struct switch typedef union unsigned void volatile while "
@@ -24,13 +31,30 @@ ARGUMENTS = (
 )
 
 
-def program_of(dynamics: Dynamics, dialect: Dialect) -> tuple[list[str], Program]:
-    """Where each variable is read from, as `m_1 = p[0]`, and the program of M, C and G."""
-    program = straight_line({"M": dynamics.M, "C": dynamics.C, "G": dynamics.G}, dynamics.names(), dialect)
+class Routine(NamedTuple):
+    """Where each variable is read from, as `m_1 = p[0]`, and the program over these."""
+
+    reads: list[str]
+    program: Program
+
+
+def matrices_of(dynamics: Dynamics, dialect: Dialect) -> Routine:
+    """(q, qd, p) -> M, C, G."""
+    return _routine(dynamics, {"M": dynamics.M, "C": dynamics.C, "G": dynamics.G}, dialect)
+
+
+def torque_of(dynamics: Dynamics, dialect: Dialect) -> Routine:
+    """(q, qd, qdd, p) -> tau."""
+    return _routine(dynamics, {"tau": dynamics.tau}, dialect)
+
+
+def _routine(dynamics: Dynamics, matrices: Mapping[str, ca.SX], dialect: Dialect) -> Routine:
+    joints = [(letter, i) for letter in ("q", "qd", "qdd") for i in range(dynamics.dof)]
+    letters = {f"{letter}[{i}]": f"{letter}_{i + 1}" for letter, i in joints}
+    program = straight_line(matrices, letters | dynamics.names(), dialect)
     variables = {name: variable for variable, name in program.inputs}
-    places = {f"{letter}[{i}]": f"{letter}[{i}]" for letter in ("q", "qd") for i in range(dynamics.dof)}
-    places |= {path: f"p[{k}]" for k, path in enumerate(dynamics.p.labels)}
-    return [f"{variables[name]} = {place}" for name, place in places.items() if name in variables], program
+    places = {name: name for name in letters} | {path: f"p[{k}]" for k, path in enumerate(dynamics.p.labels)}
+    return Routine([f"{variables[name]} = {place}" for name, place in places.items() if name in variables], program)
 
 
 def about(dynamics: Dynamics) -> list[str]:

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import casadi as ca
+import numpy as np
+
 from workbench.core import Dynamics
+
+ROUNDING_OF_TWO_ROADS = 1e-9  # relative; a friction that is smaller would not be felt either
 
 
 class Letter(NamedTuple):
@@ -24,7 +29,18 @@ def harmless(text: str) -> str:
 
 def title(dynamics: Dynamics) -> str:
     """The equation of motion, and of which arm."""
-    return f"{harmless(dynamics.name)}: M(q) qdd + C(q, qd) qd + G(q) = tau, n = {dynamics.dof}"
+    friction = " + F(qd)" if has_friction(dynamics) else ""
+    return f"{harmless(dynamics.name)}: M(q) qdd + C(q, qd) qd + G(q){friction} = tau, n = {dynamics.dof}"
+
+
+def has_friction(dynamics: Dynamics) -> bool:
+    """Whether it takes more than C qd + G to keep a velocity: the joints have friction."""
+    bias = ca.substitute(dynamics.tau, dynamics.qdd, ca.SX.zeros(dynamics.dof))
+    unexplained, known = bias - dynamics.Cqd - dynamics.G, ca.fabs(dynamics.Cqd) + ca.fabs(dynamics.G)
+    function = ca.Function("friction", [dynamics.q, dynamics.qd, dynamics.symbols], [unexplained, known])
+    one = np.ones(dynamics.dof)
+    gap, size = (np.array(part) for part in function(one, one, dynamics.p.default))
+    return bool(np.any(np.abs(gap) > ROUNDING_OF_TWO_ROADS * np.max(size)))
 
 
 def letters_of(dynamics: Dynamics) -> list[Letter]:

@@ -11,7 +11,7 @@ from html import escape
 
 from workbench.core import Dynamics
 from workbench.core.show import letters, table_to_html, written
-from workbench.derivation.letters import harmless, letters_of, title
+from workbench.derivation.letters import harmless, has_friction, letters_of, title
 from workbench.notation import latex, mathml, text, typst_math
 from workbench.notation.formula import Matrix, Symbol, System, equations
 
@@ -49,7 +49,8 @@ STYLE = "<style>body { margin: 2em } h1 { font-size: 1.2em } td, th { padding-ri
 
 def _head(dynamics: Dynamics) -> list[str]:
     lines = (f"{x.name:6} {x.path:20} {x.value:g} {x.unit}".rstrip() for x in letters_of(dynamics))
-    return [title(dynamics), "", *lines]
+    friction = ["The friction F(qd) is left out here; the programs of this arm have it in tau."]
+    return [title(dynamics), *(friction if has_friction(dynamics) else []), *(["", *lines] if dynamics.p.size else [])]
 
 
 def _blocks(dynamics: Dynamics) -> Iterator[System]:

@@ -32,7 +32,9 @@ SIGNS = {
     ca.OP_INV: ("1.0/{}", PRODUCT, (ATOM,)),
     ca.OP_TWICE: ("2.0*{}", PRODUCT, (ATOM,)),
     ca.OP_SQ: ("{0}*{0}", PRODUCT, (ATOM,)),
+    ca.OP_SIGN: ("(({0} > 0.0) - ({0} < 0.0))", ATOM, (ATOM,)),
 }
+WRITTEN_TWICE = {ca.OP_SQ, ca.OP_SIGN}  # so what they take has a variable
 # Functions, by the names that they have in C.
 CALLED = "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt fabs fmin fmax pow"
 FUNCTIONS = {getattr(ca, f"OP_{name.upper()}"): name for name in CALLED.split()} | {ca.OP_CONSTPOW: "pow"}
@@ -91,7 +93,7 @@ def straight_line(matrices: Mapping[str, ca.SX], letters: Mapping[str, str], dia
     Raises
     ------
     ValueError
-        If an operation is none of a smooth model (it is named), or a constant is not finite.
+        If an operation is a branch, or has no name in C (it is named), or if a constant is not finite.
     """
     steps = walk(ca.horzcat(*matrices.values()), cse=True)
     taken = set(dialect.reserved)
@@ -108,7 +110,7 @@ def straight_line(matrices: Mapping[str, ca.SX], letters: Mapping[str, str], dia
 
     uses = Counter(i for node in steps.nodes for i in node.operands)
     for place, node in enumerate(steps.nodes):
-        if node.code == ca.OP_SQ and texts[node.operands[0]].tightness < ATOM:
+        if node.code in WRITTEN_TWICE and not texts[node.operands[0]].text.isidentifier():
             assign(node.operands[0])
         while len((text := _composed(node, inputs, texts, dialect)).text) > dialect.width:
             longest = max(node.operands, key=lambda i: len(texts[i].text))
@@ -170,8 +172,8 @@ def _composed(node: Operation, inputs: Mapping[str, str], texts: list[_Text], di
 def _spelled(node: Operation, dialect: Dialect) -> str:
     if node.code not in FUNCTIONS:
         raise ValueError(
-            f"A program is written of smooth expressions, without conditions or signs; "
-            f"this one holds the operation {NAMES.get(node.code, node.code)}."
+            "A program is written without branches, of arithmetic and elementary functions; "
+            f"this expression holds the operation {NAMES.get(node.code, node.code)}."
         )
     name = FUNCTIONS[node.code]
     return dialect.spelled.get(name, name)
