@@ -121,6 +121,26 @@ def test_derive_prints_each_form(command, form):
     assert done.stdout == FORMS[form](Dynamics.of(named("planar-3r"), "planar-3r")) + "\n"
 
 
+URDF = """<robot name="pendulum"><link name="base"/>
+<link name="bob"><inertial><mass value="2"/><origin xyz="0 0 -0.5"/>
+<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>
+<joint name="pivot" type="continuous"><parent link="base"/><child link="bob"/><axis xyz="0 1 0"/></joint></robot>"""
+
+
+def test_derive_reads_a_urdf_file_and_takes_its_numbers(command, tmp_path):
+    (tmp_path / "pendulum.urdf").write_text(URDF, encoding="utf-8")
+    done = command("derive", "pendulum.urdf", "--numbers")
+    assert (done.exit_code, done.stderr) == (0, "")
+    # 0.1 + 2 * 0.5^2, and 2 * 9.81 * 0.5
+    assert done.stdout.splitlines()[2:] == ["M_1 = 0.6", "", "C_1 = 0", "", "G_1 = 9.81*sin(q_1)"]
+
+
+def test_a_urdf_file_that_is_not_there_is_refused(shell):
+    done = shell("derive", "there/is/none.urdf")
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr.startswith("workbench: There is no")
+
+
 def test_a_form_that_is_not_there_is_refused_with_those_that_are(shell):
     done = shell("derive", "paper-arm", "--format", "fortran")
     assert (done.returncode, done.stdout) == (2, "")

@@ -12,7 +12,7 @@ from arms import random_arm
 
 from workbench.core import Dynamics
 from workbench.derivation import FORMS
-from workbench.robots import named
+from workbench.robots import SpatialArm, SpatialLink, named
 from workbench.robots.catalogue import planar
 
 PAGE = 80 * 5.5  # pt: 80 widths of a digit at 11 pt
@@ -83,11 +83,11 @@ def measured(folder, equations):
     return json.loads(typst.query(str(page), "<width>", field="value"))
 
 
-@pytest.mark.parametrize("joints", [2, 4, 6])
-def test_no_equation_of_typst_leaves_the_page(tmp_path, joints):
-    printed = FORMS["typst"](Dynamics.of(planar(joints)))
-    equations = re.findall(r"^\$ .*? \$$", printed, re.DOTALL | re.MULTILINE)
-    assert "".join(equations).count(" & = ") >= 2 * joints**2 + joints
+@pytest.mark.parametrize("robot", ["paper-arm", "planar-4r", "planar-6r", "scara", "ur5"])
+def test_no_equation_of_typst_leaves_the_page(tmp_path, robot):
+    model = Dynamics.of(named(robot))
+    equations = re.findall(r"^\$ .*? \$$", FORMS["typst"](model), re.DOTALL | re.MULTILINE)
+    assert "".join(equations).count(" & = ") >= 2 * model.dof**2 + model.dof
     assert max(measured(tmp_path, equations)) <= PAGE + INDENT
 
 
@@ -108,6 +108,23 @@ def test_the_page_for_browsers_is_well_formed(long_arm):
     tree = ElementTree.fromstring(f"<html>{page}</html>")
     assert len(tree.findall("math")) == 4
     assert len(tree.findall("table/tr")) == 1 + long_arm.p.size
+
+
+def test_friction_is_named_where_there_is_any_and_nowhere_else():
+    smooth, rough = (link("hinge", viscous=viscous) for viscous in (None, 0.2))
+    assert " + F(qd) = tau" not in FORMS["text"](Dynamics.of(smooth))
+    assert "= tau, n = 1\nThe friction" in FORMS["text"](Dynamics.of(rough))
+    assert " + F(qd) = tau" in FORMS["c"](Dynamics.of(rough))
+
+
+def link(name, **drive):
+    return SpatialArm((SpatialLink(name, 1.0, (0.1, 0.2, 0.3), (0.1, 0.0, 0.0, 0.1, 0.0, 0.1), **drive),))
+
+
+def test_the_numbers_of_an_arm_may_stand_in_place_of_its_letters():
+    printed = FORMS["text"](Dynamics.of(named("scara"), "scara", symbolic=False))
+    assert "M_33 = 3/2" in printed
+    assert "m_1" not in printed
 
 
 HOSTILE = 'x */ """ \\ \n#include <x> ${}\u202e<script>'
