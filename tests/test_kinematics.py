@@ -27,7 +27,7 @@ def test_angles_are_counted_counter_clockwise_from_the_link_before():
 
 def test_the_offset_lies_to_the_left_of_the_link():
     links = (Link(1.0, 1.0, 0.5, 0.2, 0.0),)
-    com = numbers(kinematics.centre_of_mass(links, "right", ca.SX([0.0]), 0)).ravel()
+    com = numbers(kinematics.centres_of_mass(links, "right", ca.SX([0.0]))[0]).ravel()
     np.testing.assert_array_equal(com, [0.5, 0.2])
 
 
@@ -48,7 +48,7 @@ def test_the_kinetic_energy_is_that_of_the_bodies_velocities(drawn):
     angle = ca.SX.sym("q", arm.dof)
     energy = 0.0
     for k, link in enumerate(arm.links):
-        com = kinematics.centre_of_mass(arm.links, arm.zero, angle, k)
+        com = kinematics.centres_of_mass(arm.links, arm.zero, angle)[k]
         v = numbers(ca.substitute(ca.jacobian(com, angle), angle, ca.SX(q))) @ qd
         energy += link.mass * v @ v / 2 + link.inertia * qd[: k + 1].sum() ** 2 / 2
     # two roads to one sum of squares: no more than a hundred roundings of the largest term

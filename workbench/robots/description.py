@@ -107,7 +107,7 @@ class PlanarArm(AbstractArm):
 
     def tip(self, q: ca.SX) -> ca.SX:
         """Where the last link ends, (2, 1) in m: to the right of the base, and above it."""
-        return kinematics.position(self.links, self.zero, q, self.dof)
+        return kinematics.positions(self.links, self.zero, q)[-1]
 
     def tip_jacobian(self, q: ca.SX) -> ca.SX:
         """d tip / dq, (2, n), in m."""

@@ -32,70 +32,83 @@ class Body(Protocol):
 
 
 def turn(q: ca.SX, first: int, last: int) -> tuple[ca.SX, ca.SX]:
-    """Cosine and sine of the sum of q[first] ... q[last], by the addition theorems.
+    """Cosine and sine of the sum of q[first] ... q[last]; of no angle where last is before first."""
+    return turns(waves(q)[first : last + 1])[-1]
+
+
+def waves(q: ca.SX) -> list[tuple[ca.SX, ca.SX]]:
+    """Cosine and sine of each angle."""
+    return [(ca.cos(angle), ca.sin(angle)) for angle in ca.vertsplit(q)]
+
+
+def turns(waves: Sequence[tuple[ca.SX, ca.SX]]) -> list[tuple[ca.SX, ca.SX]]:
+    """Cosine and sine of the sums of the first 0, 1, 2, ... angles, by the addition theorems.
 
     They keep full accuracy after many turns, where the rounded sum of two large angles does not.
     """
     c, s = ca.SX(1), ca.SX(0)
-    for j in range(first, last + 1):
-        cos, sin = ca.cos(q[j]), ca.sin(q[j])
+    found = [(c, s)]
+    for cos, sin in waves:
         c, s = c * cos - s * sin, s * cos + c * sin
-    return c, s
+        found.append((c, s))
+    return found
 
 
-def directions(zero: str, q: ca.SX, link: int) -> tuple[ca.SX, ca.SX]:
-    """The unit vectors along a link and to its left, each (2, 1): to the right and upward."""
+def directions(zero: str, q: ca.SX) -> list[tuple[ca.SX, ca.SX]]:
+    """The unit vectors along each link and to its left, each (2, 1): to the right and upward."""
     right, up = DIRECTIONS[zero]
-    c, s = turn(q, 0, link)
-    along = ca.vertcat(right * c - up * s, up * c + right * s)
-    return along, ca.vertcat(-along[1], along[0])
+    found = []
+    for c, s in turns(waves(q))[1:]:
+        along = ca.vertcat(right * c - up * s, up * c + right * s)
+        found.append((along, ca.vertcat(-along[1], along[0])))
+    return found
 
 
-def position(links: Sequence[Body], zero: str, q: ca.SX, joint: int) -> ca.SX:
-    """Where joint number `joint` is, (2, 1) in m from the base; joint n is the tip."""
-    place = ca.SX(2, 1)
-    for j in range(joint):
-        place += links[j].length * directions(zero, q, j)[0]
-    return place
+def positions(links: Sequence[Body], zero: str, q: ca.SX) -> list[ca.SX]:
+    """Where the joints are, then the tip, each (2, 1) in m from the base."""
+    places = [ca.SX(2, 1)]
+    for link, (along, _) in zip(links, directions(zero, q), strict=True):
+        places.append(places[-1] + link.length * along)
+    return places
 
 
-def centre_of_mass(links: Sequence[Body], zero: str, q: ca.SX, link: int) -> ca.SX:
-    """Where the centre of mass of a link is, (2, 1) in m from the base."""
-    along, left = directions(zero, q, link)
-    place: ca.SX = position(links, zero, q, link) + links[link].com * along + links[link].offset * left
-    return place
+def centres_of_mass(links: Sequence[Body], zero: str, q: ca.SX) -> list[ca.SX]:
+    """Where the links' centres of mass are, each (2, 1) in m from the base."""
+    rows = zip(links, positions(links, zero, q), directions(zero, q), strict=False)
+    return [place + link.com * along + link.offset * left for link, place, (along, left) in rows]
 
 
 def potential_energy(links: Sequence[Body], gravity: Any, zero: str, q: ca.SX) -> ca.SX:
     """The sum of m g times height, in J."""
     energy = ca.SX(0)
-    for k, link in enumerate(links):
-        energy += link.mass * gravity * centre_of_mass(links, zero, q, k)[1]
+    for link, place in zip(links, centres_of_mass(links, zero, q), strict=True):
+        energy += link.mass * gravity * place[1]
     return energy
 
 
 def kinetic_energy(links: Sequence[Body], q: ca.SX, qd: ca.SX) -> ca.SX:
     """The sum of m v^2 / 2 + I omega^2 / 2, in J."""
+    omegas = [sum((qd[j] for j in range(k + 1)), ca.SX(0)) for k in range(len(links))]
+    angles = waves(q)
+    bends = [turns(angles[j + 1 :]) for j in range(len(links))]
     energy = ca.SX(0)
     for k, link in enumerate(links):
-        omega = sum((qd[j] for j in range(k + 1)), ca.SX(0))
-        energy += link.mass * _speed_squared(links, q, qd, k) / 2 + link.inertia * omega**2 / 2
+        energy += link.mass * _speed_squared(links[: k + 1], omegas, bends) / 2 + link.inertia * omegas[k] ** 2 / 2
     return energy
 
 
-def _speed_squared(links: Sequence[Body], q: ca.SX, qd: ca.SX, link: int) -> ca.SX:
-    """The squared speed of a link's centre of mass, in m^2/s^2.
+def _speed_squared(links: Sequence[Body], omegas: Sequence[ca.SX], bends: Sequence[Sequence[Any]]) -> ca.SX:
+    """The squared speed of the last link's centre of mass, in m^2/s^2.
 
     Body j turns at omega_j and adds omega_j (a_j left_j - b_j along_j) to the velocity, where
-    (a, b) is (length, 0) for the links before and (com, offset) for the link itself.
+    (a, b) is (length, 0) for the links before and (com, offset) for the last; bends[j][k] has cosine
+    and sine of the angle from body j to body j + k.
     """
-    arms = [(links[j].length, 0) for j in range(link)] + [(links[link].com, links[link].offset)]
-    omegas = [sum((qd[j] for j in range(k + 1)), ca.SX(0)) for k in range(link + 1)]
+    arms = [*((link.length, 0) for link in links[:-1]), (links[-1].com, links[-1].offset)]
     square = ca.SX(0)
     for i, (a_i, b_i) in enumerate(arms):
         square += omegas[i] ** 2 * (a_i**2 + b_i**2)
         for j in range(i):
-            a_j = arms[j][0]
-            c, s = turn(q, j + 1, i)
-            square += 2 * omegas[i] * omegas[j] * a_j * (a_i * c - b_i * s)
+            c, s = bends[j][i - j]
+            square += 2 * omegas[i] * omegas[j] * arms[j][0] * (a_i * c - b_i * s)
     return square
