@@ -36,7 +36,8 @@ def title(dynamics: Dynamics) -> str:
 def has_friction(dynamics: Dynamics) -> bool:
     """Whether it takes more than C qd + G to keep a velocity: the joints have friction."""
     bias = ca.substitute(dynamics.tau, dynamics.qdd, ca.SX.zeros(dynamics.dof))
-    unexplained, known = bias - dynamics.Cqd - dynamics.G, ca.fabs(dynamics.Cqd) + ca.fabs(dynamics.G)
+    smooth = dynamics.C @ dynamics.qd
+    unexplained, known = bias - smooth - dynamics.G, ca.fabs(smooth) + ca.fabs(dynamics.G)
     function = ca.Function("friction", [dynamics.q, dynamics.qd, dynamics.symbols], [unexplained, known])
     one = np.ones(dynamics.dof)
     gap, size = (np.array(part) for part in function(one, one, dynamics.p.default))
