@@ -163,12 +163,19 @@ def times() -> Figure:
 
 def fairness() -> str:
     """What each side has to do."""
+    longest = chains()[-1]
+    bias = min((answer.bias for answer in longest.sympy.values() if answer is not None), default=None)
+    less = (
+        ""
+        if bias is None
+        else f" M and the bias alone, less than we give, take it {bias / longest.ours:.0f} times as long."
+    )
     return (
         "Ours is counted up to a function that can be called with any numbers, SymPy's up to expressions: to "
         "simplify or compile them would come on top. Its methods give M and the whole bias; for the matrix C the "
         "Christoffel symbols are formed from its M with each derivative taken once, and for G its potential energies "
-        "are differentiated. Importing is not counted on either side. Our rods have one number more, the offset of "
-        "the centre of mass. The last column compares the numbers of both at one state."
+        f"are differentiated.{less} Importing is not counted on either side. Our rods have "
+        "one number more, the offset of the centre of mass. The last column compares the numbers of both at one state."
     )
 
 
