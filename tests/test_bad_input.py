@@ -175,7 +175,7 @@ def test_a_format_that_does_not_exist_is_refused(shell):
     done = shell("derive", "paper-arm", "--format", "word")
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
-    assert "'text', 'latex', 'python'" in done.stderr
+    assert "'text', 'latex', 'typst', 'mathml', 'python', 'casadi', 'c'" in done.stderr
 
 
 ANSWERS = [

@@ -141,13 +141,6 @@ def test_a_urdf_file_that_is_not_there_is_refused(shell):
     assert done.stderr.startswith("workbench: There is no")
 
 
-def test_a_form_that_is_not_there_is_refused_with_those_that_are(shell):
-    done = shell("derive", "paper-arm", "--format", "fortran")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.count("\n") == 1
-    assert "casadi" in done.stderr
-
-
 SLOW = """
 import time
 print("started", flush=True)
