@@ -55,14 +55,14 @@ def element_of(text: bytes, source: str) -> Element:
     parser.StartElementHandler, parser.EndElementHandler, parser.StartDoctypeDeclHandler = start, end, doctype
     try:
         parser.Parse(text, True)
+    except RefusedXmlError:
+        raise
     except expat.ExpatError as error:
         what = expat.ErrorString(error.code)
         raise RefusedXmlError(
             f"{source} is no well-formed XML: {what} in line {error.lineno}, column {error.offset + 1}."
         ) from None
-    except (ValueError, LookupError) as error:
-        if isinstance(error, RefusedXmlError):
-            raise
+    except (ValueError, LookupError):
         raise RefusedXmlError(f"{source} is in an encoding that is not known; write it in UTF-8.") from None
     return builder.close()
 

@@ -56,10 +56,10 @@ def arm_of(solids: Sequence[Solid], joints: Sequence[Joint], gravity: float = 9.
     held = _by_name(solids, joints)
     for solid in solids:
         refuse_impossible(f"link '{solid.name}'", solid.mass, tensor(solid.inertia))
-    outward = _outward(held, joints)
-    frames = {_base(held, joints): Frame(_base(held, joints), -1, np.eye(3), np.zeros(3))}
+    base = _base(held, joints)
+    frames = {base: Frame(base, -1, np.eye(3), np.zeros(3))}
     moving: list[tuple[Joint, Frame]] = []
-    for joint in outward:
+    for joint in _outward(base, held, joints):
         carrier = frames[joint.parent]
         turned = _tidy(carrier.rotation @ joint.rotation)
         shifted = carrier.position + carrier.rotation @ joint.position
@@ -150,13 +150,13 @@ def _base(held: dict[str, Solid], joints: Sequence[Joint]) -> str:
     return free[0]
 
 
-def _outward(held: dict[str, Solid], joints: Sequence[Joint]) -> list[Joint]:
+def _outward(base: str, held: dict[str, Solid], joints: Sequence[Joint]) -> list[Joint]:
     """The joints along the tree, each before those it carries."""
     carried_by: dict[str, list[Joint]] = {name: [] for name in held}
     for joint in joints:
         carried_by[joint.parent].append(joint)
     order: list[Joint] = []
-    waiting = carried_by[_base(held, joints)][::-1]
+    waiting = carried_by[base][::-1]
     while waiting:
         order.append(waiting.pop())
         waiting += carried_by[order[-1].child][::-1]
