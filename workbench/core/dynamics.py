@@ -69,10 +69,11 @@ class Dynamics:
     ----------
     M, C, G
         (n, n), (n, n) and (n, 1) expressions in `q`, `qd` and the parameters' symbols.
-    qdd, tau
-        (n, 1): symbols of the acceleration, and the torque that it takes, with the arm's friction if it has any.
     p
         Names, units, bounds and nominal values of the parameters.
+    recursion
+        Symbols of the acceleration (n, 1) and the torque that it takes (n, 1), with friction if the arm has any:
+        a shorter way than through the matrices, where there is one.
     """
 
     name: str
@@ -81,10 +82,9 @@ class Dynamics:
     M: ca.SX
     C: ca.SX
     G: ca.SX
-    qdd: ca.SX
-    tau: ca.SX
     p: Layout
     symbols: ca.SX
+    recursion: tuple[ca.SX, ca.SX] | None = None
 
     @staticmethod
     def of(arm: AbstractArm, name: str = "", symbolic: bool = True) -> Dynamics:
@@ -101,14 +101,26 @@ class Dynamics:
         M = ca.densify(lifted.block.mass_matrix(q))
         C = ca.densify(lifted.block.coriolis_matrix(q, qd))
         G = ca.densify(lifted.block.gravity_vector(q))
-        by_recursion = lifted.block.recursion(q, qd, qdd)
-        tau = ca.densify(M @ qdd + C @ qd + G if by_recursion is None else by_recursion)
-        return Dynamics(name or type(arm).__name__, q, qd, M, C, G, qdd, tau, lifted.layout, lifted.symbols)
+        tau = lifted.block.recursion(q, qd, qdd)
+        recursion = None if tau is None else (qdd, ca.densify(tau))
+        return Dynamics(name or type(arm).__name__, q, qd, M, C, G, lifted.layout, lifted.symbols, recursion)
 
     @property
     def dof(self) -> int:
         """The number of joints n."""
         return int(self.q.numel())
+
+    @cached_property
+    def qdd(self) -> ca.SX:
+        """The symbols of the acceleration, (n, 1)."""
+        return Layout((Entry("qdd", np.zeros(self.dof)),)).symbols() if self.recursion is None else self.recursion[0]
+
+    @cached_property
+    def tau(self) -> ca.SX:
+        """The torque that the acceleration takes, (n, 1): M qdd + C qd + G, and friction if the arm has any."""
+        if self.recursion is not None:
+            return self.recursion[1]
+        return ca.densify(self.M @ self.qdd + self.C @ self.qd + self.G)
 
     @property
     def mass_matrix_rate(self) -> ca.SX:
