@@ -1,0 +1,75 @@
+"""What both lexers give and the grammar takes: tokens with their places, and the refusal that names a place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+# Beyond these a text is no equation of a paper; it is refused before any work is done on it.
+MOST_CHARACTERS, MOST_TOKENS, DEEPEST, LONGEST_WORD = 50_000, 20_000, 50, 80
+
+OPENING = {"(": ")", "[": "]", "{": "}", "begin": "end"}
+FUNCTIONS = ("sin", "cos", "tan", "sqrt")
+
+
+class FormulaError(ValueError):
+    """A text that is no formula; the message begins with its line and column."""
+
+
+@dataclass(frozen=True)
+class Token:
+    """A piece of a formula, and where it begins, counted from 1.
+
+    `kind` is "number", "name", "function", "frac", "begin" or "end" (of a matrix), "row", "break" or
+    "transpose", or the character itself. A name also has its `index` and the `dots` over it.
+    """
+
+    kind: str
+    text: str
+    line: int
+    column: int
+    index: str = ""
+    dots: int = 0
+
+    @property
+    def shown(self) -> str:
+        """The token as a message quotes it."""
+        return self.text if not self.index else f"{self.text}_{self.index}"
+
+
+def refusal(place: Token | tuple[int, int], said: str) -> FormulaError:
+    """The refusal of what stands at a place, to be raised."""
+    line, column = (place.line, place.column) if isinstance(place, Token) else place
+    return FormulaError(f"line {line}, column {column}: {said}")
+
+
+def refuse_size(text: str) -> None:
+    """Refuse a text that is too long, before it is read."""
+    if len(text) > MOST_CHARACTERS:
+        raise FormulaError(
+            f"the equations of a paper take at most {MOST_CHARACTERS} characters; got {len(text)}: keep only those to "
+            "be checked."
+        )
+
+
+def checked(tokens: Iterable[Token]) -> tuple[Token, ...]:
+    """The tokens, if they are not too many and their brackets match, not too deep."""
+    kept: list[Token] = []
+    opened: list[Token] = []
+    for token in tokens:
+        kept.append(token)
+        if len(kept) > MOST_TOKENS:
+            raise refusal(token, f"equations of at most {MOST_TOKENS} signs are read; keep only those to be checked.")
+        if len(token.text) + len(token.index) > LONGEST_WORD and token.kind in ("number", "name"):
+            raise refusal(token, f"a {token.kind} has at most {LONGEST_WORD} characters; got {len(token.shown)}.")
+        if token.kind in OPENING:
+            opened.append(token)
+            if len(opened) > DEEPEST:
+                raise refusal(token, f"brackets are nested more than {DEEPEST} deep; write the formula in parts.")
+        elif token.kind in OPENING.values():
+            if not opened or OPENING[opened[-1].kind] != token.kind:
+                raise refusal(token, f"'{token.text}' closes nothing that is open; check the brackets.")
+            opened.pop()
+    if opened:
+        raise refusal(opened[-1], f"'{opened[-1].text}' is never closed; check the brackets.")
+    return tuple(kept)
