@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -9,7 +10,10 @@ import casadi as ca
 
 from workbench.core import Dynamics
 from workbench.core.layout import nearest
+from workbench.notation.parsing.evaluate import CASADI, evaluate
+from workbench.verify.given import symbols_of
 from workbench.verify.identity import Kind, judge_zero
+from workbench.verify.sheet import Place, Sheet
 from workbench.verify.witness import Witness
 
 Sameness = Literal["same", "differs", "not refuted"]
@@ -68,27 +72,45 @@ def compare(printed: Dynamics, derived: Dynamics) -> tuple[EntryVerdict, ...]:
         If the printed matrices have a parameter that the derived ones lack.
     """
     theirs = _matrices_in_symbols_of(derived, printed)
-    ours = {"M": derived.M, "C": derived.C, "G": derived.G}
-    return tuple(
-        _entry(name, i, j, theirs[name], ours[name], derived)
-        for name in ours
-        for i in range(derived.dof)
-        for j in range(ours[name].shape[1])
-    )
+    shapes = {name: matrix.shape for name, matrix in theirs.items()}
+    places = [(name, i, j) for name, (rows, columns) in shapes.items() for i in range(rows) for j in range(columns)]
+    return judged({(name, i + 1, j + 1): theirs[name][i, j] for name, i, j in places}, derived)
 
 
-def _entry(name: str, i: int, j: int, printed: ca.SX, right: ca.SX, dynamics: Dynamics) -> EntryVerdict:
-    a, b = printed[i, j], right[i, j]
+def compare_sheet(sheet: Sheet, derived: Dynamics) -> tuple[EntryVerdict, ...]:
+    """A verdict for each entry that a sheet prints."""
+    symbols = {symbol.name(): symbol for symbol in ca.vertsplit(ca.vertcat(derived.q, derived.qd, derived.symbols))}
+    values = {letter: symbols[name] for letter, name in symbols_of(derived).items()}
+    return judged({place: ca.SX(evaluate(f, values, CASADI)) for place, f in sheet.entries.items()}, derived)
+
+
+def judged(printed: Mapping[Place, ca.SX], derived: Dynamics) -> tuple[EntryVerdict, ...]:
+    """A verdict for each of the printed entries, which are expressions in the derived arm's symbols.
+
+    Where a row of C is printed in part, its other entries are taken to be the derived ones.
+
+    Raises
+    ------
+    ValueError
+        If a printed entry is finite nowhere.
+    """
+    return tuple(_entry(place, printed, derived) for place in printed)
+
+
+def _entry(place: Place, printed: Mapping[Place, ca.SX], dynamics: Dynamics) -> EntryVerdict:
+    name, row, column = place
+    right = {"M": dynamics.M, "C": dynamics.C, "G": dynamics.G}[name][row - 1, column - 1]
+    a, b = printed[place], right
     judgement = judge_zero(a - b, ca.vertcat(a, b), dynamics)
-    place = (name, i + 1, j + 1)
+    if judgement.search and not judgement.search.samples:
+        raise ValueError(
+            f"the printed {name}[{row},{column}] is a number at none of the states that were tried, so it cannot be "
+            "compared; look for a division by zero, or the root of a negative number."
+        )
     found = judgement.search.witness if judgement.search else None
     if found is None:
         return EntryVerdict(*place, SAMENESS[judgement.kind], judgement.evidence, a, b, a - b)
     values = ca.Function("values", [dynamics.q, dynamics.qd, dynamics.symbols], [a, b])(found.q, found.qd, found.p)
-    same_torque = None
-    if name == "C":
-        torques = [matrix[i, :] @ dynamics.qd for matrix in (printed, right)]
-        same_torque = judge_zero(torques[0] - torques[1], ca.vertcat(*torques), dynamics).kind
     return EntryVerdict(
         *place,
         SAMENESS[judgement.kind],
@@ -99,8 +121,16 @@ def _entry(name: str, i: int, j: int, printed: ca.SX, right: ca.SX, dynamics: Dy
         found,
         float(values[0]),
         float(values[1]),
-        same_torque,
+        _same_torque(row, printed, dynamics) if name == "C" else None,
     )
+
+
+def _same_torque(row: int, printed: Mapping[Place, ca.SX], dynamics: Dynamics) -> Kind:
+    """Whether a printed row of C gives the derived torque, by whatever entries."""
+    right = [dynamics.C[row - 1, j] for j in range(dynamics.dof)]
+    theirs = [printed.get(("C", row, j + 1), entry) for j, entry in enumerate(right)]
+    torques = [ca.horzcat(*entries) @ dynamics.qd for entries in (theirs, right)]
+    return judge_zero(torques[0] - torques[1], ca.vertcat(*torques), dynamics).kind
 
 
 def _matrices_in_symbols_of(derived: Dynamics, printed: Dynamics) -> dict[str, ca.SX]:

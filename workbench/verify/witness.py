@@ -8,6 +8,7 @@ so the search goes on with other parameters once the nominal ones show nothing.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 import casadi as ca
 import numpy as np
@@ -58,7 +59,8 @@ class Search:
     samples: int
 
 
-def candidates(dynamics: Dynamics) -> list[Witness]:
+@lru_cache(maxsize=4)  # every entry of an arm is searched at the same states
+def candidates(dynamics: Dynamics) -> tuple[Witness, ...]:
     """States in the order of the search: at nominal parameters first, then at varied ones."""
     n = dynamics.dof
     plain = np.concatenate([0.5 * np.arange(1, n + 1), (-1.0) ** np.arange(n)])
@@ -66,7 +68,7 @@ def candidates(dynamics: Dynamics) -> list[Witness]:
     states = np.vstack([plain, spread])
     nominal = [Witness(x[:n], x[n:], dynamics.p.default) for x in states]
     varied = [_varied(dynamics, x, u) for x, u in zip(states, _sequence(STATES, dynamics.p.size), strict=True)]
-    return nominal + varied if dynamics.p.size else nominal
+    return tuple(nominal + varied if dynamics.p.size else nominal)
 
 
 def search(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Search:

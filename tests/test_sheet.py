@@ -1,0 +1,168 @@
+"""The equations of a paper as one types them, read as entries of an arm."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from workbench.core import Dynamics
+from workbench.derivation import as_latex
+from workbench.notation import latex, text
+from workbench.notation.formula import Matrix, Relation, equations, symbol
+from workbench.notation.normal_form import to_formula
+from workbench.notation.parsing.tokens import FormulaError
+from workbench.robots import named, paper_arm
+from workbench.verify.given import narrowed
+from workbench.verify.printed import compare_sheet
+from workbench.verify.sheet import read_sheet
+
+PAPER = Dynamics.of(paper_arm())
+RODS = Dynamics.of(named("planar-2r"))
+
+
+def printed(said: str, language="text", arm=PAPER) -> dict[str, str]:
+    return {f"{m}{i}{j}": text.emit(f) for (m, i, j), f in read_sheet(said, arm, language).entries.items()}
+
+
+WAYS = [
+    ("M[1,2] = m_2*l_2^2", "text"),
+    ("M_12 = m2*l2**2", "text"),
+    ("M12 = a; a = m_2*l_2^2", "text"),
+    ("M_1_2(q) = m_2*l_2^2.", "text"),
+    ("M[1,2] = m_2*\n  (l_2^2)", "text"),
+    ("M[1,2] = m_2\n    *l_2^2", "text"),
+    ("h = m_2*l_2  # declared before or after\nM[1,2] = h*l_2", "text"),
+    ("M[1,2] = h*l_2\nh = m_2*l_2", "text"),
+    ("a_2 = links[1].length\nM[1,2] = m_2*a_2^2", "text"),
+    ("M[1,2] = links[1].mass*l_2^2", "text"),
+    (r"\[ M_{12} = m_2 l_2^2 \]", "latex"),
+    (r"$$ M_{1,2} = m_2 l_2^2. $$", "latex"),
+    (r"\begin{align} \mathbf{M}_{12}(q) &= m_2 \label{x} \\ & \quad {} \cdot l_2^2 \nonumber \end{align}", "latex"),
+    (r"\begin{equation*} h = m_2 l_2, \quad M_{12} = h l_2, \end{equation*}", "latex"),
+]
+
+
+@pytest.mark.parametrize(("said", "language"), WAYS)
+def test_an_entry_may_be_written_in_many_ways(said, language):
+    assert printed(said, language) == {"M12": "m_2*l_2^2"}
+
+
+def test_a_matrix_is_all_its_entries_and_a_letter_in_it_may_be_declared_below():
+    said = "M = [[M_11, M_12], [M_12, m_2*l_2^2]]\nM_11 = m_1*l_1^2\nM_12 = 0"
+    assert printed(said) == {"M11": "m_1*l_1^2", "M12": "0", "M21": "0", "M22": "m_2*l_2^2"}
+
+
+def test_a_vector_may_stand_upright_or_lie():
+    upright = r"G(q) = \begin{bmatrix} m_1 g \\ 0 \end{bmatrix}"
+    assert printed("G = [m_1*g, 0]") == printed(upright, "latex") == {"G11": "m_1*g", "G21": "0"}
+
+
+def test_a_chain_of_equals_signs_is_several_statements():
+    assert printed("M_12 = M_21 = m_2") == {"M12": "m_2", "M21": "m_2"}
+
+
+JOINTS = ["qd_1", "qd1", "q_1'", "dq_1", "qdot1", "q1dot", "dtheta_1", "thetad_1"]
+
+
+@pytest.mark.parametrize("name", JOINTS)
+def test_a_velocity_may_be_written_in_many_ways(name):
+    assert printed(f"C[2,1] = {name}") == {"C21": "qd_1"}
+
+
+def test_an_angle_under_another_name_has_a_rate_under_that_name():
+    assert printed("phi_1 = q_1\nC[2,1] = phid_1*sin(phi_1)") == {"C21": "qd_1*sin(q_1)"}
+    said = r"\[ \varphi_1 = q_1 \] \[ C_{21} = \dot{\varphi}_1 \cos\varphi_1 \]"
+    assert printed(said, "latex") == {"C21": "qd_1*cos(q_1)"}
+
+
+def test_a_declaration_comes_before_the_robots_own_letter():
+    assert printed("l_2 = links[0].length\nl_1 = links[1].length\nM_22 = l_1 + 2*l_2") == {"M22": "l_2 + 2*l_1"}
+
+
+def test_a_number_given_to_a_parameter_holds_for_the_robot_too():
+    sheet = read_sheet("m_1 = 2.5\nlinks[1].length = 1/4\nM_22 = m_1*l_2", PAPER, "text")
+    assert sheet.fixed == {"links[0].mass": 2.5, "links[1].length": 0.25}
+    arm = narrowed(PAPER, sheet.fixed)
+    wanted = PAPER.p.pack(sheet.fixed)[0]
+    np.testing.assert_array_equal(arm.p.default, wanted)
+    for one, other in zip(arm.matrices([0.3, 1], [1, 2]), PAPER.matrices([0.3, 1], [1, 2], wanted), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-14)
+    assert not {"links[0].mass", "links[1].length"} & {s.name() for s in ca.symvar(arm.M)}
+
+
+def test_what_is_zero_in_the_robot_and_not_on_the_sheet_is_zero():
+    said = "M_22 = m_2*c_2^2 + I_2"
+    assert set(read_sheet(said, RODS, "text").fixed) == {"links[0].offset", "links[1].offset"}
+    assert set(read_sheet(f"{said} + m_2*d_2^2", RODS, "text").fixed) == {"links[0].offset"}
+
+
+@pytest.mark.parametrize("robot", ["paper-arm", "planar-1r", "planar-2r", "planar-3r"])
+def test_what_is_derived_and_printed_is_proved_right_when_read_again(robot):
+    arm = Dynamics.of(named(robot), robot)
+    letters = {name: symbol(said) for name, said in arm.names().items()}
+    rows = []
+    for matrix in "MCG":
+        formula = to_formula(getattr(arm, matrix), letters)
+        rows += equations(symbol(matrix), formula if isinstance(formula, Matrix) else Matrix(((formula,),)))
+    in_text = "\n".join(text.emit(row) for row in rows)
+    for said, language in ((in_text, "text"), (as_latex(arm), "latex")):
+        verdicts = compare_sheet(read_sheet(said, arm, language), arm)
+        assert {verdict.kind for verdict in verdicts} == {"same"}
+        assert len(verdicts) == arm.dof * (2 * arm.dof + 1)
+
+
+def test_a_matrix_that_is_broken_over_lines_is_read_as_one():
+    letters = {name: symbol(said) for name, said in PAPER.names().items()}
+    relation = Relation(symbol("M"), "=", to_formula(PAPER.M, letters))
+    (said,) = {latex.emit(relation, width=60)} - {latex.emit(relation, width=1000)}
+    assert len(read_sheet(said, PAPER, "latex").entries) == 4
+
+
+REFUSED = [
+    ("M = [[1, 2, 3], [4, 5, 6], [7, 8, 9]]", "line 1, column 1: M of this robot is 2 by 2; got 3 by 3"),
+    ("M[3,1] = 1", "this robot has 2 joints: there is no M[3,1]"),
+    ("M[1,1] = [m_1, m_2]", "M[1,1] is one number; got a matrix"),
+    ("M[1] = 1", "a row and a column"),
+    ("G[1,2] = 1", "G is a vector"),
+    ("M[1,1] = m_1\nM_11 = m_2", "line 2, column 1: M[1,1] is printed twice"),
+    ("h = m_1\nh = m_2\nM[1,1] = h", "line 2, column 1: 'h' is declared twice"),
+    ("a = b\nb = a\nM[1,1] = a", "declared by itself"),
+    ("a = 2*a\nM[1,1] = a", "declared by itself"),
+    ("h = m_1", "no entry of M, C or G is printed here"),
+    ("", "no entry of M, C or G is printed here"),
+    ("hello", "line 1, column 1: here stands no statement"),
+    ("M[1,1] = m_1\nl_1^2", "line 2, column 1: here stands no statement"),
+    ("M[1,1] =", "behind this equals sign stands nothing"),
+    ("m_1*l_1 = M[1,1]", "left of '=' stands one name"),
+    ("M[x,1] = 1", "one or two whole numbers"),
+    ("D = [[m_1, 0], [0, 1]]\nM[1,1] = 2*D", "a matrix under another name"),
+    ("links[0].mass = m_2\nM[1,1] = 1", "can be given a number"),
+    ("m_1 = -1\nM[1,1] = m_1", "'links[0].mass' must be finite, with 0 < value; got -1"),
+    ("M[1,1] = links[0].mas", "there is no 'links[0].mas'"),
+    ("M[1,1] = " + "+".join(["m_1"] * 6000), "more than 5000 symbols"),
+    ("M[1,1] = " + "*".join(["m_1"] * 6000), "powers up to 16"),
+    ("M[1,1] = " + "*".join(["1e99"] * 50) + "*m_1", "numbers between"),
+    ("M[1,1] = " + "*".join(f"(m_1+{k}*m_2+l_1+l_2+g+q_1+qd_1)" for k in range(9)), "more than 1000 terms"),
+    (
+        "a_0 = m_1 + l_1\n" + "".join(f"a_{i} = a_{i - 1}*(a_{i - 1} + 1)\n" for i in range(1, 25)) + "M_11 = a_24",
+        "5000",
+    ),
+    ("M[1,1] = " + "m_1" * 20_000, "at most 50000 characters"),
+]
+
+
+@pytest.mark.parametrize(("said", "why"), REFUSED)
+def test_what_is_no_sheet_is_refused_in_a_sentence(said, why):
+    with pytest.raises(FormulaError) as refusal:
+        read_sheet(said, PAPER, "text")
+    assert why in str(refusal.value)
+
+
+def test_an_entry_that_is_a_number_nowhere_is_refused_and_never_taken_for_the_same():
+    sheet = read_sheet("M[1,1] = m_1/(l_1 - l_1)", PAPER, "text")
+    with pytest.raises(ValueError, match=r"M\[1,1\] is a number at none of the states"):
+        compare_sheet(sheet, PAPER)
+
+
+def test_a_row_of_c_that_is_printed_in_part_is_judged_beside_the_derived_entries():
+    (verdict,) = compare_sheet(read_sheet("C_12 = 0", PAPER, "text"), PAPER)
+    assert (verdict.kind, verdict.same_torque) == ("differs", "refuted")

@@ -1,0 +1,87 @@
+"""The units of printed entries."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from workbench.core import Dynamics, Entry, Layout
+from workbench.core.show import formula_of
+from workbench.robots import paper_arm
+from workbench.verify.sheet import read_sheet
+from workbench.verify.units import KG, METRE, NONE, SECOND, read_unit, units_of
+
+PAPER = Dynamics.of(paper_arm())
+
+
+def sliding() -> Dynamics:
+    """A mass on a slide that turns: M = diag(I + m r^2, m), with r the second joint."""
+    p = Layout((Entry("mass", np.array(1.0), "kg", symbol="m"), Entry("inertia", np.array(1.0), "kg m^2", symbol="I")))
+    q, qd = (Layout((Entry(letter, np.zeros(2)),)).symbols() for letter in ("q", "qd"))
+    symbols = p.symbols()
+    m, inertia = ca.vertsplit(symbols)
+    M = ca.diag(ca.vertcat(inertia + m * q[1] ** 2, m))
+    C = ca.blockcat([[m * q[1] * qd[1], m * q[1] * qd[0]], [-m * q[1] * qd[0], 0]])
+    return Dynamics("slide", q, qd, ca.densify(M), C, ca.SX.zeros(2, 1), p, symbols)
+
+
+UNITS = {
+    "kg m^2/s": KG * METRE**2 / SECOND,
+    "m/s^2": METRE / SECOND**2,
+    "rad": NONE,
+    "N m": KG * METRE**2 / SECOND**2,
+    "1/s": NONE / SECOND,
+    "": NONE,
+}
+
+
+@pytest.mark.parametrize("said", UNITS)
+def test_a_unit_is_read_as_it_is_declared(said):
+    assert read_unit(said) == UNITS[said]
+
+
+def test_a_unit_prints_as_one_writes_it_and_an_unknown_one_is_none():
+    assert str(KG * METRE**2 / SECOND) == "kg m^2/s"
+    assert str(NONE) == "1"
+    assert str((KG * SECOND) ** Fraction(-1)) == "1/(kg s)"
+    assert read_unit("furlong") is None
+
+
+MISMATCHES = {
+    "M_22 = m_2*l_2": "it is in kg m, where kg m^2 is right",
+    "C_12 = m_2*l_2^2": "it is in kg m^2, where kg m^2/s is right",
+    "G_1 = m_1*l_1*g + m_2*g": "m_1*l_1*g in kg m^2/s^2 is added to m_2*g in kg m/s^2",
+    "G_1 = m_1*l_1*g*sin(l_1)": "sin is taken of l_1, in m",
+    "C_12 = m_2*l_1*l_2*(qd_1 + q_2)": "qd_1 in 1/s is added to q_2 in 1",
+    "M_22 = m_2*l_1^2": "",
+    "M_22 = 0": "",
+}
+
+
+@pytest.mark.parametrize("said", MISMATCHES)
+def test_units_that_do_not_match_are_said(said):
+    ((place, formula),) = read_sheet(said, PAPER, "text").entries.items()
+    assert units_of(PAPER).mismatch(place, formula) == MISMATCHES[said]
+
+
+def test_all_derived_entries_have_the_units_they_should():
+    for arm in (PAPER, sliding()):
+        units = units_of(arm)
+        for matrix in "MCG":
+            entries = getattr(arm, matrix)
+            for i, j in np.ndindex(entries.shape):
+                printed = formula_of(entries[i, j], arm.names())
+                assert units.mismatch((matrix, i + 1, j + 1), printed) == ""
+
+
+def test_a_joint_that_slides_is_known_from_m():
+    assert units_of(sliding()).joints == (NONE, METRE)
+    assert str(units_of(sliding()).of_entry(("C", 1, 2))) == "kg m/s"
+
+
+def test_an_arm_with_an_unknown_unit_has_none():
+    arm = sliding()
+    strange = Layout((Entry("mass", np.array(1.0), "stone", symbol="m"), arm.p.entries[1]))
+    assert units_of(replace(arm, p=strange)) is None

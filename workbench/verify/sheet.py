@@ -1,0 +1,269 @@
+r"""A sheet: the equations of a paper as one types them, read as entries of M, C and G of an arm.
+
+Each statement has the form `name = formula`, in text (`M[1,1] = m_1*l_1^2 + I_1`) or LaTeX
+(`M(q) = \begin{bmatrix} ... \end{bmatrix}`). It prints
+
+    a matrix       M = [[a, b], [c, d]],  C(q, qd) = ...,  G = [a, b]
+    an entry       M[1,2] = ...,  M_12 = ...,  G_1 = ...
+    a declaration  l_c1 = links[0].com,  theta_1 = q_1,  c_2 = cos(q_2),  h = m_2*l_1*l_c2*sin(q_2)
+    a number       links[0].offset = 0,  m_1 = 2.5
+
+The robot's own letters (those that `workbench derive` prints) and paths need no declaration, and one
+comes before a letter of the robot; q_i may also be written theta_i, and qd_i as q_i', dq_i, qdot_i.
+A number holds for the robot too; so does 0 for what is 0 in the robot and never printed on the sheet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+from workbench.core import Dynamics
+from workbench.notation.formula import Formula, Matrix, Number, Power, Symbol, letters, name_of, symbol
+from workbench.notation.parsing.evaluate import expanded_size
+from workbench.notation.parsing.grammar import HIGHEST_POWER, parse
+from workbench.notation.parsing.names import Key, Names, key_of, spelled
+from workbench.notation.parsing.statements import Language, Statement, statements
+from workbench.notation.parsing.tokens import FormulaError, Token, refusal
+from workbench.notation.rewrite import parts, substitute
+from workbench.verify.given import numbers_given, symbols_of, unnamed_zeros
+
+# Beyond these an entry is no equation that a paper prints, and would take minutes to judge.
+MOST_SYMBOLS, MOST_TERMS, MOST_TERMS_IN_ALL = 5_000, 1_000, 4_000
+SMALLEST, LARGEST = 1e-99, 1e99
+
+Place = tuple[str, int, int]
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """The printed entries by their place (matrix, row, column; counted from 1), declarations written out.
+
+    Their symbols are those by which the derived arm is printed. `fixed` holds the numbers that the
+    sheet gives to parameters, and zeros for those that are zero in the arm and not on the sheet.
+    """
+
+    entries: Mapping[Place, Formula]
+    fixed: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """The statements of one sheet and the names they may use."""
+
+    names: Names
+    declared: Mapping[Symbol, Statement]
+    printed: Mapping[Symbol, Place]
+    entries: Mapping[Place, tuple[Formula, Token]]
+
+
+def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
+    """The entries of M, C and G that a text prints.
+
+    Raises
+    ------
+    FormulaError
+        If a statement is none, a name is unknown, a matrix is not of the arm's size, an entry is
+        printed twice or declared by itself, or an entry is too long to be judged; with its place.
+    """
+    found = statements(text, language)
+    declared, printed, rest = _declared(found, dynamics.dof)
+    given = numbers_given(declared, dynamics)
+    declared = {name: statement for name, statement in declared.items() if name not in given}
+    names = _names(dynamics, found, {**printed, **declared})
+    entries = _entries(rest, names, dynamics.dof, printed)
+    if not entries:
+        raise FormulaError(
+            "no entry of M, C or G is printed here: write `M[1,1] = ...`, or `M = [[..., ...], [..., ...]]`, with the "
+            "letters M, C and G of M(q) qdd + C(q, qd) qd + G(q) = tau."
+        )
+    reading = _Reading(names, declared, printed, entries)
+    resolved: dict[Symbol, Formula] = {}
+    written = {place: _written_out(reading, place, resolved) for place in sorted(entries, key=_order)}
+    if sum(map(expanded_size, written.values())) > MOST_TERMS_IN_ALL:
+        raise FormulaError(
+            f"multiplied out, these entries have more than {MOST_TERMS_IN_ALL} terms; put them into several files."
+        )
+    return Sheet(written, unnamed_zeros(written.values(), dynamics) | dict(given.values()))
+
+
+def _order(place: Place) -> tuple[int, int, int]:
+    return "MCG".index(place[0]), place[1], place[2]
+
+
+def _own(read: Symbol) -> Symbol:
+    """A name of the sheet, told by its type from a letter of the robot that is spelled alike."""
+    return replace(read, bold=True)
+
+
+def _declared(
+    found: Iterable[Statement], n: int
+) -> tuple[dict[Symbol, Statement], dict[Symbol, Place], list[tuple[Place | str, Statement]]]:
+    """The declarations by their names, the single entries by theirs, and all that is printed."""
+    declared: dict[Symbol, Statement] = {}
+    printed: dict[Symbol, Place] = {}
+    rest: list[tuple[Place | str, Statement]] = []
+    for statement in found:
+        name = spelled(statement.name.text, statement.name.index, statement.name.dots)
+        place = _place(name, statement, n)
+        if place is None:
+            own = _own(name)
+            if any(key_of(own) == key_of(other) for other in declared):
+                raise refusal(statement.name, f"'{statement.name.shown}' is declared twice; keep one of the two.")
+            declared[own] = statement
+        else:
+            rest.append((place, statement))
+            if not isinstance(place, str):
+                printed[_own(_entry_symbol(place))] = place
+    return declared, printed, rest
+
+
+def _entry_symbol(place: Place) -> Symbol:
+    matrix, row, column = place
+    return Symbol(matrix, f"{row}" if matrix == "G" else f"{row},{column}")
+
+
+def _place(name: Symbol, statement: Statement, n: int) -> Place | str | None:
+    """The entry or the matrix that a statement prints; None if it declares a name."""
+    if name.letter not in "MCG" or name.dots or name.accent or name.mark:
+        return None
+    numbers = statement.place
+    if name.index and not numbers:
+        parts = name.index.split(",") if "," in name.index else list(name.index)
+        if not all(part.isdecimal() for part in parts):
+            return None
+        numbers = tuple(map(int, parts))
+        if n == 1 and len(numbers) == 1:  # M_1 of a single joint
+            numbers = (numbers[0], 1)
+        if len(numbers) != 2 and (name.letter != "G" or len(numbers) > 1):
+            return None
+    if not numbers:
+        return name.letter
+    if name.letter == "G" and len(numbers) == 2 and numbers[1] != 1:
+        raise refusal(statement.name, "G is a vector: its entries are G[1], G[2], ....")
+    if name.letter != "G" and len(numbers) == 1:
+        raise refusal(statement.name, f"an entry of {name.letter} has a row and a column, as in {name.letter}[1,2].")
+    return name.letter, numbers[0], 1 if name.letter == "G" else numbers[1]
+
+
+def _names(dynamics: Dynamics, found: Iterable[Statement], own: Iterable[Symbol]) -> Names:
+    """The robot's letters, other ways to write its joints, and what the sheet declares; the later come first."""
+    known: dict[Key, Symbol] = {}
+    for letter in symbols_of(dynamics):
+        if (other := known.setdefault(key_of(letter), letter)) != letter:
+            raise ValueError(f"this robot prints both '{name_of(other)}' and '{name_of(letter)}', which read alike.")
+    joints = _joints(dynamics)
+    keys = {key: letter for key, letter in joints.items() if key not in known} | known
+    paths = {label: symbol(dynamics.names()[label]) for label in dynamics.p.labels}
+    declared = {key_of(name): name for name in own}
+    for statement in found:  # one that renames a joint's angle renames its rate too
+        if len(statement.right) == 1 and statement.right[0].kind == "name" and not statement.place:
+            token = statement.right[0]
+            angle = keys.get(key_of(spelled(token.text, token.index, token.dots)))
+            left = spelled(statement.name.text, statement.name.index, statement.name.dots)
+            if angle is not None and angle.letter == "q" and angle.dots == 0 and left.dots == 0:
+                keys[key_of(replace(left, dots=1))] = replace(angle, dots=1)
+    return Names(keys | declared, paths)
+
+
+def _joints(dynamics: Dynamics) -> dict[Key, Symbol]:
+    """How else the angles and velocities of the joints are written."""
+    keys: dict[Key, Symbol] = {}
+    for i in range(1, dynamics.dof + 1):
+        q, qd = Symbol("q", str(i)), Symbol("q", str(i), 1)
+        for letter in ("q", "theta"):
+            for index in (str(i), "") if dynamics.dof == 1 else (str(i),):
+                keys[letter + index, 0, ""] = q
+                keys[letter + index, 1, ""] = qd
+                for name in (f"d{letter}{index}", f"{letter}dot{index}", f"{letter}{index}dot"):
+                    keys[name, 0, ""] = qd
+    return keys
+
+
+def _entries(
+    rest: Iterable[tuple[Place | str, Statement]], names: Names, n: int, printed: Mapping[Symbol, Place]
+) -> dict[Place, tuple[Formula, Token]]:
+    entries: dict[Place, tuple[Formula, Token]] = {}
+    for place, statement in rest:
+        formula = parse(statement.right, names)
+        for one, entry in _single_entries(place, formula, n, statement.name):
+            if isinstance(entry, Symbol) and entry.bold and printed.get(entry) == one:
+                continue  # M = [[M_11, M_12], ...] says nothing that M_11 = ... does not
+            if one in entries:
+                raise refusal(statement.name, f"{one[0]}[{one[1]},{one[2]}] is printed twice; keep one of the two.")
+            entries[one] = entry, statement.name
+    return entries
+
+
+def _single_entries(place: Place | str, formula: Formula, n: int, name: Token) -> Iterator[tuple[Place, Formula]]:
+    """The entries that a statement prints, each with its place."""
+    if not isinstance(place, str):
+        matrix, i, j = place
+        if not (1 <= i <= n and 1 <= j <= (1 if matrix == "G" else n)):
+            raise refusal(name, f"this robot has {n} joint{'s' if n > 1 else ''}: there is no {matrix}[{i},{j}].")
+        if isinstance(formula, Matrix):
+            raise refusal(name, f"{matrix}[{i},{j}] is one number; got a matrix.")
+        yield place, formula
+        return
+    rows = formula.rows if isinstance(formula, Matrix) else ((formula,),)
+    if place == "G" and len(rows) == 1:
+        rows = tuple((entry,) for entry in rows[0])
+    shape, wanted = (len(rows), len(rows[0])), (n, 1 if place == "G" else n)
+    if shape != wanted:
+        raise refusal(name, f"{place} of this robot is {wanted[0]} by {wanted[1]}; got {shape[0]} by {shape[1]}.")
+    for i, row in enumerate(rows, start=1):
+        for j, entry in enumerate(row, start=1):
+            yield (place, i, j), entry
+
+
+def _written_out(reading: _Reading, place: Place, resolved: dict[Symbol, Formula]) -> Formula:
+    """An entry with all declarations in place of their names."""
+    formula, name = reading.entries[place]
+    result = _resolve(reading, formula, name, resolved, (_own(_entry_symbol(place)),))
+    if expanded_size(result) > MOST_TERMS:
+        raise refusal(name, f"multiplied out, this entry has more than {MOST_TERMS} terms; print it in a simpler form.")
+    for part in parts(result):
+        match part:
+            case Number(value) if value != 0 and not SMALLEST < _size(value) < LARGEST:
+                raise refusal(name, f"an entry holds numbers between {SMALLEST:g} and {LARGEST:g}, and zero.")
+            case Power(_, Number(exponent)) if _size(exponent) > HIGHEST_POWER:
+                raise refusal(name, f"an entry holds powers up to {HIGHEST_POWER}.")
+    return result
+
+
+def _size(value: Fraction | float) -> Fraction | float:
+    return -value if value < 0 else value
+
+
+def _resolve(
+    reading: _Reading, formula: Formula, name: Token, resolved: dict[Symbol, Formula], within: tuple[Symbol, ...]
+) -> Formula:
+    used = list(_own_letters(formula))
+    for letter in dict.fromkeys(used):
+        if letter in within or len(within) > 30:
+            raise refusal(name, f"'{name.shown}' is declared by itself; follow its declarations.")
+        if letter not in resolved:
+            inner, place = _meaning(reading, letter)
+            resolved[letter] = _resolve(reading, inner, place, resolved, (*within, letter))
+        if isinstance(resolved[letter], Matrix):
+            raise refusal(name, "a matrix under another name is not read; print it as M, C or G itself.")
+    if _length(formula) + sum(_length(resolved[letter]) for letter in used) > MOST_SYMBOLS:
+        raise refusal(name, f"with its declarations written out, this has more than {MOST_SYMBOLS} symbols.")
+    return substitute(formula, resolved) if used else formula
+
+
+def _meaning(reading: _Reading, letter: Symbol) -> tuple[Formula, Token]:
+    if letter in reading.printed:
+        return reading.entries[reading.printed[letter]]
+    statement = reading.declared[letter]
+    return parse(statement.right, reading.names), statement.name
+
+
+def _own_letters(formula: Formula) -> Iterator[Symbol]:
+    return (letter for letter in letters(formula) if letter.bold)
+
+
+def _length(formula: Formula) -> int:
+    """How many numbers, symbols and operations a formula has."""
+    return sum(1 for _ in parts(formula))
