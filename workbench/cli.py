@@ -11,14 +11,11 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
 import click
 
 from workbench import __version__
-
-if TYPE_CHECKING:
-    from workbench.study.study import Study
 
 FORMS = ("text", "latex", "typst", "mathml", "python", "casadi", "c")
 # What the workbench raises on purpose; anything else is a bug of ours and shows its traceback.
@@ -67,7 +64,9 @@ def cli() -> None:
 def run(study: Path, out: Path | None) -> None:
     """Run the study in the Python file STUDY and write its report."""
     with _one_sentence(study):
-        _check_file(study)
+        from workbench import script
+
+        script.check_file(study)
         # All that a report needs comes before the study, whose folder goes first on the path: a file beside the
         # study may have the name of a module that is used here.
         with suppress(ImportError):  # llvmlite has no wheel here, and the other engine serves
@@ -77,9 +76,9 @@ def run(study: Path, out: Path | None) -> None:
         from workbench.study.runner import run as run_all
         from workbench.study.writeup import document, headlines
 
-        loaded = _load(study)
+        loaded = script.load(study)
         target = out or Path("reports") / loaded.name
-        _refuse_place(target)
+        script.refuse_place(target)
         folder.check_free(target.resolve())
         folder.check_place(target.resolve())
         with _of_the_study(study, loaded.sections), shown(loaded.name, _aside) as progress:
@@ -87,7 +86,7 @@ def run(study: Path, out: Path | None) -> None:
         with _of_the_study(study, loaded.headlines):
             findings = headlines(loaded, results)
         with _of_the_study(study, loaded.sections):
-            folder.write(document(loaded, results, command=_command(study, out)), target)
+            folder.write(document(loaded, results, command=script.command(study, out)), target)
         click.echo("\n".join([*findings, f"The report is {target / 'index.html'}, and {target / 'report.pdf'}."]))
 
 
@@ -139,64 +138,6 @@ def bench(as_json: bool, only: str, quick: bool) -> None:
 
 def _aside(said: str) -> None:
     click.echo(said, err=True)
-
-
-def _check_file(file: Path) -> None:
-    """Refuse what is no file, before anything is imported."""
-    from workbench.core.layout import nearest
-
-    if file.is_dir():
-        raise LookupError(f"'{file}' is a folder; a study is a Python file. Name the file in it.")
-    if not file.is_file():
-        beside = [str(other) for other in sorted(file.parent.glob("*.py"))] if file.parent.is_dir() else []
-        raise LookupError(f"There is no study file '{file}'.{nearest(str(file), beside)}")
-
-
-def _load(file: Path) -> Study:
-    """The `study` of a script, which runs as the user's own program with its folder first on the path."""
-    from importlib.machinery import SourceFileLoader
-    from importlib.util import module_from_spec, spec_from_loader
-
-    from workbench.study.study import Study
-
-    loader = SourceFileLoader("__study__", str(file))
-    spec = spec_from_loader(loader.name, loader)
-    assert spec is not None
-    module = module_from_spec(spec)
-    beside = str(file.parent.resolve())
-    sys.path.insert(0, beside)
-    sys.modules[loader.name] = module
-    try:
-        loader.exec_module(module)
-    except SystemExit as error:
-        raise ValueError(f"'{file}' ended by itself, with status {error.code}, before its study was read.") from None
-    finally:  # what the workbench imports later is not looked for beside the study
-        with suppress(ValueError):
-            sys.path.remove(beside)
-        sys.path.append(beside)
-    study = getattr(module, "study", None)
-    if study is None:
-        raise LookupError(f"'{file}' has no study: it must define `study = Study(...)` at its top level.")
-    if not isinstance(study, Study):
-        raise ValueError(f"`study` in '{file}' must be a `Study`; got {type(study).__name__}.")
-    return study
-
-
-def _refuse_place(folder: Path) -> None:
-    """Refuse a folder that could not be written, before the run and not after it."""
-    there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
-    if not there.is_dir() or not os.access(there, os.W_OK):
-        why = "may not be written" if there.is_dir() else "is not a folder"
-        raise ValueError(f"The report cannot go to '{folder}': '{there}' {why}. Name another folder with `--out`.")
-
-
-def _command(study: Path, out: Path | None) -> str:
-    """The command that makes this report, with no more of this machine's folders than the user typed."""
-    from shlex import join
-
-    below = study.is_absolute() and study.is_relative_to(Path.cwd())
-    words = ["workbench", "run", str(study.relative_to(Path.cwd()) if below else study)]
-    return join(words if out is None else [*words, "--out", str(out)])
 
 
 @contextmanager
