@@ -111,6 +111,29 @@ def derive(robot: str, form: str, numbers: bool) -> None:
 
 
 @cli.command()
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--robot", required=True, help="An arm of the catalogue.")
+def verify(file: Path, robot: str) -> None:
+    """Hold the printed M, C and G in FILE (.txt or .tex) against those derived for a robot.
+
+    Each statement is `name = formula`: an entry (M[1,2] = ..., G_1 = ...), a matrix (C(q, qd) = [[...], [...]],
+    or LaTeX's bmatrix), or a declaration (l_c1 = links[0].com, theta_1 = q_1, h = m_2*l_1*l_c2). The robot's
+    letters are those that `workbench derive` prints. Exit status 1 if an entry differs.
+    """
+    with _one_sentence():
+        from workbench.core import Dynamics
+        from workbench.robots import named
+        from workbench.verification import findings
+
+        found = findings(file, Dynamics.of(named(robot), robot))
+        for finding in found:
+            head, *details = finding.lines
+            click.secho(head, fg={"same": "green", "differs": "red", "not refuted": "yellow"}.get(finding.kind or ""))
+            click.echo("\n".join(details), nl=bool(details))
+        sys.exit(1 if any(finding.kind == "differs" for finding in found) else 0)
+
+
+@cli.command()
 def doctor() -> None:
     """Check that all the workbench needs is here and works."""
     with _one_sentence():
