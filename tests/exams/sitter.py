@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import ode, planar, rigid
+from . import equations, ode, planar, rigid
 from .graders import Grader, Loaded, find, loaded
 
 # What an exam asks for that the workbench cannot do yet, by a function that only its grader has.
@@ -15,7 +15,6 @@ NOT_YET = {
     "grade_care": "Riccati synthesis is not in the workbench yet",
     "grade_sobol": "sensitivity indices are not in the workbench yet",
     "acks": "studies that resume are not in the workbench yet",
-    "grade": "printed equations are not read from text yet",
 }
 PARTLY = {"grade_dre": "dre"}  # such a part beside others that are sat
 
@@ -51,6 +50,10 @@ def _sit(grader: Grader) -> Iterator[Verdict]:
     if "grade_robot" in grader.functions:
         known = True
         yield from _dynamics(grader)
+    if equations.asked(grader):
+        known = True
+        for name, part in equations.parts():
+            yield _run(grader, name, part)
     for function, why in NOT_YET.items():
         if function in grader.functions and (not known or function in PARTLY):
             known = True
