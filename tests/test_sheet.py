@@ -60,6 +60,11 @@ def test_a_chain_of_equals_signs_is_several_statements():
     assert printed("M_12 = M_21 = m_2") == {"M12": "m_2", "M21": "m_2"}
 
 
+def test_each_line_of_latex_may_begin_an_equation():
+    said = "M_{11} = m_1\n  + m_2\nM_{12}\n = M_{21} =\nm_2\nM_{22} = m_2"
+    assert printed(said, "latex") == {"M11": "m_1 + m_2", "M12": "m_2", "M21": "m_2", "M22": "m_2"}
+
+
 JOINTS = ["qd_1", "qd1", "q_1'", "dq_1", "qdot1", "q1dot", "dtheta_1", "thetad_1"]
 
 

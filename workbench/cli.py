@@ -11,11 +11,14 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 
 from workbench import __version__
+
+if TYPE_CHECKING:
+    from workbench.core import Dynamics
 
 FORMS = ("text", "latex", "typst", "mathml", "python", "casadi", "c")
 # What the workbench raises on purpose; anything else is a bug of ours and shows its traceback.
@@ -102,17 +105,13 @@ def derive(robot: str, form: str, numbers: bool) -> None:
     """
     with _one_sentence():
         from workbench import derivation
-        from workbench.core import Dynamics
-        from workbench.robots import named, urdf
 
-        file = Path(robot)
-        arm = urdf.read(file) if file.suffix == ".urdf" else named(robot)
-        click.echo(derivation.FORMS[form](Dynamics.of(arm, file.stem, symbolic=not numbers)))
+        click.echo(derivation.FORMS[form](_dynamics(robot, symbolic=not numbers)))
 
 
 @cli.command()
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--robot", required=True, help="An arm of the catalogue.")
+@click.option("--robot", required=True, help="An arm of the catalogue, or a URDF file.")
 def verify(file: Path, robot: str) -> None:
     """Hold the printed M, C and G in FILE (.txt or .tex) against those derived for a robot.
 
@@ -121,11 +120,9 @@ def verify(file: Path, robot: str) -> None:
     letters are those that `workbench derive` prints. Exit status 1 if an entry differs.
     """
     with _one_sentence():
-        from workbench.core import Dynamics
-        from workbench.robots import named
         from workbench.verification import findings
 
-        found = findings(file, Dynamics.of(named(robot), robot))
+        found = findings(file, _dynamics(robot))
         for finding in found:
             head, *details = finding.lines
             click.secho(head, fg={"same": "green", "differs": "red", "not refuted": "yellow"}.get(finding.kind or ""))
@@ -157,6 +154,15 @@ def bench(as_json: bool, only: str, quick: bool) -> None:
 
         rows = table.measured(effort.QUICK if quick else effort.Effort(), only, _aside)
         click.echo((table.as_json if as_json else table.as_text)(list(rows)))
+
+
+def _dynamics(robot: str, symbolic: bool = True) -> Dynamics:
+    """The dynamics of an arm of the catalogue, or of a URDF file."""
+    from workbench.core import Dynamics
+    from workbench.robots import named, urdf
+
+    file = Path(robot)
+    return Dynamics.of(urdf.read(file) if file.suffix == ".urdf" else named(robot), file.stem, symbolic)
 
 
 def _aside(said: str) -> None:

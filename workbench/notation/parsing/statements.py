@@ -1,7 +1,8 @@
 r"""The statements of a file, `name = formula`, taken apart before any name is looked up.
 
-In text a statement ends with its line, in LaTeX with `\\` outside of a matrix, a blank line, or the end of
-a display; unless a bracket is open, or a sign such as + leads on. `a = b = formula` are two statements.
+In text a statement ends with its line, in LaTeX with `\\` outside of a matrix, a blank line, the end of a
+display, or a line behind which another `name =` begins; unless a bracket is open, or a sign such as + leads on.
+`a = b = formula` are two statements.
 """
 
 from __future__ import annotations
@@ -69,6 +70,9 @@ def _pieces(found: Sequence[Token]) -> Iterator[list[Token]]:
         elif token.kind in OPENING.values():
             opened.pop()
         ends = token.kind in SEPARATORS and _begins_statement(found[i + 1 :])
+        if not opened and piece and token.line > piece[-1].line and _is_next(piece, found[i:]):
+            yield piece
+            piece = []
         if not opened and (token.kind == "break" or ends):
             if piece:
                 yield piece
@@ -77,6 +81,12 @@ def _pieces(found: Sequence[Token]) -> Iterator[list[Token]]:
             piece.append(token)
     if piece:
         yield piece
+
+
+def _is_next(piece: list[Token], rest: Sequence[Token]) -> bool:
+    """Whether a new line begins another statement: with a name and an equals sign, behind one that is complete."""
+    complete = _equals(piece) and piece[-1].kind not in SIGNS | {"="}
+    return bool(complete) and rest[0].kind == "name" and _begins_statement(rest)
 
 
 def _begins_statement(rest: Sequence[Token]) -> bool:
