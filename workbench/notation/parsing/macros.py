@@ -16,8 +16,8 @@ DISPLAYS = _words(
 )
 # What only moves signs on the page, or makes brackets larger.
 SPACES = _words(
-    ", ; : ! > quad qquad enspace thinspace displaystyle textstyle nonumber notag limits noindent relax allowdisplaybreaks "
-    "big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl Biggr"
+    ", ; : ! > quad qquad enspace thinspace displaystyle textstyle nonumber notag limits noindent relax "
+    "allowdisplaybreaks big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl Biggr"
 ) | {" ", "\n"}
 STYLES = _words("mathbf boldsymbol bm mathrm mathit mathsf mathcal text texttt textrm mathtt operatorname vec")
 DOTS = {"dot": 1, "ddot": 2}
