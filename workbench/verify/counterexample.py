@@ -1,0 +1,173 @@
+"""A run that breaks a claim, or is the worst that was found: stored as plain numbers, and run again by anyone."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Ode
+from workbench.core.layout import Array, Layout
+from workbench.core.numbers import nearest
+from workbench.metrics import AbstractMetric, measure
+from workbench.simulate.reference import reference
+
+LARGEST_FILE = 1_000_000  # bytes; one with a hundred parameters has ten thousand
+# Two machines may round a run differently: beyond its own error a replay may differ by this share of the value.
+ROUNDING = 1e-6
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A counter-example that was run again, at its step and at half of it.
+
+    Attributes
+    ----------
+    value, error
+        At half the step, and the change from the whole one.
+    same
+        Whether it is the stored value, within both errors.
+    diverged_at
+        When it diverged, in s: at half the step and at the whole one; NaN where it stayed finite.
+    """
+
+    value: float
+    error: float
+    same: bool
+    diverged_at: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class CounterExample:
+    """One run of an equation and what a metric makes of it.
+
+    Attributes
+    ----------
+    about
+        The name of the metric.
+    fingerprint
+        Of the equation.
+    sought
+        The numbers that a search chose; they are among `p` (parameters) and `x0` (the initial state).
+    until, h
+        Horizon and step, in s; the value is taken at h / 2.
+    seed
+        Of the search.
+    value, error
+        The metric, largest over its components, and its change from the step to half of it; infinity and zero
+        where the run diverged.
+    """
+
+    about: str
+    fingerprint: str
+    sought: Mapping[str, float]
+    p: Mapping[str, float]
+    x0: Mapping[str, float]
+    until: float
+    h: float
+    seed: int
+    value: float
+    error: float
+
+    def write(self, path: Path | str) -> None:
+        """Store it as JSON."""
+        fields = asdict(self) | {"value": float(self.value).hex(), "error": float(self.error).hex()}
+        Path(path).write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
+
+    @staticmethod
+    def read(path: Path | str) -> CounterExample:
+        """What `write` has stored.
+
+        Raises
+        ------
+        ValueError
+            If the file is too large or does not hold a counter-example.
+        """
+        file = Path(path)
+        call = f"CounterExample.read('{file.name}')"
+        if file.stat().st_size > LARGEST_FILE:
+            raise ValueError(f"`{call}` must be a file of {LARGEST_FILE} bytes at most; got {file.stat().st_size}.")
+        try:
+            return _made(json.loads(file.read_text(encoding="utf-8")))
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+            raise ValueError(f"`{call}` must hold a counter-example as `write` stores it; got {error!r}.") from None
+
+    def rows(self, ode: Ode) -> tuple[Array, Array]:
+        """Its parameters (1, np) and initial state (1, nx), as rows of `ode`.
+
+        Raises
+        ------
+        ValueError
+            If the equation is another one.
+        LookupError
+            If one of its numbers has no place there, or one there has no number.
+        """
+        if ode.fingerprint != self.fingerprint:
+            raise ValueError(
+                f"`CounterExample.rows(ode)` must be given the equation it was found for, of fingerprint "
+                f"{self.fingerprint[:12]}...; that of '{ode.name}' is {ode.fingerprint[:12]}...: search again."
+            )
+        return _row(ode.parameters, self.p), _row(ode.states, self.x0)
+
+    def replay(self, ode: Ode, metric: AbstractMetric, watched: Ode | None = None) -> Replay:
+        """Run it again; `watched` is `ode` with the outputs that the metric looks at, where it lacks them."""
+        value, error, diverged_at = run(watched or ode, metric, *self.rows(ode), self.until, self.h)
+        gap = abs(value - self.value) if np.isfinite([value, self.value]).all() else 0.0
+        same = np.isfinite(value) == np.isfinite(self.value)
+        close = gap <= self.error + error + ROUNDING * abs(self.value)
+        return Replay(value, error, bool(same and close), diverged_at)
+
+
+def run(
+    ode: Ode, metric: AbstractMetric, p: Array, x0: Array, until: float, h: float
+) -> tuple[float, float, tuple[float, float]]:
+    """The metric of one run at h / 2, largest over its components, its change from h, and when the two diverged."""
+    found = measure(ode, (metric,), p, x0, until=until, h=h)
+    score = found.scores[metric.name]
+    times = float(found.trajectories.diverged_at[0]), float(found.coarse_diverged_at[0])
+    if np.isfinite(times).any():
+        return (np.inf, 0.0, times) if np.isfinite(times).all() else (np.nan, np.nan, times)
+    worst = int(np.argmax(score.value[0]))
+    return float(score.value[0, worst]), float(score.error[0, worst]), times
+
+
+def in_reference_mode(
+    ode: Ode, signal: str, p: Array, x0: Array, times: Sequence[float], rtol: float = 1e-9
+) -> tuple[Array, Array]:
+    """An output (N, k) at N times by the reference mode, and what the error of the states makes of it, (N, k).
+
+    Raises
+    ------
+    ValueError
+        If `reference` refuses the run.
+    """
+    found = reference(ode, p, x0, times=times, rtol=rtol)
+    y = ode.outputs.view(ode.output)[signal]
+    slope = ca.Function("slope", [ode.t, ode.x, ode.p], [ca.vec(y), ca.densify(ca.jacobian(y, ode.x))])
+    values = [slope(t, x, p) for t, x in zip(found.t, found.x, strict=True)]
+    return (
+        np.stack([np.array(y).ravel() for y, _ in values]),
+        np.stack([np.abs(np.array(J)) @ error for (_, J), error in zip(values, found.error, strict=True)]),
+    )
+
+
+def _row(layout: Layout, values: Mapping[str, float]) -> Array:
+    for label in layout.labels:
+        if label not in values:
+            raise LookupError(f"A counter-example must give '{label}' a number.{nearest(label, values)}")
+    return layout.pack(values)
+
+
+def _made(fields: Mapping[str, Any]) -> CounterExample:
+    tables = {name: {str(k): float(v) for k, v in fields[name].items()} for name in ("sought", "p", "x0")}
+    ends = {name: float.fromhex(fields[name]) for name in ("value", "error")}
+    times = {name: float(fields[name]) for name in ("until", "h")}
+    if not all(np.isfinite(list(table.values())).all() for table in tables.values()):
+        raise ValueError("a number that is not finite")
+    about, fingerprint = str(fields["about"]), str(fields["fingerprint"])
+    return CounterExample(about, fingerprint, **tables, **times, seed=int(fields["seed"]), **ends)

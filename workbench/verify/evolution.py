@@ -1,0 +1,76 @@
+"""Differential evolution over the unit cube: a population search that asks for whole generations at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.core.layout import Array
+
+CROSSOVER = 0.9
+# The differential weight is drawn anew for every trial from this range, which keeps a small population from stalling.
+WEIGHTS = (0.4, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """What trials are worth: `value` (B,), larger is what is sought; `excess` (B,) by how much each is inadmissible.
+
+    An excess of zero or less is admissible. Infinity as a value is the best there is; a NaN is none.
+    """
+
+    value: Array
+    excess: Array
+
+    def beats(self, other: Judged) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+        """Where each trial is no worse than another: admissible first, then by value, among others by excess."""
+        mine, theirs = self.excess <= 0, other.excess <= 0
+        by_value = mine & theirs & (self.value >= other.value)
+        by_excess = ~mine & ~theirs & (self.excess <= other.excess)
+        return np.asarray((mine & ~theirs) | by_value | by_excess)
+
+    def best(self) -> int:
+        """The place of the best trial."""
+        return int(np.lexsort((self.value, -np.maximum(self.excess, 0)))[-1])
+
+    def where(self, better: Array, other: Judged) -> Judged:
+        """This one where `better`, the other elsewhere."""
+        return Judged(np.where(better, self.value, other.value), np.where(better, self.excess, other.excess))
+
+
+def evolve(
+    judge: Callable[[Array], Judged], dimensions: int, population: int, generations: int, rng: np.random.Generator
+) -> tuple[Array, Judged]:
+    """The last population u (B, d) in the unit cube, and what its members are worth, by DE/best/1 and DE/rand/1.
+
+    Half of the trials start from the best member, half from any: the first are quick, the second keep looking
+    elsewhere. A trial beyond the cube is put between its parent and the face.
+
+    Parameters
+    ----------
+    judge
+        From trials (B, d) to their worth; called once a generation and once before.
+
+    References
+    ----------
+    Storn and Price (1997), Differential evolution, Journal of Global Optimization 11; Deb (2000), An efficient
+    constraint handling method for genetic algorithms, Computer Methods in Applied Mechanics and Engineering 186.
+    """
+    # one point in every slice of every axis: a Latin hypercube
+    u = (np.argsort(rng.random((dimensions, population)), axis=1).T + rng.random((population, dimensions))) / population
+    worth = judge(u)
+    for _ in range(generations):
+        a, b, c = (rng.permutation(population) for _ in range(3))
+        base = np.where((np.arange(population) % 2 == 0)[:, None], u[worth.best()], u[a])
+        trial = base + rng.uniform(*WEIGHTS, (population, 1)) * (u[b] - u[c])
+        inherited = rng.random((population, dimensions)) > CROSSOVER
+        inherited[np.arange(population), rng.integers(dimensions, size=population)] = False
+        trial = np.where(inherited, u, trial)
+        back = rng.random((population, dimensions))
+        trial = np.where(trial < 0, u * back, np.where(trial > 1, u + (1 - u) * back, trial))
+        found = judge(trial)
+        better = found.beats(worth)
+        u, worth = np.where(better[:, None], trial, u), found.where(better, worth)
+    return u, worth

@@ -1,0 +1,107 @@
+"""Exact rational arithmetic on expressions and matrices: what rounding cannot touch is a proof."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import TypeAlias
+
+import casadi as ca
+
+from workbench.notation.walk import NAMES, Operation, walk
+
+Rational: TypeAlias = Fraction
+Matrix: TypeAlias = list[list[Fraction]]
+
+
+def exact_values(expression: ca.SX, values: Mapping[str, Fraction]) -> Matrix:
+    """A matrix (n, m) of expressions at rational values of its symbols, with no rounding at all.
+
+    Known are + - * /, squares, whole powers, and sin 0 = 0, cos 0 = 1. A constant of the expression counts as
+    the fraction that its double exactly is.
+
+    Raises
+    ------
+    ValueError
+        If an operation has no rational value there (it is named), or a divisor is zero.
+    LookupError
+        If a symbol has no value.
+    """
+    found = walk(expression)
+    results: list[Fraction] = []
+    for node in found.nodes:
+        results.append(_value(node, [results[i] for i in node.operands], values))
+    return [[results[place] for place in row] for row in found.entries]
+
+
+def _value(node: Operation, of: Sequence[Fraction], values: Mapping[str, Fraction]) -> Fraction:
+    """One operation; what is not known is refused."""
+    if node.name:
+        if node.name not in values:
+            raise LookupError(f"`exact_values(values=...)` must give '{node.name}' a value; it has none.")
+        return values[node.name]
+    match NAMES[node.code], list(of):
+        case "CONST", []:
+            return Fraction(node.value)
+        case "ADD", [a, b]:
+            return a + b
+        case "SUB", [a, b]:
+            return a - b
+        case "MUL", [a, b]:
+            return a * b
+        case "DIV", [a, b] if b:
+            return a / b
+        case "INV", [a] if a:
+            return 1 / a
+        case "NEG", [a]:
+            return -a
+        case "SQ", [a]:
+            return a * a
+        case "TWICE", [a]:
+            return 2 * a
+        case "POW" | "CONSTPOW", [a, b] if b.denominator == 1 and (a or b > 0):
+            return a ** int(b)
+        case "SIN", [a] if not a:
+            return Fraction(0)
+        case "COS", [a] if not a:
+            return Fraction(1)
+    shown = ", ".join(map(str, of))
+    raise ValueError(f"`exact_values(expression)` knows no rational value of {NAMES[node.code]} at {shown}.")
+
+
+def characteristic_polynomial(A: Matrix) -> list[Fraction]:
+    """The coefficients of det(s I - A), highest power first (Faddeev and LeVerrier)."""
+    n = len(A)
+    coefficients, M = [Fraction(1)], [[Fraction(0)] * n for _ in range(n)]
+    for k in range(1, n + 1):
+        for i in range(n):
+            M[i][i] += coefficients[-1]
+        M = [[sum((A[i][l] * M[l][j] for l in range(n)), Fraction(0)) for j in range(n)] for i in range(n)]
+        coefficients.append(-sum((M[i][i] for i in range(n)), Fraction(0)) / k)
+    return coefficients
+
+
+def unstable_modes(polynomial: Sequence[Fraction]) -> int | None:
+    """How many roots have a positive real part, by Routh's array; None where the array is not regular.
+
+    Raises
+    ------
+    ValueError
+        If the polynomial has no leading coefficient.
+
+    References
+    ----------
+    Gantmacher (1959), The Theory of Matrices, volume 2, chapter XV.
+    """
+    if not polynomial or not polynomial[0]:
+        raise ValueError("`unstable_modes(polynomial)` must have a highest power; its coefficient is zero.")
+    above, row = list(polynomial[0::2]), list(polynomial[1::2])
+    first = [above[0]]
+    for _ in range(len(polynomial) - 1):
+        if not row or not row[0]:
+            return None
+        first.append(row[0])
+        padded = row + [Fraction(0)] * (len(above) - len(row))
+        below = [above[j + 1] - above[0] * padded[j + 1] / row[0] for j in range(len(above) - 1)]
+        above, row = row, below
+    return sum(a * b < 0 for a, b in zip(first, first[1:], strict=False))

@@ -1,0 +1,204 @@
+"""Search, within stated bounds, for the worst run of an equation: the worst metric, or the one that breaks a claim."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal
+
+import numpy as np
+
+from workbench.core import Ode, Step
+from workbench.core.claim import Declared
+from workbench.core.layout import Array
+from workbench.metrics import AbstractMetric, measured
+from workbench.metrics.measure import final_values
+from workbench.simulate import simulate
+from workbench.verify.ascent import slope_of
+from workbench.verify.box import Box
+from workbench.verify.counterexample import CounterExample, Replay, run
+from workbench.verify.evolution import Judged, evolve
+from workbench.verify.margins import violation, watching
+
+Kind = Literal["refuted", "not refuted", "not checkable"]
+ROWS = 20  # of states kept, so that of a run that diverges little is lost
+HALVINGS = 16  # of the step along a gradient, all tried at once
+
+
+@dataclass(frozen=True)
+class Budget:
+    """How many members a generation has, how many generations follow the first, and how many gradients the best."""
+
+    population: int = 64
+    generations: int = 20
+    climbs: int = 4
+
+    def __post_init__(self) -> None:
+        if self.population < 4 or min(self.generations, self.climbs) < 0:
+            raise ValueError(
+                "`Budget(population, generations, climbs)` needs four members at least, three of which make a "
+                f"trial for another one, and no negative numbers; got {self.population}, {self.generations} and "
+                f"{self.climbs}."
+            )
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a search came to.
+
+    Attributes
+    ----------
+    kind
+        Of the claim: `refuted` if the worst run breaks it by more than its error of the step; `not checkable` if no
+        run kept the hypotheses. Of a metric, which cannot be refuted: `not refuted`.
+    worst
+        The worst run; None if none kept the hypotheses.
+    runs, kept, diverged
+        How many were tried, how many of them kept the hypotheses, and how many diverged.
+    """
+
+    kind: Kind
+    worst: CounterExample | None
+    runs: int
+    kept: int
+    diverged: int
+
+
+@dataclass(frozen=True, eq=False)
+class Hunt:
+    """The worst of a metric, or of the violation of a claim, is sought over the runs of `ode` within `ranges`.
+
+    Attributes
+    ----------
+    target
+        A metric, whose largest component counts, or a claim with a margin.
+    ranges
+        (low, high) per name of a parameter or of an initial state.
+    until, h
+        Horizon and step of each run, in s.
+    hypotheses
+        Claims with margins that a run must keep at every step to count; those of the target join them.
+    """
+
+    ode: Ode
+    target: AbstractMetric | Declared
+    ranges: Mapping[str, tuple[Any, Any]]
+    until: float
+    h: float
+    hypotheses: tuple[Declared, ...] = ()
+
+    @cached_property
+    def box(self) -> Box:
+        """Where it looks."""
+        return Box.of(self.ode, self.ranges)
+
+    @cached_property
+    def kept(self) -> tuple[Declared, ...]:
+        """The hypotheses that a run can break."""
+        target = self.target
+        own = target.claim.hypotheses if isinstance(target, Declared) else ()
+        path = target.path if isinstance(target, Declared) else ""
+        return (*self.hypotheses, *(Declared(claim, path) for claim in own if claim.margin is not None))
+
+    @cached_property
+    def watched(self) -> Ode:
+        """The equation with a violation for each claim in question."""
+        own = (self.target,) if isinstance(self.target, Declared) else ()
+        return watching(self.ode, (*own, *self.kept))
+
+    @property
+    def metric(self) -> AbstractMetric:
+        """What is to be as large as possible."""
+        return violation(self.target.claim) if isinstance(self.target, Declared) else self.target
+
+    def search(self, seed: int, budget: Budget | None = None) -> Found:
+        """A population search, and gradients from its best run where there are any; the same seed, the same run.
+
+        Raises
+        ------
+        ValueError
+            If the box, the horizon or the step is none, or a claim in question has no margin.
+        LookupError
+            If a name is not one of the equation's.
+        """
+        budget = budget or Budget()
+        seen: list[Judged] = []
+
+        def judge(u: Array) -> Judged:
+            seen.append(self.judge(u))
+            return seen[-1]
+
+        rng = np.random.default_rng(seed)
+        u, worth = evolve(judge, len(self.box.labels), budget.population, budget.generations, rng)
+        place = worth.best()
+        best, value = u[place], worth.value[place]
+        if worth.excess[place] > 0 or value == -np.inf:
+            return _found("not checkable", None, seen)
+        for _ in range(budget.climbs if np.isfinite(value) else 0):
+            better, higher = self._climbed(judge, best, value)
+            if higher <= value:
+                break
+            best, value = better, higher
+        worst = self._example(best, seed)
+        broken = isinstance(self.target, Declared) and worst.value - worst.error > 0
+        return _found("refuted" if broken else "not refuted", worst, seen)
+
+    def judge(self, u: Array) -> Judged:
+        """What the runs at points u (B, d) of the unit cube are worth."""
+        p, x0 = self.box.rows(self.box.at(u))
+        step = self._step
+        every = self.h * max(1, round(self.until / self.h) // ROWS)
+        every = every if abs(self.until / every - round(self.until / every)) < 1e-9 else self.until
+        start = np.hstack([x0, np.tile(step.states.default[x0.shape[1] :], (len(x0), 1))])
+        runs = simulate(step, p, start, until=self.until, every=every)
+        value = final_values(runs, (self.metric,))[self.metric.name].max(axis=1)
+        value = np.where(runs.diverged, np.inf, np.where(np.isnan(value), -np.inf, value))
+        finite = np.isfinite(runs.x).all(axis=2).sum(axis=1) - 1  # the last row before a run is lost
+        last = step.states.unpack(runs.x[np.arange(len(p)), finite])
+        excess = [last[f"{violation(h.claim).name}.largest"].max(axis=1) for h in self.kept]
+        return Judged(value, np.max(excess, axis=0) if excess else np.zeros(len(p)))
+
+    def replay(self, example: CounterExample) -> Replay:
+        """Run a counter-example of this hunt again."""
+        return example.replay(self.ode, self.metric, self.watched)
+
+    @cached_property
+    def _step(self) -> Step:
+        """The step with the metric and all hypotheses accumulated."""
+        return measured(self.watched, (self.metric, *(violation(h.claim) for h in self.kept)), self.h)
+
+    def _climbed(self, judge: Callable[[Array], Judged], u: Array, value: float) -> tuple[Array, float]:
+        """The best of some points along the gradient from u (d,), or u itself; each is judged as any other."""
+        slope = slope_of(self.watched, self.metric, self.box, u, self.until, self.h)
+        if slope is None or not np.isfinite(slope).all() or not slope.any():
+            return u, value
+        lengths = 0.5 ** np.arange(HALVINGS)
+        trials = np.clip(u + lengths[:, np.newaxis] * slope / np.abs(slope).max(), 0, 1)
+        worth = judge(trials)
+        place = worth.best()
+        return (trials[place], float(worth.value[place])) if worth.excess[place] <= 0 else (u, value)
+
+    def _example(self, u: Array, seed: int) -> CounterExample:
+        """The run at a point u (d,) of the unit cube, at its step and at half of it."""
+        theta = self.box.at(u[np.newaxis])
+        p, x0 = self.box.rows(theta)
+        value, error, _ = run(self.watched, self.metric, p, x0, self.until, self.h)
+        return CounterExample(
+            self.metric.name,
+            self.ode.fingerprint,
+            dict(zip(self.box.labels, theta[0].tolist(), strict=True)),
+            dict(zip(self.ode.parameters.labels, p[0].tolist(), strict=True)),
+            dict(zip(self.ode.states.labels, x0[0].tolist(), strict=True)),
+            self.until,
+            self.h,
+            seed,
+            value,
+            error,
+        )
+
+
+def _found(kind: Kind, worst: CounterExample | None, seen: list[Judged]) -> Found:
+    runs = sum(len(judged.value) for judged in seen)
+    kept = sum(int((judged.excess <= 0).sum()) for judged in seen)
+    return Found(kind, worst, runs, kept, sum(int((judged.value == np.inf).sum()) for judged in seen))

@@ -1,0 +1,118 @@
+"""Claims as margins along a run: what an equation watches so that a simulation can tell whether a claim broke."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Entry, Layout, Ode
+from workbench.core.claim import Claim, Declared
+from workbench.core.layout import Array, nearest
+from workbench.metrics.contract import AbstractMetric, Parts
+
+PRIME = "'"
+NEVER = -1e300  # below any violation, in the loop's arithmetic, where an infinity would become NaN
+
+
+class Signals(Mapping[str, ca.SX]):
+    """The signals of an equation by name, seen from a block at `path`: its own names, outputs, states, parameters, t.
+
+    A prime behind a name is the derivative along a solution, d/dt + (d/dx) f.
+    """
+
+    def __init__(self, ode: Ode, path: str = "") -> None:
+        states, parameters = ode.states.view(ode.x), ode.parameters.view(ode.p)
+        everything = {**parameters, **states, **ode.outputs.view(ode.output)}
+        own = {k.removeprefix(path): v for k, v in {**parameters, **states}.items() if path and k.startswith(path)}
+        self._ode, self._held = ode, {"t": ode.t, **everything, **own}
+
+    def __getitem__(self, name: str) -> ca.SX:
+        if name.endswith(PRIME):
+            return derivative(self._ode, self[name.removesuffix(PRIME)])
+        if name not in self._held:
+            raise LookupError(f"There is no signal '{name}' in '{self._ode.name}'.{nearest(name, self._held)}")
+        return self._held[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._held)
+
+    def __len__(self) -> int:
+        return len(self._held)
+
+
+def derivative(ode: Ode, value: ca.SX) -> ca.SX:
+    """The derivative of an expression (any shape) in t, x, p along the solutions of x' = f(t, x, p)."""
+    flat = ca.vec(ca.densify(value))
+    along = ca.jtimes(flat, ca.vertcat(ode.t, ode.x), ca.vertcat(1, ode.rate))
+    return ca.reshape(along, *value.shape)
+
+
+@dataclass(frozen=True)
+class Largest(AbstractMetric):
+    """The largest value of an output over all steps, with its sign, (k, 1)."""
+
+    signal: str
+
+    @property
+    def watches(self) -> tuple[str, ...]:
+        """Its signal."""
+        return (self.signal,)
+
+    @property
+    def grid(self) -> float | None:
+        """None: it looks at every step."""
+        return None
+
+    def check(self, ode: Ode, horizon: float) -> None:
+        """It means something for any equation."""
+        del ode, horizon
+
+    def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
+        """None."""
+        del t, y
+        return None
+
+    def memory(self, joints: int) -> Layout:
+        """The largest so far."""
+        return Layout((Entry("largest", np.full(joints, NEVER)),))
+
+    def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
+        """The larger of what was and what is."""
+        del k, h
+        return {"largest": ca.fmax(z["largest"], y[self.signal])}
+
+    def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
+        """The largest."""
+        del integral, horizon
+        return z["largest"]
+
+
+def violation(claim: Claim) -> Largest:
+    """By how much a claim is broken at worst, over all instants of a run: positive where it is."""
+    name = f"violation of {claim.name}"
+    return Largest(name, "", f"largest negative margin of {claim.name}", name)
+
+
+def watching(ode: Ode, claims: Sequence[Declared]) -> Ode:
+    """The same equation with one more output for each claim: minus its margin, `violation of ...`.
+
+    Raises
+    ------
+    ValueError
+        If a claim has no margin: no instant of a run can break it.
+    LookupError
+        If its margin asks for a signal that is not there.
+    """
+    entries, columns = [], [ode.output]
+    for said in {said.claim.name: said for said in claims}.values():
+        if said.claim.margin is None:
+            raise ValueError(
+                f"`watching(claims=...)` needs claims with a margin, which a run can break; '{said.claim.name}' has none."
+            )
+        value = -ca.vec(ca.densify(ca.SX(said.claim.margin(Signals(ode, said.path)))))
+        entries.append(Entry(violation(said.claim).signal, np.zeros(value.numel())))
+        columns.append(value)
+    return replace(ode, outputs=ode.outputs + Layout(tuple(entries)), output=ca.vertcat(*columns))
