@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import casadi as ca
 
 from workbench.controllers.adaptation import AbstractAdaptation, Plain
 from workbench.controllers.checks import gains_that_start_at
+from workbench.controllers.promises import ERROR_FALLS_IN_THE_LAYER, GAINS_STAY_POSITIVE
 from workbench.controllers.switching import SWITCHINGS, matrices, sliding, switched
 from workbench.core import AbstractArm, Layout, block, initial, option, parameter
 from workbench.core.block import Scalar, Vector
+from workbench.core.claim import Claim
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
 
@@ -47,6 +51,11 @@ class AdaptiveSlidingMode(AbstractController):
     Plestan, Shtessel, Bregeault and Poznyak (2010), New methodologies for adaptive sliding mode
     control, International Journal of Control 83(9) (gains that grow with |s|, and their drift).
     """
+
+    claims: ClassVar[tuple[Claim, ...]] = (
+        ERROR_FALLS_IN_THE_LAYER,
+        GAINS_STAY_POSITIVE,
+    )
 
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import casadi as ca
 
 from workbench.controllers.checks import symmetric
+from workbench.controllers.promises import K_STAYS_DEFINITE, P_STAYS_DEFINITE
 from workbench.controllers.switching import SATURATIONS, matrices, saturation, sliding
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Scalar, Vector
+from workbench.core.claim import Claim
 from workbench.core.dynamics import solve_definite
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
@@ -75,6 +79,11 @@ class AosmcRgs(AbstractController):
     Adaptive observer-based sliding mode control with time-varying learning using Riccati gain
     synthesis for robotic manipulators, section 3.3 and 3.4.
     """
+
+    claims: ClassVar[tuple[Claim, ...]] = (
+        K_STAYS_DEFINITE,
+        P_STAYS_DEFINITE,
+    )
 
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import casadi as ca
 import numpy as np
 
 from workbench.controllers.adaptation import AbstractAdaptation, Plain
 from workbench.controllers.checks import gains_that_start_at
 from workbench.controllers.fuzzy import RuleBase
+from workbench.controllers.promises import ERROR_FALLS_IN_THE_LAYER, GAINS_STAY_POSITIVE
 from workbench.controllers.switching import SWITCHINGS, matrices, sliding, switched
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Scalar, Vector
+from workbench.core.claim import Claim
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
 
@@ -50,6 +54,11 @@ class FuzzyAsmc(AbstractController):
     ----------
     Wang (1997), A Course in Fuzzy Systems and Control (product inference, centre-average defuzzifier).
     """
+
+    claims: ClassVar[tuple[Claim, ...]] = (
+        ERROR_FALLS_IN_THE_LAYER,
+        GAINS_STAY_POSITIVE,
+    )
 
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import casadi as ca
 import numpy as np
 
 from workbench.controllers.adaptation import AbstractAdaptation, Plain
 from workbench.controllers.checks import gains_that_start_at
+from workbench.controllers.promises import ERROR_FALLS_IN_THE_LAYER, GAINS_STAY_POSITIVE
 from workbench.controllers.switching import SWITCHINGS, matrices, sliding, switched
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Scalar, Vector
+from workbench.core.claim import Claim
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
 
@@ -58,6 +62,11 @@ class RbfAsmc(AbstractController):
     Lewis, Jagannathan and Yesildirek (1999), Neural Network Control of Robot Manipulators and
     Nonlinear Systems (weights tuned by h s^T with leakage).
     """
+
+    claims: ClassVar[tuple[Claim, ...]] = (
+        ERROR_FALLS_IN_THE_LAYER,
+        GAINS_STAY_POSITIVE,
+    )
 
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")

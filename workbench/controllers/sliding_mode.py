@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import casadi as ca
 
+from workbench.controllers.promises import ERROR_FALLS_IN_THE_LAYER
 from workbench.controllers.switching import SWITCHINGS, matrices, sliding, switched
 from workbench.core import AbstractArm, Layout, block, option, parameter
 from workbench.core.block import Scalar, Vector
+from workbench.core.claim import Claim
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
 
@@ -44,6 +48,8 @@ class SlidingMode(AbstractController):
     Slotine and Li (1991), Applied Nonlinear Control, chapters 7 (sliding control and the boundary
     layer) and 9 (s and qd_r for manipulators).
     """
+
+    claims: ClassVar[tuple[Claim, ...]] = (ERROR_FALLS_IN_THE_LAYER,)
 
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import casadi as ca
 import numpy as np
 
+from workbench.controllers.promises import SWITCHED_RATE_IS_BOUNDED
 from workbench.controllers.relay import clip
 from workbench.controllers.switching import SWITCHINGS, matrices, sampling_period, saturation, sliding
 from workbench.core import AbstractArm, Entry, Layout, block, option, parameter
 from workbench.core.block import Scalar, Vector
+from workbench.core.claim import Claim
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
 
@@ -59,6 +63,8 @@ class SuperTwisting(AbstractController):
     Brogliato, Polyakov and Efimov (2020), The implicit discretization of the supertwisting sliding-mode
     control algorithm, IEEE Transactions on Automatic Control 65(8).
     """
+
+    claims: ClassVar[tuple[Claim, ...]] = (SWITCHED_RATE_IS_BOUNDED,)
 
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")

@@ -4,6 +4,7 @@
 """
 
 from workbench.core.block import block, initial, option, parameter
+from workbench.core.claim import Claim
 from workbench.core.combine import with_quadrature, with_sensitivity
 from workbench.core.dynamics import AbstractArm, Dynamics
 from workbench.core.layout import Entry, Layout
@@ -15,6 +16,7 @@ from workbench.core.step import Rule, Step, rk4
 
 __all__ = [
     "AbstractArm",
+    "Claim",
     "Dynamics",
     "Entry",
     "Layout",

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, block, parameter
 from workbench.core.block import Scalar
+from workbench.core.claim import Claim
 from workbench.loop.ports import Estimate, Measurement, Parts
 from workbench.observers.checks import positive_count
 from workbench.observers.disturbance import AbstractDisturbanceObserver
+from workbench.observers.promises import ORACLE_FOLLOWS, PRINTED_FOLLOWS
 
 
 @block
@@ -31,6 +35,8 @@ class PrintedFilter(AbstractDisturbanceObserver):
     Adaptive observer-based sliding mode control with time-varying learning using Riccati gain
     synthesis for robotic manipulators, section 3.2.
     """
+
+    claims: ClassVar[tuple[Claim, ...]] = (PRINTED_FOLLOWS,)
 
     joints: int
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
@@ -79,6 +85,8 @@ class OracleFilter(AbstractDisturbanceObserver):
     joints
         How many there are.
     """
+
+    claims: ClassVar[tuple[Claim, ...]] = (ORACLE_FOLLOWS,)
 
     joints: int
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")

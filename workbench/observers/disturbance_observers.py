@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import casadi as ca
 
 from workbench.core import AbstractArm, Entry, Layout, block, initial, parameter
 from workbench.core.block import Scalar, Vector
+from workbench.core.claim import Claim
 from workbench.loop.ports import Estimate, Measurement, Parts
 from workbench.observers.disturbance import AbstractDisturbanceObserver
+from workbench.observers.promises import CHEN_DISSIPATES, MOMENTUM_FOLLOWS
 
 
 @block
@@ -42,6 +46,8 @@ class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
     Mohammadi, Tavakoli, Marquez and Hashemzadeh (2013), Nonlinear disturbance observer design for
     robotic manipulators, Control Engineering Practice 21(3) (the gain through M^-1, for any arm).
     """
+
+    claims: ClassVar[tuple[Claim, ...]] = (CHEN_DISSIPATES,)
 
     model: AbstractArm
     l: Scalar = parameter(unit="kg m^2/s", low=0, strict=True, symbol="l")
@@ -98,6 +104,8 @@ class MomentumObserver(AbstractDisturbanceObserver):
     De Luca and Mattone (2003), Actuator failure detection and isolation using generalized momenta,
     IEEE International Conference on Robotics and Automation.
     """
+
+    claims: ClassVar[tuple[Claim, ...]] = (MOMENTUM_FOLLOWS,)
 
     model: AbstractArm
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")

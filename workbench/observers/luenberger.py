@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import casadi as ca
 
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Vector
+from workbench.core.claim import Claim
 from workbench.loop.contracts import AbstractObserver
 from workbench.loop.ports import Estimate, Measurement, Parts
+from workbench.observers.promises import THEOREM_1
 
 
 @block
@@ -37,6 +41,8 @@ class Luenberger(AbstractObserver):
     Adaptive observer-based sliding mode control with time-varying learning using Riccati gain
     synthesis for robotic manipulators, section 3.1.
     """
+
+    claims: ClassVar[tuple[Claim, ...]] = (THEOREM_1,)
 
     model: AbstractArm
     L1: Matrix = parameter(unit="1/s", shape=("n", "n"), symbol="L_1")

@@ -164,10 +164,10 @@ def _row(layout: Layout, values: Mapping[str, float]) -> Array:
 
 
 def _made(fields: Mapping[str, Any]) -> CounterExample:
-    tables = {name: {str(k): float(v) for k, v in fields[name].items()} for name in ("sought", "p", "x0")}
-    ends = {name: float.fromhex(fields[name]) for name in ("value", "error")}
-    times = {name: float(fields[name]) for name in ("until", "h")}
-    if not all(np.isfinite(list(table.values())).all() for table in tables.values()):
+    sought, p, x0 = ({str(k): float(v) for k, v in fields[name].items()} for name in ("sought", "p", "x0"))
+    value, error = (float.fromhex(fields[name]) for name in ("value", "error"))
+    until, h = float(fields["until"]), float(fields["h"])
+    if not np.isfinite([until, h, *sought.values(), *p.values(), *x0.values()]).all():
         raise ValueError("a number that is not finite")
-    about, fingerprint = str(fields["about"]), str(fields["fingerprint"])
-    return CounterExample(about, fingerprint, **tables, **times, seed=int(fields["seed"]), **ends)
+    about, fingerprint, seed = str(fields["about"]), str(fields["fingerprint"]), int(fields["seed"])
+    return CounterExample(about, fingerprint, sought, p, x0, until, h, seed, value, error)

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from workbench.core.layout import Array
+
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 CROSSOVER = 0.9
 # The differential weight is drawn anew for every trial from this range, which keeps a small population from stalling.
@@ -24,7 +27,7 @@ class Judged:
     value: Array
     excess: Array
 
-    def beats(self, other: Judged) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+    def beats(self, other: Judged) -> Flags:
         """Where each trial is no worse than another: admissible first, then by value, among others by excess."""
         mine, theirs = self.excess <= 0, other.excess <= 0
         by_value = mine & theirs & (self.value >= other.value)
@@ -35,8 +38,8 @@ class Judged:
         """The place of the best trial."""
         return int(np.lexsort((self.value, -np.maximum(self.excess, 0)))[-1])
 
-    def where(self, better: Array, other: Judged) -> Judged:
-        """This one where `better`, the other elsewhere."""
+    def where(self, better: Flags, other: Judged) -> Judged:
+        """What they are worth where `better`, and the other ones elsewhere."""
         return Judged(np.where(better, self.value, other.value), np.where(better, self.excess, other.excess))
 
 

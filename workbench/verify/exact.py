@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from itertools import pairwise
 from typing import TypeAlias
 
 import casadi as ca
@@ -104,4 +105,4 @@ def unstable_modes(polynomial: Sequence[Fraction]) -> int | None:
         padded = row + [Fraction(0)] * (len(above) - len(row))
         below = [above[j + 1] - above[0] * padded[j + 1] / row[0] for j in range(len(above) - 1)]
         above, row = row, below
-    return sum(a * b < 0 for a, b in zip(first, first[1:], strict=False))
+    return sum(a * b < 0 for a, b in pairwise(first))

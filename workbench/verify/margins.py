@@ -110,7 +110,7 @@ def watching(ode: Ode, claims: Sequence[Declared]) -> Ode:
     for said in {said.claim.name: said for said in claims}.values():
         if said.claim.margin is None:
             raise ValueError(
-                f"`watching(claims=...)` needs claims with a margin, which a run can break; '{said.claim.name}' has none."
+                f"`watching(claims=...)` needs margins, which a run can break; the claim '{said.claim.name}' has none."
             )
         value = -ca.vec(ca.densify(ca.SX(said.claim.margin(Signals(ode, said.path)))))
         entries.append(Entry(violation(said.claim).signal, np.zeros(value.numel())))

@@ -1,0 +1,65 @@
+"""What the laws promise, as claims over the signals of a run: data that `verify` holds against runs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import casadi as ca
+
+from workbench.core.claim import Claim
+
+Signals = Mapping[str, ca.SX]
+
+ROUNDING = 1e-9  # of an estimate that is exact but for the last digits
+SLACK = 1.01  # an inequality that is sharp on a boundary is asked for this far beyond it
+
+
+def _exact(y: Signals) -> ca.SX:
+    return ROUNDING - ca.fabs(ca.vertcat(y["q_error"], y["qd_error"]))
+
+
+def _falls_outside_its_strip(y: Signals) -> ca.SX:
+    """-e_i e_i' where |s_i| <= phi and |e_i| is beyond phi / Lambda_i: >= 0 if |e_i| falls there."""
+    inside = ca.fabs(y["s"]) <= y["phi"]
+    beyond = ca.fabs(y["e"]) > SLACK * y["phi"] / y["Lambda"]
+    return ca.if_else(ca.logic_and(inside, beyond), -y["e"] * y["e'"], 0)
+
+
+def _leading_minors(X: ca.SX) -> ca.SX:
+    """The leading principal minors (n, 1) of the symmetric part: all positive if and only if it is definite."""
+    S = (X + X.T) / 2
+    return ca.vertcat(*(ca.det(S[: k + 1, : k + 1]) for k in range(S.shape[0])))
+
+
+EXACT_ESTIMATES = Claim("exact estimates", "q_hat = q and qd_hat = qd at all times.", "`FullState`", margin=_exact)
+ERROR_FALLS_IN_THE_LAYER = Claim(
+    "the layer bounds the error",
+    "While |s_i| <= phi, |e_i| falls wherever it is larger than phi / Lambda_i.",
+    "Slotine and Li (1991), section 7.1",
+    (EXACT_ESTIMATES,),
+    _falls_outside_its_strip,
+)
+GAINS_STAY_POSITIVE = Claim(
+    "no gain turns negative",
+    "K_i >= 0 at all times, from K_i(0) >= 0.",
+    "Plestan et al. (2010), section 2",
+    margin=lambda y: y["K"],
+)
+SWITCHED_RATE_IS_BOUNDED = Claim(
+    "the integral part has a bounded rate",
+    "|w_i'| <= k2_i at all times, so that the torque is continuous.",
+    "Levant (1993), section 4",
+    margin=lambda y: SLACK * y["k2"] - ca.fabs(y["w'"]),
+)
+K_STAYS_DEFINITE = Claim(
+    "K stays positive definite",
+    "The symmetric part of the gain K(t) is positive definite at all times, as (29) asks.",
+    "(29), (33)",
+    margin=lambda y: _leading_minors(y["K"]),
+)
+P_STAYS_DEFINITE = Claim(
+    "P stays positive definite",
+    "P(t) of (34) is positive definite at all times, from such a P(0).",
+    "(34)",
+    margin=lambda y: _leading_minors(y["P"]),
+)
