@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.controllers.adaptation import AbstractAdaptation, Plain
 from workbench.controllers.checks import gains_that_start_at
-from workbench.controllers.promises import ERROR_FALLS_IN_THE_LAYER, GAINS_STAY_POSITIVE
+from workbench.controllers.promises import GAINS_STAY_POSITIVE, SURFACE_PULLS_THE_ERROR
 from workbench.controllers.switching import SWITCHINGS, matrices, sliding, switched
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Scalar, Vector
@@ -64,7 +64,7 @@ class RbfAsmc(AbstractController):
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (
-        ERROR_FALLS_IN_THE_LAYER,
+        SURFACE_PULLS_THE_ERROR,
         GAINS_STAY_POSITIVE,
     )
 

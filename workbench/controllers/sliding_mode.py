@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.controllers.promises import ERROR_FALLS_IN_THE_LAYER
+from workbench.controllers.promises import SURFACE_PULLS_THE_ERROR
 from workbench.controllers.switching import SWITCHINGS, matrices, sliding, switched
 from workbench.core import AbstractArm, Layout, block, option, parameter
 from workbench.core.block import Scalar, Vector
@@ -49,7 +49,7 @@ class SlidingMode(AbstractController):
     layer) and 9 (s and qd_r for manipulators).
     """
 
-    claims: ClassVar[tuple[Claim, ...]] = (ERROR_FALLS_IN_THE_LAYER,)
+    claims: ClassVar[tuple[Claim, ...]] = (SURFACE_PULLS_THE_ERROR,)
 
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")

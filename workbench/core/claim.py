@@ -11,8 +11,9 @@ import casadi as ca
 from workbench.core.block import is_block
 from workbench.core.sockets import require
 
+Signals = Mapping[str, ca.SX]
 # From signals by name to an expression (k, 1) that is nowhere negative where the claim holds.
-Margin = Callable[[Mapping[str, ca.SX]], ca.SX]
+Margin = Callable[[Signals], ca.SX]
 
 
 @dataclass(frozen=True)

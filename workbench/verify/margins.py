@@ -17,7 +17,7 @@ PRIME = "'"
 NEVER = -1e300  # below any violation, in the loop's arithmetic, where an infinity would become NaN
 
 
-class Signals(Mapping[str, ca.SX]):
+class SignalsOf(Mapping[str, ca.SX]):
     """The signals of an equation by name, seen from a block at `path`: its own names, outputs, states, parameters, t.
 
     A prime behind a name is the derivative along a solution, d/dt + (d/dx) f.
@@ -112,7 +112,7 @@ def watching(ode: Ode, claims: Sequence[Declared]) -> Ode:
             raise ValueError(
                 f"`watching(claims=...)` needs margins, which a run can break; the claim '{said.claim.name}' has none."
             )
-        value = -ca.vec(ca.densify(ca.SX(said.claim.margin(Signals(ode, said.path)))))
+        value = -ca.vec(ca.densify(ca.SX(said.claim.margin(SignalsOf(ode, said.path)))))
         entries.append(Entry(violation(said.claim).signal, np.zeros(value.numel())))
         columns.append(value)
     return replace(ode, outputs=ode.outputs + Layout(tuple(entries)), output=ca.vertcat(*columns))

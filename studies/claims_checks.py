@@ -1,0 +1,69 @@
+"""How a2 checks a claim: small makers of findings that several groups of claims share."""
+
+from collections.abc import Callable
+
+import numpy as np
+from claims_hunts import found, hunt
+from claims_identities import SIDES, both
+
+from workbench.verify.claims import Finding
+from workbench.verify.equality import judge_equal
+from workbench.verify.falsify import Found
+
+Check = Callable[[], Finding]
+
+
+def listed(values: object, digits: int = 4) -> str:
+    """Numbers as a reader takes them in: (0.5, -1)."""
+    return "(" + ", ".join(f"{value:.{digits}g}" for value in np.ravel(np.asarray(values, dtype=float)) + 0.0) + ")"
+
+
+def identity(name: str, evidence: str = "") -> Check:
+    """An equation that is to be an identity in all its symbols."""
+
+    def check() -> Finding:
+        judged = judge_equal(*SIDES[name])
+        if judged.kind == "proved":
+            return Finding("proved", evidence or "Equal normal forms: an identity in all states, gains and parameters.")
+        return Finding("not checkable", judged.evidence)
+
+    return check
+
+
+def unequal(name: str, evidence: str, **values: tuple[float, ...]) -> Check:
+    """An equation whose sides differ at a plain state; `{0}` and `{1}` of the evidence are what they are there."""
+
+    def check() -> Finding:
+        left, right = both(name, **values)
+        if judge_equal(*SIDES[name]).kind != "refuted" or np.allclose(left, right, rtol=1e-9, atol=0):
+            return Finding("not refuted", "the sides agree at the state that was to tell them apart", samples=1)
+        shown = ", ".join(f"{key}={_typed(value)}" for key, value in values.items())
+        return Finding("refuted", evidence.format(listed(left), listed(right)), f'both("{name}", {shown})')
+
+    return check
+
+
+def searched(name: str, sentence: Callable[[Found], str]) -> Check:
+    """A claim that runs can break."""
+
+    def check() -> Finding:
+        result = found(name)
+        if result.worst is None:
+            return Finding("not checkable", f"none of {result.runs} runs kept the hypotheses")
+        line = f'replay("{name}")'
+        if result.kind == "refuted":
+            return Finding("refuted", sentence(result), line)
+        return Finding("not refuted", sentence(result), line, samples=result.kept)
+
+    return check
+
+
+def sought(name: str) -> str:
+    """How a search was done, in a few words."""
+    task, result = hunt(name), found(name)
+    kept = "" if result.kept == result.runs else f", {result.kept:,} of which kept the hypotheses"
+    return f"{result.runs:,} runs of {task.until:g} s{kept}"
+
+
+def _typed(value: tuple[float, ...]) -> str:
+    return "(" + ", ".join(f"{number:g}" for number in value) + ")"

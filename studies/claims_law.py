@@ -1,0 +1,188 @@
+"""The ledger's lines on the law: (30) to (34), and what section 4 concludes in (39) to (42)."""
+
+import claims_paper as paper
+import numpy as np
+from claims_checks import Check, identity, listed, searched, sought, unequal
+from claims_loops import CONSTANT_D
+from claims_lyapunov import FLOOR, V2_AT_START
+from claims_replay import cost, escape, gain_lost, offset
+
+from workbench.controllers.aosmc_rgs import SHAPES as READINGS
+from workbench.core import Claim
+from workbench.verify.claims import Finding
+from workbench.verify.falsify import Found
+
+
+def shapes() -> Finding:
+    """(33) as a product of matrices."""
+    P, s = np.ones((2, 2)), np.ones((2, 1))
+    try:
+        P @ s @ np.sign(s)
+    except ValueError:
+        return Finding(
+            "refuted",
+            "P is 2 x 2, s and sign(s) are 2 x 1: P s is 2 x 1, and cannot be multiplied by sign(s). Four readings give "
+            f"(33) a shape: {', '.join(READINGS)}.",
+            "np.ones((2, 2)) @ np.ones((2, 1)) @ np.sign(np.ones((2, 1)))",
+        )
+    return Finding("proved", "the product has a shape")
+
+
+def gains() -> Finding:
+    """(33) as printed, in each reading."""
+    least = {reading: gain_lost(reading) for reading in READINGS}
+    lost = [f"{value:.3f} ({reading})" for reading, (value, error) in least.items() if value + error < 0]
+    worst = max(error for _, error in least.values())
+    if len(lost) < len(READINGS):
+        return Finding("not refuted", f"it is lost in {lost} alone", samples=len(READINGS))
+    return Finding(
+        "refuted",
+        f"In the second scenario the least leading minor of K's symmetric part falls within 4 s to {', '.join(lost)}; "
+        f"halving the step changes these by {worst:.0e} at most.",
+        "[gain_lost(reading) for reading in ('outer', 'elementwise', 'diagonal', 'norm')]",
+    )
+
+
+def raised_gain(found: Found) -> str:
+    """(33) with a plus."""
+    assert found.worst is not None
+    return (
+        f"Its least leading minor reaches {-found.worst.value:.4g} within {found.worst.until:g} s: the symmetric part of "
+        f"(P s) sign(s)^T is not semidefinite where the signs of s differ. Worst of {sought('repaired_gain')}."
+    )
+
+
+def riccati(found: Found) -> str:
+    """(34) keeps P definite."""
+    assert found.worst is not None
+    return f"The least leading minor of P seen is {-found.worst.value:.4g}, in {sought('riccati')}."
+
+
+def least_cost() -> Finding:
+    """(34) beside P' = 0."""
+    (with_34, error), (without, error_0) = cost("forward"), cost("frozen")
+    if without + error_0 >= with_34 - error:
+        return Finding("not refuted", f"J is {with_34:.6g} with (34) and {without:.6g} with P' = 0", samples=2)
+    return Finding(
+        "refuted",
+        f"Over 10 s of the first scenario, repaired, J is {with_34:.0f} with (34) and {without:.0f} with P' = 0, all "
+        f"else equal; halving the step changes them by {max(error, error_0):.1g}. (34) runs forward from P(0), the "
+        "Riccati equation of (32) backward from the horizon.",
+        'cost("forward"), cost("frozen")',
+    )
+
+
+def unstated() -> Finding:
+    """(39)."""
+    return Finding(
+        "not checkable",
+        "The 'bounded term' is not stated, and with one that is large enough any V2' obeys (39). It holds tr(Q), which "
+        "does not tend to zero.",
+    )
+
+
+def no_decrease(found: Found) -> str:
+    """(40) along the repaired law."""
+    assert found.worst is not None
+    return (
+        f"Even repaired, V2' + c |s| reaches {found.worst.value:.4g} W where c > 0 (halving the step changes it by "
+        f"{found.worst.error:.0e}): tr(P') and the observer's L2 x1~ are left out of (40). Worst of {sought('decrease')}."
+    )
+
+
+def convergence() -> Finding:
+    """(41) under a constant disturbance."""
+    exact = identity("(41)")()
+    if exact.kind != "proved":
+        return exact
+    error, change = offset()
+    return Finding(
+        "refuted",
+        "Let D and q_d be constant, D not zero. If s and e1 tended to zero, the estimates and then the arm would come to "
+        "rest at q_d, but there M times the accelerations of arm and estimate differ by D for every torque (proved). "
+        f"Repaired, under D = {listed(CONSTANT_D)} N m, q - q_d is {listed(error)} rad after 20 s (changed by "
+        f"{np.max(change):.0e} as the step is halved).",
+        'both("(41)", D=(0.5, 0.4)), offset()',
+    )
+
+
+def finite_time(found: Found) -> str:
+    """(42) along the repaired law."""
+    worst = found.worst
+    assert worst is not None
+    return (
+        f"(42) for all sigma at once is t |s(t)| <= V2(0) / c. Repaired, with V2(0) = {V2_AT_START:.3f} J and "
+        f"c >= {FLOOR:g} N m throughout, t |s(t)| exceeds it by {worst.value:.3f} rad (halving the step changes it by "
+        f"{worst.error:.0e}). Worst of {sought('finite_time')}."
+    )
+
+
+def unbounded() -> Finding:
+    """The loop as printed, first scenario."""
+    fine, coarse = escape()
+    if not np.isfinite([fine, coarse]).all():
+        return Finding("not refuted", "the loop as printed stays finite for 5 s", samples=2)
+    return Finding(
+        "refuted",
+        f"First scenario, reading 'outer' of (33): the states leave all floating-point numbers at {fine:.3f} s, with "
+        f"twice the step at {coarse:.3f} s. K has turned negative before.",
+        "escape()",
+    )
+
+
+RAISED = Claim(
+    "(33), repaired", "With a plus in (33), reading 'outer', K(t) stays positive definite.", "(33), repaired"
+)
+DEFINITE_P = Claim("(34), P", "P(t) of (34) stays positive definite.", "(34)")
+CHECKS: tuple[tuple[Claim, Check], ...] = (
+    (
+        paper.RATE_ALONG_10,
+        unequal(
+            "(30), along (10)",
+            "D enters (30) and not (10): at D = (1, 0) N m, all else zero, M times the first "
+            "line is {0} N m, and M ds/dt is {1}. C qd_d for C qd_hat and the missing L1 x1~, L2 x1~ differ as well.",
+            D=(1, 0),
+        ),
+    ),
+    (
+        paper.RATE_ALONG_35,
+        unequal(
+            "(30), along (35)",
+            "(30) has C qd_d where (35) has C qd_hat: at q_hat = (0, 1), qd_hat = (1, 0), all "
+            "else zero, M times the first line is {0} N m, and M ds/dt is {1}.",
+            q_hat=(0, 1),
+            qd_hat=(1, 0),
+        ),
+    ),
+    (paper.SUBSTITUTED, identity("(30), second line")),
+    (paper.REPAIRED_RATE, identity("(30), repaired")),
+    (
+        paper.LINEARISED,
+        unequal(
+            "(31)",
+            "Within the layer sat(s / phi) is s / phi, not s: for K = I and s = (0.005, 0) rad/s, -K s is "
+            "{0} N m and -K sat(s / phi) is {1}. A lacks the factor 1 / phi = 100.",
+            K=(1, 0, 0, 1),
+            s=(0.005, 0),
+        ),
+    ),
+    (paper.SHAPES, shapes),
+    (paper.GAIN, gains),
+    (RAISED, searched("repaired_gain", raised_gain)),
+    (DEFINITE_P, searched("riccati", riccati)),
+    (
+        paper.OPTIMAL_INPUT,
+        unequal(
+            "(34), input",
+            "On the surface s = 0 the minimiser asks for u = 0, and the surface itself for e2 = "
+            "-Lambda e1: {0} rad/s at e1 = (1, 0) rad, not {1}. e2 is a state, and no input.",
+            q_hat=(1, 0),
+        ),
+    ),
+    (paper.OPTIMAL, least_cost),
+    (paper.DECREASE, unstated),
+    (paper.DECREASE_STRICT, searched("decrease", no_decrease)),
+    (paper.CONVERGENCE, convergence),
+    (paper.FINITE_TIME, searched("finite_time", finite_time)),
+    (paper.BOUNDED, unbounded),
+)

@@ -1,0 +1,105 @@
+"""The equations that a2 asks: the observer alone, the filter (24) alone, and loops for what the laws promise."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from paper_card import CARD
+from paper_laws import ARM, REFERENCES, RIVALS, paper_observer, plant, proposed_repaired
+
+from workbench.controllers import PID
+from workbench.core import Entry, Layout, Ode, lift
+from workbench.loop import AbstractObserver, ClosedLoop, Estimate, Measurement
+from workbench.observers import (
+    FullState,
+    Luenberger,
+    MomentumObserver,
+    NonlinearDisturbanceObserver,
+    OracleFilter,
+    PrintedFilter,
+    WithDisturbance,
+)
+from workbench.plants import Manipulator
+from workbench.signals import Hold, SineTorque
+
+I = np.eye(2)
+NO_TORQUE = PID(np.zeros(2), np.zeros(2), np.zeros(2))
+CONSTANT_D = (0.5, 0.4)  # N m, the amplitudes of section 5, held
+
+
+def beside_rest(L1: Any, L2: Any, zero: str = "down") -> Ode:
+    """Observer (10) beside the arm at rest at q = 0, hanging (`down`) or upright (`up`), where no torque is needed."""
+    observer = Luenberger(replace(ARM, zero=zero), L1, L2, q_hat=np.zeros(2))
+    lifted, states = lift(observer), observer.memory
+    t, x = ca.SX.sym("t"), states.symbols()
+    z, zero_q = states.view(x), ca.SX.zeros(2)
+    y = Measurement(zero_q, zero_q, None)
+    rates = lifted.block.rate(t, z, y, lifted.block.estimate(t, z, y), ca.SX.zeros(2))
+    errors = {"q_error": -z["q_hat"], "qd_error": -z["qd_hat"]}
+    return Ode.of("observer (10) beside the arm at rest", states, lifted.layout, (t, x, lifted.symbols), rates, errors)
+
+
+def free_arm() -> Ode:
+    """The arm without torque and disturbance, watched by (10) with the gains of section 5."""
+    return ClosedLoop(Manipulator(ARM, q=np.zeros(2)), paper_observer(), NO_TORQUE, Hold(np.zeros(2))).ode(
+        "arm without torque, watched by (10)"
+    )
+
+
+def filtered(kind: type[PrintedFilter] | type[OracleFilter]) -> Ode:
+    """(24) alone, as printed or repaired, fed by D = delta sin(omega t + theta) with the numbers of FS."""
+    block, D = kind(2, CARD["l"]), plant("FS").disturbance
+    assert D is not None
+    filter_, torque = lift(block), lift(D, "disturbance.")
+    t, x = ca.SX.sym("t"), block.memory.symbols()
+    z, zero = block.memory.view(x), ca.SX.zeros(2)
+    d = torque.block.at(t)
+    y, est = Measurement(zero, zero, d), Estimate(zero, zero, zero)
+    d_hat = filter_.block.estimate(t, z, y, est)
+    return Ode.of(
+        f"(24), {kind.__name__}",
+        block.memory,
+        filter_.layout + torque.layout,
+        (t, x, ca.vertcat(filter_.symbols, torque.symbols)),
+        filter_.block.rate(t, z, y, est, zero),
+        {"d": d, "d_hat": d_hat, "d_error": d - d_hat},
+    )
+
+
+def observed(observer: AbstractObserver) -> Ode:
+    """SMC in the first scenario, beside an observer that may know the state but not D."""
+    return ClosedLoop(plant("FS"), observer, RIVALS["SMC"], REFERENCES["FS"]).ode("SMC, first scenario")
+
+
+def momentum() -> Ode:
+    """The momentum observer beside the true state; its memory starts where D_hat is zero."""
+    return observed(WithDisturbance(FullState(2), MomentumObserver(ARM, CARD["l"])))
+
+
+def nonlinear() -> Ode:
+    """The nonlinear disturbance observer beside the true state."""
+    return observed(WithDisturbance(FullState(2), NonlinearDisturbanceObserver(ARM, CARD["l"])))
+
+
+def first_scenario(law: str) -> Ode:
+    """A rival in the first scenario, on exact measurements."""
+    return ClosedLoop(plant("FS"), FullState(2), RIVALS[law], REFERENCES["FS"]).ode(f"{law}, first scenario")
+
+
+def regulation() -> ClosedLoop:
+    """The repaired law at a constant reference, under a constant disturbance: as plain as Assumption 4 allows."""
+    D = SineTorque(CONSTANT_D, np.zeros(2), np.full(2, np.pi / 2))
+    at_rest = Manipulator(ARM, q=np.zeros(2), disturbance=D)
+    return replace(proposed_repaired("FS"), plant=at_rest, reference=Hold(np.zeros(2)))
+
+
+def vector(name: str, size: int = 2) -> ca.SX:
+    """Symbols `name[0]`, `name[1]`, ..."""
+    return Layout((Entry(name, np.zeros(size)),)).symbols()
+
+
+def norm(parts: Sequence[float]) -> float:
+    """The Euclidean norm."""
+    return float(np.linalg.norm(np.asarray(parts, dtype=float)))

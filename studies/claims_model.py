@@ -1,0 +1,105 @@
+"""The ledger's first lines: the arm of (2) to (4), and Assumptions 1 to 4."""
+
+import claims_paper as paper
+import numpy as np
+from a0_two_link_arm import DEFINITE, ENTRIES, PRINTED, SKEW, SYMMETRIC
+from a0_two_link_arm import DERIVED as ARM
+from claims_checks import Check, listed
+from paper_card import CARD
+from paper_laws import plant
+
+from workbench.core import Claim
+from workbench.verify.claims import Finding
+from workbench.verify.properties import PropertyVerdict
+from workbench.verify.witness import Witness
+
+
+def entries(matrix: str) -> Check:
+    """Every printed entry of a matrix beside the derived one."""
+
+    def check() -> Finding:
+        mine = [entry for entry in ENTRIES if entry.matrix == matrix]
+        wrong = [entry for entry in mine if entry.kind == "differs"]
+        if wrong:
+            entry = wrong[0]
+            assert entry.witness is not None
+            return Finding(
+                "refuted",
+                f"{entry.label} is {entry.printed_value:.6g} where {entry.right_value:.6g} is right, at {entry.witness}; "
+                f"the other {len(mine) - len(wrong)} entries are proved right.",
+                f"printed.{_matrices(entry.witness)}, derived.{_matrices(entry.witness)}",
+            )
+        if any(entry.kind != "same" for entry in mine):
+            return Finding("not refuted", "; ".join(entry.evidence for entry in mine), samples=len(mine))
+        return Finding("proved", f"All {len(mine)} entries have the normal forms of the derived ones.")
+
+    return check
+
+
+def skewness(name: str, arm: str) -> Check:
+    """Assumption 3 for one arm."""
+
+    def check() -> Finding:
+        found: PropertyVerdict = SKEW[name]
+        if found.kind == "proved":
+            return Finding("proved", "The normal form of M' - 2C plus its transpose is zero.")
+        if found.witness is None or found.residual is None:
+            return Finding("not checkable", found.evidence)
+        worst = np.abs(found.residual).max()
+        return Finding(
+            "refuted",
+            f"M' - 2C plus its transpose has an entry of {worst:.4g} kg m^2/s at {found.witness}.",
+            f"{arm}.{_matrices(found.witness)}[1]",
+        )
+
+    return check
+
+
+def bounded_start() -> Finding:
+    """Assumption 1, for the two scenarios."""
+    sizes = ", ".join(f"|q(0)| = {np.linalg.norm(CARD[f'{s}: q(0)']):.4g} rad ({s})" for s in ("FS", "SS"))
+    return Finding("proved", f"Two points lie in a bounded set: {sizes}, qd(0) = 0 in both.")
+
+
+def definite() -> Finding:
+    """Assumption 2, at nominal parameters."""
+    low, high = DEFINITE.beyond
+    if SYMMETRIC[ARM.name].kind == SYMMETRIC[PRINTED.name].kind == DEFINITE.kind == "proved" and low and high:
+        return Finding(
+            "proved",
+            f"Symmetric by normal form; on the whole torus {low:.7f} <= alpha1 <= {DEFINITE.alpha1:.7f} and "
+            f"{DEFINITE.alpha2:.7f} <= alpha2 <= {high:.7f} kg m^2, by bounds that no rounding can break.",
+        )
+    return Finding("not refuted", DEFINITE.evidence, samples=DEFINITE.samples)
+
+
+def bounded_disturbance() -> Finding:
+    """Assumption 4, for the two scenarios: |sin| <= 1."""
+    bounds = []
+    for scenario in ("FS", "SS"):
+        D = plant(scenario).disturbance
+        assert D is not None
+        bounds.append((D.D_max, D.L_D))
+    assert bounds[0] == bounds[1]
+    return Finding(
+        "proved",
+        f"As |sin| <= 1: |D| <= {bounds[0][0]:.4f} N m and |D'| <= {bounds[0][1]:.4f} N m/s at all times, with the "
+        f"amplitudes {listed(CARD['FS: disturbance amplitude'])} N m.",
+    )
+
+
+def _matrices(witness: Witness) -> str:
+    line = witness.replay.partition("dynamics.")[2]
+    return f"{line}[1]"
+
+
+CHECKS: tuple[tuple[Claim, Check], ...] = (
+    (paper.INERTIA, entries("M")),
+    (paper.CORIOLIS, entries("C")),
+    (paper.GRAVITY, entries("G")),
+    (paper.ASSUMPTION_1, bounded_start),
+    (paper.ASSUMPTION_2, definite),
+    (paper.ASSUMPTION_3, skewness(PRINTED.name, "printed")),
+    (paper.ASSUMPTION_3_DERIVED, skewness(ARM.name, "derived")),
+    (paper.ASSUMPTION_4, bounded_disturbance),
+)

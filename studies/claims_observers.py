@@ -1,0 +1,125 @@
+"""The ledger's lines on Theorem 1 and on the disturbance observer (24)."""
+
+import claims_paper as paper
+import numpy as np
+from claims_checks import Check, identity, listed, searched, sought
+from claims_hunts import hunt
+from claims_loops import I, beside_rest
+from claims_replay import drift, false_rest, mismatch
+
+from workbench.core import Claim
+from workbench.verify.claims import Finding
+from workbench.verify.counterexample import in_reference_mode
+from workbench.verify.falsify import Found
+from workbench.verify.rest import growing_modes
+
+PAPER_GAINS = (30 * I, 50 * I)  # section 5
+TORQUES = (1.0, 10.0, 100.0)  # N m
+
+
+def lipschitz() -> Finding:
+    """(15): Delta grows with the torque while the errors stay as they are."""
+    sizes = [mismatch((0, 1), (torque, 0)) for torque in TORQUES]
+    return Finding(
+        "refuted",
+        f"Delta is affine in tau, with the factor M^-1(x1) - M^-1(x1^): with |x1~| = 1 rad, x2~ = 0 it is "
+        f"{listed(sizes)} rad/s^2 for tau_1 = {listed(TORQUES)} N m. Only a bound on tau bounds rho.",
+        "[mismatch((0, 1), (torque, 0)) for torque in (1, 10, 100)]",
+    )
+
+
+def lyapunov() -> Finding:
+    """(22): V1' is odd in x2~ where x1~ = 0 beside the arm at rest."""
+    found = identity("(22)")()
+    if found.kind != "proved":
+        return found
+    return Finding(
+        "refuted",
+        "Beside the arm at rest with x1~ = 0, M x2~' = C(q, x2~) x2~, which is even in x2~ (proved by normal form). So "
+        "V1' = x2~^T P2 x2~' is odd: at x2~ or at -x2~ it is not negative, whatever P1, P2, L1 and L2 are.",
+        'both("(22)", q_hat=(0, 1), qd_hat=(1, 1))',
+    )
+
+
+def any_gains() -> Finding:
+    """Theorem 1 for the plainest positive definite gains."""
+    growing = growing_modes(beside_rest(I, I, "up"))
+    if not growing:
+        return Finding("not refuted", "no mode grows with L1 = L2 = I beside the upright arm", samples=1)
+    return Finding(
+        "refuted",
+        f"With L1 = L2 = I, beside the arm at rest upright without torque, exactly {growing} of the 4 modes of the error "
+        "grow (Routh's array in rational arithmetic): errors however small leave zero.",
+        'growing_modes(beside_rest(I, I, "up"))',
+    )
+
+
+def paper_gains() -> Finding:
+    """Theorem 1 for the gains of section 5: a rest point with an error that is not zero."""
+    point = false_rest()
+    if point.radius is None:
+        return Finding("not checkable", "a rest point with an error was computed, and could not be proved")
+    basin = " All estimates near it stay and tend to it (proved)." if point.attracts else ""
+    return Finding(
+        "refuted",
+        f"Beside the hanging arm at rest, (10) rests at q_hat = {listed(point.x[:2], 6)} rad, "
+        f"qd_hat = {listed(point.x[2:], 6)} rad/s: a rest point within {point.radius:.0e} of these numbers is proved "
+        f"to exist, with an error of {np.linalg.norm(point.x[:2]):.3f} rad for ever.{basin}",
+        "false_rest()",
+    )
+
+
+def small_errors() -> Finding:
+    """What is true of it: errors beside the arm at rest, linearised, exactly."""
+    counts = {zero: growing_modes(beside_rest(*PAPER_GAINS, zero)) for zero in ("down", "up")}
+    if set(counts.values()) != {0}:
+        return Finding("not checkable", f"Routh's array says {counts}")
+    return Finding(
+        "proved",
+        "Routh's array of the error's four modes has no change of sign, in rational arithmetic, hanging and upright: all "
+        "modes decay, so errors that are small enough do so too, exponentially.",
+    )
+
+
+def swinging(found: Found) -> str:
+    """The worst run of the free arm."""
+    task, worst = hunt("swinging_arm"), found.worst
+    assert worst is not None
+    p, x0 = worst.rows(task.ode)
+    y, error = in_reference_mode(task.watched, "q_error", p[0], x0[0], [worst.until])
+    start = listed([worst.sought[f"plant.{name}[{i}]"] for name in ("q", "qd") for i in (0, 1)], 3)
+    return (
+        f"From (q, qd)(0) = {start}, |q - q_hat| is {np.linalg.norm(y[0]):.2f} rad after {worst.until:g} s, by variable "
+        f"steps with an error below {np.linalg.norm(error):.0e} rad; no torque, q_hat(0) = qd_hat(0) = 0 as in section "
+        f"5. Found in {sought('swinging_arm')}."
+    )
+
+
+def integral_of_eta() -> Finding:
+    """(24) for a constant D, which Assumption 4 allows."""
+    closed, run = drift()
+    return Finding(
+        "refuted",
+        f"eta tends to D, so for a constant D the rate of D_hat tends to D, not to 0. For D = (0.5, 0.4) N m, D_hat is "
+        f"{listed(run, 6)} after 10 s, where the closed form D (t - (1 - exp(-l t)) / l) gives {listed(closed, 6)}; "
+        "its unit is N m s.",
+        "drift()",
+    )
+
+
+SWINGING = Claim(
+    "Theorem 1, swinging arm",
+    "With L1 = 30 I, L2 = 50 I, beside the arm without torque from |q_i(0)| <= pi, |qd_i(0)| <= 3 rad/s, |q - q_hat| "
+    "stays below 5 rad from 3.5 s on.",
+    "Theorem 1, section 5",
+    (paper.ASSUMPTION_1, paper.PAPER_GAINS),
+)
+CHECKS: tuple[tuple[Claim, Check], ...] = (
+    (paper.LIPSCHITZ, lipschitz),
+    (paper.LYAPUNOV, lyapunov),
+    (paper.THEOREM_1, any_gains),
+    (paper.PAPER_GAINS, paper_gains),
+    (SWINGING, searched("swinging_arm", swinging)),
+    (paper.NEAR_ZERO, small_errors),
+    (paper.DISTURBANCE_OBSERVER, integral_of_eta),
+)

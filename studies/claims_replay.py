@@ -1,0 +1,112 @@
+"""What the witnesses of a2 need: after `from claims_replay import *`, in this folder, each of their lines runs."""
+
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from claims_hunts import replay
+from claims_identities import at, both
+from claims_loops import I, beside_rest, regulation
+from paper_card import CARD
+from paper_laws import ARM, PRINTED_ARM, proposed_as_printed, proposed_repaired
+
+from workbench.controllers.promises import K_STAYS_DEFINITE
+from workbench.core import Dynamics, Entry, Layout, Ode
+from workbench.core.claim import Declared
+from workbench.core.layout import Array
+from workbench.metrics import measure
+from workbench.metrics.integral import Integral
+from workbench.verify.margins import SignalsOf, violation, watching
+from workbench.verify.rest import RestPoint, growing_modes, rest_point
+
+__all__ = [
+    "I",
+    "beside_rest",
+    "both",
+    "cost",
+    "derived",
+    "drift",
+    "escape",
+    "false_rest",
+    "gain_lost",
+    "growing_modes",
+    "mismatch",
+    "np",
+    "offset",
+    "printed",
+    "replay",
+    "rest_point",
+]
+
+STEP, FINE = 1e-4, 1e-3 / 12  # s, of the law as printed and as repaired
+printed, derived = Dynamics.of(PRINTED_ARM, "as printed"), Dynamics.of(ARM, "derived")
+
+
+def mismatch(q_hat: Any, tau: Any) -> float:
+    """|Delta| of (14) in rad/s^2 for the arm hanging at rest, qd_hat = 0: (14) less its part in q_hat alone."""
+    zero = ca.SX.zeros(2)
+    M, _, G = at(zero, zero)
+    M_hat, _, G_hat = at(ca.SX(q_hat), zero)
+    return float(ca.evalf(ca.norm_2(ca.solve(M, tau - G) - ca.solve(M_hat, tau - G_hat))))
+
+
+def false_rest() -> RestPoint:
+    """Where observer (10) of section 5 rests beside the hanging arm, with errors that are not zero."""
+    return rest_point(beside_rest(30 * I, 50 * I), np.array([-2.63, 6.28, -78.8, 188.3]))
+
+
+def drift(until: float = 10.0) -> tuple[Array, Array]:
+    """D_hat of (24) as printed, in N m s, for D = (0.5, 0.4) N m held so long: by its closed form and by a run."""
+    from claims_hunts import hunt
+
+    from workbench.simulate.reference import reference
+
+    l, D, ode = CARD["l"], np.array([0.5, 0.4]), hunt("printed_filter").ode
+    held = {
+        "disturbance.amplitude": D,
+        "disturbance.frequency": np.zeros(2),
+        "disturbance.phase": np.pi / 2 * np.ones(2),
+    }
+    run = reference(ode, ode.parameters.pack(held)[0], times=[until])
+    return D * (until - (1 - np.exp(-l * until)) / l), ode.states.unpack(run.x[0])["D_hat"]
+
+
+def gain_lost(reading: str, until: float = 4.0) -> tuple[float, float]:
+    """The least leading minor of K's symmetric part in the second scenario, (33) as printed, and its change by h / 2."""
+    ode, gain = proposed_as_printed("SS", reading).ode(), Declared(K_STAYS_DEFINITE, "controller.")
+    score = measure(watching(ode, [gain]), (violation(gain.claim),), until=until, h=STEP)
+    found = score.scores[violation(gain.claim).name]
+    worst = int(np.argmax(found.value[0]))
+    return -float(found.value[0, worst]), float(found.error[0, worst])
+
+
+def cost(riccati: str, until: float = 10.0) -> tuple[float, float]:
+    """J of (32) over a horizon for the repaired law in the first scenario, P' by (34) or zero; its change by h / 2."""
+    loop = proposed_repaired("FS")
+    if riccati == "frozen":
+        loop = replace(loop, controller=replace(loop.controller, riccati="frozen", Q=None, R=None))
+    ode = loop.ode()
+    y = SignalsOf(ode)
+    rate = ca.bilin(ca.SX(CARD["Q"]), y["s"]) + ca.bilin(ca.SX(CARD["R"]), y["observer.state.qd_hat"] - y["qd_ref"])
+    watched = _with_output(ode, "cost", rate)
+    J = Integral("J", "", "the cost (32)", lambda t, y: y["cost"], lambda value, horizon: value, ("cost",))
+    score = measure(watched, (J,), until=until, h=FINE).scores["J"]
+    return float(score.value[0, 0]), float(score.error[0, 0])
+
+
+def escape() -> tuple[float, float]:
+    """When the loop as printed diverges in the first scenario, reading `outer` of (33), in s: at h / 2 and at h."""
+    found = measure(proposed_as_printed("FS").ode(), (), until=5.0, h=STEP)
+    return float(found.trajectories.diverged_at[0]), float(found.coarse_diverged_at[0])
+
+
+def offset(until: float = 20.0) -> tuple[Array, Array]:
+    """q - q_d at the end of a long rest under D = (0.5, 0.4) N m, by the repaired law, and its change by h / 2."""
+    runs = [measure(regulation().ode(), (), until=until, h=h, every=until).trajectories for h in (FINE, FINE / 2)]
+    coarse, fine = (run["e"][0, -1] for run in runs)
+    return fine, np.abs(fine - coarse)
+
+
+def _with_output(ode: Ode, name: str, value: ca.SX) -> Ode:
+    return replace(ode, outputs=ode.outputs + Layout((Entry(name, np.zeros(1)),)), output=ca.vertcat(ode.output, value))

@@ -1,0 +1,144 @@
+"""Rest points of an equation, and what holds near them: proved by interval or rational arithmetic."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Ode
+from workbench.core.layout import Array
+from workbench.verify.bounds import enclose, extreme_eigenvalue
+from workbench.verify.exact import characteristic_polynomial, exact_values, unstable_modes
+
+NEWTON_STEPS = 60
+RADII = 10.0 ** np.arange(-12.0, -5.0)  # of boxes about a zero, in units of its size: the first that maps into itself
+BOXES = 64  # for one enclosure: the boxes are tiny, and need no splitting
+
+
+@dataclass(frozen=True, eq=False)
+class RestPoint:
+    """A state at which f(x, p) = 0.
+
+    Attributes
+    ----------
+    x
+        (nx,), to rounding.
+    radius
+        A rest point lies within this distance of x in each state, by Brouwer's theorem; None if that was not proved.
+    attracts
+        Whether it is proved that every solution that starts near enough tends to it exponentially: a quadratic form
+        falls along all of them.
+    modes
+        The eigenvalues (nx,) of df/dx, as computed, in 1/s.
+    """
+
+    x: Array
+    radius: float | None
+    attracts: bool
+    modes: Array
+
+
+def rest_point(ode: Ode, near: Array) -> RestPoint:
+    """The rest point of `ode` at default parameters that Newton's method finds from a guess (nx,).
+
+    It is proved by a map N(x) = x - Y f(x) with a regular matrix Y that carries a small box about it into itself:
+    then N has a fixed point there, which is a zero of f.
+
+    Raises
+    ------
+    ValueError
+        If the rate depends on time, or Newton's method finds no rest point.
+
+    References
+    ----------
+    Moore, Kearfott and Cloud (2009), Introduction to Interval Analysis, chapter 8.
+    """
+    _refuse_time("rest_point", ode)
+    x = ode.x
+    f = ca.densify(ca.substitute(ode.rate, ode.p, ode.parameters.default))
+    slope = ca.densify(ca.jacobian(f, x))
+    point = _newton(ca.Function("rate", [x], [f, slope]), near, ode.name)
+    A = np.array(ca.Function("slope", [x], [slope])(point))
+    radius = _radius(f, x, point, A)
+    attracts = radius is not None and _attracts(slope, x, point, radius, A)
+    return RestPoint(point, radius, attracts, np.linalg.eigvals(A))
+
+
+def growing_modes(ode: Ode, at: Mapping[str, Fraction] | None = None) -> int | None:
+    """How many eigenvalues of df/dx have a positive real part at a rest point with rational numbers: exact.
+
+    None where Routh's array is not regular, as with a mode that neither grows nor decays.
+
+    Parameters
+    ----------
+    at
+        Values of states and parameters by label; what is not named has its default, as the fraction that its
+        double is.
+
+    Raises
+    ------
+    ValueError
+        If the rate depends on time, is not zero there, so that it is no rest point, or not rational.
+    """
+    _refuse_time("growing_modes", ode)
+    labels = (*ode.states.labels, *ode.parameters.labels)
+    defaults = np.concatenate([ode.states.default, ode.parameters.default])
+    values = {n: Fraction(float(v)) for n, v in zip(labels, defaults, strict=True)} | dict(at or {})
+    if any(value for row in exact_values(ode.rate, values) for value in row):
+        raise ValueError(
+            f"`growing_modes(at=...)` must be a rest point of '{ode.name}', but its rate is not zero there."
+        )
+    return unstable_modes(characteristic_polynomial(exact_values(ca.jacobian(ode.rate, ode.x), values)))
+
+
+def _refuse_time(call: str, ode: Ode) -> None:
+    if ca.depends_on(ode.rate, ode.t):
+        raise ValueError(f"`{call}(ode=...)` must have a rate that does not depend on time; that of '{ode.name}' does.")
+
+
+def _newton(rate: ca.Function, guess: Array, name: str) -> Array:
+    x = guess
+    for _ in range(NEWTON_STEPS):
+        value, slope = (np.array(part) for part in rate(x))
+        change = np.linalg.solve(slope, value).ravel()
+        x = x - change
+        if not np.isfinite(x).all():
+            break
+        if np.abs(change).max() <= 1e-13 * (1 + np.abs(x).max()):
+            return np.asarray(x)
+    raise ValueError(f"`rest_point(near=...)` found no rest point of '{name}' from there by Newton's method.")
+
+
+def _radius(f: ca.SX, x: ca.SX, point: Array, A: Array) -> float | None:
+    """The half-width of a box about the point that N(x) = x - Y f(x) maps into its interior; None if none does."""
+    Y = np.linalg.inv(A)
+    if not characteristic_polynomial([[Fraction(float(v)) for v in row] for row in Y])[-1]:
+        return None
+    image = x - ca.SX(Y) @ f
+    for radius in RADII * (1 + np.abs(point).max()):
+        low, high = point - radius, point + radius
+        found = [enclose(image[i], x, low, high, tolerance=0.1 * radius, boxes=BOXES) for i in range(len(point))]
+        if all(
+            a is not None and b is not None and lo < a and b < hi
+            for a, b, lo, hi in zip((e.low for e in found), (e.high for e in found), low, high, strict=True)
+        ):
+            return float(radius)
+    return None
+
+
+def _attracts(slope: ca.SX, x: ca.SX, point: Array, radius: float, A: Array) -> bool:
+    """Whether P A(x) + A(x)^T P < 0 for all x in the box of the rest point, with a P that is proved definite."""
+    n = len(point)
+    eye = np.eye(n)
+    lyapunov = np.kron(A.T, eye) + np.kron(eye, A.T)
+    P = np.linalg.solve(lyapunov, -eye.ravel()).reshape(n, n)
+    P = (P + P.T) / 2
+    exact = [[Fraction(float(v)) for v in row] for row in P]
+    minors = [characteristic_polynomial([row[:k] for row in exact[:k]])[-1] * (-1) ** k for k in range(1, n + 1)]
+    form = ca.SX(P) @ slope
+    greatest = extreme_eigenvalue(form + form.T, x, point - radius, point + radius, -1, tolerance=0.1, boxes=BOXES)
+    return all(minor > 0 for minor in minors) and greatest.beyond is not None and greatest.beyond < 0
