@@ -4,7 +4,7 @@ import claims_paper as paper
 import numpy as np
 from claims_checks import Check, identity, listed, searched, sought, unequal
 from claims_loops import CONSTANT_D
-from claims_lyapunov import FLOOR, V2_AT_START
+from claims_lyapunov import ENOUGH, FLOOR, V2_AT_START
 from claims_replay import cost, escape, gain_lost, offset
 
 from workbench.controllers.aosmc_rgs import SHAPES as READINGS
@@ -21,8 +21,8 @@ def shapes() -> Finding:
     except ValueError:
         return Finding(
             "refuted",
-            "P is 2 x 2, s and sign(s) are 2 x 1: P s is 2 x 1, and cannot be multiplied by sign(s). Four readings give "
-            f"(33) a shape: {', '.join(READINGS)}.",
+            "P is 2 x 2, s and sign(s) are 2 x 1: P s is 2 x 1, and cannot be multiplied by sign(s). Four readings "
+            f"give (33) a shape: {', '.join(READINGS)}.",
             "np.ones((2, 2)) @ np.ones((2, 1)) @ np.sign(np.ones((2, 1)))",
         )
     return Finding("proved", "the product has a shape")
@@ -47,8 +47,8 @@ def raised_gain(found: Found) -> str:
     """(33) with a plus."""
     assert found.worst is not None
     return (
-        f"Its least leading minor reaches {-found.worst.value:.4g} within {found.worst.until:g} s: the symmetric part of "
-        f"(P s) sign(s)^T is not semidefinite where the signs of s differ. Worst of {sought('repaired_gain')}."
+        f"Its least leading minor reaches {-found.worst.value:,.0f} within {found.worst.until:g} s: the symmetric part "
+        f"of (P s) sign(s)^T is not semidefinite where the signs of s differ. Worst of {sought('repaired_gain')}."
     )
 
 
@@ -85,8 +85,9 @@ def no_decrease(found: Found) -> str:
     """(40) along the repaired law."""
     assert found.worst is not None
     return (
-        f"Even repaired, V2' + c |s| reaches {found.worst.value:.4g} W where c > 0 (halving the step changes it by "
-        f"{found.worst.error:.0e}): tr(P') and the observer's L2 x1~ are left out of (40). Worst of {sought('decrease')}."
+        f"Even repaired, V2' reaches {found.worst.value:,.0f} W where lambda_min(K) >= {ENOUGH:g} N m, which is more than "
+        f"delta can be (halving the step changes it by {found.worst.error:.0e}): (40) leaves out tr(P') and the "
+        f"observer's L2 x1~. Worst of {sought('decrease')}."
     )
 
 
@@ -98,8 +99,8 @@ def convergence() -> Finding:
     error, change = offset()
     return Finding(
         "refuted",
-        "Let D and q_d be constant, D not zero. If s and e1 tended to zero, the estimates and then the arm would come to "
-        "rest at q_d, but there M times the accelerations of arm and estimate differ by D for every torque (proved). "
+        "Let D and q_d be constant, D not zero. If s and e1 tended to zero, the estimates and then the arm would come "
+        "to rest at q_d, but there M times the accelerations of arm and estimate differ by D for every torque (proved). "
         f"Repaired, under D = {listed(CONSTANT_D)} N m, q - q_d is {listed(error)} rad after 20 s (changed by "
         f"{np.max(change):.0e} as the step is halved).",
         'both("(41)", D=(0.5, 0.4)), offset()',
@@ -140,7 +141,7 @@ CHECKS: tuple[tuple[Claim, Check], ...] = (
         unequal(
             "(30), along (10)",
             "D enters (30) and not (10): at D = (1, 0) N m, all else zero, M times the first "
-            "line is {0} N m, and M ds/dt is {1}. C qd_d for C qd_hat and the missing L1 x1~, L2 x1~ differ as well.",
+            "line is {0} N m, and M ds/dt is {1}. The terms in L1 x1~ and L2 x1~ are missing as well.",
             D=(1, 0),
         ),
     ),

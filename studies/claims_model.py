@@ -9,6 +9,7 @@ from paper_card import CARD
 from paper_laws import plant
 
 from workbench.core import Claim
+from workbench.core.layout import Array
 from workbench.verify.claims import Finding
 from workbench.verify.properties import PropertyVerdict
 from workbench.verify.witness import Witness
@@ -25,8 +26,8 @@ def entries(matrix: str) -> Check:
             assert entry.witness is not None
             return Finding(
                 "refuted",
-                f"{entry.label} is {entry.printed_value:.6g} where {entry.right_value:.6g} is right, at {entry.witness}; "
-                f"the other {len(mine) - len(wrong)} entries are proved right.",
+                f"{entry.label} is {entry.printed_value:.6g} where {entry.right_value:.6g} is right, at "
+                f"{entry.witness}; the other {len(mine) - len(wrong)} entries are proved right.",
                 f"printed.{_matrices(entry.witness)}, derived.{_matrices(entry.witness)}",
             )
         if any(entry.kind != "same" for entry in mine):
@@ -49,7 +50,7 @@ def skewness(name: str, arm: str) -> Check:
         return Finding(
             "refuted",
             f"M' - 2C plus its transpose has an entry of {worst:.4g} kg m^2/s at {found.witness}.",
-            f"{arm}.{_matrices(found.witness)}[1]",
+            f"skewness({arm}, {_tuple(found.witness.q)}, {_tuple(found.witness.qd)})",
         )
 
     return check
@@ -89,8 +90,12 @@ def bounded_disturbance() -> Finding:
 
 
 def _matrices(witness: Witness) -> str:
-    line = witness.replay.partition("dynamics.")[2]
-    return f"{line}[1]"
+    """The line that gives C at a state."""
+    return f"matrices({_tuple(witness.q)}, {_tuple(witness.qd)})[1]"
+
+
+def _tuple(values: Array) -> str:
+    return "(" + ", ".join(f"{value:g}" for value in values) + ")"
 
 
 CHECKS: tuple[tuple[Claim, Check], ...] = (

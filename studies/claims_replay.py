@@ -5,7 +5,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from claims_hunts import replay
+from claims_hunts import hunt, replay
 from claims_identities import at, both
 from claims_loops import I, beside_rest, regulation
 from paper_card import CARD
@@ -17,6 +17,7 @@ from workbench.core.claim import Declared
 from workbench.core.layout import Array
 from workbench.metrics import measure
 from workbench.metrics.integral import Integral
+from workbench.simulate.reference import reference
 from workbench.verify.margins import SignalsOf, violation, watching
 from workbench.verify.rest import RestPoint, growing_modes, rest_point
 
@@ -37,6 +38,7 @@ __all__ = [
     "printed",
     "replay",
     "rest_point",
+    "skewness",
 ]
 
 STEP, FINE = 1e-4, 1e-3 / 12  # s, of the law as printed and as repaired
@@ -51,6 +53,12 @@ def mismatch(q_hat: Any, tau: Any) -> float:
     return float(ca.evalf(ca.norm_2(ca.solve(M, tau - G) - ca.solve(M_hat, tau - G_hat))))
 
 
+def skewness(arm: Dynamics, q: Any, qd: Any) -> Array:
+    """M' - 2C plus its transpose, in kg m^2/s."""
+    N = arm.mass_matrix_rate - 2 * arm.C
+    return np.array(ca.Function("N", [arm.q, arm.qd, arm.symbols], [N + N.T])(q, qd, arm.p.default))
+
+
 def false_rest() -> RestPoint:
     """Where observer (10) of section 5 rests beside the hanging arm, with errors that are not zero."""
     return rest_point(beside_rest(30 * I, 50 * I), np.array([-2.63, 6.28, -78.8, 188.3]))
@@ -58,10 +66,6 @@ def false_rest() -> RestPoint:
 
 def drift(until: float = 10.0) -> tuple[Array, Array]:
     """D_hat of (24) as printed, in N m s, for D = (0.5, 0.4) N m held so long: by its closed form and by a run."""
-    from claims_hunts import hunt
-
-    from workbench.simulate.reference import reference
-
     l, D, ode = CARD["l"], np.array([0.5, 0.4]), hunt("printed_filter").ode
     held = {
         "disturbance.amplitude": D,
@@ -73,7 +77,7 @@ def drift(until: float = 10.0) -> tuple[Array, Array]:
 
 
 def gain_lost(reading: str, until: float = 4.0) -> tuple[float, float]:
-    """The least leading minor of K's symmetric part in the second scenario, (33) as printed, and its change by h / 2."""
+    """The least leading minor of K, (33) as printed, in the second scenario, and its change by h / 2."""
     ode, gain = proposed_as_printed("SS", reading).ode(), Declared(K_STAYS_DEFINITE, "controller.")
     score = measure(watching(ode, [gain]), (violation(gain.claim),), until=until, h=STEP)
     found = score.scores[violation(gain.claim).name]
