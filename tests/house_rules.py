@@ -19,6 +19,7 @@ LINES_OF_A_FILE, LINES_OF_A_FUNCTION = 300, 50
 DOORS = {
     "click": "cli.py",
     "control": "design/",
+    "flint": "verify/elementary.py",
     "distributed": "study/executors.py",
     "dask": "study/executors.py",
     "jax": "bench/peers/jax_scan.py",

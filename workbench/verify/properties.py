@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
 from workbench.core.layout import Array
+from workbench.verify.bounds import BUDGET, TOLERANCE, box_of, extreme_eigenvalue
 from workbench.verify.identity import Kind, judge_zero
-from workbench.verify.spectrum import Joints, eigenvalues, extreme, free_joints
+from workbench.verify.spectrum import Joints, eigenvalues, free_joints, nominal
 from workbench.verify.witness import Witness
+
+RANK: dict[Kind, int] = {"proved": 0, "not refuted": 1, "refuted": 2}
 
 
 @dataclass(frozen=True, eq=False)
 class PropertyVerdict:
     """How it stands with a property of an arm's matrices.
 
-    `residual` is the matrix (n, n) that ought to be zero, at the witness; both are None unless the
+    `residual` is what ought to be zero, (n, n) or (1, 1), at the witness; both are None unless the
     property is refuted.
     """
 
@@ -31,13 +34,21 @@ class PropertyVerdict:
 
 @dataclass(frozen=True, eq=False)
 class DefinitenessVerdict:
-    """How it stands with alpha1 I <= M(q) <= alpha2 I, alpha1 > 0.
+    """How it stands with alpha1 I <= M(q) <= alpha2 I, alpha1 > 0, at nominal parameters.
 
-    `alpha1` and `alpha2` are the least and greatest eigenvalue of M that were seen, in kg m^2, at
-    `q_least` and `q_greatest` (n,); `samples` mass matrices were looked at, at nominal parameters.
-    `refined` is how much the refinement moved the two beyond the best of the grid, `beyond` what no
-    eigenvalue in the box lies below and above (None where no bound on the slope of M is known): with the
-    first of these positive the property is proved.
+    Attributes
+    ----------
+    alpha1, alpha2
+        The least and greatest eigenvalue of M that were seen, in kg m^2.
+    q_least, q_greatest
+        Where, (n,) in rad.
+    samples, boxes
+        The mass matrices that were looked at, and the boxes of positions.
+    beyond
+        What is proved: no eigenvalue in the box lies below the first or above the second; None where
+        nothing was. With the first of these positive the property is proved.
+    digits
+        How many decimal digits of alpha1 and alpha2 are proved right.
     """
 
     statement: str
@@ -48,9 +59,16 @@ class DefinitenessVerdict:
     q_least: Array
     q_greatest: Array
     samples: int
-    refined: tuple[float, float]
+    boxes: int
     beyond: tuple[float | None, float | None]
+    digits: tuple[int, int]
     witness: Witness | None = None
+
+    @property
+    def replay(self) -> str:
+        """The line of Python that gives the eigenvalues of M where the least was seen."""
+        seen = Witness(self.q_least, np.zeros_like(self.q_least), np.zeros(0))
+        return f"{seen.replay}; numpy.linalg.eigvalsh(M)"
 
 
 def symmetric(dynamics: Dynamics) -> PropertyVerdict:
@@ -71,54 +89,82 @@ def skew(dynamics: Dynamics) -> PropertyVerdict:
     return _vanishes("M' - 2C is skew-symmetric", N + N.T, terms, dynamics)
 
 
+def passive(dynamics: Dynamics) -> PropertyVerdict:
+    """T' + U' = qd^T tau: no power but that of the torque, for all q, qd and all parameters.
+
+    It says two things: qd^T (M' - 2C) qd = 0, which is weaker than skewness as it is true of every right
+    factorisation of C qd; and that G is the gradient of some U(q), dG/dq = (dG/dq)^T. With M positive
+    definite and U bounded from below, the arm is then passive from tau to qd.
+
+    References
+    ----------
+    Ortega and Spong (1989), Adaptive motion control of rigid robots: a tutorial, Automatica 25, section 2.
+    """
+    rate, qd, slope = dynamics.mass_matrix_rate, dynamics.qd, ca.jacobian(dynamics.G, dynamics.q)
+    power = qd.T @ (rate - 2 * dynamics.C) @ qd
+    spent = ca.vertcat(qd.T @ rate @ qd, qd.T @ dynamics.C @ qd)
+    statement = "T' + U' = qd^T tau: the energy balance"
+    balance = _vanishes(statement, power, spent, dynamics)
+    gradient = _vanishes(statement, slope - slope.T, slope, dynamics)
+    if balance.kind == "proved" and gradient.kind == "proved":
+        return PropertyVerdict(statement, "proved", f"power of M' - 2C and curl of G: {balance.evidence}")
+    worse, of = (balance, "power of M' - 2C") if RANK[balance.kind] >= RANK[gradient.kind] else (gradient, "curl of G")
+    return replace(worse, evidence=f"{of}: {worse.evidence}")
+
+
 def _vanishes(statement: str, residual: ca.SX, terms: ca.SX, dynamics: Dynamics) -> PropertyVerdict:
     judgement = judge_zero(residual, terms, dynamics)
     found = judgement.search
     if found is None or found.witness is None:
         return PropertyVerdict(statement, judgement.kind, judgement.evidence)
-    matrix = found.values.reshape(dynamics.dof, dynamics.dof, order="F") + 0.0  # no negative zeros
+    matrix = found.values.reshape(residual.shape, order="F") + 0.0  # no negative zeros
     return PropertyVerdict(statement, judgement.kind, judgement.evidence, found.witness, matrix)
 
 
 def positive_definite(
-    dynamics: Dynamics, low: float | Array = -np.pi, high: float | Array = np.pi
+    dynamics: Dynamics,
+    low: float | Array = -np.pi,
+    high: float | Array = np.pi,
+    *,
+    tolerance: float = TOLERANCE,
+    boxes: int = BUDGET,
 ) -> DefinitenessVerdict:
     """M(q) is positive definite at nominal parameters, for low <= q <= high (rad, a number or (n,)).
 
-    The extreme eigenvalues of the symmetric part of M are sought on a grid over the joints that M
-    depends on, which is then halved round its best point again and again. What is seen is a fact; that
-    nothing was missed between the points is proved only where the slope of M is known to be too small.
+    The extreme eigenvalues of the symmetric part of M are sought by samples and proved by branch and
+    bound, each within `tolerance` of itself, with a budget of `boxes` for each.
 
     Raises
     ------
     ValueError
-        If the box is not one of finite numbers, or M is not finite somewhere in it.
+        If the box is not one of finite numbers, or M has no finite value or bound somewhere in it.
     """
-    first, last = (np.broadcast_to(np.asarray(side, dtype=float), dynamics.dof) for side in (low, high))
-    if not (np.isfinite([first, last]).all() and (first < last).all()):
-        raise ValueError(f"`positive_definite(low=..., high=...)` needs finite low < high; got {low} and {high}.")
-    least, greatest = (extreme(dynamics, first, last, sign) for sign in (1, -1))
+    first, last = box_of("positive_definite", low, high, dynamics.dof)
+    M = nominal(dynamics, dynamics.M)
+    extremes = [extreme_eigenvalue(M, dynamics.q, first, last, s, tolerance=tolerance, boxes=boxes) for s in (1, -1)]
+    least, greatest = extremes
     samples = least.samples + greatest.samples
     kind: Kind = "refuted" if least.value <= 0 else "not refuted"
-    evidence = f"smallest eigenvalue {least.value:.6g} kg m^2 at q = {(np.round(least.q, 6) + 0.0).tolist()}"
+    evidence = f"smallest eigenvalue {least.value:.9g} kg m^2 at q = {(np.round(least.x, 6) + 0.0).tolist()}"
     evidence += _where(free_joints(dynamics), first, last)
     if least.value > 0 and least.beyond is not None and least.beyond > 0:
         kind = "proved"
-        evidence += f", and none below {least.beyond:.6g} between the points of the grid, by the slope of M"
+        evidence += f", and none below {least.beyond:.9g}, by interval arithmetic on {least.boxes} boxes"
     elif least.value > 0:
-        evidence = f"not refuted in {samples} samples: {evidence}"
+        evidence = f"not refuted in {samples} samples: {evidence}; not proved: {least.why}"
     return DefinitenessVerdict(
         "M is positive definite at nominal parameters",
         kind,
         evidence,
         least.value,
         greatest.value,
-        least.q,
-        greatest.q,
+        least.x,
+        greatest.x,
         samples,
-        (abs(least.value - least.on_grid), abs(greatest.value - greatest.on_grid)),
+        least.boxes + greatest.boxes,
         (least.beyond, greatest.beyond),
-        Witness(least.q, np.zeros(dynamics.dof), dynamics.p.default) if kind == "refuted" else None,
+        (least.digits, greatest.digits),
+        Witness(least.x, np.zeros(dynamics.dof), dynamics.p.default) if kind == "refuted" else None,
     )
 
 

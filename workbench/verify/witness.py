@@ -43,7 +43,7 @@ class Witness:
     def replay(self) -> str:
         """The line of Python that gives M, C and G at this state, for any `dynamics` in question."""
         p = f", dynamics.p.pack({self.changed})[0]" if self.changed else ""
-        return f"M, C, G = dynamics.matrices({_tuple(self.q)}, {_tuple(self.qd)}{p})"
+        return f"M, C, G = dynamics.matrices({exact(self.q)}, {exact(self.qd)}{p})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,10 +64,10 @@ def candidates(dynamics: Dynamics) -> tuple[Witness, ...]:
     """States in the order of the search: at nominal parameters first, then at varied ones."""
     n = dynamics.dof
     plain = np.concatenate([0.5 * np.arange(1, n + 1), (-1.0) ** np.arange(n)])
-    spread = np.round((_sequence(STATES - 1, 2 * n) - 0.5) * np.repeat([6.0, 4.0], n), 1)
+    spread = np.round((sequence(STATES - 1, 2 * n) - 0.5) * np.repeat([6.0, 4.0], n), 1)
     states = np.vstack([plain, spread])
     nominal = [Witness(x[:n], x[n:], dynamics.p.default) for x in states]
-    varied = [_varied(dynamics, x, u) for x, u in zip(states, _sequence(STATES, dynamics.p.size), strict=True)]
+    varied = [_varied(dynamics, x, u) for x, u in zip(states, sequence(STATES, dynamics.p.size), strict=True)]
     return tuple(nominal + varied if dynamics.p.size else nominal)
 
 
@@ -107,7 +107,7 @@ def _varied(dynamics: Dynamics, x: Array, u: Array) -> Witness:
     return Witness(x[:n], x[n:], dynamics.p.pack(changed)[0], changed)
 
 
-def _sequence(count: int, dimensions: int) -> Array:
+def sequence(count: int, dimensions: int) -> Array:
     """Points (count, dimensions) spread evenly over the unit cube (the R sequence of M. Roberts, 2018)."""
     if dimensions == 0:
         return np.zeros((count, 0))
@@ -118,6 +118,14 @@ def _sequence(count: int, dimensions: int) -> Array:
     return np.asarray((0.5 + np.outer(np.arange(1, count + 1), steps)) % 1.0)
 
 
+def exact(values: Array) -> str:
+    """Numbers as a tuple of Python: short where that is the same number, and to the last digit elsewhere."""
+    return _joined([f"{x:g}" if float(f"{x:g}") == x else repr(float(x)) for x in values])
+
+
 def _tuple(values: Array) -> str:
-    numbers = ", ".join(f"{value:g}" for value in values)
-    return f"({numbers},)" if len(values) == 1 else f"({numbers})"
+    return _joined([f"{value:g}" for value in values])
+
+
+def _joined(numbers: list[str]) -> str:
+    return f"({numbers[0]},)" if len(numbers) == 1 else f"({', '.join(numbers)})"

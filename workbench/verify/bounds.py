@@ -1,0 +1,235 @@
+"""Certified extremes of expressions over boxes: of a number, of an eigenvalue, of a norm.
+
+Each is sought by samples, which show a value at a point, and proved by branch and bound, which shows that
+none lies beyond. The two together enclose the extreme. What the proof rests on says `guarantee`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from workbench.core.layout import Array
+from workbench.core.sockets import described
+from workbench.verify.branch import Proof, prove, whole
+from workbench.verify.elementary import guarantee
+from workbench.verify.forms import AbstractForm, form_of
+from workbench.verify.seek import Seen, least_seen
+
+__all__ = ["BUDGET", "TOLERANCE", "Enclosure", "Extreme", "enclose", "extreme_eigenvalue", "guarantee", "largest_norm"]
+
+# What is proved is to lie within this share of the value of what is seen; and how many boxes may be looked at.
+TOLERANCE, BUDGET = 1e-8, 200_000
+
+
+@dataclass(frozen=True, eq=False)
+class Extreme:
+    """The least or greatest value of something over a box.
+
+    Attributes
+    ----------
+    value, x
+        The extreme of what was seen, to rounding, and the point (k,) at which it was.
+    beyond
+        What no value in the box lies beyond, proved; None where nothing was.
+    boxes, samples
+        How many boxes the proof has looked at, and how many points the search.
+    why
+        What kept the proof from its tolerance; empty where nothing did.
+    """
+
+    value: float
+    x: Array
+    beyond: float | None
+    boxes: int
+    samples: int
+    why: str
+
+    @property
+    def complete(self) -> bool:
+        """Whether seen and proved lie within the tolerance of each other."""
+        return not self.why
+
+    @property
+    def digits(self) -> int:
+        """How many decimal digits of the value are proved right, by the gap between seen and proved."""
+        if self.beyond is None or not self.value:
+            return 0
+        gap = max(abs(self.value - self.beyond), 1e-16 * abs(self.value))
+        return max(int(-np.log10(2 * gap / abs(self.value))), 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Enclosure:
+    """Both extremes of an expression over a box: low <= expression <= high is proved."""
+
+    least: Extreme
+    greatest: Extreme
+
+    @property
+    def low(self) -> float | None:
+        """What no value lies below; None if nothing was proved."""
+        return self.least.beyond
+
+    @property
+    def high(self) -> float | None:
+        """What no value lies above; None if nothing was proved."""
+        return self.greatest.beyond
+
+    @property
+    def complete(self) -> bool:
+        """Whether both sides reach their tolerance."""
+        return self.least.complete and self.greatest.complete
+
+
+def enclose(
+    expression: ca.SX,
+    symbols: ca.SX,
+    low: float | Array,
+    high: float | Array,
+    *,
+    tolerance: float = TOLERANCE,
+    boxes: int = BUDGET,
+) -> Enclosure:
+    """The range of one expression over the box low <= symbols <= high.
+
+    Parameters
+    ----------
+    symbols
+        (k, 1), all that the expression holds.
+    low, high
+        A number, or (k,).
+    tolerance
+        The gap between seen and proved, as a share of the largest absolute value that was seen.
+    boxes
+        The budget for each of the two sides.
+
+    Raises
+    ------
+    ValueError
+        If the box is not one of finite numbers, the expression is a matrix or holds other symbols, has an
+        operation of which no interval is known, or has no finite value or bound somewhere: the place is named.
+    """
+    if ca.SX(expression).numel() != 1:
+        raise ValueError(f"`enclose(expression=...)` takes one expression; got shape {ca.SX(expression).shape}.")
+    task = _task("enclose", ca.SX(expression), symbols, low, high)
+    lower, upper = (task.seen(sign) for sign in (1, -1))
+    scale = max(abs(lower.value), abs(upper.value)) or 1.0
+    return Enclosure(*(task.proved(s, seen, scale, tolerance, boxes) for s, seen in ((1, lower), (-1, upper))))
+
+
+def extreme_eigenvalue(
+    matrix: ca.SX,
+    symbols: ca.SX,
+    low: float | Array,
+    high: float | Array,
+    sign: int,
+    *,
+    tolerance: float = TOLERANCE,
+    boxes: int = BUDGET,
+) -> Extreme:
+    """The least (sign 1) or greatest (sign -1) eigenvalue of the symmetric part of a matrix (n, n) over a box.
+
+    Parameters
+    ----------
+    symbols, low, high, boxes
+        As of `enclose`; the tolerance is a share of the extreme itself.
+
+    Raises
+    ------
+    ValueError
+        As `enclose`.
+    """
+    task = _task("extreme_eigenvalue", (matrix + matrix.T) / 2, symbols, low, high)
+    seen = task.seen(sign)
+    return task.proved(sign, seen, abs(seen.value) or 1.0, tolerance, boxes)
+
+
+def largest_norm(
+    matrix: ca.SX,
+    symbols: ca.SX,
+    low: float | Array,
+    high: float | Array,
+    *,
+    tolerance: float = TOLERANCE,
+    boxes: int = BUDGET,
+) -> Extreme:
+    """The greatest 2-norm of a vector or matrix F (n, m) over a box: the greatest eigenvalue of [[0, F], [F', 0]].
+
+    Raises
+    ------
+    ValueError
+        As `enclose`.
+    """
+    F = ca.densify(ca.SX(matrix))
+    n, m = F.shape
+    around = ca.blockcat([[ca.SX.zeros(n, n), F], [F.T, ca.SX.zeros(m, m)]])
+    task = _task("largest_norm", around, symbols, low, high)
+    seen = task.seen(-1)
+    return task.proved(-1, seen, abs(seen.value) or 1.0, tolerance, boxes)
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    """A matrix and its negative as forms over the symbols that it depends on, and the box."""
+
+    forms: dict[int, AbstractForm]
+    free: list[int]
+    low: Array
+    high: Array
+
+    def seen(self, sign: int) -> Seen:
+        """The least (sign 1) or greatest (-1) eigenvalue by samples; a greatest with its sign turned."""
+        form, low, high = self.forms[sign], self.low[self.free], self.high[self.free]
+
+        def smallest(x: Array) -> Array:
+            S = form.value(x)
+            if not (finite := np.isfinite(S).all(axis=(1, 2))).all():
+                where = self._at(x[np.flatnonzero(~finite)[0]]).tolist()
+                raise ValueError(f"A bound needs finite numbers all over the box; it has none at {where}.")
+            return np.asarray(np.linalg.eigvalsh(S)[:, 0])
+
+        return least_seen(smallest, low, high)
+
+    def proved(self, sign: int, seen: Seen, scale: float, tolerance: float, boxes: int) -> Extreme:
+        """What was seen, with its proof."""
+        box = whole(self.low[self.free], self.high[self.free])
+        found: Proof = prove(self.forms[sign], box, (seen.value, seen.x), scale, tolerance, boxes)
+        beyond = None if found.beyond is None else sign * found.beyond
+        return Extreme(sign * found.value, self._at(found.x), beyond, found.boxes, seen.samples, found.why)
+
+    def _at(self, x: Array) -> Array:
+        point = (self.low + self.high) / 2
+        point[self.free] = x
+        return point
+
+
+def _task(call: str, matrix: ca.SX, symbols: ca.SX, low: float | Array, high: float | Array) -> _Task:
+    first, last = box_of(call, low, high, symbols.numel())
+    given = {symbols[i].name(): i for i in range(symbols.numel())}
+    held = [symbol.name() for symbol in ca.symvar(matrix)]
+    if foreign := [name for name in held if name not in given]:
+        raise ValueError(f"`{call}(symbols=...)` must hold all symbols of the expression; '{foreign[0]}' is missing.")
+    free = sorted(given[name] for name in held)
+    parts = [symbols[i] for i in free]
+    return _Task({sign: form_of(sign * matrix, parts) for sign in (1, -1)}, free, first, last)
+
+
+def box_of(call: str, low: float | Array, high: float | Array, k: int) -> tuple[Array, Array]:
+    """Both sides of a box, (k,) each, from numbers or vectors.
+
+    Raises
+    ------
+    ValueError
+        If they are none of k finite numbers with low < high.
+    """
+    try:
+        first, last = (np.broadcast_to(np.asarray(side, dtype=float), k).copy() for side in (low, high))
+    except (TypeError, ValueError):
+        got = f"{described(low)} and {described(high)}"
+        raise ValueError(f"`{call}(low=..., high=...)` must be numbers or vectors of {k}; got {got}.") from None
+    if not (np.isfinite([first, last]).all() and (first < last).all()):
+        raise ValueError(f"`{call}(low=..., high=...)` needs finite low < high; got {low} and {high}.")
+    return first, last
