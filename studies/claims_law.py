@@ -85,7 +85,7 @@ def no_decrease(found: Found) -> str:
     """(40) along the repaired law."""
     assert found.worst is not None
     return (
-        f"Even repaired, V2' reaches {found.worst.value:,.0f} W where lambda_min(K) >= {ENOUGH:g} N m, which is more than "
+        f"Even repaired, V2' reaches {found.worst.value:,.0f} W where lambda_min(K) >= {ENOUGH:g} N m, more than "
         f"delta can be (halving the step changes it by {found.worst.error:.0e}): (40) leaves out tr(P') and the "
         f"observer's L2 x1~. Worst of {sought('decrease')}."
     )
@@ -100,7 +100,7 @@ def convergence() -> Finding:
     return Finding(
         "refuted",
         "Let D and q_d be constant, D not zero. If s and e1 tended to zero, the estimates and then the arm would come "
-        "to rest at q_d, but there M times the accelerations of arm and estimate differ by D for every torque (proved). "
+        "to rest at q_d, but there M times the accelerations of arm and estimate differ by D for any torque (proved). "
         f"Repaired, under D = {listed(CONSTANT_D)} N m, q - q_d is {listed(error)} rad after 20 s (changed by "
         f"{np.max(change):.0e} as the step is halved).",
         'both("(41)", D=(0.5, 0.4)), offset()',

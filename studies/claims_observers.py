@@ -8,6 +8,7 @@ from claims_loops import I, beside_rest
 from claims_replay import drift, false_rest, mismatch
 
 from workbench.core import Claim
+from workbench.verify.bounds import guarantee
 from workbench.verify.claims import Finding
 from workbench.verify.counterexample import in_reference_mode
 from workbench.verify.falsify import Found
@@ -64,7 +65,7 @@ def paper_gains() -> Finding:
         "refuted",
         f"Beside the hanging arm at rest, (10) rests at q_hat = {listed(point.x[:2], 6)} rad, "
         f"qd_hat = {listed(point.x[2:], 6)} rad/s: a rest point within {point.radius:.0e} of these numbers is proved "
-        f"to exist, with an error of {np.linalg.norm(point.x[:2]):.3f} rad for ever.{basin}",
+        f"to exist ({guarantee()}), with an error of {np.linalg.norm(point.x[:2]):.3f} rad for ever.{basin}",
         "false_rest()",
     )
 
@@ -90,8 +91,8 @@ def swinging(found: Found) -> str:
     start = listed([worst.sought[f"plant.{name}[{i}]"] for name in ("q", "qd") for i in (0, 1)], 3)
     return (
         f"From (q, qd)(0) = {start}, |q - q_hat| is {np.linalg.norm(y[0]):.2f} rad after {worst.until:g} s, by "
-        f"variable steps with an error below {np.linalg.norm(error):.0e} rad; no torque, q_hat(0) = qd_hat(0) = 0 as in section "
-        f"5. Found in {sought('swinging_arm')}."
+        f"variable steps with an error below {np.linalg.norm(error):.0e} rad; no torque, and q_hat(0) = "
+        f"qd_hat(0) = 0 as in section 5. Found in {sought('swinging_arm')}."
     )
 
 

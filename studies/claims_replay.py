@@ -5,6 +5,7 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
+from a1_paper_tables import comparison
 from claims_hunts import hunt, replay
 from claims_identities import at, both
 from claims_loops import I, beside_rest, regulation
@@ -23,6 +24,7 @@ from workbench.verify.rest import RestPoint, growing_modes, rest_point
 
 __all__ = [
     "I",
+    "beside",
     "beside_rest",
     "both",
     "cost",
@@ -97,6 +99,18 @@ def cost(riccati: str, until: float = 10.0) -> tuple[float, float]:
     J = Integral("J", "", "the cost (32)", lambda t, y: y["cost"], lambda value, horizon: value, ("cost",))
     score = measure(watched, (J,), until=until, h=FINE).scores["J"]
     return float(score.value[0, 0]), float(score.error[0, 0])
+
+
+def beside(metric: str) -> dict[str, list[float]]:
+    """A metric of the six laws in both scenarios, joint by joint, as a1 measures it."""
+    cases = [case for scenario in ("FS", "SS") for case in comparison(scenario)]
+    found = {}
+    for case in cases:
+        mine = tuple(m for m in case.metrics if m.name == metric)
+        if mine:
+            score = measure(case.loop.ode(), mine, until=case.until, h=case.h).scores[metric]
+            found[case.name] = score.value[0].tolist()
+    return found
 
 
 def escape() -> tuple[float, float]:

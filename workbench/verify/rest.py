@@ -5,18 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
 from workbench.core.layout import Array
-from workbench.verify.bounds import enclose, extreme_eigenvalue
+from workbench.verify.bounds import Enclosure, enclose, extreme_eigenvalue
 from workbench.verify.exact import characteristic_polynomial, exact_values, unstable_modes
 
 NEWTON_STEPS = 60
-RADII = 10.0 ** np.arange(-12.0, -5.0)  # of boxes about a zero, in units of its size: the first that maps into itself
-BOXES = 64  # for one enclosure: the boxes are tiny, and need no splitting
+# Half-widths of boxes about a zero, as shares of its size, of which the first that maps into itself is taken; how far
+# from tight an enclosure may be, as a share of the half-width; and how many boxes one may take.
+RADII, LOOSE, BOXES = (1e-9, 1e-8, 1e-7, 1e-6), 0.1, 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +41,7 @@ class RestPoint:
     x: Array
     radius: float | None
     attracts: bool
-    modes: Array
+    modes: np.ndarray[Any, np.dtype[np.complex128]]
 
 
 def rest_point(ode: Ode, near: Array) -> RestPoint:
@@ -65,7 +67,7 @@ def rest_point(ode: Ode, near: Array) -> RestPoint:
     A = np.array(ca.Function("slope", [x], [slope])(point))
     radius = _radius(f, x, point, A)
     attracts = radius is not None and _attracts(slope, x, point, radius, A)
-    return RestPoint(point, radius, attracts, np.linalg.eigvals(A))
+    return RestPoint(point, radius, attracts, np.linalg.eigvals(A).astype(complex))
 
 
 def growing_modes(ode: Ode, at: Mapping[str, Fraction] | None = None) -> int | None:
@@ -119,15 +121,17 @@ def _radius(f: ca.SX, x: ca.SX, point: Array, A: Array) -> float | None:
     if not characteristic_polynomial([[Fraction(float(v)) for v in row] for row in Y])[-1]:
         return None
     image = x - ca.SX(Y) @ f
-    for radius in RADII * (1 + np.abs(point).max()):
+    for share in RADII:
+        radius = share * (1 + float(np.abs(point).max()))
         low, high = point - radius, point + radius
-        found = [enclose(image[i], x, low, high, tolerance=0.1 * radius, boxes=BOXES) for i in range(len(point))]
-        if all(
-            a is not None and b is not None and lo < a and b < hi
-            for a, b, lo, hi in zip((e.low for e in found), (e.high for e in found), low, high, strict=True)
-        ):
-            return float(radius)
+        found = (enclose(image[i], x, low, high, tolerance=LOOSE * share, boxes=BOXES) for i in range(len(point)))
+        if all(_within(e, *ends) for e, *ends in zip(found, low, high, strict=True)):
+            return radius
     return None
+
+
+def _within(range_: Enclosure, low: float, high: float) -> bool:
+    return range_.low is not None and range_.high is not None and low < range_.low and range_.high < high
 
 
 def _attracts(slope: ca.SX, x: ca.SX, point: Array, radius: float, A: Array) -> bool:
@@ -140,5 +144,5 @@ def _attracts(slope: ca.SX, x: ca.SX, point: Array, radius: float, A: Array) -> 
     exact = [[Fraction(float(v)) for v in row] for row in P]
     minors = [characteristic_polynomial([row[:k] for row in exact[:k]])[-1] * (-1) ** k for k in range(1, n + 1)]
     form = ca.SX(P) @ slope
-    greatest = extreme_eigenvalue(form + form.T, x, point - radius, point + radius, -1, tolerance=0.1, boxes=BOXES)
+    greatest = extreme_eigenvalue(form + form.T, x, point - radius, point + radius, -1, tolerance=LOOSE, boxes=BOXES)
     return all(minor > 0 for minor in minors) and greatest.beyond is not None and greatest.beyond < 0

@@ -1,0 +1,54 @@
+"""Which claims of the AOSMC-RGS paper stand, and which fall?
+
+Question  Of what the paper assumes, states as a theorem, derives, and concludes from its simulations: what is
+          proved, what is refuted by a witness that anyone can replay, and what cannot be checked?
+Method    Each claim is data: a statement, its source, its hypotheses. Identities are judged by exact normal forms,
+          bounds and rest points by interval arithmetic, linear modes by Routh's array in rational arithmetic. What
+          only a run can break is searched for the worst run within the paper's own assumptions. Comparisons are
+          those of a1, on the same numbers.
+Runs in   about 40 seconds on two cores.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+
+import claims_law
+import claims_model
+import claims_observers
+import claims_others
+from a1_paper_tables import comparison
+from claims_pages import answers, the_ledger, two_runs, worth
+from claims_pages import headlines as lines
+
+from workbench.study.document import Section
+from workbench.study.study import Results, Study
+from workbench.verify.claims import Ledger
+
+
+@cache
+def ledger(results: Results) -> Ledger:
+    """Every claim checked, in the order of the paper."""
+    groups = (claims_model.CHECKS, claims_observers.CHECKS, claims_law.CHECKS, claims_others.checks(results))
+    return Ledger.of([check for group in groups for check in group])
+
+
+def sections(results: Results) -> Sequence[Section]:
+    """What the report says."""
+    found = ledger(results)
+    return answers(found), the_ledger(found), two_runs(), worth(found)
+
+
+def headlines(results: Results) -> Sequence[str]:
+    """The verdicts, one a line."""
+    return lines(ledger(results))
+
+
+study = Study(
+    name="a2_claims",
+    title="AOSMC-RGS: the ledger of claims",
+    question=__doc__.split("Question  ")[1].split("Method")[0],
+    method=__doc__.split("Method    ")[1].split("Runs in")[0],
+    cases=(*comparison("FS"), *comparison("SS")),
+    sections=sections,
+    headlines=headlines,
+)

@@ -1,0 +1,81 @@
+"""The ledger's last lines: what the paper says of its rivals, and what laws and observers promise of themselves."""
+
+from dataclasses import replace
+
+import claims_paper as paper
+from claims_checks import Check, searched, sought
+from claims_hunts import hunt
+from paper_card import LAWS
+from paper_comparison import MARGIN, PROPOSED
+
+from workbench.core import Claim
+from workbench.core.claim import Declared
+from workbench.study.comparison import order
+from workbench.study.study import Results
+from workbench.verify.claims import Finding
+from workbench.verify.falsify import Found
+
+SCENARIOS = ("FS", "SS")
+METRICS: tuple[tuple[Claim, str], ...] = (
+    (paper.TRACKING, "RMSE (43)"),
+    (paper.STEADY, "late error"),
+    (paper.AMPLITUDE, "peak torque"),
+    (paper.CHATTERING, "TV"),
+    (paper.OVERSHOOT, "overshoot"),
+    (paper.SETTLING, "settling time"),
+)
+# A search of `claims_hunts`, and the block that makes the promise.
+PROMISES = {
+    "smc": "SlidingMode",
+    "asmc": "AdaptiveSlidingMode",
+    "super_twisting": "SuperTwisting",
+    "oracle_filter": "OracleFilter",
+    "printed_filter": "PrintedFilter",
+    "momentum": "MomentumObserver",
+    "nonlinear": "NonlinearDisturbanceObserver",
+}
+
+
+def ranked(results: Results, metric: str) -> Check:
+    """The proposed law, repaired, beside each rival by one metric, at each joint and in each scenario."""
+
+    def check() -> Finding:
+        stands: list[tuple[str, str]] = []
+        for scenario in SCENARIOS:
+            ours = results[scenario, PROPOSED]
+            if metric not in ours.measurement.scores:
+                continue
+            for law in LAWS:
+                for joint in (0, 1) if law != PROPOSED else ():
+                    a, b = ours.score(metric, joint), results[scenario, law].score(metric, joint)
+                    stood = order(a, b, MARGIN)
+                    stands.append((stood, f"{law} {b[0]:.4g}, AOSMC-RGS {a[0]:.4g} ({scenario}, joint {joint + 1})"))
+        lost = [words for stood, words in stands if stood == "above"]
+        below = sum(stood == "below" for stood, _ in stands)
+        tally = f"Below the rival in {below} of {len(stands)} comparisons, above it in {len(lost)}"
+        tally += f", too close to call in {len(stands) - below - len(lost)}"
+        if lost:
+            return Finding("refuted", f"{tally}. The first: {lost[0]}.", f'beside("{metric}")')
+        return Finding("not refuted", f"{tally}.", f'beside("{metric}")', samples=len(stands))
+
+    return check
+
+
+def promise(name: str) -> tuple[Claim, Check]:
+    """What a block declares, and the search for a run that breaks it."""
+    target = hunt(name).target
+    assert isinstance(target, Declared)
+    claim = replace(target.claim, name=f"{PROMISES[name]}: {target.claim.name}")
+
+    def sentence(result: Found) -> str:
+        assert result.worst is not None
+        worst = f"its margin is broken by {result.worst.value:.4g}" if result.kind == "refuted" else "no run breaks it"
+        return f"Of {sought(name)}, {worst}."
+
+    return claim, searched(name, sentence)
+
+
+def checks(results: Results) -> tuple[tuple[Claim, Check], ...]:
+    """The comparisons, then the promises."""
+    compared = tuple((claim, ranked(results, metric)) for claim, metric in METRICS)
+    return (*compared, *(promise(name) for name in PROMISES))

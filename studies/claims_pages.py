@@ -1,0 +1,201 @@
+"""How a2 reads: the answers first, then the ledger, then two runs to look at, then what each verdict is worth."""
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+from claims_hunts import D_MAX, L_D, REACH, SEED, found, hunt
+from claims_lyapunov import FLOOR, V2_AT_START
+
+from workbench.core import rk4
+from workbench.core.layout import Array
+from workbench.notation.formula import symbol
+from workbench.simulate import simulate
+from workbench.study.document import (
+    Cell,
+    Code,
+    Column,
+    Figure,
+    Itemize,
+    Panel,
+    Paragraph,
+    Reference,
+    Section,
+    Series,
+    Strong,
+    Table,
+    Verdict,
+)
+from workbench.verify.bounds import guarantee
+from workbench.verify.claims import Ledger, Line
+
+OUTCOME: dict[str, Literal["holds", "fails", "open"]] = {
+    "proved": "holds",
+    "refuted": "fails",
+    "not refuted": "open",
+    "not checkable": "open",
+}
+FIRST = (
+    "Assumption 2",
+    "Assumption 3, derived C",
+    "(3)",
+    "Theorem 1",
+    "Theorem 1, gains of section 5",
+    "(24)",
+    "(33), shapes",
+    "(33), gain",
+    "(42)",
+)
+
+
+def answers(ledger: Ledger) -> Section:
+    """What was found, before anything else."""
+    counts = {kind: ledger.count(kind) for kind in ("proved", "refuted", "not refuted", "not checkable")}
+    words = ", ".join(f"{count} {kind}" for kind, count in counts.items())
+    return Section(
+        "What was found",
+        (
+            Paragraph((f"Of {len(ledger)} claims: {words}. All of them are in ", Reference("ledger"), ".")),
+            *(_answer(ledger[name]) for name in FIRST),
+        ),
+    )
+
+
+def _answer(line: Line) -> Verdict:
+    claim, finding = line.claim, line.finding
+    evidence = f"{finding.verdict.capitalize()}. {finding.evidence}"
+    return Verdict(OUTCOME[finding.kind], f"{claim.name}: {claim.statement}", evidence)
+
+
+def the_ledger(ledger: Ledger) -> Section:
+    """One table of all claims."""
+    rows = tuple(_row(ledger, line) for line in ledger)
+    columns = (Column("claim"), Column("source"), Column("rests on"), Column("verdict"), Column("evidence and witness"))
+    return Section(
+        "The ledger",
+        (
+            Paragraph(
+                (
+                    "A claim is proved by exact or interval arithmetic, refuted by a witness, not refuted in so many "
+                    "samples, or not checkable. A finite simulation can refute, and never proves. A witness is a "
+                    "line of "
+                    "Python that runs as it stands in the folder of the studies, after ",
+                    Code("from claims_replay import *"),
+                    ".",
+                )
+            ),
+            Table(
+                "ledger",
+                "Each claim with its source, what it rests on, its verdict, the evidence, and a witness to replay.",
+                columns,
+                rows,
+                ("Rests on: hypotheses with their verdicts; a proof that rests on a refuted one says nothing here.",),
+            ),
+        ),
+    )
+
+
+def _row(ledger: Ledger, line: Line) -> tuple[Cell, ...]:
+    finding, claim = line.finding, line.claim
+    bold = Strong(finding.verdict) if finding.kind in ("refuted", "proved") else finding.verdict
+    witness = (" ", Code(finding.witness)) if finding.witness else ()
+    direct = tuple(hypothesis.name for hypothesis in claim.hypotheses)
+    verdicts = dict(ledger.hypotheses(claim.name))
+    rests = "; ".join(f"{name} ({verdicts[name] or 'as given'})" for name in direct)
+    return (Strong(claim.name), " ", claim.statement), claim.source, rests or None, bold, (finding.evidence, *witness)
+
+
+def two_runs() -> Section:
+    """The runs behind Theorem 1 and (42)."""
+    return Section(
+        "Two runs to look at",
+        (
+            Paragraph(
+                "Both were found by the search, within the bounds stated below. The first starts the observer as "
+                "section 5 does, with estimates of zero, beside the arm that swings freely; its estimate of the "
+                "position "
+                "runs away from the arm, while the arm moves as an arm does."
+            ),
+            _swinging(),
+            _finite_time(),
+        ),
+    )
+
+
+def _worst_run(name: str, signals: Sequence[str], h: float, every: float) -> tuple[Array, dict[str, Array]]:
+    """The worst run of a search, kept every so many seconds."""
+    worst, ode = found(name).worst, hunt(name).watched
+    assert worst is not None
+    p, x0 = worst.rows(hunt(name).ode)
+    runs = simulate(rk4(ode, h), p, x0, until=worst.until, every=every)
+    return runs.t, {signal: runs[signal][0] for signal in signals}
+
+
+def _swinging() -> Figure:
+    t, y = _worst_run("swinging_arm", ("q", "q_error"), 5e-4, 5e-3)
+    estimate = y["q"] - y["q_error"]
+    panels = tuple(
+        Panel(
+            (symbol(f"q_{i + 1}"), " [rad]"),
+            (Series("arm", t, y["q"][:, i], style=0), Series("its estimate by (10)", t, estimate[:, i], style=1)),
+            xlim=(0.0, float(t[-1])),
+        )
+        for i in (0, 1)
+    )
+    return Figure(
+        "swinging_arm", "The arm without torque, and its estimate by (10) with the gains of section 5.", panels, 2
+    )
+
+
+def _finite_time() -> Figure:
+    t, y = _worst_run("finite_time", ("s",), 1e-3 / 24, 5e-3)
+    size = np.linalg.norm(y["s"], axis=1)
+    after = t > 0.05
+    panel = Panel(
+        "size of s [rad/s]",
+        (
+            Series("the repaired law", t, size, style=0),
+            Series("V2(0) / (c t), which (42) allows", t[after], V2_AT_START / (FLOOR * t[after]), style="bound"),
+        ),
+        xlim=(0.0, float(t[-1])),
+    )
+    caption = f"The sliding variable of the worst run, and what (42) allows with c = {FLOOR:g} N m."
+    return Figure("finite_time", caption, (panel,))
+
+
+def worth(ledger: Ledger) -> Section:
+    """What the verdicts mean and where the searches have looked."""
+    fastest = REACH["plant.qd"][1]
+    worst = found("late_error")
+    assert worst.worst is not None
+    return Section(
+        "What these verdicts are worth",
+        (
+            Itemize(
+                (
+                    f"Identities are proved by normal forms in rational arithmetic; bounds by intervals "
+                    f"({guarantee()}); modes "
+                    "by Routh's array in rational arithmetic, with every double taken for the fraction that it is.",
+                    "Searches are differential evolution on whole batches of runs, then exact gradients by "
+                    "sensitivities "
+                    f"where there are any, with the seed {SEED}. Their bounds: |q_i(0)| <= pi, |qd_i(0)| <= "
+                    f"{fastest:g} rad/s "
+                    f"(Assumption 1 names no numbers), |D| <= {D_MAX} N m and |D'| <= {L_D} N m/s (Assumption 4), D "
+                    f"a sine a "
+                    "joint. A run counts only if it keeps its hypotheses at every step.",
+                    "A run that refutes is run again at half its step, and breaks the claim by more than the change. "
+                    "Its "
+                    "numbers are stored, with the fingerprint of its equations, and replayed by the tests.",
+                    "Comparisons with the rivals stand on numbers that the paper does not state, and that a1 assumes.",
+                    f"The worst late error of the repaired law within these bounds, over {worst.worst.until:g} s and "
+                    f"among "
+                    f"{worst.kept} runs: {worst.worst.value:.3f} rad from 5 s on.",
+                )
+            ),
+        ),
+    )
+
+
+def headlines(ledger: Ledger) -> list[str]:
+    """One line a claim."""
+    return [f"{line.finding.verdict:>32}  {line.claim.name}" for line in ledger]
