@@ -35,7 +35,7 @@ def ledger(results: Results) -> Ledger:
 def sections(results: Results) -> Sequence[Section]:
     """What the report says."""
     found = ledger(results)
-    return answers(found), the_ledger(found), two_runs(), worth(found)
+    return answers(found), the_ledger(found), two_runs(), worth()
 
 
 def headlines(results: Results) -> Sequence[str]:

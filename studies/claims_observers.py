@@ -23,8 +23,8 @@ def lipschitz() -> Finding:
     sizes = [mismatch((0, 1), (torque, 0)) for torque in TORQUES]
     return Finding(
         "refuted",
-        f"Delta is affine in tau, with the factor M^-1(x1) - M^-1(x1^): with |x1~| = 1 rad, x2~ = 0 it is "
-        f"{listed(sizes)} rad/s^2 for tau_1 = {listed(TORQUES, 5)} N m. Only a bound on tau bounds rho.",
+        f"Delta is affine in tau, with the factor M^-1(q) - M^-1(q_hat): with |x1~| = 1 rad, x2~ = 0 it is "
+        f"{listed(sizes, 5)} rad/s^2 for tau_1 = {listed(TORQUES, 5)} N m. Only a bound on tau bounds rho.",
         "[mismatch((0, 1), (torque, 0)) for torque in (100, 1000, 10000)]",
     )
 

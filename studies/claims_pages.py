@@ -6,8 +6,9 @@ from typing import Literal
 import numpy as np
 from claims_hunts import D_MAX, L_D, REACH, SEED, found, hunt
 from claims_lyapunov import FLOOR, V2_AT_START
+from claims_phrases import phrase
 
-from workbench.core import rk4
+from workbench.core import Claim, rk4
 from workbench.core.layout import Array
 from workbench.notation.formula import symbol
 from workbench.simulate import simulate
@@ -25,6 +26,7 @@ from workbench.study.document import (
     Strong,
     Table,
     Verdict,
+    parts,
 )
 from workbench.verify.bounds import guarantee
 from workbench.verify.claims import Ledger, Line
@@ -64,13 +66,13 @@ def answers(ledger: Ledger) -> Section:
 def _answer(line: Line) -> Verdict:
     claim, finding = line.claim, line.finding
     evidence = f"{finding.verdict.capitalize()}. {finding.evidence}"
-    return Verdict(OUTCOME[finding.kind], f"{claim.name}: {claim.statement}", evidence)
+    return Verdict(OUTCOME[finding.kind], phrase(f"{claim.name}: {claim.statement}"), phrase(evidence))
 
 
 def the_ledger(ledger: Ledger) -> Section:
     """One table of all claims."""
     rows = tuple(_row(ledger, line) for line in ledger)
-    columns = (Column("claim"), Column("source"), Column("rests on"), Column("verdict"), Column("evidence and witness"))
+    columns = (Column("claim"), Column("source"), Column("verdict"), Column("evidence and witness"))
     return Section(
         "The ledger",
         (
@@ -86,7 +88,7 @@ def the_ledger(ledger: Ledger) -> Section:
             ),
             Table(
                 "ledger",
-                "Each claim with its source, what it rests on, its verdict, the evidence, and a witness to replay.",
+                "Each claim with what it rests on, its source, its verdict, the evidence, and a witness to replay.",
                 columns,
                 rows,
                 ("Rests on: hypotheses with their verdicts; a proof that rests on a refuted one says nothing here.",),
@@ -97,12 +99,18 @@ def the_ledger(ledger: Ledger) -> Section:
 
 def _row(ledger: Ledger, line: Line) -> tuple[Cell, ...]:
     finding, claim = line.finding, line.claim
-    bold = Strong(finding.verdict) if finding.kind in ("refuted", "proved") else finding.verdict
-    witness = (" ", Code(finding.witness)) if finding.witness else ()
-    direct = tuple(hypothesis.name for hypothesis in claim.hypotheses)
+    verdict = Strong(finding.verdict) if finding.kind in ("refuted", "proved") else finding.verdict
     verdicts = dict(ledger.hypotheses(claim.name))
-    rests = "; ".join(f"{name} ({verdicts[name] or 'as given'})" for name in direct)
-    return (Strong(claim.name), " ", claim.statement), claim.source, rests or None, bold, (finding.evidence, *witness)
+    rests = "; ".join(f"{below.name} ({verdicts[below.name] or _given(below)})" for below in claim.hypotheses)
+    words = f" {claim.statement}" + (f" Rests on: {rests}." if rests else "")
+    witness = (" ", Code(finding.witness)) if finding.witness else ()
+    evidence = (*parts(phrase(finding.evidence)), *witness)
+    return (Strong(claim.name), *parts(phrase(words))), claim.source, verdict, evidence
+
+
+def _given(hypothesis: Claim) -> str:
+    """How it stands with a hypothesis that is no line of the ledger."""
+    return "as given" if hypothesis.margin is None else "asked of each run"
 
 
 def two_runs() -> Section:
@@ -163,39 +171,28 @@ def _finite_time() -> Figure:
     return Figure("finite_time", caption, (panel,))
 
 
-def worth(ledger: Ledger) -> Section:
+def worth() -> Section:
     """What the verdicts mean and where the searches have looked."""
-    fastest = REACH["plant.qd"][1]
-    worst = found("late_error")
-    assert worst.worst is not None
-    return Section(
-        "What these verdicts are worth",
-        (
-            Itemize(
-                (
-                    f"Identities are proved by normal forms in rational arithmetic; bounds by intervals "
-                    f"({guarantee()}); modes "
-                    "by Routh's array in rational arithmetic, with every double taken for the fraction that it is.",
-                    "Searches are differential evolution on whole batches of runs, then exact gradients by "
-                    "sensitivities "
-                    f"where there are any, with the seed {SEED}. Their bounds: |q_i(0)| <= pi, |qd_i(0)| <= "
-                    f"{fastest:g} rad/s "
-                    f"(Assumption 1 names no numbers), |D| <= {D_MAX} N m and |D'| <= {L_D} N m/s (Assumption 4), D "
-                    f"a sine a "
-                    "joint. A run counts only if it keeps its hypotheses at every step.",
-                    "A run that refutes is run again at half its step, and breaks the claim by more than the change. "
-                    "Its "
-                    "numbers are stored, with the fingerprint of its equations, and replayed by the tests.",
-                    "Comparisons with the rivals stand on numbers that the paper does not state, and that a1 assumes.",
-                    f"The worst late error of the repaired law within these bounds, over {worst.worst.until:g} s and "
-                    f"among "
-                    f"{worst.kept} runs: {worst.worst.value:.3f} rad from 5 s on.",
-                )
-            ),
-        ),
+    fastest, late = REACH["plant.qd"][1], found("late_error")
+    assert late.worst is not None
+    points = (
+        "Identities are proved by normal forms in rational arithmetic, growth and decay of modes by Routh's array in "
+        "rational arithmetic with every double taken for the fraction that it is, bounds by intervals "
+        f"({guarantee()}).",
+        "Searches are differential evolution on whole batches of runs, then exact gradients by sensitivities where "
+        f"there are any, with the seed {SEED}. Unless a line says otherwise |q_i(0)| <= pi, |qd_i(0)| <= {fastest:g} "
+        f"rad/s, as Assumption 1 names no numbers, and D is a sine a joint with |D| <= {D_MAX} N m, |D'| <= {L_D} "
+        "N m/s. A run counts only if it keeps its hypotheses at every step.",
+        "A run that refutes is run again at half its step, and breaks the claim by more than the change. Its numbers "
+        "are stored with the fingerprint of its equations, and replayed by the tests.",
+        "What is said of a limit rests on a proof, never on a run alone.",
+        "Comparisons with the rivals stand on numbers that the paper does not state, and that a1 assumes.",
+        f"The worst late error of the repaired law among {late.kept} runs within these bounds is "
+        f"{late.worst.value:.3f} rad, from 5 s to {late.worst.until:g} s.",
     )
+    return Section("What these verdicts are worth", (Itemize(tuple(map(phrase, points))),))
 
 
 def headlines(ledger: Ledger) -> list[str]:
     """One line a claim."""
-    return [f"{line.finding.verdict:>32}  {line.claim.name}" for line in ledger]
+    return [f"{line.claim.name}: {line.finding.verdict}" for line in ledger]

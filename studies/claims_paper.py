@@ -72,11 +72,20 @@ BOUNDED = Claim(
     "Theorem 2, bounded signals", "All signals of the loop as printed stay bounded.", "Theorem 2", ASSUMPTIONS
 )
 
-TRACKING = Claim("superior tracking", "RMSE (43) is below that of each rival.", "section 5")
-STEADY = Claim("lower steady-state error", "The largest late error is below that of each rival.", "section 5")
-AMPLITUDE = Claim("smaller control amplitude", "The peak torque is below that of each rival.", "section 5")
-CHATTERING = Claim("less chattering", "The total variation of the torque is below that of each rival.", "section 5")
-OVERSHOOT = Claim("reduced overshoot", "The overshoot after the jumps is below that of each rival.", "section 5")
-SETTLING = Claim("faster settling", "The settling time after the jumps is below that of each rival.", "section 5")
+ASSUMED = "Repaired, and under the numbers that a1 assumes for the rivals,"
+TRACKING = Claim("superior tracking", f"{ASSUMED} RMSE (43) is below that of each rival.", "section 5")
+STEADY = Claim(
+    "lower steady-state error", f"{ASSUMED} the largest late error is below that of each rival.", "section 5"
+)
+AMPLITUDE = Claim("smaller control amplitude", f"{ASSUMED} the peak torque is below that of each rival.", "section 5")
+CHATTERING = Claim(
+    "less chattering", f"{ASSUMED} the total variation of the torque is below that of each rival.", "section 5"
+)
+OVERSHOOT = Claim(
+    "reduced overshoot", f"{ASSUMED} the overshoot after the jumps is below that of each rival.", "section 5"
+)
+SETTLING = Claim(
+    "faster settling", f"{ASSUMED} the settling time after the jumps is below that of each rival.", "section 5"
+)
 
 __all__ = ["ANY_DEFINITE_GAINS", "THEOREM_1"]

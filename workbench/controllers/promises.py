@@ -30,20 +30,20 @@ EXACT_ESTIMATES = Claim("exact estimates", "q_hat = q and qd_hat = qd at all tim
 SURFACE_PULLS_THE_ERROR = Claim(
     "the surface pulls the error",
     "e_i e_i' <= |e_i| |s_i| - Lambda_i e_i^2: within a layer |s_i| <= phi, |e_i| falls to phi / Lambda_i.",
-    "Slotine and Li (1991), section 7.1",
+    "Slotine and Li (1991), chapter 7",
     (EXACT_ESTIMATES,),
     _pulled_by_the_surface,
 )
 GAINS_STAY_POSITIVE = Claim(
     "no gain turns negative",
     "K_i >= 0 at all times, from K_i(0) >= 0.",
-    "Plestan et al. (2010), section 2",
+    "Plestan et al. (2010)",
     margin=lambda y: y["K"],
 )
 SWITCHED_RATE_IS_BOUNDED = Claim(
     "the integral part has a bounded rate",
     "|w_i'| <= k2_i at all times, so that the torque is continuous.",
-    "Levant (1993), section 4",
+    "Levant (1993)",
     margin=lambda y: SLACK * y["k2"] - ca.fabs(y["w'"]),
 )
 K_STAYS_DEFINITE = Claim(

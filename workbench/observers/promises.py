@@ -48,7 +48,7 @@ MOMENTUM_FOLLOWS = Claim(
 CHEN_DISSIPATES = Claim(
     "the nonlinear disturbance observer dissipates",
     "With the right model, E = D - D_hat has E^T E' <= E^T D' at all times.",
-    "Mohammadi et al. (2013), section 3",
+    "Mohammadi et al. (2013)",
     (TRUE_STATE,),
     _dissipates,
 )
