@@ -6,7 +6,7 @@ Method    Each claim is data: a statement, its source, its hypotheses. Identitie
           bounds and rest points by interval arithmetic, linear modes by Routh's array in rational arithmetic. What
           only a run can break is searched for the worst run within the paper's own assumptions. Comparisons are
           those of a1, on the same numbers.
-Runs in   about 40 seconds on two cores.
+Runs in   about half a minute on two cores.
 """
 
 from collections.abc import Sequence

@@ -99,8 +99,9 @@ def convergence() -> Finding:
     error, change = offset()
     return Finding(
         "refuted",
-        "Let D and q_d be constant, D not zero. If s and e1 tended to zero, the estimates and then the arm would come "
-        "to rest at q_d, but there M times the accelerations of arm and estimate differ by D for any torque (proved). "
+        "Let D and q_d be constant, D not zero, and all signals bounded, as Theorem 2 has them. If s and e1 tended to "
+        "zero, the estimates and then the arm would come to rest at q_d, but there M times the accelerations of arm "
+        "and estimate differ by D for any torque (proved). "
         f"Repaired, under D = {listed(CONSTANT_D)} N m, q - q_d is {listed(error)} rad after 20 s (changed by "
         f"{np.max(change):.0e} as the step is halved).",
         'both("(41)", D=(0.5, 0.4)), offset()',

@@ -33,7 +33,7 @@ def entries(matrix: str) -> Check:
             )
         if any(entry.kind != "same" for entry in mine):
             return Finding("not refuted", "; ".join(entry.evidence for entry in mine), samples=len(mine))
-        return Finding("proved", f"All {len(mine)} entries have the normal forms of the derived ones.")
+        return Finding("proved", f"Each of the {len(mine)} entries has the normal form of the derived one.")
 
     return check
 

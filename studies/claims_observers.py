@@ -50,7 +50,7 @@ def any_gains() -> Finding:
     return Finding(
         "refuted",
         f"With L1 = L2 = I, beside the arm at rest upright without torque, exactly {growing} of the 4 modes of the "
-        "error grow (Routh's array in rational arithmetic): errors however small leave zero.",
+        "error grow (Routh's array in rational arithmetic): zero error is not even stable.",
         'growing_modes(beside_rest(I, I, "up"))',
     )
 

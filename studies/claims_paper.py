@@ -57,7 +57,10 @@ OPTIMAL_INPUT = Claim(
     "(34), input", "u = e2 is the input -R^-1 B^T P s with which the Riccati equation minimises (32).", "(31)-(34)"
 )
 OPTIMAL = Claim(
-    "(34), cost", "P(t) of (34) makes the cost (32) of the loop least.", "(32), (34)", (LINEARISED, OPTIMAL_INPUT)
+    "(34), cost",
+    "P(t) of (34) makes the cost (32) of the loop least, over a horizon of 10 s.",
+    "(32), (34)",
+    (LINEARISED, OPTIMAL_INPUT),
 )
 
 DECREASE = Claim("(39)", "V2' <= -lambda_min(K) |s| + |s| delta + 'bounded term'.", "(39)", (ASSUMPTION_3, GAIN))

@@ -57,7 +57,7 @@ ANY_DEFINITE_GAINS = Claim(
 )
 THEOREM_1 = Claim(
     "Theorem 1",
-    "From every initial estimate the errors of the observer (10) tend to zero, exponentially.",
+    "Zero is a globally exponentially stable error of the observer (10).",
     "Theorem 1, (23)",
     (ANY_DEFINITE_GAINS,),
 )

@@ -136,6 +136,8 @@ def _within(range_: Enclosure, low: float, high: float) -> bool:
 
 def _attracts(slope: ca.SX, x: ca.SX, point: Array, radius: float, A: Array) -> bool:
     """Whether P A(x) + A(x)^T P < 0 for all x in the box of the rest point, with a P that is proved definite."""
+    if np.linalg.eigvals(A).real.max() >= 0:
+        return False
     n = len(point)
     eye = np.eye(n)
     lyapunov = np.kron(A.T, eye) + np.kron(eye, A.T)

@@ -1,0 +1,121 @@
+"""The ledger of the paper: the verdicts that must stand, and every witness replayed as a reader would."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
+
+import a2_claims
+import claims_hunts
+import claims_law
+import claims_model
+import claims_observers
+from claims_identities import both
+from claims_phrases import phrase
+from claims_replay import derived, false_rest, mismatch, skewness
+
+from workbench.notation.formula import Power, Symbol
+from workbench.verify.claims import Ledger
+
+STUDIES = Path(a2_claims.__file__).parent
+CHECKS = (*claims_model.CHECKS, *claims_observers.CHECKS, *claims_law.CHECKS)
+LEDGER = Ledger.of(CHECKS)
+WITH_WITNESS = [line for line in LEDGER if line.finding.witness]
+
+
+def replayed(lines: list[str]) -> list[str]:
+    """What a new process prints for each line, or the kind of error that it ends with."""
+    script = "import sys, json\nfrom claims_replay import *\n" + "".join(
+        f"try:\n    print(json.dumps(str(({line}))))\nexcept ValueError:\n    print(json.dumps('ValueError'))\n"
+        for line in lines
+    )
+    environment = {**os.environ, "PYTHONPATH": str(STUDIES.parent)}
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=STUDIES, env=environment, capture_output=True, text=True, check=True
+    )
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+@pytest.mark.parametrize(
+    "name", ["(3)", "Assumption 3", "Theorem 1", "Theorem 1, gains of section 5", "(24)", "(33), shapes", "(33), gain"]
+)
+def test_what_the_paper_prints_wrong_is_refuted_with_a_witness(name):
+    assert LEDGER[name].finding.kind == "refuted"
+    assert LEDGER[name].finding.witness
+
+
+@pytest.mark.parametrize("name", ["(2)", "(4)", "Assumption 2", "Assumption 3, derived C", "Assumption 4"])
+def test_what_holds_for_the_derived_arm_is_proved(name):
+    assert LEDGER[name].finding.kind == "proved"
+
+
+def test_no_claim_about_a_limit_is_proved_by_a_run():
+    for line in LEDGER:
+        if "replay(" in line.finding.witness:
+            assert line.finding.kind in ("refuted", "not refuted")
+
+
+def test_every_witness_runs_in_a_new_process():
+    lines = [line.finding.witness for line in WITH_WITNESS]
+    printed = dict(zip((line.claim.name for line in WITH_WITNESS), replayed(lines), strict=True))
+    assert printed["(33), shapes"] == "ValueError"  # NumPy refuses the product, as it must
+    assert "1.54030231" in printed["(3)"]  # 1 + cos 1, where 0 is right
+    assert printed["Theorem 1"] == "2"
+    for name, text in printed.items():
+        if text.startswith("Replay"):
+            assert "same=True" in text, name
+
+
+@pytest.mark.parametrize("name", sorted(claims_hunts.TABLE))
+def test_every_stored_run_replays_on_the_equations_of_today(name):
+    example, again = claims_hunts.stored(name), claims_hunts.replay(name)
+    assert again.same
+    refuting = claims_hunts.found(name).kind == "refuted"
+    assert not refuting or again.value - again.error > 0
+    assert example.seed == claims_hunts.SEED
+
+
+def test_the_false_rest_of_the_observer_is_one():
+    point = false_rest()
+    assert point.radius is not None
+    assert point.attracts
+    assert np.linalg.norm(point.x[:2]) > 6  # rad of error, for ever
+    # by hand: q_hat' = 0 asks for qd_hat = L1 (q_hat - q)
+    np.testing.assert_allclose(point.x[2:], 30 * point.x[:2], rtol=1e-12)
+
+
+def test_the_printed_c_is_not_skew_and_the_derived_one_is():
+    assert np.abs(skewness(claims_model.PRINTED, (0.5, 1), (1, -1))).max() == pytest.approx(2 * (1 + np.cos(1)))
+    np.testing.assert_allclose(skewness(derived, (0.5, 1), (1, -1)), 0, atol=1e-15)
+
+
+def test_the_mismatch_grows_with_the_torque_without_end():
+    # by hand: the first column of M^-1 is (1, -1 - cos q2) / (1 + sin^2 q2), so between q2 = 0 and 1 it changes by
+    change = np.array([1, -2]) - np.array([1, -1 - np.cos(1)]) / (1 + np.sin(1) ** 2)
+    sizes = [mismatch((0, 1), (torque, 0)) for torque in (1e4, 1e5)]
+    np.testing.assert_allclose(np.diff(sizes) / 9e4, np.linalg.norm(change), rtol=1e-5)  # gravity is left at 1e4 N m
+
+
+def test_a_misspelt_name_of_an_identity_s_value_is_named():
+    with pytest.raises(LookupError, match="knows q_hat"):
+        both("(31)", S=(1, 0))
+
+
+def test_a_typed_claim_is_printed_with_its_letters():
+    found = phrase("V1' <= x1~^T P1 x1~, from qd_hat(0) on")
+    assert Symbol("V", "1", dots=1) in found
+    assert Power(Symbol("x", "1", accent="tilde"), Symbol("T")) in found
+    assert Symbol("q", dots=1, accent="hat") in found
+    assert " \N{LESS-THAN OR EQUAL TO} " in found
+    assert phrase("the same word") == ("the same word",)
+
+
+def test_the_study_has_the_comparisons_of_a1():
+    assert {case.scenario for case in a2_claims.study.cases} == {"FS", "SS"}
+    assert len(a2_claims.study.cases) == 14

@@ -1,0 +1,56 @@
+"""A claim is data, and blocks declare theirs."""
+
+import pytest
+
+from workbench.controllers import PID, AosmcRgs, SlidingMode
+from workbench.core import Claim
+from workbench.core.claim import declared
+from workbench.loop import ClosedLoop
+from workbench.observers import FullState, Luenberger, OracleFilter, WithDisturbance
+from workbench.plants import Manipulator
+from workbench.robots import paper_arm
+from workbench.signals import Hold
+
+ARM = paper_arm()
+
+
+def test_a_claim_without_words_or_source_is_refused():
+    for field in ("name", "statement", "source"):
+        words = {"name": "a", "statement": "b", "source": "c"} | {field: ""}
+        with pytest.raises(ValueError, match=f"`Claim\\({field}=...\\)` must be text that says something; got ''"):
+            Claim(**words)
+
+
+def test_a_hypothesis_is_a_claim():
+    with pytest.raises(ValueError, match="hypotheses=...\\)` must be a `Claim`; got 'M is symmetric'"):
+        Claim("a", "b", "c", ("M is symmetric",))
+    with pytest.raises(ValueError, match="must be a tuple"):
+        Claim("a", "b", "c", [Claim("d", "e", "f")])
+
+
+def test_a_margin_is_a_function():
+    with pytest.raises(ValueError, match="must be a function of signals; got 3"):
+        Claim("a", "b", "c", (), 3)
+
+
+def test_a_loop_declares_what_its_blocks_do_with_their_paths():
+    observer = WithDisturbance(Luenberger(ARM, [[30, 0], [0, 30]], [[50, 0], [0, 50]], 0.0), OracleFilter(2, l=20.0))
+    law = SlidingMode(ARM, Lambda=6.0, K=5.0, phi=0.01)
+    found = declared(ClosedLoop(Manipulator(ARM, q=0.0), observer, law, Hold([0, 0])))
+    assert [(said.path, said.kind) for said in found] == [
+        ("observer.state.", "Luenberger"),
+        ("observer.disturbance.", "OracleFilter"),
+        ("controller.", "SlidingMode"),
+    ]
+
+
+def test_a_block_that_promises_nothing_declares_nothing():
+    assert declared(PID([1.0], [0.0], [0.0])) == ()
+    assert declared(FullState(1)) == ()
+
+
+def test_every_declared_claim_names_a_source_and_no_two_of_a_block_share_a_name():
+    for kind in (SlidingMode, AosmcRgs, Luenberger, OracleFilter):
+        names = [claim.name for claim in kind.claims]
+        assert len(set(names)) == len(names) > 0
+        assert all(claim.source for claim in kind.claims)

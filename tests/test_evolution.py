@@ -1,0 +1,88 @@
+"""Differential evolution: it finds known optima, keeps constraints, and repeats itself."""
+
+import numpy as np
+import pytest
+
+from workbench.verify.evolution import Judged, evolve
+
+
+def free(value):
+    return Judged(value, np.zeros(len(value)))
+
+
+def sphere(u):
+    return free(-((u - 0.3) ** 2).sum(axis=1))
+
+
+def rastrigin(u):
+    x = 10 * (u - 0.62)
+    return free(-(10 + x**2 - 10 * np.cos(2 * np.pi * x)).sum(axis=1))
+
+
+def best(judge, dimensions, seed=1, population=64, generations=80):
+    u, worth = evolve(judge, dimensions, population, generations, np.random.default_rng(seed))
+    return u[worth.best()], worth.value[worth.best()]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_top_of_a_hill_is_found(seed):
+    u, value = best(sphere, 5, seed)
+    np.testing.assert_allclose(u, 0.3, atol=1e-3)
+    assert value > -1e-6
+
+
+def test_the_highest_of_many_hills_is_found():
+    found = [best(rastrigin, 2, seed)[0] for seed in range(5)]
+    # five starts: with hundreds of hills one may end on a lower one, most do not
+    assert sum(np.abs(u - 0.62).max() < 1e-3 for u in found) >= 4
+
+
+def test_a_constraint_moves_the_optimum_to_its_edge():
+    def judge(u):
+        return Judged(-((u - 0.3) ** 2).sum(axis=1), 0.5 - u[:, 0])  # u_0 >= 0.5
+
+    u, _ = best(judge, 3)
+    np.testing.assert_allclose(u, [0.5, 0.3, 0.3], atol=2e-3)
+
+
+def test_an_inadmissible_start_is_led_to_what_is_admissible():
+    def judge(u):
+        return Judged(u[:, 0], np.abs(u - 0.9).max(axis=1) - 0.02)  # 0.04^3 of the cube
+
+    u, _ = best(judge, 3)
+    assert np.abs(u - 0.9).max() <= 0.02
+
+
+def test_the_same_seed_gives_the_same_search_and_another_seed_another():
+    np.testing.assert_array_equal(best(sphere, 3, 7)[0], best(sphere, 3, 7)[0])
+    assert (best(sphere, 3, 7, generations=3)[0] != best(sphere, 3, 8, generations=3)[0]).any()
+
+
+def test_no_trial_leaves_the_cube():
+    seen = []
+
+    def judge(u):
+        seen.append(u)
+        return free(u.sum(axis=1))
+
+    best(judge, 4)
+    assert np.min(seen) >= 0
+    assert np.max(seen) <= 1
+
+
+def test_the_first_population_has_one_point_in_every_slice_of_every_axis():
+    first = []
+    evolve(lambda u: first.append(u) or free(u.sum(axis=1)), 3, 16, 0, np.random.default_rng(0))
+    np.testing.assert_array_equal(np.sort((first[0] * 16).astype(int), axis=0), np.tile(np.arange(16)[:, None], (1, 3)))
+
+
+def test_infinity_is_best_and_minus_infinity_worst():
+    judged = free(np.array([1.0, np.inf, -np.inf]))
+    assert judged.best() == 1
+    assert judged.beats(free(np.zeros(3))).tolist() == [True, True, False]
+
+
+def test_an_admissible_trial_beats_any_other():
+    a, b = Judged(np.array([-5.0]), np.array([0.0])), Judged(np.array([9.0]), np.array([0.1]))
+    assert a.beats(b).all()
+    assert not b.beats(a).any()

@@ -1,0 +1,148 @@
+"""The search for a run that breaks a claim, against equations whose worst run is known in closed form."""
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from workbench.core import Claim, Entry, Layout, Ode
+from workbench.core.claim import Declared
+from workbench.core.layout import Bounds
+from workbench.metrics import peak_error, rmse
+from workbench.metrics.integral import Integral
+from workbench.verify.ascent import slope_of
+from workbench.verify.box import Box
+from workbench.verify.falsify import Budget, Hunt
+from workbench.verify.margins import violation
+
+
+def decay() -> Ode:
+    """x' = -a x + b sin(t): with x(0) and b in a box the largest x is at a corner."""
+    states = Layout((Entry("x", 1.0),))
+    parameters = Layout((Entry("a", 1.0, bounds=Bounds(low=0)), Entry("b", 0.0)))
+    t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+    return Ode.of("decay", states, parameters, (t, x, p), {"x": -p[0] * x + p[1] * ca.sin(t)}, {"e": x, "b": p[1]})
+
+
+def blow_up() -> Ode:
+    """x' = x^2 from x(0) = x0: it escapes at t = 1 / x0."""
+    states, none = Layout((Entry("x", 0.0),)), Layout()
+    t, x = ca.SX.sym("t"), states.symbols()
+    return Ode.of("escape", states, none, (t, x, ca.SX(0, 1)), {"x": x**2}, {"e": x})
+
+
+ODE = decay()
+RANGES = {"x": (-2.0, 2.0), "b": (-1.0, 1.0)}
+
+
+def at_most(limit: float, *hypotheses: Claim) -> Declared:
+    return Declared(Claim("x is small", f"x <= {limit}", "by hand", hypotheses, lambda y: limit - y["x"]))
+
+
+def weak() -> Claim:
+    return Claim("b is small", "|b| <= 0.25", "by hand", (), lambda y: 0.25 - ca.fabs(y["b"]))
+
+
+def late(limit: float) -> Declared:
+    def margin(y):
+        return ca.if_else(y["t"] < 1.999, 9.0, limit - y["x"])
+
+    return Declared(Claim("x ends small", f"x(2) <= {limit}", "by hand", (), margin))
+
+
+def end(a: float, b: float, x0: float, t: float) -> float:
+    """The solution in closed form."""
+    return x0 * np.exp(-a * t) + b * (np.exp(-a * t) + a * np.sin(t) - np.cos(t)) / (a**2 + 1)
+
+
+def test_the_worst_corner_of_a_box_is_found_to_all_digits():
+    found = Hunt(ODE, late(0.0), RANGES, 2.0, 0.01).search(1, Budget(16, 6, 3))
+    assert found.worst.sought == {"x": 2.0, "b": 1.0}
+    assert found.worst.value == pytest.approx(end(1.0, 1.0, 2.0, 2.0), abs=1e-8)  # RK4 at 5 ms
+
+
+def test_a_claim_that_breaks_is_refuted_and_one_that_holds_is_not():
+    worst = end(1.0, 1.0, 2.0, 2.0)
+    assert Hunt(ODE, late(worst - 0.01), RANGES, 2.0, 0.01).search(1, Budget(16, 6, 3)).kind == "refuted"
+    held = Hunt(ODE, late(worst + 0.01), RANGES, 2.0, 0.01).search(1, Budget(16, 6, 3))
+    assert held.kind == "not refuted"
+    assert held.worst.value == pytest.approx(-0.01, abs=1e-7)
+
+
+def test_the_gradient_is_that_of_the_closed_form():
+    target = late(0.0)
+    hunt = Hunt(ODE, target, RANGES, 2.0, 0.01)
+    u = np.array([0.3, 0.8])
+    slope = slope_of(hunt.watched, violation(target.claim), hunt.box, u, 2.0, 0.01)
+    # dx(2)/du: the box is 4 wide in x(0), 2 wide in b
+    np.testing.assert_allclose(slope, [4 * np.exp(-2.0), 2 * end(1.0, 1.0, 0.0, 2.0)], rtol=1e-8)
+
+
+def test_the_gradient_of_an_integral_is_that_of_its_quadrature():
+    metric = Integral("area", "", "", lambda t, y: y["e"], lambda value, horizon: value)
+    box = Box.of(ODE, {"x": (0.0, 1.0)})
+    slope = slope_of(ODE, metric, box, np.array([0.5]), 1.0, 0.01)
+    np.testing.assert_allclose(slope, [1 - np.exp(-1.0)], rtol=1e-9)  # of x0 (1 - e^-1)
+
+
+def test_gradients_finish_what_a_small_population_has_begun():
+    rough = Hunt(ODE, late(0.0), RANGES, 2.0, 0.01).search(3, Budget(8, 1, 0)).worst.value
+    fine = Hunt(ODE, late(0.0), RANGES, 2.0, 0.01).search(3, Budget(8, 1, 4)).worst.value
+    assert rough < end(1.0, 1.0, 2.0, 2.0) - 1e-3
+    assert fine == pytest.approx(end(1.0, 1.0, 2.0, 2.0), abs=1e-8)
+
+
+def test_the_worst_of_a_metric_is_found_and_called_not_refuted():
+    found = Hunt(ODE, rmse("e"), {"x": (-2.0, 1.0)}, 1.0, 0.01).search(0, Budget(8, 6, 3))
+    assert found.kind == "not refuted"
+    assert found.worst.value == pytest.approx(2 * np.sqrt((1 - np.exp(-2.0)) / 2), abs=1e-8)
+
+
+def test_a_run_that_breaks_a_hypothesis_does_not_count():
+    found = Hunt(ODE, at_most(9.0, weak()), RANGES, 2.0, 0.01).search(1, Budget(32, 10, 0))
+    assert abs(found.worst.sought["b"]) <= 0.25
+    assert 0 < found.kept < found.runs
+
+
+def test_where_no_run_keeps_the_hypotheses_there_is_no_verdict():
+    ranges = {"x": (-2.0, 2.0), "b": (0.5, 1.0)}
+    found = Hunt(ODE, at_most(-9.0, weak()), ranges, 1.0, 0.01).search(1, Budget(8, 2, 0))
+    assert (found.kind, found.worst, found.kept) == ("not checkable", None, 0)
+
+
+def test_a_run_that_escapes_is_the_worst_and_refutes_a_bound():
+    claim = Declared(Claim("bounded", "x <= 1000", "by hand", (), lambda y: 1000 - y["x"]))
+    found = Hunt(blow_up(), claim, {"x": (0.0, 3.0)}, 1.0, 1e-3).search(0, Budget(8, 4, 2))
+    assert found.kind == "refuted"
+    assert found.worst.value == np.inf
+    assert found.worst.sought["x"] > 1
+    assert found.diverged > 0
+
+
+def test_the_same_seed_finds_the_same_run():
+    a, b = (Hunt(ODE, late(0.0), RANGES, 2.0, 0.01).search(5, Budget(8, 3, 1)) for _ in range(2))
+    assert a.worst == b.worst
+
+
+def test_a_budget_too_small_for_a_trial_is_refused():
+    with pytest.raises(ValueError, match="needs four members at least"):
+        Budget(population=3)
+
+
+def test_a_box_names_what_it_does_not_know_and_refuses_what_is_no_range():
+    with pytest.raises(LookupError, match="There is no parameter and no state 'bb' in 'decay'"):
+        Box.of(ODE, {"bb": (0, 1)})
+    with pytest.raises(ValueError, match="finite ends, low <= high"):
+        Box.of(ODE, {"b": (1.0, 0.0)})
+    with pytest.raises(ValueError, match="'a' must be finite, with 0 <= value; got -1"):
+        Box.of(ODE, {"a": (-1.0, 1.0)})
+    with pytest.raises(ValueError, match="one range"):
+        Box.of(ODE, {})
+
+
+def test_a_target_without_a_margin_is_refused():
+    with pytest.raises(ValueError, match="has none"):
+        Hunt(ODE, Declared(Claim("rest", "it rests", "by hand")), RANGES, 1.0, 0.01).search(0)
+
+
+def test_metrics_without_a_gradient_are_left_to_the_population():
+    assert slope_of(ODE, peak_error(), Box.of(ODE, RANGES), np.array([0.5, 0.5]), 1.0, 0.01) is None
