@@ -6,7 +6,7 @@ none lies beyond. The two together enclose the extreme. What the proof rests on 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -16,9 +16,20 @@ from workbench.core.sockets import described
 from workbench.verify.branch import Proof, prove, whole
 from workbench.verify.elementary import guarantee
 from workbench.verify.forms import AbstractForm, form_of
+from workbench.verify.interval import NoBound
 from workbench.verify.seek import Seen, least_seen
 
-__all__ = ["BUDGET", "TOLERANCE", "Enclosure", "Extreme", "enclose", "extreme_eigenvalue", "guarantee", "largest_norm"]
+__all__ = [
+    "BUDGET",
+    "TOLERANCE",
+    "Enclosure",
+    "Extreme",
+    "NoBound",
+    "enclose",
+    "extreme_eigenvalue",
+    "guarantee",
+    "largest_norm",
+]
 
 # What is proved is to lie within this share of the value of what is seen; and how many boxes may be looked at.
 TOLERANCE, BUDGET = 1e-8, 200_000
@@ -109,8 +120,10 @@ def enclose(
     Raises
     ------
     ValueError
-        If the box is not one of finite numbers, the expression is a matrix or holds other symbols, has an
-        operation of which no interval is known, or has no finite value or bound somewhere: the place is named.
+        If the box is not one of finite numbers, or the expression is a matrix or holds other symbols.
+    NoBound
+        If it has an operation of which no interval is known, or no finite value or bound somewhere: the
+        place is named. It is a ValueError.
     """
     if ca.SX(expression).numel() != 1:
         raise ValueError(f"`enclose(expression=...)` takes one expression; got shape {ca.SX(expression).shape}.")
@@ -139,7 +152,7 @@ def extreme_eigenvalue(
 
     Raises
     ------
-    ValueError
+    ValueError, NoBound
         As `enclose`.
     """
     task = _task("extreme_eigenvalue", (matrix + matrix.T) / 2, symbols, low, high)
@@ -156,19 +169,29 @@ def largest_norm(
     tolerance: float = TOLERANCE,
     boxes: int = BUDGET,
 ) -> Extreme:
-    """The greatest 2-norm of a vector or matrix F (n, m) over a box: the greatest eigenvalue of [[0, F], [F', 0]].
+    """The greatest 2-norm of a vector or matrix F (n, m) over a box.
+
+    Of a vector it is the root of the greatest sum of squares; of a matrix the greatest eigenvalue of
+    [[0, F], [F', 0]].
 
     Raises
     ------
-    ValueError
+    ValueError, NoBound
         As `enclose`.
     """
     F = ca.densify(ca.SX(matrix))
     n, m = F.shape
+    if 1 in (n, m):
+        return _root(extreme_eigenvalue(ca.sumsqr(F), symbols, low, high, -1, tolerance=2 * tolerance, boxes=boxes))
     around = ca.blockcat([[ca.SX.zeros(n, n), F], [F.T, ca.SX.zeros(m, m)]])
     task = _task("largest_norm", around, symbols, low, high)
     seen = task.seen(-1)
     return task.proved(-1, seen, abs(seen.value) or 1.0, tolerance, boxes)
+
+
+def _root(square: Extreme) -> Extreme:
+    beyond = None if square.beyond is None else float(np.nextafter(np.sqrt(max(square.beyond, 0.0)), np.inf))
+    return replace(square, value=float(np.sqrt(max(square.value, 0.0))), beyond=beyond)
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,7 +211,7 @@ class _Task:
             S = form.value(x)
             if not (finite := np.isfinite(S).all(axis=(1, 2))).all():
                 where = self._at(x[np.flatnonzero(~finite)[0]]).tolist()
-                raise ValueError(f"A bound needs finite numbers all over the box; it has none at {where}.")
+                raise NoBound(f"A bound needs finite numbers all over the box; it has none at {where}.")
             return np.asarray(np.linalg.eigvalsh(S)[:, 0])
 
         return least_seen(smallest, low, high)

@@ -22,6 +22,7 @@ import numpy as np
 
 from workbench.core.layout import Array
 from workbench.verify.forms import UNIT, AbstractForm
+from workbench.verify.interval import NoBound
 
 # Doubles that are held at a time; corners are looked at one by one, up to so many symbols.
 HELD, CORNERS = 8_000_000, 6
@@ -66,7 +67,7 @@ def prove(form: AbstractForm, box: Boxes, seen: tuple[float, Array], scale: floa
 
     Raises
     ------
-    ValueError
+    NoBound
         If there are places where the matrix has no bound: a pole, or a function beyond its domain.
     """
     (value, x), beyond, count, cover = seen, None, 0, box
@@ -97,7 +98,7 @@ def _stuck(form: AbstractForm, todo: Boxes) -> str:
     rest = form.expand(todo.c[thin], todo.r[thin], np.tile(np.eye(n), (int(thin.sum()), 1, 1))).R
     if not (bounded := np.isfinite(rest).all(axis=(1, 2))).all():
         place = todo.c[thin][np.argmin(bounded)].tolist()
-        raise ValueError(
+        raise NoBound(
             f"There is no bound near {place}: a pole, or a function beyond its domain. Take a box without that place."
         )
     return "rounding is larger than the tolerance, or it jumps where it is extreme"
@@ -116,7 +117,7 @@ def _test(form: AbstractForm, boxes: Boxes, threshold: float) -> tuple[Array, Ar
     S = form.value(c)
     if not (finite := np.isfinite(S).all(axis=(1, 2))).all():
         where = c[np.flatnonzero(~finite)[0]].tolist()
-        raise ValueError(f"A bound needs finite numbers all over the box; it has none at {where}.")
+        raise NoBound(f"A bound needs finite numbers all over the box; it has none at {where}.")
     n = S.shape[-1]
     values, U = np.linalg.eigh(S - threshold * np.eye(n))
     U = U / np.sqrt(np.maximum(values, 1e-9 * np.abs(values).max(axis=1, initial=1e-300, keepdims=True)))[:, None]

@@ -23,6 +23,10 @@ from workbench.notation.walk import NAMES, Walk
 from workbench.verify.elementary import at_points
 
 
+class NoBound(ValueError):  # noqa: N818
+    """What has no bound over a box, or none that is known here; the message says where and why."""
+
+
 @dataclass(frozen=True, eq=False)
 class Interval:
     """Lower and upper ends, (N,) each: one interval a box."""
@@ -46,7 +50,7 @@ def evaluate(steps: Walk, boxes: dict[str, Interval]) -> list[Interval]:
 
     Raises
     ------
-    ValueError
+    NoBound
         If an operation is none that intervals know; it is named.
     """
     places = [row[j] for j in range(len(steps.entries[0])) for row in steps.entries]
@@ -63,7 +67,7 @@ def evaluate(steps: Walk, boxes: dict[str, Interval]) -> list[Interval]:
                 known[place] = _whole_if_nan(RULES[node.code](*(known[i] for i in node.operands)))
             else:
                 name = NAMES.get(node.code, node.code)
-                raise ValueError(f"An interval of {name} is not known here; write the expression without it.")
+                raise NoBound(f"An interval of {name} is not known here; write the expression without it.")
             for i in node.operands:  # what is not needed again need not be held
                 if last[i] == place and i not in wanted:
                     known.pop(i, None)

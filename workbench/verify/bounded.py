@@ -1,0 +1,255 @@
+"""Verdicts on numbers that proofs lean on: |f| <= limit, Lipschitz constants, bounds of a disturbance and its slope.
+
+All norms are 2-norms. A limit is judged to within `TOLERANCE` of itself, since what is proved by intervals
+is always an inequality with a little room.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Dynamics
+from workbench.core.layout import Array
+from workbench.notation.walk import NAMES, walk
+from workbench.verify.bounds import TOLERANCE, Extreme, NoBound, box_of, largest_norm
+from workbench.verify.interval import JUMPS
+from workbench.verify.spectrum import nominal
+from workbench.verify.witness import exact
+
+# Jacobians are long, and a box of them slow: a minute on one core is about this many.
+BOXES = 50_000
+Outcome = Literal["proved", "refuted", "not refuted", "not checkable"]
+
+
+@dataclass(frozen=True, eq=False)
+class BoundVerdict:
+    """How it stands with a bound.
+
+    Attributes
+    ----------
+    seen, at
+        The largest value that was seen, in `unit`, and the point (k,) where; None and () if there is none.
+    bound
+        What no value in the box exceeds, proved; None where nothing was.
+    replay
+        A line of Python that gives `seen`, with `numpy`, `casadi` and the arguments of the call at hand.
+    """
+
+    statement: str
+    kind: Outcome
+    evidence: str
+    unit: str
+    seen: float | None
+    at: Array
+    bound: float | None
+    replay: str
+
+
+def bounded(
+    expression: ca.SX,
+    symbols: ca.SX,
+    low: float | Array,
+    high: float | Array,
+    limit: float | None = None,
+    *,
+    statement: str = "",
+    unit: str = "",
+    boxes: int = BOXES,
+) -> BoundVerdict:
+    """|f(x)| <= limit for low <= x <= high; without a limit, the least one that holds is proved and named.
+
+    Parameters
+    ----------
+    expression
+        A number, a vector, or a matrix, of which the largest singular value counts.
+    symbols, low, high
+        (k, 1), all that the expression holds, and the box: numbers or (k,).
+
+    Raises
+    ------
+    ValueError
+        If the box is not one of finite numbers, or the expression holds other symbols.
+    """
+    line = 'casadi.Function("f", [symbols], [expression])({x})'
+    asked = _Question("|f|", (low, high), limit, unit, line, boxes, statement)
+    return _judge(asked, ca.SX(expression), symbols)
+
+
+def lipschitz(
+    expression: ca.SX,
+    symbols: ca.SX,
+    low: float | Array,
+    high: float | Array,
+    limit: float | None = None,
+    *,
+    statement: str = "",
+    unit: str = "",
+    boxes: int = BOXES,
+) -> BoundVerdict:
+    """|f(x) - f(y)| <= L |x - y| for all x, y in a box: the norm of the Jacobian is at most L.
+
+    Where f may jump, it is `not checkable`: its slope says nothing then.
+
+    Raises
+    ------
+    ValueError
+        As `bounded`.
+    """
+    line = 'casadi.Function("J", [symbols], [casadi.jacobian(expression, symbols)])({x})'
+    asked = _Question("|df/dx|", (low, high), limit, unit, line, boxes, statement)
+    return _slope(asked, ca.SX(expression), symbols)
+
+
+def disturbance(
+    D: ca.SX, t: ca.SX, until: float, D_max: float | None = None, L_D: float | None = None, *, boxes: int = BOXES
+) -> tuple[BoundVerdict, BoundVerdict]:
+    """|D(t)| <= D_max and |D'(t)| <= L_D for 0 <= t <= until: a disturbance (n, 1) in N m, and its slope in N m/s.
+
+    Raises
+    ------
+    ValueError
+        If `until` is not a positive number, or D holds other symbols than t.
+    """
+    D, span = ca.SX(D), (0.0, until)
+    size = 'casadi.Function("D", [t], [D])({x})'
+    slope = 'casadi.Function("D", [t], [casadi.jacobian(D, t)])({x})'
+    horizon = f"for t in [0, {until:g}] s"
+    first = _Question("|D|", span, D_max, "N m", size, boxes, _said("|D(t)|", D_max, horizon))
+    second = _Question("|D'|", span, L_D, "N m/s", slope, boxes, _said("|D'(t)|", L_D, horizon))
+    return _judge(first, D, t), _slope(second, D, t)
+
+
+def lipschitz_gravity(
+    dynamics: Dynamics,
+    low: float | Array = -np.pi,
+    high: float | Array = np.pi,
+    limit: float | None = None,
+    *,
+    boxes: int = BOXES,
+) -> BoundVerdict:
+    """|G(x) - G(y)| <= L |x - y| for positions in a box (rad), at nominal parameters; L in N m/rad."""
+    line = _of_dynamics("casadi.jacobian(dynamics.G, dynamics.q)", "dynamics.q")
+    box = box_of("lipschitz_gravity", low, high, dynamics.dof)
+    asked = _Question("|dG/dq|", box, limit, "N m/rad", line, boxes, _said("|dG/dq|", limit, NOMINAL))
+    return _slope(asked, nominal(dynamics, dynamics.G), dynamics.q)
+
+
+def lipschitz_coriolis(
+    dynamics: Dynamics,
+    speed: float | Array,
+    low: float | Array = -np.pi,
+    high: float | Array = np.pi,
+    limit: float | None = None,
+    *,
+    boxes: int = BOXES,
+) -> BoundVerdict:
+    """|C qd at x - C qd at y| <= L |x - y| for states x = (q, qd) in a box, at nominal parameters.
+
+    Parameters
+    ----------
+    speed
+        The most that |qd_i| can be, in rad/s: a number or (n,).
+    low, high
+        The box of positions, in rad.
+    """
+    slow, fast = box_of("lipschitz_coriolis", -np.asarray(speed), np.asarray(speed), dynamics.dof)
+    first, last = box_of("lipschitz_coriolis", low, high, dynamics.dof)
+    state, bias = ca.vertcat(dynamics.q, dynamics.qd), dynamics.C @ dynamics.qd
+    box = np.concatenate([first, slow]), np.concatenate([last, fast])
+    x = "casadi.vertcat(dynamics.q, dynamics.qd)"
+    line = _of_dynamics(f"casadi.jacobian(dynamics.C @ dynamics.qd, {x})", x)
+    said, unit = _said("|d(C qd)/d(q, qd)|", limit, NOMINAL), "N m/rad, N m s/rad"
+    return _slope(_Question("|d(C qd)/dx|", box, limit, unit, line, boxes, said), nominal(dynamics, bias), state)
+
+
+def lipschitz_inverse_mass(
+    dynamics: Dynamics,
+    low: float | Array = -np.pi,
+    high: float | Array = np.pi,
+    limit: float | None = None,
+    *,
+    boxes: int = BOXES,
+) -> BoundVerdict:
+    """|M^-1(x) - M^-1(y)| <= L |x - y| in the Frobenius norm, for positions in a box (rad), at nominal parameters."""
+    inverse = ca.vec(ca.inv(ca.densify(nominal(dynamics, dynamics.M))))
+    line = _of_dynamics("casadi.jacobian(casadi.vec(casadi.inv(dynamics.M)), dynamics.q)", "dynamics.q")
+    box = box_of("lipschitz_inverse_mass", low, high, dynamics.dof)
+    asked = _Question("|dM^-1/dq|", box, limit, "1/(kg m^2 rad)", line, boxes, _said("|dM^-1/dq|", limit, NOMINAL))
+    return _slope(asked, inverse, dynamics.q)
+
+
+NOMINAL = "at nominal parameters"
+
+
+def _said(what: str, limit: float | None, where: str) -> str:
+    return f"{what} is bounded {where}" if limit is None else f"{what} <= {limit:g} {where}"
+
+
+def _of_dynamics(expression: str, symbols: str) -> str:
+    return f'casadi.Function("J", [{symbols}, dynamics.symbols], [{expression}])({{x}}, dynamics.p.default)'
+
+
+@dataclass(frozen=True, eq=False)
+class _Question:
+    """What is to be bounded, over which box, by how much, and the line of Python that shows it at {x}."""
+
+    what: str
+    box: tuple[float | Array, float | Array]
+    limit: float | None
+    unit: str
+    line: str
+    boxes: int
+    statement: str
+
+    def open(self, why: str) -> BoundVerdict:
+        """The verdict where nothing can be said."""
+        return BoundVerdict(self.said, "not checkable", why, self.unit, None, np.zeros(0), None, "")
+
+    @property
+    def said(self) -> str:
+        """The statement."""
+        return self.statement or _said(self.what, self.limit, "over the box")
+
+
+def _slope(asked: _Question, f: ca.SX, symbols: ca.SX) -> BoundVerdict:
+    if jumps := [NAMES[node.code] for node in walk(f).nodes if node.code in JUMPS]:
+        return asked.open(f"it holds {jumps[0]}, where it may jump or has no slope")
+    return _judge(asked, ca.jacobian(f, symbols), symbols)
+
+
+def _judge(asked: _Question, matrix: ca.SX, symbols: ca.SX) -> BoundVerdict:
+    """The norm of a matrix over a box against its limit."""
+    try:
+        found = largest_norm(matrix, symbols, *asked.box, boxes=asked.boxes)
+        room = (asked.limit or 0.0) * (1 + TOLERANCE)
+        if found.why and room > found.value > 0:  # the last digit cannot be had, but the limit may
+            share = room / found.value - 1
+            coarse = largest_norm(matrix, symbols, *asked.box, tolerance=share, boxes=asked.boxes)
+            found = found if coarse.why else coarse
+    except NoBound as none:
+        return asked.open(str(none))
+    kind, evidence = _compared(asked, found)
+    point = exact(found.x).strip("(),")
+    replay = f"numpy.linalg.norm(numpy.array({asked.line.format(x=f'[{point}]')}), 2)"
+    return BoundVerdict(asked.said, kind, evidence, asked.unit, found.value, found.x, found.beyond, replay)
+
+
+def _compared(asked: _Question, found: Extreme) -> tuple[Outcome, str]:
+    limit, where = asked.limit, (np.round(found.x, 6) + 0.0).tolist()
+    place = f"{asked.what} reaches {found.value:.9g} {asked.unit}".rstrip() + f" at {where}"
+    proof = f"no more than {found.beyond or 0:.9g} anywhere, by interval arithmetic on {found.boxes} boxes"
+    room = np.inf if limit is None else limit * (1 + TOLERANCE)
+    if found.value > room:
+        return "refuted", place
+    if found.beyond is not None and found.beyond <= room * (1 + 2 * TOLERANCE):
+        close = (
+            f"; the limit is met to {2 * TOLERANCE:g} of itself" if limit is not None and found.beyond > limit else ""
+        )
+        return "proved", f"{place}, and {proof}{close}"
+    reason = found.why or "the limit lies between"
+    rest = f"; proved is {proof}" if found.beyond is not None else ""
+    return "not refuted", f"not refuted in {found.samples} samples: {place}; not proved: {reason}{rest}"
