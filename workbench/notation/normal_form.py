@@ -29,8 +29,8 @@ from workbench.notation.formula import Formula, Matrix, Symbol, printed
 from workbench.notation.walk import NAMES, Operation, walk
 from workbench.notation.waves import Key, Terms
 
-# Beyond these an expansion would take minutes; it is refused rather than begun.
-MOST_PRODUCTS, HIGHEST_POWER = 500_000, 64
+# Beyond so many products at once, terms in all, or such a power, an expansion would take minutes; it is given up.
+MOST_PRODUCTS, MOST_TERMS, HIGHEST_POWER = 500_000, 200_000, 64
 
 
 class NotInClass(ValueError):  # noqa: N818
@@ -148,8 +148,14 @@ def normal_forms(matrix: ca.SX) -> list[list[NormalForm]]:
     except ValueError as error:
         raise NotInClass(str(error)) from error
     known: list[Terms] = []
+    work = 0
     for node in steps.nodes:
-        known.append(_terms(node, [known[i] for i in node.operands]))
+        operands = [known[i] for i in node.operands]
+        sizes = [len(terms) for terms in operands]
+        work += sizes[0] * sizes[-1] if node.code in PRODUCTS else sum(sizes)
+        if work > MOST_TERMS:
+            raise NotInClass(f"The normal form takes more than {MOST_TERMS} terms on the way: too long to expand.")
+        known.append(_terms(node, operands))
     return [[NormalForm(known[place]) for place in row] for row in steps.entries]
 
 
@@ -224,6 +230,7 @@ def _wave(kind: str) -> Callable[[Terms], Terms]:
     return rule
 
 
+PRODUCTS = {ca.OP_MUL, ca.OP_SQ, ca.OP_DIV}
 RULES: dict[int, Callable[..., Terms]] = {
     ca.OP_ASSIGN: lambda x: x,
     ca.OP_ADD: waves.added,

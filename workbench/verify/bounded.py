@@ -20,8 +20,6 @@ from workbench.verify.interval import JUMPS
 from workbench.verify.spectrum import nominal
 from workbench.verify.witness import exact
 
-# Jacobians are long, and a box of them slow: a minute on one core is about this many.
-BOXES = 50_000
 Outcome = Literal["proved", "refuted", "not refuted", "not checkable"]
 
 
@@ -58,7 +56,7 @@ def bounded(
     *,
     statement: str = "",
     unit: str = "",
-    boxes: int = BOXES,
+    boxes: int | None = None,
 ) -> BoundVerdict:
     """|f(x)| <= limit for low <= x <= high; without a limit, the least one that holds is proved and named.
 
@@ -72,7 +70,7 @@ def bounded(
     Raises
     ------
     ValueError
-        If the box is not one of finite numbers, or the expression holds other symbols.
+        If the box is not one of finite numbers, the limit is not positive, or the expression holds other symbols.
     """
     line = 'casadi.Function("f", [symbols], [expression])({x})'
     asked = _Question("|f|", (low, high), limit, unit, line, boxes, statement)
@@ -88,7 +86,7 @@ def lipschitz(
     *,
     statement: str = "",
     unit: str = "",
-    boxes: int = BOXES,
+    boxes: int | None = None,
 ) -> BoundVerdict:
     """|f(x) - f(y)| <= L |x - y| for all x, y in a box: the norm of the Jacobian is at most L.
 
@@ -105,7 +103,7 @@ def lipschitz(
 
 
 def disturbance(
-    D: ca.SX, t: ca.SX, until: float, D_max: float | None = None, L_D: float | None = None, *, boxes: int = BOXES
+    D: ca.SX, t: ca.SX, until: float, D_max: float | None = None, L_D: float | None = None, *, boxes: int | None = None
 ) -> tuple[BoundVerdict, BoundVerdict]:
     """|D(t)| <= D_max and |D'(t)| <= L_D for 0 <= t <= until: a disturbance (n, 1) in N m, and its slope in N m/s.
 
@@ -129,7 +127,7 @@ def lipschitz_gravity(
     high: float | Array = np.pi,
     limit: float | None = None,
     *,
-    boxes: int = BOXES,
+    boxes: int | None = None,
 ) -> BoundVerdict:
     """|G(x) - G(y)| <= L |x - y| for positions in a box (rad), at nominal parameters; L in N m/rad."""
     line = _of_dynamics("casadi.jacobian(dynamics.G, dynamics.q)", "dynamics.q")
@@ -145,7 +143,7 @@ def lipschitz_coriolis(
     high: float | Array = np.pi,
     limit: float | None = None,
     *,
-    boxes: int = BOXES,
+    boxes: int | None = None,
 ) -> BoundVerdict:
     """|C qd at x - C qd at y| <= L |x - y| for states x = (q, qd) in a box, at nominal parameters.
 
@@ -172,7 +170,7 @@ def lipschitz_inverse_mass(
     high: float | Array = np.pi,
     limit: float | None = None,
     *,
-    boxes: int = BOXES,
+    boxes: int | None = None,
 ) -> BoundVerdict:
     """|M^-1(x) - M^-1(y)| <= L |x - y| in the Frobenius norm, for positions in a box (rad), at nominal parameters."""
     inverse = ca.vec(ca.inv(ca.densify(nominal(dynamics, dynamics.M))))
@@ -202,7 +200,7 @@ class _Question:
     limit: float | None
     unit: str
     line: str
-    boxes: int
+    boxes: int | None
     statement: str
 
     def open(self, why: str) -> BoundVerdict:
@@ -223,6 +221,8 @@ def _slope(asked: _Question, f: ca.SX, symbols: ca.SX) -> BoundVerdict:
 
 def _judge(asked: _Question, matrix: ca.SX, symbols: ca.SX) -> BoundVerdict:
     """The norm of a matrix over a box against its limit."""
+    if asked.limit is not None and not 0 < asked.limit < np.inf:
+        raise ValueError(f"A limit of {asked.what} must be a positive number, as norms are; got {asked.limit}.")
     try:
         found = largest_norm(matrix, symbols, *asked.box, boxes=asked.boxes)
         room = (asked.limit or 0.0) * (1 + TOLERANCE)

@@ -20,19 +20,21 @@ from workbench.verify.interval import NoBound
 from workbench.verify.seek import Seen, least_seen
 
 __all__ = [
-    "BUDGET",
     "TOLERANCE",
     "Enclosure",
     "Extreme",
     "NoBound",
+    "box_of",
     "enclose",
     "extreme_eigenvalue",
     "guarantee",
     "largest_norm",
 ]
 
-# What is proved is to lie within this share of the value of what is seen; and how many boxes may be looked at.
-TOLERANCE, BUDGET = 1e-8, 200_000
+# What is proved is to lie within this share of the value of what is seen.
+TOLERANCE = 1e-8
+# Doubles that all boxes of one side may need if no budget is given: some ten seconds on one core.
+WORK = 150_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +104,7 @@ def enclose(
     high: float | Array,
     *,
     tolerance: float = TOLERANCE,
-    boxes: int = BUDGET,
+    boxes: int | None = None,
 ) -> Enclosure:
     """The range of one expression over the box low <= symbols <= high.
 
@@ -115,7 +117,7 @@ def enclose(
     tolerance
         The gap between seen and proved, as a share of the largest absolute value that was seen.
     boxes
-        The budget for each of the two sides.
+        The budget for each of the two sides; by itself it is so many as take some ten seconds.
 
     Raises
     ------
@@ -141,7 +143,7 @@ def extreme_eigenvalue(
     sign: int,
     *,
     tolerance: float = TOLERANCE,
-    boxes: int = BUDGET,
+    boxes: int | None = None,
 ) -> Extreme:
     """The least (sign 1) or greatest (sign -1) eigenvalue of the symmetric part of a matrix (n, n) over a box.
 
@@ -167,7 +169,7 @@ def largest_norm(
     high: float | Array,
     *,
     tolerance: float = TOLERANCE,
-    boxes: int = BUDGET,
+    boxes: int | None = None,
 ) -> Extreme:
     """The greatest 2-norm of a vector or matrix F (n, m) over a box.
 
@@ -216,10 +218,11 @@ class _Task:
 
         return least_seen(smallest, low, high)
 
-    def proved(self, sign: int, seen: Seen, scale: float, tolerance: float, boxes: int) -> Extreme:
+    def proved(self, sign: int, seen: Seen, scale: float, tolerance: float, boxes: int | None) -> Extreme:
         """What was seen, with its proof."""
         box = whole(self.low[self.free], self.high[self.free])
-        found: Proof = prove(self.forms[sign], box, (seen.value, seen.x), scale, tolerance, boxes)
+        budget = WORK // self.forms[sign].cost if boxes is None else boxes
+        found: Proof = prove(self.forms[sign], box, (seen.value, seen.x), scale, tolerance, budget)
         beyond = None if found.beyond is None else sign * found.beyond
         return Extreme(sign * found.value, self._at(found.x), beyond, found.boxes, seen.samples, found.why)
 

@@ -25,7 +25,7 @@ from workbench.verify.forms import UNIT, AbstractForm
 from workbench.verify.interval import NoBound
 
 # Doubles that are held at a time; corners are looked at one by one, up to so many symbols.
-HELD, CORNERS = 8_000_000, 6
+HELD, CORNERS = 20_000_000, 6
 # Within this share of the value a first proof is sought, so that a large budget is not spent in vain on the last digit.
 COARSE = 0.3
 # A box of this width, relative to its place, is one that cannot be halved any more.

@@ -43,7 +43,7 @@ class AbstractForm(ABC):
     @property
     @abstractmethod
     def cost(self) -> int:
-        """About how many doubles one box needs."""
+        """About how many doubles one box needs, and so how long it takes."""
 
     @abstractmethod
     def value(self, c: Array) -> Array:
@@ -151,8 +151,8 @@ class MeanValue(AbstractForm):
 
     @property
     def cost(self) -> int:
-        """The operations that are held at a time, at most."""
-        return 2 * len(self.jacobian.nodes) + (len(self.names) + 4) * self.order**2
+        """Some ten operations on doubles for each of an interval."""
+        return 10 * len(self.jacobian.nodes) + (len(self.names) + 4) * self.order**2
 
     def value(self, c: Array) -> Array:
         """By CasADi."""

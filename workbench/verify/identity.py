@@ -12,6 +12,8 @@ from workbench.notation.normal_form import NotInClass, normal_forms
 from workbench.verify.witness import Search, search
 
 Kind = Literal["proved", "refuted", "not refuted"]
+# A thousand roundings of all terms together: no misprint is as small.
+LAST_DIGITS = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +43,22 @@ def judge_zero(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Judgement
     if found.witness is not None:
         return Judgement("refuted", f"at {found.witness}", found)
     return Judgement("not refuted", f"not refuted in {found.samples} samples, and not proved: {why}", found)
+
+
+def share_left(expression: ca.SX, terms: ca.SX) -> float | None:
+    """The share of `terms` that is left of an expression that is zero but for rounding; None of any other.
+
+    CasADi folds constants in doubles, so that an identity can hold to the last digits of them only. Then
+    all coefficients of its normal form, which bound it wherever its symbols are at most 1, are such digits.
+    """
+    try:
+        left, whole = (
+            sum(abs(float(c)) for row in normal_forms(ca.densify(x)) for form in row for c in form.terms.values())
+            for x in (expression, terms)
+        )
+    except NotInClass:
+        return None
+    return left / (whole or 1.0) if left <= LAST_DIGITS * whole else None
 
 
 def _zero_by_normal_form(expression: ca.SX) -> tuple[bool, str]:
