@@ -47,8 +47,9 @@ def raised_gain(found: Found) -> str:
     """(33) with a plus."""
     assert found.worst is not None
     return (
-        f"Its least leading minor reaches {-found.worst.value:,.0f} within {found.worst.until:g} s: the symmetric part "
-        f"of (P s) sign(s)^T is not semidefinite where the signs of s differ. Worst of {sought('repaired_gain')}."
+        f"Its least leading minor reaches {-found.worst.value:,.0f} within {found.worst.until:g} s: the outer "
+        "product of P s and sign(s) is not semidefinite where the signs of s differ. "
+        f"Worst of {sought('repaired_gain')}."
     )
 
 

@@ -65,7 +65,7 @@ def promise(name: str) -> tuple[Claim, Check]:
     """What a block declares, and the search for a run that breaks it."""
     target = hunt(name).target
     assert isinstance(target, Declared)
-    claim = replace(target.claim, name=f"{PROMISES[name]}: {target.claim.name}")
+    claim = replace(target.claim, name=PROMISES[name])
 
     def sentence(result: Found) -> str:
         assert result.worst is not None

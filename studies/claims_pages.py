@@ -104,7 +104,8 @@ def _row(ledger: Ledger, line: Line) -> tuple[Cell, ...]:
     rests = "; ".join(f"{below.name} ({verdicts[below.name] or _given(below)})" for below in claim.hypotheses)
     words = f" {claim.statement}" + (f" Rests on: {rests}." if rests else "")
     witness = (" ", Code(finding.witness)) if finding.witness else ()
-    evidence = (*parts(phrase(finding.evidence)), *witness)
+    hollow = " It rests on a refuted hypothesis." if finding.kind == "proved" and ledger.fallen(claim.name) else ""
+    evidence = (*parts(phrase(finding.evidence + hollow)), *witness)
     return (Strong(claim.name), *parts(phrase(words))), claim.source, verdict, evidence
 
 

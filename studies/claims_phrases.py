@@ -23,7 +23,7 @@ SIGNS = {
 }
 LONGEST_FIRST = "|".join(sorted(NAMES, key=len, reverse=True))
 TOKEN = re.compile(
-    rf"(?<![\w'\"])(?P<name>{LONGEST_FIRST}|[{PRIMED}](?='(?!\w))|[A-Z](?=\^T)|M(?=\^-1))"
+    rf"(?<![\w'\"])(?P<name>{LONGEST_FIRST}|[{PRIMED}](?='(?!\w))|[A-Z](?=\^T|\^-1))"
     r"(?P<tilde>~)?(?P<prime>'(?!\w))?(?P<power>\^T|\^-1)?(?!\w)"
 )
 
@@ -52,4 +52,4 @@ def _formula(match: re.Match[str]) -> Formula:
 def _signed(text: str) -> str:
     for typed, sign in SIGNS.items():
         text = text.replace(typed, sign)
-    return text
+    return re.sub(r"(?<![\w)\]])-(?=[\w(|]|$)", "\N{MINUS SIGN}", text)

@@ -9,7 +9,6 @@ from typing import Literal, get_args
 from workbench.core.claim import Claim
 from workbench.core.layout import nearest
 from workbench.core.sockets import require
-from workbench.verify.falsify import Found
 
 # How it stands with a claim. A finite simulation can refute one, and never proves one.
 Kind = Literal["proved", "refuted", "not refuted", "not checkable"]
@@ -140,12 +139,3 @@ def _below(claim: Claim) -> Iterator[Claim]:
     for hypothesis in claim.hypotheses:
         yield hypothesis
         yield from _below(hypothesis)
-
-
-def finding_of(found: Found, evidence: str, witness: str) -> Finding:
-    """What a search says of a claim; `evidence` is completed by how many runs it tried."""
-    if found.kind == "not checkable":
-        return Finding("not checkable", f"none of {found.runs:,} runs kept the hypotheses: {evidence}")
-    if found.kind == "refuted":
-        return Finding("refuted", evidence, witness)
-    return Finding("not refuted", evidence, witness, samples=found.kept)
