@@ -126,3 +126,8 @@ def test_sections_that_are_no_list_of_sections_are_refused(answer):
 def test_headlines_that_are_no_list_of_texts_are_refused(answer):
     with pytest.raises(ValueError, match=r"`Study\(headlines=...\)\(results\)` must be"):
         headlines(study(headlines=lambda results: answer), Results())
+
+
+def test_the_seed_of_a_study_is_in_its_colophon():
+    seeds = [document(study(**given), Results(), "again").colophon.seed for given in ({"seed": 7}, {})]
+    assert seeds == [7, None]

@@ -200,6 +200,8 @@ class Study:
         What the report says of the results, and the findings that the command line prints, one a line.
     measures_time
         Whether the report holds times, which differ from one run to the next.
+    seed
+        Of what the study draws at random; None where nothing is.
     """
 
     name: str
@@ -211,6 +213,7 @@ class Study:
     cases: tuple[Case, ...] = ()
     fingerprints: Mapping[str, str] = field(default_factory=dict)
     measures_time: bool = False
+    seed: int | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not re.fullmatch(r"[a-z0-9_]{1,80}", self.name):

@@ -22,6 +22,7 @@ def document(study: Study, results: Results, command: str) -> Document:
         command=command,
         version=__version__,
         fingerprints={**study.fingerprints, **prints},
+        seed=study.seed,
         packages={name: version(name) for name in PACKAGES},
         python=platform.python_version(),
     )
