@@ -17,6 +17,7 @@ import claims_model
 import claims_observers
 import claims_others
 from a1_paper_tables import comparison
+from claims_hunts import SEED
 from claims_pages import answers, the_ledger, two_runs, worth
 from claims_pages import headlines as lines
 
@@ -51,4 +52,5 @@ study = Study(
     cases=(*comparison("FS"), *comparison("SS")),
     sections=sections,
     headlines=headlines,
+    seed=SEED,
 )
