@@ -49,7 +49,8 @@ def searched(name: str, sentence: Callable[[Found], str]) -> Check:
     def check() -> Finding:
         result = found(name)
         if result.worst is None:
-            return Finding("not checkable", f"none of {result.runs} runs kept the hypotheses")
+            why = "kept the hypotheses" if not result.kept else "is the worst at both steps: they are too long"
+            return Finding("not checkable", f"None of {result.runs:,} runs {why}.")
         line = f'replay("{name}")'
         if result.kind == "refuted":
             return Finding("refuted", sentence(result), line)

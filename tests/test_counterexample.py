@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import casadi as ca
 import numpy as np
 import pytest
 from test_falsify import ODE, RANGES, blow_up, late
@@ -24,6 +25,7 @@ def test_what_is_written_is_read_again_to_the_last_bit(tmp_path):
 def test_a_replay_gives_the_stored_value():
     again = HUNT.replay(WORST)
     assert again.same
+    assert again.kept
     assert again.value == WORST.value
 
 
@@ -35,6 +37,13 @@ def test_a_replay_of_an_escape_says_when():
     assert again.same
     # RK4 goes a few steps beyond the pole at 1 / x0
     np.testing.assert_allclose(again.diverged_at, 1 / worst.sought["x"], atol=0.02)
+
+
+def test_a_replay_says_that_a_hypothesis_is_broken():
+    strict = Claim("b is small", "|b| <= 0.5", "by hand", (), lambda y: 0.5 - ca.fabs(y["b"]))
+    hunt = replace(HUNT, hypotheses=(Declared(strict),))
+    assert WORST.sought["b"] > 0.5
+    assert not hunt.replay(WORST).kept
 
 
 def test_a_stored_value_that_is_not_what_the_run_gives_is_seen():

@@ -144,5 +144,25 @@ def test_a_target_without_a_margin_is_refused():
         Hunt(ODE, Declared(Claim("rest", "it rests", "by hand")), RANGES, 1.0, 0.01).search(0)
 
 
+def test_a_margin_that_is_not_a_number_is_refused_by_name():
+    claim = Declared(Claim("rooted", "sqrt(x) >= 0", "by hand", (), lambda y: ca.sqrt(y["x"])))
+    with pytest.raises(ValueError, match="that of 'rooted' is none at some instant"):
+        Hunt(ODE, claim, {"x": (-1.0, 1.0)}, 1.0, 0.01).search(0, Budget(8, 1, 0))
+
+
+def test_a_hypothesis_that_is_not_a_number_is_not_kept():
+    rooted = Claim("rooted", "x has a root", "by hand", (), lambda y: ca.sqrt(y["x"]))
+    found = Hunt(ODE, at_most(9.0, rooted), {"x": (-1.0, 1.0)}, 1.0, 0.01).search(0, Budget(16, 4, 0))
+    assert found.worst.sought["x"] >= 0
+    assert found.kept < found.runs
+
+
+def test_a_step_that_is_too_long_is_no_refutation():
+    stiff = {"a": (400.0, 400.0), "x": (0.5, 1.0)}  # at 10 ms RK4 grows, at 5 ms it decays
+    found = Hunt(ODE, at_most(2.0), stiff, 10.0, 0.01).search(0, Budget(8, 1, 0))
+    assert (found.kind, found.worst) == ("not checkable", None)
+    assert found.diverged == found.runs
+
+
 def test_metrics_without_a_gradient_are_left_to_the_population():
     assert slope_of(ODE, peak_error(), Box.of(ODE, RANGES), np.array([0.5, 0.5]), 1.0, 0.01) is None

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -16,6 +16,7 @@ from workbench.core.layout import Array, Layout
 from workbench.core.numbers import nearest
 from workbench.metrics import AbstractMetric, measure
 from workbench.simulate.reference import reference
+from workbench.verify.margins import Largest
 
 LARGEST_FILE = 1_000_000  # bytes; one with a hundred parameters has ten thousand
 # Two machines may round a run differently: beyond its own error a replay may differ by this share of the value.
@@ -32,6 +33,8 @@ class Replay:
         At half the step, and the change from the whole one.
     same
         Whether it is the stored value, within both errors.
+    kept
+        Whether it keeps its hypotheses.
     diverged_at
         When it diverged, in s: at half the step and at the whole one; NaN where it stayed finite.
     """
@@ -39,6 +42,7 @@ class Replay:
     value: float
     error: float
     same: bool
+    kept: bool
     diverged_at: tuple[float, float]
 
 
@@ -114,26 +118,53 @@ class CounterExample:
             )
         return _row(ode.parameters, self.p), _row(ode.states, self.x0)
 
-    def replay(self, ode: Ode, metric: AbstractMetric, watched: Ode | None = None) -> Replay:
-        """Run it again; `watched` is `ode` with the outputs that the metric looks at, where it lacks them."""
-        value, error, diverged_at = run(watched or ode, metric, *self.rows(ode), self.until, self.h)
-        gap = abs(value - self.value) if np.isfinite([value, self.value]).all() else 0.0
-        same = np.isfinite(value) == np.isfinite(self.value)
-        close = gap <= self.error + error + ROUNDING * abs(self.value)
-        return Replay(value, error, bool(same and close), diverged_at)
+    def replay(
+        self, ode: Ode, metric: AbstractMetric, kept: Sequence[Largest] = (), watched: Ode | None = None
+    ) -> Replay:
+        """Run it again.
+
+        Parameters
+        ----------
+        kept
+            The violations of the hypotheses that it must keep.
+        watched
+            `ode` with the outputs that the metric and `kept` look at, where it lacks them.
+        """
+        again = run(watched or ode, metric, kept, *self.rows(ode), self.until, self.h)
+        finite = np.isfinite([again.value, self.value]).all()
+        gap = abs(again.value - self.value) if finite else 0.0
+        alike = np.isfinite(again.value) == np.isfinite(self.value)
+        close = gap <= self.error + again.error + ROUNDING * abs(self.value) if finite else True
+        return Replay(again.value, again.error, bool(alike and close), again.excess <= 0, again.diverged_at)
 
 
-def run(
-    ode: Ode, metric: AbstractMetric, p: Array, x0: Array, until: float, h: float
-) -> tuple[float, float, tuple[float, float]]:
-    """The metric of one run at h / 2, largest over its components, its change from h, and when the two diverged."""
-    found = measure(ode, (metric,), p, x0, until=until, h=h)
-    score = found.scores[metric.name]
-    times = float(found.trajectories.diverged_at[0]), float(found.coarse_diverged_at[0])
+class Pair(NamedTuple):
+    """A run at h and at h / 2: the metric, largest over its components, and its change; the hypotheses; divergence.
+
+    `excess` is the largest violation of a hypothesis at h / 2, and minus infinity without any.
+    """
+
+    value: float
+    error: float
+    excess: float
+    diverged_at: tuple[float, float]
+
+
+def run(ode: Ode, metric: AbstractMetric, kept: Sequence[Largest], p: Array, x0: Array, until: float, h: float) -> Pair:
+    """One run at its step and at half of it, with the violations `kept` of its hypotheses.
+
+    Infinite is the metric of a run that diverges at both; of one that diverges at one alone it is not a number.
+    """
+    found = measure(ode, (metric, *kept), p, x0, until=until, h=h)
+    score, runs = found.scores[metric.name], found.trajectories
+    last = np.flatnonzero(np.isfinite(runs.x[0]).all(axis=1))[-1]
+    state = runs.step.states.unpack(runs.x[0, last])
+    excess = max((float(state[f"{hypothesis.name}.largest"].max()) for hypothesis in kept), default=-np.inf)
+    times = float(runs.diverged_at[0]), float(found.coarse_diverged_at[0])
     if np.isfinite(times).any():
-        return (np.inf, 0.0, times) if np.isfinite(times).all() else (np.nan, np.nan, times)
+        return Pair(np.inf, 0.0, excess, times) if np.isfinite(times).all() else Pair(np.nan, np.nan, excess, times)
     worst = int(np.argmax(score.value[0]))
-    return float(score.value[0, worst]), float(score.error[0, worst]), times
+    return Pair(float(score.value[0, worst]), float(score.error[0, worst]), excess, times)
 
 
 def in_reference_mode(

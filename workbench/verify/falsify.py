@@ -17,9 +17,9 @@ from workbench.metrics.measure import final_values
 from workbench.simulate import simulate
 from workbench.verify.ascent import slope_of
 from workbench.verify.box import Box
-from workbench.verify.counterexample import CounterExample, Replay, run
+from workbench.verify.counterexample import CounterExample, Pair, Replay, run
 from workbench.verify.evolution import Judged, evolve
-from workbench.verify.margins import violation, watching
+from workbench.verify.margins import UNDEFINED, Largest, violation, watching
 
 Kind = Literal["refuted", "not refuted", "not checkable"]
 ROWS = 20  # of states kept, so that of a run that diverges little is lost
@@ -50,10 +50,11 @@ class Found:
     Attributes
     ----------
     kind
-        Of the claim: `refuted` if the worst run breaks it by more than its error of the step; `not checkable` if no
-        run kept the hypotheses. Of a metric, which cannot be refuted: `not refuted`.
+        Of the claim: `refuted` if the worst run breaks it by more than its error of the step and keeps the hypotheses
+        at half the step too; `not checkable` if no run kept them, or the worst one diverges at one of the two steps
+        alone, so that the step is too long. Of a metric, which cannot be refuted: `not refuted`.
     worst
-        The worst run; None if none kept the hypotheses.
+        The worst run; None where it is not checkable.
     runs, kept, diverged
         How many were tried, how many of them kept the hypotheses, and how many diverged.
     """
@@ -118,7 +119,8 @@ class Hunt:
         Raises
         ------
         ValueError
-            If the box, the horizon or the step is none, or a claim in question has no margin.
+            If the box, the horizon or the step is none, a claim in question has no margin, or that of the target is
+            not a number somewhere.
         LookupError
             If a name is not one of the equation's.
         """
@@ -140,9 +142,11 @@ class Hunt:
             if higher <= value:
                 break
             best, value = better, higher
-        worst = self._example(best, seed)
-        broken = isinstance(self.target, Declared) and worst.value - worst.error > 0
-        return _found("refuted" if broken else "not refuted", worst, seen)
+        pair = self._run(best)
+        if np.isnan(pair.value):
+            return _found("not checkable", None, seen)
+        broken = isinstance(self.target, Declared) and pair.value - pair.error > 0 and pair.excess <= 0
+        return _found("refuted" if broken else "not refuted", self._example(best, pair, seed), seen)
 
     def judge(self, u: Array) -> Judged:
         """What the runs at points u (B, d) of the unit cube are worth."""
@@ -156,17 +160,27 @@ class Hunt:
         value = np.where(runs.diverged, np.inf, np.where(np.isnan(value), -np.inf, value))
         finite = np.isfinite(runs.x).all(axis=2).sum(axis=1) - 1  # the last row before a run is lost
         last = step.states.unpack(runs.x[np.arange(len(p)), finite])
-        excess = [last[f"{violation(h.claim).name}.largest"].max(axis=1) for h in self.kept]
+        excess = [last[f"{kept.name}.largest"].max(axis=1) for kept in self._violations]
+        if isinstance(self.target, Declared) and (value[np.isfinite(value)] >= UNDEFINED).any():
+            raise ValueError(
+                f"`Hunt(target=...)` needs a margin that is a number wherever a run may be; that of "
+                f"'{self.target.claim.name}' is none at some instant of some run."
+            )
         return Judged(value, np.max(excess, axis=0) if excess else np.zeros(len(p)))
 
     def replay(self, example: CounterExample) -> Replay:
         """Run a counter-example of this hunt again."""
-        return example.replay(self.ode, self.metric, self.watched)
+        return example.replay(self.ode, self.metric, self._violations, self.watched)
 
     @cached_property
     def _step(self) -> Step:
         """The step with the metric and all hypotheses accumulated."""
-        return measured(self.watched, (self.metric, *(violation(h.claim) for h in self.kept)), self.h)
+        return measured(self.watched, (self.metric, *self._violations), self.h)
+
+    @property
+    def _violations(self) -> tuple[Largest, ...]:
+        """The metrics of the hypotheses."""
+        return tuple(violation(kept.claim) for kept in self.kept)
 
     def _climbed(self, judge: Callable[[Array], Judged], u: Array, value: float) -> tuple[Array, float]:
         """The best of some points along the gradient from u (d,), or u itself; each is judged as any other."""
@@ -179,11 +193,15 @@ class Hunt:
         place = worth.best()
         return (trials[place], float(worth.value[place])) if worth.excess[place] <= 0 else (u, value)
 
-    def _example(self, u: Array, seed: int) -> CounterExample:
+    def _run(self, u: Array) -> Pair:
         """The run at a point u (d,) of the unit cube, at its step and at half of it."""
+        rows = self.box.rows(self.box.at(u[np.newaxis]))
+        return run(self.watched, self.metric, self._violations, *rows, self.until, self.h)
+
+    def _example(self, u: Array, pair: Pair, seed: int) -> CounterExample:
+        """The same as plain numbers."""
         theta = self.box.at(u[np.newaxis])
         p, x0 = self.box.rows(theta)
-        value, error, _ = run(self.watched, self.metric, p, x0, self.until, self.h)
         return CounterExample(
             self.metric.name,
             self.ode.fingerprint,
@@ -193,8 +211,8 @@ class Hunt:
             self.until,
             self.h,
             seed,
-            value,
-            error,
+            pair.value,
+            pair.error,
         )
 
 

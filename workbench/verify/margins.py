@@ -14,7 +14,9 @@ from workbench.core.layout import Array, nearest
 from workbench.metrics.contract import AbstractMetric, Parts
 
 PRIME = "'"
-NEVER = -1e300  # below any violation, in the loop's arithmetic, where an infinity would become NaN
+# Below and above any violation, in the loop's arithmetic, where an infinity would become NaN; the second stands for a
+# margin that is not a number.
+NEVER, UNDEFINED = -1e300, 1e300
 
 
 class SignalsOf(Mapping[str, ca.SX]):
@@ -52,7 +54,7 @@ def derivative(ode: Ode, value: ca.SX) -> ca.SX:
 
 @dataclass(frozen=True)
 class Largest(AbstractMetric):
-    """The largest value of an output over all steps, with its sign, (k, 1)."""
+    """The largest value of an output over all steps, with its sign, (k, 1); `UNDEFINED` if it ever is no number."""
 
     signal: str
 
@@ -82,7 +84,8 @@ class Largest(AbstractMetric):
     def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
         """The larger of what was and what is."""
         del k, h
-        return {"largest": ca.fmax(z["largest"], y[self.signal])}
+        value = ca.if_else(ca.fabs(y[self.signal]) < UNDEFINED, y[self.signal], UNDEFINED)
+        return {"largest": ca.fmax(z["largest"], value)}
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
         """The largest."""
