@@ -128,7 +128,7 @@ def unbounded() -> Finding:
     return Finding(
         "refuted",
         f"First scenario, reading 'outer' of (33): the states leave all floating-point numbers at {fine:.3f} s, with "
-        f"twice the step at {coarse:.3f} s. K has turned negative before.",
+        f"twice the step at {coarse:.3f} s. K has turned negative before. Shown by two runs, not proved.",
         "escape()",
     )
 

@@ -18,7 +18,8 @@ import claims_model
 import claims_observers
 from claims_identities import both
 from claims_phrases import phrase
-from claims_replay import derived, false_rest, mismatch, skewness
+from claims_replay import beside, derived, false_rest, mismatch, skewness
+from paper_card import LAWS
 
 from workbench.notation.formula import Power, Symbol
 from workbench.verify.claims import Ledger
@@ -119,3 +120,9 @@ def test_a_typed_claim_is_printed_with_its_letters():
 def test_the_study_has_the_comparisons_of_a1():
     assert {case.scenario for case in a2_claims.study.cases} == {"FS", "SS"}
     assert len(a2_claims.study.cases) == 14
+
+
+def test_a_comparison_is_replayed_with_the_numbers_of_a1():
+    found = beside("overshoot")
+    assert set(found) == {f"SS: {law}" for law in (*LAWS, "super-twisting")}  # after jumps, which FS has none of
+    assert found["SS: AOSMC-RGS"][0] > found["SS: ASMC"][0]
