@@ -7,7 +7,7 @@
 # Another Python: make paper PYTHON=python3.12
 
 PYTHON = python3
-STUDIES = studies/a0_two_link_arm.py studies/a1_paper_tables.py
+STUDIES = studies/a0_two_link_arm.py studies/a1_paper_tables.py studies/a2_claims.py
 CODE = workbench studies tests
 RUN = .venv/bin/python
 PIP = -m pip -qq --disable-pip-version-check install --no-compile --constraint constraints.txt
