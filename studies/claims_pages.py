@@ -79,9 +79,8 @@ def the_ledger(ledger: Ledger) -> Section:
             Paragraph(
                 (
                     "A claim is proved by exact or interval arithmetic, refuted by a witness, not refuted in so many "
-                    "samples, or not checkable. A finite simulation can refute, and never proves. A witness is a "
-                    "line of "
-                    "Python that runs as it stands in the folder of the studies, after ",
+                    "samples, or not checkable. A finite simulation can refute, and never proves. A witness is "
+                    "a line of Python that runs as it stands in the folder of the studies, after ",
                     Code("from claims_replay import *"),
                     ".",
                 )
@@ -122,8 +121,7 @@ def two_runs() -> Section:
             Paragraph(
                 "Both were found by the search, within the bounds stated below. The first starts the observer as "
                 "section 5 does, with estimates of zero, beside the arm that swings freely; its estimate of the "
-                "position "
-                "runs away from the arm, while the arm moves as an arm does."
+                "position parts from the arm. In the second s exceeds, for a while, what (42) allows."
             ),
             _swinging(),
             _finite_time(),
