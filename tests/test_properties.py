@@ -65,10 +65,29 @@ def test_a_fault_that_hides_at_nominal_parameters_is_refuted_at_others():
 
 def test_what_the_normal_form_cannot_hold_is_said_to_be_open():
     d, C = DERIVED, ca.SX(DERIVED.C)
-    C[0, 1] += ca.exp(2 * ca.log(d.symbols[1])) - d.symbols[1] ** 2  # zero, but of no trigonometric polynomial
+    u = 2 + ca.cos(d.q[1])
+    C[0, 1] += ca.exp(2 * ca.log(u)) - u**2  # zero, but of no trigonometric polynomial
     verdict = skew(replace(d, C=C))
     assert verdict.kind == "not refuted"
     assert "400 samples" in verdict.evidence
+
+
+def test_what_has_a_normal_form_at_nominal_parameters_only_is_proved_there_and_says_so():
+    d, C = DERIVED, ca.SX(DERIVED.C)
+    C[0, 1] += ca.exp(2 * ca.log(d.symbols[1])) - d.symbols[1] ** 2
+    verdict = skew(replace(d, C=C))
+    assert verdict.kind == "proved"
+    assert verdict.statement.endswith("at nominal parameters")
+
+
+def test_an_identity_that_rounding_has_spoilt_is_proved_to_the_share_that_is_left():
+    d, C = DERIVED, ca.SX(DERIVED.C)
+    C[0, 1] += (ca.SX(0.1) * 3 - 0.3) * d.qd[0]  # 6e-17: what folding of constants leaves
+    verdict = skew(replace(d, C=C))
+    assert verdict.kind == "proved"
+    assert "differ by a share of" in verdict.evidence
+    C[0, 1] += 1e-10 * d.qd[0]  # far below what samples can tell from rounding, but no rounding
+    assert skew(replace(d, C=C)).kind == "not refuted"
 
 
 def test_the_extreme_eigenvalues_of_the_paper_arm_are_those_of_the_stretched_arm():

@@ -33,8 +33,9 @@ __all__ = [
 
 # What is proved is to lie within this share of the value of what is seen.
 TOLERANCE = 1e-8
-# Doubles that all boxes of one side may need if no budget is given: some ten seconds on one core.
-WORK = 150_000_000
+# Doubles that all boxes of one side may need if no budget is given, and those of the least of boxes: together
+# some ten seconds on one core.
+WORK, LEAST = 200_000_000, 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,7 +222,7 @@ class _Task:
     def proved(self, sign: int, seen: Seen, scale: float, tolerance: float, boxes: int | None) -> Extreme:
         """What was seen, with its proof."""
         box = whole(self.low[self.free], self.high[self.free])
-        budget = WORK // self.forms[sign].cost if boxes is None else boxes
+        budget = WORK // (self.forms[sign].cost + LEAST) if boxes is None else boxes
         found: Proof = prove(self.forms[sign], box, (seen.value, seen.x), scale, tolerance, budget)
         beyond = None if found.beyond is None else sign * found.beyond
         return Extreme(sign * found.value, self._at(found.x), beyond, found.boxes, seen.samples, found.why)

@@ -26,6 +26,8 @@ from workbench.verify.interval import JUMPS, Interval, evaluate
 UNIT = 2.0**-53
 # Beyond so many waves their products with U, each by itself, cost more than they save.
 FEW_WAVES = 64
+# And beyond so many the intervals of the Jacobian cost less than all of them.
+MANY_WAVES = 1000
 
 
 class Expansion(NamedTuple):
@@ -216,6 +218,8 @@ def _waves(matrix: ca.SX, symbols: list[ca.SX]) -> Waves:
                 key = (kind, tuple(slopes.get(name, 0.0) for name in names), phase)
                 held.setdefault(key, np.zeros((n, n)))[i, j] += float(coefficient)
     moving = {key: W for key, W in held.items() if any(key[1])}
+    if len(moving) > MANY_WAVES:
+        raise NotInClass(f"{len(moving)} waves are too many.")
     still = [W * (np.cos(key[2]) if key[0] == "cos" else np.sin(key[2])) for key, W in held.items() if not any(key[1])]
     count = len(moving)
     return Waves(

@@ -1,0 +1,158 @@
+"""Certified extremes of expressions over boxes."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from workbench.verify import elementary
+from workbench.verify.bounds import NoBound, enclose, extreme_eigenvalue, guarantee, largest_norm
+from workbench.verify.branch import definite
+
+x = ca.SX.sym("x", 2)
+
+# An expression, a box, and its exact range.
+CLOSED = [
+    (x[0] * x[1], -1.0, 2.0, (-2.0, 4.0)),
+    (x[0] * ca.exp(-(x[0] ** 2)), -3.0, 3.0, (-np.exp(-0.5) / np.sqrt(2), np.exp(-0.5) / np.sqrt(2))),
+    (1 / (2 + ca.cos(x[0])) + ca.sqrt(1 + x[1] ** 2), -3.5, 1.0, (4 / 3, 1 + np.sqrt(13.25))),
+    (ca.sin(x[0]) + ca.sin(x[1]) + ca.sin(x[0] + x[1]), -np.pi, np.pi, (-1.5 * np.sqrt(3), 1.5 * np.sqrt(3))),
+    (ca.tanh(x[0]) - ca.fabs(x[1] - 1), -2.0, 3.0, (np.tanh(-2.0) - 3, np.tanh(3.0))),
+    (100 * (x[1] - x[0] ** 2) ** 2 + (1 - x[0]) ** 2, -2.0, 2.0, (0.0, 3609.0)),  # Rosenbrock
+    (ca.SX(2.5) + 0 * x[0], -1.0, 1.0, (2.5, 2.5)),
+]
+
+
+@pytest.mark.parametrize(("expression", "low", "high", "exact"), CLOSED, ids=lambda case: str(case)[:40])
+def test_an_enclosure_holds_the_exact_range_and_little_more(expression, low, high, exact):
+    found = enclose(expression, x, low, high)
+    assert found.complete
+    assert found.low <= exact[0] <= exact[1] <= found.high
+    scale = max(np.abs(exact))
+    # the tolerance of 1e-8, and the squared width of the last cell that a search can tell from its best
+    np.testing.assert_allclose([found.low, found.high], exact, rtol=0, atol=1.1e-8 * scale)
+    value = ca.Function("f", [x], [expression])
+    assert float(value(found.least.x)) == pytest.approx(found.least.value, abs=1e-13 * scale)
+    assert float(value(found.greatest.x)) == pytest.approx(found.greatest.value, abs=1e-13 * scale)
+
+
+numbers = st.floats(-2, 2).map(lambda number: round(number, 3))
+coefficients = st.lists(numbers, min_size=6, max_size=6)
+
+
+@settings(max_examples=25)
+@given(coefficients, st.tuples(numbers, numbers), st.floats(0.01, 3))
+def test_no_sampled_value_lies_beyond_an_enclosure(c, corner, width):
+    f = c[0] * ca.sin(x[0] + c[1]) * ca.cos(c[2] * x[1]) + c[3] * ca.tanh(x[0] * x[1]) + c[4] * ca.exp(c[5] * x[1])
+    low = np.array(corner)
+    found = enclose(f, x, low, low + width, tolerance=1e-3, boxes=20_000)
+    points = low[:, None] + width * np.random.default_rng(0).uniform(0, 1, (2, 2000))
+    values = np.array(ca.Function("f", [x], [f])(points))
+    slack = 1e-13 * np.abs(values).max()  # roundings of a point's value
+    assert found.low is None or found.low <= values.min() + slack
+    assert found.high is None or values.max() - slack <= found.high
+
+
+@pytest.mark.parametrize("arb", [True, False])
+def test_the_proof_does_not_depend_on_whose_sines_it_takes(arb, monkeypatch):
+    if arb and not elementary.ARB:
+        pytest.skip("the extra `rigorous` is not installed")
+    monkeypatch.setattr(elementary, "ARB", arb)
+    expression, low, high, exact = CLOSED[3]
+    found = enclose(expression, x, low, high)
+    assert found.low <= exact[0] <= exact[1] <= found.high
+    assert guarantee() == ("ball arithmetic" if arb else "elementary functions taken as right within 4 last places")
+
+
+def test_a_dip_that_no_sample_hits_is_found_by_the_boxes():
+    # 1e-4 wide beside a grid of 3e-4: the search sees nothing of it, and the proof must not go past it
+    dip = ca.cos(x[0]) - 3 * ca.exp(-(((x[0] - 0.51234) / 1e-5) ** 2))
+    found = enclose(dip, x, -3.0, 3.0)
+    assert found.low <= np.cos(0.51234) - 3
+    assert found.low == pytest.approx(np.cos(0.51234) - 3, abs=1e-6)
+
+
+def test_a_jump_is_bounded_by_its_values():
+    found = enclose(ca.floor(x[0]) * ca.cos(x[1]), x, np.array([0.5, -1.0]), np.array([2.5, 1.0]))
+    assert found.high >= 2
+    assert found.high == pytest.approx(2, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("expression", "says"),
+    [
+        (1 / ca.sin(x[0] - 0.1234), r"no bound near \[0.123"),
+        (ca.sqrt(x[0]), "none at"),
+        (1 / x[0], "none at|no bound near"),
+        (ca.log(x[0] + 1.0), "none at"),
+        (ca.erf(x[0]), "ERF"),
+    ],
+    ids=str,
+)
+def test_a_pole_or_a_place_without_value_is_refused_by_name(expression, says):
+    with pytest.raises(NoBound, match=says):
+        enclose(expression, x, -1.0, 1.0)
+
+
+def test_a_used_up_budget_is_said_and_what_was_proved_is_kept():
+    wavy = ca.sin(9 * x[0]) * ca.sin(9 * x[1] + x[0] * x[1]) + ca.tanh(x[0] - x[1])
+    found = enclose(wavy, x, -3.0, 3.0, boxes=100)
+    assert not found.complete
+    assert found.least.why == "the budget of 100 boxes was used up"
+    coarse = enclose(wavy, x, -3.0, 3.0, boxes=2000, tolerance=0.1)
+    assert coarse.complete
+    assert coarse.low <= found.least.value
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda: enclose(x, x, 0, 1), "takes one expression"),
+        (lambda: enclose(x[0], x, 1, 0), r"`enclose\(low=..., high=...\)` needs finite low < high"),
+        (lambda: enclose(x[0], x, 0, np.nan), "finite low < high"),
+        (lambda: enclose(x[0], x, np.zeros(3), 1), "numbers or vectors of 2"),
+        (lambda: enclose(x[0] + ca.SX.sym("m"), x, 0, 1), "'m' is missing"),
+    ],
+)
+def test_what_cannot_be_enclosed_is_refused(call, says):
+    with pytest.raises(ValueError, match=says):
+        call()
+
+
+def test_the_extreme_eigenvalues_of_a_rotated_matrix_are_those_of_its_diagonal():
+    c, s = ca.cos(x[0]), ca.sin(x[0])
+    turn = ca.blockcat([[c, -s], [s, c]])
+    matrix = turn @ ca.diag(ca.vertcat(1 + ca.cos(x[1]) ** 2, 5 - ca.sin(x[1]))) @ turn.T
+    # both are reached on whole lines, along which every box must be small: three digits are enough here
+    least, greatest = (extreme_eigenvalue(matrix, x, -np.pi, np.pi, sign, tolerance=1e-3) for sign in (1, -1))
+    assert 1 - 1.001e-3 <= least.beyond < 1
+    assert 6 < greatest.beyond <= 6 * 1.001001
+    assert least.value == pytest.approx(1, abs=1e-14)
+    assert greatest.value == pytest.approx(6, abs=1e-14)
+
+
+def test_the_largest_norm_of_a_matrix_is_its_largest_singular_value():
+    F = ca.blockcat([[ca.cos(x[0]), 2 * ca.sin(x[1])], [x[0], ca.SX(1)], [x[0] * x[1], ca.SX(0)]])
+    found = largest_norm(F, x, -1.0, 1.0)
+    a, b = np.meshgrid(np.linspace(-1, 1, 201), np.linspace(-1, 1, 201))
+    one = np.ones_like(a)
+    dense = np.array([[np.cos(a), 2 * np.sin(b)], [a, one], [a * b, 0 * a]]).transpose(2, 3, 0, 1)
+    seen = np.linalg.norm(dense, 2, axis=(2, 3)).max()
+    assert seen <= found.beyond
+    assert found.beyond == pytest.approx(found.value, rel=1.1e-8)
+    assert found.value == pytest.approx(seen, rel=1e-3)  # the grid of the samples
+
+
+@settings(max_examples=50)
+@given(st.integers(1, 6), st.floats(-1e-13, 1e-13), st.integers(0, 2**32 - 1))
+def test_a_matrix_that_is_not_definite_is_never_called_so(n, least, seed):
+    rng = np.random.default_rng(seed)
+    Q = np.linalg.qr(rng.normal(size=(n, n)))[0]
+    values = np.concatenate([[least], rng.uniform(0.1, 10, n - 1)])
+    B = (Q * values) @ Q.T
+    B = (B + B.T) / 2
+    exact = float(np.linalg.eigvalsh(B)[0])
+    if definite(B[None])[0]:
+        assert exact > -2e-15 * n  # what eigvalsh itself can be wrong by
+    assert definite((B + np.eye(n) * 1e-10)[None])[0]
