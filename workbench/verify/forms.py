@@ -89,7 +89,7 @@ class Waves(AbstractForm):
     def cost(self) -> int:
         """The waves in the coordinates of one box."""
         n, m = len(self.constant), int(self.slopes.shape[1])
-        return len(self.W) * (3 * n * n if len(self.W) <= FEW_WAVES else m + 4) + (2 * m + 4) * n * n
+        return (3 * len(self.W) + 2 * m + 4) * n * n
 
     @cached_property
     def _size(self) -> Array:
@@ -153,8 +153,8 @@ class MeanValue(AbstractForm):
 
     @property
     def cost(self) -> int:
-        """Some ten operations on doubles for each of an interval."""
-        return 10 * len(self.jacobian.nodes) + (len(self.names) + 4) * self.order**2
+        """Some twenty operations on doubles for each of an interval."""
+        return 20 * len(self.jacobian.nodes) + (len(self.names) + 4) * self.order**2
 
     def value(self, c: Array) -> Array:
         """By CasADi."""
