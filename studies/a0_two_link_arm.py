@@ -40,6 +40,7 @@ from workbench.study.document import (
     Verdict,
 )
 from workbench.study.study import Results, Study
+from workbench.verify.bounds import shown
 from workbench.verify.printed import EntryVerdict, compare
 from workbench.verify.properties import (
     DefinitenessVerdict,
@@ -196,9 +197,9 @@ def eigenvalues_of_m() -> Section:
         f" = {DEFINITE.alpha1:.6f} and ",
         symbol("alpha_2"),
         f" = {DEFINITE.alpha2:.6f} (kg m²), both with the arm stretched. Interval "
-        f"arithmetic on {DEFINITE.boxes} boxes proves that no eigenvalue lies below {DEFINITE.beyond[0]:.9f} or above "
-        f"{DEFINITE.beyond[1]:.9f} anywhere on the torus, so that {min(DEFINITE.digits)} digits of both are right. (It "
-        "takes sines and cosines as right within four units in the last place, or from ball arithmetic where the "
+        f"arithmetic on {DEFINITE.boxes} boxes proves that no eigenvalue lies below {shown(DEFINITE.beyond[0], 1)} or "
+        f"above {shown(DEFINITE.beyond[1], -1)} anywhere on the torus, so that {min(DEFINITE.digits)} digits of both "
+        "are right. (It takes sines and cosines as right within four units in the last place, or from ball arithmetic where the "
         "extra 'rigorous' is installed.) Where the arm is stretched M has the condition number "
         f"{DEFINITE.alpha2 / DEFINITE.alpha1:.2f}.",
     )

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from workbench.verify import elementary
-from workbench.verify.bounds import NoBound, enclose, extreme_eigenvalue, guarantee, largest_norm
+from workbench.verify.bounds import NoBound, enclose, extreme_eigenvalue, guarantee, largest_norm, shown
 from workbench.verify.branch import definite
 
 x = ca.SX.sym("x", 2)
@@ -118,6 +118,12 @@ def test_a_used_up_budget_is_said_and_what_was_proved_is_kept():
 def test_what_cannot_be_enclosed_is_refused(call, says):
     with pytest.raises(ValueError, match=says):
         call()
+
+
+@given(st.floats(-1e6, 1e6))
+def test_a_bound_that_is_printed_is_still_a_bound(bound):
+    assert float(shown(bound, 1)) <= bound <= float(shown(bound, -1))
+    assert float(shown(bound, -1)) - float(shown(bound, 1)) <= 1e-8 * abs(bound)
 
 
 def test_the_extreme_eigenvalues_of_a_rotated_matrix_are_those_of_its_diagonal():

@@ -97,7 +97,7 @@ def test_the_extreme_eigenvalues_of_the_paper_arm_are_those_of_the_stretched_arm
     assert verdict.alpha2 == pytest.approx(3 + np.sqrt(8), abs=1e-14)
     assert verdict.q_least[1] == verdict.q_greatest[1] == 0.0
     assert verdict.kind == "proved"
-    assert "over q2 in [-3.142, 3.142], and none below 0.17157287" in verdict.evidence
+    assert "over q2 in [-3.142, 3.142], and none below 0.171572873" in verdict.evidence
 
 
 def test_alpha1_and_alpha2_of_the_paper_arm_are_proved_on_the_torus_to_six_digits():

@@ -15,7 +15,7 @@ import numpy as np
 from workbench.core import Dynamics
 from workbench.core.layout import Array
 from workbench.notation.walk import NAMES, walk
-from workbench.verify.bounds import TOLERANCE, Extreme, NoBound, box_of, largest_norm
+from workbench.verify.bounds import TOLERANCE, Extreme, NoBound, box_of, largest_norm, shown
 from workbench.verify.interval import JUMPS
 from workbench.verify.spectrum import nominal
 from workbench.verify.witness import exact
@@ -241,7 +241,7 @@ def _judge(asked: _Question, matrix: ca.SX, symbols: ca.SX) -> BoundVerdict:
 def _compared(asked: _Question, found: Extreme) -> tuple[Outcome, str]:
     limit, where = asked.limit, (np.round(found.x, 6) + 0.0).tolist()
     place = f"{asked.what} reaches {found.value:.9g} {asked.unit}".rstrip() + f" at {where}"
-    proof = f"no more than {found.beyond or 0:.9g} anywhere, by interval arithmetic on {found.boxes} boxes"
+    proof = f"no more than {shown(found.beyond or 0.0, -1)} anywhere, by interval arithmetic on {found.boxes} boxes"
     room = np.inf if limit is None else limit * (1 + TOLERANCE)
     if found.value > room:
         return "refuted", place

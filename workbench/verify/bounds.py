@@ -6,6 +6,7 @@ none lies beyond. The two together enclose the extreme. What the proof rests on 
 
 from __future__ import annotations
 
+import decimal
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -29,6 +30,7 @@ __all__ = [
     "extreme_eigenvalue",
     "guarantee",
     "largest_norm",
+    "shown",
 ]
 
 # What is proved is to lie within this share of the value of what is seen.
@@ -195,6 +197,12 @@ def largest_norm(
 def _root(square: Extreme) -> Extreme:
     beyond = None if square.beyond is None else float(np.nextafter(np.sqrt(max(square.beyond, 0.0)), np.inf))
     return replace(square, value=float(np.sqrt(max(square.value, 0.0))), beyond=beyond)
+
+
+def shown(bound: float, side: int) -> str:
+    """A proved bound to nine digits, which are rounded so that it stays one: down (side 1) or up (side -1)."""
+    rounding = decimal.ROUND_FLOOR if side == 1 else decimal.ROUND_CEILING
+    return f"{float(decimal.Context(prec=9, rounding=rounding).create_decimal(bound)):.9g}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.core import Dynamics
 from workbench.core.layout import Array
-from workbench.verify.bounds import TOLERANCE, box_of, extreme_eigenvalue
+from workbench.verify.bounds import TOLERANCE, box_of, extreme_eigenvalue, shown
 from workbench.verify.identity import Kind, judge_zero, share_left
 from workbench.verify.spectrum import Joints, eigenvalues, free_joints, nominal
 from workbench.verify.witness import Witness
@@ -156,7 +156,7 @@ def positive_definite(
     evidence += _where(free_joints(dynamics), first, last)
     if least.value > 0 and least.beyond is not None and least.beyond > 0:
         kind = "proved"
-        evidence += f", and none below {least.beyond:.9g}, by interval arithmetic on {least.boxes} boxes"
+        evidence += f", and none below {shown(least.beyond, 1)}, by interval arithmetic on {least.boxes} boxes"
     elif least.value > 0:
         evidence = f"not refuted in {samples} samples: {evidence}; not proved: {least.why}"
     return DefinitenessVerdict(
