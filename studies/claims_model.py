@@ -10,7 +10,7 @@ from paper_laws import plant
 
 from workbench.core import Claim
 from workbench.core.layout import Array
-from workbench.verify.bounds import guarantee
+from workbench.verify.bounds import guarantee, shown
 from workbench.verify.claims import Finding
 from workbench.verify.properties import PropertyVerdict
 from workbench.verify.witness import Witness
@@ -69,8 +69,9 @@ def definite() -> Finding:
     if SYMMETRIC[ARM.name].kind == SYMMETRIC[PRINTED.name].kind == DEFINITE.kind == "proved" and low and high:
         return Finding(
             "proved",
-            f"Symmetric by normal form; on the whole torus {low:.9f} <= alpha1 <= {DEFINITE.alpha1:.9f} and "
-            f"{DEFINITE.alpha2:.9f} <= alpha2 <= {high:.9f} kg m^2 ({guarantee()}).",
+            f"Symmetric by normal form; on the whole torus {shown(low, 1)} <= alpha1 <= {shown(DEFINITE.alpha1, -1)} "
+            f"and "
+            f"{shown(DEFINITE.alpha2, 1)} <= alpha2 <= {shown(high, -1)} kg m^2 ({guarantee()}).",
         )
     return Finding("not refuted", DEFINITE.evidence, samples=DEFINITE.samples)
 

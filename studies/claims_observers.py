@@ -64,7 +64,7 @@ def paper_gains() -> Finding:
     return Finding(
         "refuted",
         f"Beside the hanging arm at rest, (10) rests at q_hat = {listed(point.x[:2], 6)} rad, "
-        f"qd_hat = {listed(point.x[2:], 6)} rad/s: a rest point within {point.radius:.0e} of the "
+        f"qd_hat = {listed(point.x[2:], 6)} rad/s: a rest point within {2 * point.radius:.0e} of the "
         f"computed one is proved to exist ({guarantee()}), with an error of {np.linalg.norm(point.x[:2]):.3f} rad for "
         f"ever.{basin}",
         "false_rest()",

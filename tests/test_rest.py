@@ -36,6 +36,26 @@ def test_the_hanging_pendulum_attracts_and_the_upright_one_does_not():
     assert upright.modes.real.max() > 0
 
 
+def test_a_linear_equation_is_at_rest_where_its_matrix_says():
+    states = Layout((Entry("x", np.zeros(2)),))
+    t, x = ca.SX.sym("t"), states.symbols()
+    A, b = np.array([[-1.0, 2.0], [0.5, -3.0]]), np.array([1.0, -2.0])
+    ode = Ode.of("linear", states, Layout(), (t, x, ca.SX(0, 1)), {"x": A @ x + b}, {})
+    found = rest_point(ode, np.ones(2))
+    np.testing.assert_allclose(found.x, -np.linalg.solve(A, b), rtol=1e-12)
+    assert found.radius is not None
+    assert found.attracts
+
+
+def test_where_no_interval_is_known_nothing_is_proved():
+    states = Layout((Entry("x", 1.0),))
+    t, x = ca.SX.sym("t"), states.symbols()
+    ode = Ode.of("gamma", states, Layout(), (t, x, ca.SX(0, 1)), {"x": 0.5 - ca.erf(x)}, {})
+    found = rest_point(ode, np.array([0.4]))
+    np.testing.assert_allclose(found.x, 0.4769362762044699, rtol=1e-12)  # erf of it is a half
+    assert (found.radius, found.attracts) == (None, False)
+
+
 def test_without_damping_nothing_is_proved_to_attract():
     assert not rest_point(pendulum(damping=0.0), np.array([0.5, 0.0])).attracts
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from workbench.core import Ode
 from workbench.core.layout import Array
-from workbench.verify.bounds import Enclosure, enclose, extreme_eigenvalue
+from workbench.verify.bounds import Enclosure, NoBound, enclose, extreme_eigenvalue
 from workbench.verify.exact import characteristic_polynomial, exact_values, unstable_modes
 
 NEWTON_STEPS = 60
@@ -65,8 +65,11 @@ def rest_point(ode: Ode, near: Array) -> RestPoint:
     slope = ca.densify(ca.jacobian(f, x))
     point = _newton(ca.Function("rate", [x], [f, slope]), near, ode.name)
     A = np.array(ca.Function("slope", [x], [slope])(point))
-    radius = _radius(f, x, point, A)
-    attracts = radius is not None and _attracts(slope, x, point, radius, A)
+    try:
+        radius = _radius(f, x, point, A)
+        attracts = radius is not None and _attracts(slope, x, point, radius, A)
+    except NoBound:  # an operation of which no interval is known
+        radius, attracts = None, False
     return RestPoint(point, radius, attracts, np.linalg.eigvals(A).astype(complex))
 
 
