@@ -199,8 +199,8 @@ def eigenvalues_of_m() -> Section:
         f" = {DEFINITE.alpha2:.6f} (kg m²), both with the arm stretched. Interval "
         f"arithmetic on {DEFINITE.boxes} boxes proves that no eigenvalue lies below {shown(DEFINITE.beyond[0], 1)} or "
         f"above {shown(DEFINITE.beyond[1], -1)} anywhere on the torus, so that {min(DEFINITE.digits)} digits of both "
-        "are right. (It takes sines and cosines as right within four units in the last place, or from ball arithmetic where the "
-        "extra 'rigorous' is installed.) Where the arm is stretched M has the condition number "
+        "are right. (It takes sines and cosines as right within four units in the last place, or from ball "
+        "arithmetic where the extra 'rigorous' is installed.) Where the arm is stretched M has the condition number "
         f"{DEFINITE.alpha2 / DEFINITE.alpha1:.2f}.",
     )
     return Section("The bounds of M", (Figure("eigenvalues_of_m", caption, (panel,)), Paragraph(words)))

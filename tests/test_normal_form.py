@@ -163,6 +163,7 @@ def test_what_is_not_identical_is_not_called_so(a, b):
         (q1 * ca.inf, "inf"),
         (q1 + ca.SX.sym("q_1"), "q_1"),
         ((q1 + q2 + m + l) ** 64, "too long"),
+        (math.prod([q1 + q2 + m + l] * 60), "terms on the way: too long"),
     ],
 )
 def test_what_is_outside_the_class_is_refused_by_name(expression, word):
