@@ -86,7 +86,8 @@ def bounded_disturbance() -> Finding:
     assert bounds[0] == bounds[1]
     return Finding(
         "proved",
-        f"As |sin| <= 1: |D| <= {bounds[0][0]:.4f} N m and |D'| <= {bounds[0][1]:.4f} N m/s at all times, with the "
+        f"As |sin| <= 1: |D| <= {shown(bounds[0][0], -1)} N m and |D'| <= {shown(bounds[0][1], -1)} N m/s at all "
+        f"times, with the "
         f"amplitudes {listed(CARD['FS: disturbance amplitude'])} N m.",
     )
 

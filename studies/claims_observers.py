@@ -8,6 +8,7 @@ from claims_loops import I, beside_rest
 from claims_replay import drift, false_rest, mismatch
 
 from workbench.core import Claim
+from workbench.observers.promises import THEOREM_1
 from workbench.verify.bounds import guarantee
 from workbench.verify.claims import Finding
 from workbench.verify.counterexample import in_reference_mode
@@ -119,7 +120,7 @@ SWINGING = Claim(
 CHECKS: tuple[tuple[Claim, Check], ...] = (
     (paper.LIPSCHITZ, lipschitz),
     (paper.LYAPUNOV, lyapunov),
-    (paper.THEOREM_1, any_gains),
+    (THEOREM_1, any_gains),
     (paper.PAPER_GAINS, paper_gains),
     (SWINGING, searched("swinging_arm", swinging)),
     (paper.NEAR_ZERO, small_errors),

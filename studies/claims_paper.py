@@ -1,7 +1,6 @@
 """What the AOSMC-RGS paper claims, with its equations and hypotheses, as data for the ledger."""
 
 from workbench.core import Claim
-from workbench.observers.promises import ANY_DEFINITE_GAINS, THEOREM_1
 
 INERTIA = Claim("(2)", "M is the inertia matrix of the arm.", "(2)")
 CORIOLIS = Claim("(3)", "C is the Coriolis matrix of the arm.", "(3)")
@@ -90,5 +89,3 @@ OVERSHOOT = Claim(
 SETTLING = Claim(
     "faster settling", f"{ASSUMED} the settling time after the jumps is below that of each rival.", "section 5"
 )
-
-__all__ = ["ANY_DEFINITE_GAINS", "THEOREM_1"]
