@@ -81,7 +81,7 @@ class Largest(AbstractMetric):
         """The largest so far."""
         return Layout((Entry("largest", np.full(joints, NEVER)),))
 
-    def update(self, k: ca.SX, h: float, z: Parts, y: Parts) -> Parts:
+    def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """The larger of what was and what is."""
         del k, h
         value = ca.if_else(ca.fabs(y[self.signal]) < UNDEFINED, y[self.signal], UNDEFINED)
