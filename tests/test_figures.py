@@ -221,3 +221,9 @@ def test_a_gap_stays_a_gap_and_a_held_value_makes_steps():
     steps = [tuple(map(float, point)) for point in re.findall(r"[ML] ([-\d.]+) ([-\d.]+)", path(look="steps"))]
     assert len(steps) > 5
     assert all(a[0] == b[0] or a[1] == b[1] for a, b in pairwise(steps[:4]))
+
+
+def test_what_is_counted_is_marked_at_whole_numbers():
+    links = np.arange(2.0, 7.0)
+    assert Ruler.around("linear", None, [links], 0.05).ticks(9).numbers == ("2", "3", "4", "5", "6")
+    assert "2.5" in Ruler.around("linear", None, [links + 0.1], 0.05).ticks(9).numbers

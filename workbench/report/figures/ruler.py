@@ -32,11 +32,12 @@ class Ticks:
 
 @dataclass(frozen=True)
 class Ruler:
-    """From low to high, on a linear or a logarithmic scale."""
+    """From low to high, on a linear or a logarithmic scale; with marks at `whole` numbers alone where it counts."""
 
     scale: Literal["linear", "log"]
     low: float
     high: float
+    whole: bool = False
 
     @staticmethod
     def around(
@@ -54,8 +55,8 @@ class Ruler:
         if high - low <= 1e-15 * max(abs(low), abs(high)):  # nothing to measure: some room around the only number
             reach = 0.05 * abs(high) or 0.05
             low, high = (low / 10, 10 * high) if scale == "log" else (low - reach, high + reach)
-        bare = Ruler(scale, low, high)
-        return Ruler(scale, bare._inverse(-margin), bare._inverse(1 + margin))
+        bare, whole = Ruler(scale, low, high), bool(numbers.size and (numbers == np.round(numbers)).all())
+        return Ruler(scale, bare._inverse(-margin), bare._inverse(1 + margin), whole)
 
     def share(self, numbers: npt.ArrayLike) -> Array:
         """Where numbers lie between low (0) and high (1)."""
@@ -67,7 +68,7 @@ class Ruler:
         formatter: Any = LogFormatterSciNotation() if self.scale == "log" else ScalarFormatter(useMathText=True)
         formatter.create_dummy_axis(minpos=self.low)
         formatter.axis.set_view_interval(self.low, self.high)
-        places = self._within(_locator(self.scale, most))
+        places = self._within(_locator(self.scale, most, whole=self.whole))
         numbers = {
             place: unmarked(number) for place, number in zip(places, formatter.format_ticks(places), strict=True)
         }
@@ -93,8 +94,8 @@ class Ruler:
         return 10.0**at if self.scale == "log" else at
 
 
-def _locator(scale: str, most: int, subs: Sequence[float] = (1.0,)) -> Locator:
+def _locator(scale: str, most: int, subs: Sequence[float] = (1.0,), whole: bool = False) -> Locator:
     most = max(1, min(most, 9))
     if scale == "log":
         return LogLocator(subs=subs, numticks=max(2, most))
-    return MaxNLocator(nbins=most, steps=[1, 2, 2.5, 5, 10])
+    return MaxNLocator(nbins=most, steps=[1, 2, 2.5, 5, 10], integer=whole)
