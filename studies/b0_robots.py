@@ -121,7 +121,8 @@ def errors() -> str:
     worst = max(r.by_energies for r in robots())
     return (
         f"The largest error against the energies is {worst:.1g}, of the size of rounding. MuJoCo asks for positive "
-        "moments of inertia: those of point masses are raised there to 2e-15 kg m\N{SUPERSCRIPT TWO}, which shows in the paper's arm."
+        "moments of inertia: those of point masses are raised there to 2e-15 kg m\N{SUPERSCRIPT TWO}, which shows in "
+        "the paper's arm."
     )
 
 
