@@ -135,8 +135,13 @@ class NormalForm:
         return textbook.written(self.terms, printed(self.names, symbols))
 
 
-def normal_forms(matrix: ca.SX) -> list[list[NormalForm]]:
+def normal_forms(matrix: ca.SX, numbers: Mapping[str, Fraction] | None = None) -> list[list[NormalForm]]:
     """The normal form of each entry of a matrix, row by row.
+
+    Parameters
+    ----------
+    numbers
+        Symbols, by name, that stand for a number; it is put in without rounding.
 
     Raises
     ------
@@ -155,7 +160,8 @@ def normal_forms(matrix: ca.SX) -> list[list[NormalForm]]:
         work += sizes[0] * sizes[-1] if node.code in PRODUCTS else sum(sizes)
         if work > MOST_TERMS:
             raise NotInClass(f"The normal form takes more than {MOST_TERMS} terms on the way: too long to expand.")
-        known.append(_terms(node, operands))
+        fixed = numbers.get(node.name) if numbers else None
+        known.append(_terms(node, operands) if fixed is None else waves.constant(fixed))
     return [[NormalForm(known[place]) for place in row] for row in steps.entries]
 
 
