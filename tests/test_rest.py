@@ -56,6 +56,15 @@ def test_where_no_interval_is_known_nothing_is_proved():
     assert (found.radius, found.attracts) == (None, False)
 
 
+def test_parameters_are_not_rounded_before_the_proof():
+    states, parameters = Layout((Entry("x", 0.0),)), Layout((Entry("a", 1e16),))
+    t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+    rate = -((p[0] - 1) - p[0] + 0.5) * x[0]  # it is x / 2, which grows; doubles make it -x / 2
+    ode = Ode.of("swallowed", states, parameters, (t, x, p), {"x": rate}, {})
+    assert growing_modes(ode) == 1
+    assert not rest_point(ode, np.array([0.1])).attracts
+
+
 def test_without_damping_nothing_is_proved_to_attract():
     assert not rest_point(pendulum(damping=0.0), np.array([0.5, 0.0])).attracts
 

@@ -6,6 +6,7 @@ is always an inequality with a little room.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -14,9 +15,9 @@ import numpy as np
 
 from workbench.core import Dynamics
 from workbench.core.layout import Array
-from workbench.notation.walk import NAMES, walk
+from workbench.notation.walk import walk
 from workbench.verify.bounds import TOLERANCE, Extreme, NoBound, box_of, largest_norm, shown
-from workbench.verify.interval import JUMPS
+from workbench.verify.interval import jumps
 from workbench.verify.spectrum import nominal
 from workbench.verify.witness import exact
 
@@ -132,8 +133,9 @@ def lipschitz_gravity(
     """|G(x) - G(y)| <= L |x - y| for positions in a box (rad), at nominal parameters; L in N m/rad."""
     line = _of_dynamics("casadi.jacobian(dynamics.G, dynamics.q)", "dynamics.q")
     box = box_of("lipschitz_gravity", low, high, dynamics.dof)
-    asked = _Question("|dG/dq|", box, limit, "N m/rad", line, boxes, _said("|dG/dq|", limit, NOMINAL))
-    return _slope(asked, nominal(dynamics, dynamics.G), dynamics.q)
+    said = _said("|dG/dq|", limit, NOMINAL)
+    asked = _Question("|dG/dq|", box, limit, "N m/rad", line, boxes, said, nominal(dynamics))
+    return _slope(asked, dynamics.G, dynamics.q)
 
 
 def lipschitz_coriolis(
@@ -161,7 +163,7 @@ def lipschitz_coriolis(
     x = "casadi.vertcat(dynamics.q, dynamics.qd)"
     line = _of_dynamics(f"casadi.jacobian(dynamics.C @ dynamics.qd, {x})", x)
     said, unit = _said("|d(C qd)/d(q, qd)|", limit, NOMINAL), "N m/rad, N m s/rad"
-    return _slope(_Question("|d(C qd)/dx|", box, limit, unit, line, boxes, said), nominal(dynamics, bias), state)
+    return _slope(_Question("|d(C qd)/dx|", box, limit, unit, line, boxes, said, nominal(dynamics)), bias, state)
 
 
 def lipschitz_inverse_mass(
@@ -173,10 +175,11 @@ def lipschitz_inverse_mass(
     boxes: int | None = None,
 ) -> BoundVerdict:
     """|M^-1(x) - M^-1(y)| <= L |x - y| in the Frobenius norm, for positions in a box (rad), at nominal parameters."""
-    inverse = ca.vec(ca.inv(ca.densify(nominal(dynamics, dynamics.M))))
+    inverse = ca.vec(ca.inv(ca.densify(dynamics.M)))
     line = _of_dynamics("casadi.jacobian(casadi.vec(casadi.inv(dynamics.M)), dynamics.q)", "dynamics.q")
     box = box_of("lipschitz_inverse_mass", low, high, dynamics.dof)
-    asked = _Question("|dM^-1/dq|", box, limit, "1/(kg m^2 rad)", line, boxes, _said("|dM^-1/dq|", limit, NOMINAL))
+    said = _said("|dM^-1/dq|", limit, NOMINAL)
+    asked = _Question("|dM^-1/dq|", box, limit, "1/(kg m^2 rad)", line, boxes, said, nominal(dynamics))
     return _slope(asked, inverse, dynamics.q)
 
 
@@ -193,7 +196,7 @@ def _of_dynamics(expression: str, symbols: str) -> str:
 
 @dataclass(frozen=True, eq=False)
 class _Question:
-    """What is to be bounded, over which box, by how much, and the line of Python that shows it at {x}."""
+    """What is to be bounded, over which box, by how much, the line that shows it at {x}, and the numbers of symbols."""
 
     what: str
     box: tuple[float | Array, float | Array]
@@ -202,6 +205,7 @@ class _Question:
     line: str
     boxes: int | None
     statement: str
+    numbers: Mapping[str, float] | None = None
 
     def open(self, why: str) -> BoundVerdict:
         """The verdict where nothing can be said."""
@@ -214,8 +218,9 @@ class _Question:
 
 
 def _slope(asked: _Question, f: ca.SX, symbols: ca.SX) -> BoundVerdict:
-    if jumps := [NAMES[node.code] for node in walk(f).nodes if node.code in JUMPS]:
-        return asked.open(f"it holds {jumps[0]}, where it may jump or has no slope")
+    names = [symbols[i].name() for i in range(symbols.numel())]
+    if found := jumps(walk(f), names):
+        return asked.open(f"it holds {found[0]}, where it may jump or has no slope")
     return _judge(asked, ca.jacobian(f, symbols), symbols)
 
 
@@ -224,11 +229,13 @@ def _judge(asked: _Question, matrix: ca.SX, symbols: ca.SX) -> BoundVerdict:
     if asked.limit is not None and not 0 < asked.limit < np.inf:
         raise ValueError(f"A limit of {asked.what} must be a positive number, as norms are; got {asked.limit}.")
     try:
-        found = largest_norm(matrix, symbols, *asked.box, boxes=asked.boxes)
+        found = largest_norm(matrix, symbols, *asked.box, boxes=asked.boxes, numbers=asked.numbers)
         room = (asked.limit or 0.0) * (1 + TOLERANCE)
         if found.why and room > found.value > 0:  # the last digit cannot be had, but the limit may
             share = room / found.value - 1
-            coarse = largest_norm(matrix, symbols, *asked.box, tolerance=share, boxes=asked.boxes)
+            coarse = largest_norm(
+                matrix, symbols, *asked.box, tolerance=share, boxes=asked.boxes, numbers=asked.numbers
+            )
             found = found if coarse.why else coarse
     except NoBound as none:
         return asked.open(str(none))

@@ -7,6 +7,7 @@ none lies beyond. The two together enclose the extreme. What the proof rests on 
 from __future__ import annotations
 
 import decimal
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import casadi as ca
@@ -108,19 +109,22 @@ def enclose(
     *,
     tolerance: float = TOLERANCE,
     boxes: int | None = None,
+    numbers: Mapping[str, float] | None = None,
 ) -> Enclosure:
     """The range of one expression over the box low <= symbols <= high.
 
     Parameters
     ----------
     symbols
-        (k, 1), all that the expression holds.
+        (k, 1), all that the expression holds but for `numbers`.
     low, high
         A number, or (k,).
     tolerance
         The gap between seen and proved, as a share of the largest absolute value that was seen.
     boxes
         The budget for each of the two sides; by itself it is so many as take some ten seconds.
+    numbers
+        The values of its other symbols, by name: exactly these doubles.
 
     Raises
     ------
@@ -132,7 +136,7 @@ def enclose(
     """
     if ca.SX(expression).numel() != 1:
         raise ValueError(f"`enclose(expression=...)` takes one expression; got shape {ca.SX(expression).shape}.")
-    task = _task("enclose", ca.SX(expression), symbols, low, high)
+    task = _task("enclose", ca.SX(expression), symbols, low, high, numbers)
     lower, upper = (task.seen(sign) for sign in (1, -1))
     scale = max(abs(lower.value), abs(upper.value)) or 1.0
     return Enclosure(*(task.proved(s, seen, scale, tolerance, boxes) for s, seen in ((1, lower), (-1, upper))))
@@ -147,12 +151,13 @@ def extreme_eigenvalue(
     *,
     tolerance: float = TOLERANCE,
     boxes: int | None = None,
+    numbers: Mapping[str, float] | None = None,
 ) -> Extreme:
     """The least (sign 1) or greatest (sign -1) eigenvalue of the symmetric part of a matrix (n, n) over a box.
 
     Parameters
     ----------
-    symbols, low, high, boxes
+    symbols, low, high, boxes, numbers
         As of `enclose`; the tolerance is a share of the extreme itself.
 
     Raises
@@ -160,7 +165,7 @@ def extreme_eigenvalue(
     ValueError, NoBound
         As `enclose`.
     """
-    task = _task("extreme_eigenvalue", (matrix + matrix.T) / 2, symbols, low, high)
+    task = _task("extreme_eigenvalue", (matrix + matrix.T) / 2, symbols, low, high, numbers)
     seen = task.seen(sign)
     return task.proved(sign, seen, abs(seen.value) or 1.0, tolerance, boxes)
 
@@ -173,6 +178,7 @@ def largest_norm(
     *,
     tolerance: float = TOLERANCE,
     boxes: int | None = None,
+    numbers: Mapping[str, float] | None = None,
 ) -> Extreme:
     """The greatest 2-norm of a vector or matrix F (n, m) over a box.
 
@@ -187,9 +193,12 @@ def largest_norm(
     F = ca.densify(ca.SX(matrix))
     n, m = F.shape
     if 1 in (n, m):
-        return _root(extreme_eigenvalue(ca.sumsqr(F), symbols, low, high, -1, tolerance=2 * tolerance, boxes=boxes))
+        square = ca.sumsqr(F)
+        return _root(
+            extreme_eigenvalue(square, symbols, low, high, -1, tolerance=2 * tolerance, boxes=boxes, numbers=numbers)
+        )
     around = ca.blockcat([[ca.SX.zeros(n, n), F], [F.T, ca.SX.zeros(m, m)]])
-    task = _task("largest_norm", around, symbols, low, high)
+    task = _task("largest_norm", around, symbols, low, high, numbers)
     seen = task.seen(-1)
     return task.proved(-1, seen, abs(seen.value) or 1.0, tolerance, boxes)
 
@@ -241,15 +250,23 @@ class _Task:
         return point
 
 
-def _task(call: str, matrix: ca.SX, symbols: ca.SX, low: float | Array, high: float | Array) -> _Task:
+def _task(
+    call: str,
+    matrix: ca.SX,
+    symbols: ca.SX,
+    low: float | Array,
+    high: float | Array,
+    numbers: Mapping[str, float] | None,
+) -> _Task:
     first, last = box_of(call, low, high, symbols.numel())
     given = {symbols[i].name(): i for i in range(symbols.numel())}
-    held = [symbol.name() for symbol in ca.symvar(matrix)]
+    fixed = numbers or {}
+    held = [name for name in (symbol.name() for symbol in ca.symvar(matrix)) if name not in fixed]
     if foreign := [name for name in held if name not in given]:
         raise ValueError(f"`{call}(symbols=...)` must hold all symbols of the expression; '{foreign[0]}' is missing.")
     free = sorted(given[name] for name in held)
     parts = [symbols[i] for i in free]
-    return _Task({sign: form_of(sign * matrix, parts) for sign in (1, -1)}, free, first, last)
+    return _Task({sign: form_of(sign * matrix, parts, fixed) for sign in (1, -1)}, free, first, last)
 
 
 def box_of(call: str, low: float | Array, high: float | Array, k: int) -> tuple[Array, Array]:

@@ -141,7 +141,9 @@ def _test(form: AbstractForm, boxes: Boxes, threshold: float) -> tuple[Array, Ar
 
 
 def _halved(c: Array, r: Array, blame: Array) -> Boxes:
-    """Both halves of each box, across the symbol that has most to answer for."""
+    """Both halves of each box, across the symbol that has most to answer for; without symbols, the box itself."""
+    if not c.shape[1]:
+        return Boxes(c, r)
     sound = np.asarray(np.isfinite(blame).all(axis=1) & (blame > 0).any(axis=1))
     axis, rows = np.where(sound[:, None], blame, r).argmax(axis=1) if len(c) else np.zeros(0, int), np.arange(len(c))
     middle, half = c.copy(), r.copy()

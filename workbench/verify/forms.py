@@ -10,7 +10,9 @@ a form: `Waves`, by Taylor's remainder of sines and cosines, for the matrices of
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from typing import NamedTuple
 
@@ -21,7 +23,7 @@ from workbench.core.layout import Array
 from workbench.notation.normal_form import NotInClass, normal_forms
 from workbench.notation.walk import Walk, walk
 from workbench.verify.elementary import at_points
-from workbench.verify.interval import JUMPS, Interval, evaluate
+from workbench.verify.interval import Interval, evaluate, jumps
 
 UNIT = 2.0**-53
 # Beyond so many waves their products with U, each by itself, cost more than they save.
@@ -56,12 +58,15 @@ class AbstractForm(ABC):
         """The enclosure over b boxes with middles c and half widths r, (b, m) each, in coordinates U (b, n, n)."""
 
 
-def form_of(matrix: ca.SX, symbols: list[ca.SX]) -> AbstractForm:
-    """The sharper of the two forms that a symmetric matrix (n, n) has."""
+def form_of(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) -> AbstractForm:
+    """The sharper of the two forms that a symmetric matrix (n, n) has, with some symbols fixed to numbers by name.
+
+    The numbers go through exact or outward arithmetic too: folded in doubles they would leave a rounding unpaid.
+    """
     try:
-        return _waves(matrix, symbols)
+        return _waves(matrix, symbols, numbers)
     except NotInClass:
-        return _mean_value(matrix, symbols)
+        return _mean_value(matrix, symbols, numbers)
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +151,7 @@ class MeanValue(AbstractForm):
 
     order: int
     names: tuple[str, ...]
+    numbers: Mapping[str, float]
     matrix: Walk
     jacobian: Walk
     function: ca.Function
@@ -166,6 +172,8 @@ class MeanValue(AbstractForm):
         low, high = np.nextafter(c - r, -np.inf), np.nextafter(c + r, np.inf)
         wide = {name: Interval(low[:, k], high[:, k]) for k, name in enumerate(self.names)}
         thin = {name: Interval(c[:, k], c[:, k]) for k, name in enumerate(self.names)}
+        still = {name: Interval(*[np.full(len(c), number)] * 2) for name, number in self.numbers.items()}
+        wide, thin = wide | still, thin | still
         V = U.transpose(0, 2, 1)
         with np.errstate(all="ignore"):
             A, R = _stacked(evaluate(self.matrix, wide if self.jumps else thin), (n, n))
@@ -202,11 +210,12 @@ def _midpoint(name: str, x: Array) -> tuple[Array, Array]:
     return (low + high) / 2, (high - low).max(axis=1, initial=0.0)
 
 
-def _waves(matrix: ca.SX, symbols: list[ca.SX]) -> Waves:
+def _waves(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) -> Waves:
     """Read the normal form of each entry as waves; NotInClass if it is none in these symbols."""
     n, names = matrix.shape[0], [symbol.name() for symbol in symbols]
+    fractions = {name: Fraction(number) for name, number in numbers.items()}
     held: dict[tuple[str, tuple[float, ...], float], Array] = {}
-    for i, row in enumerate(normal_forms(ca.densify(matrix))):
+    for i, row in enumerate(normal_forms(ca.densify(matrix), fractions)):
         for j, form in enumerate(row):
             for (monomial, (kind, angle)), coefficient in form.terms.items():
                 parts = dict(angle)
@@ -231,15 +240,18 @@ def _waves(matrix: ca.SX, symbols: list[ca.SX]) -> Waves:
     )
 
 
-def _mean_value(matrix: ca.SX, symbols: list[ca.SX]) -> MeanValue:
-    n, x = matrix.shape[0], ca.vertcat(*symbols)
+def _mean_value(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) -> MeanValue:
+    n, x, names = matrix.shape[0], ca.vertcat(*symbols), tuple(symbol.name() for symbol in symbols)
+    fixed = [symbol for symbol in ca.symvar(matrix) if symbol.name() in numbers]
+    values = [numbers[symbol.name()] for symbol in fixed]
     flat = ca.vec(ca.densify(matrix.T))
     steps = walk(flat, cse=True)
     return MeanValue(
         n,
-        tuple(symbol.name() for symbol in symbols),
+        names,
+        {symbol.name(): value for symbol, value in zip(fixed, values, strict=True)},
         steps,
         walk(ca.vec(ca.densify(ca.jacobian(flat, x))), cse=True) if symbols else steps,
-        ca.Function("matrix", [x], [flat], {"cse": True}),
-        any(node.code in JUMPS for node in steps.nodes),
+        ca.Function("matrix", [x], [ca.substitute(flat, ca.vertcat(*fixed), ca.DM(values))], {"cse": True}),
+        bool(jumps(steps, names)),
     )

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Literal
 
 import casadi as ca
@@ -12,8 +14,6 @@ from workbench.notation.normal_form import NotInClass, normal_forms
 from workbench.verify.witness import Search, search
 
 Kind = Literal["proved", "refuted", "not refuted"]
-# A thousand roundings of all terms together: no misprint is as small.
-LAST_DIGITS = 1e-13
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,26 +45,18 @@ def judge_zero(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Judgement
     return Judgement("not refuted", f"not refuted in {found.samples} samples, and not proved: {why}", found)
 
 
-def share_left(expression: ca.SX, terms: ca.SX) -> float | None:
-    """The share of `terms` that is left of an expression that is zero but for rounding; None of any other.
+def zero_at(expression: ca.SX, numbers: Mapping[str, float]) -> bool:
+    """Whether every element is proved zero where some symbols, by name, are exactly these doubles.
 
-    CasADi folds constants in doubles, so that an identity can hold to the last digits of them only. Then
-    all coefficients of its normal form, which bound it wherever its symbols are at most 1, are such digits.
+    An identity that holds but for the rounding of numbers in the equations is none, however little is left of it.
     """
-    try:
-        left, whole = (
-            sum(abs(float(c)) for row in normal_forms(ca.densify(x)) for form in row for c in form.terms.values())
-            for x in (expression, terms)
-        )
-    except NotInClass:
-        return None
-    return left / (whole or 1.0) if left <= LAST_DIGITS * whole else None
+    return _zero_by_normal_form(expression, {name: Fraction(number) for name, number in numbers.items()})[0]
 
 
-def _zero_by_normal_form(expression: ca.SX) -> tuple[bool, str]:
+def _zero_by_normal_form(expression: ca.SX, numbers: Mapping[str, Fraction] | None = None) -> tuple[bool, str]:
     """Whether all elements have the normal form 0, and if not so, why it is no proof."""
     try:
-        forms = [form for row in normal_forms(ca.densify(expression)) for form in row]
+        forms = [form for row in normal_forms(ca.densify(expression), numbers) for form in row]
     except NotInClass as outside:
         return False, str(outside)
     return all(form.is_zero for form in forms), "the normal forms differ, but no state was found where the values do"

@@ -11,7 +11,7 @@ Moore, Kearfott and Cloud (2009), Introduction to Interval Analysis, chapters 2,
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from typing import Any
 
@@ -72,6 +72,14 @@ def evaluate(steps: Walk, boxes: dict[str, Interval]) -> list[Interval]:
                 if last[i] == place and i not in wanted:
                     known.pop(i, None)
     return [known[place] for place in places]
+
+
+def jumps(steps: Walk, names: Collection[str]) -> list[str]:
+    """The operations at which a walked matrix may jump, or has no slope, as the symbols of these names change."""
+    moves: list[bool] = []
+    for node in steps.nodes:
+        moves.append(node.name in names or any(moves[i] for i in node.operands))
+    return [NAMES[node.code] for node, moving in zip(steps.nodes, moves, strict=True) if moving and node.code in JUMPS]
 
 
 def _up(x: Array) -> Array:
@@ -245,7 +253,7 @@ RULES: dict[int, Callable[..., Interval]] = {
 }
 
 # At these an expression may jump, or CasADi writes its slope with a divisor that may be zero (the larger of two).
-JUMPS: Sequence[int] = (
+JUMPS: Collection[int] = (
     ca.OP_SIGN, ca.OP_FLOOR, ca.OP_CEIL, ca.OP_FMOD, ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR,
     ca.OP_NOT, ca.OP_IF_ELSE_ZERO, ca.OP_ATAN2, ca.OP_FMIN, ca.OP_FMAX,
 )  # fmt: skip

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.core import Dynamics
 from workbench.core.layout import Array
 from workbench.verify.bounds import TOLERANCE, box_of, extreme_eigenvalue, shown
-from workbench.verify.identity import Kind, judge_zero, share_left
+from workbench.verify.identity import Kind, judge_zero, zero_at
 from workbench.verify.spectrum import Joints, eigenvalues, free_joints, nominal
 from workbench.verify.witness import Witness
 
@@ -118,10 +118,9 @@ def _vanishes(statement: str, residual: ca.SX, terms: ca.SX, dynamics: Dynamics)
     if found is None:
         return PropertyVerdict(statement, judgement.kind, judgement.evidence)
     if found.witness is None:
-        left = share_left(nominal(dynamics, residual), nominal(dynamics, terms))
-        if left is None:
+        if not zero_at(residual, nominal(dynamics)):
             return PropertyVerdict(statement, judgement.kind, judgement.evidence)
-        evidence = f"normal forms that differ by a share of {left:.1g}, the rounding of numbers in the equations"
+        evidence = "equal normal forms at nominal parameters: an identity in all states"
         return PropertyVerdict(f"{statement}, at nominal parameters", "proved", evidence)
     matrix = found.values.reshape(residual.shape, order="F") + 0.0  # no negative zeros
     return PropertyVerdict(statement, judgement.kind, judgement.evidence, found.witness, matrix)
@@ -147,9 +146,12 @@ def positive_definite(
         If the box is not one of finite numbers, or M has no finite value or bound somewhere in it.
     """
     first, last = box_of("positive_definite", low, high, dynamics.dof)
-    M = nominal(dynamics, dynamics.M)
-    extremes = [extreme_eigenvalue(M, dynamics.q, first, last, s, tolerance=tolerance, boxes=boxes) for s in (1, -1)]
-    least, greatest = extremes
+    least, greatest = (
+        extreme_eigenvalue(
+            dynamics.M, dynamics.q, first, last, s, tolerance=tolerance, boxes=boxes, numbers=nominal(dynamics)
+        )
+        for s in (1, -1)
+    )
     samples = least.samples + greatest.samples
     kind: Kind = "refuted" if least.value <= 0 else "not refuted"
     evidence = f"smallest eigenvalue {least.value:.9g} kg m^2 at q = {(np.round(least.x, 6) + 0.0).tolist()}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -61,13 +61,15 @@ def rest_point(ode: Ode, near: Array) -> RestPoint:
     """
     _refuse_time("rest_point", ode)
     x = ode.x
-    f = ca.densify(ca.substitute(ode.rate, ode.p, ode.parameters.default))
+    f, p = ca.densify(ode.rate), ode.parameters.default
     slope = ca.densify(ca.jacobian(f, x))
-    point = _newton(ca.Function("rate", [x], [f, slope]), near, ode.name)
-    A = np.array(ca.Function("slope", [x], [slope])(point))
+    numbers = dict(zip((ode.p[i].name() for i in range(len(p))), p.tolist(), strict=True))
+    rate = ca.Function("rate", [x, ode.p], [f, slope])
+    point = _newton(lambda at: rate.call([at, p]), near, ode.name)
+    A = np.array(rate(point, p)[1])
     try:
-        radius = _radius(f, x, point, A)
-        attracts = radius is not None and _attracts(slope, x, point, radius, A)
+        radius = _radius(f, x, point, A, numbers)
+        attracts = radius is not None and _attracts(slope, x, point, radius, A, numbers)
     except NoBound:  # an operation of which no interval is known
         radius, attracts = None, False
     return RestPoint(point, radius, attracts, np.linalg.eigvals(A).astype(complex))
@@ -105,7 +107,7 @@ def _refuse_time(call: str, ode: Ode) -> None:
         raise ValueError(f"`{call}(ode=...)` must have a rate that does not depend on time; that of '{ode.name}' does.")
 
 
-def _newton(rate: ca.Function, guess: Array, name: str) -> Array:
+def _newton(rate: Callable[[Array], Iterable[ca.DM]], guess: Array, name: str) -> Array:
     x = guess
     for _ in range(NEWTON_STEPS):
         value, slope = (np.array(part) for part in rate(x))
@@ -118,7 +120,7 @@ def _newton(rate: ca.Function, guess: Array, name: str) -> Array:
     raise ValueError(f"`rest_point(near=...)` found no rest point of '{name}' from there by Newton's method.")
 
 
-def _radius(f: ca.SX, x: ca.SX, point: Array, A: Array) -> float | None:
+def _radius(f: ca.SX, x: ca.SX, point: Array, A: Array, numbers: Mapping[str, float]) -> float | None:
     """The half-width of a box about the point that N(x) = x - Y f(x) maps into its interior; None if none does."""
     Y = np.linalg.inv(A)
     if not characteristic_polynomial([[Fraction(float(v)) for v in row] for row in Y])[-1]:
@@ -127,7 +129,10 @@ def _radius(f: ca.SX, x: ca.SX, point: Array, A: Array) -> float | None:
     for share in RADII:
         radius = share * (1 + float(np.abs(point).max()))
         low, high = point - radius, point + radius
-        found = (enclose(image[i], x, low, high, tolerance=LOOSE * share, boxes=BOXES) for i in range(len(point)))
+        found = (
+            enclose(image[i], x, low, high, tolerance=LOOSE * share, boxes=BOXES, numbers=numbers)
+            for i in range(len(point))
+        )
         if all(_within(e, *ends) for e, *ends in zip(found, low, high, strict=True)):
             return radius
     return None
@@ -137,7 +142,7 @@ def _within(range_: Enclosure, low: float, high: float) -> bool:
     return range_.low is not None and range_.high is not None and low < range_.low and range_.high < high
 
 
-def _attracts(slope: ca.SX, x: ca.SX, point: Array, radius: float, A: Array) -> bool:
+def _attracts(slope: ca.SX, x: ca.SX, point: Array, radius: float, A: Array, numbers: Mapping[str, float]) -> bool:
     """Whether P A(x) + A(x)^T P < 0 for all x in the box of the rest point, with a P that is proved definite."""
     if np.linalg.eigvals(A).real.max() >= 0:
         return False
@@ -149,5 +154,6 @@ def _attracts(slope: ca.SX, x: ca.SX, point: Array, radius: float, A: Array) -> 
     exact = [[Fraction(float(v)) for v in row] for row in P]
     minors = [characteristic_polynomial([row[:k] for row in exact[:k]])[-1] * (-1) ** k for k in range(1, n + 1)]
     form = ca.SX(P) @ slope
-    greatest = extreme_eigenvalue(form + form.T, x, point - radius, point + radius, -1, tolerance=LOOSE, boxes=BOXES)
+    ends = point - radius, point + radius
+    greatest = extreme_eigenvalue(form + form.T, x, *ends, -1, tolerance=LOOSE, boxes=BOXES, numbers=numbers)
     return all(minor > 0 for minor in minors) and greatest.beyond is not None and greatest.beyond < 0

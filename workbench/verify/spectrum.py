@@ -13,9 +13,13 @@ from workbench.core.layout import Array
 Joints = np.ndarray[Any, np.dtype[np.intp]]
 
 
-def nominal(dynamics: Dynamics, expression: ca.SX) -> ca.SX:
-    """An expression with each parameter at its nominal value."""
-    return ca.substitute(expression, dynamics.symbols, dynamics.p.default) if dynamics.p.size else expression
+def nominal(dynamics: Dynamics) -> dict[str, float]:
+    """The nominal value of each parameter, by the name of its symbol.
+
+    Proofs take the values so, and not folded into the matrices, where their sums and products would be rounded.
+    """
+    names = [dynamics.symbols[i].name() for i in range(dynamics.p.size)]
+    return dict(zip(names, dynamics.p.default.tolist(), strict=True))
 
 
 def eigenvalues(dynamics: Dynamics, q: Array) -> Array:
