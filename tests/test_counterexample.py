@@ -82,6 +82,15 @@ def test_a_number_that_is_not_finite_is_refused(tmp_path):
         CounterExample.read(tmp_path / "worst.json")
 
 
+@pytest.mark.parametrize("odd", [float("inf"), float("nan"), "one", None])
+def test_a_seed_that_is_no_whole_number_is_refused(tmp_path, odd):
+    WORST.write(tmp_path / "worst.json")
+    fields = json.loads((tmp_path / "worst.json").read_text())
+    (tmp_path / "worst.json").write_text(json.dumps(fields | {"seed": odd}))
+    with pytest.raises(ValueError, match="must hold a counter-example"):
+        CounterExample.read(tmp_path / "worst.json")
+
+
 def test_a_huge_file_is_not_read(tmp_path):
     (tmp_path / "huge.json").write_bytes(b" " * 1_000_001)
     with pytest.raises(ValueError, match="1000000 bytes at most"):

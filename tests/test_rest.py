@@ -54,6 +54,7 @@ def test_where_no_interval_is_known_nothing_is_proved():
     found = rest_point(ode, np.array([0.4]))
     np.testing.assert_allclose(found.x, 0.4769362762044699, rtol=1e-12)  # erf of it is a half
     assert (found.radius, found.attracts) == (None, False)
+    assert "ERF" in found.why
 
 
 def test_parameters_are_not_rounded_before_the_proof():
@@ -63,6 +64,28 @@ def test_parameters_are_not_rounded_before_the_proof():
     ode = Ode.of("swallowed", states, parameters, (t, x, p), {"x": rate}, {})
     assert growing_modes(ode) == 1
     assert not rest_point(ode, np.array([0.1])).attracts
+
+
+def alone(rate) -> Ode:
+    """x' = f(x)."""
+    states = Layout((Entry("x", 1.0),))
+    t, x = ca.SX.sym("t"), states.symbols()
+    return Ode.of("alone", states, Layout(), (t, x, ca.SX(0, 1)), {"x": rate(x[0])}, {})
+
+
+def test_a_rate_that_jumps_over_zero_has_no_proved_rest_point():
+    # from 1e-14 to -1e-14 at 0: Newton's method takes it for zero
+    found = rest_point(alone(lambda x: -x - 1e-14 * ca.if_else(x > 0, 1, -1)), np.array([1.0]))
+    assert (found.radius, found.attracts) == (None, False)
+    assert "Brouwer's theorem asks for a continuous rate; this one holds" in found.why
+
+
+def test_a_rest_point_that_is_double_is_refused_in_a_sentence():
+    with pytest.raises(ValueError, match="at which df/dx is regular"):
+        rest_point(alone(lambda x: x**2), np.array([0.0]))
+    near = rest_point(alone(lambda x: x**2), np.array([0.1]))
+    assert near.radius is None
+    assert near.why
 
 
 def test_without_damping_nothing_is_proved_to_attract():

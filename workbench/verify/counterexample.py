@@ -98,7 +98,7 @@ class CounterExample:
             raise ValueError(f"`{call}` must be a file of {LARGEST_FILE} bytes at most; got {file.stat().st_size}.")
         try:
             return _made(json.loads(file.read_text(encoding="utf-8")))
-        except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError) as error:
             raise ValueError(f"`{call}` must hold a counter-example as `write` stores it; got {error!r}.") from None
 
     def rows(self, ode: Ode) -> tuple[Array, Array]:

@@ -12,8 +12,10 @@ import numpy as np
 
 from workbench.core import Ode
 from workbench.core.layout import Array
+from workbench.notation.walk import walk
 from workbench.verify.bounds import Enclosure, NoBound, enclose, extreme_eigenvalue
 from workbench.verify.exact import characteristic_polynomial, exact_values, unstable_modes
+from workbench.verify.interval import jumps
 
 NEWTON_STEPS = 60
 # Half-widths of boxes about a zero, as shares of its size, of which the first that maps into itself is taken; how far
@@ -36,24 +38,27 @@ class RestPoint:
         falls along all of them.
     modes
         The eigenvalues (nx,) of df/dx, as computed, in 1/s.
+    why
+        What kept the radius from being proved; empty where it was.
     """
 
     x: Array
     radius: float | None
     attracts: bool
     modes: np.ndarray[Any, np.dtype[np.complex128]]
+    why: str = ""
 
 
 def rest_point(ode: Ode, near: Array) -> RestPoint:
     """The rest point of `ode` at default parameters that Newton's method finds from a guess (nx,).
 
     It is proved by a map N(x) = x - Y f(x) with a regular matrix Y that carries a small box about it into itself:
-    then N has a fixed point there, which is a zero of f.
+    then N, if it is continuous, has a fixed point there, which is a zero of f.
 
     Raises
     ------
     ValueError
-        If the rate depends on time, or Newton's method finds no rest point.
+        If the rate depends on time, Newton's method finds no rest point, or df/dx is singular on its way.
 
     References
     ----------
@@ -67,12 +72,13 @@ def rest_point(ode: Ode, near: Array) -> RestPoint:
     rate = ca.Function("rate", [x, ode.p], [f, slope])
     point = _newton(lambda at: rate.call([at, p]), near, ode.name)
     A = np.array(rate(point, p)[1])
+    modes = np.linalg.eigvals(A).astype(complex)
     try:
         radius = _radius(f, x, point, A, numbers)
-        attracts = radius is not None and _attracts(slope, x, point, radius, A, numbers)
-    except NoBound:  # an operation of which no interval is known
-        radius, attracts = None, False
-    return RestPoint(point, radius, attracts, np.linalg.eigvals(A).astype(complex))
+        attracts = _attracts(slope, x, point, radius, A, numbers)
+    except NoBound as none:  # or no continuity, or no inverse
+        return RestPoint(point, None, False, modes, str(none))
+    return RestPoint(point, radius, attracts, modes)
 
 
 def growing_modes(ode: Ode, at: Mapping[str, Fraction] | None = None) -> int | None:
@@ -111,7 +117,13 @@ def _newton(rate: Callable[[Array], Iterable[ca.DM]], guess: Array, name: str) -
     x = guess
     for _ in range(NEWTON_STEPS):
         value, slope = (np.array(part) for part in rate(x))
-        change = np.linalg.solve(slope, value).ravel()
+        try:
+            change = np.linalg.solve(slope, value).ravel()
+        except np.linalg.LinAlgError:
+            raise ValueError(
+                f"`rest_point(near=...)` must be near a rest point of '{name}' at which df/dx is regular, as Newton's "
+                f"method divides by it; it is singular at {x.tolist()}."
+            ) from None
         x = x - change
         if not np.isfinite(x).all():
             break
@@ -120,11 +132,16 @@ def _newton(rate: Callable[[Array], Iterable[ca.DM]], guess: Array, name: str) -
     raise ValueError(f"`rest_point(near=...)` found no rest point of '{name}' from there by Newton's method.")
 
 
-def _radius(f: ca.SX, x: ca.SX, point: Array, A: Array, numbers: Mapping[str, float]) -> float | None:
-    """The half-width of a box about the point that N(x) = x - Y f(x) maps into its interior; None if none does."""
-    Y = np.linalg.inv(A)
+def _radius(f: ca.SX, x: ca.SX, point: Array, A: Array, numbers: Mapping[str, float]) -> float:
+    """The half-width of a box about the point that N(x) = x - Y f(x) maps into its interior; NoBound if none does."""
+    if broken := jumps(walk(f), [x[i].name() for i in range(x.numel())]):
+        raise NoBound(f"Brouwer's theorem asks for a continuous rate; this one holds {broken[0]}, where it may jump.")
+    try:
+        Y = np.linalg.inv(A)
+    except np.linalg.LinAlgError:
+        raise NoBound("A rest point is proved only where df/dx is regular; here it is singular.") from None
     if not characteristic_polynomial([[Fraction(float(v)) for v in row] for row in Y])[-1]:
-        return None
+        raise NoBound("A rest point is proved only with a regular matrix Y; that of this df/dx is singular.")
     image = x - ca.SX(Y) @ f
     for share in RADII:
         radius = share * (1 + float(np.abs(point).max()))
@@ -135,7 +152,7 @@ def _radius(f: ca.SX, x: ca.SX, point: Array, A: Array, numbers: Mapping[str, fl
         )
         if all(_within(e, *ends) for e, *ends in zip(found, low, high, strict=True)):
             return radius
-    return None
+    raise NoBound(f"No box of {RADII[0]:g} to {RADII[-1]:g} of the point's size is proved to be mapped into itself.")
 
 
 def _within(range_: Enclosure, low: float, high: float) -> bool:
