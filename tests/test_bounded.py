@@ -18,6 +18,7 @@ from workbench.verify.bounded import (
     lipschitz_gravity,
     lipschitz_inverse_mass,
 )
+from workbench.verify.bounds import guarantee
 
 t, x = ca.SX.sym("t"), ca.SX.sym("x", 2)
 DERIVED = Dynamics.of(paper_arm())
@@ -30,13 +31,35 @@ def replayed(verdict, **given):
 
 
 def test_the_bounds_of_a_sine_disturbance_are_proved_in_closed_form():
-    size, slope = disturbance(SINES, t, 20.0, D_max=5.0, L_D=10.0)  # 5 sin 2t along (3, 4) / 5
+    size, slope = disturbance(SINES, t, 20.0, D_max=5.0000001, L_D=10.0000002)  # 5 sin 2t along (3, 4) / 5
     assert size.kind == slope.kind == "proved"
     assert (size.bound, slope.bound) == pytest.approx((5.0, 10.0), rel=2e-8)
-    assert size.bound >= 5.0
-    assert slope.bound >= 10.0
-    assert "the limit is met to 2e-08 of itself" in slope.evidence
+    assert 5.0 <= size.bound <= 5.0000001
+    assert 10.0 <= slope.bound <= 10.0000002
+    assert guarantee() in size.evidence
     assert size.statement == "|D(t)| <= 5 for t in [0, 20] s"
+
+
+def test_a_limit_that_is_met_exactly_stays_open_unless_an_interval_meets_it_too():
+    size, _ = disturbance(SINES, t, 20.0, D_max=5.0)
+    assert size.kind == "not refuted"
+    assert "what is seen reaches the limit, and what is proved exceeds the limit by" in size.evidence
+    assert bounded(ca.sin(t), t, 0.0, 20.0, 1.0).kind == "proved"
+
+
+@pytest.mark.parametrize("excess", [5e-9, 1e-12])
+def test_a_limit_that_is_exceeded_by_less_than_any_tolerance_is_refuted(excess):
+    assert bounded((1 + excess) * ca.cos(t), t, -1.0, 1.0, 1.0).kind == "refuted"
+    rotated = ca.vertcat(ca.cos(t), ca.sin(t) * ca.cos(x[0]))  # of norm 1 at x = 0
+    assert bounded((1 + excess) * rotated, ca.vertcat(t, x[0]), -1.0, 1.0, 1.0).kind == "refuted"
+    assert bounded(ca.diag((1 + excess) * rotated), ca.vertcat(t, x[0]), -1.0, 1.0, 1.0).kind == "refuted"
+
+
+@pytest.mark.parametrize("room", [5e-9, 1e-7])
+def test_a_limit_that_is_kept_by_less_than_the_tolerance_is_proved(room):
+    verdict = bounded((1 - room) * ca.cos(t) ** 3 * ca.sqrt(1 + 0 * t), t, -1.0, 1.0, 1.0)
+    assert verdict.kind == "proved"
+    assert verdict.bound <= 1.0
 
 
 def test_a_disturbance_beyond_its_stated_bounds_is_refuted_by_a_line_that_shows_it():
@@ -129,7 +152,7 @@ def test_no_two_sampled_states_differ_by_more_than_the_lipschitz_constant_says(m
 
 def test_the_lipschitz_constant_of_the_pendulum_is_its_weight():
     # G = m g c sin q with m = 1, c = 1/2
-    verdict = lipschitz_gravity(Dynamics.of(named("planar-1r")), limit=9.81 / 2)
+    verdict = lipschitz_gravity(Dynamics.of(named("planar-1r")), limit=9.81 / 2 * (1 + 1e-7))
     assert verdict.kind == "proved"
     assert verdict.bound == pytest.approx(9.81 / 2, rel=2e-8)
 

@@ -17,7 +17,8 @@ from workbench.core.layout import Array
 from workbench.core.sockets import described
 from workbench.verify.branch import Proof, prove, whole
 from workbench.verify.elementary import guarantee
-from workbench.verify.forms import AbstractForm, form_of
+from workbench.verify.extreme import Enclosure, Extreme
+from workbench.verify.forms import UNIT, AbstractForm, form_of
 from workbench.verify.interval import NoBound
 from workbench.verify.seek import Seen, least_seen
 
@@ -27,6 +28,7 @@ __all__ = [
     "Extreme",
     "NoBound",
     "box_of",
+    "by_intervals",
     "enclose",
     "extreme_eigenvalue",
     "guarantee",
@@ -39,66 +41,6 @@ TOLERANCE = 1e-8
 # Doubles that all boxes of one side may need if no budget is given, and those of the least of boxes: together
 # some ten seconds on one core.
 WORK, LEAST = 200_000_000, 1000
-
-
-@dataclass(frozen=True, eq=False)
-class Extreme:
-    """The least or greatest value of something over a box.
-
-    Attributes
-    ----------
-    value, x
-        The extreme of what was seen, to rounding, and the point (k,) at which it was.
-    beyond
-        What no value in the box lies beyond, proved; None where nothing was.
-    boxes, samples
-        How many boxes the proof has looked at, and how many points the search.
-    why
-        What kept the proof from its tolerance; empty where nothing did.
-    """
-
-    value: float
-    x: Array
-    beyond: float | None
-    boxes: int
-    samples: int
-    why: str
-
-    @property
-    def complete(self) -> bool:
-        """Whether seen and proved lie within the tolerance of each other."""
-        return not self.why
-
-    @property
-    def digits(self) -> int:
-        """How many decimal digits of the value are proved right, by the gap between seen and proved."""
-        if self.beyond is None or not self.value:
-            return 0
-        gap = max(abs(self.value - self.beyond), 1e-16 * abs(self.value))
-        return max(int(-np.log10(2 * gap / abs(self.value))), 0)
-
-
-@dataclass(frozen=True, eq=False)
-class Enclosure:
-    """Both extremes of an expression over a box: low <= expression <= high is proved."""
-
-    least: Extreme
-    greatest: Extreme
-
-    @property
-    def low(self) -> float | None:
-        """What no value lies below; None if nothing was proved."""
-        return self.least.beyond
-
-    @property
-    def high(self) -> float | None:
-        """What no value lies above; None if nothing was proved."""
-        return self.greatest.beyond
-
-    @property
-    def complete(self) -> bool:
-        """Whether both sides reach their tolerance."""
-        return self.least.complete and self.greatest.complete
 
 
 def enclose(
@@ -165,6 +107,13 @@ def extreme_eigenvalue(
     ValueError, NoBound
         As `enclose`.
     """
+    if sign not in (1, -1):
+        raise ValueError(f"`extreme_eigenvalue(sign=...)` is 1 for the least or -1 for the greatest; got {sign}.")
+    matrix = ca.SX(matrix)
+    if matrix.shape[0] != matrix.shape[1]:
+        raise ValueError(
+            f"`extreme_eigenvalue(matrix=...)` must be square to have eigenvalues; got shape {matrix.shape}."
+        )
     task = _task("extreme_eigenvalue", (matrix + matrix.T) / 2, symbols, low, high, numbers)
     seen = task.seen(sign)
     return task.proved(sign, seen, abs(seen.value) or 1.0, tolerance, boxes)
@@ -205,13 +154,19 @@ def largest_norm(
 
 def _root(square: Extreme) -> Extreme:
     beyond = None if square.beyond is None else float(np.nextafter(np.sqrt(max(square.beyond, 0.0)), np.inf))
-    return replace(square, value=float(np.sqrt(max(square.value, 0.0))), beyond=beyond)
+    reached = float(np.nextafter(np.sqrt(max(square.reached, 0.0)), -np.inf))
+    return replace(square, value=float(np.sqrt(max(square.value, 0.0))), reached=reached, beyond=beyond)
 
 
 def shown(bound: float, side: int) -> str:
     """A proved bound to nine digits, which are rounded so that it stays one: down (side 1) or up (side -1)."""
     rounding = decimal.ROUND_FLOOR if side == 1 else decimal.ROUND_CEILING
     return f"{float(decimal.Context(prec=9, rounding=rounding).create_decimal(bound)):.9g}"
+
+
+def by_intervals(boxes: int) -> str:
+    """How a bound was proved, and on what that rests."""
+    return f", by interval arithmetic on {boxes} boxes ({guarantee()})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,11 +193,25 @@ class _Task:
 
     def proved(self, sign: int, seen: Seen, scale: float, tolerance: float, boxes: int | None) -> Extreme:
         """What was seen, with its proof."""
+        if not 0 < tolerance < np.inf:
+            raise ValueError(
+                f"A bound's `tolerance` must be a positive number, as intervals leave a little room; got {tolerance}."
+            )
         box = whole(self.low[self.free], self.high[self.free])
         budget = WORK // (self.forms[sign].cost + LEAST) if boxes is None else boxes
         found: Proof = prove(self.forms[sign], box, (seen.value, seen.x), scale, tolerance, budget)
         beyond = None if found.beyond is None else sign * found.beyond
-        return Extreme(sign * found.value, self._at(found.x), beyond, found.boxes, seen.samples, found.why)
+        value, reached = sign * found.value, sign * self._reached(sign, found.x)
+        return Extreme(value, self._at(found.x), reached, beyond, found.boxes, seen.samples, found.why)
+
+    def _reached(self, sign: int, x: Array) -> float:
+        """What the least eigenvalue at x is at most: u' S u / u'u for a vector u, enclosed and rounded up."""
+        form, c = self.forms[sign], x[np.newaxis]
+        u = np.linalg.eigh(form.value(c))[1][:, :, :1]
+        with np.errstate(all="ignore"):
+            A, _, R, _ = form.expand(c, np.zeros_like(c), u)
+        quotient = float((A + R).item() / (u**2).sum())
+        return quotient + 8 * (u.size + 2) * UNIT * abs(quotient) if np.isfinite(quotient) else np.inf
 
     def _at(self, x: Array) -> Array:
         point = (self.low + self.high) / 2

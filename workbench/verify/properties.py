@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.core import Dynamics
 from workbench.core.layout import Array
-from workbench.verify.bounds import TOLERANCE, box_of, extreme_eigenvalue, shown
+from workbench.verify.bounds import TOLERANCE, box_of, by_intervals, extreme_eigenvalue, shown
 from workbench.verify.identity import Kind, judge_zero, zero_at
 from workbench.verify.spectrum import Joints, eigenvalues, free_joints, nominal
 from workbench.verify.witness import Witness
@@ -153,14 +153,14 @@ def positive_definite(
         for s in (1, -1)
     )
     samples = least.samples + greatest.samples
-    kind: Kind = "refuted" if least.value <= 0 else "not refuted"
+    kind: Kind = "refuted" if least.reached <= 0 else "not refuted"
     evidence = f"smallest eigenvalue {least.value:.9g} kg m^2 at q = {(np.round(least.x, 6) + 0.0).tolist()}"
     evidence += _where(free_joints(dynamics), first, last)
-    if least.value > 0 and least.beyond is not None and least.beyond > 0:
+    if least.beyond is not None and least.beyond > 0:
         kind = "proved"
-        evidence += f", and none below {shown(least.beyond, 1)}, by interval arithmetic on {least.boxes} boxes"
-    elif least.value > 0:
-        evidence = f"not refuted in {samples} samples: {evidence}; not proved: {least.why}"
+        evidence += f", and none below {shown(least.beyond, 1)}{by_intervals(least.boxes)}"
+    elif kind == "not refuted":
+        evidence = f"not refuted in {samples} samples: {evidence}; not proved: {least.why or 'it is zero to rounding'}"
     return DefinitenessVerdict(
         "M is positive definite at nominal parameters",
         kind,
