@@ -41,3 +41,10 @@ def test_a_rounding_is_no_difference_and_points_without_a_value_are_passed_over(
 def test_two_shapes_are_refused():
     with pytest.raises(ValueError, match="compares equal shapes"):
         judge_equal(ca.vertcat(x, y), x)
+
+
+def test_what_rounding_makes_of_terms_that_cancel_refutes_nothing():
+    # |x^2 + 1e12| - 1e12 = x^2, but 1e12 has a last place of 1e-4
+    found = judge_equal(ca.sqrt((x * x + 1e12) ** 2) - 1e12, x * x)
+    assert found.kind == "not refuted"
+    assert judge_equal(ca.sqrt((x * x + 1e12) ** 2) - 1e12, x * x + 1).kind == "refuted"

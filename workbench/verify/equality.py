@@ -1,4 +1,4 @@
-"""Are two expressions equal for all values of their symbols? Proved by normal form, or refuted by a plain point."""
+"""Are two expressions equal for all values of their symbols? Proved by normal form, or refuted at a plain point."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ import numpy as np
 
 from workbench.core.layout import Array
 from workbench.notation.normal_form import NotInClass, normal_forms
+from workbench.notation.walk import Walk, walk
 from workbench.verify.identity import Kind
+from workbench.verify.interval import Interval, NoBound, evaluate
 
 POINTS = 64
 # A difference counts from this share of the larger side: far above rounding, far below any slip.
@@ -39,7 +41,8 @@ def judge_equal(left: ca.SX, right: ca.SX) -> Equality:
     """Judge `left = right` for all values of the symbols in them.
 
     The witness is the first of a fixed list of points with one decimal: small whole numbers are tried first, in
-    the order of the symbols' names.
+    the order of the symbols' names. There intervals must prove that the two differ: what rounding makes of terms
+    that cancel refutes nothing.
 
     Raises
     ------
@@ -63,17 +66,27 @@ def _sought(left: ca.SX, right: ca.SX, why: str) -> Equality:
     symbols = sorted(ca.symvar(ca.vertcat(ca.vec(left), ca.vec(right))), key=lambda symbol: str(symbol.name()))
     names = [symbol.name() for symbol in symbols]
     sides = ca.Function("sides", [ca.vertcat(*symbols)], [ca.densify(ca.vec(left)), ca.densify(ca.vec(right))])
-    seen = 0
+    steps, seen = walk(left - right), 0
     for point in _points(len(names)):
         a, b = (np.array(side).ravel() for side in sides(point))
         if not np.isfinite([a, b]).all():
             continue
         seen += 1
-        if (np.abs(a - b) > PLAIN * np.maximum(np.maximum(np.abs(a), np.abs(b)), 1e-3)).any():
-            values = dict(zip(names, point.tolist(), strict=True))
+        values = dict(zip(names, point.tolist(), strict=True))
+        plain = (np.abs(a - b) > PLAIN * np.maximum(np.maximum(np.abs(a), np.abs(b)), 1e-3)).any()
+        if plain and _apart(steps, values):
             shown = ", ".join(f"{name} = {value:g}" for name, value in values.items())
             return Equality("refuted", f"at {shown}", values, a, b)
     return Equality("not refuted", f"not refuted in {seen} samples, and not proved: {why}")
+
+
+def _apart(difference: Walk, values: dict[str, float]) -> bool:
+    """Whether an entry of a difference is proved not to be zero at a point."""
+    try:
+        entries = evaluate(difference, {name: Interval(*[np.array([x])] * 2) for name, x in values.items()})
+    except NoBound:  # an operation of which no interval is known
+        return False
+    return any(bool(entry.low[0] > 0 or entry.high[0] < 0) for entry in entries)
 
 
 def _points(size: int) -> Array:
