@@ -107,6 +107,7 @@ def test_where_no_run_keeps_the_hypotheses_there_is_no_verdict():
     ranges = {"x": (-2.0, 2.0), "b": (0.5, 1.0)}
     found = Hunt(ODE, at_most(-9.0, weak()), ranges, 1.0, 0.01).search(1, Budget(8, 2, 0))
     assert (found.kind, found.worst, found.kept) == ("not checkable", None, 0)
+    assert found.why == "no run kept the hypotheses"
 
 
 def test_a_run_that_escapes_is_the_worst_and_refutes_a_bound():
@@ -162,6 +163,21 @@ def test_a_step_that_is_too_long_is_no_refutation():
     found = Hunt(ODE, at_most(2.0), stiff, 10.0, 0.01).search(0, Budget(8, 1, 0))
     assert (found.kind, found.worst) == ("not checkable", None)
     assert found.diverged == found.runs
+    assert found.why.startswith("the step is too long")
+
+
+@pytest.mark.parametrize("until", [1.0, 0.005])  # long enough to overflow, and not
+def test_what_decays_and_diverges_at_both_steps_is_no_refutation(until):
+    stiff = {"a": (1e5, 1e5), "x": (0.5, 1.0)}  # RK4 decays only below 2.785 / a = 28 us
+    found = Hunt(ODE, at_most(2.0), stiff, until, 1e-3).search(0, Budget(8, 1, 0))
+    assert (found.kind, found.worst) == ("not checkable", None)
+    assert found.why.startswith("the step is too long")
+
+
+def test_a_violation_that_changes_much_with_the_step_is_no_refutation():
+    # exact is x <= 1; RK4 rings to 0.5 h^4 a^4 / 12 and the like at a h = 3
+    found = Hunt(ODE, at_most(1.0), {"a": (300.0, 300.0), "x": (0.9, 1.0)}, 0.1, 0.01).search(0, Budget(8, 1, 0))
+    assert found.kind != "refuted"
 
 
 def test_metrics_without_a_gradient_are_left_to_the_population():

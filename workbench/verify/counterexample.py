@@ -15,10 +15,15 @@ from workbench.core import Ode
 from workbench.core.layout import Array, Layout
 from workbench.core.numbers import nearest
 from workbench.metrics import AbstractMetric, measure
+from workbench.simulate import StepLimit
 from workbench.simulate.reference import reference
 from workbench.verify.margins import Largest
 
 LARGEST_FILE = 1_000_000  # bytes; one with a hundred parameters has ten thousand
+# A run counts if its error of the step is no more than this share of its value, and one that diverges if it does so
+# at both steps at the same time, to this share of it and as many steps as an overflow may take.
+CREDIBLE, STEPS = 0.1, 20
+TOO_LONG = "the step is too long"
 # Two machines may round a run differently: beyond its own error a replay may differ by this share of the value.
 ROUNDING = 1e-6
 
@@ -141,19 +146,22 @@ class CounterExample:
 class Pair(NamedTuple):
     """A run at h and at h / 2: the metric, largest over its components, and its change; the hypotheses; divergence.
 
-    `excess` is the largest violation of a hypothesis at h / 2, and minus infinity without any.
+    `excess` is the largest violation of a hypothesis at h / 2, and minus infinity without any. `doubt` says why the
+    run cannot refute a claim, and is empty where it can.
     """
 
     value: float
     error: float
     excess: float
     diverged_at: tuple[float, float]
+    doubt: str
 
 
 def run(ode: Ode, metric: AbstractMetric, kept: Sequence[Largest], p: Array, x0: Array, until: float, h: float) -> Pair:
     """One run at its step and at half of it, with the violations `kept` of its hypotheses.
 
-    Infinite is the metric of a run that diverges at both; of one that diverges at one alone it is not a number.
+    Infinite is the metric of a run that diverges at both at the same time, within the stability limit of the step; of
+    any other that diverges, the step itself may be what diverges, and it is not a number.
     """
     found = measure(ode, (metric, *kept), p, x0, until=until, h=h)
     score, runs = found.scores[metric.name], found.trajectories
@@ -162,9 +170,35 @@ def run(ode: Ode, metric: AbstractMetric, kept: Sequence[Largest], p: Array, x0:
     excess = max((float(state[f"{hypothesis.name}.largest"].max()) for hypothesis in kept), default=-np.inf)
     times = float(runs.diverged_at[0]), float(found.coarse_diverged_at[0])
     if np.isfinite(times).any():
-        return Pair(np.inf, 0.0, excess, times) if np.isfinite(times).all() else Pair(np.nan, np.nan, excess, times)
+        doubt = _unstable(found.limits[0]) or _untimely(times, h)
+        return Pair(np.nan, np.nan, excess, times, doubt) if doubt else Pair(np.inf, 0.0, excess, times, "")
     worst = int(np.argmax(score.value[0]))
-    return Pair(float(score.value[0, worst]), float(score.error[0, worst]), excess, times)
+    value, error = float(score.value[0, worst]), float(score.error[0, worst])
+    return Pair(value, error, excess, times, _unstable(found.limits[0]) or _rough(value, error, h))
+
+
+def _unstable(limit: StepLimit) -> str:
+    """That a mode which decays grows at this step; empty where it is not so."""
+    if limit.holds:
+        return ""
+    return f"{TOO_LONG}: of {limit.h:.3g} s, with a limit of stability of {limit.limit:.3g} s at {limit.at:.4g} s"
+
+
+def _untimely(times: tuple[float, float], h: float) -> str:
+    """That a run does not diverge at both steps at the same time; empty where it does."""
+    fine, coarse = times
+    if not np.isfinite(times).all():
+        return f"{TOO_LONG}: the run diverges at one of {h:.3g} s and its half alone"
+    if abs(fine - coarse) > CREDIBLE * min(times) + STEPS * h:
+        return f"{TOO_LONG}: at {h:.3g} s the run diverges at {coarse:.4g} s, and at half of it at {fine:.4g} s"
+    return ""
+
+
+def _rough(value: float, error: float, h: float) -> str:
+    """That a value changes much with the step; empty where it does not."""
+    if error <= CREDIBLE * abs(value):
+        return ""
+    return f"{TOO_LONG}: from {h:.3g} s to half of it the value changes by {error:.2g} to {value:.4g}"
 
 
 def in_reference_mode(

@@ -51,12 +51,15 @@ class Found:
     ----------
     kind
         Of the claim: `refuted` if the worst run breaks it by more than its error of the step and keeps the hypotheses
-        at half the step too; `not checkable` if no run kept them, or the worst one diverges at one of the two steps
-        alone, so that the step is too long. Of a metric, which cannot be refuted: `not refuted`.
+        at half the step too; `not checkable` if no run kept them, or the step is too long for the worst one: its
+        divergence is not confirmed, or its error is a large share of the violation. Of a metric, which cannot be
+        refuted: `not refuted`.
     worst
         The worst run; None where it is not checkable.
     runs, kept, diverged
         How many were tried, how many of them kept the hypotheses, and how many diverged.
+    why
+        What makes it not checkable; empty elsewhere.
     """
 
     kind: Kind
@@ -64,6 +67,7 @@ class Found:
     runs: int
     kept: int
     diverged: int
+    why: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,16 +140,16 @@ class Hunt:
         place = worth.best()
         best, value = u[place], worth.value[place]
         if worth.excess[place] > 0 or value == -np.inf:
-            return _found("not checkable", None, seen)
+            return _found("not checkable", None, seen, "no run kept the hypotheses")
         for _ in range(budget.climbs if np.isfinite(value) else 0):
             better, higher = self._climbed(judge, best, value)
             if higher <= value:
                 break
             best, value = better, higher
         pair = self._run(best)
-        if np.isnan(pair.value):
-            return _found("not checkable", None, seen)
         broken = isinstance(self.target, Declared) and pair.value - pair.error > 0 and pair.excess <= 0
+        if np.isnan(pair.value) or (isinstance(self.target, Declared) and pair.value > 0 and pair.doubt):
+            return _found("not checkable", None, seen, pair.doubt or "the worst run is no number")
         return _found("refuted" if broken else "not refuted", self._example(best, pair, seed), seen)
 
     def judge(self, u: Array) -> Judged:
@@ -216,7 +220,7 @@ class Hunt:
         )
 
 
-def _found(kind: Kind, worst: CounterExample | None, seen: list[Judged]) -> Found:
+def _found(kind: Kind, worst: CounterExample | None, seen: list[Judged], why: str = "") -> Found:
     runs = sum(len(judged.value) for judged in seen)
     kept = sum(int((judged.excess <= 0).sum()) for judged in seen)
-    return Found(kind, worst, runs, kept, sum(int((judged.value == np.inf).sum()) for judged in seen))
+    return Found(kind, worst, runs, kept, sum(int((judged.value == np.inf).sum()) for judged in seen), why)
