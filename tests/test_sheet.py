@@ -8,10 +8,11 @@ from workbench.core import Dynamics
 from workbench.derivation import as_latex
 from workbench.notation import latex, text
 from workbench.notation.formula import Matrix, Relation, equations, symbol
-from workbench.notation.normal_form import to_formula
+from workbench.notation.normal_form import NormalForm, to_formula
+from workbench.notation.parsing.evaluate import CASADI, evaluate
 from workbench.notation.parsing.tokens import FormulaError
 from workbench.robots import named, paper_arm
-from workbench.verify.given import narrowed
+from workbench.verify.given import narrowed, symbols_of
 from workbench.verify.printed import compare_sheet
 from workbench.verify.sheet import read_sheet
 
@@ -77,6 +78,40 @@ def test_an_angle_under_another_name_has_a_rate_under_that_name():
     assert printed("phi_1 = q_1\nC[2,1] = phid_1*sin(phi_1)") == {"C21": "qd_1*sin(q_1)"}
     said = r"\[ \varphi_1 = q_1 \] \[ C_{21} = \dot{\varphi}_1 \cos\varphi_1 \]"
     assert printed(said, "latex") == {"C21": "qd_1*cos(q_1)"}
+
+
+RATES = [
+    ("theta_2 = q_1 + q_2", "thetad_2", "qd_1 + qd_2"),
+    ("theta_2 = q_1 + q_2", "theta_2'", "qd_1 + qd_2"),
+    ("theta_2 = q_1 + q_2", "dtheta_2 + thetadot_2 + theta2dot", "qd_1 + qd_2 + qd_1 + qd_2 + qd_1 + qd_2"),
+    ("theta_2 = -q_2", "theta_2'", "-qd_2"),
+    ("theta_1 = q_2\ntheta_2 = q_1", "dtheta_1*thetadot_1*thetad_1*theta_1'", "qd_2^4"),
+    ("theta_1 = q_2\ntheta_2 = q_1", "q_1'*q_2'", "qd_1*qd_2"),
+    ("q_1 = theta_1 - pi/2", "q_1'*theta_1'*thetad_1*qd_1", "qd_1^4"),
+    ("theta_2 = (2*phi - q_1)/3\nphi = theta_1 + l_1*q_2", "theta_2'", "(2*(qd_1 + l_1*qd_2) - qd_1)/3"),
+    ("theta_2 = l_1 + 1/2", "theta_2'", "0"),
+    ("theta_2 = q_1*q_2\nthetad_2 = qd_1*q_2 + q_1*qd_2", "theta_2'", "qd_1*q_2 + q_1*qd_2"),
+]
+
+
+@pytest.mark.parametrize(("declared", "said", "meant"), RATES)
+def test_a_declared_angle_has_the_rate_that_follows_from_it(declared, said, meant):
+    own = read_sheet(f"{declared}\nM[1,2] = {said}", PAPER, "text").entries["M", 1, 2]
+    by_hand = read_sheet(f"M[1,2] = {meant}", PAPER, "text").entries["M", 1, 2]
+    values = {letter: ca.SX.sym(name) for letter, name in symbols_of(PAPER).items()}
+    assert NormalForm.of(evaluate(own, values, CASADI)) == NormalForm.of(ca.SX(evaluate(by_hand, values, CASADI)))
+
+
+def test_a_rate_under_a_dot_of_latex_is_that_of_the_declared_angle():
+    said = r"\theta_2 = q_1 + q_2 \\ C_{11} = -m_2 l_1 l_2 \dot\theta_2 \sin q_2"
+    (verdict,) = compare_sheet(read_sheet(said, PAPER, "latex"), PAPER)
+    assert (verdict.kind, verdict.same_torque) == ("differs", "refuted")
+
+
+@pytest.mark.parametrize("angle", ["q_1*q_2", "sin(q_1)", "q_1/q_2", "q_1^2", "qd_1"])
+def test_the_rate_of_what_is_not_linear_in_the_angles_is_refused_by_name(angle):
+    with pytest.raises(FormulaError, match="takes the rate of 'theta_2'.*declare it: `thetad_2 = ...`"):
+        read_sheet(f"theta_2 = {angle}\nC_11 = dtheta_2", PAPER, "text")
 
 
 def test_a_declaration_comes_before_the_robots_own_letter():

@@ -9,7 +9,8 @@ Each statement has the form `name = formula`, in text (`M[1,1] = m_1*l_1^2 + I_1
     a number       links[0].offset = 0,  m_1 = 2.5
 
 The robot's own letters (those that `workbench derive` prints) and paths need no declaration, and one
-comes before a letter of the robot; q_i may also be written theta_i, and qd_i as q_i', dq_i, qdot_i.
+comes before a letter of the robot; q_i may also be written theta_i, and qd_i as q_i', dq_i, qdot_i. A declared
+angle takes its rate with it: with theta_2 = q_1 + q_2, theta_2' is qd_1 + qd_2.
 A number holds for the robot too; so does 0 for what is 0 in the robot and never printed on the sheet.
 """
 
@@ -20,14 +21,15 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from workbench.core import Dynamics
-from workbench.notation.formula import Formula, Matrix, Number, Power, Symbol, letters, name_of, symbol
+from workbench.notation.formula import Formula, Matrix, Number, Power, Symbol, letters, name_of
 from workbench.notation.parsing.evaluate import expanded_size
 from workbench.notation.parsing.grammar import HIGHEST_POWER, parse
-from workbench.notation.parsing.names import Key, Names, key_of, spelled
+from workbench.notation.parsing.names import Names, key_of, spelled
 from workbench.notation.parsing.statements import Language, Statement, statements
 from workbench.notation.parsing.tokens import FormulaError, Token, refusal
 from workbench.notation.rewrite import parts, substitute
-from workbench.verify.given import numbers_given, symbols_of, unnamed_zeros
+from workbench.verify.given import numbers_given, unnamed_zeros
+from workbench.verify.rates import names_of, rate_of
 
 # Beyond these an entry is no equation that a paper prints, and would take minutes to judge.
 MOST_SYMBOLS, MOST_TERMS, MOST_TERMS_IN_ALL = 5_000, 1_000, 4_000
@@ -50,9 +52,10 @@ class Sheet:
 
 @dataclass(frozen=True)
 class _Reading:
-    """The statements of one sheet and the names they may use."""
+    """The statements of one sheet, the names they may use, and the joints' velocities by their angles."""
 
     names: Names
+    joints: Mapping[Symbol, Symbol]
     declared: Mapping[Symbol, Statement]
     printed: Mapping[Symbol, Place]
     entries: Mapping[Place, tuple[Formula, Token]]
@@ -71,14 +74,15 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
     declared, printed, rest = _declared(found, dynamics.dof)
     given = numbers_given(declared, dynamics)
     declared = {name: statement for name, statement in declared.items() if name not in given}
-    names = _names(dynamics, found, {**printed, **declared})
+    names = names_of(dynamics, printed, declared)
     entries = _entries(rest, names, dynamics.dof, printed)
     if not entries:
         raise FormulaError(
             "no entry of M, C or G is printed here: write `M[1,1] = ...`, or `M = [[..., ...], [..., ...]]`, with the "
             "letters M, C and G of M(q) qdd + C(q, qd) qd + G(q) = tau."
         )
-    reading = _Reading(names, declared, printed, entries)
+    joints = {Symbol("q", str(i)): Symbol("q", str(i), 1) for i in range(1, dynamics.dof + 1)}
+    reading = _Reading(names, joints, declared, printed, entries)
     resolved: dict[Symbol, Formula] = {}
     written = {place: _written_out(reading, place, resolved) for place in sorted(entries, key=_order)}
     if sum(map(expanded_size, written.values())) > MOST_TERMS_IN_ALL:
@@ -147,40 +151,6 @@ def _place(name: Symbol, statement: Statement, n: int) -> Place | str | None:
     return name.letter, numbers[0], 1 if name.letter == "G" else numbers[1]
 
 
-def _names(dynamics: Dynamics, found: Iterable[Statement], own: Iterable[Symbol]) -> Names:
-    """The robot's letters, other ways to write its joints, and what the sheet declares; the later come first."""
-    known: dict[Key, Symbol] = {}
-    for letter in symbols_of(dynamics):
-        if (other := known.setdefault(key_of(letter), letter)) != letter:
-            raise ValueError(f"this robot prints both '{name_of(other)}' and '{name_of(letter)}', which read alike.")
-    joints = _joints(dynamics)
-    keys = {key: letter for key, letter in joints.items() if key not in known} | known
-    paths = {label: symbol(dynamics.names()[label]) for label in dynamics.p.labels}
-    declared = {key_of(name): name for name in own}
-    for statement in found:  # one that renames a joint's angle renames its rate too
-        if len(statement.right) == 1 and statement.right[0].kind == "name" and not statement.place:
-            token = statement.right[0]
-            angle = keys.get(key_of(spelled(token.text, token.index, token.dots)))
-            left = spelled(statement.name.text, statement.name.index, statement.name.dots)
-            if angle is not None and angle.letter == "q" and angle.dots == 0 and left.dots == 0:
-                keys[key_of(replace(left, dots=1))] = replace(angle, dots=1)
-    return Names(keys | declared, paths)
-
-
-def _joints(dynamics: Dynamics) -> dict[Key, Symbol]:
-    """How else the angles and velocities of the joints are written."""
-    keys: dict[Key, Symbol] = {}
-    for i in range(1, dynamics.dof + 1):
-        q, qd = Symbol("q", str(i)), Symbol("q", str(i), 1)
-        for letter in ("q", "theta"):
-            for index in (str(i), "") if dynamics.dof == 1 else (str(i),):
-                keys[letter + index, 0, ""] = q
-                keys[letter + index, 1, ""] = qd
-                for name in (f"d{letter}{index}", f"{letter}dot{index}", f"{letter}{index}dot"):
-                    keys[name, 0, ""] = qd
-    return keys
-
-
 def _entries(
     rest: Iterable[tuple[Place | str, Statement]], names: Names, n: int, printed: Mapping[Symbol, Place]
 ) -> dict[Place, tuple[Formula, Token]]:
@@ -244,13 +214,31 @@ def _resolve(
         if letter in within or len(within) > 30:
             raise refusal(name, f"'{name.shown}' is declared by itself; follow its declarations.")
         if letter not in resolved:
-            inner, place = _meaning(reading, letter)
-            resolved[letter] = _resolve(reading, inner, place, resolved, (*within, letter))
+            if letter.dots and letter not in reading.declared:
+                resolved[letter] = _rate(reading, letter, name, resolved, (*within, letter))
+            else:
+                inner, place = _meaning(reading, letter)
+                resolved[letter] = _resolve(reading, inner, place, resolved, (*within, letter))
         if isinstance(resolved[letter], Matrix):
             raise refusal(name, "a matrix under another name is not read; print it as M, C or G itself.")
     if _length(formula) + sum(_length(resolved[letter]) for letter in used) > MOST_SYMBOLS:
         raise refusal(name, f"with its declarations written out, this has more than {MOST_SYMBOLS} symbols.")
     return substitute(formula, resolved) if used else formula
+
+
+def _rate(
+    reading: _Reading, letter: Symbol, name: Token, resolved: dict[Symbol, Formula], within: tuple[Symbol, ...]
+) -> Formula:
+    """The rate of a declared angle, in the velocities of the joints."""
+    angle = replace(letter, dots=0)
+    rate = rate_of(_resolve(reading, angle, name, resolved, within), reading.joints)
+    if rate is None:
+        raise refusal(
+            name,
+            f"'{name.shown}' takes the rate of '{name_of(angle)}', which is found only where that is a sum of joint "
+            f"angles times constants; declare it: `{name_of(letter)} = ...`.",
+        )
+    return rate
 
 
 def _meaning(reading: _Reading, letter: Symbol) -> tuple[Formula, Token]:

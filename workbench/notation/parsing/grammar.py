@@ -171,8 +171,13 @@ class _Reader:
         return result
 
     def rate(self, base: Symbol, prime: Token) -> Symbol:
-        """The symbol of a derivative in time, q_1' for q dot 1."""
-        found = self.names.find(base.letter, base.index, base.dots + 1)
+        """The symbol of a derivative in time, q_1' for q dot 1: found by the spelling that stands before the prime."""
+        said = self.tokens[self.at - 2]
+        if said.kind == "name" and self.names.find(said.text, said.index, said.dots) == base:
+            found = self.names.find(said.text, said.index, said.dots + 1)
+        else:
+            found = self.names.find(base.letter, base.index, base.dots + 1)
+            found = found if found is None or found.bold == base.bold else None  # another's, that is spelled alike
         if found is None:
             raise refusal(prime, f"the rate of '{base.letter}' is no name of this robot.")
         return found

@@ -74,7 +74,8 @@ class Names:
 
     def _unknown(self, token: Token) -> str:
         said = name_of(spelled(token.text, token.index, token.dots)) if token.index or token.dots else token.text
-        known = sorted({name_of(symbol) for symbol in self.keys.values() if "," not in symbol.index})
+        letters = (symbol for symbol in self.keys.values() if not (symbol.bold and symbol.dots))
+        known = sorted({name_of(symbol) for symbol in letters if "," not in symbol.index})
         near = difflib.get_close_matches(said[:60], [*known, *self.paths], n=1, cutoff=0.6)
         if short := SHORTHAND.fullmatch(said):
             angles = " + ".join(f"q_{digit}" for digit in short[2])
