@@ -11,13 +11,27 @@ from workbench.notation.formula import Matrix, Relation, equations, symbol
 from workbench.notation.normal_form import NormalForm, to_formula
 from workbench.notation.parsing.evaluate import CASADI, evaluate
 from workbench.notation.parsing.tokens import FormulaError
-from workbench.robots import named, paper_arm
+from workbench.robots import named, paper_arm, urdf
 from workbench.verify.given import narrowed, symbols_of
 from workbench.verify.printed import compare_sheet
 from workbench.verify.sheet import read_sheet
+from workbench.verify.witness import candidates
 
 PAPER = Dynamics.of(paper_arm())
 RODS = Dynamics.of(named("planar-2r"))
+CART_POLE = Dynamics.of(named("cart-pole"))
+LINK = """<link name="{0}"><inertial><origin xyz="{1} 0 0"/><mass value="2"/>
+<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.2" iyz="0" izz="0.2"/></inertial></link>"""
+JOINT = """<joint name="{0}" type="continuous"><parent link="{1}"/><child link="{2}"/>
+<origin xyz="{3} 0 0"/><axis xyz="0 0 1"/></joint>"""
+PLANAR_URDF = "".join(
+    [
+        '<robot name="planar"><link name="base"/>',
+        LINK.format("upper", 0.4) + LINK.format("lower", 0.3),
+        JOINT.format("shoulder", "base", "upper", 0) + JOINT.format("elbow", "upper", "lower", 0.8),
+        "</robot>",
+    ]
+)
 
 
 def printed(said: str, language="text", arm=PAPER) -> dict[str, str]:
@@ -126,7 +140,12 @@ def test_a_number_given_to_a_parameter_holds_for_the_robot_too():
     np.testing.assert_array_equal(arm.p.default, wanted)
     for one, other in zip(arm.matrices([0.3, 1], [1, 2]), PAPER.matrices([0.3, 1], [1, 2], wanted), strict=True):
         np.testing.assert_allclose(one, other, rtol=1e-14)
-    assert not {"links[0].mass", "links[1].length"} & {s.name() for s in ca.symvar(arm.M)}
+    assert all((s.p[0], s.p[3]) == (2.5, 0.25) and s.changed.items() >= sheet.fixed.items() for s in candidates(arm))
+
+
+def test_whole_numbers_are_put_into_the_matrices_and_others_keep_their_letter():
+    arm = narrowed(PAPER, {"links[0].mass": 2.0, "links[1].length": 0.1})
+    assert {"links[0].mass", "links[1].length"} & {s.name() for s in ca.symvar(arm.M)} == {"links[1].length"}
 
 
 def test_what_is_zero_in_the_robot_and_not_on_the_sheet_is_zero():
@@ -155,6 +174,76 @@ def test_a_matrix_that_is_broken_over_lines_is_read_as_one():
     relation = Relation(symbol("M"), "=", to_formula(PAPER.M, letters))
     (said,) = {latex.emit(relation, width=60)} - {latex.emit(relation, width=1000)}
     assert len(read_sheet(said, PAPER, "latex").entries) == 4
+
+
+def kinds(said: str, arm=PAPER, language="text") -> list[str]:
+    """The verdict on each entry, as the command gives it."""
+    sheet = read_sheet(said, arm, language)
+    return [verdict.kind for verdict in compare_sheet(sheet, narrowed(arm, sheet.fixed))]
+
+
+CART = "l = links[1].com[2]\nI = links[1].inertia[3]\n"
+CART += "M_12 = m_2*l*cos(q_2)\nM_22 = I + m_2*l^2\nC_12 = -m_2*l*qd_2*sin(q_2)\nG_2 = -m_2*g*l*sin(q_2)"
+
+
+def test_what_is_zero_in_a_vector_of_a_spatial_arm_and_not_on_the_sheet_is_zero():
+    assert read_sheet(CART, CART_POLE, "text").fixed == {"links[1].com[0]": 0}
+    assert kinds(CART, CART_POLE) == ["same"] * 4
+    assert kinds(CART.replace("-m_2*l*qd_2", "m_2*l*qd_2"), CART_POLE) == ["same", "same", "differs", "same"]
+
+
+@pytest.mark.parametrize("said", ["c_21 = 0", "links[1].com[0] = 0", "c_21 = 0.25 - 1/4"])
+def test_a_number_may_be_given_to_a_component_of_a_vector(said):
+    sheet = read_sheet(f"{said}\nM_12 = m_2*c_23*cos(q_2)", CART_POLE, "text")
+    assert sheet.fixed == {"links[1].com[0]": 0}
+    arm = narrowed(CART_POLE, {"links[1].com[0]": 0.25, "links[1].com[2]": 2.0})
+    assert arm.p.labels == CART_POLE.p.labels
+    assert arm.names() == CART_POLE.names()
+    wanted = CART_POLE.p.pack({"links[1].com[0]": 0.25, "links[1].com[2]": 2.0})[0]
+    np.testing.assert_array_equal(arm.p.default, wanted)
+
+
+def test_a_planar_arm_out_of_urdf_is_held_against_a_textbook():
+    arm = Dynamics.of(urdf.parse(PLANAR_URDF))
+    said = """a = links[1].position[0]
+        b = links[1].com[0]
+        I = links[1].inertia[5]
+        M_22 = I + m_2*b^2
+        M_12 = I + m_2*(b^2 + a*b*cos(q_2))
+        C_21 = m_2*a*b*qd_1*sin(q_2)"""
+    assert kinds(said, arm) == ["same"] * 3
+    assert kinds(said.replace("b^2 + a*b", "b^2 - a*b"), arm) == ["differs", "same", "same"]
+
+
+DECIMALS = "m_1 = 0.1\nm_2 = 0.1\nl_1 = 0.3\nl_2 = 0.3\n"
+FACTORED = "C = [[-0.018*qd_2*sin(q_2), -0.009*qd_2*sin(q_2)], [0.009*qd_1*sin(q_2), 0]]"
+
+
+def test_decimals_are_the_fractions_that_they_are_printed_as():
+    sheet = read_sheet(DECIMALS + FACTORED, PAPER, "text")
+    verdicts = compare_sheet(sheet, narrowed(PAPER, sheet.fixed))
+    assert [v.kind for v in verdicts] == ["differs", "differs", "same", "same"]
+    assert [v.same_torque for v in verdicts[:2]] == ["proved", "proved"]
+    assert kinds("g = 9.81\nm_1 = m_2 = l_1 = l_2 = 1\nG_1 = 9.81*(2*sin(q_1) + sin(q_1 + q_2))") == ["same"]
+    assert kinds("m_2 = 0.1\nl_2 = 0.1\nM_22 = 0.001") == ["same"]
+    assert kinds("m_2 = 0.1\nl_2 = 0.1\nM_22 = 0.0010001") == ["differs"]
+
+
+@pytest.mark.parametrize("factor", ["(1 + 1e-17)", "1.0000000000000000001", "(1 - 1e-30)"])
+def test_a_factor_that_a_double_takes_for_one_is_never_proved_to_be_one(factor):
+    assert kinds(f"M_22 = m_2*l_2^2*{factor}") == ["not refuted"]
+    assert kinds("M_22 = m_2*l_2^2*(1 + 1e-17 - 1e-17)") == ["same"]
+
+
+TURNED = ["cos(q_1 + q_2 - pi/2)", "(-cos(q_1 + 5*pi/2 + q_2))", "(-sin(q_1 + q_2 - 3*pi))", "sin(pi - q_1 - q_2)"]
+
+
+@pytest.mark.parametrize("sine", TURNED)
+def test_quarter_turns_are_taken_off_an_angle(sine):
+    assert kinds(f"G_2 = m_2*g*l_2*{sine}") == ["same"]
+    assert kinds(f"G_2 = -m_2*g*l_2*{sine}") == ["differs"]
+    declared = f"phi = q_1 + q_2 - pi/2\nG_2 = m_2*g*l_2*{sine.replace('q_1 + q_2', 'phi + pi/2')}"
+    assert kinds(declared) == ["same"]
 
 
 REFUSED = [

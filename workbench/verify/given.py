@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from fractions import Fraction
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.layout import Bounds, Layout
-from workbench.notation.formula import Formula, Number, Symbol, letters, symbol
+from workbench.core.layout import Bounds, Entry, Layout, nearest
+from workbench.notation.formula import Formula, Matrix, Symbol, letters, symbol
+from workbench.notation.normal_form import NotInClass
 from workbench.notation.parsing.grammar import parse
 from workbench.notation.parsing.names import Names, key_of
+from workbench.notation.parsing.normal import constant, normal_form
 from workbench.notation.parsing.statements import Statement
 from workbench.notation.parsing.tokens import refusal
+
+LARGEST = 10**99
 
 
 def symbols_of(dynamics: Dynamics) -> dict[Symbol, str]:
@@ -23,52 +28,92 @@ def symbols_of(dynamics: Dynamics) -> dict[Symbol, str]:
 
 
 def narrowed(dynamics: Dynamics, fixed: Mapping[str, float]) -> Dynamics:
-    """The same arm with some of its parameters, by their paths, fixed to numbers."""
-    places = [dynamics.p.labels.index(label) for label in fixed]
-    numbers = ca.SX(ca.DM(list(fixed.values())))
+    """The same arm with some of its parameters, by their paths, held at numbers.
+
+    Whole numbers are put into its matrices, as doubles compute with them exactly; other parameters keep their
+    letters there. One that is a component of a vector becomes an entry of its own.
+    """
+    whole = {label: value for label, value in fixed.items() if float(value).is_integer()}
+    places = [dynamics.p.labels.index(label) for label in whole]
     matrices = [dynamics.M, dynamics.C, dynamics.G]
     if places:
+        numbers = ca.SX(ca.DM(list(whole.values())))
         matrices = ca.substitute(matrices, [dynamics.symbols[places]], [numbers])
-    entries = (
-        replace(entry, default=np.array(fixed[entry.name]), bounds=Bounds(fixed[entry.name], fixed[entry.name]))
-        if entry.name in fixed
-        else entry
-        for entry in dynamics.p.entries
-    )
     M, C, G = map(ca.densify, matrices)
+    entries = (part for entry in dynamics.p.entries for part in _held(entry, fixed, dynamics.names()))
     return replace(dynamics, M=M, C=C, G=G, p=Layout(tuple(entries)))
 
 
-def numbers_given(declared: Mapping[Symbol, Statement], dynamics: Dynamics) -> dict[Symbol, tuple[str, float]]:
-    """The declarations that give a number to a parameter of the robot, with its path."""
-    labels = {key_of(symbol(dynamics.names()[label])): label for label in dynamics.p.labels}
-    given: dict[Symbol, tuple[str, float]] = {}
+def _held(entry: Entry, fixed: Mapping[str, float], names: Mapping[str, str]) -> Iterator[Entry]:
+    """An entry, or each of its numbers if one of them is held."""
+    if not any(label in fixed for label in entry.labels()):
+        yield entry
+        return
+    for label, default in zip(entry.labels(), entry.default.ravel(order="F"), strict=True):
+        value = fixed.get(label, float(default))
+        bounds = Bounds(value, value) if label in fixed else entry.bounds
+        yield Entry(label, np.array(value), entry.unit, bounds, names[label])
+
+
+def numbers_given(declared: Mapping[Symbol, Statement], dynamics: Dynamics) -> dict[Symbol, tuple[str, Fraction]]:
+    """The declarations that give a number to a parameter of the robot, with its path.
+
+    Raises
+    ------
+    FormulaError
+        If a path is none of the robot's, or is given no number, or one out of its bounds.
+    """
+    given: dict[Symbol, tuple[str, Fraction]] = {}
     for name, statement in declared.items():
         said = statement.name.text
-        label = said if said in dynamics.p.labels else labels.get(key_of(replace(name, bold=False)))
-        if any(token.kind in ("name", "function") for token in statement.right):
-            if said in dynamics.p.labels:
-                raise refusal(
-                    statement.name, f"'{said}' is the robot's own; it can be given a number, as `{said} = 0`."
-                )
-        elif label is not None:
-            value = parse(statement.right, Names({}, {}))
-            if not isinstance(value, Number) or label not in dynamics.p.names:
-                raise refusal(statement.name, f"'{statement.name.shown}' of this robot takes one number.")
-            if not dynamics.p[label].bounds.allow(np.array(float(value.value))):
-                raise refusal(
-                    statement.name, f"'{label}' must be {dynamics.p[label].bounds}; got {float(value.value):g}."
-                )
-            given[name] = label, float(value.value)
+        if "." in said and said not in dynamics.p.labels:
+            raise refusal(
+                statement.name,
+                f"there is no '{said}' among the numbers of this robot." + nearest(said, dynamics.p.labels),
+            )
+        if (label := label_of(name, statement, dynamics)) is None:
+            continue
+        if all(token.kind != "name" for token in statement.right):
+            given[name] = label, _number(label, statement, dynamics)
+        elif said == label:
+            raise refusal(statement.name, f"'{said}' is the robot's own; it can be given a number, as `{said} = 0`.")
     return given
 
 
-def unnamed_zeros(entries: Iterable[Formula], dynamics: Dynamics) -> dict[str, float]:
-    """The parameters that are zero in the arm and that no entry names."""
+def label_of(name: Symbol, statement: Statement, dynamics: Dynamics) -> str | None:
+    """The path of the parameter that is spelled as a declared name; None if there is none."""
+    if statement.name.text in dynamics.p.labels:
+        return statement.name.text
+    wanted = key_of(replace(name, bold=False))
+    return next((label for label in dynamics.p.labels if key_of(symbol(dynamics.names()[label])) == wanted), None)
+
+
+def _number(label: str, statement: Statement, dynamics: Dynamics) -> Fraction:
+    """The number that a formula without names is."""
+    formula = parse(statement.right, Names({}, {}))
+    try:
+        found = None if isinstance(formula, Matrix) else constant(normal_form(formula, {}))
+    except NotInClass:
+        found = None
+    if found is None:
+        raise refusal(statement.name, f"'{statement.name.shown}' of this robot takes one rational number.")
+    bounds = next(entry.bounds for entry in dynamics.p.entries if label in entry.labels())
+    if abs(found) > LARGEST or not bounds.allow(np.array(float(found))):
+        raise refusal(statement.name, f"'{label}' must be {bounds}; got {_shown(found)}.")
+    return found
+
+
+def _shown(value: Fraction) -> str:
+    return f"{float(value):g}" if abs(value) <= LARGEST else "a number beyond all bounds"
+
+
+def unnamed_zeros(entries: Iterable[Formula], dynamics: Dynamics) -> dict[str, Fraction]:
+    """The parameters that are zero in the arm, stand in its M, C or G, and are named by no entry."""
     used = {letter for entry in entries for letter in letters(entry)}
+    needed = {s.name() for s in ca.symvar(ca.veccat(dynamics.M, dynamics.C, dynamics.G))}
     names = dynamics.names()
     return {
-        entry.name: 0.0
-        for entry in dynamics.p.entries
-        if not entry.shape and entry.default == 0 and symbol(names[entry.name]) not in used
+        label: Fraction(0)
+        for label, value in zip(dynamics.p.labels, dynamics.p.default, strict=True)
+        if value == 0 and label in needed and symbol(names[label]) not in used
     }

@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import casadi as ca
 
 from workbench.core import Dynamics
 from workbench.core.layout import nearest
+from workbench.notation.normal_form import NormalForm, NotInClass
 from workbench.notation.parsing.evaluate import CASADI, evaluate
+from workbench.notation.parsing.normal import at_numbers, normal_form
 from workbench.verify.given import symbols_of
-from workbench.verify.identity import Kind, judge_zero
+from workbench.verify.identity import Judgement, Kind, judge_zero
 from workbench.verify.sheet import Place, Sheet
-from workbench.verify.witness import Witness
+from workbench.verify.witness import Witness, held, search
 
 Sameness = Literal["same", "differs", "not refuted"]
 SAMENESS: dict[Kind, Sameness] = {"proved": "same", "refuted": "differs", "not refuted": "not refuted"}
@@ -78,10 +80,12 @@ def compare(printed: Dynamics, derived: Dynamics) -> tuple[EntryVerdict, ...]:
 
 
 def compare_sheet(sheet: Sheet, derived: Dynamics) -> tuple[EntryVerdict, ...]:
-    """A verdict for each entry that a sheet prints."""
+    """A verdict for each entry that a sheet prints; its numbers are taken as printed, not as doubles near them."""
     symbols = {symbol.name(): symbol for symbol in ca.vertsplit(ca.vertcat(derived.q, derived.qd, derived.symbols))}
     values = {letter: symbols[name] for letter, name in symbols_of(derived).items()}
-    return judged({place: ca.SX(evaluate(f, values, CASADI)) for place, f in sheet.entries.items()}, derived)
+    printed = {place: ca.SX(evaluate(f, values, CASADI)) for place, f in sheet.entries.items()}
+    comparison = _Comparison(printed, derived, sheet)
+    return tuple(map(comparison.entry, printed))
 
 
 def judged(printed: Mapping[Place, ca.SX], derived: Dynamics) -> tuple[EntryVerdict, ...]:
@@ -94,43 +98,76 @@ def judged(printed: Mapping[Place, ca.SX], derived: Dynamics) -> tuple[EntryVerd
     ValueError
         If a printed entry is finite nowhere.
     """
-    return tuple(_entry(place, printed, derived) for place in printed)
+    return tuple(map(_Comparison(printed, derived).entry, printed))
 
 
-def _entry(place: Place, printed: Mapping[Place, ca.SX], dynamics: Dynamics) -> EntryVerdict:
-    name, row, column = place
-    right = {"M": dynamics.M, "C": dynamics.C, "G": dynamics.G}[name][row - 1, column - 1]
-    a, b = printed[place], right
-    judgement = judge_zero(a - b, ca.vertcat(a, b), dynamics)
-    if judgement.search and not judgement.search.samples:
-        raise ValueError(
-            f"the printed {name}[{row},{column}] is a number at none of the states that were tried, so it cannot be "
-            "compared; look for a division by zero, or the root of a negative number."
+@dataclass(frozen=True, eq=False)
+class _Comparison:
+    """Printed entries beside a derived arm, with the sheet on which they were read if there is one."""
+
+    printed: Mapping[Place, ca.SX]
+    derived: Dynamics
+    sheet: Sheet | None = None
+
+    def right(self, place: Place) -> ca.SX:
+        """The derived entry."""
+        name, row, column = place
+        return {"M": self.derived.M, "C": self.derived.C, "G": self.derived.G}[name][row - 1, column - 1]
+
+    def entry(self, place: Place) -> EntryVerdict:
+        """The verdict on one entry."""
+        name, row, column = place
+        a, b = self.printed[place], self.right(place)
+        judgement = self.judge({place: ca.SX(1)})
+        if judgement.search and not judgement.search.samples:
+            raise ValueError(
+                f"the printed {name}[{row},{column}] is a number at none of the states that were tried, so it cannot "
+                "be compared; look for a division by zero, or the root of a negative number."
+            )
+        verdict = EntryVerdict(*place, SAMENESS[judgement.kind], judgement.evidence, a, b, a - b)
+        found = judgement.search.witness if judgement.search else None
+        if found is None:
+            return verdict
+        d = self.derived
+        values = ca.Function("values", [d.q, d.qd, d.symbols], [a, b])(found.q, found.qd, found.p)
+        torque = {("C", row, j + 1): d.qd[j] for j in range(d.dof)} if name == "C" else None
+        return replace(
+            verdict,
+            witness=found,
+            printed_value=float(values[0]),
+            right_value=float(values[1]),
+            same_torque=self.judge(torque).kind if torque else None,
         )
-    found = judgement.search.witness if judgement.search else None
-    if found is None:
-        return EntryVerdict(*place, SAMENESS[judgement.kind], judgement.evidence, a, b, a - b)
-    values = ca.Function("values", [dynamics.q, dynamics.qd, dynamics.symbols], [a, b])(found.q, found.qd, found.p)
-    return EntryVerdict(
-        *place,
-        SAMENESS[judgement.kind],
-        judgement.evidence,
-        a,
-        b,
-        a - b,
-        found,
-        float(values[0]),
-        float(values[1]),
-        _same_torque(row, printed, dynamics) if name == "C" else None,
-    )
 
+    def judge(self, weights: Mapping[Place, ca.SX]) -> Judgement:
+        """Whether the printed entries, weighted and added up, are the derived ones; what is not printed is right."""
+        a, b = (
+            sum((w * entry(place) for place, w in weights.items()), ca.SX(0))
+            for entry in (lambda place: self.printed.get(place, self.right(place)), self.right)
+        )
+        if self.sheet is None:
+            return judge_zero(a - b, ca.vertcat(a, b), self.derived)
+        why = "the normal forms differ, but no state was found where the values do"
+        try:
+            if self.difference(self.sheet, weights).is_zero:
+                return Judgement("proved", "equal normal forms: an identity in all states and all parameters", None)
+        except NotInClass as outside:
+            why = str(outside)
+        found = search(a - b, ca.vertcat(a, b), self.derived)
+        if found.witness is not None:
+            return Judgement("refuted", f"at {found.witness}", found)
+        return Judgement("not refuted", f"not refuted in {found.samples} samples, and not proved: {why}", found)
 
-def _same_torque(row: int, printed: Mapping[Place, ca.SX], dynamics: Dynamics) -> Kind:
-    """Whether a printed row of C gives the derived torque, by whatever entries."""
-    right = [dynamics.C[row - 1, j] for j in range(dynamics.dof)]
-    theirs = [printed.get(("C", row, j + 1), entry) for j, entry in enumerate(right)]
-    torques = [ca.horzcat(*entries) @ dynamics.qd for entries in (theirs, right)]
-    return judge_zero(torques[0] - torques[1], ca.vertcat(*torques), dynamics).kind
+    def difference(self, sheet: Sheet, weights: Mapping[Place, ca.SX]) -> NormalForm:
+        """The weighted sum of printed - right by exact arithmetic, at the numbers that the sheet holds fixed."""
+        names = symbols_of(self.derived)
+        numbers = {label: sheet.numbers[label] for label in held(self.derived) if label in sheet.numbers}
+        total = NormalForm({})
+        for place, weight in weights.items():
+            if place in sheet.entries:
+                apart = normal_form(sheet.entries[place], names) - NormalForm.of(self.right(place))
+                total += NormalForm.of(weight) * apart
+        return at_numbers(total, numbers)
 
 
 def _matrices_in_symbols_of(derived: Dynamics, printed: Dynamics) -> dict[str, ca.SX]:

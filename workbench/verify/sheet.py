@@ -42,12 +42,17 @@ Place = tuple[str, int, int]
 class Sheet:
     """The printed entries by their place (matrix, row, column; counted from 1), declarations written out.
 
-    Their symbols are those by which the derived arm is printed. `fixed` holds the numbers that the
+    Their symbols are those by which the derived arm is printed, and pi. `numbers` holds the numbers that the
     sheet gives to parameters, and zeros for those that are zero in the arm and not on the sheet.
     """
 
     entries: Mapping[Place, Formula]
-    fixed: Mapping[str, float]
+    numbers: Mapping[str, Fraction]
+
+    @property
+    def fixed(self) -> dict[str, float]:
+        """The same numbers as doubles."""
+        return {label: float(value) for label, value in self.numbers.items()}
 
 
 @dataclass(frozen=True)

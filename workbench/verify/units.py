@@ -12,6 +12,7 @@ from workbench.core import Dynamics
 from workbench.core.show import formula_of
 from workbench.notation import text
 from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol
+from workbench.notation.parsing.names import PI
 from workbench.verify.given import symbols_of
 from workbench.verify.sheet import Place
 
@@ -65,7 +66,7 @@ def unit_of(formula: Formula, units: Mapping[Symbol, Unit]) -> Unit | None:
         case Number(value):
             return None if value == 0 else NONE
         case Symbol():
-            return units[formula]
+            return NONE if formula == PI and formula not in units else units[formula]
         case Sum(terms):
             return _common(terms, units)
         case Product(factors):

@@ -26,7 +26,7 @@ PLAIN, FAINT = 1e-3, 1e-9
 class Witness:
     """A state (q, qd) of an arm with its parameters p (np,), in words and as a line of Python.
 
-    `changed` holds the parameters that are not nominal.
+    `changed` holds the parameters that are not nominal, and those that a sheet holds at a number.
     """
 
     q: Array
@@ -66,7 +66,7 @@ def candidates(dynamics: Dynamics) -> tuple[Witness, ...]:
     plain = np.concatenate([0.5 * np.arange(1, n + 1), (-1.0) ** np.arange(n)])
     spread = np.round((sequence(STATES - 1, 2 * n) - 0.5) * np.repeat([6.0, 4.0], n), 1)
     states = np.vstack([plain, spread])
-    nominal = [Witness(x[:n], x[n:], dynamics.p.default) for x in states]
+    nominal = [Witness(x[:n], x[n:], dynamics.p.default, held(dynamics)) for x in states]
     varied = [_varied(dynamics, x, u) for x, u in zip(states, sequence(STATES, dynamics.p.size), strict=True)]
     return tuple(nominal + varied if dynamics.p.size else nominal)
 
@@ -94,11 +94,16 @@ def search(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Search:
     return Search(None, np.zeros(0), int(finite.sum()))
 
 
+def held(dynamics: Dynamics) -> dict[str, float]:
+    """The parameters that can have one value only, by their paths."""
+    return {entry.name: float(entry.default) for entry in dynamics.p.entries if entry.bounds.low == entry.bounds.high}
+
+
 def _varied(dynamics: Dynamics, x: Array, u: Array) -> Witness:
     """The state x with each parameter at a round multiple (0.5 to 2) of its nominal value, where bounds allow it."""
     nominal = dynamics.p.default
     wanted = np.round(np.where(nominal == 0, 1.0, nominal) * np.round(0.5 + 1.5 * u, 1), 12)
-    changed: dict[str, float] = {}
+    changed = held(dynamics)
     for entry in dynamics.p.entries:
         for label, i in zip(entry.labels(), dynamics.p.indices(entry.name), strict=True):
             if wanted[i] != nominal[i] and entry.bounds.allow(wanted[i]):

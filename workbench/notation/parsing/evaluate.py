@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol
+from workbench.notation.parsing.names import PI
 
 Functions = Mapping[str, Callable[[Any], Any]]
 CASADI: Functions = {"sin": ca.sin, "cos": ca.cos, "tan": ca.tan, "sqrt": ca.sqrt}
@@ -21,7 +22,7 @@ def evaluate(formula: Formula, values: Mapping[Symbol, Any], functions: Function
     """The value of a formula, given those of its symbols.
 
     A rational number p/q before a product multiplies by p and divides by q, so that a third stays
-    exactly one in the expression.
+    exactly one in the expression. The symbol pi is the number, where it has no other value.
 
     Raises
     ------
@@ -34,7 +35,7 @@ def evaluate(formula: Formula, values: Mapping[Symbol, Any], functions: Function
         case Number(value):
             return _number(value)
         case Symbol():
-            return values[formula]
+            return math.pi if formula == PI and formula not in values else values[formula]
         case Sum(terms):
             total = evaluate(terms[0], values, functions)
             for term in terms[1:]:

@@ -10,14 +10,13 @@ Nothing is evaluated here, and no name is looked up anywhere but among those tha
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from fractions import Fraction
 
 from workbench.notation import build
 from workbench.notation.formula import Formula, Matrix, Number, Power, Symbol
 from workbench.notation.parsing.assembly import matrix, number, product, total
-from workbench.notation.parsing.names import Names
+from workbench.notation.parsing.names import PI, Names
 from workbench.notation.parsing.tokens import FUNCTIONS, OPENING, FormulaError, Token, refusal
 
 HIGHEST_POWER = 16
@@ -190,7 +189,7 @@ class _Reader:
                 return [number(token)]
             case "name":
                 if token.text == "pi" and not token.index and self.names.find("pi") is None:
-                    return [Number(math.pi)]
+                    return [PI]
                 return list(self.names.split(token))
             case "function":
                 return [self.call(token)]

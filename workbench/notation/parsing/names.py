@@ -12,6 +12,7 @@ from workbench.notation.parsing.tokens import Token, refusal
 
 # Letters with their index, without what sets the two apart; dots; accent and mark.
 Key = tuple[str, int, str]
+PI = Symbol("pi")  # the number, unless pi is a name that is known
 SHORTHAND = re.compile(r"([sc])_?([0-9]+)")
 
 
