@@ -11,7 +11,8 @@ Each statement has the form `name = formula`, in text (`M[1,1] = m_1*l_1^2 + I_1
 The robot's own letters (those that `workbench derive` prints) and paths need no declaration, and one
 comes before a letter of the robot; q_i may also be written theta_i, and qd_i as q_i', dq_i, qdot_i. A declared
 angle takes its rate with it: with theta_2 = q_1 + q_2, theta_2' is qd_1 + qd_2.
-A number holds for the robot too; so does 0 for what is 0 in the robot and never printed on the sheet.
+A number holds for the robot too, as the fraction that it is printed as; so does 0 for what is 0 in the robot and
+never printed on the sheet. A formula of constants for a letter of the robot would hold on one side, and is refused.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from workbench.notation.parsing.names import Names, key_of, spelled
 from workbench.notation.parsing.statements import Language, Statement, statements
 from workbench.notation.parsing.tokens import FormulaError, Token, refusal
 from workbench.notation.rewrite import parts, substitute
-from workbench.verify.given import numbers_given, unnamed_zeros
+from workbench.verify.given import label_of, numbers_given, unnamed_zeros
 from workbench.verify.rates import names_of, rate_of
 
 # Beyond these an entry is no equation that a paper prints, and would take minutes to judge.
@@ -73,7 +74,8 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
     ------
     FormulaError
         If a statement is none, a name is unknown, a matrix is not of the arm's size, an entry is
-        printed twice or declared by itself, or an entry is too long to be judged; with its place.
+        printed twice or declared by itself, a letter of the robot is given a formula of constants, or an entry is
+        too long to be judged; with its place.
     """
     found = statements(text, language)
     declared, printed, rest = _declared(found, dynamics.dof)
@@ -90,6 +92,8 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
     reading = _Reading(names, joints, declared, printed, entries)
     resolved: dict[Symbol, Formula] = {}
     written = {place: _written_out(reading, place, resolved) for place in sorted(entries, key=_order)}
+    for declaration in declared:
+        _refuse_half_bound(reading, declaration, resolved, dynamics)
     if sum(map(expanded_size, written.values())) > MOST_TERMS_IN_ALL:
         raise FormulaError(
             f"multiplied out, these entries have more than {MOST_TERMS_IN_ALL} terms; put them into several files."
@@ -251,6 +255,28 @@ def _meaning(reading: _Reading, letter: Symbol) -> tuple[Formula, Token]:
         return reading.entries[reading.printed[letter]]
     statement = reading.declared[letter]
     return parse(statement.right, reading.names), statement.name
+
+
+def _refuse_half_bound(
+    reading: _Reading, declared: Symbol, resolved: dict[Symbol, Formula], dynamics: Dynamics
+) -> None:
+    """Read a declaration, used or not; refuse a formula of constants for a letter of the robot.
+
+    It would hold on the sheet and not in the robot. A shorthand such as c_2 = cos(q_2), and another parameter by
+    its path, can be meant for the sheet only.
+    """
+    statement = reading.declared[declared]
+    formula = parse(statement.right, reading.names)
+    label = label_of(declared, statement, dynamics)
+    if label is None or (len(statement.right) == 1 and statement.right[0].text in dynamics.p.labels):
+        return
+    found = letters(_resolve(reading, formula, statement.name, resolved, (declared,)))
+    if not any(letter in reading.joints or letter.dots for letter in found):
+        raise refusal(
+            statement.name,
+            f"'{statement.name.shown}' is this robot's letter for {label}, to which a sheet gives a number or nothing, "
+            "as a formula would not hold for the robot too; choose another letter.",
+        )
 
 
 def _own_letters(formula: Formula) -> Iterator[Symbol]:
