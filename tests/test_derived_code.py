@@ -37,7 +37,8 @@ import numpy as np
 sys.path.insert(0, {folder!r})
 import arm
 rows = []
-for q, qd, v, p in json.loads({states!r}):
+for state in json.loads({states!r}):
+    q, qd, v, p = map({kind}, state)
     M, C, G = arm.dynamics(q, qd, p)
     answers = [M, C, G, arm.inverse_dynamics(q, qd, v, p), arm.forward_dynamics(q, qd, v, p)]
     rows.append([np.array(x).tolist() for x in answers])
@@ -52,11 +53,11 @@ def states(model, count=20):
     return list(zip(q, qd, v, model.p.default * rng.uniform(0.9, 1.1, (count, model.p.size)), strict=True))
 
 
-def in_python(model, form, folder):
+def in_python(model, form, folder, kind="list"):
     """M, C, G, the inverse and the forward dynamics of a printed module, from a process of its own."""
     (folder / "arm.py").write_text(FORMS[form](model), encoding="utf-8")
     given = json.dumps([[x.tolist() for x in state] for state in states(model)])
-    code = PRINTS.format(folder=str(folder), states=given)
+    code = PRINTS.format(folder=str(folder), states=given, kind=kind)
     done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
     return [[np.squeeze(np.array(x)) for x in row] for row in json.loads(done.stdout)]
@@ -103,6 +104,12 @@ each = pytest.mark.parametrize("model", MODELS, ids=lambda model: model.name)
 @each
 def test_the_python_agrees_with_the_model(model, tmp_path):
     check(model, in_python(model, "python", tmp_path))
+
+
+@pytest.mark.parametrize("kind", ["tuple", "np.array"])
+def test_printed_friction_takes_tuples_and_arrays_alike(kind, tmp_path):
+    (rubbing,) = (model for model in MODELS if model.name == "rubbing")
+    check(rubbing, in_python(rubbing, "python", tmp_path, kind))
 
 
 @each

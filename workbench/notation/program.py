@@ -32,7 +32,8 @@ SIGNS = {
     ca.OP_INV: ("1.0/{}", PRODUCT, (ATOM,)),
     ca.OP_TWICE: ("2.0*{}", PRODUCT, (ATOM,)),
     ca.OP_SQ: ("{0}*{0}", PRODUCT, (ATOM,)),
-    ca.OP_SIGN: ("(({0} > 0.0) - ({0} < 0.0))", ATOM, (ATOM,)),
+    # As numbers, for the difference of two truths is refused by NumPy.
+    ca.OP_SIGN: ("(1.0*({0} > 0.0) - 1.0*({0} < 0.0))", ATOM, (ATOM,)),
 }
 WRITTEN_TWICE = {ca.OP_SQ, ca.OP_SIGN}  # so what they take has a variable
 # Functions, by the names that they have in C.
