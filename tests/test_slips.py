@@ -4,12 +4,13 @@ import pytest
 
 from workbench.core import Dynamics
 from workbench.robots import named, paper_arm
-from workbench.verify.diagnosis import diagnose, in_common
+from workbench.verify.diagnosis import diagnose, first_wrong, in_common
 from workbench.verify.given import narrowed
 from workbench.verify.printed import compare_sheet
 from workbench.verify.sheet import read_sheet
 
 PAPER = Dynamics.of(paper_arm())
+PELICAN = Dynamics.of(named("pelican"))
 RODS = Dynamics.of(named("planar-3r"))
 
 
@@ -43,6 +44,13 @@ SLIPS = {
     "M_12 = m_2*(l_2^2 + l_1*l_2*cos(q_2)) + m_1*l_1": ("extra", "the term m_1*l_1 does not belong here"),
     "C_21 = m_2*l_1*l_2*sin(q_2)": ("missing", "the whole entry lacks the factor qd_1"),
     "C_21 = m_2*l_1*l_2*qd_1": ("missing", "the whole entry lacks the factor sin(q_2)"),
+    "G_2 = 1.0005*m_2*g*l_2*sin(q_1 + q_2)": ("scale", "the whole entry is 1.0005 times what is right"),
+    "M_12 = m_2*(l_2^2 + 1.0005*l_1*l_2*cos(q_2))": (
+        "scale",
+        "2001/2000*l_1*l_2*cos(q_2) is 1.0005 times what is right",
+    ),
+    "C_22 = 1e-8*qd_2": ("extra", "it does not belong here: 0 is right"),
+    "M_22 = m_2*l_2^2 + 1e-7*m_1": ("extra", "the term 1/10000000*m_1 does not belong here"),
     "M_12 = m_2*l_1*l_2*cos(q_2)": ("term", "the term m_2*l_2^2 is missing"),
     "C_12 = m_2*(l_2^2 + l_1*l_2*cos(q_2))": ("term", "this is M[1,2], printed in another place"),
 }
@@ -83,6 +91,40 @@ def test_a_sign_that_a_whole_matrix_has_is_said_once_for_all():
 def test_what_no_single_edit_repairs_has_no_slip():
     (found,) = diagnoses("M_11 = m_1*l_2*cos(q_1)")[0].values()
     assert found.slip is None
+
+
+ROUNDED = "agrees with the right value to the digits printed, at the nominal parameters"
+
+
+@pytest.mark.parametrize("said", ["M_22 = 0.0127", "M_12 = 0.01267 + 0.01218*cos(q_2)", "G_2 = 0.4596*sin(q_1 + q_2)"])
+def test_numbers_that_were_rounded_for_print_are_no_missing_terms(said):
+    (found,) = diagnoses(said, PELICAN)[0].values()
+    assert found.slip.said == ROUNDED
+
+
+@pytest.mark.parametrize("said", ["M_22 = 0.0128", "M_22 = 0.01", "M_12 = 0.01267 + 0.01228*cos(q_2)"])
+def test_a_number_that_is_wrong_in_a_digit_or_has_only_one_is_not_called_rounded(said):
+    (found,) = diagnoses(said, PELICAN)[0].values()
+    assert found.slip is None or found.slip.said != ROUNDED
+
+
+H = "h = m_2*l_1*l_2*sin(q_2)"
+
+
+def test_the_misprint_in_another_factorisation_is_told_from_the_entries_that_are_right_beside_it():
+    said = f"C = [[-2*h*qd_2, -h*qd_1], [h*qd_1, 0]]\n{H}"  # h qd_2 in the second place would be right
+    found, _ = diagnoses(said)
+    assert {label: one.instead for label, one in found.items()} == {"C[1,1]": "C[1,2]", "C[1,2]": ""}
+    assert (found["C[1,1]"].slip, found["C[1,2]"].slip.said) == (None, "qd_1 stands where qd_2 is right")
+    sheet = read_sheet(said, PAPER, "text")
+    assert first_wrong(sheet, compare_sheet(sheet, PAPER), PAPER).label == "C[1,2]"
+    repaired = read_sheet(said.replace("-h*qd_1]", "-h*qd_2]"), PAPER, "text")
+    assert first_wrong(repaired, compare_sheet(repaired, PAPER), PAPER) is None
+
+
+def test_two_misprints_in_a_row_stay_two():
+    found, _ = diagnoses(f"C = [[-h*q_2, -h*(qd_1 + qd_1)], [h*qd_1, 0]]\n{H}")
+    assert [one.slip.kind for one in found.values()] == ["velocity", "symbol"]
 
 
 def test_right_entries_have_no_diagnosis():

@@ -10,6 +10,7 @@ import pytest
 from workbench.core import Dynamics, Entry, Layout
 from workbench.core.show import formula_of
 from workbench.robots import paper_arm
+from workbench.verify.given import narrowed
 from workbench.verify.sheet import read_sheet
 from workbench.verify.units import KG, METRE, NONE, SECOND, read_unit, units_of
 
@@ -57,6 +58,8 @@ MISMATCHES = {
     "C_12 = m_2*l_1*l_2*(qd_1 + q_2)": "qd_1 in 1/s is added to q_2 in 1",
     "M_22 = m_2*l_1^2": "",
     "M_22 = 0": "",
+    "G_2 = 9.8*m_2*l_2": "",
+    "G_2 = 2*m_2*l_2/3": "it is in kg m, where kg m^2/s^2 is right",
 }
 
 
@@ -79,6 +82,10 @@ def test_all_derived_entries_have_the_units_they_should():
 def test_a_joint_that_slides_is_known_from_m():
     assert units_of(sliding()).joints == (NONE, METRE)
     assert str(units_of(sliding()).of_entry(("C", 1, 2))) == "kg m/s"
+
+
+def test_where_a_parameter_is_given_as_a_number_numbers_may_have_its_unit():
+    assert units_of(narrowed(PAPER, {"gravity": 10.0})) is None
 
 
 def test_an_arm_with_an_unknown_unit_has_none():

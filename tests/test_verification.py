@@ -78,6 +78,21 @@ def test_another_factorisation_of_the_torque_is_told_from_a_wrong_one(verify):
     assert "6 of the 10 entries of M, C and G are not printed, and not judged." in done.stdout
 
 
+def test_of_a_row_of_c_that_is_printed_in_part_the_torque_is_open(verify):
+    done = verify("C_11 = -2*m_2*l_1*l_2*sin(q_2)*qd_2")
+    assert "torque   this row of C is not printed in full, so whether C qd is right is open" in done.stdout
+
+
+def test_an_entry_that_another_misprint_makes_wrong_is_not_blamed(verify):
+    done = verify("C = [[-2*h*qd_2, -h*qd_1], [h*qd_1, 0]]\nh = m_2*l_1*l_2*sin(q_2)")
+    said = "torque   this entry is right in another factorisation of C qd, once C[1,2] is corrected"
+    assert (done.stdout.count(said), done.stdout.count("slip")) == (1, 1)
+
+
+def test_values_that_differ_late_are_printed_to_the_digit_that_differs(verify):
+    assert "seen     1.0000001 for 1 at" in verify("M_22 = m_2*l_2^2 + 1e-7*m_1").stdout
+
+
 def test_the_numbers_that_were_taken_as_given_are_said(verify):
     done = verify("M_22 = m_2*c_2^2 + I_2", robot="planar-2r")
     assert done.exit_code == 0

@@ -7,12 +7,16 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+import casadi as ca
+
 from workbench.core import Dynamics
 from workbench.core.show import formula_of
 from workbench.notation import text
 from workbench.notation.parsing.statements import Language
 from workbench.notation.parsing.tokens import MOST_CHARACTERS
-from workbench.verify.diagnosis import Diagnosis, diagnose, in_common, of_factorisation
+from workbench.verify.diagnosis import Diagnosis, diagnose, in_common
+from workbench.verify.digits import told_apart
+from workbench.verify.factorisation import is_in_full, of_factorisation
 from workbench.verify.given import narrowed
 from workbench.verify.printed import EntryVerdict, Sameness, compare_sheet
 from workbench.verify.sheet import Sheet, read_sheet
@@ -22,7 +26,10 @@ TORQUE = {
     "refuted": "C qd is wrong as well",
     "not refuted": "whether C qd is right all the same is open",
 }
+IN_PART = "this row of C is not printed in full, so whether C qd is right is open"
 INDENT = 11
+MOST_LINES, MOST_OPERATIONS = 12, 1_500  # of a right side: more is no line to be compared by eye
+LONGER = "longer than can be compared by eye; see `workbench derive`"
 
 
 class Finding(NamedTuple):
@@ -77,25 +84,46 @@ def _finding(verdict: EntryVerdict, diagnosis: Diagnosis | None, sheet: Sheet, d
         said = "same" if verdict.kind == "same" else f"same as far as is seen: {verdict.evidence}"
         return Finding(verdict.kind, [f"{verdict.label:8} {said}"])
     place = (verdict.matrix, verdict.row, verdict.column)
+    assert verdict.printed_value is not None
+    assert verdict.right_value is not None
+    seen = " for ".join(told_apart(verdict.printed_value, verdict.right_value))
     details = {
-        "printed": text.emit(sheet.entries[place]),
+        "printed": _shortened(text.emit(sheet.entries[place])),
         "right": _right(verdict, derived),
-        "seen": f"{verdict.printed_value:.6g} for {verdict.right_value:.6g} at {verdict.witness}",
+        "seen": f"{seen} at {verdict.witness}",
         "replay": verdict.witness.replay if verdict.witness else "",
         "units": diagnosis.units,
-        "torque": TORQUE[verdict.same_torque] if verdict.same_torque else "",
+        "torque": _torque(verdict, diagnosis, sheet, derived),
         "slip": diagnosis.slip.said if diagnosis.slip else "no single edit of it gives the right entry",
     }
-    if verdict.same_torque == "proved":
+    if verdict.same_torque == "proved" or diagnosis.instead:
         details["slip"] = ""
     return Finding(verdict.kind, [f"{verdict.label:8} differs", *_indented(details)])
 
 
+def _torque(verdict: EntryVerdict, diagnosis: Diagnosis, sheet: Sheet, derived: Dynamics) -> str:
+    """What is said of C qd; nothing for an entry of M or G."""
+    if verdict.same_torque is None:
+        return ""
+    if diagnosis.instead:
+        return f"this entry is right in another factorisation of C qd, once {diagnosis.instead} is corrected"
+    if verdict.same_torque != "proved" and not is_in_full(sheet, verdict.row, derived.dof):
+        return IN_PART
+    return TORQUE[verdict.same_torque]
+
+
 def _right(verdict: EntryVerdict, derived: Dynamics) -> str:
+    if ca.n_nodes(verdict.right) > MOST_OPERATIONS:
+        return LONGER
     try:
-        return text.emit(formula_of(verdict.right, derived.names()))
+        return _shortened(text.emit(formula_of(verdict.right, derived.names())))
     except ValueError:
-        return "longer than any page; see `workbench derive`"
+        return LONGER
+
+
+def _shortened(said: str) -> str:
+    """A formula in lines, if they are few enough to be read."""
+    return said if len(said.splitlines()) <= MOST_LINES else LONGER
 
 
 def _indented(details: dict[str, str]) -> Iterator[str]:

@@ -20,8 +20,9 @@ from workbench.core import Dynamics, Entry, Layout
 from workbench.notation.parsing.statements import statements
 from workbench.robots import Link, PlanarArm, lagrange
 from workbench.robots.description import PointMass
+from workbench.verify.diagnosis import first_wrong
 from workbench.verify.identity import judge_zero
-from workbench.verify.printed import EntryVerdict, compare_sheet, judged
+from workbench.verify.printed import compare_sheet, judged
 from workbench.verify.sheet import Sheet, read_sheet
 
 from .graders import Grader, Loaded
@@ -63,7 +64,7 @@ class Candidate:
 
     def check(self, case: Case, language: str) -> dict[str, str | None]:
         """The answer that the grader asks for."""
-        return answer(compare_sheet(self.sheet(case, language), self.robot(case["robot"])))
+        return answer(self.sheet(case, language), self.robot(case["robot"]))
 
     def readings_agree(self, case: Case) -> bool:
         """Whether text and LaTeX are proved to be the same entries."""
@@ -73,15 +74,14 @@ class Candidate:
         return all(_equal(a.printed, b.printed, robot) for a, b in pairs)
 
 
-def answer(verdicts: tuple[EntryVerdict, ...]) -> dict[str, str | None]:
+def answer(sheet: Sheet, robot: Dynamics) -> dict[str, str | None]:
     """Match, mismatch with the entry, or another factorisation of the same torques."""
-    wrong = [verdict for verdict in verdicts if verdict.kind == "differs"]
-    serious = [verdict for verdict in wrong if verdict.same_torque != "proved"]
-    if not wrong:
+    verdicts = compare_sheet(sheet, robot)
+    if all(verdict.kind != "differs" for verdict in verdicts):
         return {"verdict": "match", "where": None}
-    if not serious:
+    first = first_wrong(sheet, verdicts, robot)
+    if first is None:
         return {"verdict": "match_dynamics_only", "where": None}
-    first = serious[0]
     return {"verdict": "mismatch", "where": f"{first.matrix}[{first.row},{first.column}]"}
 
 

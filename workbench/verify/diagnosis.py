@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -12,26 +12,32 @@ from workbench.core import Dynamics
 from workbench.core.layout import Array
 from workbench.core.show import formula_of
 from workbench.notation import text
-from workbench.notation.formula import Sum, Symbol
+from workbench.notation.formula import Sum
 from workbench.notation.normal_form import NormalForm, NotInClass
-from workbench.verify.given import symbols_of
+from workbench.verify.digits import agrees_to_its_digits
+from workbench.verify.factorisation import misprints
 from workbench.verify.printed import EntryVerdict
-from workbench.verify.properties import skew
 from workbench.verify.sheet import Place, Sheet
 from workbench.verify.slips import Editor, Slip
 from workbench.verify.units import units_of
-from workbench.verify.witness import candidates
+from workbench.verify.values import nominal_values, varied_values
 
-STATES = 8  # at which an edit must give the right value: two equations agree by chance at one, not at so many
+LONGEST_TO_EXPAND = 1_500  # operations of an entry; to multiply out a longer one takes seconds
+ROUNDED = Slip("rounded", "agrees with the right value to the digits printed, at the nominal parameters")
 
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """An entry that differs, with the likely slip (None if no single edit repairs it) and what its units say."""
+    """An entry that differs, with the likely slip (None if no single edit repairs it) and what its units say.
+
+    `instead` is the label of the entry of the same row of C that is the misprint, where this one is as legal as
+    the derived one; else empty.
+    """
 
     verdict: EntryVerdict
     slip: Slip | None
     units: str
+    instead: str = ""
 
 
 def diagnose(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics) -> dict[str, Diagnosis]:
@@ -39,16 +45,33 @@ def diagnose(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics) 
     wrong = [verdict for verdict in verdicts if verdict.kind == "differs"]
     if not wrong:
         return {}
-    values, right = _at_states(derived)
-    editor, units = Editor(values), units_of(derived)
+    varied, nominal = varied_values(derived), nominal_values(derived)
+    editor, editor_there, right = Editor(varied.symbols), Editor(nominal.symbols), varied.entries
+    units, rows = units_of(derived), misprints(sheet, verdicts, derived)
     diagnoses = {}
     for verdict in wrong:
         place = (verdict.matrix, verdict.row, verdict.column)
         printed = sheet.entries[place]
-        slip = editor.slip(printed, right[place]) or _misplaced(editor.value(printed), place, right)
         said = units.mismatch(place, printed) if units else ""
-        diagnoses[verdict.label] = Diagnosis(verdict, slip or _missing(verdict, derived), said)
+        misprint = rows.get(verdict.row) if verdict.matrix == "C" else None
+        if misprint is not None:
+            is_this = misprint.label == verdict.label
+            slip, instead = (misprint.slip, "") if is_this else (None, misprint.label)
+            diagnoses[verdict.label] = Diagnosis(verdict, slip, said, instead)
+        else:
+            slip = editor.slip(printed, right[place]) or _misplaced(editor.value(printed), place, right)
+            if slip is None or slip.kind == "scale":
+                rounded = agrees_to_its_digits(printed, nominal.entries[place], editor_there)
+                slip = ROUNDED if rounded else slip or _missing(verdict, derived)
+            diagnoses[verdict.label] = Diagnosis(verdict, slip, said)
     return diagnoses
+
+
+def first_wrong(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics) -> EntryVerdict | None:
+    """The first misprint: no entry of C that is as legal as the derived one, in its row or once that is corrected."""
+    serious = [v for v in verdicts if v.kind == "differs" and v.same_torque != "proved"]
+    rows = misprints(sheet, serious, derived)
+    return next((v for v in serious if v.matrix != "C" or v.row not in rows or rows[v.row].label == v.label), None)
 
 
 def in_common(verdicts: Sequence[EntryVerdict], diagnoses: Mapping[str, Diagnosis]) -> list[str]:
@@ -67,39 +90,8 @@ def in_common(verdicts: Sequence[EntryVerdict], diagnoses: Mapping[str, Diagnosi
     return said
 
 
-def of_factorisation(verdicts: Sequence[EntryVerdict], derived: Dynamics) -> list[str]:
-    """Of another factorisation of the right torque C qd, whether M' - 2C is skew with it, in words."""
-    printed = {(v.row, v.column): v for v in verdicts if v.matrix == "C"}
-    torques = {v.same_torque for v in printed.values() if v.kind == "differs"}
-    if torques != {"proved"}:
-        return []
-    C = ca.SX(derived.C)
-    for (row, column), verdict in printed.items():
-        C[row - 1, column - 1] = verdict.printed
-    found = skew(replace(derived, C=C))
-    said = {"proved": "is skew with it", "refuted": f"is not skew with it, as {found.evidence}"}
-    return [f"C is another factorisation of the right torque; M' - 2C {said.get(found.kind, 'may be skew with it')}."]
-
-
 def _is_zero(verdict: EntryVerdict) -> bool:
     return bool(ca.SX(verdict.right).is_zero())
-
-
-def _at_states(derived: Dynamics) -> tuple[dict[Symbol, Array], dict[Place, Array]]:
-    """The values of all symbols and of all derived entries at some states and parameters, each (K,)."""
-    states = candidates(derived)[-STATES:]
-    q, qd, p = (np.stack([getattr(state, name) for state in states], axis=1) for name in ("q", "qd", "p"))
-    off = 0.01 * np.sqrt(np.arange(2.0, 2.0 + q.size)).reshape(q.shape)  # sums of round numbers vanish
-    q, qd = q + off, qd + off
-    names = [s.name() for s in ca.vertsplit(ca.vertcat(derived.q, derived.qd, derived.symbols))]
-    rows = dict(zip(names, np.vstack([q, qd, p]), strict=True))
-    values = {letter: rows[name] for letter, name in symbols_of(derived).items()}
-    right: dict[Place, Array] = {}
-    for name, matrix in (("M", derived.M), ("C", derived.C), ("G", derived.G)):
-        numbers = np.array(ca.Function("entries", [derived.q, derived.qd, derived.symbols], [ca.vec(matrix)])(q, qd, p))
-        for k, row in enumerate(numbers):
-            right[name, k % matrix.shape[0] + 1, k // matrix.shape[0] + 1] = row
-    return values, right
 
 
 def _misplaced(printed: Array, place: Place, right: Mapping[Place, Array]) -> Slip | None:
@@ -115,6 +107,10 @@ def _missing(verdict: EntryVerdict, derived: Dynamics) -> Slip | None:
     """The term that an entry lacks, if it is one, or shorter than the entry."""
     if ca.SX(verdict.printed).is_zero():
         return Slip("term", "the whole entry is missing")
+    if ca.SX(verdict.right).is_zero():
+        return Slip("extra", "it does not belong here: 0 is right")
+    if ca.n_nodes(ca.vertcat(verdict.printed, verdict.right)) > LONGEST_TO_EXPAND:
+        return None
     try:
         lacking, whole = (len(NormalForm.of(entry).terms) for entry in (verdict.difference, verdict.right))
     except NotInClass:

@@ -25,7 +25,10 @@ LONGEST = 600  # parts of a formula; in a longer one the search would take secon
 LARGEST_FACTOR = 24  # factors p/q that a slip is looked for have p and q up to this
 
 # How likely an edit is beside others that repair the entry just as well: the least comes first.
-RANKS = ("sign", "velocity", "function", "angle", "symbol", "throughout", "power", "factor", "extra", "missing", "term")
+RANKS = (
+    *("sign", "velocity", "function", "angle", "symbol", "throughout", "power", "factor", "extra", "missing"),
+    *("scale", "term", "rounded"),
+)
 
 
 @dataclass(frozen=True)
@@ -171,6 +174,8 @@ class Editor:
             yield Slip("sign", f"{part.said} has the wrong sign")
         elif (ratio := _ratio(part.needed, part.value)) is not None:
             yield Slip("factor", f"{part.said} {_scaled(ratio)}")
+        elif (scale := _scale(part.value, part.needed)) is not None:
+            yield Slip("scale", f"{part.said} is {scale:.10g} times what is right")
         if not part.is_whole and _near(1 + part.needed, np.ones(1)):
             yield Slip("extra", f"the term {part.said} does not belong here")
         for letter, value in self.values.items():
@@ -222,6 +227,13 @@ def _ratio(needed: Array, value: Array) -> Fraction | None:
     if simple in (0, 1) or abs(simple) > LARGEST_FACTOR or not _near(ratios, np.full_like(ratios, float(simple))):
         return None
     return simple
+
+
+def _scale(value: Array, needed: Array) -> float | None:
+    """The number by which a value is too large, if it is the same at all states."""
+    scales = value / needed
+    scale = float(np.median(scales))
+    return scale if scale != 0 and _near(scales, np.full_like(scales, scale)) else None
 
 
 def _scaled(ratio: Fraction) -> str:

@@ -8,15 +8,20 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
+import casadi as ca
+
 from workbench.core import Dynamics
 from workbench.core.show import formula_of
 from workbench.notation import text
 from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol
 from workbench.notation.parsing.names import PI
+from workbench.notation.rewrite import parts
 from workbench.verify.given import symbols_of
 from workbench.verify.sheet import Place
 
 MOST_JOINTS = 6  # each may turn or slide: so many guesses are made, and one fits
+MOST_OPERATIONS = 1_500  # of the diagonal of M, as written out
+PLAIN = 24  # the largest whole number in a fraction that is no measured value
 
 
 @dataclass(frozen=True)
@@ -122,7 +127,9 @@ class Units:
         return power * SECOND**2 / self.joints[column - 1] / (SECOND if matrix == "C" else NONE)
 
     def mismatch(self, place: Place, printed: Formula) -> str:
-        """What is wrong with the units of a printed entry, in words; empty if nothing is."""
+        """What is wrong with the units of an entry, in words; empty if nothing is, or if its numbers may have some."""
+        if any(isinstance(part, Number) and not _is_plain(part) for part in parts(printed)):
+            return ""
         try:
             found = unit_of(printed, self.symbols)
         except UnitsError as error:
@@ -131,8 +138,20 @@ class Units:
         return "" if found in (None, right) else f"it is in {found}, where {right} is right"
 
 
+def _is_plain(number: Number) -> bool:
+    """Whether a number is one that derivations bring with them, such as 2 or 1/3, and no measured value."""
+    return isinstance(number.value, Fraction) and max(abs(number.value.numerator), number.value.denominator) <= PLAIN
+
+
 def units_of(dynamics: Dynamics) -> Units | None:
-    """The units of an arm whose parameters all have one that is known here, and whose M can be written; else None."""
+    """The units of an arm; None if one of its parameters is given as a number, or has no unit that is known here.
+
+    None too if its M is too long to be gone through term by term.
+    """
+    if any(entry.bounds.low == entry.bounds.high != 0 for entry in dynamics.p.entries if not entry.shape):
+        return None  # numbers may then stand for it, and have its unit
+    if ca.n_nodes(ca.diag(dynamics.M)) > MOST_OPERATIONS:
+        return None
     letters = {name: symbol for symbol, name in symbols_of(dynamics).items()}
     known: dict[Symbol, Unit] = {}
     for entry in dynamics.p.entries:
