@@ -93,6 +93,13 @@ def test_values_that_differ_late_are_printed_to_the_digit_that_differs(verify):
     assert "seen     1.0000001 for 1 at" in verify("M_22 = m_2*l_2^2 + 1e-7*m_1").stdout
 
 
+def test_a_right_side_too_long_for_the_eye_is_not_printed(verify):
+    said = "right    longer than can be compared by eye; see `workbench derive`"
+    done = verify("M_11 = 0\nM_66 = 0\nG_2 = 0", robot="ur5")
+    assert done.stdout.count(said) == 2  # of M[1,1] and G[2]; M[6,6] is short
+    assert len(done.stdout.splitlines()) < 30
+
+
 def test_the_numbers_that_were_taken_as_given_are_said(verify):
     done = verify("M_22 = m_2*c_2^2 + I_2", robot="planar-2r")
     assert done.exit_code == 0

@@ -28,7 +28,7 @@ TORQUE = {
 }
 IN_PART = "this row of C is not printed in full, so whether C qd is right is open"
 INDENT = 11
-MOST_LINES, MOST_OPERATIONS = 12, 1_500  # of a right side: more is no line to be compared by eye
+MOST_LINES, MOST_OPERATIONS = 12, 300  # of a right side: more is no line to be compared by eye
 LONGER = "longer than can be compared by eye; see `workbench derive`"
 
 
