@@ -58,6 +58,11 @@ TEXT = {
 }
 LATEX = {
     r"m_1 l_{1}^2 + 2m_2": m1 * l1**2 + 2 * m2,
+    r"{{m}_{1}}{{l}_{1}}^{2}\sin \left( {{q}_{2}} \right){{\dot{q}}_{1}}": m1 * l1**2 * np.sin(q2) * qd1,
+    r"{\dot q}_1 + {\dot { q }}_2 + { m }_1^2 + {l_1}^2": qd1 + qd2 + m1**2 + l1**2,
+    r"m_{1}{l}_1 + \frac{m_1}{{l}_{1}}": m1 * l1 + m1 / l1,
+    r"m_1 \ell_1^2": m1 * l1**2,
+    r"\text{sin}(q_2) + \textrm{cos}^2 q_1": np.sin(q2) + np.cos(q1) ** 2,
     r"\frac{1}{2} m_1 + \frac12 m_2 + \dfrac{m_1}{l_1}": m1 / 2 + m2 / 2 + m1 / l1,
     r"m_{1}gl_{c1}\sin q_1": m1 * g * lc1 * np.sin(q1),
     r"m_1 g l_{c_1} \sin\left(q_1+q_2\right)": m1 * g * lc1 * np.sin(q1 + q2),

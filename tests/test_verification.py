@@ -190,6 +190,7 @@ HOSTILE = {
     "open.tex": r"M = \begin{bmatrix} 1 & 2 \\ 3",
     "spaces.tex": r"\a" + " " * 40_000 + r"\b",
     "names.tex": r"M_{11} = " + "mglq" * 10_000,
+    "braces.tex": r"M_{11} = {\a" + " " * 40_000 + "}_1",
     "end.tex": "M_{11} = m_1\\",
 }
 

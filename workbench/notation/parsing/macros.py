@@ -23,6 +23,7 @@ STYLES = _words("mathbf boldsymbol bm mathrm mathit mathsf mathcal text texttt t
 DOTS = {"dot": 1, "ddot": 2}
 ACCENTS = frozenset(OVER_LETTERS)
 GREEK_LETTERS = {name: name for name in GREEK} | {f"var{name}": name for name in ("epsilon", "phi", "theta", "rho")}
+UPRIGHT = _words("operatorname mathrm text textrm")  # in which functions are written that have no macro
 BRACKETS = {"{": "(", "}": ")", "lbrack": "[", "rbrack": "]", "lbrace": "(", "rbrace": ")"}
 TIMES = _words("cdot times ast")
 FRACTIONS = _words("frac dfrac tfrac cfrac")

@@ -16,6 +16,7 @@ from workbench.notation.parsing.tokens import OPENING, Token, refusal
 
 Language = Literal["text", "latex"]
 SEPARATORS = {",", ";"}
+BEFORE_ENTRY, BEHIND_ENTRY = {"&", "row", "begin", "[", ",", ";"}, {"&", "row", "end", "]", ",", ";"}
 SIGNS = {"+", "-", "*", "/"}
 
 
@@ -37,7 +38,17 @@ def statements(text: str, language: Language) -> tuple[Statement, ...]:
         If a part of it is none, with its line and column.
     """
     found = tex.tokens(text) if language == "latex" else plain.tokens(text)
+    _refuse_stars(found)
     return tuple(statement for part in _parts(found) for statement in _split(part))
+
+
+def _refuse_stars(found: Sequence[Token]) -> None:
+    """Refuse a lone star for an entry of a matrix."""
+    for before, token, after in zip(found, found[1:], found[2:], strict=False):
+        if token.kind == "*" and before.kind in BEFORE_ENTRY and after.kind in BEHIND_ENTRY:
+            raise refusal(
+                token, f"'{token.text}' alone is no entry of a matrix; where it means 'by symmetry', print the entry."
+            )
 
 
 def _parts(found: Sequence[Token]) -> Iterator[list[Token]]:
@@ -122,7 +133,8 @@ def _split(part: list[Token]) -> Iterator[Statement]:
 
 
 def _statement(left: list[Token], right: tuple[Token, ...], equals: Token) -> Statement:
-    """A name, a place in brackets or none, arguments or none."""
+    """A name, a place in brackets or none, arguments or none; braces around the name change nothing."""
+    left = [token for token in left if token.kind not in ("{", "}")]
     if not left or left[0].kind != "name":
         raise refusal(left[0] if left else equals, "left of '=' stands one name, as in M[1,1] = ... or h = ....")
     name, rest = left[0], left[1:]
@@ -135,6 +147,9 @@ def _statement(left: list[Token], right: tuple[Token, ...], equals: Token) -> St
         ):
             raise refusal(rest[0], f"the place of an entry is one or two whole numbers, as in {name.text}[1,2].")
         place, rest = tuple(int(token.text) for token in inner[::2]), rest[end + 1 :]
+    if [token.kind for token in rest] in (["(", "number", ")"], ["(", "number", ",", "number", ")"]):
+        numbers = ",".join(token.text for token in rest if token.kind == "number")
+        raise refusal(rest[0], f"in round brackets stand arguments; for an entry write {name.text}[{numbers}].")
     if rest and not (rest[0].kind == "(" and rest[-1].kind == ")"):
         raise refusal(rest[0], "left of '=' stands one name, as in M[1,1] = ... or h = ....")
     return Statement(name, place, right)

@@ -17,6 +17,7 @@ from workbench.notation.parsing.macros import (
     SPACES,
     STYLES,
     TIMES,
+    UPRIGHT,
 )
 from workbench.notation.parsing.tokens import DEEPEST, FUNCTIONS, Token, checked, refusal, refuse_size
 
@@ -36,6 +37,15 @@ _INDEX = re.compile(r"\s*_\s*")
 # What an index may hold beside letters and digits: styles, thin spaces, braces; of a Greek letter the backslash.
 _BELOW = re.compile(
     rf"\\({'|'.join([*STYLES, 'rm'])})(?![A-Za-z])|\\[,;!]|[{{}}_\s]|\\(?=({'|'.join(GREEK_LETTERS)})(?![A-Za-z]))"
+)
+# A letter, perhaps dotted or in a style, in braces of its own before its index, as {m}_2 and {\dot{q}}_{1}.
+_BRACED = re.compile(
+    r"\{(\s{0,3}(?:[A-Za-z]|(?:\\[A-Za-z]+\s{0,3}){1,3}(?:[A-Za-z]|\{\s{0,3}[A-Za-z]\s{0,3}\})?)\s{0,3})\}(?=\s{0,3}_)"
+)
+# Behind these, braces hold an argument.
+_TAKES = re.compile(
+    rf"([_^]|\\({'|'.join(sorted([*STYLES, *DOTS, *ACCENTS, *FRACTIONS, 'sqrt']))})"
+    rf"|\\({'|'.join(sorted(FRACTIONS))})\s*\{{[^{{}}]*\}})\s*$"
 )
 _MANY = re.compile(rf"(?:\\[A-Za-z]+[\s{{]*){{{DEEPEST}}}")
 
@@ -66,7 +76,13 @@ def tokens(text: str) -> tuple[Token, ...]:
         raise refusal(
             _Source(text).place(many.start()), f"{DEEPEST} macros stand here one on the other; write what they mean."
         )
-    return checked(_Source(text).scan())
+    return checked(_Source(_BRACED.sub(_without_braces, text)).scan())
+
+
+def _without_braces(found: re.Match[str]) -> str:
+    """A braced letter with blanks for its braces, so that every place stays what it was."""
+    before = found.string[max(found.start() - 60, 0) : found.start()]
+    return found.group() if _TAKES.search(before) else f" {found[1]} "
 
 
 @dataclass(frozen=True)
@@ -173,7 +189,7 @@ class _Source:
             return (self.token("frac", f"\\{name}", at), *parts), end + (bare.end() if bare else 0)
         if name in FUNCTIONS:
             return (self.token("function", name, at),), end
-        styled = re.match(r"\s*\{\s*(\w+)\s*\}", self.text[end:]) if name in ("operatorname", "mathrm") else None
+        styled = re.match(r"\s*\{\s*(\w+)\s*\}", self.text[end:]) if name in UPRIGHT else None
         if styled and styled[1] in FUNCTIONS:
             return (self.token("function", styled[1], at),), end + styled.end()
         if (
@@ -202,6 +218,8 @@ class _Source:
             return _Symbol(run.group()), at + run.end()
         found = _COMMAND.match(self.text, at)
         name, end = (found[1], found.end()) if found else ("", at)
+        if name == "ell":
+            return _Symbol("l"), end
         if name == "pi" or name in GREEK_LETTERS:
             return _Symbol(GREEK_LETTERS.get(name, name)), end
         if name in STYLES or name in DOTS or name in ACCENTS:
