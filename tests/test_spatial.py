@@ -24,7 +24,8 @@ def link(**changes) -> SpatialLink:
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"mass": 0.0}, r"`SpatialLink\(mass=...\)` must be finite, with 0 < value \[kg\]; got 0"),
+        ({"mass": -1.0}, r"`SpatialLink\(mass=...\)` must be finite, with 0 <= value \[kg\]; got -1"),
+        ({"mass": 0.0}, "inertia of link 'elbow' belongs to no mass"),
         ({"com": (0.0, 0.0)}, r"`SpatialLink\(com=...\)` must be an array of shape \(3\); got shape \(2,\)"),
         ({"com": (0.0, np.nan, 0.0)}, r"`SpatialLink\(com=...\)` must be finite"),
         ({"inertia": np.eye(3)}, r"`SpatialLink\(inertia=...\)` must be an array of shape \(6\); got shape \(3, 3\)"),

@@ -55,6 +55,42 @@ def test_a_body_that_cannot_be_is_refused_even_where_it_does_not_move(body, says
         arm_of([Solid("base"), solid("moved"), body], joints)
 
 
+ABOUT_X, ABOUT_Y = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
+
+
+def test_the_cross_of_a_universal_joint_needs_no_mass():
+    joints = [
+        Joint("roll", "base", "cross", "revolute", axis=ABOUT_X),
+        Joint("pitch", "cross", "arm", "revolute", axis=ABOUT_Y),
+    ]
+    arm = Dynamics.of(arm_of([Solid("base"), Solid("cross"), solid("arm")], joints))
+    # The limit of crosses that weigh ever less; what 1e-9 kg add is that times 0.03 m^2 or g 0.1 m.
+    light = Solid("cross", 1e-9, np.array([0.1, 0.1, 0.1]))
+    near = Dynamics.of(arm_of([Solid("base"), light, solid("arm")], joints))
+    state = ([0.3, -0.7], [1.0, 2.0])
+    for ours, theirs in zip(arm.matrices(*state), near.matrices(*state), strict=True):
+        np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("second", "says"),
+    [
+        (Joint("again", "cross", "arm", "revolute", axis=ABOUT_X), "there is a motion that moves none"),
+        (Joint("bolt", "base", "arm", "fixed"), "'cross' is moved by joint 'turn' and has no mass"),
+    ],
+)
+def test_a_massless_body_is_refused_where_m_would_be_singular(second, says):
+    joints = [Joint("turn", "base", "cross", "revolute", axis=ABOUT_X), second]
+    with pytest.raises(ValueError, match=says):
+        arm_of([Solid("base"), Solid("cross"), solid("arm")], joints)
+
+
+def test_a_massless_body_may_be_moved_by_a_drive_that_has_inertia():
+    drive = Joint("turn", "base", "disc", "revolute", rotor=0.1, gear=2.0)
+    M, _, _ = Dynamics.of(arm_of([Solid("base"), Solid("disc")], [drive])).matrices([0.3], [1.0])
+    np.testing.assert_allclose(M, 0.4, rtol=1e-15)
+
+
 def test_drives_and_friction_come_through():
     drive = {"viscous": 0.1, "coulomb": 0.2, "rotor": 1e-4, "gear": 50.0}
     (link,) = arm_of([Solid("base"), solid("arm")], [Joint("turn", "base", "arm", "continuous", **drive)]).links

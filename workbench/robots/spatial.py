@@ -31,6 +31,8 @@ class SpatialLink:
     ----------
     name
         Of the joint.
+    mass
+        May be 0 of a link that carries others, as the cross of a universal joint, if M stays positive definite.
     com
         (3,): the centre of mass.
     inertia
@@ -50,7 +52,7 @@ class SpatialLink:
     """
 
     name: str
-    mass: Scalar = parameter(unit="kg", low=0, strict=True, symbol="m")
+    mass: Scalar = parameter(unit="kg", low=0, symbol="m")
     com: Vector = parameter(unit="m", shape=("3",), symbol="c")
     inertia: Vector = parameter(unit="kg m^2", shape=("6",), symbol="I")
     position: Vector = parameter(default=(0.0, 0.0, 0.0), unit="m", shape=("3",), symbol="r")

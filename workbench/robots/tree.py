@@ -73,16 +73,19 @@ def arm_of(solids: Sequence[Solid], joints: Sequence[Joint], gravity: float = 9.
     for name, frame in frames.items():
         if frame.link >= 0:
             lumps[frame.link].append(_seen_from(frame, held[name]))
-    links = (_link(joint, seat, merged(lump)) for (joint, seat), lump in zip(moving, lumps, strict=True))
+    bodies = [merged(lump) for lump in lumps]
+    carriers = {seat.link for _, seat in moving}
+    for i, ((joint, _), body) in enumerate(zip(moving, bodies, strict=True)):
+        if body.mass == 0 and i not in carriers and not joint.rotor:
+            raise ValueError(
+                f"Link '{joint.child}' is moved by joint '{joint.name}' and has no mass, nor has what is fixed to it, "
+                "and it carries nothing else: M would be singular; give it a mass, or fix the joint."
+            )
+    links = (_link(joint, seat, body) for (joint, seat), body in zip(moving, bodies, strict=True))
     return SpatialArm(tuple(links), gravity, tuple(frames.values()))
 
 
 def _link(joint: Joint, seat: Frame, lump: Lump) -> SpatialLink:
-    if lump.mass == 0:
-        raise ValueError(
-            f"Link '{joint.child}' is moved by joint '{joint.name}' and has no mass, nor has what is fixed to it: "
-            "M would be singular; give it a mass, or fix the joint."
-        )
     friction = {"viscous": joint.viscous, "coulomb": joint.coulomb, "rotor": joint.rotor, "gear": joint.gear}
     return SpatialLink(
         joint.name,
