@@ -135,6 +135,20 @@ def test_derive_reads_a_urdf_file_and_takes_its_numbers(command, tmp_path):
     assert done.stdout.splitlines()[2:] == ["M_1 = 0.6", "", "C_1 = 0", "", "G_1 = 9.81*sin(q_1)"]
 
 
+@pytest.mark.parametrize("name", ["PENDULUM.URDF", "pendulum", "pendulum.xml"])
+def test_a_urdf_file_is_opened_whatever_its_ending(command, tmp_path, name):
+    (tmp_path / name).write_text(URDF, encoding="utf-8")
+    done = command("derive", name, "--numbers")
+    assert (done.exit_code, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("name", ["pendulum.xml", "arms/pendulum"])
+def test_what_is_neither_a_file_nor_in_the_catalogue_is_told_what_a_robot_may_be(command, name):
+    done = command("derive", name)
+    said = f"workbench: There is no file '{name}'; a robot is an arm of the catalogue or a URDF file.\n"
+    assert (done.exit_code, done.stderr) == (2, said)
+
+
 def test_a_urdf_file_that_is_not_there_is_refused(shell):
     done = shell("derive", "there/is/none.urdf")
     assert (done.returncode, done.stdout) == (2, "")

@@ -159,10 +159,14 @@ def bench(as_json: bool, only: str, quick: bool) -> None:
 def _dynamics(robot: str, symbolic: bool = True) -> Dynamics:
     """The dynamics of an arm of the catalogue, or of a URDF file."""
     from workbench.core import Dynamics
-    from workbench.robots import named, urdf
+    from workbench.robots import CATALOGUE, named, urdf
 
     file = Path(robot)
-    return Dynamics.of(urdf.read(file) if file.suffix == ".urdf" else named(robot), file.stem, symbolic)
+    if file.suffix.lower() == ".urdf" or (robot not in CATALOGUE and file.is_file()):
+        return Dynamics.of(urdf.read(file), file.stem, symbolic)
+    if len(file.parts) > 1 or file.suffix:
+        raise LookupError(f"There is no file '{robot}'; a robot is an arm of the catalogue or a URDF file.")
+    return Dynamics.of(named(robot), robot, symbolic)
 
 
 def _aside(said: str) -> None:
