@@ -108,6 +108,11 @@ def test_a_number_that_is_wrong_in_a_digit_or_has_only_one_is_not_called_rounded
     assert found.slip is None or found.slip.said != ROUNDED
 
 
+def test_a_letter_that_is_given_as_zero_is_never_meant():
+    (found,) = diagnoses("G_1 = 0", PELICAN)[0].values()
+    assert found.slip.said == "the whole entry is missing"
+
+
 H = "h = m_2*l_1*l_2*sin(q_2)"
 
 

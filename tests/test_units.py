@@ -59,6 +59,8 @@ MISMATCHES = {
     "M_22 = m_2*l_1^2": "",
     "M_22 = 0": "",
     "G_2 = 9.8*m_2*l_2": "",
+    "C_21 = 0.5*qd_1": "",
+    "C_21 = qd_1": "it is in 1/s, where kg m^2/s is right",
     "G_2 = 2*m_2*l_2/3": "it is in kg m, where kg m^2/s^2 is right",
 }
 

@@ -81,6 +81,11 @@ class Editor:
             return np.asarray(evaluate(formula, self.values, NUMPY) + np.zeros(size))
 
     @cached_property
+    def meant(self) -> dict[Symbol, Array]:
+        """The symbols that may be meant instead of another one, or left out: not those that are given as zero."""
+        return {letter: value for letter, value in self.values.items() if np.any(value != 0)}
+
+    @cached_property
     def joints(self) -> list[Symbol]:
         """The joint angles in order."""
         angles = (s for s in self.values if s.letter == "q" and s.dots == 0 and s.index.isdecimal())
@@ -136,7 +141,7 @@ class Editor:
             yield from self._other_number(part)
 
     def _other_symbol(self, part: _Part, printed: Symbol) -> Iterator[Slip]:
-        for other, value in self.values.items():
+        for other, value in self.meant.items():
             if other != printed and _near(value, part.needed):
                 same = other.letter == printed.letter and other.index == printed.index
                 yield Slip("velocity" if same else "symbol", f"{_said(printed)} stands where {_said(other)} is right")
@@ -178,7 +183,7 @@ class Editor:
             yield Slip("scale", f"{part.said} is {scale:.10g} times what is right")
         if not part.is_whole and _near(1 + part.needed, np.ones(1)):
             yield Slip("extra", f"the term {part.said} does not belong here")
-        for letter, value in self.values.items():
+        for letter, value in self.meant.items():
             for sign, word in ((1, ""), (-1, "-")):
                 if _near(part.needed * value, sign * part.value):
                     yield Slip("extra", f"{part.said} has a factor {word}{_said(letter)} too many")
@@ -197,7 +202,7 @@ class Editor:
     def _throughout(self, printed: Formula, right: Array) -> Iterator[Slip]:
         """One symbol for another wherever it stands."""
         for letter in dict.fromkeys(letters(printed)):
-            for other, value in self.values.items():
+            for other, value in self.meant.items():
                 if other != letter:
                     changed = evaluate(printed, {**self.values, letter: value}, NUMPY)
                     if _near(changed, right):

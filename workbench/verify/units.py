@@ -13,7 +13,7 @@ import casadi as ca
 from workbench.core import Dynamics
 from workbench.core.show import formula_of
 from workbench.notation import text
-from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol
+from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters
 from workbench.notation.parsing.names import PI
 from workbench.notation.rewrite import parts
 from workbench.verify.given import symbols_of
@@ -128,7 +128,8 @@ class Units:
 
     def mismatch(self, place: Place, printed: Formula) -> str:
         """What is wrong with the units of an entry, in words; empty if nothing is, or if its numbers may have some."""
-        if any(isinstance(part, Number) and not _is_plain(part) for part in parts(printed)):
+        numbers = [part for part in parts(printed) if isinstance(part, Number)]
+        if not all(map(_is_plain, numbers)) or (numbers and all(letter.letter == "q" for letter in letters(printed))):
             return ""
         try:
             found = unit_of(printed, self.symbols)
