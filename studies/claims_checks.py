@@ -5,7 +5,9 @@ from collections.abc import Callable
 import numpy as np
 from claims_hunts import found, hunt
 from claims_identities import SIDES, both
+from paper_card import CARD
 
+from workbench.study.provenance import written
 from workbench.verify.claims import Finding
 from workbench.verify.equality import judge_equal
 from workbench.verify.falsify import Found
@@ -16,6 +18,12 @@ Check = Callable[[], Finding]
 def listed(values: object, digits: int = 4) -> str:
     """Numbers as a reader takes them in: (0.5, -1)."""
     return "(" + ", ".join(f"{value:.{digits}g}" for value in np.ravel(np.asarray(values, dtype=float)) + 0.0) + ")"
+
+
+def numbers(*names: str) -> str:
+    """What the paper leaves open, as it was taken here: Q = diag(1, 1) N m/(rad s), ..."""
+    entries = {given.name: given for given in CARD}
+    return ", ".join(f"{_letters(name)} = {written(CARD[name])} {entries[name].unit}" for name in names)
 
 
 def identity(name: str, evidence: str = "") -> Check:
@@ -64,6 +72,11 @@ def sought(name: str) -> str:
     task, result = hunt(name), found(name)
     kept = "" if result.kept == result.runs else f", {result.kept:,} of which kept the hypotheses"
     return f"{result.runs:,} runs of {task.until:g} s{kept}"
+
+
+def _letters(name: str) -> str:
+    """The letters of a card's name: `Q` of `Q as printed`, `a1, a2` of `SS: a1, a2`."""
+    return name.removeprefix("SS: ").removesuffix(" as printed")
 
 
 def _typed(value: tuple[float, ...]) -> str:

@@ -17,7 +17,7 @@ from paper_laws import RIVALS
 from workbench.controllers import AosmcRgs
 from workbench.core import Claim
 from workbench.core.claim import Declared, Signals, declared
-from workbench.metrics import AbstractMetric, late_error
+from workbench.metrics import AbstractMetric, late_error, measure
 from workbench.observers import OracleFilter, PrintedFilter
 from workbench.observers.promises import CHEN_DISSIPATES, MOMENTUM_FOLLOWS, ORACLE_FOLLOWS, PRINTED_FOLLOWS
 from workbench.verify.counterexample import CounterExample, Replay
@@ -133,6 +133,14 @@ def stored(name: str) -> CounterExample:
 def replay(name: str) -> Replay:
     """Run the stored worst run of a search again."""
     return hunt(name).replay(stored(name))
+
+
+def worst_component(name: str) -> int:
+    """Which component of a margin the stored worst run breaks most, from 0 on."""
+    task, example = hunt(name), stored(name)
+    p, x0 = example.rows(task.ode)
+    score = measure(task.watched, (task.metric,), p, x0, until=example.until, h=example.h).scores[task.metric.name]
+    return int(np.argmax(score.value[0]))
 
 
 def store() -> None:

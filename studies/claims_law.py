@@ -2,15 +2,24 @@
 
 import claims_paper as paper
 import numpy as np
-from claims_checks import Check, identity, listed, searched, sought, unequal
+from claims_checks import Check, identity, listed, numbers, searched, sought, unequal
+from claims_hunts import worst_component
 from claims_loops import CONSTANT_D
 from claims_lyapunov import ENOUGH, FLOOR, V2_AT_START
 from claims_replay import cost, escape, gain_lost, offset
+from paper_card import CARD
 
 from workbench.controllers.aosmc_rgs import SHAPES as READINGS
 from workbench.core import Claim
 from workbench.verify.claims import Finding
 from workbench.verify.falsify import Found
+
+PRINTED_WEIGHTS = numbers("Q as printed", "R as printed", "l")
+SECOND_SCENARIO = numbers("SS: a1, a2", "SS: f")
+WEIGHTS = numbers("Q", "R", "l")
+FITTED = CARD["Q"][0, 0], CARD["R"][0, 0]
+SMALL = (0.1, 10.0)  # Q and R, times I: weights with which (34) lowers the cost
+UNITS = {1: "N m", 2: "N^2 m^2"}  # of a minor of K, by its order
 
 
 def shapes() -> Finding:
@@ -31,14 +40,18 @@ def shapes() -> Finding:
 def gains() -> Finding:
     """(33) as printed, in each reading."""
     least = {reading: gain_lost(reading) for reading in READINGS}
-    lost = [f"{value:.3f} ({reading})" for reading, (value, error) in least.items() if value + error < 0]
-    worst = max(error for _, error in least.values())
+    kept = {reading: gain_lost(reading, 30, Q=0.01) for reading in READINGS}
+    lost = [f"{value:.3f} {UNITS[k]} ({reading})" for reading, (value, error, k) in least.items() if value + error < 0]
+    worst = max(error for _, error, _ in least.values())
+    safe = [f"{value:.3f} {UNITS[k]} ({reading})" for reading, (value, error, k) in kept.items() if value - error > 0]
     if len(lost) < len(READINGS):
         return Finding("not refuted", f"it is lost in {lost} alone", samples=len(READINGS))
     return Finding(
         "refuted",
-        f"In the second scenario the least leading minor of K's symmetric part falls within 4 s to {', '.join(lost)}; "
-        f"halving the step changes these by {worst:.0e} at most.",
+        f"With {PRINTED_WEIGHTS}, {SECOND_SCENARIO}, in the second scenario, the least "
+        "leading minor of K's symmetric part falls within "
+        f"4 s to {', '.join(lost)}; halving the step changes these by {worst:.0e} at most. Other weights differ: with "
+        f"Q = diag(0.01, 0.01), all else equal, it stays for 30 s at or above {', '.join(safe) or 'nothing positive'}.",
         "[gain_lost(reading) for reading in ('outer', 'elementwise', 'diagonal', 'norm')]",
     )
 
@@ -47,7 +60,8 @@ def raised_gain(found: Found) -> str:
     """(33) with a plus."""
     assert found.worst is not None
     return (
-        f"Its least leading minor reaches {-found.worst.value:,.0f} within {found.worst.until:g} s: the outer "
+        f"With {WEIGHTS}, its least leading minor reaches {-found.worst.value:,.0f} "
+        f"{UNITS[worst_component('repaired_gain') + 1]} within {found.worst.until:g} s: the outer "
         "product of P s and sign(s) is not semidefinite where the signs of s differ. "
         f"Worst of {sought('repaired_gain')}."
     )
@@ -56,20 +70,26 @@ def raised_gain(found: Found) -> str:
 def riccati(found: Found) -> str:
     """(34) keeps P definite."""
     assert found.worst is not None
-    return f"The least leading minor of P seen is {-found.worst.value:.4g}, in {sought('riccati')}."
+    unit = {1: "N m/rad", 2: "N^2 m^2/rad^2"}[worst_component("riccati") + 1]
+    return (
+        f"With {WEIGHTS}, the least leading minor of P seen is {-found.worst.value:.4g} {unit}, in {sought('riccati')}."
+    )
 
 
 def least_cost() -> Finding:
     """(34) beside P' = 0."""
-    (with_34, error), (without, error_0) = cost("forward"), cost("frozen")
+    (with_34, error), (without, error_0) = cost("forward", *FITTED), cost("frozen", *FITTED)
+    (small_34, small_error), (small_0, _) = cost("forward", *SMALL), cost("frozen", *SMALL)
     if without + error_0 >= with_34 - error:
         return Finding("not refuted", f"J is {with_34:.6g} with (34) and {without:.6g} with P' = 0", samples=2)
     return Finding(
         "refuted",
-        f"Over 10 s of the first scenario, repaired, J is {with_34:.0f} with (34) and {without:.0f} with P' = 0, all "
-        f"else equal; halving the step changes them by {max(error, error_0):.1g}. (34) runs forward from P(0), the "
+        f"With {WEIGHTS}, over 10 s of the first scenario, repaired, J is {with_34:.0f} N m rad/s^2 with (34) and "
+        f"{without:.0f} with P' = 0, all else equal; halving the step changes them by {max(error, error_0):.1g}. Other "
+        f"weights differ: with Q = {SMALL[0]:g} I and R = {SMALL[1]:g} I J is {small_34:.0f} with (34) and "
+        f"{small_0:.0f} with P' = 0 (changed by {small_error:.1g}). (34) runs forward from P(0), the "
         "Riccati equation of (32) backward from the horizon.",
-        'cost("forward"), cost("frozen")',
+        f'cost("forward", {FITTED[0]:g}, {FITTED[1]:g}), cost("frozen", {FITTED[0]:g}, {FITTED[1]:g})',
     )
 
 
@@ -86,8 +106,9 @@ def no_decrease(found: Found) -> str:
     """(40) along the repaired law."""
     assert found.worst is not None
     return (
-        f"Even repaired, V2' reaches {found.worst.value:,.0f} W where lambda_min(K) >= {ENOUGH:g} N m, more than "
-        f"delta can be (halving the step changes it by {found.worst.error:.0e}): (40) leaves out tr(P') and the "
+        f"Even repaired, with {WEIGHTS}, V2' reaches {found.worst.value:,.0f} W where lambda_min(K) >= "
+        f"{ENOUGH:g} N m, more than delta can be (halving the step changes it by {found.worst.error:.0e}): "
+        "(40) leaves out tr(P') and the "
         f"observer's L2 x1~. Worst of {sought('decrease')}."
     )
 
@@ -102,9 +123,9 @@ def convergence() -> Finding:
         "refuted",
         "Let D and q_d be constant, D not zero, and all signals bounded, as Theorem 2 has them. If s and e1 tended to "
         "zero, the estimates and then the arm would come to rest at q_d, but there M times the accelerations of arm "
-        "and estimate differ by D for any torque (proved). "
-        f"Repaired, under D = {listed(CONSTANT_D)} N m, q - q_d is {listed(error)} rad after 20 s (changed by "
-        f"{np.max(change):.0e} as the step is halved).",
+        "and estimate differ by D for any torque (proved, whatever Q and R are). "
+        f"Repaired, with {WEIGHTS}, under D = {listed(CONSTANT_D)} N m, q - q_d is {listed(error)} rad after 20 s "
+        f"(changed by {np.max(change):.0e} as the step is halved).",
         'both("(41)", D=(0.5, 0.4)), offset()',
     )
 
@@ -114,9 +135,9 @@ def finite_time(found: Found) -> str:
     worst = found.worst
     assert worst is not None
     return (
-        f"(42) for all sigma at once is t |s(t)| <= V2(0) / c. Repaired, with V2(0) = {V2_AT_START:.3f} J and "
-        f"c >= {FLOOR:g} N m throughout, t |s(t)| exceeds it by {worst.value:.3f} rad (halving the step changes it by "
-        f"{worst.error:.0e}). Worst of {sought('finite_time')}."
+        f"(42) for all sigma at once is t |s(t)| <= V2(0) / c. Repaired, with {WEIGHTS}, V2(0) = "
+        f"{V2_AT_START:.3f} J and c >= {FLOOR:g} N m throughout, t |s(t)| exceeds it by {worst.value:.3f} rad "
+        f"(halving the step changes it by {worst.error:.0e}). Worst of {sought('finite_time')}."
     )
 
 
@@ -127,8 +148,9 @@ def unbounded() -> Finding:
         return Finding("not refuted", "the loop as printed stays finite for 5 s", samples=2)
     return Finding(
         "refuted",
-        f"First scenario, reading 'outer' of (33): the states leave all floating-point numbers at {fine:.3f} s, with "
-        f"twice the step at {coarse:.3f} s. K has turned negative before. Shown by two runs, not proved.",
+        f"With {PRINTED_WEIGHTS}, first scenario, reading 'outer' of (33): the states leave all floating-point "
+        f"numbers at {fine:.3f} s, with twice the step at {coarse:.3f} s. "
+        "K has turned negative before. Shown by two runs, not proved.",
         "escape()",
     )
 

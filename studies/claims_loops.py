@@ -95,6 +95,11 @@ def regulation() -> ClosedLoop:
     return replace(proposed_repaired("FS"), plant=at_rest, reference=Hold(np.zeros(2)))
 
 
+def weighted(loop: ClosedLoop, Q: float, R: float) -> ClosedLoop:
+    """The same loop with the weights Q I and R I in (34)."""
+    return replace(loop, controller=replace(loop.controller, Q=Q * I, R=R * I))
+
+
 def vector(name: str, size: int = 2) -> ca.SX:
     """Symbols `name[0]`, `name[1]`, ..."""
     return Layout((Entry(name, np.zeros(size)),)).symbols()

@@ -51,24 +51,32 @@ LINEARISED = Claim(
     "(31)", "Within the layer, s' = -M^-1 K s + Lambda e2 where D_hat = D.", "(31)", (RATE_ALONG_10, SUBSTITUTED)
 )
 SHAPES = Claim("(33), shapes", "-P s sign(s) is a matrix, as K' is.", "(33)")
-GAIN = Claim("(33), gain", "K(t) of (33) stays positive definite, as (29) asks.", "(29), (33)", (SHAPES,))
+ANY_WEIGHTS = "For all Q, R > 0, of which the paper states none,"
+GAIN = Claim(
+    "(33), gain", f"{ANY_WEIGHTS} K(t) of (33) stays positive definite, as (29) asks.", "(29), (33)", (SHAPES,)
+)
 OPTIMAL_INPUT = Claim(
     "(34), input", "u = e2 is the input -R^-1 B^T P s with which the Riccati equation minimises (32).", "(31)-(34)"
 )
 OPTIMAL = Claim(
     "(34), cost",
-    "P(t) of (34) makes the cost (32) of the loop least, over a horizon of 10 s.",
+    f"{ANY_WEIGHTS} P(t) of (34) makes the cost (32) of the loop least, over a horizon of 10 s.",
     "(32), (34)",
     (LINEARISED, OPTIMAL_INPUT),
 )
 
 DECREASE = Claim("(39)", "V2' <= -lambda_min(K) |s| + |s| delta + 'bounded term'.", "(39)", (ASSUMPTION_3, GAIN))
-DECREASE_STRICT = Claim("(40)", "V2' <= -c |s| with c = lambda_min(K) - delta > 0.", "(40)", (DECREASE, OPTIMAL))
+DECREASE_STRICT = Claim(
+    "(40)", f"{ANY_WEIGHTS} V2' <= -c |s| with c = lambda_min(K) - delta > 0.", "(40)", (DECREASE, OPTIMAL)
+)
 CONVERGENCE = Claim(
-    "(41)", "s and e1 tend to zero under every disturbance of Assumption 4.", "(41)", (DECREASE_STRICT,)
+    "(41)", f"{ANY_WEIGHTS} s and e1 tend to zero under every disturbance of Assumption 4.", "(41)", (DECREASE_STRICT,)
 )
 FINITE_TIME = Claim(
-    "(42)", "|s(t)| <= sigma from t = V2(0) / (c sigma) on, for every precision sigma.", "(42)", (DECREASE_STRICT,)
+    "(42)",
+    f"{ANY_WEIGHTS} |s(t)| <= sigma from t = V2(0) / (c sigma) on, for every precision sigma.",
+    "(42)",
+    (DECREASE_STRICT,),
 )
 BOUNDED = Claim(
     "Theorem 2, bounded signals", "All signals of the loop as printed stay bounded.", "Theorem 2", ASSUMPTIONS

@@ -8,7 +8,7 @@ import numpy as np
 from a1_paper_tables import comparison
 from claims_hunts import hunt, replay
 from claims_identities import at, both
-from claims_loops import I, beside_rest, regulation
+from claims_loops import I, beside_rest, regulation, weighted
 from paper_card import CARD
 from paper_laws import ARM, PRINTED_ARM, proposed_as_printed, proposed_repaired
 
@@ -78,23 +78,30 @@ def drift(until: float = 10.0) -> tuple[Array, Array]:
     return D * (until - (1 - np.exp(-l * until)) / l), ode.states.unpack(run.x[0])["D_hat"]
 
 
-def gain_lost(reading: str, until: float = 4.0) -> tuple[float, float]:
-    """The least leading minor of K, (33) as printed, in the second scenario, and its change by h / 2."""
-    ode, gain = proposed_as_printed("SS", reading).ode(), Declared(K_STAYS_DEFINITE, "controller.")
+def gain_lost(reading: str, until: float = 4.0, Q: float = 1.0, R: float = 1.0) -> tuple[float, float, int]:
+    """The least leading minor of K, (33) as printed, in the second scenario; its change by h / 2; its order.
+
+    The weights are Q I and R I. The unit is (N m)^order.
+    """
+    loop = weighted(proposed_as_printed("SS", reading), Q, R)
+    ode, gain = loop.ode(), Declared(K_STAYS_DEFINITE, "controller.")
     score = measure(watching(ode, [gain]), (violation(gain.claim),), until=until, h=STEP)
     found = score.scores[violation(gain.claim).name]
     worst = int(np.argmax(found.value[0]))
-    return -float(found.value[0, worst]), float(found.error[0, worst])
+    return -float(found.value[0, worst]), float(found.error[0, worst]), worst + 1
 
 
-def cost(riccati: str, until: float = 10.0) -> tuple[float, float]:
-    """J of (32) over a horizon for the repaired law in the first scenario, P' by (34) or zero; its change by h / 2."""
-    loop = proposed_repaired("FS")
+def cost(riccati: str, Q: float, R: float, until: float = 10.0) -> tuple[float, float]:
+    """J of (32) over a horizon for the repaired law in the first scenario, P' by (34) or zero; its change by h / 2.
+
+    The weights are Q I and R I, in (34) and in (32).
+    """
+    loop = weighted(proposed_repaired("FS"), Q, R)
     if riccati == "frozen":
         loop = replace(loop, controller=replace(loop.controller, riccati="frozen", Q=None, R=None))
     ode = loop.ode()
     y = SignalsOf(ode)
-    rate = ca.bilin(ca.SX(CARD["Q"]), y["s"]) + ca.bilin(ca.SX(CARD["R"]), y["observer.state.qd_hat"] - y["qd_ref"])
+    rate = Q * ca.sumsqr(y["s"]) + R * ca.sumsqr(y["observer.state.qd_hat"] - y["qd_ref"])
     watched = _with_output(ode, "cost", rate)
     J = Integral("J", "", "the cost (32)", lambda t, y: y["cost"], lambda value, horizon: value, ("cost",))
     score = measure(watched, (J,), until=until, h=FINE).scores["J"]

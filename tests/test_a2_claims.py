@@ -18,7 +18,7 @@ import claims_model
 import claims_observers
 from claims_identities import both
 from claims_phrases import phrase
-from claims_replay import beside, derived, false_rest, mismatch, skewness
+from claims_replay import beside, cost, derived, false_rest, gain_lost, mismatch, skewness
 from paper_card import LAWS
 
 from workbench.notation.formula import Power, Symbol
@@ -115,6 +115,20 @@ def test_a_typed_claim_is_printed_with_its_letters():
     assert Symbol("q", dots=1, accent="hat") in found
     assert " \N{LESS-THAN OR EQUAL TO} " in found
     assert phrase("the same word") == ("the same word",)
+
+
+@pytest.mark.parametrize("name", ["(33), gain", "(34), cost", "(33), repaired", "(40)", "(41)", "(42)"])
+def test_a_refutation_prints_the_numbers_it_rests_on(name):
+    line = LEDGER[name]
+    assert all(f"{letter} = " in line.finding.evidence for letter in ("Q", "R", "l"))
+    assert "For all Q, R > 0" in line.claim.statement or name == "(33), repaired"
+
+
+def test_other_weights_differ_as_the_page_says():
+    value, change, _ = gain_lost("outer", 30, Q=0.01)
+    assert value - change > 0
+    (with_34, error), (without, error_0) = cost("forward", 0.1, 10), cost("frozen", 0.1, 10)
+    assert with_34 + error < without - error_0
 
 
 def test_the_study_has_the_comparisons_of_a1():
