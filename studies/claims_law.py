@@ -142,15 +142,16 @@ def finite_time(found: Found) -> str:
 
 
 def unbounded() -> Finding:
-    """The loop as printed, first scenario."""
-    fine, coarse = escape()
+    """The law as printed but for C, first scenario."""
+    fine, coarse, turned = escape()
     if not np.isfinite([fine, coarse]).all():
-        return Finding("not refuted", "the loop as printed stays finite for 5 s", samples=2)
+        return Finding("not refuted", "the loop stays finite for 5 s", samples=2)
+    before = f"K has ceased to be positive definite by {turned:.2f} s. " if turned < fine else ""
     return Finding(
         "refuted",
-        f"With {PRINTED_WEIGHTS}, first scenario, reading 'outer' of (33): the states leave all floating-point "
-        f"numbers at {fine:.3f} s, with twice the step at {coarse:.3f} s. "
-        "K has turned negative before. Shown by two runs, not proved.",
+        f"With {PRINTED_WEIGHTS} and C as derived, first scenario, reading 'outer' of (33): the states leave all "
+        f"floating-point numbers at {fine:.3f} s, with twice the step at {coarse:.3f} s. "
+        f"{before}Shown by two runs, not proved.",
         "escape()",
     )
 

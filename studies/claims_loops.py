@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 from paper_card import CARD
-from paper_laws import ARM, REFERENCES, RIVALS, paper_observer, plant, proposed_repaired
+from paper_laws import ARM, REFERENCES, RIVALS, paper_observer, plant, proposed_as_printed, proposed_repaired
 
 from workbench.controllers import PID
 from workbench.core import Entry, Layout, Ode, lift
@@ -93,6 +93,13 @@ def regulation() -> ClosedLoop:
     D = SineTorque(CONSTANT_D, np.zeros(2), np.full(2, np.pi / 2))
     at_rest = Manipulator(ARM, q=np.zeros(2), disturbance=D)
     return replace(proposed_repaired("FS"), plant=at_rest, reference=Hold(np.zeros(2)))
+
+
+def printed_but_for_c() -> ClosedLoop:
+    """The law as printed in the first scenario on the derived arm, whose C obeys Assumption 3, in law and observer."""
+    loop = proposed_as_printed("FS")
+    state = replace(loop.observer.state, model=ARM)
+    return replace(loop, controller=replace(loop.controller, model=ARM), observer=replace(loop.observer, state=state))
 
 
 def weighted(loop: ClosedLoop, Q: float, R: float) -> ClosedLoop:

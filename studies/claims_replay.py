@@ -8,7 +8,7 @@ import numpy as np
 from a1_paper_tables import comparison
 from claims_hunts import hunt, replay
 from claims_identities import at, both
-from claims_loops import I, beside_rest, regulation, weighted
+from claims_loops import I, beside_rest, printed_but_for_c, regulation, weighted
 from paper_card import CARD
 from paper_laws import ARM, PRINTED_ARM, proposed_as_printed, proposed_repaired
 
@@ -120,10 +120,17 @@ def beside(metric: str) -> dict[str, list[float]]:
     return found
 
 
-def escape() -> tuple[float, float]:
-    """When the loop as printed diverges in the first scenario, reading `outer` of (33), in s: at h / 2 and at h."""
-    found = measure(proposed_as_printed("FS").ode(), (), until=5.0, h=STEP)
-    return float(found.trajectories.diverged_at[0]), float(found.coarse_diverged_at[0])
+def escape() -> tuple[float, float, float]:
+    """When the law as printed, with C as derived, diverges in the first scenario, reading `outer` of (33).
+
+    In s: at h / 2, at h, and, at h / 2, when K has first been seen to be definite no more; NaN for never.
+    """
+    gain = Declared(K_STAYS_DEFINITE, "controller.")
+    ode = watching(printed_but_for_c().ode(), [gain])
+    found = measure(ode, (), until=5.0, h=STEP, every=100 * STEP)
+    broken = (found.trajectories[violation(gain.claim).signal][0] > 0).any(axis=1)
+    turned = found.trajectories.t[np.argmax(broken)] if broken.any() else np.nan
+    return float(found.trajectories.diverged_at[0]), float(found.coarse_diverged_at[0]), float(turned)
 
 
 def offset(until: float = 20.0) -> tuple[Array, Array]:

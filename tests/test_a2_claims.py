@@ -18,7 +18,7 @@ import claims_model
 import claims_observers
 from claims_identities import both
 from claims_phrases import phrase
-from claims_replay import beside, cost, derived, false_rest, gain_lost, mismatch, skewness
+from claims_replay import beside, cost, derived, escape, false_rest, gain_lost, mismatch, skewness
 from paper_card import LAWS
 
 from workbench.notation.formula import Power, Symbol
@@ -129,6 +129,13 @@ def test_other_weights_differ_as_the_page_says():
     assert value - change > 0
     (with_34, error), (without, error_0) = cost("forward", 0.1, 10), cost("frozen", 0.1, 10)
     assert with_34 + error < without - error_0
+
+
+def test_the_loop_escapes_under_the_hypotheses_of_theorem_2():
+    assert LEDGER.fallen("Theorem 2, bounded signals") == ()  # C is the derived one, and so skew
+    fine, coarse, turned = escape()
+    assert turned < fine  # K is lost first
+    assert fine == pytest.approx(coarse, abs=0.02)  # s: the escape sharpens what a step of 1e-4 s blurs
 
 
 def test_the_study_has_the_comparisons_of_a1():
