@@ -2,12 +2,14 @@
 
 import casadi as ca
 import numpy as np
-from claims_loops import vector
+from claims_loops import observer_rate, vector
 from paper_card import CARD
 from paper_laws import ARM
+from unit_mass_arm import UnitMassArm
 
 from workbench.core import Dynamics
 from workbench.core.layout import Array
+from workbench.plants import Manipulator
 
 Sides = tuple[ca.SX, ca.SX]
 NAMES = ("q_hat", "qd_hat", "q", "q_d", "qd_d", "qdd_d", "D", "D_hat", "tau", "s")
@@ -37,9 +39,9 @@ def _sides() -> dict[str, Sides]:
     by_35 = tau - C @ qd_hat - G - D + M @ (LAMBDA @ e2 - qdd_d)
     law = M @ qdd_d + C @ qd_d + G + D_hat - K @ s  # (27)-(29), with s for sat(s / phi)
     repaired = M @ (qdd_d - LAMBDA @ e2) + C @ (qd_d - LAMBDA @ e1) + G + D_hat - K @ s
-    v, zero = qd_hat, ca.SX.zeros(2)
-    C_v, C_back = at(q_hat, v)[1], at(q_hat, -v)[1]
+    unit, zero = UnitMassArm(ARM), ca.SX.zeros(2)  # with which each acceleration is M times that of the arm
     weight = at(q, zero)[2]
+    arm = Manipulator(unit, q=np.zeros(2)).rate(ca.SX(0), {"q": q, "qd": zero}, tau - D)["qd"]
     return {
         "(30), along (10)": (first, by_10),
         "(30), along (35)": (first, by_35),
@@ -51,11 +53,11 @@ def _sides() -> dict[str, Sides]:
         # sat(s / phi) = s / phi within the layer, for which (31) has s
         "(31)": (-K @ s, -K @ (s / PHI)),
         # x1~ = 0 and the arm at rest: x2~^T P2 x2~' is odd in x2~ if M x2~' is even in it
-        "(22)": (C_v @ v, C_back @ -v),
+        "(22)": (observer_rate(unit, q, qd_hat, weight), observer_rate(unit, q, -qd_hat, weight)),
         # s = 0 and e1 != 0: the surface asks for e2 = -Lambda e1, the minimiser of (32) for u = 0
         "(34), input": (-LAMBDA @ e1, ca.SX.zeros(2)),
         # estimates that have found the arm at rest: M times the acceleration of the arm, less that of its copy in (10)
-        "(41)": ((tau - weight - D) - (tau - weight), -D),
+        "(41)": (arm - observer_rate(unit, q, zero, tau), -D),
     }
 
 

@@ -10,7 +10,7 @@ from paper_card import CARD
 from paper_laws import ARM, REFERENCES, RIVALS, paper_observer, plant, proposed_as_printed, proposed_repaired
 
 from workbench.controllers import PID
-from workbench.core import Entry, Layout, Ode, lift
+from workbench.core import AbstractArm, Entry, Layout, Ode, lift
 from workbench.loop import AbstractObserver, ClosedLoop, Estimate, Measurement
 from workbench.observers import (
     FullState,
@@ -105,6 +105,13 @@ def printed_but_for_c() -> ClosedLoop:
 def weighted(loop: ClosedLoop, Q: float, R: float) -> ClosedLoop:
     """The same loop with the weights Q I and R I in (34)."""
     return replace(loop, controller=replace(loop.controller, Q=Q * I, R=R * I))
+
+
+def observer_rate(model: AbstractArm, q: ca.SX, qd_hat: ca.SX, tau: ca.SX) -> ca.SX:
+    """qd_hat' of the observer (10), with the gains of section 5, where its position is right: q_hat = q."""
+    observer, t = replace(paper_observer(), model=model), ca.SX(0)
+    z, y = {"q_hat": q, "qd_hat": qd_hat}, Measurement(q, ca.SX.zeros(2), None)
+    return observer.rate(t, z, y, observer.estimate(t, z, y), tau)["qd_hat"]
 
 
 def vector(name: str, size: int = 2) -> ca.SX:

@@ -8,7 +8,7 @@ import numpy as np
 from a1_paper_tables import comparison
 from claims_hunts import hunt, replay
 from claims_identities import at, both
-from claims_loops import I, beside_rest, printed_but_for_c, regulation, weighted
+from claims_loops import I, beside_rest, observer_rate, printed_but_for_c, regulation, weighted
 from paper_card import CARD
 from paper_laws import ARM, PRINTED_ARM, proposed_as_printed, proposed_repaired
 
@@ -41,6 +41,7 @@ __all__ = [
     "replay",
     "rest_point",
     "skewness",
+    "v1_rate",
 ]
 
 STEP, FINE = 1e-4, 1e-3 / 12  # s, of the law as printed and as repaired
@@ -55,15 +56,23 @@ def mismatch(q_hat: Any, tau: Any) -> float:
     return float(ca.evalf(ca.norm_2(ca.solve(M, tau - G) - ca.solve(M_hat, tau - G_hat))))
 
 
+def v1_rate(q: Any, x2: Any) -> tuple[float, float]:
+    """V1' of (17) beside the arm at rest at q, with P2 = I, x1~ = 0, and x2~ = x2 or -x2, in rad^2/s^3."""
+    weight, error = at(ca.SX(q), ca.SX.zeros(2))[2], ca.SX(x2)
+    there, back = (-ca.dot(e, observer_rate(ARM, ca.SX(q), -e, weight)) for e in (error, -error))
+    return float(ca.evalf(there)), float(ca.evalf(back))
+
+
 def skewness(arm: Dynamics, q: Any, qd: Any) -> Array:
     """M' - 2C plus its transpose, in kg m^2/s."""
     N = arm.mass_matrix_rate - 2 * arm.C
     return np.array(ca.Function("N", [arm.q, arm.qd, arm.symbols], [N + N.T])(q, qd, arm.p.default))
 
 
-def false_rest() -> RestPoint:
-    """Where observer (10) of section 5 rests beside the hanging arm, with errors that are not zero."""
-    return rest_point(beside_rest(30 * I, 50 * I), np.array([-2.63, 6.28, -78.8, 188.3]))
+def false_rest(times: float = 1) -> RestPoint:
+    """Where (10), with so many times the gains of section 5, rests beside the hanging arm: with errors, not at zero."""
+    near = np.array([-2.65, 6.28])
+    return rest_point(beside_rest(times * 30 * I, times * 50 * I), np.concatenate([near, times * 30 * near]))
 
 
 def drift(until: float = 10.0) -> tuple[Array, Array]:

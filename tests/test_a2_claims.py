@@ -18,11 +18,12 @@ import claims_model
 import claims_observers
 from claims_identities import both
 from claims_phrases import phrase
-from claims_replay import beside, cost, derived, escape, false_rest, gain_lost, mismatch, skewness
+from claims_replay import beside, cost, derived, escape, false_rest, gain_lost, mismatch, offset, skewness, v1_rate
 from paper_card import LAWS
 
 from workbench.notation.formula import Power, Symbol
 from workbench.verify.claims import Ledger
+from workbench.verify.rest import RestPoint
 
 STUDIES = Path(a2_claims.__file__).parent
 CHECKS = (*claims_model.CHECKS, *claims_observers.CHECKS, *claims_law.CHECKS)
@@ -136,6 +137,43 @@ def test_the_loop_escapes_under_the_hypotheses_of_theorem_2():
     fine, coarse, turned = escape()
     assert turned < fine  # K is lost first
     assert fine == pytest.approx(coarse, abs=0.02)  # s: the escape sharpens what a step of 1e-4 s blurs
+
+
+@pytest.mark.parametrize("times", [10, 100])
+def test_larger_gains_keep_the_false_rest(times):
+    point = false_rest(times)
+    assert point.radius is not None
+    assert np.linalg.norm(point.x[:2]) > 6  # rad
+
+
+@pytest.mark.parametrize(
+    ("module", "name", "value", "check"),
+    [
+        (claims_observers, "drift", (np.array([0.5, 0.4]), np.array([0.5, 0.4])), claims_observers.integral_of_eta),
+        (claims_observers, "drift", (np.zeros(2), np.zeros(2)), claims_observers.integral_of_eta),
+        (claims_observers, "mismatch", 1.0, claims_observers.lipschitz),
+        (claims_observers, "v1_rate", (-1.0, -1.0), claims_observers.lyapunov),
+        (claims_observers, "false_rest", RestPoint(np.zeros(4), 1e-7, True, np.zeros(4)), claims_observers.paper_gains),
+        (claims_law, "offset", (np.zeros(2), np.zeros(2)), claims_law.convergence),
+        (claims_law, "escape", (np.nan, np.nan, np.nan), claims_law.unbounded),
+        (claims_law, "gain_lost", (1.0, 0.0, 1), claims_law.gains),
+        (claims_law, "cost", (1.0, 0.0), claims_law.least_cost),
+    ],
+)
+def test_a_verdict_follows_its_numbers(monkeypatch, module, name, value, check):
+    monkeypatch.setattr(module, name, lambda *args, **options: value)
+    assert check().kind == "not refuted"
+
+
+def test_the_replay_of_22_shows_a_rate_that_is_not_negative():
+    there, back = v1_rate((0, 1), (1, 1))
+    assert max(there, back) > 0
+    assert there == pytest.approx(-back)  # odd in the velocity error
+
+
+def test_the_replay_of_41_shows_an_error_that_stays():
+    error, change = offset()
+    assert np.linalg.norm(error) > 0.01 > 1e6 * np.linalg.norm(change)
 
 
 def test_the_study_has_the_comparisons_of_a1():

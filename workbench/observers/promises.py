@@ -57,7 +57,7 @@ ANY_DEFINITE_GAINS = Claim(
 )
 THEOREM_1 = Claim(
     "Theorem 1",
-    "Zero is a globally exponentially stable error of the observer (10).",
+    "Whatever positive definite L1, L2, zero is a globally exponentially stable error of the observer (10).",
     "Theorem 1, (23)",
     (ANY_DEFINITE_GAINS,),
 )
