@@ -51,15 +51,15 @@ def unequal(name: str, evidence: str, **values: tuple[float, ...]) -> Check:
     return check
 
 
-def searched(name: str, sentence: Callable[[Found], str]) -> Check:
-    """A claim that runs can break."""
+def searched(name: str, sentence: Callable[[Found], str], witness: str = "") -> Check:
+    """A claim that runs can break; the witness replays the worst run, if no line that says more is given."""
 
     def check() -> Finding:
         result = found(name)
         if result.worst is None:
             why = "kept the hypotheses" if not result.kept else "is the worst at both steps: they are too long"
             return Finding("not checkable", f"None of {result.runs:,} runs {why}.")
-        line = f'replay("{name}")'
+        line = witness or f'replay("{name}")'
         if result.kind == "refuted":
             return Finding("refuted", sentence(result), line)
         return Finding("not refuted", sentence(result), line, samples=result.kept)

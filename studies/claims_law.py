@@ -188,7 +188,8 @@ CHECKS: tuple[tuple[Claim, Check], ...] = (
         paper.LINEARISED,
         unequal(
             "(31)",
-            "Within the layer sat(s / phi) is s / phi, not s: for K = I and s = (0.005, 0) rad/s, -K s is "
+            "(31) is printed as an approximation, by 'replacing sat(s / phi) by s in boundary layers'. There "
+            "sat(s / phi) is s / phi, not s, which is no small error: for K = I and s = (0.005, 0) rad/s, -K s is "
             "{0} N m and -K sat(s / phi) is {1}. A lacks the factor 1 / phi = 100.",
             K=(1, 0, 0, 1),
             s=(0.005, 0),

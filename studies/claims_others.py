@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import claims_paper as paper
-from claims_checks import Check, searched, sought
+from claims_checks import Check, numbers, searched, sought
 from claims_hunts import hunt
 from paper_card import LAWS
 from paper_comparison import MARGIN, PROPOSED
@@ -24,15 +24,15 @@ METRICS: tuple[tuple[Claim, str], ...] = (
     (paper.OVERSHOOT, "overshoot"),
     (paper.SETTLING, "settling time"),
 )
-# A search of `claims_hunts`, and the block that makes the promise.
+# A search of `claims_hunts`: the block that makes the promise, the unit of its margin, what the paper leaves open.
 PROMISES = {
-    "smc": "SlidingMode",
-    "asmc": "AdaptiveSlidingMode",
-    "super_twisting": "SuperTwisting",
-    "oracle_filter": "OracleFilter",
-    "printed_filter": "PrintedFilter",
-    "momentum": "MomentumObserver",
-    "nonlinear": "NonlinearDisturbanceObserver",
+    "smc": ("SlidingMode", "rad^2/s", ""),
+    "asmc": ("AdaptiveSlidingMode", "N m", ""),
+    "super_twisting": ("SuperTwisting", "rad/s^3", ""),
+    "oracle_filter": ("OracleFilter", "N^2 m^2/s", "l"),
+    "printed_filter": ("PrintedFilter", "N^2 m^2/s", "l"),
+    "momentum": ("MomentumObserver", "N^2 m^2/s", "l"),
+    "nonlinear": ("NonlinearDisturbanceObserver", "N^2 m^2/s", "l"),
 }
 
 
@@ -65,12 +65,17 @@ def promise(name: str) -> tuple[Claim, Check]:
     """What a block declares, and the search for a run that breaks it."""
     target = hunt(name).target
     assert isinstance(target, Declared)
-    claim = replace(target.claim, name=PROMISES[name])
+    block, unit, open_ = PROMISES[name]
+    claim, given = replace(target.claim, name=block), f"With {numbers(open_)}, of" if open_ else "Of"
 
     def sentence(result: Found) -> str:
         assert result.worst is not None
-        worst = f"its margin is broken by {result.worst.value:.4g}" if result.kind == "refuted" else "no run breaks it"
-        return f"Of {sought(name)}, {worst}."
+        worst = (
+            f"its margin is broken by {result.worst.value:.4g} {unit}"
+            if result.kind == "refuted"
+            else "no run breaks it"
+        )
+        return f"{given} {sought(name)}, {worst}."
 
     return claim, searched(name, sentence)
 

@@ -48,7 +48,10 @@ REPAIRED_RATE = Claim(
     "(28), (35), repaired",
 )
 LINEARISED = Claim(
-    "(31)", "Within the layer, s' = -M^-1 K s + Lambda e2 where D_hat = D.", "(31)", (RATE_ALONG_10, SUBSTITUTED)
+    "(31)",
+    "Within the layer s' is approximately -M^-1 K s + Lambda e2, by 'replacing sat(s / phi) by s', where D_hat = D.",
+    "(31)",
+    (RATE_ALONG_10, SUBSTITUTED),
 )
 SHAPES = Claim("(33), shapes", "-P s sign(s) is a matrix, as K' is.", "(33)")
 ANY_WEIGHTS = "For all Q, R > 0, of which the paper states none,"

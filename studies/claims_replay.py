@@ -6,7 +6,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 from a1_paper_tables import comparison
-from claims_hunts import hunt, replay
+from claims_hunts import hunt, replay, stored
 from claims_identities import at, both
 from claims_loops import I, beside_rest, observer_rate, printed_but_for_c, regulation, weighted
 from paper_card import CARD
@@ -19,11 +19,13 @@ from workbench.core.layout import Array
 from workbench.metrics import measure
 from workbench.metrics.integral import Integral
 from workbench.simulate.reference import reference
+from workbench.verify.counterexample import in_reference_mode
 from workbench.verify.margins import SignalsOf, violation, watching
 from workbench.verify.rest import RestPoint, growing_modes, rest_point
 
 __all__ = [
     "I",
+    "astray",
     "beside",
     "beside_rest",
     "both",
@@ -127,6 +129,14 @@ def beside(metric: str) -> dict[str, list[float]]:
             score = measure(case.loop.ode(), mine, until=case.until, h=case.h).scores[metric]
             found[case.name] = score.value[0].tolist()
     return found
+
+
+def astray() -> tuple[float, float]:
+    """|q - q_hat| in rad at the end of the stored run of the free arm, by variable steps, and its error."""
+    task, example = hunt("swinging_arm"), stored("swinging_arm")
+    p, x0 = example.rows(task.ode)
+    y, error = in_reference_mode(task.watched, "q_error", p[0], x0[0], [example.until])
+    return float(np.linalg.norm(y[0])), float(np.linalg.norm(error))
 
 
 def escape() -> tuple[float, float, float]:

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -18,7 +19,19 @@ import claims_model
 import claims_observers
 from claims_identities import both
 from claims_phrases import phrase
-from claims_replay import beside, cost, derived, escape, false_rest, gain_lost, mismatch, offset, skewness, v1_rate
+from claims_replay import (
+    astray,
+    beside,
+    cost,
+    derived,
+    escape,
+    false_rest,
+    gain_lost,
+    mismatch,
+    offset,
+    skewness,
+    v1_rate,
+)
 from paper_card import LAWS
 
 from workbench.notation.formula import Power, Symbol
@@ -174,6 +187,21 @@ def test_the_replay_of_22_shows_a_rate_that_is_not_negative():
 def test_the_replay_of_41_shows_an_error_that_stays():
     error, change = offset()
     assert np.linalg.norm(error) > 0.01 > 1e6 * np.linalg.norm(change)
+
+
+def test_the_witness_of_the_swinging_arm_prints_what_the_evidence_says():
+    line, (size, error) = LEDGER["Theorem 1, swinging arm"], astray()
+    assert line.finding.witness == "astray()"
+    assert f"is {size:.2f} rad" in line.finding.evidence
+    assert size - error > 5  # rad, the claim
+
+
+def test_the_bounds_of_the_disturbance_are_those_of_its_sines():
+    # by hand: each scenario has one sine of 3 and one of 4 rad/s, so the norm of the amplitudes is not exceeded
+    evidence = LEDGER["Assumption 4"].finding.evidence
+    bounds = [float(found) for found in re.findall(r"\|D\| <= ([0-9.]+) N m", evidence)]
+    assert len(bounds) == 2
+    assert all(0.5 < bound <= np.hypot(0.5, 0.4) * (1 + 1e-6) for bound in bounds)
 
 
 def test_the_study_has_the_comparisons_of_a1():

@@ -25,29 +25,34 @@ def _dissipates(y: Signals) -> ca.SX:
     return ca.dot(E, y["d'"] - y["d_error'"]) + ROUNDING
 
 
-TRUE_STATE = Claim("the true state", "q_hat = q and qd_hat = qd at all times.", "`FullState`", margin=_true_state)
+TRUE_STATE = Claim(
+    "the true state",
+    "q_hat = q and qd_hat = qd at all times, to 1e-7 rad and rad/s.",
+    "`FullState`",
+    margin=_true_state,
+)
 PRINTED_FOLLOWS = Claim(
     "D_hat follows D",
-    "E = D - D_hat has E_i E_i' <= |E_i| |D_i'| - l E_i^2, so that D_hat -> D where D settles.",
+    "E = D - D_hat has E_i E_i' <= |E_i| |D_i'| - l E_i^2 + 1e-7 N^2 m^2/s, so that D_hat -> D where D settles.",
     "(24)",
     margin=_follows,
 )
 ORACLE_FOLLOWS = Claim(
     "D_hat = eta follows D",
-    "E = D - D_hat has E_i E_i' <= |E_i| |D_i'| - l E_i^2: |E_i| falls to |D_i'| / l.",
+    "E = D - D_hat has E_i E_i' <= |E_i| |D_i'| - l E_i^2 + 1e-7 N^2 m^2/s: |E_i| falls to |D_i'| / l.",
     "(24), repaired",
     margin=_follows,
 )
 MOMENTUM_FOLLOWS = Claim(
     "the momentum observer follows D",
-    "With the right model, E = D - D_hat has E_i E_i' <= |E_i| |D_i'| - l E_i^2.",
+    "With the right model, E = D - D_hat has E_i E_i' <= |E_i| |D_i'| - l E_i^2 + 1e-7 N^2 m^2/s.",
     "De Luca and Mattone (2003)",
     (TRUE_STATE,),
     _follows,
 )
 CHEN_DISSIPATES = Claim(
     "the nonlinear disturbance observer dissipates",
-    "With the right model, E = D - D_hat has E^T E' <= E^T D' at all times.",
+    "With the right model, E = D - D_hat has E^T E' <= E^T D' + 1e-7 N^2 m^2/s at all times.",
     "Mohammadi et al. (2013)",
     (TRUE_STATE,),
     _dissipates,
