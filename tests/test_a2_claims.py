@@ -13,10 +13,12 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
 
 import a2_claims
+import claims_groups
 import claims_hunts
 import claims_law
 import claims_model
 import claims_observers
+from claims_groups import grouped
 from claims_identities import both
 from claims_phrases import phrase
 from claims_replay import (
@@ -34,8 +36,9 @@ from claims_replay import (
 )
 from paper_card import LAWS
 
+from workbench.core import Claim
 from workbench.notation.formula import Power, Symbol
-from workbench.verify.claims import Ledger
+from workbench.verify.claims import Finding, Ledger, Line
 from workbench.verify.rest import RestPoint
 
 STUDIES = Path(a2_claims.__file__).parent
@@ -202,6 +205,16 @@ def test_the_bounds_of_the_disturbance_are_those_of_its_sines():
     bounds = [float(found) for found in re.findall(r"\|D\| <= ([0-9.]+) N m", evidence)]
     assert len(bounds) == 2
     assert all(0.5 < bound <= np.hypot(0.5, 0.4) * (1 + 1e-6) for bound in bounds)
+
+
+def test_each_claim_is_counted_in_one_group():
+    names = (*LEDGER.names, *claims_groups.OF_BLOCKS)
+    lines = tuple(Line(Claim(name, "said", "here"), Finding("proved", "seen")) for name in names)
+    groups = grouped(Ledger(lines))
+    assert sorted(name for group in groups.values() for name in group.names) == sorted(names)
+    assert set(groups[claims_groups.OURS].names) == set(claims_groups.OF_OURS)
+    assert all(groups.values())
+    assert not any("repaired" in name for name in groups[claims_groups.PAPER].names)
 
 
 def test_the_study_has_the_comparisons_of_a1():
