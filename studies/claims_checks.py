@@ -15,6 +15,9 @@ from workbench.verify.falsify import Found
 Check = Callable[[], Finding]
 
 
+HORIZONS = f"horizons of {CARD['FS: horizon']:g} s (FS) and {CARD['SS: horizon']:g} s (SS)"
+
+
 def listed(values: object, digits: int = 4) -> str:
     """Numbers as a reader takes them in: (0.5, -1)."""
     return "(" + ", ".join(f"{value:.{digits}g}" for value in np.ravel(np.asarray(values, dtype=float)) + 0.0) + ")"

@@ -159,7 +159,9 @@ def unbounded() -> Finding:
 
 
 RAISED = Claim(
-    "(33), repaired", "With a plus in (33), reading 'outer', K(t) stays positive definite.", "(33), repaired"
+    "(33), repaired",
+    f"{paper.ANY_WEIGHTS} with a plus in (33), reading 'outer', K(t) stays positive definite.",
+    "(33), repaired",
 )
 DEFINITE_P = Claim("(34), P", "P(t) of (34) stays positive definite.", "(34)")
 CHECKS: tuple[tuple[Claim, Check], ...] = (

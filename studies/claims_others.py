@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import claims_paper as paper
-from claims_checks import Check, numbers, searched, sought
+from claims_checks import HORIZONS, Check, numbers, searched, sought
 from claims_hunts import hunt
 from paper_card import LAWS
 from paper_comparison import MARGIN, PROPOSED
@@ -16,6 +16,7 @@ from workbench.verify.claims import Finding
 from workbench.verify.falsify import Found
 
 SCENARIOS = ("FS", "SS")
+GIVEN = f"{numbers('Q', 'R', 'l', 'SS: a1, a2', 'SS: f')}, {HORIZONS}"
 METRICS: tuple[tuple[Claim, str], ...] = (
     (paper.TRACKING, "RMSE (43)"),
     (paper.STEADY, "late error"),
@@ -52,7 +53,7 @@ def ranked(results: Results, metric: str) -> Check:
                     stands.append((stood, f"{law} {b[0]:.4g}, AOSMC-RGS {a[0]:.4g} ({scenario}, joint {joint + 1})"))
         lost = [words for stood, words in stands if stood == "above"]
         below = sum(stood == "below" for stood, _ in stands)
-        tally = f"Below the rival in {below} of {len(stands)} comparisons, above it in {len(lost)}"
+        tally = f"With {GIVEN}: below the rival in {below} of {len(stands)} comparisons, above it in {len(lost)}"
         tally += f", too close to call in {len(stands) - below - len(lost)}"
         if lost:
             return Finding("refuted", f"{tally}. The first: {lost[0]}.", f'beside("{metric}")')

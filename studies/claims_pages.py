@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import Literal, get_args
 
 import numpy as np
-from claims_checks import numbers
+from claims_checks import HORIZONS, numbers
 from claims_groups import grouped
 from claims_hunts import D_MAX, L_D, REACH, SEED, found, hunt
 from claims_lyapunov import FLOOR, V2_AT_START
@@ -56,7 +56,7 @@ FIRST = (
 
 def answers(ledger: Ledger) -> Section:
     """What was found, before anything else."""
-    tallies = "; ".join(f"{_lowered(name)} ({_tally(group)})" for name, group in grouped(ledger).items())
+    tallies = "; ".join(f"{_lowered(name)}, {_tally(group)}" for name, group in grouped(ledger).items())
     return Section(
         "What was found",
         (
@@ -70,7 +70,7 @@ def _tally(ledger: Ledger) -> str:
     """How many lines there are, and how many have which verdict."""
     counts = {kind: ledger.count(kind) for kind in get_args(Kind)}
     words = ", ".join(f"{count} {kind}" for kind, count in counts.items() if count)
-    return f"{len(ledger)}: {words}"
+    return f"{len(ledger)}, of which {words}"
 
 
 def _lowered(title: str) -> str:
@@ -206,7 +206,7 @@ def worth() -> Section:
         "is claimed for all of them; with other numbers the behaviour differs: with small Q the gain of (33) stays "
         "positive definite, and with small Q and large R (34) lowers the cost, as the lines on both say.",
         "Comparisons with the rivals stand on numbers that the paper does not state, and that a1 assumes: "
-        f"{numbers('Q', 'R', 'l', 'SS: a1, a2', 'SS: f')}, the horizons {numbers('FS: horizon', 'SS: horizon')}, and "
+        f"{numbers('Q', 'R', 'l', 'SS: a1, a2', 'SS: f')}, {HORIZONS}, and "
         "for the rivals what a1 lists.",
         f"The worst late error of the repaired law among {late.kept} runs within these bounds is "
         f"{late.worst.value:.3f} rad, from 5 s to {late.worst.until:g} s.",

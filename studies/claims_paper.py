@@ -49,7 +49,7 @@ REPAIRED_RATE = Claim(
 )
 LINEARISED = Claim(
     "(31)",
-    "Within the layer s' is approximately -M^-1 K s + Lambda e2, by 'replacing sat(s / phi) by s', where D_hat = D.",
+    "Within the layer, with sat(s / phi) replaced by s, s' is approximately -M^-1 K s + Lambda e2 where D_hat = D.",
     "(31)",
     (RATE_ALONG_10, SUBSTITUTED),
 )

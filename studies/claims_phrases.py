@@ -19,6 +19,7 @@ SIGNS = {
     ">=": "\N{GREATER-THAN OR EQUAL TO}",
     " - ": " \N{MINUS SIGN} ",
     "^2": "\N{SUPERSCRIPT TWO}",
+    "^3": "\N{SUPERSCRIPT THREE}",
     "->": "\N{RIGHTWARDS ARROW}",
 }
 LONGEST_FIRST = "|".join(sorted(NAMES, key=len, reverse=True))
