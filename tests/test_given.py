@@ -75,3 +75,15 @@ def test_the_line_of_a_witness_replays_on_the_robot_at_the_numbers_that_a_sheet_
     assert str({"links[1].mass": 0.7, "links[1].length": 3.0}) in verdict.witness.replay
     np.testing.assert_allclose(M[1, 1], verdict.right_value, rtol=1e-14)  # a few roundings
     np.testing.assert_allclose([verdict.printed_value, verdict.right_value], [2.1, 6.3], rtol=1e-14)
+
+
+def test_a_witness_leaves_out_what_is_zero_in_the_robot_too():
+    sheet = read_sheet("M_22 = m_2*c_2^2 + 2*I_2", RODS, "text")
+    assert sheet.zeros == {"links[0].offset", "links[1].offset"}
+    (verdict,) = compare_sheet(sheet, narrowed(RODS, sheet.fixed))
+    assert verdict.witness is not None
+    assert verdict.witness.changed == {}
+    sheet = read_sheet("links[1].offset = 0.5\nM_22 = m_2*c_2^2 + 2*I_2", RODS, "text")
+    (verdict,) = compare_sheet(sheet, narrowed(RODS, sheet.fixed))
+    assert verdict.witness is not None
+    assert verdict.witness.changed == {"links[1].offset": 0.5}

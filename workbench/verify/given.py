@@ -107,13 +107,13 @@ def _shown(value: Fraction) -> str:
     return f"{float(value):g}" if abs(value) <= LARGEST else "a number beyond all bounds"
 
 
-def unnamed_zeros(entries: Iterable[Formula], dynamics: Dynamics) -> dict[str, Fraction]:
+def unnamed_zeros(entries: Iterable[Formula], dynamics: Dynamics) -> frozenset[str]:
     """The parameters that are zero in the arm, stand in its M, C or G, and are named by no entry."""
     used = {letter for entry in entries for letter in letters(entry)}
     needed = {s.name() for s in ca.symvar(ca.veccat(dynamics.M, dynamics.C, dynamics.G))}
     names = dynamics.names()
-    return {
-        label: Fraction(0)
+    return frozenset(
+        label
         for label, value in zip(dynamics.p.labels, dynamics.p.default, strict=True)
         if value == 0 and label in needed and symbol(names[label]) not in used
-    }
+    )

@@ -155,6 +155,8 @@ class _Comparison:
             why = str(outside)
         found = search(a - b, ca.vertcat(a, b), self.derived)
         if found.witness is not None:
+            changed = {label: value for label, value in found.witness.changed.items() if label not in self.sheet.zeros}
+            found = replace(found, witness=replace(found.witness, changed=changed))
             return Judgement("refuted", f"at {found.witness}", found)
         return Judgement("not refuted", f"not refuted in {found.samples} samples, and not proved: {why}", found)
 

@@ -44,11 +44,12 @@ class Sheet:
     """The printed entries by their place (matrix, row, column; counted from 1), declarations written out.
 
     Their symbols are those by which the derived arm is printed, and pi. `numbers` holds the numbers that the
-    sheet gives to parameters, and zeros for those that are zero in the arm and not on the sheet.
+    sheet gives to parameters, and zeros for those that are zero in the arm and not on the sheet: `zeros`.
     """
 
     entries: Mapping[Place, Formula]
     numbers: Mapping[str, Fraction]
+    zeros: frozenset[str] = frozenset()
 
     @property
     def fixed(self) -> dict[str, float]:
@@ -98,7 +99,9 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
         raise FormulaError(
             f"multiplied out, these entries have more than {MOST_TERMS_IN_ALL} terms; put them into several files."
         )
-    return Sheet(written, unnamed_zeros(written.values(), dynamics) | dict(given.values()))
+    numbers = dict(given.values())
+    zeros = unnamed_zeros(written.values(), dynamics) - numbers.keys()
+    return Sheet(written, dict.fromkeys(sorted(zeros), Fraction(0)) | numbers, zeros)
 
 
 def _order(place: Place) -> tuple[int, int, int]:
