@@ -42,7 +42,8 @@ REFUSED = [
     ("m_2 = [1, 2]", "'m_2' of this robot takes one rational number"),
     ("m_2 = sin(1)", "'m_2' of this robot takes one rational number"),
     ("m_2 = 1 - 1", "'links[1].mass' must be finite, with 0 < value; got 0"),
-    ("m_2 = 1e99*1e99", "'links[1].mass' must be finite, with 0 < value; got a number beyond"),
+    ("m_2 = 1e99*1e99", "'links[1].mass' must be zero, or of a size between 1e-99 and 1e99"),
+    ("g = 1e-99*1e-99*1e-99*1e-99", "'gravity' must be zero, or of a size between 1e-99 and 1e99"),
 ]
 
 

@@ -19,7 +19,7 @@ from workbench.notation.parsing.normal import constant, normal_form
 from workbench.notation.parsing.statements import Statement
 from workbench.notation.parsing.tokens import refusal
 
-LARGEST = 10**99
+LARGEST = 10**99  # and one over it: sizes of numbers that a sheet may give
 
 
 def symbols_of(dynamics: Dynamics) -> dict[Symbol, str]:
@@ -98,13 +98,11 @@ def _number(label: str, statement: Statement, dynamics: Dynamics) -> Fraction:
     if found is None:
         raise refusal(statement.name, f"'{statement.name.shown}' of this robot takes one rational number.")
     bounds = next(entry.bounds for entry in dynamics.p.entries if label in entry.labels())
-    if abs(found) > LARGEST or not bounds.allow(np.array(float(found))):
-        raise refusal(statement.name, f"'{label}' must be {bounds}; got {_shown(found)}.")
+    if found and not Fraction(1, LARGEST) <= abs(found) <= LARGEST:
+        raise refusal(statement.name, f"'{label}' must be zero, or of a size between 1e-99 and 1e99; got neither.")
+    if not bounds.allow(np.array(float(found))):
+        raise refusal(statement.name, f"'{label}' must be {bounds}; got {float(found):g}.")
     return found
-
-
-def _shown(value: Fraction) -> str:
-    return f"{float(value):g}" if abs(value) <= LARGEST else "a number beyond all bounds"
 
 
 def unnamed_zeros(entries: Iterable[Formula], dynamics: Dynamics) -> frozenset[str]:
