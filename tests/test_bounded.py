@@ -49,7 +49,9 @@ def test_a_limit_that_is_met_exactly_stays_open_unless_an_interval_meets_it_too(
 
 @pytest.mark.parametrize("excess", [5e-9, 1e-12])
 def test_a_limit_that_is_exceeded_by_less_than_any_tolerance_is_refuted(excess):
-    assert bounded((1 + excess) * ca.cos(t), t, -1.0, 1.0, 1.0).kind == "refuted"
+    refuted = bounded((1 + excess) * ca.cos(t), t, -1.0, 1.0, 1.0)
+    assert refuted.kind == "refuted"
+    assert f"exceed the limit by {excess:.2g} of itself" in refuted.evidence
     rotated = ca.vertcat(ca.cos(t), ca.sin(t) * ca.cos(x[0]))  # of norm 1 at x = 0
     assert bounded((1 + excess) * rotated, ca.vertcat(t, x[0]), -1.0, 1.0, 1.0).kind == "refuted"
     assert bounded(ca.diag((1 + excess) * rotated), ca.vertcat(t, x[0]), -1.0, 1.0, 1.0).kind == "refuted"

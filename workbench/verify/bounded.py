@@ -269,9 +269,9 @@ def _own(asked: _Question, matrix: ca.SX, symbols: ca.SX) -> float:
 
 def _compared(asked: _Question, found: Extreme) -> tuple[Outcome, str]:
     limit, where = np.inf if asked.limit is None else asked.limit, (np.round(found.x, 6) + 0.0).tolist()
-    place = f"{asked.what} reaches {found.value:.9g} {asked.unit}".rstrip() + f" at {where}"
+    place = f"{asked.what} reaches {found.value + 0.0:.9g} {asked.unit}".rstrip() + f" at {where}"
     if found.reached > limit:
-        return "refuted", place
+        return "refuted", f"{place}, which is proved to exceed the limit by {found.reached / limit - 1:.2g} of itself"
     most = shown(found.beyond or 0.0, -1)
     proof = f"no more than {most} anywhere{by_intervals(found.boxes)}"
     if found.beyond is not None and found.beyond <= limit:
