@@ -168,7 +168,11 @@ def test_a_full_disk_leaves_no_half_written_report(shell, script, tmp_path, size
 
 def test_a_robot_that_is_not_in_the_catalogue_is_refused_with_the_nearest(command, tmp_path):
     refused(command("derive", "planar-2"), tmp_path, "There is no robot 'planar-2' in the catalogue.", "Did you mean")
-    refused(command("derive", "../x"), tmp_path, "There is no robot '../x'")
+    refused(
+        command("derive", "../x"),
+        tmp_path,
+        "There is no file '../x'; a robot is an arm of the catalogue or a URDF file.",
+    )
 
 
 def test_a_format_that_does_not_exist_is_refused(shell):
