@@ -28,6 +28,7 @@ TORQUE = {
 }
 IN_PART = "this row of C is not printed in full, so whether C qd is right is open"
 INDENT = 11
+MOST_ZEROS = 8  # that are told by name
 MOST_LINES, MOST_OPERATIONS = 12, 300  # of a right side: more is no line to be compared by eye
 LONGER = "longer than can be compared by eye; see `workbench derive`"
 
@@ -144,4 +145,11 @@ def _summary(verdicts: tuple[EntryVerdict, ...], robot: Dynamics, sheet: Sheet) 
     if len(verdicts) < total:
         yield f"{total - len(verdicts)} of the {total} entries of M, C and G are not printed, and not judged."
     if sheet.fixed:
-        yield f"Taken as given: {', '.join(f'{label} = {value:g}' for label, value in sheet.fixed.items())}."
+        yield f"Taken as given: {', '.join(_given(sheet))}."
+
+
+def _given(sheet: Sheet) -> list[str]:
+    """The numbers that a sheet fixes; many zeros of a robot in space are only counted."""
+    many = len(sheet.zeros) > MOST_ZEROS
+    said = [f"{label} = {value:g}" for label, value in sheet.fixed.items() if not (many and label in sheet.zeros)]
+    return [*said, f"{len(sheet.zeros)} numbers that are 0 in the robot"] if many else said
