@@ -46,11 +46,12 @@ def ranked(results: Results, metric: str) -> Check:
             ours = results[scenario, PROPOSED]
             if metric not in ours.measurement.scores:
                 continue
+            unit = ours.measurement.scores[metric].metric.unit
             for law in LAWS:
                 for joint in (0, 1) if law != PROPOSED else ():
                     a, b = ours.score(metric, joint), results[scenario, law].score(metric, joint)
-                    stood = order(a, b, MARGIN)
-                    stands.append((stood, f"{law} {b[0]:.4g}, AOSMC-RGS {a[0]:.4g} ({scenario}, joint {joint + 1})"))
+                    stood, place = order(a, b, MARGIN), f"({scenario}, joint {joint + 1})"
+                    stands.append((stood, f"{law} {b[0]:.4g} {unit}, AOSMC-RGS {a[0]:.4g} {unit} {place}"))
         lost = [words for stood, words in stands if stood == "above"]
         below = sum(stood == "below" for stood, _ in stands)
         tally = f"With {GIVEN}: below the rival in {below} of {len(stands)} comparisons, above it in {len(lost)}"
