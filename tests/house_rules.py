@@ -18,7 +18,9 @@ LINES_OF_A_FILE, LINES_OF_A_FUNCTION = 300, 50
 # One door per library: where a library may be imported, under workbench/ (a folder ends with a slash).
 DOORS = {
     "click": "cli.py",
+    "clarabel": "design/lmi.py",
     "control": "design/",
+    "cvxpy": "design/lmi.py",
     "flint": "verify/elementary.py",
     "distributed": "study/executors.py",
     "dask": "study/executors.py",
