@@ -35,7 +35,7 @@ from workbench.study.document import (
 
 RUNNING = 85  # letters of the title that fit in the header of a page
 ROOM = 80  # widths of a digit between an equation's margins
-OTHER_SCRIPTS = 0x2E80  # from here on the fonts of typst have no letters
+OTHER_SCRIPTS = "\u2e80"  # from here on the fonts of typst have no letters
 
 Tree = dict[str, Any]
 
@@ -64,7 +64,7 @@ def pdf(document: Document, drawings: dict[str, str] | None = None) -> bytes:
     source = (files("workbench.report") / "templates" / "report.typ").read_bytes()
     tree = _Writer(labels(document), figures, notes(document)).document(document)
     text = json.dumps(tree, ensure_ascii=False)
-    covered = all(ord(letter) < OTHER_SCRIPTS for letter in text)
+    covered = max(text) < OTHER_SCRIPTS
     try:
         return typst.compile(source, sys_inputs={"document": text}, ignore_system_fonts=covered)
     except typst.TypstError as error:

@@ -18,7 +18,7 @@ from workbench.simulate.kernel.lowering import lower
 from workbench.simulate.kernel.plan import Plan
 
 FEW = 4
-WORTH_COMPILING = 1_000_000  # steps of blocks, done and to be done, in which better code gains what it costs
+WORTH_COMPILING = 400_000  # steps of blocks, done and to be done, in which better code gains what it costs
 ALIGNMENT = 64  # bytes: what the widest vector loads ask for
 
 
