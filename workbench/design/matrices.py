@@ -1,0 +1,127 @@
+"""What a matrix must be before a design may use it; each breach is one sentence that names the entry."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from workbench.core.layout import Array, numbers
+
+EPS = float(np.finfo(float).eps)
+# Squares and cubes of the entries occur in every equation of this room, and must neither overflow nor vanish.
+LARGEST, SMALLEST = 1e100, 1e-100
+
+
+def matrix(call: str, name: str, value: Any, rows: int | None = None, columns: int | None = None) -> Array:
+    """The value as a new real matrix of finite numbers, of the asked shape; a single number is (1, 1).
+
+    Raises
+    ------
+    ValueError
+        If it is no such matrix, or its largest entry is beyond 1e100 or, not being zero, below 1e-100.
+    """
+    try:
+        array = numbers(value)
+    except (TypeError, ValueError):
+        raise ValueError(f"`{call}`: {name} must be a matrix of real numbers; got {_short(value)}.") from None
+    array = array.reshape(1, 1) if array.ndim == 0 else array
+    want = f"({_letter(rows)}, {_letter(columns)})"
+    if array.ndim != 2 or array.size == 0 or rows not in (None, len(array)) or columns not in (None, array.shape[1]):
+        raise ValueError(f"`{call}`: {name} must be a matrix of shape {want}, not empty; got shape {array.shape}.")
+    if not np.isfinite(array).all():
+        i, j = np.argwhere(~np.isfinite(array))[0]
+        raise ValueError(f"`{call}`: {name} must hold finite numbers; {name}[{i}, {j}] is {array[i, j]}.")
+    size = float(np.abs(array).max())
+    if size > LARGEST or 0 < size < SMALLEST:
+        i, j = np.unravel_index(np.abs(array).argmax(), array.shape)
+        raise ValueError(
+            f"`{call}`: the largest entry of {name} must lie between {SMALLEST:g} and {LARGEST:g}, or its powers leave "
+            f"the range of floating-point numbers; {name}[{i}, {j}] is {array[i, j]:g}. Choose other units."
+        )
+    return array
+
+
+def square(call: str, name: str, value: Any, n: int | None = None) -> Array:
+    """A real matrix (n, n).
+
+    Raises
+    ------
+    ValueError
+        As `matrix`, or if it is not square.
+    """
+    array = matrix(call, name, value, n, n)
+    if array.shape[0] != array.shape[1]:
+        raise ValueError(f"`{call}`: {name} must be square; got shape {array.shape}.")
+    return array
+
+
+def symmetric(call: str, name: str, value: Any, n: int | None = None) -> Array:
+    """A real symmetric matrix (n, n); asymmetry within rounding is averaged away.
+
+    Raises
+    ------
+    ValueError
+        As `square`, or if two mirrored entries differ by more than rounding.
+    """
+    array = square(call, name, value, n)
+    gap = np.abs(array - array.T)
+    # a product such as T Q T' of n terms is symmetric to about n roundings of its largest term
+    if gap.max() > 32 * len(array) * EPS * np.abs(array).max():
+        i, j = sorted(np.unravel_index(gap.argmax(), gap.shape))
+        raise ValueError(
+            f"`{call}`: {name} must be symmetric; {name}[{i}, {j}] is {array[i, j]:g} but {name}[{j}, {i}] is "
+            f"{array[j, i]:g}. A quadratic form sees only ({name} + {name}') / 2: pass that if it is meant."
+        )
+    return (array + array.T) / 2
+
+
+def definite(call: str, name: str, value: Any, n: int | None = None) -> Array:
+    """A real symmetric positive definite matrix (n, n) whose inverse can be trusted.
+
+    Raises
+    ------
+    ValueError
+        As `symmetric`, or if an eigenvalue is negative, or zero within rounding.
+    """
+    array = symmetric(call, name, value, n)
+    values = np.linalg.eigvalsh(array)
+    if values[0] <= len(array) * EPS * np.abs(values).max():
+        raise ValueError(
+            f"`{call}`: {name} must be positive definite, as its inverse is needed; its eigenvalues run from "
+            f"{values[0]:.3g} to {values[-1]:.3g}. Give every input a weight above zero."
+        )
+    return array
+
+
+def semidefinite(call: str, name: str, value: Any, n: int | None = None) -> Array:
+    """A real symmetric matrix (n, n) without a negative eigenvalue, but for rounding.
+
+    Raises
+    ------
+    ValueError
+        As `symmetric`, or if an eigenvalue is negative beyond rounding.
+    """
+    array = symmetric(call, name, value, n)
+    if indefinite(array):
+        values = np.linalg.eigvalsh(array)
+        raise ValueError(
+            f"`{call}`: {name} must be positive semidefinite; its least eigenvalue is {values[0]:.3g}, its largest "
+            f"{values[-1]:.3g}."
+        )
+    return array
+
+
+def indefinite(array: Array) -> bool:
+    """Whether a symmetric matrix has a negative eigenvalue beyond rounding."""
+    values = np.linalg.eigvalsh(array)
+    return bool(values[0] < -8 * len(array) * EPS * np.abs(values).max())
+
+
+def _letter(size: int | None) -> str:
+    return "any" if size is None else str(size)
+
+
+def _short(value: Any) -> str:
+    text = repr(value).replace("\n", " ")
+    return text if len(text) <= 60 else f"{text[:57]}..."
