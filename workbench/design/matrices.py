@@ -56,6 +56,24 @@ def square(call: str, name: str, value: Any, n: int | None = None) -> Array:
     return array
 
 
+def invertible(call: str, name: str, value: Any, n: int | None = None) -> Array:
+    """A real matrix (n, n) whose inverse can be trusted.
+
+    Raises
+    ------
+    ValueError
+        As `square`, or if it is singular within rounding.
+    """
+    array = square(call, name, value, n)
+    condition = float(np.linalg.cond(array))
+    if not condition * len(array) * EPS < 1:
+        raise ValueError(
+            f"`{call}`: {name} must have an inverse; its condition number is {condition:.1e}, so it is singular within "
+            "rounding. A descriptor system with algebraic equations must be reduced to its states first."
+        )
+    return array
+
+
 def symmetric(call: str, name: str, value: Any, n: int | None = None) -> Array:
     """A real symmetric matrix (n, n); asymmetry within rounding is averaged away.
 

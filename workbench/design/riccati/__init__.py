@@ -1,9 +1,9 @@
 """Algebraic Riccati and Lyapunov equations, and the gains that come from them, each with its certificate."""
 
 from workbench.design.riccati.answers import Lqg, Lyapunov, Riccati
-from workbench.design.riccati.continuous import care, lyapunov
-from workbench.design.riccati.discrete import dare, discrete_lyapunov
-from workbench.design.riccati.regulators import lqe, lqg, lqr
+from workbench.design.riccati.continuous import care
+from workbench.design.riccati.discrete import dare
+from workbench.design.riccati.lyapunov import discrete_lyapunov, lyapunov
 
 __all__ = [
     "Lqg",
@@ -12,8 +12,5 @@ __all__ = [
     "care",
     "dare",
     "discrete_lyapunov",
-    "lqe",
-    "lqg",
-    "lqr",
     "lyapunov",
 ]

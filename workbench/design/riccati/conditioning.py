@@ -1,0 +1,99 @@
+"""How far the solution of a Riccati equation moves, and whether it stays, when its data move a little.
+
+The inverse of the derivative of Res at a stabilising solution, with its sign turned, maps positive
+semidefinite matrices to such. So a change of the equation between -M and M moves X by no more than H(M), the
+image of M, and bounds come from a few Lyapunov or Stein equations. A change of a matrix enters as
+P' dZ + dZ' P, which lies between both signs of c r^2 Z'Z + P'P / c for every c > 0, r being the norm of d.
+
+All this is the linear picture. It ends where the curvature of Res along H(M) reaches M / 4: for one state that
+is Kantorovich's condition, beyond which an equation with the changed data may have no solution; for more
+states it is an estimate of the same distance.
+
+References
+----------
+Kenney, Hewer (1990), The sensitivity of the algebraic and differential Riccati equations, SIAM J. Control
+Optim. 28: the bound by H0, H1, H2, here with all matrices instead of A, G and Q.
+Kantorovich's theorem, in Kantorovich, Akilov (1964), Functional Analysis in Normed Spaces, XVIII.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from workbench.core.layout import Array
+from workbench.design.riccati.equation import AbstractEquation
+from workbench.design.riccati.newton import Refined
+from workbench.design.riccati.units import Units
+
+ENOUGH = 0.25  # x = h + x^2 has a real solution up to h = 1/4
+
+
+@dataclass(frozen=True)
+class Conditioning:
+    """What small changes of the data do.
+
+    Parameters
+    ----------
+    condition
+        A bound of the relative change of X, in the 2-norm, over that of every matrix in good units.
+    reach
+        An estimate of the relative change of every matrix up to which there is a stabilising solution.
+    """
+
+    condition: float
+    reach: float
+
+
+def conditioning(equation: AbstractEquation, found: Refined, units: Units) -> Conditioning:
+    """The effect of relative changes of A, B, Q, R, S and E in their 2-norms.
+
+    Raises
+    ------
+    LinAlgError
+        If a Lyapunov or Stein equation has no unique solution.
+    """
+    d, point = equation.data, found.point
+    one = np.eye(d.n)
+    changes = [
+        (_size(d.A), point.beside_A, one),
+        (_size(d.B), point.beside_A, point.K),
+        (_size(d.Q) / 2, one, one),
+        (_size(d.R) / 2, point.K, point.K),
+        (_size(d.S), one, point.K),
+        (0.0 if d.E is None else _size(d.E), point.beside_E, one),
+    ]
+    moved: dict[int, float] = {}
+
+    def most(P: Array) -> float:
+        """The norm of H(P'P), in the units of the caller."""
+        if id(P) not in moved:
+            moved[id(P)] = _size(units.out_of(found.operator.solve(-P.T @ P)))
+        return moved[id(P)]
+
+    total, M = 0.0, np.zeros((d.n, d.n))
+    for r, P, Z in changes:
+        if r == 0 or not P.any() or not Z.any():
+            continue
+        total += 2 * r * float(np.sqrt(most(P) * most(Z)))
+        c = float(np.sqrt(most(P) / most(Z))) / r
+        M += c * r**2 * Z.T @ Z + P.T @ P / c
+    size = _size(units.out_of(point.X))
+    return Conditioning(total / size if size > 0 else 0.0, _reach(equation, found, M))
+
+
+def _reach(equation: AbstractEquation, found: Refined, M: Array) -> float:
+    """The largest t with curvature(H(t M)) <= t M / 4."""
+    if not M.any():
+        return 1.0
+    bent = equation.curvature(found.point, found.operator.solve(-M))
+    values, vectors = np.linalg.eigh(M)
+    root = vectors / np.sqrt(np.maximum(values, np.finfo(float).eps * values[-1]))
+    most = float(linalg.eigvalsh(root.T @ bent @ root)[-1])
+    return min(1.0, ENOUGH / most) if most > 0 else 1.0
+
+
+def _size(matrix: Array) -> float:
+    return float(np.linalg.norm(matrix, 2))

@@ -1,0 +1,91 @@
+"""Why an equation has no stabilising solution: the mode that the inputs do not move, or that costs nothing.
+
+References
+----------
+Hautus (1969), Controllability and observability conditions of linear autonomous systems, Indag. Math. 31
+(the test of Popov, Belevitch and Hautus).
+"""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+from scipy import linalg
+
+from workbench.core.layout import Array
+from workbench.design.riccati.candidates import plain, quadratic
+from workbench.design.riccati.equation import Data
+
+NEAR = 1e-8  # half the digits: eigenvalues that meet on the boundary are found no better
+MOST_MODES = 40  # each asks for singular values
+
+
+def reason(d: Data, discrete: bool) -> str:
+    """One sentence on why there is no stabilising solution, or an empty text if none is seen."""
+    modes = np.atleast_1d(linalg.eigvals(d.A, d.E))
+    modes = modes[np.isfinite(modes)]
+    inside = 1 - np.abs(modes) if discrete else -modes.real
+    scale = 1.0 if discrete else max(1e-300, float(np.abs(modes).max(initial=0)))
+    return (
+        _unmoved(d, modes[inside <= NEAR * scale])
+        or _free(d, modes[np.abs(inside) <= NEAR * scale], discrete)
+        or ("" if discrete else _axis(d))
+    )
+
+
+def _unmoved(d: Data, modes: Array) -> str:
+    mode, distance = _worst(d, modes, d.B, beside=True)
+    if distance > NEAR:
+        return ""
+    return (
+        f"the pair (A, B) is not stabilisable: no input moves the unstable mode {_figure(mode)} of A (relative PBH "
+        f"distance {distance:.1e}). Give it an actuator, or leave it out of the model"
+    )
+
+
+def _free(d: Data, modes: Array, discrete: bool) -> str:
+    mode, distance = _worst(d, modes, d.Q, beside=False)
+    if distance > NEAR or d.S.any():
+        return ""
+    edge = "unit circle" if discrete else "imaginary axis"
+    return (
+        f"the mode {_figure(mode)} of A lies on the {edge} and costs nothing in Q (relative PBH distance "
+        f"{distance:.1e}), so it stays where it is. Give it a weight in Q"
+    )
+
+
+def _axis(d: Data) -> str:
+    try:
+        p = plain(d)
+        H = np.block([[p.A, -quadratic(p)], [-p.Q, -p.A.T]])
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            values = linalg.eigvals(H)
+    except (np.linalg.LinAlgError, ValueError):
+        return ""
+    nearest = values[np.abs(values.real).argmin()]
+    if abs(nearest.real) > NEAR * np.abs(values).max():
+        return ""
+    return (
+        f"the Hamiltonian matrix has the eigenvalue {_figure(complex(0, abs(nearest.imag)))} on the imaginary axis, "
+        "within rounding, so no X stabilises A - B K. Weigh the states more in Q"
+    )
+
+
+def _worst(d: Data, modes: Array, other: Array, beside: bool) -> tuple[complex, float]:
+    """The mode whose pencil [A - mode E, other], or the same stacked, comes nearest to a loss of rank."""
+    found = 0j, np.inf
+    E = np.eye(d.n) if d.E is None else d.E
+    # both parts are made of one size, so that neither hides the other's zeros
+    size = [max(float(np.linalg.norm(matrix)), 1e-300) for matrix in (d.A, other)]
+    for mode in modes[:MOST_MODES]:
+        parts = [(d.A - mode * E) / size[0], other / size[1]]
+        values = np.linalg.svd(np.hstack(parts) if beside else np.vstack(parts), compute_uv=False)
+        if values[-1] < found[1]:
+            found = complex(mode), float(values[-1])
+    return found
+
+
+def _figure(mode: complex) -> str:
+    return f"{mode.real:.4g}" if abs(mode.imag) < 1e-12 * (1 + abs(mode)) else f"{mode.real:.4g}{mode.imag:+.4g}j"

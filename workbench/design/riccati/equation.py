@@ -1,0 +1,162 @@
+"""An algebraic Riccati equation: what is left of it at an X, and its linear part there."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from workbench.core.layout import Array
+from workbench.design.riccati.double_double import Twice, twice
+from workbench.design.riccati.operators import AbstractOperator, lyapunov_operator, stein_operator
+
+
+@dataclass(frozen=True)
+class Data:
+    """The matrices of E x' = A x + B u, or E x+ = A x + B u, and of the cost x'Qx + 2 x'Su + u'Ru; E None is I."""
+
+    A: Array
+    B: Array
+    Q: Array
+    R: Array
+    S: Array
+    E: Array | None
+
+    @property
+    def n(self) -> int:
+        """The number of states."""
+        return len(self.A)
+
+
+@dataclass(frozen=True)
+class Point:
+    """An equation at an X.
+
+    Parameters
+    ----------
+    X, K
+        The matrix (n, n) and its gain (m, n).
+    closed
+        A - B K, (n, n).
+    beside_A, beside_E
+        The matrices (n, n) that stand beside a change of A and of E in the change of the equation.
+    left, size
+        The residual (n, n), and the norm of the terms that it is summed from.
+    W
+        What an input costs in the end, (m, m): R, or R + B'XB.
+    """
+
+    X: Array
+    K: Array
+    closed: Array
+    beside_A: Array
+    beside_E: Array
+    left: Array
+    size: float
+    W: Array
+
+    @property
+    def relative(self) -> float:
+        """The residual over the size of its terms."""
+        return norm(self.left) / self.size if self.size > 0 else 0.0
+
+
+class AbstractEquation(ABC):
+    """0 = Res(X), whose stabilising solution is looked for."""
+
+    data: Data
+
+    @abstractmethod
+    def at(self, X: Array) -> Point:
+        """The equation at a symmetric X (n, n).
+
+        Raises
+        ------
+        LinAlgError
+            If there is no gain at X.
+        """
+
+    @abstractmethod
+    def operator(self, point: Point) -> AbstractOperator:
+        """The derivative of Res at a point, as a map of symmetric matrices."""
+
+    @abstractmethod
+    def curvature(self, point: Point, H: Array) -> Array:
+        """What Res at X + H has beyond its linear part, with its sign turned: (n, n), positive semidefinite."""
+
+
+@dataclass(frozen=True)
+class Continuous(AbstractEquation):
+    """A'XE + E'XA - (E'XB + S) R^-1 (B'XE + S') + Q = 0."""
+
+    data: Data
+
+    def at(self, X: Array) -> Point:
+        d = self.data
+        V = twice(X) if d.E is None else twice(X) @ d.E
+        K = _gain(twice(d.R), V.T @ d.B + d.S)
+        closed = twice(d.A) - twice(d.B) @ K
+        half = V.T @ closed - twice(d.S) @ K
+        left = (half + half.T + twice(K.T) @ (twice(d.R) @ K) + d.Q).high
+        size = 2 * norm(V.high) * (norm(d.A) + norm(d.B) * norm(K)) + _cost(d, K)
+        return Point(X, K, closed.high, V.high, X @ closed.high, _even(left), size, d.R)
+
+    def operator(self, point: Point) -> AbstractOperator:
+        return lyapunov_operator(point.closed, self.data.E)
+
+    def curvature(self, point: Point, H: Array) -> Array:
+        HE = H if self.data.E is None else H @ self.data.E
+        inputs = self.data.B.T @ HE
+        return np.asarray(inputs.T @ np.linalg.solve(point.W, inputs))
+
+
+@dataclass(frozen=True)
+class Discrete(AbstractEquation):
+    """A'XA - E'XE - (A'XB + S) (R + B'XB)^-1 (B'XA + S') + Q = 0."""
+
+    data: Data
+
+    def at(self, X: Array) -> Point:
+        d = self.data
+        V = twice(X) if d.E is None else twice(X) @ d.E
+        XB = twice(X) @ d.B
+        W = twice(d.B.T) @ XB + d.R
+        K = _gain(W, twice(d.A.T) @ XB + d.S)
+        closed = twice(d.A) - twice(d.B) @ K
+        ahead, now = twice(X) @ closed, V if d.E is None else twice(d.E.T) @ V
+        half = twice(d.S) @ K
+        left = (closed.T @ ahead - now - half - half.T + twice(K.T) @ (twice(d.R) @ K) + d.Q).high
+        size = norm(X) * (norm(d.A) + norm(d.B) * norm(K)) ** 2 + norm(now.high) + _cost(d, K)
+        return Point(X, K, closed.high, ahead.high, V.high, _even(left), size, W.high)
+
+    def operator(self, point: Point) -> AbstractOperator:
+        return stein_operator(point.closed, self.data.E)
+
+    def curvature(self, point: Point, H: Array) -> Array:
+        inputs = self.data.B.T @ H @ point.closed
+        return np.asarray(inputs.T @ np.linalg.solve(point.W, inputs))
+
+
+def norm(matrix: Array) -> float:
+    """The norm of Frobenius."""
+    return float(np.linalg.norm(matrix))
+
+
+def _gain(W: Twice, right: Twice) -> Array:
+    """K with W K = right', refined once: what is wrong with it enters the residual squared, and is not seen there."""
+    factor = linalg.lu_factor(W.high)
+    K = linalg.lu_solve(factor, right.T.high)
+    K = K + linalg.lu_solve(factor, (right.T - W @ K).high)
+    if not np.isfinite(K).all():
+        raise np.linalg.LinAlgError("there is no gain")
+    return np.asarray(K)
+
+
+def _cost(d: Data, K: Array) -> float:
+    return norm(d.Q) + 2 * norm(d.S) * norm(K) + norm(d.R) * norm(K) ** 2
+
+
+def _even(matrix: Array) -> Array:
+    return (matrix + matrix.T) / 2

@@ -1,0 +1,107 @@
+"""From a Riccati equation to a solution that can be trusted, or to the reason why there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.core.layout import Array
+from workbench.design.certificates import Certificate, Refused
+from workbench.design.matrices import EPS, indefinite
+from workbench.design.riccati.answers import Riccati
+from workbench.design.riccati.conditioning import Conditioning, conditioning
+from workbench.design.riccati.diagnosis import reason
+from workbench.design.riccati.equation import AbstractEquation, Data, Discrete, Point, norm
+from workbench.design.riccati.newton import Refined, refine
+from workbench.design.riccati.units import Units, good_units
+
+WORST_RESIDUAL = 1e-11
+WORST_ERROR = 1e-4  # four digits of X for the data as given
+WORST_MOVE = 1e-2  # two digits of X when every matrix is rounded to floating-point numbers
+WORTH_A_WARNING = 1e-6
+
+
+@dataclass(frozen=True)
+class _Judged:
+    """A refined candidate, its certificate, and what speaks against it, worst first."""
+
+    found: Refined
+    certificate: Certificate
+    against: str
+
+
+def stabilising(
+    call: str, data: Data, equation_of: Callable[[Data], AbstractEquation], roads: Callable[[Data], Iterator[Array]]
+) -> Riccati:
+    """The stabilising solution of the first road that leads to one.
+
+    Raises
+    ------
+    Refused
+        If no road leads to a solution that can be trusted.
+    """
+    units = good_units(data)
+    equation = equation_of(units.into(data))
+    objections = []
+    for X in roads(equation.data):
+        try:
+            judged = _judge(equation, refine(equation, X), units)
+        except np.linalg.LinAlgError:
+            continue
+        if not judged.against:
+            point = judged.found.point
+            return Riccati(
+                units.out_of(point.X), units.gain(point.K), judged.found.operator.poles, judged.certificate
+            )  # fmt: skip
+        objections.append(judged.against)
+    why = reason(equation.data, isinstance(equation, Discrete)) or (objections[0] if objections else "no method finds one")
+    raise Refused(f"`{call}`: there is no stabilising solution X that can be trusted: {why}.")
+
+
+def _judge(equation: AbstractEquation, found: Refined, units: Units) -> _Judged:
+    point = found.point
+    size = norm(units.out_of(point.X))
+    error = norm(units.out_of(found.correction)) / size if size > 0 else 0.0
+    margin = found.operator.margin
+    known = conditioning(equation, found, units) if margin > 0 else Conditioning(np.inf, 0.0)
+    certificate = Certificate(
+        residual=point.relative,
+        error=max(error, EPS / 2) if size > 0 else 0.0,
+        condition=known.condition,
+        margin=margin,
+        refined=found.steps,
+        warnings=tuple(_warnings(equation, point, error, known)),
+    )
+    return _Judged(found, certificate, _against(found, certificate, known))
+
+
+def _against(found: Refined, certificate: Certificate, known: Conditioning) -> str:
+    if not certificate.margin > 0:
+        return f"the closed loop of the nearest solution has the pole {found.operator.slowest:.4g}"
+    if not certificate.residual <= WORST_RESIDUAL:
+        return f"the relative residual stays at {certificate.residual:.1e}, above {WORST_RESIDUAL:g}"
+    if not certificate.error <= WORST_ERROR:
+        return f"the relative error of X is about {certificate.error:.1e}, above {WORST_ERROR:g}"
+    if not known.reach > EPS:
+        return (
+            f"a relative change of the data by {known.reach:.1e}, less than their rounding, may move eigenvalues of "
+            "the closed loop onto the edge of stability"
+        )
+    if not known.condition * EPS <= WORST_MOVE:
+        return f"rounding the data can change X by {known.condition * EPS:.1e} of its size, so its digits mean nothing"
+    return ""
+
+
+def _warnings(equation: AbstractEquation, point: Point, error: float, known: Conditioning) -> Iterator[str]:
+    if known.condition * EPS > WORTH_A_WARNING:
+        yield f"rounding the data can change X by up to {known.condition * EPS:.1e} of its size"
+    if error > WORTH_A_WARNING:
+        yield f"X is known to a relative error of about {error:.1e} only"
+    if known.reach < 1 and known.reach > 0 and known.reach < EPS / WORTH_A_WARNING:
+        yield f"relative changes of the data beyond about {known.reach:.1e} may leave no stabilising solution"
+    if indefinite(equation.data.Q):
+        yield "Q is not positive semidefinite: X stabilises, but a loop that does not may cost less"
+    if indefinite((point.W + point.W.T) / 2):
+        yield "R + B'XB is not positive definite: u = -K x stabilises, but the cost has no minimum there"
