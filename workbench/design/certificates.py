@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 
-class Refused(ValueError):
+class Refused(ValueError):  # noqa: N818
     """No answer can be trusted here; the message says why, and what would help."""
 
 

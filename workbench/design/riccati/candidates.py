@@ -52,7 +52,7 @@ def plain(d: Data) -> Data:
         d = replace(d, A=d.A - d.B @ shift, Q=d.Q - d.S @ shift, S=np.zeros_like(d.S))
     if d.E is not None:  # the state of the plain equation is E x
         Q = np.linalg.solve(d.E.T, np.linalg.solve(d.E.T, d.Q).T)
-        d = replace(d, A=np.linalg.solve(d.E.T, d.A.T).T, Q=(Q + Q.T) / 2, E=None)
+        d = replace(d, A=np.asarray(np.linalg.solve(d.E.T, d.A.T).T), Q=(Q + Q.T) / 2, E=None)
     return d
 
 

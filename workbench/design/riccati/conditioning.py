@@ -24,7 +24,7 @@ import numpy as np
 from scipy import linalg
 
 from workbench.core.layout import Array
-from workbench.design.riccati.equation import AbstractEquation
+from workbench.design.riccati.equation import AbstractEquation, size
 from workbench.design.riccati.newton import Refined
 from workbench.design.riccati.units import Units
 
@@ -58,19 +58,19 @@ def conditioning(equation: AbstractEquation, found: Refined, units: Units) -> Co
     d, point = equation.data, found.point
     one = np.eye(d.n)
     changes = [
-        (_size(d.A), point.beside_A, one),
-        (_size(d.B), point.beside_A, point.K),
-        (_size(d.Q) / 2, one, one),
-        (_size(d.R) / 2, point.K, point.K),
-        (_size(d.S), one, point.K),
-        (0.0 if d.E is None else _size(d.E), point.beside_E, one),
+        (size(d.A), point.beside_A, one),
+        (size(d.B), point.beside_A, point.K),
+        (size(d.Q) / 2, one, one),
+        (size(d.R) / 2, point.K, point.K),
+        (size(d.S), one, point.K),
+        (0.0 if d.E is None else size(d.E), point.beside_E, one),
     ]
     moved: dict[int, float] = {}
 
     def most(P: Array) -> float:
         """The norm of H(P'P), in the units of the caller."""
         if id(P) not in moved:
-            moved[id(P)] = _size(units.out_of(found.operator.solve(-P.T @ P)))
+            moved[id(P)] = size(units.out_of(found.operator.solve(-P.T @ P)))
         return moved[id(P)]
 
     total, M = 0.0, np.zeros((d.n, d.n))
@@ -80,8 +80,8 @@ def conditioning(equation: AbstractEquation, found: Refined, units: Units) -> Co
         total += 2 * r * float(np.sqrt(most(P) * most(Z)))
         c = float(np.sqrt(most(P) / most(Z))) / r
         M += c * r**2 * Z.T @ Z + P.T @ P / c
-    size = _size(units.out_of(point.X))
-    return Conditioning(total / size if size > 0 else 0.0, _reach(equation, found, M))
+    whole = size(units.out_of(point.X))
+    return Conditioning(total / whole if whole > 0 else 0.0, _reach(equation, found, M))
 
 
 def _reach(equation: AbstractEquation, found: Refined, M: Array) -> float:
@@ -93,7 +93,3 @@ def _reach(equation: AbstractEquation, found: Refined, M: Array) -> float:
     root = vectors / np.sqrt(np.maximum(values, np.finfo(float).eps * values[-1]))
     most = float(linalg.eigvalsh(root.T @ bent @ root)[-1])
     return min(1.0, ENOUGH / most) if most > 0 else 1.0
-
-
-def _size(matrix: Array) -> float:
-    return float(np.linalg.norm(matrix, 2))

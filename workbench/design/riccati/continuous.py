@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from workbench.design.matrices import definite, invertible, matrix, square, symmetric
 from workbench.design.riccati.answers import Riccati
 from workbench.design.riccati.candidates import continuous
-from workbench.design.riccati.equation import Continuous, Data
+from workbench.design.riccati.equation import Continuous
+from workbench.design.riccati.given import data
 from workbench.design.riccati.synthesis import stabilising
 
 
@@ -38,28 +36,5 @@ def care(A: Any, B: Any, Q: Any, R: Any, S: Any = None, E: Any = None) -> Riccat
     Refused
         If there is no stabilising X, or none that can be trusted.
     """
-    return stabilising("care(A, B, Q, R)", data("care(A, B, Q, R)", A, B, Q, R, S, E), Continuous, continuous)
-
-
-def data(call: str, A: Any, B: Any, Q: Any, R: Any, S: Any, E: Any, positive: bool = True) -> Data:
-    """The matrices of a Riccati equation, checked.
-
-    Raises
-    ------
-    ValueError
-        As `care`.
-    """
-    a = square(call, "A", A)
-    n = len(a)
-    b = matrix(call, "B", B, rows=n)
-    m = b.shape[1]
-    weight = definite if positive else symmetric
-    return Data(
-        a,
-        b,
-        symmetric(call, "Q", Q, n),
-        weight(call, "R", R, m),
-        np.zeros((n, m)) if S is None else matrix(call, "S", S, n, m),
-        None if E is None else invertible(call, "E", E, n),
-    )
-
+    call = "care(A, B, Q, R)"
+    return stabilising(call, data(call, A, B, Q, R, S, E), Continuous, continuous)

@@ -16,6 +16,7 @@ from scipy import linalg
 from workbench.core.layout import Array
 from workbench.design.riccati.candidates import plain, quadratic
 from workbench.design.riccati.equation import Data
+from workbench.design.riccati.operators import Complex
 
 NEAR = 1e-8  # half the digits: eigenvalues that meet on the boundary are found no better
 MOST_MODES = 40  # each asks for singular values
@@ -23,7 +24,7 @@ MOST_MODES = 40  # each asks for singular values
 
 def reason(d: Data, discrete: bool) -> str:
     """One sentence on why there is no stabilising solution, or an empty text if none is seen."""
-    modes = np.atleast_1d(linalg.eigvals(d.A, d.E))
+    modes: Complex = np.asarray(linalg.eigvals(d.A, d.E), dtype=complex)
     modes = modes[np.isfinite(modes)]
     inside = 1 - np.abs(modes) if discrete else -modes.real
     scale = 1.0 if discrete else max(1e-300, float(np.abs(modes).max(initial=0)))
@@ -34,7 +35,7 @@ def reason(d: Data, discrete: bool) -> str:
     )
 
 
-def _unmoved(d: Data, modes: Array) -> str:
+def _unmoved(d: Data, modes: Complex) -> str:
     mode, distance = _worst(d, modes, d.B, beside=True)
     if distance > NEAR:
         return ""
@@ -44,7 +45,7 @@ def _unmoved(d: Data, modes: Array) -> str:
     )
 
 
-def _free(d: Data, modes: Array, discrete: bool) -> str:
+def _free(d: Data, modes: Complex, discrete: bool) -> str:
     mode, distance = _worst(d, modes, d.Q, beside=False)
     if distance > NEAR or d.S.any():
         return ""
@@ -73,7 +74,7 @@ def _axis(d: Data) -> str:
     )
 
 
-def _worst(d: Data, modes: Array, other: Array, beside: bool) -> tuple[complex, float]:
+def _worst(d: Data, modes: Complex, other: Array, beside: bool) -> tuple[complex, float]:
     """The mode whose pencil [A - mode E, other], or the same stacked, comes nearest to a loss of rank."""
     found = 0j, np.inf
     E = np.eye(d.n) if d.E is None else d.E

@@ -6,8 +6,8 @@ from typing import Any
 
 from workbench.design.riccati.answers import Riccati
 from workbench.design.riccati.candidates import discrete
-from workbench.design.riccati.continuous import data
 from workbench.design.riccati.equation import Discrete
+from workbench.design.riccati.given import data
 from workbench.design.riccati.synthesis import stabilising
 
 

@@ -77,7 +77,8 @@ def _product(A: Array, B: Array) -> Twice:
 
 def _slices(A: Array, bits: int) -> list[Array]:
     """Matrices that add up to A, each an integer below 2^bits times one power of two a row."""
-    slices, rest = [], A
+    slices: list[Array] = []
+    rest = A
     while np.any(rest) and len(slices) * bits < WANTED:
         _, exponent = np.frexp(np.abs(rest).max(axis=1, keepdims=True))
         # adding and taking away 1.5 2^k rounds to the last digit of that number

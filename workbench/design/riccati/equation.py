@@ -42,7 +42,7 @@ class Point:
         A - B K, (n, n).
     beside_A, beside_E
         The matrices (n, n) that stand beside a change of A and of E in the change of the equation.
-    left, size
+    left, terms
         The residual (n, n), and the norm of the terms that it is summed from.
     W
         What an input costs in the end, (m, m): R, or R + B'XB.
@@ -54,13 +54,13 @@ class Point:
     beside_A: Array
     beside_E: Array
     left: Array
-    size: float
+    terms: float
     W: Array
 
     @property
     def relative(self) -> float:
         """The residual over the size of its terms."""
-        return norm(self.left) / self.size if self.size > 0 else 0.0
+        return norm(self.left) / self.terms if self.terms > 0 else 0.0
 
 
 class AbstractEquation(ABC):
@@ -94,19 +94,22 @@ class Continuous(AbstractEquation):
     data: Data
 
     def at(self, X: Array) -> Point:
+        """The equation at a symmetric X (n, n)."""
         d = self.data
         V = twice(X) if d.E is None else twice(X) @ d.E
         K = _gain(twice(d.R), V.T @ d.B + d.S)
         closed = twice(d.A) - twice(d.B) @ K
         half = V.T @ closed - twice(d.S) @ K
         left = (half + half.T + twice(K.T) @ (twice(d.R) @ K) + d.Q).high
-        size = 2 * norm(V.high) * (norm(d.A) + norm(d.B) * norm(K)) + _cost(d, K)
-        return Point(X, K, closed.high, V.high, X @ closed.high, _even(left), size, d.R)
+        terms = 2 * norm(V.high) * (norm(d.A) + norm(d.B) * norm(K)) + _cost(d, K)
+        return Point(X, K, closed.high, V.high, X @ closed.high, _even(left), terms, d.R)
 
     def operator(self, point: Point) -> AbstractOperator:
+        """X -> F'XE + E'XF, F = A - B K."""
         return lyapunov_operator(point.closed, self.data.E)
 
     def curvature(self, point: Point, H: Array) -> Array:
+        """E'H B R^-1 B'H E."""
         HE = H if self.data.E is None else H @ self.data.E
         inputs = self.data.B.T @ HE
         return np.asarray(inputs.T @ np.linalg.solve(point.W, inputs))
@@ -119,6 +122,7 @@ class Discrete(AbstractEquation):
     data: Data
 
     def at(self, X: Array) -> Point:
+        """The equation at a symmetric X (n, n)."""
         d = self.data
         V = twice(X) if d.E is None else twice(X) @ d.E
         XB = twice(X) @ d.B
@@ -128,13 +132,15 @@ class Discrete(AbstractEquation):
         ahead, now = twice(X) @ closed, V if d.E is None else twice(d.E.T) @ V
         half = twice(d.S) @ K
         left = (closed.T @ ahead - now - half - half.T + twice(K.T) @ (twice(d.R) @ K) + d.Q).high
-        size = norm(X) * (norm(d.A) + norm(d.B) * norm(K)) ** 2 + norm(now.high) + _cost(d, K)
-        return Point(X, K, closed.high, ahead.high, V.high, _even(left), size, W.high)
+        terms = norm(X) * (norm(d.A) + norm(d.B) * norm(K)) ** 2 + norm(now.high) + _cost(d, K)
+        return Point(X, K, closed.high, ahead.high, V.high, _even(left), terms, W.high)
 
     def operator(self, point: Point) -> AbstractOperator:
+        """X -> F'XF - E'XE, F = A - B K."""
         return stein_operator(point.closed, self.data.E)
 
     def curvature(self, point: Point, H: Array) -> Array:
+        """F'H B W^-1 B'H F, for a small H."""
         inputs = self.data.B.T @ H @ point.closed
         return np.asarray(inputs.T @ np.linalg.solve(point.W, inputs))
 
@@ -142,6 +148,11 @@ class Discrete(AbstractEquation):
 def norm(matrix: Array) -> float:
     """The norm of Frobenius."""
     return float(np.linalg.norm(matrix))
+
+
+def size(matrix: Array) -> float:
+    """The 2-norm."""
+    return float(np.linalg.norm(matrix, 2))
 
 
 def _gain(W: Twice, right: Twice) -> Array:

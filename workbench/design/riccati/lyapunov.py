@@ -8,7 +8,7 @@ Higham (2002), Accuracy and Stability of Numerical Algorithms, 2nd ed., section 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,11 +19,11 @@ from workbench.design.certificates import Certificate, Refused
 from workbench.design.matrices import EPS, invertible, square, symmetric
 from workbench.design.riccati.answers import Lyapunov
 from workbench.design.riccati.double_double import twice
-from workbench.design.riccati.equation import norm
+from workbench.design.riccati.equation import norm, size
 from workbench.design.riccati.operators import AbstractOperator, lyapunov_operator, stein_operator
-from workbench.design.riccati.synthesis import WORST_ERROR, WORST_MOVE, WORTH_A_WARNING
+from workbench.design.riccati.synthesis import WORST_ERROR, WORST_RESIDUAL, WORTH_A_WARNING
 
-MOST_STEPS = 10  # each gains about as many digits as the first solution has
+MOST_STEPS = 40  # each gains about as many digits as the first solution has
 POWER_STEPS = 12  # of the iteration for the norm of the inverse, which soon has its first digit
 
 
@@ -98,36 +98,34 @@ class _Equation:
         beside = x if E is None else x @ E.T
         if self.discrete:
             left = A @ (x @ A.T) - (beside if E is None else E @ beside) + self.Q
-            size = norm(self.A) ** 2 + (1.0 if self.E is None else norm(self.E) ** 2)
+            terms = norm(self.A) ** 2 + (1.0 if self.E is None else norm(self.E) ** 2)
         else:
             half = A @ beside
             left = half + half.T + self.Q
-            size = 2 * norm(self.A) * (1.0 if self.E is None else norm(self.E))
-        return (left.high + left.high.T) / 2, size * norm(X) + norm(self.Q)
+            terms = 2 * norm(self.A) * (1.0 if self.E is None else norm(self.E))
+        return (left.high + left.high.T) / 2, terms * norm(X) + norm(self.Q)
 
 
 def _solve(equation: _Equation) -> Lyapunov:
-    """X in good units, refined as long as the residual falls."""
-    _, (scale, _) = linalg.matrix_balance(np.abs(equation.A), permute=False, separate=True)
-    E = None if equation.E is None else equation.E / scale[:, None] * scale
-    scaled = _Equation(
-        equation.call, equation.A / scale[:, None] * scale, equation.Q / scale[:, None] / scale, E, equation.discrete
-    )  # fmt: skip
+    """X in good units, refined as long as it settles."""
+    scale = _good_units(equation)
+    scaled = _measured(equation, scale)
     try:
         operator = scaled.operator()
         X, steps, correction = _refined(scaled, operator)
-        condition = _condition(scaled, operator, X)
+        full = X * scale[:, None] * scale
+        error = norm(correction * scale[:, None] * scale) / norm(full) if full.any() else 0.0
+        condition = _condition(scaled, operator, X, scale)
     except np.linalg.LinAlgError:
         raise Refused(_not_unique(equation, "is singular in floating-point numbers")) from None
-    left, size = scaled.left(X)
-    full = X * scale[:, None] * scale
-    error = norm(correction * scale[:, None] * scale) / norm(full) if full.any() else 0.0
-    if not (error <= WORST_ERROR and condition * EPS <= WORST_MOVE):
+    left, terms = scaled.left(X)
+    residual = norm(left) / terms if terms > 0 else 0.0
+    if not (error <= WORST_ERROR and residual <= WORST_RESIDUAL):
         raise Refused(
-            _not_unique(equation, f"has the condition number {condition:.1e}, and X a relative error of {error:.1e}")
+            _not_unique(equation, f"leaves X a relative error of {error:.1e} and a residual of {residual:.1e}")
         )
     certificate = Certificate(
-        residual=norm(left) / size if size > 0 else 0.0,
+        residual=residual,
         error=max(error, EPS / 2) if full.any() else 0.0,
         condition=condition,
         margin=operator.margin,
@@ -137,31 +135,64 @@ def _solve(equation: _Equation) -> Lyapunov:
     return Lyapunov(full, operator.poles, certificate)
 
 
+def _good_units(equation: _Equation) -> Array:
+    """Powers of two that the states are measured by, (n,): the pencil of the equation has rows and columns alike."""
+    n = len(equation.A)
+    A = np.abs(equation.A) + (0.0 if equation.E is None else np.abs(equation.E))
+    pencil = np.block([[A, np.abs(equation.Q)], [np.zeros((n, n)), A.T]])
+    np.fill_diagonal(pencil, 0)
+    _, (scale, _) = linalg.matrix_balance(pencil, permute=False, separate=True)
+    exponent = np.log2(scale)
+    return np.asarray(np.exp2(np.round((exponent[:n] - exponent[n:]) / 2)))
+
+
+def _measured(equation: _Equation, scale: Array) -> _Equation:
+    E = None if equation.E is None else equation.E / scale[:, None] * scale
+    A, Q = equation.A / scale[:, None] * scale, equation.Q / scale[:, None] / scale
+    return replace(equation, A=A, Q=Q, E=E)
+
+
 def _refined(equation: _Equation, operator: AbstractOperator) -> tuple[Array, int, Array]:
-    """X, the number of refinements kept, and the correction that was not."""
-    X = np.zeros_like(equation.Q)
-    left, _ = equation.left(X)
+    """X, the number of refinements kept, and the correction that was not: the first that is no smaller.
+
+    The residual falls to rounding at once, also where X has no digit yet; the corrections show how X settles.
+    """
+    X = operator.solve(-equation.Q)
+    last = np.inf
     for step in range(MOST_STEPS):
-        correction = operator.solve(-left)
-        following, _ = equation.left(X + correction)
-        if not norm(following) < norm(left):
-            break
-        X, left = X + correction, following
-    return X, max(step - 1, 0), correction
+        correction = operator.solve(-equation.left(X)[0])
+        if not norm(correction) < last:
+            return X, step, correction
+        X, last = X + correction, norm(correction)
+    return X, MOST_STEPS, correction
 
 
-def _condition(equation: _Equation, operator: AbstractOperator, X: Array) -> float:
-    """A bound of the relative change of X over that of A, E and Q, by the norm of the operator's inverse."""
+def _condition(equation: _Equation, operator: AbstractOperator, X: Array, scale: Array) -> float:
+    """A bound of the relative change of X over that of A, E and Q, in 2-norms.
+
+    If all poles lie on one side of the boundary, it is Kenney's and Hewer's, as for a Riccati equation; if not,
+    it is made of the norm of the operator's inverse.
+    """
     if not X.any():
         return 0.0
+    beside = X if equation.E is None else X @ equation.E.T
+    ahead = X @ equation.A.T
+    sizes = [0.0 if matrix is None else size(matrix) for matrix in (equation.Q, equation.A, equation.E)]
+    whole = size(X * scale[:, None] * scale)
+    sides = operator.margins() > 0
+    if sides.all() or not sides.any():
+        one, by_A, by_E = (
+            size(operator.solve(P @ P.T) * scale[:, None] * scale)
+            for P in ((np.eye(len(X)), ahead, beside) if equation.discrete else (np.eye(len(X)), beside, ahead))
+        )
+        return float(sizes[0] * one + 2 * sizes[1] * np.sqrt(one * by_A) + 2 * sizes[2] * np.sqrt(one * by_E)) / whole
     adjoint = equation.operator(adjoint=True)
-    size = equation.left(X)[1]
-    probe, most = np.eye(len(X)) + norm(X) ** -1 * X, 0.0
+    probe, most = np.eye(len(X)) + X / norm(X), 0.0
     for _ in range(POWER_STEPS):  # of power iteration for its largest singular value
         image = operator.solve(probe / norm(probe))
         most = max(most, norm(image))
         probe = adjoint.solve(image / norm(image))
-    return most * 2 * size / norm(X)
+    return most * 2 * equation.left(X)[1] * float(scale.max() ** 2) / whole
 
 
 def _not_unique(equation: _Equation, what: str) -> str:

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.design.riccati.equation import AbstractEquation, Point
+from workbench.design.matrices import EPS
+from workbench.design.riccati.equation import AbstractEquation, Point, norm
 from workbench.design.riccati.operators import AbstractOperator
 
 MOST_STEPS = 60  # far from the solution a step about halves the way, near it doubles the digits
@@ -43,17 +44,27 @@ class Refined:
 def refine(equation: AbstractEquation, X: Array) -> Refined:
     """Newton's method from X, as long as each step makes the residual smaller.
 
+    Where the residual is below the working precision it says no more, and the size of the next step decides.
+
     Raises
     ------
     LinAlgError
         If a gain or a step does not exist.
     """
-    point = equation.at(X)
-    for steps in range(MOST_STEPS):
-        operator = equation.operator(point)
-        correction = operator.solve(-point.left)
-        following = equation.at(point.X + correction)
-        if not following.relative < point.relative:
-            return Refined(point, operator, steps, correction)
-        point = following
+    now = _looked_at(equation, X, 0)
+    while now.steps < MOST_STEPS:
+        following = equation.at(now.point.X + now.correction)
+        falls = following.relative < now.point.relative
+        if not falls and following.relative > EPS:
+            return now
+        then = _looked_at(equation, following.X, now.steps + 1)
+        if not falls and not norm(then.correction) < norm(now.correction):
+            return now
+        now = then
     raise np.linalg.LinAlgError("Newton's method did not end")
+
+
+def _looked_at(equation: AbstractEquation, X: Array, steps: int) -> Refined:
+    point = equation.at(X)
+    operator = equation.operator(point)
+    return Refined(point, operator, steps, operator.solve(-point.left))

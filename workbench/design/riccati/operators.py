@@ -63,12 +63,15 @@ class LyapunovOperator(AbstractOperator):
 
     @property
     def poles(self) -> Complex:
+        """The eigenvalues of T."""
         return np.asarray(linalg.eigvals(self.T), dtype=complex)
 
     def margins(self) -> Array:
-        return -self.poles.real
+        """How far each pole lies left of the imaginary axis."""
+        return np.asarray(-self.poles.real)
 
     def solve(self, W: Array) -> Array:
+        """By LAPACK's `dtrsyl`."""
         right = self.U.T @ _divided(W, self.E) @ self.U
         Y, scale, _ = linalg.lapack.dtrsyl(self.T, self.T, right, trana="T")
         return _finite(self.U @ (Y / scale) @ self.U.T)
@@ -84,16 +87,19 @@ class SteinOperator(AbstractOperator):
 
     @property
     def poles(self) -> Complex:
+        """The diagonal of T."""
         return np.array(np.diag(self.T))
 
     def margins(self) -> Array:
+        """How far each pole lies inside the unit circle."""
         return np.asarray(1 - np.abs(self.poles))
 
     def solve(self, W: Array) -> Array:
+        """Column by column, as each needs those before it."""
         T, n = self.T, len(self.T)
         right = self.U.conj().T @ _divided(W, self.E) @ self.U
         Y = np.zeros_like(right)
-        for k in range(n):  # column by column, as the columns before are known
+        for k in range(n):
             known = T.conj().T @ (Y[:, :k] @ T[:k, k])
             Y[:, k] = linalg.solve_triangular((T[k, k] * T.conj().T) - np.eye(n), right[:, k] - known, lower=True)
         return _finite((self.U @ Y @ self.U.conj().T).real)
@@ -113,12 +119,12 @@ def stein_operator(F: Array, E: Array | None) -> SteinOperator:
 
 def _quotient(F: Array, E: Array | None) -> Array:
     """F E^-1."""
-    return F if E is None else np.linalg.solve(E.T, F.T).T
+    return F if E is None else np.asarray(np.linalg.solve(E.T, F.T).T)
 
 
 def _divided(W: Array, E: Array | None) -> Array:
     """E'^-1 W E^-1."""
-    return W if E is None else np.linalg.solve(E.T, np.linalg.solve(E.T, W).T)
+    return W if E is None else np.asarray(np.linalg.solve(E.T, np.linalg.solve(E.T, W).T))
 
 
 def _finite(X: Array) -> Array:

@@ -56,7 +56,9 @@ def stabilising(
                 units.out_of(point.X), units.gain(point.K), judged.found.operator.poles, judged.certificate
             )  # fmt: skip
         objections.append(judged.against)
-    why = reason(equation.data, isinstance(equation, Discrete)) or (objections[0] if objections else "no method finds one")
+    why = reason(equation.data, isinstance(equation, Discrete)) or (
+        objections[0] if objections else "no method finds one"
+    )
     raise Refused(f"`{call}`: there is no stabilising solution X that can be trusted: {why}.")
 
 

@@ -21,11 +21,15 @@ class Units:
     def into(self, d: Data) -> Data:
         """The data in these units."""
         x, u = self.states, self.inputs
-        A, E = (None if matrix is None else matrix / x[:, None] * x for matrix in (d.A, d.E))
-        assert A is not None
+        E = None if d.E is None else d.E / x[:, None] * x
         return Data(
-            A, d.B / x[:, None] * u, d.Q * x[:, None] * x, d.R * u[:, None] * u, d.S * x[:, None] * u, E
-        )  # fmt: skip
+            A=d.A / x[:, None] * x,
+            B=d.B / x[:, None] * u,
+            Q=d.Q * x[:, None] * x,
+            R=d.R * u[:, None] * u,
+            S=d.S * x[:, None] * u,
+            E=E,
+        )
 
     def out_of(self, X: Array) -> Array:
         """X (n, n) in the units of the caller."""
@@ -43,7 +47,7 @@ def good_units(d: Data) -> Units:
     ----------
     Benner (2001), Symplectic balancing of Hamiltonian matrices, SIAM J. Sci. Comput. 22.
     """
-    n, m = d.B.shape
+    n = d.n
     A, B, Q, R, S = (np.abs(matrix) for matrix in (d.A, d.B, d.Q, d.R, d.S))
     A = A if d.E is None else A + np.abs(d.E)
     pencil = np.block([[A, np.zeros((n, n)), B], [Q, A.T, S], [S.T, B.T, R]])
