@@ -6,13 +6,12 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import equations, ode, planar, rigid
+from . import equations, ode, planar, riccati, rigid
 from .graders import Grader, Loaded, find, loaded
 
 # What an exam asks for that the workbench cannot do yet, by a function that only its grader has.
 NOT_YET = {
     "grade_dre": "the differential Riccati equation is not in the workbench yet",
-    "grade_care": "Riccati synthesis is not in the workbench yet",
     "grade_sobol": "sensitivity indices are not in the workbench yet",
     "acks": "studies that resume are not in the workbench yet",
 }
@@ -42,7 +41,8 @@ def _sit(grader: Grader) -> Iterator[Verdict]:
     if grader.broken:
         yield Verdict(False, f"{grader.name}: MISSED, its grader cannot be read: {grader.broken}")
         return
-    parts = [(name, part) for function, (name, part) in ode.PARTS.items() if function in grader.functions]
+    known_parts = {**ode.PARTS, **riccati.PARTS}
+    parts = [(name, part) for function, (name, part) in known_parts.items() if function in grader.functions]
     known = False
     for name, part in parts:
         known = True

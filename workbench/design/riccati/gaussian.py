@@ -45,12 +45,7 @@ def lqg(system: Any, Q: Any, R: Any, Qn: Any, Rn: Any, N: Any = None, G: Any = N
     Athans (1971), The role and use of the stochastic linear-quadratic-Gaussian problem in control system design,
     IEEE Trans. Autom. Control 16. Doyle (1978), Guaranteed margins for LQG regulators, the same, 23.
     """
-    if not is_system(system):
-        raise ValueError(
-            f"`lqg(system, Q, R, Qn, Rn)`: system must be a python-control `StateSpace`; got {type(system).__name__}. "
-            "Make one by `control.ss(A, B, C, D)`."
-        )
-    A, C = (np.asarray(matrix, dtype=float) for matrix in (system.A, system.C))
+    A, C = _matrices(system)
     regulator = lqr(system, Q, R, N)
     entry = np.eye(len(A)) if G is None else G
     estimator = lqe(A, entry, C, Qn, Rn, discrete=is_discrete(system))
@@ -66,6 +61,15 @@ def lqg(system: Any, Q: Any, R: Any, Qn: Any, Rn: Any, N: Any = None, G: Any = N
         warnings=tuple(_warnings(system, controller, regulator, estimator)),
     )
     return Lqg(controller, regulator, estimator, poles, certificate)
+
+
+def _matrices(system: Any) -> tuple[Array, Array]:
+    if not is_system(system):
+        raise ValueError(
+            f"`lqg(system, Q, R, Qn, Rn)`: system must be a python-control `StateSpace`; got {type(system).__name__}. "
+            "Make one by `control.ss(A, B, C, D)`."
+        )
+    return np.asarray(system.A, dtype=float), np.asarray(system.C, dtype=float)
 
 
 def _controller(system: Any, K: Array, L: Array) -> Any:

@@ -95,25 +95,24 @@ def lqe(
     if is_system(A):
         call, discrete = "lqe(system, Qn, Rn)", is_discrete(A)
         A, G, C, Qn, Rn, N = A.A, A.B, A.C, G, C, Qn if N is None else N
+    found = _solved(call, _dual(call, A, G, C, Qn, Rn, N, E), discrete)
+    return replace(found, K=found.K.T)
+
+
+def _dual(call: str, A: Any, G: Any, C: Any, Qn: Any, Rn: Any, N: Any, E: Any) -> Data:
+    """The regulator's equation that an estimator's is when its matrices are transposed."""
     a = square(call, "A", A)
     g = matrix(call, "G", G, rows=len(a))
     c = matrix(call, "C", C, columns=len(a))
     q, r = semidefinite(call, "Qn", Qn, g.shape[1]), definite(call, "Rn", Rn, len(c))
-    across = None if N is None else matrix(call, "N", N, g.shape[1], len(c))
-    if across is not None:
+    S = None
+    if N is not None:
+        across = matrix(call, "N", N, g.shape[1], len(c))
         joint(call, "[Qn N; N' Rn]", q, across, r)
+        S = g @ across
     driven = g @ q @ g.T
-    dual = data(
-        call,
-        a.T,
-        c.T,
-        (driven + driven.T) / 2,
-        r,
-        None if across is None else g @ across,
-        None if E is None else square(call, "E", E, len(a)).T,
-    )
-    found = _solved(call, dual, discrete)
-    return replace(found, K=found.K.T)
+    e = None if E is None else square(call, "E", E, len(a)).T
+    return data(call, a.T, c.T, (driven + driven.T) / 2, r, S, e)
 
 
 def _solved(call: str, d: Data, discrete: bool) -> Riccati:
