@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 
 import numpy as np
 from scipy import linalg
 
 from workbench.core.layout import Array
 from workbench.design.riccati.equation import Data
+from workbench.design.riccati.hamiltonian import hamiltonian, plain, quadratic
 
 MOST_ROUNDS = 60  # of an iteration that squares or doubles
 
@@ -45,22 +45,6 @@ def _by(d: Data, *roads: Callable[[Data], Array]) -> Iterator[Array]:
             yield (X + X.T) / 2
 
 
-def plain(d: Data) -> Data:
-    """The same equation without S and E, for roads that know neither; R must have an inverse."""
-    if d.S.any():
-        shift = np.linalg.solve(d.R, d.S.T)
-        d = replace(d, A=d.A - d.B @ shift, Q=d.Q - d.S @ shift, S=np.zeros_like(d.S))
-    if d.E is not None:  # the state of the plain equation is E x
-        Q = np.linalg.solve(d.E.T, np.linalg.solve(d.E.T, d.Q).T)
-        d = replace(d, A=np.asarray(np.linalg.solve(d.E.T, d.A.T).T), Q=(Q + Q.T) / 2, E=None)
-    return d
-
-
-def quadratic(d: Data) -> Array:
-    """B R^-1 B'."""
-    return d.B @ np.linalg.solve(d.R, d.B.T)
-
-
 def _zero(d: Data) -> Array:
     """The solution where nothing costs and all is stable: Newton's method would only come ever nearer to it."""
     if d.Q.any() or d.S.any():
@@ -70,9 +54,8 @@ def _zero(d: Data) -> Array:
 
 def _schur(d: Data) -> Array:
     """By an orthogonal basis [U1; U2] of the stable subspace of the Hamiltonian: X = U2 U1^-1."""
-    p, n = plain(d), d.n
-    hamiltonian = np.block([[p.A, -quadratic(p)], [-p.Q, -p.A.T]])
-    _, U, stable = linalg.schur(hamiltonian, output="real", sort="lhp")
+    n = d.n
+    _, U, stable = linalg.schur(hamiltonian(d), output="real", sort="lhp")
     if stable != n:
         raise np.linalg.LinAlgError("the Hamiltonian has eigenvalues on the imaginary axis")
     return np.linalg.solve(U[:n, :n].T, U[n:, :n].T).T
@@ -88,8 +71,7 @@ def _scipy_discrete(d: Data) -> Array:
 
 def _sign(d: Data) -> Array:
     """By Newton's iteration for the sign of the Hamiltonian, scaled by its determinant: (sign + I) [I; X] = 0."""
-    p, n = plain(d), d.n
-    Z = np.block([[p.A, -quadratic(p)], [-p.Q, -p.A.T]])
+    Z, n = hamiltonian(d), d.n
     for _ in range(MOST_ROUNDS):
         scale = np.exp(-np.linalg.slogdet(Z)[1] / (2 * n))
         following = (scale * Z + np.linalg.inv(Z) / scale) / 2

@@ -7,7 +7,9 @@ P' dZ + dZ' P, which lies between both signs of c r^2 Z'Z + P'P / c for every c 
 
 All this is the linear picture. It ends where the curvature of Res along H(M) reaches M / 4: for one state that
 is Kantorovich's condition, beyond which an equation with the changed data may have no solution; for more
-states it is an estimate of the same distance.
+states it is an estimate of the same distance. For a continuous equation there is another: the least singular
+value of H - i omega over the frequencies of the slow poles, H being the Hamiltonian matrix. Smaller changes of H
+move no eigenvalue onto the imaginary axis. Both err on the side of fear, so the larger one counts.
 
 References
 ----------
@@ -24,11 +26,14 @@ import numpy as np
 from scipy import linalg
 
 from workbench.core.layout import Array
-from workbench.design.riccati.equation import AbstractEquation, size
+from workbench.design.matrices import EPS
+from workbench.design.riccati.equation import AbstractEquation, Continuous, Data, size
+from workbench.design.riccati.hamiltonian import hamiltonian
 from workbench.design.riccati.newton import Refined
 from workbench.design.riccati.units import Units
 
 ENOUGH = 0.25  # x = h + x^2 has a real solution up to h = 1/4
+MOST_POLES = 12  # whose frequencies are looked at: each asks for singular values
 
 
 @dataclass(frozen=True)
@@ -81,7 +86,10 @@ def conditioning(equation: AbstractEquation, found: Refined, units: Units) -> Co
         c = float(np.sqrt(most(P) / most(Z))) / r
         M += c * r**2 * Z.T @ Z + P.T @ P / c
     whole = size(units.out_of(point.X))
-    return Conditioning(total / whole if whole > 0 else 0.0, _reach(equation, found, M))
+    reach = _reach(equation, found, M)
+    if reach <= EPS and isinstance(equation, Continuous):
+        reach = max(reach, _distance(d, found))
+    return Conditioning(total / whole if whole > 0 else 0.0, reach)
 
 
 def _reach(equation: AbstractEquation, found: Refined, M: Array) -> float:
@@ -90,6 +98,14 @@ def _reach(equation: AbstractEquation, found: Refined, M: Array) -> float:
         return 1.0
     bent = equation.curvature(found.point, found.operator.solve(-M))
     values, vectors = np.linalg.eigh(M)
-    root = vectors / np.sqrt(np.maximum(values, np.finfo(float).eps * values[-1]))
+    root = vectors / np.sqrt(np.maximum(values, EPS * values[-1]))
     most = float(linalg.eigvalsh(root.T @ bent @ root)[-1])
     return min(1.0, ENOUGH / most) if most > 0 else 1.0
+
+
+def _distance(d: Data, found: Refined) -> float:
+    """The least singular value of H - i omega at the frequencies of the slowest poles, over the norm of H."""
+    H, one = hamiltonian(d), np.eye(2 * d.n)
+    slow = found.operator.poles[np.argsort(found.operator.margins())[:MOST_POLES]]
+    least = [np.linalg.svd(H - 1j * omega * one, compute_uv=False)[-1] for omega in np.unique(np.abs(slow.imag))]
+    return float(min(least)) / size(H)

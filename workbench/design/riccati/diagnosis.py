@@ -8,14 +8,12 @@ Hautus (1969), Controllability and observability conditions of linear autonomous
 
 from __future__ import annotations
 
-import warnings
-
 import numpy as np
 from scipy import linalg
 
 from workbench.core.layout import Array
-from workbench.design.riccati.candidates import plain, quadratic
 from workbench.design.riccati.equation import Data
+from workbench.design.riccati.hamiltonian import hamiltonian
 from workbench.design.riccati.operators import Complex
 
 NEAR = 1e-8  # half the digits: eigenvalues that meet on the boundary are found no better
@@ -58,11 +56,7 @@ def _free(d: Data, modes: Complex, discrete: bool) -> str:
 
 def _axis(d: Data) -> str:
     try:
-        p = plain(d)
-        H = np.block([[p.A, -quadratic(p)], [-p.Q, -p.A.T]])
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            values = linalg.eigvals(H)
+        values = np.linalg.eigvals(hamiltonian(d))
     except (np.linalg.LinAlgError, ValueError):
         return ""
     nearest = values[np.abs(values.real).argmin()]

@@ -44,7 +44,8 @@ class Refined:
 def refine(equation: AbstractEquation, X: Array) -> Refined:
     """Newton's method from X, as long as each step makes the residual smaller.
 
-    Where the residual is below the working precision it says no more, and the size of the next step decides.
+    Where the residual is below the working precision it says no more: there the next step must be shorter by half,
+    until it is below the last digit of X.
 
     Raises
     ------
@@ -53,12 +54,14 @@ def refine(equation: AbstractEquation, X: Array) -> Refined:
     """
     now = _looked_at(equation, X, 0)
     while now.steps < MOST_STEPS:
+        if norm(now.correction) <= EPS * norm(now.point.X):
+            return now
+        blind = now.point.relative <= EPS
         following = equation.at(now.point.X + now.correction)
-        falls = following.relative < now.point.relative
-        if not falls and following.relative > EPS:
+        if following.relative > EPS and not following.relative < now.point.relative:
             return now
         then = _looked_at(equation, following.X, now.steps + 1)
-        if not falls and not norm(then.correction) < norm(now.correction):
+        if blind and not 2 * norm(then.correction) < norm(now.correction):
             return now
         now = then
     raise np.linalg.LinAlgError("Newton's method did not end")
