@@ -62,10 +62,10 @@ def invertible(call: str, name: str, value: Any, n: int | None = None) -> Array:
     Raises
     ------
     ValueError
-        As `square`, or if it is singular within rounding.
+        As `square`, or if it is singular within rounding, in whatever units its rows and columns are measured.
     """
     array = square(call, name, value, n)
-    condition = float(np.linalg.cond(array))
+    condition = float(np.linalg.cond(_levelled(array)))
     if not condition * len(array) * EPS < 1:
         raise ValueError(
             f"`{call}`: {name} must have an inverse; its condition number is {condition:.1e}, so it is singular within "
@@ -100,14 +100,15 @@ def definite(call: str, name: str, value: Any, n: int | None = None) -> Array:
     Raises
     ------
     ValueError
-        As `symmetric`, or if an eigenvalue is negative, or zero within rounding.
+        As `symmetric`, or if, with its diagonal scaled to one, an eigenvalue is negative or zero within rounding.
     """
     array = symmetric(call, name, value, n)
-    values = np.linalg.eigvalsh(array)
-    if values[0] <= len(array) * EPS * np.abs(values).max():
+    root = np.sqrt(np.maximum(np.diag(array), SMALLEST))
+    if np.linalg.eigvalsh(array / root[:, None] / root)[0] <= len(array) * EPS:
+        values = np.linalg.eigvalsh(array)
         raise ValueError(
-            f"`{call}`: {name} must be positive definite, as its inverse is needed; its eigenvalues run from "
-            f"{values[0]:.3g} to {values[-1]:.3g}. Give every input a weight above zero."
+            f"`{call}`: {name} must be positive definite beyond rounding, as its inverse is needed; its eigenvalues "
+            f"run from {values[0]:.3g} to {values[-1]:.3g}. Give every direction a weight above zero."
         )
     return array
 
@@ -134,6 +135,14 @@ def indefinite(array: Array) -> bool:
     """Whether a symmetric matrix has a negative eigenvalue beyond rounding."""
     values = np.linalg.eigvalsh(array)
     return bool(values[0] < -8 * len(array) * EPS * np.abs(values).max())
+
+
+def _levelled(array: Array) -> Array:
+    """The matrix with rows and columns in units that make their largest entries alike."""
+    for _ in range(3):
+        rows, columns = np.abs(array).max(axis=1, keepdims=True), np.abs(array).max(axis=0, keepdims=True)
+        array = array / np.sqrt(np.where(rows > 0, rows, 1.0)) / np.sqrt(np.where(columns > 0, columns, 1.0))
+    return array
 
 
 def _letter(size: int | None) -> str:

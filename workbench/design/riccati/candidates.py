@@ -58,7 +58,7 @@ def _schur(d: Data) -> Array:
     _, U, stable = linalg.schur(hamiltonian(d), output="real", sort="lhp")
     if stable != n:
         raise np.linalg.LinAlgError("the Hamiltonian has eigenvalues on the imaginary axis")
-    return np.linalg.solve(U[:n, :n].T, U[n:, :n].T).T
+    return np.asarray(np.linalg.solve(U[:n, :n].T, U[n:, :n].T).T)
 
 
 def _scipy_continuous(d: Data) -> Array:

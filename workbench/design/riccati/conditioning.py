@@ -87,7 +87,7 @@ def conditioning(equation: AbstractEquation, found: Refined, units: Units) -> Co
         M += c * r**2 * Z.T @ Z + P.T @ P / c
     whole = size(units.out_of(point.X))
     reach = _reach(equation, found, M)
-    if reach <= EPS and isinstance(equation, Continuous):
+    if reach <= EPS**0.75 and isinstance(equation, Continuous):
         reach = max(reach, _distance(d, found))
     return Conditioning(total / whole if whole > 0 else 0.0, reach)
 

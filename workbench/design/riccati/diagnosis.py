@@ -38,7 +38,7 @@ def _unmoved(d: Data, modes: Complex) -> str:
     if distance > NEAR:
         return ""
     return (
-        f"the pair (A, B) is not stabilisable: no input moves the unstable mode {_figure(mode)} of A (relative PBH "
+        f"the pair (A, B) is not stabilisable: no input moves the unstable mode {figure(mode)} of A (relative PBH "
         f"distance {distance:.1e}). Give it an actuator, or leave it out of the model"
     )
 
@@ -49,7 +49,7 @@ def _free(d: Data, modes: Complex, discrete: bool) -> str:
         return ""
     edge = "unit circle" if discrete else "imaginary axis"
     return (
-        f"the mode {_figure(mode)} of A lies on the {edge} and costs nothing in Q (relative PBH distance "
+        f"the mode {figure(mode)} of A lies on the {edge} and costs nothing in Q (relative PBH distance "
         f"{distance:.1e}), so it stays where it is. Give it a weight in Q"
     )
 
@@ -63,7 +63,7 @@ def _axis(d: Data) -> str:
     if abs(nearest.real) > NEAR * np.abs(values).max():
         return ""
     return (
-        f"the Hamiltonian matrix has the eigenvalue {_figure(complex(0, abs(nearest.imag)))} on the imaginary axis, "
+        f"the Hamiltonian matrix has the eigenvalue {figure(complex(0, abs(nearest.imag)))} on the imaginary axis, "
         "within rounding, so no X stabilises A - B K. Weigh the states more in Q"
     )
 
@@ -82,5 +82,6 @@ def _worst(d: Data, modes: Complex, other: Array, beside: bool) -> tuple[complex
     return found
 
 
-def _figure(mode: complex) -> str:
+def figure(mode: complex) -> str:
+    """A pole in four digits, as a real number if it is one."""
     return f"{mode.real:.4g}" if abs(mode.imag) < 1e-12 * (1 + abs(mode)) else f"{mode.real:.4g}{mode.imag:+.4g}j"

@@ -18,10 +18,11 @@ from workbench.core.layout import Array
 from workbench.design.certificates import Certificate, Refused
 from workbench.design.matrices import EPS, invertible, square, symmetric
 from workbench.design.riccati.answers import Lyapunov
+from workbench.design.riccati.diagnosis import figure
 from workbench.design.riccati.double_double import twice
 from workbench.design.riccati.equation import norm, size
-from workbench.design.riccati.operators import AbstractOperator, lyapunov_operator, stein_operator
-from workbench.design.riccati.synthesis import WORST_ERROR, WORST_RESIDUAL, WORTH_A_WARNING
+from workbench.design.riccati.operators import AbstractOperator, Complex, lyapunov_operator, stein_operator
+from workbench.design.riccati.synthesis import ROUNDING, WORST_ERROR, WORST_RESIDUAL, WORTH_A_WARNING
 
 MOST_STEPS = 40  # each gains about as many digits as the first solution has
 POWER_STEPS = 12  # of the iteration for the norm of the inverse, which soon has its first digit
@@ -112,6 +113,8 @@ def _solve(equation: _Equation) -> Lyapunov:
     scaled = _measured(equation, scale)
     try:
         operator = scaled.operator()
+        if _meeting(operator.poles, equation.discrete)[0] <= ROUNDING * len(scale):
+            raise Refused(_not_unique(equation, "is singular within rounding"))
         X, steps, correction = _refined(scaled, operator)
         full = X * scale[:, None] * scale
         error = norm(correction * scale[:, None] * scale) / norm(full) if full.any() else 0.0
@@ -196,13 +199,21 @@ def _condition(equation: _Equation, operator: AbstractOperator, X: Array, scale:
 
 
 def _not_unique(equation: _Equation, what: str) -> str:
-    values = np.atleast_1d(linalg.eigvals(equation.A, equation.E))
-    meeting = np.abs(np.multiply.outer(values, values) - 1 if equation.discrete else np.add.outer(values, values))
-    i, j = np.unravel_index(meeting.argmin(), meeting.shape)
+    values = np.asarray(linalg.eigvals(equation.A, equation.E), dtype=complex)
+    _, first, second = _meeting(values, equation.discrete)
     return (
-        f"`{equation.call}`: no X can be trusted, as the equation {what}: the eigenvalues {values[i]:.4g} and "
-        f"{values[j]:.4g} of A {'have nearly the product 1' if equation.discrete else 'add up to nearly zero'}."
+        f"`{equation.call}`: no X can be trusted, as the equation {what}: the eigenvalues {figure(first)} and "
+        f"{figure(second)} of A {'have nearly the product 1' if equation.discrete else 'add up to nearly zero'}."
     )
+
+
+def _meeting(values: Complex, discrete: bool) -> tuple[float, complex, complex]:
+    """How near two eigenvalues come to the sum 0, or the product 1, over the largest one or its square; and which."""
+    both = np.multiply.outer(values, values) - 1 if discrete else np.add.outer(values, values)
+    i, j = np.unravel_index(np.abs(both).argmin(), both.shape)
+    largest = float(np.abs(values).max())
+    near = float(np.abs(both[i, j])) / (max(1.0, largest**2) if discrete else max(largest, np.finfo(float).tiny))
+    return near, complex(values[i]), complex(values[j])
 
 
 def _warnings(margin: float, condition: float) -> Iterator[str]:

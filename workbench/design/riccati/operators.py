@@ -73,7 +73,9 @@ class LyapunovOperator(AbstractOperator):
     def solve(self, W: Array) -> Array:
         """By LAPACK's `dtrsyl`."""
         right = self.U.T @ _divided(W, self.E) @ self.U
-        Y, scale, _ = linalg.lapack.dtrsyl(self.T, self.T, right, trana="T")
+        Y, scale, perturbed = linalg.lapack.dtrsyl(self.T, self.T, right, trana="T")
+        if perturbed:
+            raise np.linalg.LinAlgError("two poles add up to zero")
         return _finite(self.U @ (Y / scale) @ self.U.T)
 
 

@@ -12,7 +12,7 @@ from workbench.design.certificates import Certificate, Refused
 from workbench.design.matrices import EPS, indefinite
 from workbench.design.riccati.answers import Riccati
 from workbench.design.riccati.conditioning import Conditioning, conditioning
-from workbench.design.riccati.diagnosis import reason
+from workbench.design.riccati.diagnosis import figure, reason
 from workbench.design.riccati.equation import AbstractEquation, Data, Discrete, Point, norm
 from workbench.design.riccati.newton import Refined, refine
 from workbench.design.riccati.units import Units, good_units
@@ -21,6 +21,7 @@ WORST_RESIDUAL = 1e-11
 WORST_ERROR = 1e-4  # four digits of X for the data as given
 WORST_MOVE = 1e-2  # two digits of X when every matrix is rounded to floating-point numbers
 WORTH_A_WARNING = 1e-6
+ROUNDING = 8 * EPS  # what a few operations on the data, a change of coordinates say, do to them
 
 
 @dataclass(frozen=True)
@@ -81,12 +82,12 @@ def _judge(equation: AbstractEquation, found: Refined, units: Units) -> _Judged:
 
 def _against(found: Refined, certificate: Certificate, known: Conditioning) -> str:
     if not certificate.margin > 0:
-        return f"the closed loop of the nearest solution has the pole {found.operator.slowest:.4g}"
+        return f"the closed loop of the nearest solution has the pole {figure(found.operator.slowest)}"
     if not certificate.residual <= WORST_RESIDUAL:
         return f"the relative residual stays at {certificate.residual:.1e}, above {WORST_RESIDUAL:g}"
     if not certificate.error <= WORST_ERROR:
         return f"the relative error of X is about {certificate.error:.1e}, above {WORST_ERROR:g}"
-    if not known.reach > EPS:
+    if not known.reach > ROUNDING:
         return (
             f"a relative change of the data by {known.reach:.1e}, less than their rounding, may move eigenvalues of "
             "the closed loop onto the edge of stability"
