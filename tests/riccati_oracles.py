@@ -42,9 +42,9 @@ def riccati(A, B, Q, R, X, S=None, E=None, discrete=False):
             F = a - b * K
             left = e.transpose() * x * F + F.transpose() * x * e
         left = left + q - s * K - K.transpose() * s.transpose() + K.transpose() * r * K
-        step, size = _step(floats(F), np.asarray(E, dtype=float), floats(left), discrete)
-        x = middle(x + exact(step) * flint.arb(size))
-        if np.abs(step).max() * size <= DIGITS_ENOUGH * np.abs(floats(x)).max():
+        step = _step(F, e, left, discrete)
+        x = middle(x + step)
+        if np.abs(floats(step)).max() <= DIGITS_ENOUGH * np.abs(floats(x)).max():
             return floats(x), floats(K)
     raise AssertionError("the oracle did not settle")
 
@@ -59,21 +59,26 @@ def lyapunov(A, Q, E=None, discrete=False):
             left = a * x * a.transpose() - e * x * e.transpose() + q
         else:
             left = a * x * e.transpose() + e * x * a.transpose() + q
-        step, size = _step(np.transpose(A), np.transpose(E), floats(left), discrete)
-        x = middle(x + exact(step) * flint.arb(size))
-        if np.abs(step).max() * size <= DIGITS_ENOUGH * np.abs(floats(x)).max():
+        step = _step(a.transpose(), e.transpose(), left, discrete)
+        x = middle(x + step)
+        if np.abs(floats(step)).max() <= DIGITS_ENOUGH * np.abs(floats(x)).max():
             return floats(x)
     raise AssertionError("the oracle did not settle")
 
 
 def _step(F, E, left, discrete):
     """The D of F'DE + E'DF, or F'DF - E'DE, = -left by a dense system of n^2 equations."""
-    size = float(np.abs(left).max())
-    if size == 0:
-        return np.zeros_like(left), 1.0
-    linear = np.kron(F.T, F.T) - np.kron(E.T, E.T) if discrete else np.kron(E.T, F.T) + np.kron(F.T, E.T)
-    step = np.linalg.solve(linear, -(left / size).ravel()).reshape(left.shape)
-    return (step + step.T) / 2, size
+    n = F.nrows()
+    first, second, sign = ((F, F), (E, E), -1) if discrete else ((E, F), (F, E), 1)
+    places = [(i, j) for i in range(n) for j in range(n)]
+    rows = [
+        [first[0][k, i] * first[1][m, j] + sign * second[0][k, i] * second[1][m, j] for k, m in places]
+        for i, j in places
+    ]
+    known = flint.arb_mat(n * n, 1, [-left[i, j] for i, j in places])
+    D = middle(middle(flint.arb_mat(rows)).solve(known, algorithm="approx"))
+    D = flint.arb_mat(n, n, [D[i, 0] for i in range(n * n)])
+    return middle((D + D.transpose()) / 2)
 
 
 def away(value, truth):

@@ -46,10 +46,13 @@ class Conditioning:
         A bound of the relative change of X, in the 2-norm, over that of every matrix in good units.
     reach
         An estimate of the relative change of every matrix up to which there is a stabilising solution.
+    response
+        How far X moves, in the 2-norm, when the equation in good units is changed by a matrix of norm one.
     """
 
     condition: float
     reach: float
+    response: float
 
 
 def conditioning(equation: AbstractEquation, found: Refined, units: Units) -> Conditioning:
@@ -89,7 +92,7 @@ def conditioning(equation: AbstractEquation, found: Refined, units: Units) -> Co
     reach = _reach(equation, found, M)
     if reach <= EPS**0.75 and isinstance(equation, Continuous):
         reach = max(reach, _distance(d, found))
-    return Conditioning(total / whole if whole > 0 else 0.0, reach)
+    return Conditioning(total / whole if whole > 0 else 0.0, reach, most(one))
 
 
 def _reach(equation: AbstractEquation, found: Refined, M: Array) -> float:

@@ -8,6 +8,8 @@ Hautus (1969), Controllability and observability conditions of linear autonomous
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import linalg
 
@@ -20,38 +22,52 @@ NEAR = 1e-8  # half the digits: eigenvalues that meet on the boundary are found 
 MOST_MODES = 40  # each asks for singular values
 
 
-def reason(d: Data, discrete: bool) -> str:
+@dataclass(frozen=True)
+class Words:
+    """How the reasons read for a regulator, or for an estimator, whose equation is that of the transposed system."""
+
+    unmoved: str
+    free: str
+
+
+REGULATOR = Words(
+    unmoved="the pair (A, B) is not stabilisable: no input moves the unstable mode {mode} of A (relative PBH distance "
+    "{distance:.1e}). Give it an actuator, or leave it out of the model",
+    free="the mode {mode} of A lies on the {edge} and costs nothing in Q (relative PBH distance {distance:.1e}), so it "
+    "stays where it is. Give it a weight in Q",
+)
+ESTIMATOR = Words(
+    unmoved="the pair (A, C) is not detectable: no output sees the unstable mode {mode} of A (relative PBH distance "
+    "{distance:.1e}). Give it a sensor, or leave it out of the model",
+    free="the mode {mode} of A lies on the {edge} and no noise drives it (relative PBH distance {distance:.1e}), so "
+    "the filter stops to look at it. Give it noise in Qn",
+)
+
+
+def reason(d: Data, discrete: bool, words: Words = REGULATOR) -> str:
     """One sentence on why there is no stabilising solution, or an empty text if none is seen."""
     modes: Complex = np.asarray(linalg.eigvals(d.A, d.E), dtype=complex)
     modes = modes[np.isfinite(modes)]
     inside = 1 - np.abs(modes) if discrete else -modes.real
     scale = 1.0 if discrete else max(1e-300, float(np.abs(modes).max(initial=0)))
     return (
-        _unmoved(d, modes[inside <= NEAR * scale])
-        or _free(d, modes[np.abs(inside) <= NEAR * scale], discrete)
+        _unmoved(d, modes[inside <= NEAR * scale], words)
+        or _free(d, modes[np.abs(inside) <= NEAR * scale], discrete, words)
         or ("" if discrete else _axis(d))
     )
 
 
-def _unmoved(d: Data, modes: Complex) -> str:
+def _unmoved(d: Data, modes: Complex, words: Words) -> str:
     mode, distance = _worst(d, modes, d.B, beside=True)
-    if distance > NEAR:
-        return ""
-    return (
-        f"the pair (A, B) is not stabilisable: no input moves the unstable mode {figure(mode)} of A (relative PBH "
-        f"distance {distance:.1e}). Give it an actuator, or leave it out of the model"
-    )
+    return "" if distance > NEAR else words.unmoved.format(mode=figure(mode), distance=distance)
 
 
-def _free(d: Data, modes: Complex, discrete: bool) -> str:
+def _free(d: Data, modes: Complex, discrete: bool, words: Words) -> str:
     mode, distance = _worst(d, modes, d.Q, beside=False)
     if distance > NEAR or d.S.any():
         return ""
     edge = "unit circle" if discrete else "imaginary axis"
-    return (
-        f"the mode {figure(mode)} of A lies on the {edge} and costs nothing in Q (relative PBH distance "
-        f"{distance:.1e}), so it stays where it is. Give it a weight in Q"
-    )
+    return words.free.format(mode=figure(mode), distance=distance, edge=edge)
 
 
 def _axis(d: Data) -> str:

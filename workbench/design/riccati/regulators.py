@@ -8,6 +8,7 @@ from typing import Any
 from workbench.design.matrices import definite, matrix, semidefinite, square
 from workbench.design.riccati import candidates
 from workbench.design.riccati.answers import Riccati
+from workbench.design.riccati.diagnosis import ESTIMATOR, REGULATOR, Words
 from workbench.design.riccati.equation import Continuous, Data, Discrete
 from workbench.design.riccati.given import data, is_discrete, is_system, joint
 from workbench.design.riccati.synthesis import stabilising
@@ -95,7 +96,7 @@ def lqe(
     if is_system(A):
         call, discrete = "lqe(system, Qn, Rn)", is_discrete(A)
         A, G, C, Qn, Rn, N = A.A, A.B, A.C, G, C, Qn if N is None else N
-    found = _solved(call, _dual(call, A, G, C, Qn, Rn, N, E), discrete)
+    found = _solved(call, _dual(call, A, G, C, Qn, Rn, N, E), discrete, ESTIMATOR)
     return replace(found, K=found.K.T)
 
 
@@ -115,7 +116,7 @@ def _dual(call: str, A: Any, G: Any, C: Any, Qn: Any, Rn: Any, N: Any, E: Any) -
     return data(call, a.T, c.T, (driven + driven.T) / 2, r, S, e)
 
 
-def _solved(call: str, d: Data, discrete: bool) -> Riccati:
+def _solved(call: str, d: Data, discrete: bool, words: Words = REGULATOR) -> Riccati:
     if discrete:
-        return stabilising(call, d, Discrete, candidates.discrete)
-    return stabilising(call, d, Continuous, candidates.continuous)
+        return stabilising(call, d, Discrete, candidates.discrete, words)
+    return stabilising(call, d, Continuous, candidates.continuous, words)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
@@ -12,7 +13,7 @@ from workbench.design.certificates import Certificate, Refused
 from workbench.design.matrices import EPS, indefinite
 from workbench.design.riccati.answers import Riccati
 from workbench.design.riccati.conditioning import Conditioning, conditioning
-from workbench.design.riccati.diagnosis import figure, reason
+from workbench.design.riccati.diagnosis import REGULATOR, Words, figure, reason
 from workbench.design.riccati.equation import AbstractEquation, Data, Discrete, Point, norm
 from workbench.design.riccati.newton import Refined, refine
 from workbench.design.riccati.units import Units, good_units
@@ -21,6 +22,7 @@ WORST_RESIDUAL = 1e-11
 WORST_ERROR = 1e-4  # four digits of X for the data as given
 WORST_MOVE = 1e-2  # two digits of X when every matrix is rounded to floating-point numbers
 WORTH_A_WARNING = 1e-6
+UNSEEN = 2.0**-100  # of the terms of a residual: what sums in twice the working precision may lose
 ROUNDING = 8 * EPS  # what a few operations on the data, a change of coordinates say, do to them
 
 
@@ -34,7 +36,11 @@ class _Judged:
 
 
 def stabilising(
-    call: str, data: Data, equation_of: Callable[[Data], AbstractEquation], roads: Callable[[Data], Iterator[Array]]
+    call: str,
+    data: Data,
+    equation_of: Callable[[Data], AbstractEquation],
+    roads: Callable[[Data], Iterator[Array]],
+    words: Words = REGULATOR,
 ) -> Riccati:
     """The stabilising solution of the first road that leads to one.
 
@@ -48,8 +54,10 @@ def stabilising(
     objections = []
     for X in roads(equation.data):
         try:
-            judged = _judge(equation, refine(equation, X), units)
-        except np.linalg.LinAlgError:
+            with warnings.catch_warnings(), np.errstate(all="ignore"):
+                warnings.simplefilter("ignore")  # overflow and singular matrices are seen in the certificate
+                judged = _judge(equation, refine(equation, X), units)
+        except (np.linalg.LinAlgError, ValueError):  # SciPy's answer to what is not finite
             continue
         if not judged.against:
             point = judged.found.point
@@ -57,7 +65,7 @@ def stabilising(
                 units.out_of(point.X), units.gain(point.K), judged.found.operator.poles, judged.certificate
             )  # fmt: skip
         objections.append(judged.against)
-    why = reason(equation.data, isinstance(equation, Discrete)) or (
+    why = reason(equation.data, isinstance(equation, Discrete), words) or (
         objections[0] if objections else "no method finds one"
     )
     raise Refused(f"`{call}`: there is no stabilising solution X that can be trusted: {why}.")
@@ -65,10 +73,12 @@ def stabilising(
 
 def _judge(equation: AbstractEquation, found: Refined, units: Units) -> _Judged:
     point = found.point
-    size = norm(units.out_of(point.X))
-    error = norm(units.out_of(found.correction)) / size if size > 0 else 0.0
     margin = found.operator.margin
-    known = conditioning(equation, found, units) if margin > 0 else Conditioning(np.inf, 0.0)
+    known = conditioning(equation, found, units) if margin > 0 else Conditioning(np.inf, 0.0, np.inf)
+    size = norm(units.out_of(point.X))
+    # what Newton's method still sees, and what lies below the digits of its residual
+    lacking = norm(units.out_of(found.correction)) + UNSEEN * point.terms * known.response
+    error = lacking / size if size > 0 else 0.0
     certificate = Certificate(
         residual=point.relative,
         error=max(error, EPS / 2) if size > 0 else 0.0,
