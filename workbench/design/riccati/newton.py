@@ -16,7 +16,7 @@ from workbench.design.matrices import EPS
 from workbench.design.riccati.equation import AbstractEquation, Point, norm
 from workbench.design.riccati.operators import AbstractOperator
 
-MOST_STEPS = 60  # far from the solution a step about halves the way, near it doubles the digits
+MOST_STEPS = 30  # near a solution a step doubles the digits, far from it or at the edge of stability it halves the way
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,12 @@ class _Judged:
     certificate: Certificate
     against: str
 
+    @property
+    def settled(self) -> bool:
+        """Whether this is the stabilising solution, trusted or not."""
+        known = self.certificate
+        return known.margin > 0 and known.residual <= WORST_RESIDUAL and known.error <= WORST_ERROR
+
 
 def stabilising(
     call: str,
@@ -65,6 +71,8 @@ def stabilising(
                 units.out_of(point.X), units.gain(point.K), judged.found.operator.poles, judged.certificate
             )  # fmt: skip
         objections.append(judged.against)
+        if judged.settled:
+            break  # every road would end at this X
     why = reason(equation.data, isinstance(equation, Discrete), words) or (
         objections[0] if objections else "no method finds one"
     )
