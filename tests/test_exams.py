@@ -224,6 +224,43 @@ def test_a_function_that_has_no_graph_fails_a_fixed_step_with_a_sentence(exam, c
     assert "its function has no graph" in line
 
 
+RICCATI = """
+'''Exam: X of a scalar equation; the second one is given a wrong reference if SPOILT.'''
+def _case(name, n, outcome):
+    return dict(id=name, n=n, seconds=0.1, outcome=outcome, forward=1e-16, forward_tol=1e-12)
+
+def grade_care(solver):
+    X = solver([[1.0]], [[1.0]], [[3.0]], [[1.0]])[0, 0]
+    cases = [_case('one', 1, 'solved' if abs(X - 3) < 1e-15 else 'wrong')]
+    cases.append(_case('two', 1, 'wrong' if SPOILT else 'solved'))
+    counts = {}
+    for case in cases: counts[case['outcome']] = counts.get(case['outcome'], 0) + 1
+    return dict(counts=counts, total=2, passed='wrong' not in counts, cases=cases)
+
+def grade_bad_inputs(solver):
+    try: solver([[float('nan')]], [[1.0]], [[1.0]], [[1.0]])
+    except ValueError as error: outcome = 'refused' if 'nan' in str(error) else 'crashed'
+    else: outcome = 'wrong'
+    return dict(counts={outcome: 1}, total=1, passed=outcome == 'refused', cases=[dict(id='nan', outcome=outcome)])
+"""
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "line"),
+    [
+        (False, "algebra/care: 2 of 2 solved, 0 refused, 0 wrong, worst error 0.0001 of its limit; n = 1 in 0.1 s"),
+        (
+            True,
+            "algebra/care: MISSED, 1 of 2 solved, 0 refused, 1 wrong, worst error 0.0001 of its limit; n = 1 in 0.1 s; "
+            "failed: two",
+        ),
+    ],
+)
+def test_an_exam_of_riccati_equations_is_sat_and_a_wrong_answer_misses_it(exam, spoilt, line):
+    verdicts = list(sit(exam(grader=RICCATI.replace("SPOILT", str(spoilt)), name="algebra")))
+    assert [verdict.line for verdict in verdicts] == [line, "algebra/bad inputs: 1 of 1 refused"]
+
+
 def test_what_is_not_known_is_named_and_fails_nothing(tmp_path, capsys):
     for name in ("poetry", "indices", "survival", "other"):
         (tmp_path / name).mkdir()

@@ -19,6 +19,7 @@ from workbench.design.riccati.hamiltonian import hamiltonian
 from workbench.design.riccati.operators import Complex
 
 NEAR = 1e-8  # half the digits: eigenvalues that meet on the boundary are found no better
+LOST = 1e-12  # a relative distance from a loss of rank that rounding may have made
 MOST_MODES = 40  # each asks for singular values
 
 
@@ -59,12 +60,12 @@ def reason(d: Data, discrete: bool, words: Words = REGULATOR) -> str:
 
 def _unmoved(d: Data, modes: Complex, words: Words) -> str:
     mode, distance = _worst(d, modes, d.B, beside=True)
-    return "" if distance > NEAR else words.unmoved.format(mode=figure(mode), distance=distance)
+    return "" if distance > LOST else words.unmoved.format(mode=figure(mode), distance=distance)
 
 
 def _free(d: Data, modes: Complex, discrete: bool, words: Words) -> str:
     mode, distance = _worst(d, modes, d.Q, beside=False)
-    if distance > NEAR or d.S.any():
+    if distance > LOST or d.S.any():
         return ""
     edge = "unit circle" if discrete else "imaginary axis"
     return words.free.format(mode=figure(mode), distance=distance, edge=edge)
