@@ -54,27 +54,20 @@ class ClosedLoop:
             If the law is one that only a computer can run, as an implicit relay is, or calls a signal of its
             own as the loop calls one.
         """
-        lifted = lift(self)
-        loop, states = lifted.block, memory(self)
-        t, x = ca.SX.sym("t"), states.symbols()
-        z = {socket: below(socket, states.view(x)) for socket in SOCKETS}
+        return _around(self, name, broken=False)
 
-        ref = loop.reference.at(t)
-        y = loop.plant.measure(t, z["plant"])
-        seen = visible(self, y)
-        est = loop.observer.estimate(t, z["observer"], seen)
-        tau = ca.densify(loop.controller.torque(t, z["controller"], est, ref))
-        rates = {
-            "plant": loop.plant.rate(t, z["plant"], tau),
-            "observer": loop.observer.rate(t, z["observer"], seen, est, tau),
-            "controller": loop.controller.rate(t, z["controller"], est, ref),
-        }
-        watched = {
-            **outputs(y, ref, est, tau, loop.plant.applied(z["plant"], tau)),
-            **signals(loop.controller, z["controller"], est, ref),
-        }
-        ode = Ode.of(name, states, lifted.layout, (t, x, lifted.symbols), above(rates), dense(watched), UNITS)
-        return replace(ode, notes=notes(self))
+    def broken(self, name: str = "loop") -> Ode:
+        """The loop cut at the plant's input: the plant moves by the torque 'drive' (n,), the declared input.
+
+        The only output is the torque 'tau' that the controller commands, which the observer counts on. With
+        drive = tau the loop is that of `ode`; its gain is L, from drive to -tau.
+
+        Raises
+        ------
+        ValueError
+            If the law is one that only a computer can run.
+        """
+        return _around(self, name, broken=True)
 
     def digital(
         self, period: float, instruments: Instruments | None = None, *, delay: bool = False, name: str = "loop"
@@ -121,6 +114,37 @@ class ClosedLoop:
             If `digital` refuses, or `substeps` is no positive whole number.
         """
         return self.digital(period, instruments, delay=delay, name=name).step(substeps)
+
+
+def _around(closed: ClosedLoop, name: str, *, broken: bool) -> Ode:
+    """Once round a loop, whose plant moves by the controller's torque or, where it is broken, by one from outside."""
+    lifted = lift(closed)
+    loop, states = lifted.block, memory(closed)
+    outside = Layout((Entry("drive", np.zeros(closed.plant.dof), "N m"),)) if broken else Layout()
+    t, x, drive = ca.SX.sym("t"), states.symbols(), outside.symbols()
+    z = {socket: below(socket, states.view(x)) for socket in SOCKETS}
+
+    ref = loop.reference.at(t)
+    y = loop.plant.measure(t, z["plant"])
+    seen = visible(closed, y)
+    est = loop.observer.estimate(t, z["observer"], seen)
+    tau = ca.densify(loop.controller.torque(t, z["controller"], est, ref))
+    rates = {
+        "plant": loop.plant.rate(t, z["plant"], drive if broken else tau),
+        "observer": loop.observer.rate(t, z["observer"], seen, est, tau),
+        "controller": loop.controller.rate(t, z["controller"], est, ref),
+    }
+    watched = (
+        {"tau": tau}
+        if broken
+        else {
+            **outputs(y, ref, est, tau, loop.plant.applied(z["plant"], tau)),
+            **signals(loop.controller, z["controller"], est, ref),
+        }
+    )
+    symbols = (t, x, ca.vertcat(lifted.symbols, drive))
+    ode = Ode.of(name, states, lifted.layout + outside, symbols, above(rates), dense(watched), UNITS)
+    return replace(ode, notes=notes(closed), inputs=outside.names)
 
 
 def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
