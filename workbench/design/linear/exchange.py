@@ -1,14 +1,22 @@
-"""The door to python-control: an `Ode` as its nonlinear system, or linearised at a state."""
+"""An `Ode` as a system of python-control, and a linear system of python-control as an `Ode`."""
 
 from __future__ import annotations
 
-from typing import Any
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
-import control
+import casadi as ca
 import numpy as np
 
-from workbench.core import Layout, Ode
-from workbench.core.layout import Array, numbers
+from workbench.core import Entry, Layout, Ode
+from workbench.core.layout import Array
+from workbench.core.sockets import described
+from workbench.design.linear.arguments import names_of, places_of, row_of
+
+if TYPE_CHECKING:
+    import control
 
 
 def to_control(ode: Ode, p: Any = None, name: str | None = None) -> control.NonlinearIOSystem:
@@ -29,8 +37,10 @@ def to_control(ode: Ode, p: Any = None, name: str | None = None) -> control.Nonl
     ValueError
         If p does not hold np finite numbers within their bounds.
     """
-    row = _parameters(ode, p)
-    driven = _places(ode)
+    import control
+
+    row = row_of(ode, p)
+    driven = places_of(ode)
 
     def with_input(u: Array) -> Array:
         values = row.copy()
@@ -43,90 +53,84 @@ def to_control(ode: Ode, p: Any = None, name: str | None = None) -> control.Nonl
     def output(t: float, x: Array, u: Array, params: object) -> Array:
         return np.array(ode.h(t, x, with_input(u))).ravel()
 
-    return control.nlsys(update, output, name=name or ode.name, **_names(ode))
+    return control.nlsys(update, output, name=name or ode.name, **names_of(ode))
 
 
-def linearize(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None) -> control.StateSpace:
-    """The linear system dx' = A dx + B du, dy = Cy dx + D du about a state, with the names of `ode`.
+def from_control(system: control.StateSpace) -> Ode:
+    """The linear system x' = A x + B u, y = Cy x + D u of python-control as an `Ode` with its names.
 
-    A, B, Cy and D are the exact Jacobians of the equations at (t, x, p, u), of shapes (nx, nx),
-    (nx, nu), (ny, nx) and (ny, nu). Whether the state is an equilibrium is not asked. On the corner of a
-    saturation or of |s| they are those of one of the smooth pieces that meet there.
-
-    Parameters
-    ----------
-    t
-        Time in s.
-    x
-        The state (nx,), each number in its unit.
-    p
-        The parameters (np,).
-    u
-        The inputs (nu,), which overwrite theirs in p.
+    The entries of the four matrices are parameters, and `linearize` gives them back bit by bit. Labels that count
+    from zero, as q[0] and q[1], become one quantity q of that shape.
 
     Raises
     ------
     ValueError
-        If t, x, p or u is not of its size or not finite, if `ode` declares no inputs or has no outputs (a
-        python-control `StateSpace` has at least one of each), or if a Jacobian is not finite.
+        If `system` is no continuous-time `StateSpace`, if a matrix is not finite, or if a name stands for two
+        quantities.
     """
-    for what, size in (("input", len(ode.inputs)), ("output", ode.outputs.size)):
-        if size == 0:
-            raise ValueError(
-                f"`linearize(ode)` needs at least one {what}, as python-control's `StateSpace` does; "
-                f"'{ode.name}' has none. Take `ode.A(t, x, p)` for the matrix A alone."
-            )
-    row, state = _parameters(ode, p), _vector("x", x, ode.states)
-    if u is not None:
-        row[_places(ode)] = _vector("u", u, _inputs(ode))
-        ode.parameters.check(row[np.newaxis])
-    time = float(_finite("t", t, ()))
-    matrices = [np.array(J(time, state, row)) for J in (ode.A, ode.B, ode.Cy, ode.D)]
-    for letter, matrix in zip(("A", "B", "Cy", "D"), matrices, strict=True):
+    import control
+
+    _refuse_what_is_not_linear(system, control)
+    matrices = {"A": system.A, "B": system.B, "Cy": system.C, "D": system.D}
+    for letter, matrix in matrices.items():
         if not np.isfinite(matrix).all():
+            raise ValueError(f"`from_control(system)` must have finite matrices; {letter} of '{system.name}' is not.")
+    states, inputs, outputs = map(_layout, (system.state_labels, system.input_labels, system.output_labels))
+    held = Layout(tuple(Entry(f"{system.name}.{letter}", matrix) for letter, matrix in matrices.items()))
+    parameters = held + inputs
+    t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+    A, B, Cy, D = (held.view(p)[name] for name in held.names)
+    u = p[held.size :]
+    ode = Ode(system.name, states, parameters, outputs, t, x, p, A @ x + B @ u, Cy @ x + D @ u)
+    return replace(ode, inputs=inputs.names)
+
+
+def _refuse_what_is_not_linear(system: Any, control: Any) -> None:
+    if isinstance(system, control.StateSpace):
+        if system.isdtime(strict=True):
             raise ValueError(
-                f"`linearize(...)`: {letter} is not finite at t = {time:g}, x = {state.tolist()}, so the equations "
-                "have no derivative there; linearise at another state."
+                f"`from_control(system)` must be a system in continuous time, as an `Ode` is; '{system.name}' moves in "
+                f"steps of {system.dt}."
             )
-    return control.ss(*matrices, name=ode.name, **_names(ode))
+        return
+    if isinstance(system, control.NonlinearIOSystem):
+        raise ValueError(
+            "`from_control(system)` reads matrices, and a nonlinear system of python-control holds Python functions, "
+            f"in which no equation can be seen; got '{system.name}'. Write its equations as an `Ode`."
+        )
+    if isinstance(system, control.TransferFunction | control.FrequencyResponseData):
+        raise ValueError(
+            f"`from_control(system)` must be a `StateSpace`, which has states; got {type(system).__name__} "
+            f"'{system.name}'. Take `control.ss(system)` first."
+        )
+    raise ValueError(f"`from_control(system)` must be a `StateSpace` of python-control; got {described(system)}.")
 
 
-def _names(ode: Ode) -> dict[str, list[str]]:
-    return {
-        "states": list(ode.states.labels),
-        "inputs": list(_inputs(ode).labels),
-        "outputs": list(ode.outputs.labels),
-    }
+def _layout(labels: Sequence[str]) -> Layout:
+    """The layout that has these labels in this order, with as few entries as that allows."""
+    entries: list[Entry] = []
+    rest = list(labels)
+    while rest:
+        entry = _first(rest)
+        entries.append(entry)
+        rest = rest[entry.size :]
+    return Layout(tuple(entries))
 
 
-def _inputs(ode: Ode) -> Layout:
-    """The declared inputs, in their order."""
-    return Layout(tuple(ode.parameters[name] for name in ode.inputs))
-
-
-def _places(ode: Ode) -> list[int]:
-    """Where the numbers of u lie in p."""
-    return [place for name in ode.inputs for place in ode.parameters.indices(name)]
-
-
-def _parameters(ode: Ode, p: Any) -> Array:
-    """A copy of p (np,), the defaults if it is None."""
-    row = ode.parameters.default if p is None else _vector("p", p, ode.parameters)
-    ode.parameters.check(row[np.newaxis])
-    return row
-
-
-def _vector(what: str, value: Any, layout: Layout) -> Array:
-    return _finite(what, value, (layout.size,), f": {', '.join(layout.labels)}" if layout.size < 9 else "")
-
-
-def _finite(what: str, value: Any, shape: tuple[int, ...], hint: str = "") -> Array:
-    """The value as a new array of that shape, every number finite."""
-    want = f"{shape[0]} finite numbers{hint}" if shape else "a finite number of seconds"
-    try:
-        array = numbers(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"`{what}` must be {want}; got {value!r}.") from None
-    if array.shape != shape or not np.isfinite(array).all():
-        raise ValueError(f"`{what}` must be {want}; got {array.tolist()} of shape {array.shape}.")
-    return array
+def _first(labels: Sequence[str]) -> Entry:
+    """The largest quantity whose numbers come first among the labels."""
+    base, bracket, _ = labels[0].partition("[")
+    places: list[tuple[int, ...]] = []
+    for label in labels if bracket else ():
+        match = re.fullmatch(rf"{re.escape(base)}\[(\d+)(?:,(\d+))?\]", label)
+        if not match:
+            break
+        places.append(tuple(int(place) for place in match.groups() if place is not None))
+    while places:
+        if len({len(place) for place in places}) == 1:
+            shape = tuple(int(n) + 1 for n in np.max(places, axis=0))
+            entry = Entry(base, np.zeros(shape)) if np.prod(shape) == len(places) else None
+            if entry is not None and entry.labels() == list(labels[: len(places)]):
+                return entry
+        places.pop()
+    return Entry(labels[0], np.zeros(()))

@@ -1,0 +1,54 @@
+"""Linear models of an `Ode`, and what they say: rest points, modes, paths and margins.
+
+`exchange` goes to python-control and back; `points` linearises at a state and finds the inputs that hold one;
+`equilibria` finds rest points, and `exclusion` proves where there are none; `modes` has poles and the tests of
+Popov, Belevitch and Hautus; `paths` and `lyapunov` follow a motion; `margins` breaks a loop at the plant's input.
+"""
+
+from workbench.design.linear.equilibria import Equilibria, Equilibrium, equilibria
+from workbench.design.linear.exchange import from_control, to_control
+from workbench.design.linear.held import held
+from workbench.design.linear.lyapunov import LyapunovExponents, lyapunov_exponents
+from workbench.design.linear.margins import DiskMargin, LoopMargins, disk_margin, loop_margins
+from workbench.design.linear.modes import (
+    Hautus,
+    Mode,
+    Pole,
+    controllability,
+    detectability,
+    observability,
+    poles,
+    stabilisability,
+)
+from workbench.design.linear.paths import LinearPath, Transition, along, transition
+from workbench.design.linear.points import OperatingPoint, linearize, operating_point
+
+__all__ = [
+    "DiskMargin",
+    "Equilibria",
+    "Equilibrium",
+    "Hautus",
+    "LinearPath",
+    "LoopMargins",
+    "LyapunovExponents",
+    "Mode",
+    "OperatingPoint",
+    "Pole",
+    "Transition",
+    "along",
+    "controllability",
+    "detectability",
+    "disk_margin",
+    "equilibria",
+    "from_control",
+    "held",
+    "linearize",
+    "loop_margins",
+    "lyapunov_exponents",
+    "observability",
+    "operating_point",
+    "poles",
+    "stabilisability",
+    "to_control",
+    "transition",
+]

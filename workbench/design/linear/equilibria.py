@@ -1,0 +1,208 @@
+"""Rest points of an equation within a box: Newton's method from many starts, and proofs where intervals give them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Layout, Ode
+from workbench.core.layout import Array
+from workbench.design.linear.arguments import row_of
+from workbench.design.linear.proofs import proved
+
+NEWTON_STEPS, HALVINGS = 40, 12
+CONVERGED = 1e-12  # the last step, relative to the state
+MERGED = 1e-7  # rest points nearer than this, relative to their size, are one
+ISOLATED = 1e12  # a condition of df/dx from which on a rest point may be one of a continuum
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """A state at which f(x, p, u) = 0.
+
+    Attributes
+    ----------
+    x
+        (nx,).
+    error
+        The length of a further step of Newton, relative to the size of x: an estimate of its error.
+    condition
+        Of df/dx. From 1e12 on the point may be one of a continuum of rest points.
+    poles
+        The eigenvalues (nx,) of df/dx in 1/s, the slowest to decay first.
+    radius
+        A rest point is proved to lie within this distance of x in each state; None where that was not proved.
+    """
+
+    x: Array
+    error: float
+    condition: float
+    poles: np.ndarray[Any, np.dtype[np.complex128]]
+    radius: float | None
+
+    @property
+    def isolated(self) -> bool:
+        """Whether df/dx is regular, so that no other rest point is near."""
+        return self.condition < ISOLATED
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibria:
+    """The rest points that were found in a box.
+
+    Attributes
+    ----------
+    points
+        In the order of their states.
+    starts, converged
+        From how many states Newton's method began, and how many of these reached a rest point, in the box or not.
+    complete
+        Whether intervals prove that the box holds no others.
+    boxes
+        How many boxes that proof took, or was given in vain.
+    """
+
+    points: tuple[Equilibrium, ...]
+    starts: int
+    converged: int
+    complete: bool
+    boxes: int
+
+    def __str__(self) -> str:
+        """What was found, and how sure that is."""
+        found = {0: "no rest point", 1: "1 rest point"}.get(len(self.points), f"{len(self.points)} rest points")
+        tried = f"{self.converged} of {self.starts} starts converged"
+        if self.complete:
+            return f"{found} in the box, and no other: proved by intervals over {self.boxes} boxes ({tried})"
+        return f"{found} found in the box ({tried}); that there is no other is not proved"
+
+
+def equilibria(
+    ode: Ode,
+    box: Mapping[str, tuple[float, float]],
+    p: Any = None,
+    u: Any = None,
+    *,
+    starts: int = 64,
+    seed: int = 0,
+    boxes: int = 20_000,
+) -> Equilibria:
+    """The rest points of x' = f(x, p, u) in a box, found by Newton's method from quasi-random starts.
+
+    Angles that differ by a turn are different states. Where f jumps or has corners, Newton's method sees the piece
+    that it is on.
+
+    Parameters
+    ----------
+    box
+        Low and high of every state, by the name of a quantity or of one of its numbers.
+    boxes
+        How many boxes the proof that there are no others may take; 0 for no proofs at all.
+
+    Raises
+    ------
+    ValueError
+        If the rate depends on time, a state has no bounds, a bound is no number, low is not below high, or starts is
+        no positive whole number.
+    LookupError
+        If a name is no state's.
+
+    References
+    ----------
+    Moore, Kearfott and Cloud (2009), Introduction to Interval Analysis, chapter 8.
+    """
+    if ca.depends_on(ode.rate, ode.t):
+        raise ValueError(
+            f"`equilibria(ode=...)` must have a rate that does not depend on time; that of '{ode.name}' does."
+        )
+    if isinstance(starts, bool) or not isinstance(starts, int) or starts < 1:
+        raise ValueError(f"`equilibria(starts=...)` must be a positive whole number; got {starts!r}.")
+    low, high = _ends(ode.states, box)
+    row = row_of(ode, p, u)
+    reached = [end for start in _spread(low, high, starts, seed) if (end := _newton(ode, start, row)) is not None]
+    room = 1e-9 * (high - low)
+    inside = [x for x in reached if ((low - room <= x) & (x <= high + room)).all()]
+    found = _distinct(inside)
+    proof = proved(_at(ode, row), low, high, found, boxes)
+    points = tuple(_certified(ode, x, row, radius) for x, radius in zip(found, proof.radii, strict=True))
+    return Equilibria(points, starts, len(reached), proof.complete, proof.boxes)
+
+
+def _ends(states: Layout, box: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:
+    low, high = np.full(states.size, np.nan), np.full(states.size, np.nan)
+    for name, ends in box.items():
+        places = states.indices(name)
+        try:
+            low[places], high[places] = map(float, ends)
+        except (TypeError, ValueError):
+            raise ValueError(f"`equilibria(box=...)`: '{name}' must be (low, high); got {ends!r}.") from None
+        if not (np.isfinite([low[places], high[places]]).all() and (low[places] < high[places]).all()):
+            raise ValueError(f"`equilibria(box=...)`: '{name}' must be (low, high), low < high, finite; got {ends!r}.")
+    if np.isnan(low).any():
+        raise ValueError(
+            f"`equilibria(box=...)` must bound every state, as starts are drawn from it; "
+            f"'{states.labels[int(np.isnan(low).argmax())]}' has no bounds."
+        )
+    return low, high
+
+
+def _spread(low: Array, high: Array, count: int, seed: int) -> Array:
+    """Points (count, nx) that fill a box evenly: Kronecker's sequence of Roberts' generalised golden ratio."""
+    ratio = 1.5
+    for _ in range(60):  # to the root of x^(n + 1) = x + 1
+        ratio = (1 + ratio) ** (1 / (len(low) + 1))
+    pace = ratio ** -np.arange(1.0, len(low) + 1)
+    shift = np.random.default_rng(seed).uniform(size=len(low))
+    return np.asarray(low + (high - low) * ((shift + np.outer(np.arange(count), pace)) % 1))
+
+
+def _newton(ode: Ode, start: Array, p: Array) -> Array | None:
+    """The rest point that Newton's method reaches from a start, halving steps that lead uphill; None if it does not."""
+    x, rate = start, ode.rate_at(0.0, start, p)
+    for _ in range(NEWTON_STEPS):
+        A = np.array(ode.A(0.0, x, p))
+        if not (np.isfinite(A).all() and np.isfinite(rate).all()):
+            return None
+        change = np.linalg.lstsq(A, -rate, rcond=1e-13)[0]
+        if np.abs(change).max() <= CONVERGED * (1 + np.abs(x).max()):
+            at = x + change
+            return at if _rests(rate, A, at) else None
+        for halvings in range(HALVINGS):
+            share = 0.5**halvings
+            ahead = ode.rate_at(0.0, x + share * change, p)
+            if np.linalg.norm(ahead) < np.linalg.norm(rate):
+                break
+        x, rate = x + share * change, ahead
+    return None
+
+
+def _rests(rate: Array, A: Array, x: Array) -> bool:
+    """Whether what is left of the rate is rounding; least squares also ends where no step makes it less."""
+    return bool((np.abs(rate) <= 1e-9 * (1 + np.abs(A) @ (1 + np.abs(x)))).all())
+
+
+def _distinct(points: list[Array]) -> list[Array]:
+    """The points, each once, in the order of their states."""
+    kept: list[Array] = []
+    for x in points:
+        if all(np.abs(x - other).max() > MERGED * (1 + np.abs(x).max()) for other in kept):
+            kept.append(x)
+    return sorted(kept, key=lambda x: [round(float(value), 6) for value in x])
+
+
+def _at(ode: Ode, p: Array) -> Ode:
+    """The equation with these parameters as its defaults."""
+    values = ode.parameters.unpack(p)
+    return replace(ode, parameters=Layout(tuple(replace(e, default=values[e.name]) for e in ode.parameters.entries)))
+
+
+def _certified(ode: Ode, x: Array, p: Array, radius: float | None) -> Equilibrium:
+    A = np.array(ode.A(0.0, x, p))
+    poles = np.linalg.eigvals(A).astype(complex)
+    step = np.linalg.lstsq(A, ode.rate_at(0.0, x, p), rcond=1e-13)[0]
+    slowest = poles[np.lexsort((-poles.imag, -poles.real))]
+    return Equilibrium(x, float(np.abs(step).max() / (1 + np.abs(x).max())), float(np.linalg.cond(A)), slowest, radius)

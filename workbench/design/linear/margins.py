@@ -1,0 +1,200 @@
+"""Stability margins of a feedback loop: gain, phase and delay, loop by loop, and the disk margin of all loops at once.
+
+A loop L is a square system with negative feedback: u = -L u + w. S = (I + L)^-1 and T = I - S.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from workbench.core.layout import Array
+from workbench.core.sockets import described
+from workbench.design.linear.gain import Realisation, largest_gain, pole_frequencies, scaled_peak, spectral_peak
+
+if TYPE_CHECKING:
+    import control
+
+TURN = 2 * np.pi
+FREQUENCIES = 2000
+
+
+@dataclass(frozen=True)
+class DiskMargin:
+    """How large a complex change of all loops at once, each by a factor of its own, the loop stands.
+
+    Attributes
+    ----------
+    alpha
+        The symmetric disk margin, proved up to rounding: the loop stays stable while each loop is multiplied by its
+        own (2 + d) / (2 - d) with |d| < alpha.
+    alpha_above
+        A change of this size makes the loop unstable; above `alpha` by what one constant scaling gives away.
+    frequency
+        Where that happens, in rad/s.
+    """
+
+    alpha: float
+    alpha_above: float
+    frequency: float
+
+    @property
+    def gain(self) -> tuple[float, float]:
+        """The factors between which all loop gains may change, each by itself, while phases stay."""
+        a = self.alpha
+        return ((2 - a) / (2 + a), (2 + a) / (2 - a)) if a < 2 else (0.0, float("inf"))
+
+    @property
+    def phase(self) -> float:
+        """The degrees by which all phases may change, each by itself, while gains stay."""
+        return float(np.degrees(2 * np.arctan(min(self.alpha, 2.0) / 2)))
+
+
+def disk_margin(loop: control.StateSpace) -> DiskMargin:
+    """The disk margin of a loop L: 1 / mu of (S - T) / 2, over complex changes of each channel by itself.
+
+    mu is bounded from above by the H-infinity norm of D (S - T) D^-1 / 2 with the best constant diagonal D, which is
+    found by the eigenvalues of a Hamiltonian matrix and not on a grid; from below by spectral radii at frequencies.
+
+    Raises
+    ------
+    ValueError
+        If `loop` is no square, continuous `StateSpace`, I + D is singular, or the closed loop is not asymptotically
+        stable: its slowest pole is named.
+
+    References
+    ----------
+    Seiler, Packard and Gahinet (2020), IEEE Control Systems Magazine 40(5), "An introduction to disk margins".
+    """
+    L = _loop("disk_margin", loop)
+    M = _balanced(L)
+    above = scaled_peak(M)
+    below, frequency = spectral_peak(M)
+    return DiskMargin(1 / above, 1 / below, frequency)
+
+
+@dataclass(frozen=True)
+class LoopMargins:
+    """The margins of one loop while all others are closed.
+
+    Attributes
+    ----------
+    name
+        The input at which it is broken.
+    gain
+        Factors (below 1, above 1) of its gain at which the closed loop is no longer stable; 0 and infinity if none.
+    phase
+        The phase in degrees that it may lose or gain; infinite without a crossover.
+    delay
+        The delay in s that it stands; infinite without a crossover.
+    crossover
+        The frequency of |L| = 1 with the least phase margin, in rad/s; NaN if there is none.
+    disk
+        Its disk margin.
+    """
+
+    name: str
+    gain: tuple[float, float]
+    phase: float
+    delay: float
+    crossover: float
+    disk: DiskMargin
+
+
+def loop_margins(loop: control.StateSpace) -> tuple[LoopMargins, ...]:
+    """The classical margins of each channel of a loop L, one broken at a time.
+
+    Crossings are sought between 2000 frequencies, spread by powers from a hundredth of the slowest pole to a hundred
+    times the fastest, and located to rounding.
+
+    Raises
+    ------
+    ValueError
+        As `disk_margin`.
+    """
+    L = _loop("loop_margins", loop)
+    return tuple(_margins(_alone(L, i), loop.input_labels[i]) for i in range(L.B.shape[1]))
+
+
+def _margins(L: Realisation, name: str) -> LoopMargins:
+    frequencies = pole_frequencies(L, FREQUENCIES)
+
+    def value(omega: float) -> complex:
+        return complex(L.response(np.array([omega]))[0, 0, 0])
+
+    def size(omega: float) -> float:
+        return float(np.log(abs(value(omega))))
+
+    response = L.response(frequencies)[:, 0, 0]
+    crossings = _zeros(size, frequencies, np.log(np.abs(response)))
+    turned = [float(np.angle(-value(omega))) for omega in crossings]  # the phase above -180 degrees
+    real = _zeros(lambda omega: value(omega).imag, frequencies, response.imag)
+    still = [0.0] if np.linalg.cond(L.A) < 1e12 else []  # a loop that integrates has no finite gain at 0
+    factors = [-1 / value(omega).real for omega in (*still, *real) if value(omega).real < 0]
+    delays = [(angle % TURN) / omega for angle, omega in zip(turned, crossings, strict=True)]
+    least = int(np.argmin(np.abs(turned))) if turned else -1
+    return LoopMargins(
+        name,
+        (max((f for f in factors if f < 1), default=0.0), min((f for f in factors if f > 1), default=float("inf"))),
+        float(np.degrees(abs(turned[least]))) if turned else float("inf"),
+        min(delays, default=float("inf")),
+        crossings[least] if turned else float("nan"),
+        disk_margin_of(L),
+    )
+
+
+def disk_margin_of(L: Realisation) -> DiskMargin:
+    """The disk margin of a single loop, where mu is the gain itself."""
+    peak = largest_gain(_balanced(L))
+    return DiskMargin(1 / peak.above, 1 / peak.below, peak.frequency)
+
+
+def _zeros(function: Any, frequencies: Array, values: Array) -> list[float]:
+    """The zeros of a function between frequencies where it changes its sign."""
+    from scipy.optimize import brentq
+
+    signs = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
+    return [float(brentq(function, frequencies[k], frequencies[k + 1], xtol=1e-12)) for k in signs]
+
+
+def _balanced(L: Realisation) -> Realisation:
+    """(S - T) / 2 = S - I / 2; refused where the closed loop does not decay."""
+    eye = np.eye(L.D.shape[0])
+    if np.linalg.cond(eye + L.D) > 1e12:
+        raise ValueError("A loop L must have a regular I + D to be closed; that of this one is singular.")
+    E = np.linalg.inv(eye + L.D)
+    closed = L.A - L.B @ E @ L.C
+    slowest = max(np.linalg.eigvals(closed), key=lambda pole: pole.real, default=-1.0)
+    if slowest.real >= -1e-9 * (1 + np.linalg.norm(closed, 2)) * 1e-3:
+        raise ValueError(
+            f"A loop has a margin only where it is asymptotically stable once closed; here a pole is "
+            f"{slowest:.4g} 1/s. Hold states that no torque depends on by `held`."
+        )
+    return Realisation(closed, L.B @ E, -E @ L.C, E - eye / 2)
+
+
+def _alone(L: Realisation, i: int) -> Realisation:
+    """Channel i of the loop while all others are closed."""
+    rest = [j for j in range(L.B.shape[1]) if j != i]
+    E = np.linalg.inv(np.eye(len(rest)) + L.D[np.ix_(rest, rest)])
+    B, C, own = L.B[:, rest] @ E, L.C[rest], [i]
+    return Realisation(
+        L.A - B @ C,
+        L.B[:, own] - B @ L.D[np.ix_(rest, own)],
+        L.C[own] - L.D[np.ix_(own, rest)] @ E @ C,
+        L.D[np.ix_(own, own)] - L.D[np.ix_(own, rest)] @ E @ L.D[np.ix_(rest, own)],
+    )
+
+
+def _loop(call: str, system: Any) -> Realisation:
+    import control
+
+    if not isinstance(system, control.StateSpace) or system.isdtime(strict=True) or system.ninputs != system.noutputs:
+        size = f"{system.noutputs} by {system.ninputs}, dt = {system.dt}" if hasattr(system, "dt") else ""
+        raise ValueError(
+            f"`{call}(loop)` must be a square `StateSpace` in continuous time, one output for each input; got "
+            f"{size or described(system)}."
+        )
+    return Realisation(*(np.asarray(matrix, dtype=float) for matrix in (system.A, system.B, system.C, system.D)))

@@ -1,0 +1,184 @@
+"""Linear models at a point: at any state, at rest, and at the inputs that hold a wanted state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from workbench.core import Ode
+from workbench.core.layout import Array, numbers
+from workbench.design.linear.arguments import inputs_of, jacobians, names_of, places_of, row_of, time_of, vector_of
+
+if TYPE_CHECKING:
+    import control
+
+# A rate counts as zero below this share of the terms that could have made it: rounding of some thousand operations
+# is 1e-13 of them, and a state printed to nine digits leaves 1e-9.
+AT_REST = 1e-8
+GAUSS_NEWTON_STEPS = 50
+
+
+def linearize(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None, *, at_rest: bool = False) -> control.StateSpace:
+    """The linear system dx' = A dx + B du, dy = Cy dx + D du about a state, with the names of `ode`.
+
+    A, B, Cy and D are the exact Jacobians of the equations at (t, x, p, u), of shapes (nx, nx),
+    (nx, nu), (ny, nx) and (ny, nu). On the corner of a saturation or of |s| they are those of one of the smooth
+    pieces that meet there.
+
+    Parameters
+    ----------
+    t
+        Time in s.
+    x
+        The state (nx,), each number in its unit.
+    p
+        The parameters (np,).
+    u
+        The inputs (nu,), which overwrite theirs in p.
+    at_rest
+        Whether the state must be a rest point; it is not asked otherwise.
+
+    Raises
+    ------
+    ValueError
+        If t, x, p or u is not of its size or not finite, if `ode` declares no inputs or has no outputs (a
+        python-control `StateSpace` has at least one of each), if a Jacobian is not finite, or if the state must be
+        a rest point and is none.
+    """
+    import control
+
+    for what, size in (("input", len(ode.inputs)), ("output", ode.outputs.size)):
+        if size == 0:
+            raise ValueError(
+                f"`linearize(ode)` needs at least one {what}, as python-control's `StateSpace` does; "
+                f"'{ode.name}' has none. Take `ode.A(t, x, p)` for the matrix A alone."
+            )
+    row, state = row_of(ode, p, u), vector_of("x", x, ode.states)
+    time = time_of(t)
+    matrices = jacobians("linearize", ode, time, state, row)
+    if at_rest:
+        _refuse_motion(ode, time, state, row, matrices[0])
+    return control.ss(*matrices, name=ode.name, **names_of(ode))
+
+
+def _refuse_motion(ode: Ode, t: float, x: Array, p: Array, A: Array) -> None:
+    """Refuse a state that does not rest, with the rate that remains."""
+    rate = ode.rate_at(t, x, p)
+    worst = int(np.argmax(np.abs(rate) / _size(A, x)))
+    if not abs(rate[worst]) <= AT_REST * _size(A, x)[worst]:
+        raise ValueError(
+            f"`linearize(x=...)` must be a rest point of '{ode.name}', where every rate is zero; at t = {t:g} the rate "
+            f"of '{ode.states.labels[worst]}' is {rate[worst]:.3g}. Take a point of `equilibria(...)`, or the inputs "
+            "of `operating_point(...)`."
+        )
+
+
+def _size(A: Array, x: Array) -> Array:
+    """How large the terms of each rate are, (nx,): what a state of order one would do, at least."""
+    return np.asarray(np.abs(A) @ (1 + np.abs(x)) + 1)
+
+
+@dataclass(frozen=True, eq=False)
+class OperatingPoint:
+    """A state that rests, and the inputs that hold it there.
+
+    Attributes
+    ----------
+    x, u, p
+        (nx,), (nu,), and the parameters (np,) with u in its places.
+    residual
+        The largest rate that remains, as a share of the size of its terms.
+    condition
+        Of the Jacobian by all that was free: how many times a relative error of the equations may grow.
+    error
+        How far Newton's last step moved what was free, relative to its size: an estimate of its error.
+    """
+
+    x: Array
+    u: Array
+    p: Array
+    residual: float
+    condition: float
+    error: float
+
+
+def operating_point(
+    ode: Ode, wanted: Mapping[str, Any], p: Any = None, t: float = 0.0, u: Any = None
+) -> OperatingPoint:
+    """The inputs u, and the states that are not wanted, at which f(t, x, p, u) = 0: a trimmed state.
+
+    Gauss-Newton on all rates from the defaults. Where inputs and free states are more than the rates fix, the one
+    nearest to the start in each step is taken.
+
+    Parameters
+    ----------
+    wanted
+        Names of states, or of single numbers (`q[0]`), with the values that they must have.
+    u
+        Where the inputs start, (nu,).
+
+    Raises
+    ------
+    LookupError
+        If a name is no state's.
+    ValueError
+        If a value is not of its shape, no input is declared and no state is free, or no such point is found: the
+        rate that remains is named.
+    """
+    row, time = row_of(ode, p, u), time_of(t)
+    x, fixed = _wanted(ode, wanted)
+    free = [i for i in range(ode.states.size) if i not in fixed]
+    driven = places_of(ode)
+    if not free and not driven:
+        raise ValueError(f"`operating_point(...)` must have an input or a free state to find; '{ode.name}' has none.")
+    step, slope = _descend(ode, time, x, row, free)
+    A = np.array(ode.A(time, x, row))
+    rate = ode.rate_at(time, x, row)
+    share = np.abs(rate) / (_size(A, x) + np.abs(np.array(ode.B(time, x, row))) @ np.abs(row[driven]))
+    worst = int(np.argmax(share))
+    if not share[worst] <= AT_REST:
+        raise ValueError(
+            f"`operating_point(wanted=...)` found no inputs {list(inputs_of(ode).labels)} that hold '{ode.name}' "
+            f"there: '{ode.states.labels[worst]}' still changes by {rate[worst]:.3g} a second."
+        )
+    ode.parameters.check(row[np.newaxis])
+    return OperatingPoint(x, row[driven], row, float(share[worst]), float(np.linalg.cond(slope)), step)
+
+
+def _descend(ode: Ode, t: float, x: Array, p: Array, free: list[int]) -> tuple[float, Array]:
+    """Gauss-Newton on the free states and the inputs, in place; its last step, relative, and its last Jacobian."""
+    driven, k = places_of(ode), len(free)
+    step, slope = np.inf, np.zeros((ode.states.size, 0))
+    for _ in range(GAUSS_NEWTON_STEPS):
+        A, B, _, _ = jacobians("operating_point", ode, t, x, p)
+        slope = np.hstack([A[:, free], B])
+        change = np.linalg.lstsq(slope, -ode.rate_at(t, x, p), rcond=1e-12)[0]
+        at = np.concatenate([x[free], p[driven]])
+        step = float(np.abs(change).max() / (1 + np.abs(at).max()))
+        if not np.isfinite(step) or np.abs(at + change).max() > 1e12:
+            break
+        x[free], p[driven] = (at + change)[:k], (at + change)[k:]
+        if step < 1e-14:
+            break
+    return step, slope
+
+
+def _wanted(ode: Ode, wanted: Mapping[str, Any]) -> tuple[Array, set[int]]:
+    """The state with all that is wanted in its place, and where that is."""
+    x, fixed = ode.states.default.copy(), set()
+    for name, value in wanted.items():
+        places = ode.states.indices(name)
+        try:
+            held = numbers(value).ravel(order="F")
+        except (TypeError, ValueError):
+            held = np.zeros(0)
+        if held.shape != (len(places),) or not np.isfinite(held).all():
+            raise ValueError(
+                f"`operating_point(wanted=...)`: '{name}' must be {len(places)} finite numbers; got {value!r}."
+            )
+        x[places] = held
+        fixed.update(places)
+    return x, fixed
