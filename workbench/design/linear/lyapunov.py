@@ -12,7 +12,7 @@ from workbench.core import Ode, rk4, with_quadrature, with_sensitivity
 from workbench.core.layout import Array
 from workbench.core.numbers import multiple, positive, seconds
 from workbench.design.linear.arguments import row_of, vector_of
-from workbench.design.linear.paths import refuse_jumps
+from workbench.design.linear.smoothness import refuse_jumps
 
 BATCHES = 10
 STEPS_BETWEEN = 10  # steps of Runge and Kutta from one QR factorisation to the next
@@ -67,7 +67,6 @@ def lyapunov_exponents(
     Mathematics 17.
     """
     call = "lyapunov_exponents"
-    refuse_jumps(call, ode)
     seconds(f"{call}(h=...)", h)
     span = positive(f"{call}(until=...)", until, " of seconds") - skip
     multiple(f"{call}(until=...)", span, BATCHES * 2 * STEPS_BETWEEN * h, "200 steps of")
@@ -75,6 +74,7 @@ def lyapunov_exponents(
         multiple(f"{call}(skip=...)", skip, 2 * STEPS_BETWEEN * h, "20 steps of")
     start = ode.states.default if x0 is None else vector_of("x0", x0, ode.states)
     row = row_of(ode, p)
+    refuse_jumps(call, ode, row)
     coarse, _ = _logarithms(ode, start, row, h, until, skip)
     fine, trace = _logarithms(ode, start, row, h / 2, until, skip)
     batches = fine.reshape(BATCHES, -1, ode.states.size).sum(axis=1) * (BATCHES / span)

@@ -6,15 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import casadi as ca
 import numpy as np
 
 from workbench.core import Ode, with_sensitivity
 from workbench.core.layout import Array, numbers
 from workbench.design.linear.arguments import inputs_of, jacobians, row_of, vector_of
-from workbench.notation.walk import walk
+from workbench.design.linear.smoothness import refuse_jumps
 from workbench.simulate.reference import reference
-from workbench.verify.interval import jumps
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
@@ -185,25 +183,15 @@ def transition(ode: Ode, times: Any, p: Any = None, x0: Any = None, *, rtol: flo
     ValueError
         If the rate may jump as the states change, or the reference mode refuses.
     """
-    refuse_jumps("transition", ode)
+    row = row_of(ode, p)
+    refuse_jumps("transition", ode, row)
     start = ode.states.default if x0 is None else vector_of("x0", x0, ode.states)
     nx = ode.states.size
     both = with_sensitivity(ode, ode.states.names)
     extended = np.concatenate([start, np.eye(nx).ravel()])
-    run = reference(both, row_of(ode, p), extended, times=times, rtol=rtol, atol=rtol * 1e-2)
+    run = reference(both, row, extended, times=times, rtol=rtol, atol=rtol * 1e-2)
     Phi = np.swapaxes(run.x[:, nx:].reshape(-1, nx, nx), -1, -2)
     return Transition(run.t, run.x[:, :nx], Phi, run.error[:, nx:].max(axis=1))
-
-
-def refuse_jumps(call: str, ode: Ode) -> None:
-    """Refuse an equation whose rate may jump with its states: Phi would jump with it."""
-    steps = walk(ca.densify(ode.rate))
-    if broken := jumps(steps, [ode.x[i].name() for i in range(ode.states.size)]):
-        raise ValueError(
-            f"`{call}(ode=...)` must have a rate that is continuous in the states; that of '{ode.name}' holds "
-            f"{broken[0]}, where it may jump, and the transition matrix with it. Hold what moves slowly by `held`, or "
-            "take a smooth saturation."
-        )
 
 
 def _root(metric: Any, nx: int) -> tuple[Array, Array]:

@@ -11,6 +11,7 @@ import numpy as np
 from workbench.core import Ode
 from workbench.core.layout import Array, numbers
 from workbench.design.linear.arguments import inputs_of, jacobians, names_of, places_of, row_of, time_of, vector_of
+from workbench.design.linear.smoothness import refuse_jump_at
 
 if TYPE_CHECKING:
     import control
@@ -45,8 +46,8 @@ def linearize(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None, *, at_re
     ------
     ValueError
         If t, x, p or u is not of its size or not finite, if `ode` declares no inputs or has no outputs (a
-        python-control `StateSpace` has at least one of each), if a Jacobian is not finite, or if the state must be
-        a rest point and is none.
+        python-control `StateSpace` has at least one of each), if a Jacobian is not finite, if the rate jumps at
+        the state, or if the state must be a rest point and is none.
     """
     import control
 
@@ -58,6 +59,7 @@ def linearize(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None, *, at_re
             )
     row, state = row_of(ode, p, u), vector_of("x", x, ode.states)
     time = time_of(t)
+    refuse_jump_at("linearize", ode, time, state, row)
     matrices = jacobians("linearize", ode, time, state, row)
     if at_rest:
         _refuse_motion(ode, time, state, row, matrices[0])

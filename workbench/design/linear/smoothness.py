@@ -1,0 +1,72 @@
+"""Where an equation has no linear model: at a jump of its rate."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Layout, Ode
+from workbench.core.layout import Array
+from workbench.simulate.reference.switching import Switched
+
+ON_IT = 1e-12  # a switching function smaller than this share of the state counts as zero
+JUMP = 1e-9  # the least difference of two rates, relative to their size, that counts as a jump
+
+
+def refuse_jumps(call: str, ode: Ode, p: Array) -> None:
+    """Refuse an equation whose rate may jump as its states change: a transition matrix would jump with it."""
+    for surface in Switched.of(ode, p).surfaces:
+        if surface.jumps and ca.depends_on(surface.sigma, ode.x):
+            raise ValueError(
+                f"`{call}(ode=...)` must have a rate that is continuous in the states; that of '{ode.name}' may jump "
+                f"where {surface.name} = 0, and the transition matrix with it. Hold what moves slowly by `held`, or "
+                "take a continuous saturation."
+            )
+
+
+def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
+    """Refuse a point at which a rate or an output jumps; one at which it only bends, as |s| does, is let pass."""
+    try:
+        switched = Switched.of(_with_outputs(ode), p)
+    except ValueError:  # it switches by an operation that has no surface: a wave in time, say
+        return
+    surfaces = switched.surfaces
+    if not any(surface.jumps for surface in surfaces):
+        return
+    sides = ca.vertcat(ca.SX(0, 1), *[s.side for s in surfaces], *[s.corner for s in surfaces])
+    given = [switched.t, switched.x, sides]
+    sigmas = ca.Function("sigmas", given, [ca.vertcat(*[s.sigma for s in surfaces])])
+    rate = ca.Function("rate", given, [ca.densify(switched.rate)])
+    count = len(surfaces)
+    at, x = np.zeros(2 * count), np.concatenate([x, np.zeros(ode.outputs.size)])
+    for k in range(count):  # a switching function may hold the sides of those before it
+        at[[k, count + k]] = np.sign(float(sigmas(t, x, at)[k])) or 1.0
+    near = np.abs(np.array(sigmas(t, x, at)).ravel()) <= ON_IT * (1 + np.abs(x).max())
+    here = np.array(rate(t, x, at)).ravel()
+    for k in np.flatnonzero(near):
+        across = at.copy()
+        across[[k, count + k]] *= -1
+        change = np.abs(np.array(rate(t, x, across)).ravel() - here)
+        if surfaces[k].jumps and change.max() > JUMP * (1 + np.abs(here).max()):
+            worst = int(change.argmax())
+            names = (*(f"the rate of '{label}'" for label in ode.states.labels), *map(repr, ode.outputs.labels))
+            raise ValueError(
+                f"`{call}(...)`: {names[worst]} jumps by {change[worst]:.3g} at this state, "
+                f"where {surfaces[k].name} = 0, so it has no linear model there; take a continuous saturation, or a "
+                "state off the surface."
+            )
+
+
+def _with_outputs(ode: Ode) -> Ode:
+    """The equation with its outputs as rates of more states, which nothing depends on."""
+    more = ode.outputs.prefixed("output ")
+    return replace(
+        ode,
+        states=ode.states + more,
+        x=ca.vertcat(ode.x, more.symbols()),
+        rate=ca.vertcat(ode.rate, ode.output),
+        outputs=Layout(),
+        output=ca.SX(0, 1),
+    )
