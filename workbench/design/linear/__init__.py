@@ -9,7 +9,15 @@ from workbench.design.linear.equilibria import Equilibria, Equilibrium, equilibr
 from workbench.design.linear.exchange import from_control, to_control
 from workbench.design.linear.held import held
 from workbench.design.linear.lyapunov import LyapunovExponents, lyapunov_exponents
-from workbench.design.linear.margins import DiskMargin, LoopMargins, disk_margin, loop_margins
+from workbench.design.linear.margins import (
+    DiskMargin,
+    LoopMargins,
+    broken_loop,
+    disk_margin,
+    loop_margins,
+    one_loop,
+    sensitivity,
+)
 from workbench.design.linear.modes import (
     Hautus,
     Mode,
@@ -36,6 +44,7 @@ __all__ = [
     "Pole",
     "Transition",
     "along",
+    "broken_loop",
     "controllability",
     "detectability",
     "disk_margin",
@@ -46,8 +55,10 @@ __all__ = [
     "loop_margins",
     "lyapunov_exponents",
     "observability",
+    "one_loop",
     "operating_point",
     "poles",
+    "sensitivity",
     "stabilisability",
     "to_control",
     "transition",

@@ -11,7 +11,7 @@ from workbench.design.linear.modes import Complex
 
 TOLERANCE = 1e-6  # relative, between what is proved and what is reached
 ROUNDS = 60
-PHASES = 24
+PHASES, LOOKED_AT = 16, 100  # phases of a channel and frequencies from which searches begin
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,13 +108,13 @@ def scaled_peak(G: Realisation) -> float:
     n = len(G.D)
     if n == 1:
         return largest_gain(G).above
-    response = G.response(np.concatenate([[0.0], pole_frequencies(G, 300)]))
+    response = G.response(np.concatenate([[0.0], pole_frequencies(G, LOOKED_AT)]))
 
     def size(logarithms: Array) -> float:
         d = np.exp(np.concatenate([[0.0], logarithms]))
         return float(np.linalg.norm(d[:, np.newaxis] * response / d, 2, axis=(-2, -1)).max())
 
-    best = minimize(size, np.zeros(n - 1), method="Nelder-Mead", options={"xatol": 1e-4, "fatol": 1e-9})
+    best = minimize(size, np.zeros(n - 1), method="Nelder-Mead", options={"xatol": 1e-3, "fatol": 1e-7})
     plain, scaled = (largest_gain(G.scaled(np.exp(np.concatenate([[0.0], at])))).above for at in (0 * best.x, best.x))
     return min(plain, scaled)
 
@@ -127,7 +127,7 @@ def spectral_peak(G: Realisation) -> tuple[float, float]:
     from scipy.optimize import minimize
 
     n = len(G.D)
-    frequencies = np.concatenate([[0.0], pole_frequencies(G, 300)])
+    frequencies = np.concatenate([[0.0], pole_frequencies(G, LOOKED_AT)])
     response = G.response(frequencies)
     turns = np.exp(2j * np.pi * np.stack(np.meshgrid(*[np.arange(PHASES) / PHASES] * (n - 1)), -1).reshape(-1, n - 1))
     best = (0.0, 0, np.zeros(n - 1))
@@ -142,5 +142,5 @@ def spectral_peak(G: Realisation) -> tuple[float, float]:
         return -float(np.abs(np.linalg.eigvals(G.response(np.exp(at[:1]))[0] * unitary)).max())
 
     start = np.concatenate([[np.log(max(frequencies[best[1]], frequencies[1]))], best[2]])
-    end = minimize(small, start, method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-12})
+    end = minimize(small, start, method="Nelder-Mead", options={"xatol": 1e-5, "fatol": 1e-9})
     return max((-float(end.fun), float(np.exp(end.x[0]))), (best[0], float(frequencies[best[1]])))

@@ -5,20 +5,85 @@ A loop L is a square system with negative feedback: u = -L u + w. S = (I + L)^-1
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from workbench.core import Ode
 from workbench.core.layout import Array
 from workbench.core.sockets import described
+from workbench.design.linear.arguments import names_of
 from workbench.design.linear.gain import Realisation, largest_gain, pole_frequencies, scaled_peak, spectral_peak
+from workbench.design.linear.points import linearize
 
 if TYPE_CHECKING:
     import control
 
 TURN = 2 * np.pi
 FREQUENCIES = 2000
+DECAY = 1e-12  # of the size of A: a pole that decays no faster is on the axis, as far as rounding can tell
+
+
+def broken_loop(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None) -> control.StateSpace:
+    """The loop gain L about a state of a loop that is cut: from its inputs to its outputs, with the sign turned.
+
+    Parameters
+    ----------
+    ode
+        An equation whose outputs, in their order, were its inputs before the cut, as `ClosedLoop.broken()` gives it.
+    t, x, p, u
+        As of `linearize`.
+
+    Raises
+    ------
+    ValueError
+        As `linearize`, or if there are not as many outputs as inputs.
+    """
+    import control
+
+    G = linearize(ode, t, x, p, u)
+    if G.ninputs != G.noutputs:
+        raise ValueError(
+            f"`broken_loop(ode)` must have an output for each input, which it was before the cut; '{ode.name}' has "
+            f"{G.ninputs} inputs and {G.noutputs} outputs."
+        )
+    return control.ss(G.A, G.B, -G.C, -G.D, name=ode.name, **names_of(ode))
+
+
+def one_loop(loop: control.StateSpace, place: int) -> control.StateSpace:
+    """The gain of one channel of a loop L while all others are closed.
+
+    Raises
+    ------
+    ValueError
+        If `loop` is no square, continuous `StateSpace`.
+    LookupError
+        If there is no such channel; the first is 0.
+    """
+    import control
+
+    L = _loop("one_loop", loop)
+    if place not in range(loop.ninputs):
+        raise LookupError(f"`one_loop(place=...)` counts from 0 to {loop.ninputs - 1}; got {place!r}.")
+    own = _alone(L, place)
+    names = {"states": loop.state_labels, "inputs": [loop.input_labels[place]], "outputs": [loop.output_labels[place]]}
+    return control.ss(own.A, own.B, own.C, own.D, **names)
+
+
+def sensitivity(loop: control.StateSpace) -> control.StateSpace:
+    """S = (I + L)^-1, from what is added at the inputs to the inputs; its poles are those of the closed loop.
+
+    Raises
+    ------
+    ValueError
+        If `loop` is no square, continuous `StateSpace`, or I + D is singular.
+    """
+    import control
+
+    S = _closed(_loop("sensitivity", loop))
+    names = {"states": loop.state_labels, "inputs": loop.input_labels, "outputs": loop.input_labels}
+    return control.ss(S.A, S.B, S.C, S.D, **names)
 
 
 @dataclass(frozen=True)
@@ -141,11 +206,11 @@ def _margins(L: Realisation, name: str) -> LoopMargins:
         float(np.degrees(abs(turned[least]))) if turned else float("inf"),
         min(delays, default=float("inf")),
         crossings[least] if turned else float("nan"),
-        disk_margin_of(L),
+        _disk_margin_of(L),
     )
 
 
-def disk_margin_of(L: Realisation) -> DiskMargin:
+def _disk_margin_of(L: Realisation) -> DiskMargin:
     """The disk margin of a single loop, where mu is the gain itself."""
     peak = largest_gain(_balanced(L))
     return DiskMargin(1 / peak.above, 1 / peak.below, peak.frequency)
@@ -159,20 +224,25 @@ def _zeros(function: Any, frequencies: Array, values: Array) -> list[float]:
     return [float(brentq(function, frequencies[k], frequencies[k + 1], xtol=1e-12)) for k in signs]
 
 
-def _balanced(L: Realisation) -> Realisation:
-    """(S - T) / 2 = S - I / 2; refused where the closed loop does not decay."""
+def _closed(L: Realisation) -> Realisation:
+    """S = (I + L)^-1."""
     eye = np.eye(L.D.shape[0])
     if np.linalg.cond(eye + L.D) > 1e12:
         raise ValueError("A loop L must have a regular I + D to be closed; that of this one is singular.")
     E = np.linalg.inv(eye + L.D)
-    closed = L.A - L.B @ E @ L.C
-    slowest = max(np.linalg.eigvals(closed), key=lambda pole: pole.real, default=-1.0)
-    if slowest.real >= -1e-9 * (1 + np.linalg.norm(closed, 2)) * 1e-3:
+    return Realisation(L.A - L.B @ E @ L.C, L.B @ E, -E @ L.C, E)
+
+
+def _balanced(L: Realisation) -> Realisation:
+    """(S - T) / 2 = S - I / 2; refused where the closed loop does not decay."""
+    S = _closed(L)
+    slowest = max(np.linalg.eigvals(S.A), key=lambda pole: pole.real, default=-1.0)
+    if slowest.real >= -DECAY * (1 + np.linalg.norm(S.A, 2)):
         raise ValueError(
             f"A loop has a margin only where it is asymptotically stable once closed; here a pole is "
             f"{slowest:.4g} 1/s. Hold states that no torque depends on by `held`."
         )
-    return Realisation(closed, L.B @ E, -E @ L.C, E - eye / 2)
+    return replace(S, D=S.D - np.eye(len(S.D)) / 2)
 
 
 def _alone(L: Realisation, i: int) -> Realisation:
