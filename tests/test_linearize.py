@@ -3,15 +3,20 @@
 from dataclasses import replace
 
 import control
+import mpmath
 import numpy as np
 import pytest
-from equations import decay, oscillator
+from equations import decay, oscillator, root
 
+from workbench.controllers import SlidingMode
 from workbench.core import rk4
 from workbench.design import linearize, to_control
-from workbench.loop import open_loop
+from workbench.design.linear import operating_point
+from workbench.loop import ClosedLoop, open_loop
+from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
+from workbench.signals import Hold
 from workbench.simulate import simulate
 
 STATES = ["q[0]", "q[1]", "qd[0]", "qd[1]"]
@@ -110,3 +115,100 @@ def test_an_equation_without_inputs_is_refused_by_name():
 def test_a_bad_parameter_row_is_refused_by_python_controls_door_too():
     with pytest.raises(ValueError, match="`p` must be 7 finite numbers"):
         to_control(arm(), np.zeros(2))
+
+
+def accelerations(x, u):
+    """qdd of two point masses of 1 kg on rods of 1 m, hanging at zero, to as many digits as mpmath is told."""
+    q1, q2, v1, v2 = x
+    g, c, s = mpmath.mpf(9.81), mpmath.cos(q2), mpmath.sin(q2)
+    M = mpmath.matrix([[3 + 2 * c, 1 + c], [1 + c, 1]])
+    bias = mpmath.matrix([-s * v2 * (2 * v1 + v2), s * v1**2])
+    G = g * mpmath.matrix([2 * mpmath.sin(q1) + mpmath.sin(q1 + q2), mpmath.sin(q1 + q2)])
+    return mpmath.lu_solve(M, mpmath.matrix(u) - bias - G)
+
+
+def reference_jacobian(x, u):
+    """[A, B] by central differences in 60 digits: their error is h^2 = 1e-40, and rounding 1e-60 / h."""
+    z, columns = [mpmath.mpf(float(v)) for v in (*x, *u)], []
+    with mpmath.workdps(60):
+        h = mpmath.mpf(10) ** -20
+        for k in range(6):
+            up, down = ([v + sign * h * (i == k) for i, v in enumerate(z)] for sign in (1, -1))
+            change = (accelerations(up[:4], up[4:]) - accelerations(down[:4], down[4:])) / (2 * h)
+            columns.append([float(k == 2), float(k == 3), float(change[0]), float(change[1])])
+    return np.transpose(columns)
+
+
+def test_ours_is_exact_where_python_controls_own_is_a_forward_difference():
+    ode, rng = arm(), np.random.default_rng(8)
+    system = to_control(ode)
+    for _ in range(10):
+        x, u = rng.uniform(-2, 2, 4), rng.uniform(-5, 5, 2)
+        exact = reference_jacobian(x, u)
+        scale = np.abs(exact).max()
+        ours, theirs = (np.hstack([G.A, G.B]) for G in (linearize(ode, 0.0, x, u=u), control.linearize(system, x, u)))
+        assert np.abs(ours - exact).max() < 1e-13 * scale  # rounding of some hundred operations
+        assert 1e-8 * scale < np.abs(theirs - exact).max() < 1e-4 * scale
+
+
+def test_a_rest_point_that_is_none_is_refused_with_the_rate_that_remains():
+    linearize(arm(), 0.0, [0, np.pi, 0, 0], at_rest=True)
+    with pytest.raises(
+        ValueError, match=r"must be a rest point of 'plant'.*rate of 'qd\[1\]' is -2\.4.*operating_point"
+    ):
+        linearize(arm(), 0.0, [0.3, 0.2, 0, 0], at_rest=True)
+
+
+def test_the_torque_that_holds_the_arm_is_its_gravity():
+    q = np.array([0.3, 0.2])
+    point = operating_point(arm(), {"q": q, "qd": [0, 0]})
+    gravity = 9.81 * np.array([2 * np.sin(0.3) + np.sin(0.5), np.sin(0.5)])
+    np.testing.assert_allclose(point.u, gravity, rtol=1e-14)  # rounding
+    assert max(point.residual, point.error) < 1e-14
+    linearize(arm(), 0.0, point.x, point.p, at_rest=True)
+
+
+def test_states_that_are_not_wanted_are_found():
+    # one joint is wanted, and the torque of the other too: gravity decides the angle
+    point = operating_point(replace(arm(), inputs=()), {"q[0]": 0.0}, t=0.0)
+    np.testing.assert_allclose(np.sin(point.x[1]), 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("wanted", "message"),
+    [
+        ({"q": [0.1, 0.2], "qd": [1.0, 0.0]}, r"found no inputs.*'q\[0\]' still changes by 1 a second"),
+        ({"q": [0.1]}, "'q' must be 2 finite numbers"),
+        ({"q": "down"}, "'q' must be 2 finite numbers; got 'down'"),
+        ({"q[0]": np.nan}, r"'q\[0\]' must be 1 finite numbers"),
+    ],
+)
+def test_a_state_that_no_torque_holds_is_refused(wanted, message):
+    with pytest.raises(ValueError, match=message):
+        operating_point(arm(), wanted)
+
+
+def test_a_wanted_state_that_is_none_is_refused_by_name():
+    with pytest.raises(LookupError, match="no 'qq'"):
+        operating_point(arm(), {"qq": [0, 0]})
+
+
+def test_a_point_without_a_derivative_is_refused():
+    ode = replace(root(), inputs=())
+    with pytest.raises(ValueError, match="`operating_point.*A is not finite.*no derivative"):
+        operating_point(ode, {})
+
+
+def relay(saturation):
+    """A sliding-mode loop at rest on its surface, cut at the torque."""
+    law = SlidingMode(paper_arm(), [6.0, 6.0], [5.0, 5.0], phi=0.01, saturation=saturation)
+    return ClosedLoop(Manipulator(paper_arm(), q=[0, 0]), FullState(2), law, Hold([0.0, 0.0])).broken()
+
+
+def test_a_relay_on_its_surface_is_refused_and_a_saturation_is_not():
+    # -K Lambda / phi + dG_1/dq_1
+    assert linearize(relay("clip"), 0.0, np.zeros(4)).C[0, 0] == pytest.approx(-3000 + 3 * 9.81, rel=1e-12)
+    with pytest.raises(ValueError, match=r"'tau\[0\]' jumps by 10 at this state, where .* = 0"):
+        linearize(relay("sign"), 0.0, np.zeros(4))
+    off = linearize(relay("sign"), 0.0, [0.1, 0.1, 0.0, 0.0])
+    assert np.isfinite(off.C).all()

@@ -17,7 +17,7 @@ from workbench.design.linear.proofs import proved
 NEWTON_STEPS, HALVINGS = 40, 12
 CONVERGED = 1e-12  # the last step, relative to the state
 MERGED = 1e-7  # rest points nearer than this, relative to their size, are one
-ISOLATED = 1e12  # a condition of df/dx from which on a rest point may be one of a continuum
+ISOLATED = 1e10  # a condition of df/dx from which on a rest point may be one of a continuum
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +31,9 @@ class Equilibrium:
     error
         The length of a further step of Newton, relative to the size of x: an estimate of its error.
     condition
-        Of df/dx. From 1e12 on the point may be one of a continuum of rest points.
+        The norm of df/dx, or its median over the starts where that is larger, times the norm of its inverse: how
+        many times a relative error of the equations grows in x. From 1e10 on the point may be one of a continuum of
+        rest points.
     poles
         The eigenvalues (nx,) of df/dx in 1/s, the slowest to decay first.
     radius
@@ -123,12 +125,14 @@ def equilibria(
         raise ValueError(f"`equilibria(starts=...)` must be a positive whole number; got {starts!r}.")
     low, high = _ends(ode.states, box)
     row = row_of(ode, p, u)
-    reached = [end for start in _spread(low, high, starts, seed) if (end := _newton(ode, start, row)) is not None]
+    begun = _spread(low, high, starts, seed)
+    reached = [end for start in begun if (end := _newton(ode, start, row)) is not None]
+    usual = float(np.median([np.linalg.norm(np.array(ode.A(0.0, x, row)), 2) for x in begun]))
     room = 1e-9 * (high - low)
     inside = [x for x in reached if ((low - room <= x) & (x <= high + room)).all()]
     found = _distinct(inside)
     proof = proved(_at(ode, row), low, high, found, boxes)
-    points = tuple(_certified(ode, x, row, radius) for x, radius in zip(found, proof.radii, strict=True))
+    points = tuple(_certified(ode, x, row, usual, radius) for x, radius in zip(found, proof.radii, strict=True))
     return Equilibria(points, starts, len(reached), proof.complete, proof.boxes)
 
 
@@ -200,9 +204,12 @@ def _at(ode: Ode, p: Array) -> Ode:
     return replace(ode, parameters=Layout(tuple(replace(e, default=values[e.name]) for e in ode.parameters.entries)))
 
 
-def _certified(ode: Ode, x: Array, p: Array, radius: float | None) -> Equilibrium:
+def _certified(ode: Ode, x: Array, p: Array, usual: float, radius: float | None) -> Equilibrium:
     A = np.array(ode.A(0.0, x, p))
     poles = np.linalg.eigvals(A).astype(complex)
     step = np.linalg.lstsq(A, ode.rate_at(0.0, x, p), rcond=1e-13)[0]
+    sizes = np.linalg.svd(A, compute_uv=False)
+    condition = float(max(sizes[0], usual) / sizes[-1]) if sizes[-1] else float("inf")
     slowest = poles[np.lexsort((-poles.imag, -poles.real))]
-    return Equilibrium(x, float(np.abs(step).max() / (1 + np.abs(x).max())), float(np.linalg.cond(A)), slowest, radius)
+    error = float(np.abs(step).max() / (1 + np.abs(x).max()))
+    return Equilibrium(x, error, condition, slowest, radius)

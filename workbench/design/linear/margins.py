@@ -134,6 +134,8 @@ def disk_margin(loop: control.StateSpace) -> DiskMargin:
     Seiler, Packard and Gahinet (2020), IEEE Control Systems Magazine 40(5), "An introduction to disk margins".
     """
     L = _loop("disk_margin", loop)
+    if L.D.shape == (1, 1):
+        return _disk_margin_of(L)
     M = _balanced(L)
     above = scaled_peak(M)
     below, frequency = spectral_peak(M)

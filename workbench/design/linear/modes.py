@@ -18,6 +18,7 @@ ROUNDING = float(np.finfo(float).eps)
 TOLERANCE = 1e-9  # of the margin: below it a mode counts as not reached
 TAKES_PART = 0.1  # of the largest entry: what a state must have to be named
 DESCENTS = 30
+NEARBY = 1e-3  # of the norm of A: how far rounding may move a multiple eigenvalue, as a root of itself
 
 
 @dataclass(frozen=True)
@@ -205,21 +206,28 @@ def _hautus(kind: str, system: control.StateSpace, tolerance: float) -> Hautus:
 
 
 def _mode(A: Array, B: Array, value: complex, scale: float, names: list[str]) -> Mode:
-    """The mode at an eigenvalue; lambda = w* A w lowers |w* [lambda I - A, B]| for the w that is least moved."""
-    w, margin = _least(A, B, value)
+    """The mode at an eigenvalue, or where the smallest singular value of [lambda I - A, B] is least near it.
+
+    Newton's method on w* [lambda I - A, B] v = 0 with the singular vectors w and v; short steps where that overshoots.
+    """
+    w, margin, slope = _least(A, B, value)
+    start, reach = value, NEARBY * float(np.linalg.norm(A, 2))
     for _ in range(DESCENTS):
-        nearby = complex(w.conj() @ A @ w)
-        v, found = _least(A, B, nearby)
-        if not found < margin * (1 - 1e-6):
+        step = margin / slope if slope else 0.0
+        tries = (value - share * step for share in (1.0, abs(slope) ** 2))
+        better = ((at, *found) for at in tries if (found := _least(A, B, at))[1] < margin * (1 - 1e-6))
+        nearby = next(((at, *found) for at, *found in better if abs(at - start) <= reach), None)
+        if nearby is None:
             break
-        value, w, margin = nearby, v, found
-    return Mode(value, margin / scale, w, _named(w, names))
+        value, w, margin, slope = nearby
+    return Mode(complex(value), margin / scale, w, _named(w, names))
 
 
-def _least(A: Array, B: Array, value: complex) -> tuple[Complex, float]:
-    """The left singular vector of [lambda I - A, B] at its smallest singular value, and that value."""
-    U, s, _ = np.linalg.svd(np.hstack([value * np.eye(len(A)) - A, B]), full_matrices=False)
-    return U[:, -1], float(s[-1])
+def _least(A: Array, B: Array, value: complex) -> tuple[Complex, float, complex]:
+    """The least singular value of [lambda I - A, B], its left vector w, and w* v: its derivative by lambda."""
+    U, s, V = np.linalg.svd(np.hstack([value * np.eye(len(A)) - A, B]), full_matrices=False)
+    w = U[:, -1]
+    return w, float(s[-1]), complex(w.conj() @ V[-1, : len(A)].conj())
 
 
 def _named(vector: Complex, names: list[str]) -> tuple[str, ...]:

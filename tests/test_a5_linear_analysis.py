@@ -1,0 +1,112 @@
+"""What a5 says of the paper's loops, by other roads than the study's own."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
+
+import linear_arm
+import linear_loops
+from linear_loops import LEVEL, POSES, PROPOSED, SEVEN, at_rest, cut_at_rest, loop_of, still
+
+from workbench.core import rk4
+from workbench.plants import Manipulator
+from workbench.simulate import simulate
+
+
+@pytest.mark.parametrize("law", SEVEN)
+def test_each_loop_rests_where_it_is_linearised(law):
+    loop = still(law, POSES[LEVEL])
+    ode = loop.ode()
+    x = ode.states.default.copy()
+    if law == "PID":
+        x[ode.states.slice("controller.integral")] = -linear_loops.holding(POSES[LEVEL]) / [648.0, 216.0]
+    moving = [i for i, label in enumerate(ode.states.labels) if "controller.P" not in label]
+    rates = ode.rate_at(0.0, x)[moving]
+    np.testing.assert_allclose(rates, 0, atol=1e-11)  # torques of 20 N m over inertias of 0.2 kg m^2, rounded
+
+
+@pytest.mark.parametrize("law", ["SMC", "PID", "RBF-ASMC"])
+def test_the_poles_of_the_cut_loop_closed_are_those_of_the_loop(law):
+    rest = at_rest(law)
+    ode = still(law, POSES[LEVEL]).ode()
+    x = ode.states.default.copy()
+    if law == "PID":
+        x[ode.states.slice("controller.integral")] = -linear_loops.holding(POSES[LEVEL]) / [648.0, 216.0]
+    keep = [i for i, label in enumerate(ode.states.labels) if "controller.K" not in label]
+    whole = np.linalg.eigvals(np.array(ode.A(0.0, x, ode.parameters.default))[np.ix_(keep, keep)])
+    ours = np.array([pole.value for pole in rest.poles])
+    gaps = np.abs(whole[:, None] - ours[None]).min(axis=1) / (1 + np.abs(whole))
+    assert gaps.max() < 1e-6  # multiple poles are moved by the root of rounding
+
+
+def test_super_twisting_in_its_layer_oscillates_undamped_and_has_no_margin():
+    rest = at_rest("super-twisting")
+    assert rest.disk is None
+    assert "asymptotically stable" in rest.why
+    # w'' = -k2 s / phi with s' = w, to first order
+    assert abs(rest.poles[0].value) == pytest.approx(np.sqrt(15.0 / 0.01), rel=1e-9)
+
+
+def test_nine_tenths_of_its_torque_make_the_proposed_law_leave_the_upright_arm():
+    rest = at_rest(PROPOSED, "upright")
+    assert rest.disk.alpha < 2 * 0.1 / 1.9 < 0.12  # (2 - a) / (2 + a) = 0.9 lies outside of the disk
+    loop = still(PROPOSED, POSES["upright"])
+    pole = np.linalg.eigvals(rest.loop.A - 0.9 * rest.loop.B @ rest.loop.C).real.max()
+    # M qdd + ... = 0.9 tau is the motion of an arm that is heavier by 1 / 0.9
+    heavier = tuple(replace(link, mass=link.mass / 0.9) for link in loop.plant.arm.links)
+    later = []
+    for links in (loop.plant.arm.links, heavier):
+        arm = replace(loop.plant.arm, links=links)
+        start = np.array(POSES["upright"]) + [1e-3, 0.0]
+        ode = replace(loop, plant=Manipulator(arm, q=start, qd=np.zeros(2))).ode()
+        run = simulate(rk4(ode, 2e-4), ode.parameters.default[np.newaxis], until=40.0, every=20.0)
+        later.append(np.abs(run["e"][0, 1:]).max(axis=1))
+    assert (later[0] < 1e-6).all()
+    # the gain learns a little meanwhile, and the deviation is 0.01 rad in the end
+    assert np.log(later[1][1] / later[1][0]) / 20 == pytest.approx(pole, rel=0.02)
+    assert pole > 0.1
+
+
+def test_smc_stands_half_its_delay_and_not_twice_it():
+    margin = min(m.delay for m in at_rest("SMC").channels)
+    assert 0.5e-3 < margin < 1e-3
+    # a computer with period T holds its torque, a delay of T / 2 on average, and hands it out a period late
+    loop = still("SMC", POSES[LEVEL])
+    loop = replace(loop, plant=Manipulator(loop.plant.arm, q=np.array(POSES[LEVEL]) + 1e-6, qd=np.zeros(2)))
+    ends = {}
+    for share in (0.5, 2.0):
+        period = share * margin / 1.5
+        sampled = loop.sampled(period, 4, delay=True)
+        waiting = {name: linear_loops.holding(POSES[LEVEL]) for name in ("hold.next", "hold.tau")}
+        start = sampled.states.pack({name: tau for name, tau in waiting.items() if name in sampled.states})
+        run = simulate(sampled, None, start, until=400 * period, every=400 * period)
+        ends[share] = np.abs(run["plant.qd"][0, -1]).max()
+    assert ends[0.5] < 1e-4 < 1e-3 < ends[2.0]
+
+
+def test_the_cut_loop_driven_by_its_own_torque_is_the_loop():
+    for law in (PROPOSED, "PID"):
+        whole, broken = loop_of(law).ode(), loop_of(law).broken()
+        x = whole.states.default + 0.01
+        tau = whole.outputs_at(0.3, x)["tau"]
+        np.testing.assert_array_equal(broken.outputs_at(0.3, x)["tau"], tau)
+        p = broken.parameters.pack({"drive": tau})[0]
+        np.testing.assert_allclose(broken.rate_at(0.3, x, p), whole.rate_at(0.3, x), rtol=1e-13)
+    assert cut_at_rest("ASMC", LEVEL).inputs == ("drive",)
+
+
+def test_the_arm_has_four_rest_points_and_no_other():
+    found = linear_arm.rests()
+    assert (len(found.points), found.complete) == (4, True)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(-6.0 + 0j, "−6"), (-2447.7 + 0j, "−2448"), (38.73j, "0 ± 38.7i"), (-2.4 + 5.4j, "−2.4 ± 5.4i")]
+)
+def test_a_pole_is_printed_as_one_reads_it(value, text):
+    assert linear_arm.shown(value) == text

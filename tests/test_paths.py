@@ -1,0 +1,225 @@
+"""Linear models along a path: frozen, integrated, and in the long run."""
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+from equations import decay, oscillator
+from scipy.linalg import expm
+
+from workbench.controllers import PID, SlidingMode
+from workbench.core import Entry, Layout, Ode, rk4
+from workbench.design.linear import along, held, linearize, lyapunov_exponents, transition
+from workbench.loop import ClosedLoop, open_loop
+from workbench.observers import FullState
+from workbench.plants import Manipulator
+from workbench.robots import paper_arm
+from workbench.signals import Sines
+from workbench.simulate import simulate
+
+
+def arm():
+    return open_loop(Manipulator(paper_arm(), q=[1.4, -0.3]))
+
+
+def fall(until=1.0):
+    run = simulate(rk4(arm(), 1e-3), arm().parameters.default[np.newaxis], until=until, every=0.1)
+    return run.t, run.x[0]
+
+
+def turning_decay():
+    """x' = A(t) x whose frozen eigenvalues all decay at 1/2 while one solution grows as exp(t / 2) (Vinograd)."""
+    states = Layout((Entry("x", np.array([1.0, 0.0])),))
+    t, x = ca.SX.sym("t"), states.symbols()
+    c, s, a = ca.cos(t), ca.sin(t), 1.5
+    A = ca.vertcat(ca.horzcat(-1 + a * c**2, 1 - a * s * c), ca.horzcat(-1 - a * s * c, -1 + a * s**2))
+    return Ode.of("vinograd", states, Layout(), (t, x, ca.SX(0, 1)), {"x": A @ x}, {})
+
+
+def test_each_model_of_a_path_is_the_model_at_its_point():
+    t, x = fall()
+    path = along(arm(), t, x)
+    for k in (0, 5, 10):
+        G = linearize(arm(), t[k], x[k])
+        for letter, matrices in zip("ABCD", (path.A, path.B, path.Cy, path.D), strict=True):
+            np.testing.assert_array_equal(matrices[k], getattr(G, letter))
+    assert path.states == ("q[0]", "q[1]", "qd[0]", "qd[1]")
+    assert (path.inputs, path.outputs) == (("tau[0]", "tau[1]"), path.states)
+
+
+def test_inputs_may_change_along_a_path():
+    t, x = fall()
+    rows = np.repeat(arm().parameters.default[np.newaxis], len(t), axis=0)
+    rows[3, -2:] = [10.0, -4.0]
+    path = along(arm(), t, x, rows)
+    np.testing.assert_array_equal(path.A[3], linearize(arm(), t[3], x[3], u=[10.0, -4.0]).A)
+
+
+def test_a_path_that_leaves_its_box_is_refused_with_state_time_and_bound():
+    t, x = fall()
+    along(arm(), t, x, box={"q": (-10, 10)})
+    first = t[np.argmax(x[:, 2] < -2.0)]
+    with pytest.raises(ValueError, match=rf"'qd\[0\]' = -[\d.]+ is beyond -2 at t = {first:g} s"):
+        along(arm(), t, x, box={"qd[0]": (-2.0, 2.0), "q": (-10, 10)})
+
+
+@pytest.mark.parametrize(
+    ("t", "x", "options", "message"),
+    [
+        ([0, 1], np.zeros((3, 4)), {}, r"N times and states \(N, 4\); got shapes \(2,\) and \(3, 4\)"),
+        ([0, 0], np.zeros((2, 4)), {}, "times that increase"),
+        ([0, 1], np.full((2, 4), np.nan), {}, "a run may have diverged"),
+        ([0, 1], np.zeros((2, 4)), {"box": {"q": (1, -1)}}, r"'q' must be \(low, high\), low < high"),
+        ([0, 1], np.zeros((2, 4)), {"p": np.zeros((3, 7))}, "a row for each of the 2 times; got 3"),
+    ],
+)
+def test_what_is_no_path_is_refused(t, x, options, message):
+    with pytest.raises(ValueError, match=message):
+        along(arm(), t, x, **options)
+
+
+def test_frozen_eigenvalues_decay_while_the_system_grows():
+    ode, t = turning_decay(), np.linspace(0, 6, 31)
+    path = along(ode, t, np.ones((31, 2)))
+    # trace -1/2, determinant 1/2: real part -1/4 at all times
+    np.testing.assert_allclose(path.eigenvalues().real, -0.25, rtol=0, atol=1e-9)
+    grown = transition(ode, t)
+    # the solution is exp(t / 2) (cos t, -sin t), by substitution
+    np.testing.assert_allclose(
+        grown.Phi[:, :, 0], np.exp(t / 2)[:, None] * np.c_[np.cos(t), -np.sin(t)], rtol=1e-8, atol=1e-7
+    )
+    assert path.contraction().max() == pytest.approx(0.5, abs=1e-12)
+
+
+def test_the_log_norm_bounds_what_the_transition_does():
+    ode, t = turning_decay(), np.linspace(0, 4, 81)
+    rate = along(ode, t, np.ones((81, 2))).contraction()
+    factor = transition(ode, t).contraction()
+    # Wazewski's inequality; this log norm is constant, so the bound is exp(rate t)
+    assert (factor <= np.exp(rate.max() * t) * (1 + 1e-8)).all()
+
+
+def test_the_transition_of_a_constant_system_is_the_exponential():
+    ode = oscillator()
+    A = np.array([[0.0, 1.0], [-4.0, 0.0]])
+    t = np.linspace(0, 3, 7)
+    found = transition(ode, t)
+    exact = np.array([expm(A * time) for time in t])
+    np.testing.assert_allclose(found.Phi, exact, atol=1e-9)  # its relative tolerance
+    assert (np.abs(found.Phi - exact).max(axis=(1, 2)) <= found.error + 1e-11).all()
+    # in the metric of its energy an oscillator turns and nothing else
+    np.testing.assert_allclose(found.contraction(np.diag([4.0, 1.0])), 1, atol=1e-9)
+    np.testing.assert_allclose(along(ode, t, found.x).contraction(np.diag([4.0, 1.0])), 0, atol=1e-14)
+
+
+def test_the_transition_is_the_derivative_by_the_start_across_the_corner_of_a_saturation():
+    law = SlidingMode(paper_arm(), [6.0, 6.0], [5.0, 5.0], phi=0.5)
+    loop = ClosedLoop(Manipulator(paper_arm(), q=[0.3, -0.2]), FullState(2), law, Sines([1.0, 0.5], [2.0, 3.0]))
+    ode, t = loop.ode(), np.array([0.0, 1.0])
+    found = transition(ode, t, rtol=1e-10)
+    step = 1e-5
+    ends = [
+        transition(ode, t, x0=ode.states.default + d, rtol=1e-11).x[1]
+        for d in np.vstack([step * np.eye(4), -step * np.eye(4)])
+    ]
+    central = np.transpose([(ends[k] - ends[k + 4]) / (2 * step) for k in range(4)])
+    # step^2 times third derivatives, the kink of each corner, and 1e-11 / step of the integration
+    np.testing.assert_allclose(found.Phi[1], central, atol=2e-4 * np.abs(central).max())
+
+
+def test_an_equation_that_jumps_has_no_transition_matrix_here():
+    law = SlidingMode(paper_arm(), [6.0, 6.0], [5.0, 5.0], phi=0.5, saturation="sign")
+    loop = ClosedLoop(Manipulator(paper_arm(), q=[0.3, -0.2]), FullState(2), law, Sines([1.0, 0.5], [2.0, 3.0]))
+    with pytest.raises(ValueError, match="`transition.*may jump where .* = 0.*`held`"):
+        transition(loop.ode(), [0.0, 1.0])
+    with pytest.raises(ValueError, match="`lyapunov_exponents.*may jump where"):
+        lyapunov_exponents(loop.ode(), 1.0, 0.005)
+
+
+@pytest.mark.parametrize(
+    ("metric", "message"),
+    [
+        (np.diag([1.0, -1.0]), "positive definite.*least eigenvalue is -1"),
+        (np.eye(3), r"a symmetric matrix \(2, 2\)"),
+        ([[1.0, 0.5], [0.0, 1.0]], "a symmetric matrix"),
+    ],
+)
+def test_what_is_no_metric_is_refused(metric, message):
+    with pytest.raises(ValueError, match=message):
+        transition(oscillator(), [0.0, 1.0]).contraction(metric)
+
+
+def test_the_exponents_of_a_constant_system_are_its_real_parts():
+    states = Layout((Entry("x", np.ones(3)),))
+    x = states.symbols()
+    A = np.array([[-1.0, 5.0, 2.0], [0.0, -3.0, 1.0], [0.0, 0.0, 0.5]])
+    ode = Ode.of("triangle", states, Layout(), (ca.SX.sym("t"), x, ca.SX(0, 1)), {"x": ca.DM(A) @ x}, {})
+    found = lyapunov_exponents(ode, until=30.0, h=0.01, skip=10.0)
+    np.testing.assert_allclose(found.values, [0.5, -1.0, -3.0], atol=1e-7)  # RK4 at 5 ms
+    assert found.imbalance < 1e-7
+
+
+def test_the_largest_exponent_of_vinograds_system_is_a_half():
+    found = lyapunov_exponents(turning_decay(), until=20.0, h=0.01)
+    assert (np.abs(found.values - [0.5, -1.0]) <= found.error + 1e-6).all()
+
+
+def test_the_exponents_of_the_lorenz_attractor_lie_within_their_stated_errors():
+    states = Layout((Entry("x", np.array([1.0, 1.0, 20.0])),))
+    x = states.symbols()
+    rates = ca.vertcat(10 * (x[1] - x[0]), x[0] * (28 - x[2]) - x[1], x[0] * x[1] - 8 / 3 * x[2])
+    ode = Ode.of("lorenz", states, Layout(), (ca.SX.sym("t"), x, ca.SX(0, 1)), {"x": rates}, {})
+    found = lyapunov_exponents(ode, until=120.0, h=0.01, skip=20.0)
+    # published: 0.9056, 0, -14.5723 (Sprott 2003, Chaos and Time-Series Analysis, Lorenz attractor)
+    assert (np.abs(found.values - [0.9056, 0.0, -14.5723]) <= found.error).all()
+    assert found.error[0] < 0.5  # of a chaotic path of 100 s, taken with two steps that part
+    assert abs(found.values.sum() + 41 / 3) < 1e-3  # the trace is constant
+
+
+def test_a_loop_with_integral_action_contracts_along_its_path():
+    law = PID([324.0, 108.0], [648.0, 216.0], [54.0, 18.0])
+    loop = ClosedLoop(Manipulator(paper_arm(), q=[0.0, 0.0]), FullState(2), law, Sines([0.1, 0.1], [1.0, 1.0]))
+    found = transition(loop.ode(), np.linspace(0, 8, 3))
+    assert found.contraction()[-1] < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"until": 1.0, "h": 0.3}, r"until=...\)` must be a multiple of 200 steps"),
+        ({"until": 4.0, "h": 0.01, "skip": 0.003}, "until"),
+        ({"until": 4.0, "h": 0.0}, "h=.*positive"),
+    ],
+)
+def test_spans_that_do_not_fit_are_refused(options, message):
+    with pytest.raises(ValueError, match=message):
+        lyapunov_exponents(decay(), **options)
+
+
+def test_an_escape_is_refused_with_its_time():
+    ode = decay()
+    ode = replace(ode, rate=ode.x**2)
+    with pytest.raises(ValueError, match="not finite at t ="):
+        lyapunov_exponents(ode, 4.0, 0.01)
+
+
+def test_a_held_state_is_a_parameter_and_its_jacobian_is_the_block_that_is_left():
+    ode = arm()
+    fixed = held(ode, ["q"])
+    assert fixed.states.names == ("qd",)
+    assert fixed.parameters.names[-1] == "q"
+    x = np.array([0.3, -0.4, 1.0, 2.0])
+    whole, block = (
+        np.array(o.A(0.0, s, p))
+        for o, s, p in ((ode, x, ode.parameters.default), (fixed, x[2:], np.r_[ode.parameters.default, x[:2]]))
+    )
+    np.testing.assert_array_equal(block, whole[2:, 2:])
+
+
+@pytest.mark.parametrize(
+    ("names", "error"), [([], ValueError), ("q", ValueError), (["q", "qd"], ValueError), (["qq"], LookupError)]
+)
+def test_states_that_cannot_be_held_are_refused(names, error):
+    with pytest.raises(error):
+        held(arm(), names)
