@@ -2,7 +2,6 @@
 
 from functools import cache
 
-import control
 import numpy as np
 from paper_laws import ARM
 
@@ -13,11 +12,11 @@ from workbench.design.linear import (
     LyapunovExponents,
     controllability,
     equilibria,
+    forward_differences,
     linearize,
     lyapunov_exponents,
     observability,
     poles,
-    to_control,
 )
 from workbench.loop import open_loop
 from workbench.plants import Manipulator
@@ -55,25 +54,27 @@ def falling() -> LyapunovExponents:
 def deviations() -> dict[str, float]:
     """How far other ways to A and B are from ours, over 20 random states: relative to the largest entry, the worst."""
     rng, ode = np.random.default_rng(5), arm()
-    system = to_control(ode)
     worst = {"python-control's linearize": 0.0, "central differences, the best step": 0.0}
     for _ in range(20):
         x, u = rng.uniform(-2, 2, 4), rng.uniform(-5, 5, 2)
         G = linearize(ode, 0.0, x, u=u)
         ours = np.hstack([G.A, G.B])
-        theirs = control.linearize(system, x, u)
-        central = [_central(system, x, u, h) for h in STEPS]
+        theirs = forward_differences(ode, 0.0, x, u=u)
+        central = [_central(ode, x, u, h) for h in STEPS]
         found = (np.hstack([theirs.A, theirs.B]), min(central, key=lambda J: float(np.abs(J - ours).max())))
         for name, matrix in zip(worst, found, strict=True):
             worst[name] = max(worst[name], float(np.abs(matrix - ours).max() / np.abs(ours).max()))
     return worst
 
 
-def _central(system: control.NonlinearIOSystem, x: Array, u: Array, h: float) -> Array:
+def _central(ode: Ode, x: Array, u: Array, h: float) -> Array:
     """[A, B] by central differences of step h."""
-    z, eye = np.concatenate([x, u]), h * np.eye(len(x) + len(u))
-    ends = [[system.dynamics(0, (z + s * d)[: len(x)], (z + s * d)[len(x) :]) for s in (1, -1)] for d in eye]
-    return np.transpose([(up - down) / (2 * h) for up, down in ends])
+    z = np.concatenate([x, u])
+
+    def rate(at: Array) -> Array:
+        return ode.rate_at(0.0, at[:4], ode.parameters.pack({"tau": at[4:]})[0])
+
+    return np.transpose([(rate(z + d) - rate(z - d)) / (2 * h) for d in h * np.eye(len(z))])
 
 
 def arm_section() -> Section:

@@ -1,12 +1,11 @@
 """The figures of a5: frequency responses at rest, and frozen poles and margins along a run."""
 
-import control
 import numpy as np
 from a1_paper_tables import STYLES
 from linear_loops import PROPOSED, SEVEN, at_rest, on_path
 
 from workbench.core.layout import Array
-from workbench.design.linear import one_loop, sensitivity
+from workbench.design.linear import frequency_response, one_loop, sensitivity
 from workbench.study.document import Figure, Panel, Series
 from workbench.study.study import Results
 
@@ -19,7 +18,7 @@ def bode() -> Figure:
     """Gain and phase of each joint's loop, the other closed."""
     panels = []
     for joint in (0, 1):
-        curves = {law: _response(one_loop(at_rest(law).loop, joint))[:, 0, 0] for law in DRAWN}
+        curves = {law: frequency_response(one_loop(at_rest(law).loop, joint), FREQUENCIES)[:, 0, 0] for law in DRAWN}
         size = tuple(Series(law, FREQUENCIES, np.abs(L), STYLES[law]) for law, L in curves.items())
         turn = tuple(Series(law, FREQUENCIES, _degrees(L), STYLES[law]) for law, L in curves.items())
         panels += [
@@ -32,7 +31,7 @@ def bode() -> Figure:
 
 def sensitivities() -> Figure:
     """The largest singular values of S and T."""
-    S = {law: _response(sensitivity(at_rest(law).loop)) for law in DRAWN}
+    S = {law: frequency_response(sensitivity(at_rest(law).loop), FREQUENCIES) for law in DRAWN}
     sizes = {law: (_largest(value), _largest(np.eye(2) - value)) for law, value in S.items()}
     panels = tuple(
         Panel(
@@ -72,12 +71,6 @@ def margins_on_path(results: Results) -> Figure:
         series.append(Series(law, path.sparse, path.alpha, STYLES[law], look="marks"))
     panel = Panel("disk margin", tuple(series), ylim=(0.0, 2.05))
     return Figure("frozen_margins", "The disk margin at the torques, frozen along the first scenario.", (panel,))
-
-
-def _response(system: control.StateSpace) -> np.ndarray[tuple[int, ...], np.dtype[np.complex128]]:
-    """The frequency response of python-control, (N, ny, nu)."""
-    response = control.frequency_response(system, FREQUENCIES, squeeze=False)
-    return np.moveaxis(np.asarray(response.frdata), -1, 0)
 
 
 def _largest(matrices: np.ndarray[tuple[int, ...], np.dtype[np.complex128]]) -> Array:

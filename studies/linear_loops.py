@@ -5,7 +5,6 @@ from functools import cache
 from typing import Any
 
 import casadi as ca
-import control
 import numpy as np
 from paper_card import CARD, LAWS
 from paper_laws import ARM, proposed_repaired, rival
@@ -18,6 +17,7 @@ from workbench.design.linear import (
     Pole,
     along,
     broken_loop,
+    broken_loops,
     disk_margin,
     held,
     loop_margins,
@@ -53,7 +53,7 @@ FINE, COARSE = 10, 100  # every which kept state, of one in 10 ms, has its poles
 class AtRest:
     """A loop at rest: L, the poles once closed, and the margins; None with the reason where there are none."""
 
-    loop: control.StateSpace
+    loop: Any  # a `StateSpace` of python-control
     poles: tuple[Pole, ...]
     channels: tuple[LoopMargins, ...]
     disk: DiskMargin | None
@@ -151,9 +151,9 @@ def _margins(broken: Ode, ode: Ode, t: Array, x: Array, tau: Array) -> Array:
     left = [ode.states.slice(entry.name) for entry in broken.states.entries]
     path = along(broken, t, np.concatenate([x[:, place] for place in left], axis=1), rows)
     found = []
-    for A, B, Cy, D in zip(path.A, path.B, path.Cy, path.D, strict=True):
+    for loop in broken_loops(path):
         try:
-            found.append(disk_margin(control.ss(A, B, -Cy, -D)).alpha)
+            found.append(disk_margin(loop).alpha)
         except ValueError:
             found.append(np.nan)
     return np.array(found)

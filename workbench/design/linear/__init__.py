@@ -2,22 +2,16 @@
 
 `exchange` goes to python-control and back; `points` linearises at a state and finds the inputs that hold one;
 `equilibria` finds rest points, and `exclusion` proves where there are none; `modes` has poles and the tests of
-Popov, Belevitch and Hautus; `paths` and `lyapunov` follow a motion; `margins` breaks a loop at the plant's input.
+Popov, Belevitch and Hautus; `paths` and `lyapunov` follow a motion; `loops` cuts
+a loop, and `margins` says how far it is from instability.
 """
 
 from workbench.design.linear.equilibria import Equilibria, Equilibrium, equilibria
-from workbench.design.linear.exchange import from_control, to_control
+from workbench.design.linear.exchange import forward_differences, from_control, to_control
 from workbench.design.linear.held import held
+from workbench.design.linear.loops import broken_loop, broken_loops, frequency_response, one_loop, sensitivity
 from workbench.design.linear.lyapunov import LyapunovExponents, lyapunov_exponents
-from workbench.design.linear.margins import (
-    DiskMargin,
-    LoopMargins,
-    broken_loop,
-    disk_margin,
-    loop_margins,
-    one_loop,
-    sensitivity,
-)
+from workbench.design.linear.margins import DiskMargin, LoopMargins, disk_margin, loop_margins
 from workbench.design.linear.modes import (
     Hautus,
     Mode,
@@ -45,10 +39,13 @@ __all__ = [
     "Transition",
     "along",
     "broken_loop",
+    "broken_loops",
     "controllability",
     "detectability",
     "disk_margin",
     "equilibria",
+    "forward_differences",
+    "frequency_response",
     "from_control",
     "held",
     "linearize",

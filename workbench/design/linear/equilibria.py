@@ -121,8 +121,6 @@ def equilibria(
         raise ValueError(
             f"`equilibria(ode=...)` must have a rate that does not depend on time; that of '{ode.name}' does."
         )
-    if isinstance(starts, bool) or not isinstance(starts, int) or starts < 1:
-        raise ValueError(f"`equilibria(starts=...)` must be a positive whole number; got {starts!r}.")
     low, high = _ends(ode.states, box)
     row = row_of(ode, p, u)
     begun = _spread(low, high, starts, seed)
@@ -156,6 +154,8 @@ def _ends(states: Layout, box: Mapping[str, tuple[float, float]]) -> tuple[Array
 
 def _spread(low: Array, high: Array, count: int, seed: int) -> Array:
     """Points (count, nx) that fill a box evenly: Kronecker's sequence of Roberts' generalised golden ratio."""
+    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+        raise ValueError(f"`equilibria(starts=...)` must be a positive whole number; got {count!r}.")
     ratio = 1.5
     for _ in range(60):  # to the root of x^(n + 1) = x + 1
         ratio = (1 + ratio) ** (1 / (len(low) + 1))

@@ -13,7 +13,7 @@ import numpy as np
 from workbench.core import Entry, Layout, Ode
 from workbench.core.layout import Array
 from workbench.core.sockets import described
-from workbench.design.linear.arguments import names_of, places_of, row_of
+from workbench.design.linear.arguments import names_of, places_of, row_of, time_of, vector_of
 
 if TYPE_CHECKING:
     import control
@@ -54,6 +54,15 @@ def to_control(ode: Ode, p: Any = None, name: str | None = None) -> control.Nonl
         return np.array(ode.h(t, x, with_input(u))).ravel()
 
     return control.nlsys(update, output, name=name or ode.name, **names_of(ode))
+
+
+def forward_differences(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None) -> control.StateSpace:
+    """What python-control's own `linearize` makes of the equations, by forward differences: to be held beside ours."""
+    import control
+
+    row = row_of(ode, p, u)
+    state = vector_of("x", x, ode.states)
+    return control.linearize(to_control(ode, row), state, row[places_of(ode)], t=time_of(t))
 
 
 def from_control(system: control.StateSpace) -> Ode:

@@ -1,7 +1,4 @@
-"""Stability margins of a feedback loop: gain, phase and delay, loop by loop, and the disk margin of all loops at once.
-
-A loop L is a square system with negative feedback: u = -L u + w. S = (I + L)^-1 and T = I - S.
-"""
+"""Margins of a feedback loop: gain, phase and delay, loop by loop, and the disk margin of all loops at once."""
 
 from __future__ import annotations
 
@@ -10,12 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.core import Ode
 from workbench.core.layout import Array
-from workbench.core.sockets import described
-from workbench.design.linear.arguments import names_of
 from workbench.design.linear.gain import Realisation, largest_gain, pole_frequencies, scaled_peak, spectral_peak
-from workbench.design.linear.points import linearize
+from workbench.design.linear.loops import alone, closed, matrices_of
 
 if TYPE_CHECKING:
     import control
@@ -23,67 +17,6 @@ if TYPE_CHECKING:
 TURN = 2 * np.pi
 FREQUENCIES = 2000
 DECAY = 1e-12  # of the size of A: a pole that decays no faster is on the axis, as far as rounding can tell
-
-
-def broken_loop(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None) -> control.StateSpace:
-    """The loop gain L about a state of a loop that is cut: from its inputs to its outputs, with the sign turned.
-
-    Parameters
-    ----------
-    ode
-        An equation whose outputs, in their order, were its inputs before the cut, as `ClosedLoop.broken()` gives it.
-    t, x, p, u
-        As of `linearize`.
-
-    Raises
-    ------
-    ValueError
-        As `linearize`, or if there are not as many outputs as inputs.
-    """
-    import control
-
-    G = linearize(ode, t, x, p, u)
-    if G.ninputs != G.noutputs:
-        raise ValueError(
-            f"`broken_loop(ode)` must have an output for each input, which it was before the cut; '{ode.name}' has "
-            f"{G.ninputs} inputs and {G.noutputs} outputs."
-        )
-    return control.ss(G.A, G.B, -G.C, -G.D, name=ode.name, **names_of(ode))
-
-
-def one_loop(loop: control.StateSpace, place: int) -> control.StateSpace:
-    """The gain of one channel of a loop L while all others are closed.
-
-    Raises
-    ------
-    ValueError
-        If `loop` is no square, continuous `StateSpace`.
-    LookupError
-        If there is no such channel; the first is 0.
-    """
-    import control
-
-    L = _loop("one_loop", loop)
-    if place not in range(loop.ninputs):
-        raise LookupError(f"`one_loop(place=...)` counts from 0 to {loop.ninputs - 1}; got {place!r}.")
-    own = _alone(L, place)
-    names = {"states": loop.state_labels, "inputs": [loop.input_labels[place]], "outputs": [loop.output_labels[place]]}
-    return control.ss(own.A, own.B, own.C, own.D, **names)
-
-
-def sensitivity(loop: control.StateSpace) -> control.StateSpace:
-    """S = (I + L)^-1, from what is added at the inputs to the inputs; its poles are those of the closed loop.
-
-    Raises
-    ------
-    ValueError
-        If `loop` is no square, continuous `StateSpace`, or I + D is singular.
-    """
-    import control
-
-    S = _closed(_loop("sensitivity", loop))
-    names = {"states": loop.state_labels, "inputs": loop.input_labels, "outputs": loop.input_labels}
-    return control.ss(S.A, S.B, S.C, S.D, **names)
 
 
 @dataclass(frozen=True)
@@ -133,7 +66,7 @@ def disk_margin(loop: control.StateSpace) -> DiskMargin:
     ----------
     Seiler, Packard and Gahinet (2020), IEEE Control Systems Magazine 40(5), "An introduction to disk margins".
     """
-    L = _loop("disk_margin", loop)
+    L = matrices_of("disk_margin", loop)
     if L.D.shape == (1, 1):
         return _disk_margin_of(L)
     M = _balanced(L)
@@ -181,8 +114,8 @@ def loop_margins(loop: control.StateSpace) -> tuple[LoopMargins, ...]:
     ValueError
         As `disk_margin`.
     """
-    L = _loop("loop_margins", loop)
-    return tuple(_margins(_alone(L, i), loop.input_labels[i]) for i in range(L.B.shape[1]))
+    L = matrices_of("loop_margins", loop)
+    return tuple(_margins(alone(L, i), loop.input_labels[i]) for i in range(L.B.shape[1]))
 
 
 def _margins(L: Realisation, name: str) -> LoopMargins:
@@ -226,47 +159,13 @@ def _zeros(function: Any, frequencies: Array, values: Array) -> list[float]:
     return [float(brentq(function, frequencies[k], frequencies[k + 1], xtol=1e-12)) for k in signs]
 
 
-def _closed(L: Realisation) -> Realisation:
-    """S = (I + L)^-1."""
-    eye = np.eye(L.D.shape[0])
-    if np.linalg.cond(eye + L.D) > 1e12:
-        raise ValueError("A loop L must have a regular I + D to be closed; that of this one is singular.")
-    E = np.linalg.inv(eye + L.D)
-    return Realisation(L.A - L.B @ E @ L.C, L.B @ E, -E @ L.C, E)
-
-
 def _balanced(L: Realisation) -> Realisation:
     """(S - T) / 2 = S - I / 2; refused where the closed loop does not decay."""
-    S = _closed(L)
+    S = closed(L)
     slowest = max(np.linalg.eigvals(S.A), key=lambda pole: pole.real, default=-1.0)
     if slowest.real >= -DECAY * (1 + np.linalg.norm(S.A, 2)):
         raise ValueError(
             f"A loop has a margin only where it is asymptotically stable once closed; here a pole is "
             f"{slowest:.4g} 1/s. Hold states that no torque depends on by `held`."
         )
-    return replace(S, D=S.D - np.eye(len(S.D)) / 2)
-
-
-def _alone(L: Realisation, i: int) -> Realisation:
-    """Channel i of the loop while all others are closed."""
-    rest = [j for j in range(L.B.shape[1]) if j != i]
-    E = np.linalg.inv(np.eye(len(rest)) + L.D[np.ix_(rest, rest)])
-    B, C, own = L.B[:, rest] @ E, L.C[rest], [i]
-    return Realisation(
-        L.A - B @ C,
-        L.B[:, own] - B @ L.D[np.ix_(rest, own)],
-        L.C[own] - L.D[np.ix_(own, rest)] @ E @ C,
-        L.D[np.ix_(own, own)] - L.D[np.ix_(own, rest)] @ E @ L.D[np.ix_(rest, own)],
-    )
-
-
-def _loop(call: str, system: Any) -> Realisation:
-    import control
-
-    if not isinstance(system, control.StateSpace) or system.isdtime(strict=True) or system.ninputs != system.noutputs:
-        size = f"{system.noutputs} by {system.ninputs}, dt = {system.dt}" if hasattr(system, "dt") else ""
-        raise ValueError(
-            f"`{call}(loop)` must be a square `StateSpace` in continuous time, one output for each input; got "
-            f"{size or described(system)}."
-        )
-    return Realisation(*(np.asarray(matrix, dtype=float) for matrix in (system.A, system.B, system.C, system.D)))
+    return replace(S, D=np.asarray(S.D - np.eye(len(S.D)) / 2, dtype=float))

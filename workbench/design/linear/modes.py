@@ -214,12 +214,13 @@ def _mode(A: Array, B: Array, value: complex, scale: float, names: list[str]) ->
     start, reach = value, NEARBY * float(np.linalg.norm(A, 2))
     for _ in range(DESCENTS):
         step = margin / slope if slope else 0.0
-        tries = (value - share * step for share in (1.0, abs(slope) ** 2))
-        better = ((at, *found) for at in tries if (found := _least(A, B, at))[1] < margin * (1 - 1e-6))
-        nearby = next(((at, *found) for at, *found in better if abs(at - start) <= reach), None)
-        if nearby is None:
+        for nearby in (value - step, value - abs(slope) ** 2 * step):
+            found = _least(A, B, nearby)
+            if found[1] < margin * (1 - 1e-6) and abs(nearby - start) <= reach:
+                value, (w, margin, slope) = nearby, found
+                break
+        else:
             break
-        value, w, margin, slope = nearby
     return Mode(complex(value), margin / scale, w, _named(w, names))
 
 

@@ -45,7 +45,7 @@ def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
         at[[k, count + k]] = np.sign(float(sigmas(t, x, at)[k])) or 1.0
     near = np.abs(np.array(sigmas(t, x, at)).ravel()) <= ON_IT * (1 + np.abs(x).max())
     here = np.array(rate(t, x, at)).ravel()
-    for k in np.flatnonzero(near):
+    for k in map(int, np.flatnonzero(near)):
         across = at.copy()
         across[[k, count + k]] *= -1
         change = np.abs(np.array(rate(t, x, across)).ravel() - here)

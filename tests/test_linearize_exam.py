@@ -1,0 +1,50 @@
+"""Linear models of arms against reference derivatives in 60 digits, where that exam is beside this project."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.design import linearize
+from workbench.design.linear import forward_differences
+from workbench.loop import open_loop
+from workbench.plants import Manipulator
+from workbench.robots import urdf
+
+SHARED = Path(__file__).parents[2] / "shared" / "exams" / "dynamics"
+ROBOTS = ("paper_2r_pointmass", "cartpole", "scara_rrpr", "ur5", "panda_arm")
+
+
+@pytest.fixture(scope="module")
+def grade():
+    """The grader of the exam, as a module."""
+    if not SHARED.exists():
+        pytest.skip("the exams are not beside this project")
+    sys.path.insert(0, str(SHARED))
+    try:
+        import grade as module  # type: ignore[import-not-found]
+    finally:
+        sys.path.remove(str(SHARED))
+    return module
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_and_b_are_the_reference_derivatives(grade, name):
+    robot, data = grade.robots()[name], grade.load(name)
+    arm = urdf.read(SHARED / robot["urdf"], 9.81)
+    order = [[link.name for link in arm.links].index(body["joint"]) for body in robot["bodies"]]
+    n, back = arm.dof, np.argsort(order)
+    ode = open_loop(Manipulator(arm, q=np.zeros(n)))
+    worst = {"ours": 0.0, "python-control": 0.0}
+    for s in range(len(data["q"])):
+        x, u = np.concatenate([data["q"][s][back], data["qd"][s][back]]), data["tau_in"][s][back]
+        models = {"ours": linearize(ode, 0.0, x, u=u), "python-control": forward_differences(ode, 0.0, x, u=u)}
+        for who, G in models.items():
+            blocks = {"ddq_dq": G.A[n:, :n], "ddq_dqd": G.A[n:, n:], "ddq_dtau": G.B[n:]}
+            for key, block in blocks.items():
+                error = np.abs(block[np.ix_(order, order)] - data[key][s]).max() / data[f"scale_{key}"][s]
+                worst[who] = max(worst[who], float(error))
+    # the scale is the sum of the terms' sizes, so rounding alone is left; a forward difference has half its digits
+    assert worst["ours"] < 1e-12
+    assert worst["python-control"] > 1e3 * worst["ours"]
