@@ -10,6 +10,7 @@ Runs in   about 15 seconds on two cores.
 """
 
 from a1_paper_tables import comparison
+from linear_arm import SEED
 from linear_pages import headlines, sections
 
 from workbench.study.study import Study
@@ -22,4 +23,5 @@ study = Study(
     cases=comparison("FS"),
     sections=sections,
     headlines=headlines,
+    seed=SEED,
 )

@@ -59,7 +59,11 @@ def poles_on_path(results: Results) -> Figure:
         Panel("largest real part [1/s]", tuple(slow), title="slowest"),
         Panel("decay of the fastest [1/s]", tuple(fast), yscale="log", title="fastest"),
     )
-    return Figure("frozen_poles", "Frozen poles of the whole loop along the first scenario.", panels, columns=2)
+    caption = (
+        "Frozen poles of the whole loop along the first scenario. A gain that is free to stay where it is leaves a "
+        "pole at 0."
+    )
+    return Figure("frozen_poles", caption, panels, columns=2)
 
 
 def margins_on_path(results: Results) -> Figure:
@@ -78,7 +82,7 @@ def _largest(matrices: np.ndarray[tuple[int, ...], np.dtype[np.complex128]]) -> 
 
 
 def _degrees(values: np.ndarray[tuple[int, ...], np.dtype[np.complex128]]) -> Array:
-    """The phase in degrees from -300 to 60, with a gap where it leaves at one end and comes back at the other."""
-    phase = np.mod(np.degrees(np.angle(values)) + 300, 360) - 300
+    """The phase in degrees from -275 to 85, with a gap where it leaves at one end and comes back at the other."""
+    phase = np.mod(np.degrees(np.angle(values)) + 275, 360) - 275
     phase[1:][np.abs(np.diff(phase)) > 200] = np.nan
     return np.asarray(phase)
