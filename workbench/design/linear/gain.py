@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.layout import Array
+from workbench.design.certificates import Refused
 from workbench.design.linear.modes import Complex
 
 TOLERANCE = 1e-6  # relative, between what is proved and what is reached
@@ -69,7 +70,7 @@ def largest_gain(G: Realisation) -> Peak:
         if found <= gamma:
             return Peak(below, gamma, frequency)
         below, frequency = found, at
-    raise ValueError("The largest gain over all frequencies was not found: the eigenvalues are too rough.")
+    raise Refused("The largest gain over all frequencies was not found: the eigenvalues are too rough.")
 
 
 def _highest(G: Realisation, frequencies: Array) -> tuple[float, float]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core.layout import Array
+from workbench.design.certificates import Refused
 from workbench.design.linear.gain import Realisation, largest_gain, pole_frequencies, scaled_peak, spectral_peak
 from workbench.design.linear.loops import alone, closed, matrices_of
 
@@ -59,8 +60,9 @@ def disk_margin(loop: control.StateSpace) -> DiskMargin:
     Raises
     ------
     ValueError
-        If `loop` is no square, continuous `StateSpace`, I + D is singular, or the closed loop is not asymptotically
-        stable: its slowest pole is named.
+        If `loop` is no square, continuous `StateSpace`, or I + D is singular.
+    Refused
+        If the closed loop is not asymptotically stable: its slowest pole is named.
 
     References
     ----------
@@ -111,7 +113,7 @@ def loop_margins(loop: control.StateSpace) -> tuple[LoopMargins, ...]:
 
     Raises
     ------
-    ValueError
+    ValueError, Refused
         As `disk_margin`.
     """
     L = matrices_of("loop_margins", loop)
@@ -164,7 +166,7 @@ def _balanced(L: Realisation) -> Realisation:
     S = closed(L)
     slowest = max(np.linalg.eigvals(S.A), key=lambda pole: pole.real, default=-1.0)
     if slowest.real >= -DECAY * (1 + np.linalg.norm(S.A, 2)):
-        raise ValueError(
+        raise Refused(
             f"A loop has a margin only where it is asymptotically stable once closed; here a pole is "
             f"{slowest:.4g} 1/s. Hold states that no torque depends on by `held`."
         )

@@ -12,7 +12,6 @@ from workbench.core import Ode, with_sensitivity
 from workbench.core.layout import Array, numbers
 from workbench.design.linear.arguments import inputs_of, jacobians, row_of, vector_of
 from workbench.design.linear.smoothness import refuse_jumps
-from workbench.simulate.reference import reference
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
@@ -183,6 +182,8 @@ def transition(ode: Ode, times: Any, p: Any = None, x0: Any = None, *, rtol: flo
     ValueError
         If the rate may jump as the states change, or the reference mode refuses.
     """
+    from workbench.simulate.reference import reference  # half a second, which few callers of this room need
+
     row = row_of(ode, p)
     refuse_jumps("transition", ode, row)
     start = ode.states.default if x0 is None else vector_of("x0", x0, ode.states)

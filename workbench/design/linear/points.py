@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.core import Ode
 from workbench.core.layout import Array, numbers
+from workbench.design.certificates import Refused
 from workbench.design.linear.arguments import inputs_of, jacobians, names_of, places_of, row_of, time_of, vector_of
 from workbench.design.linear.smoothness import refuse_jump_at
 
@@ -127,8 +128,9 @@ def operating_point(
     LookupError
         If a name is no state's.
     ValueError
-        If a value is not of its shape, no input is declared and no state is free, or no such point is found: the
-        rate that remains is named.
+        If a value is not of its shape, or no input is declared and no state is free.
+    Refused
+        If no such point is found: the rate that remains is named.
     """
     row, time = row_of(ode, p, u), time_of(t)
     x, fixed = _wanted(ode, wanted)
@@ -142,7 +144,7 @@ def operating_point(
     share = np.abs(rate) / (_size(A, x) + np.abs(np.array(ode.B(time, x, row))) @ np.abs(row[driven]))
     worst = int(np.argmax(share))
     if not share[worst] <= AT_REST:
-        raise ValueError(
+        raise Refused(
             f"`operating_point(wanted=...)` found no inputs {list(inputs_of(ode).labels)} that hold '{ode.name}' "
             f"there: '{ode.states.labels[worst]}' still changes by {rate[worst]:.3g} a second."
         )

@@ -9,7 +9,6 @@ import numpy as np
 
 from workbench.core import Layout, Ode
 from workbench.core.layout import Array
-from workbench.simulate.reference.switching import Switched
 
 ON_IT = 1e-12  # a switching function smaller than this share of the state counts as zero
 JUMP = 1e-9  # the least difference of two rates, relative to their size, that counts as a jump
@@ -17,6 +16,8 @@ JUMP = 1e-9  # the least difference of two rates, relative to their size, that c
 
 def refuse_jumps(call: str, ode: Ode, p: Array) -> None:
     """Refuse an equation whose rate may jump as its states change: a transition matrix would jump with it."""
+    from workbench.simulate.reference.switching import Switched
+
     for surface in Switched.of(ode, p).surfaces:
         if surface.jumps and ca.depends_on(surface.sigma, ode.x):
             raise ValueError(
@@ -28,6 +29,8 @@ def refuse_jumps(call: str, ode: Ode, p: Array) -> None:
 
 def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
     """Refuse a point at which a rate or an output jumps; one at which it only bends, as |s| does, is let pass."""
+    from workbench.simulate.reference.switching import Switched  # half a second, which few callers need
+
     try:
         switched = Switched.of(_with_outputs(ode), p)
     except ValueError:  # it switches by an operation that has no surface: a wave in time, say
