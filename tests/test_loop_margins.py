@@ -74,6 +74,16 @@ def test_the_two_bounds_of_a_disk_margin_enclose_it_closely(seed):
     assert found.alpha_above < 1.6 * found.alpha  # what one constant scaling gives away
 
 
+@pytest.mark.parametrize("size", [3, 5])
+def test_many_channels_have_a_disk_margin_that_random_changes_respect(size):
+    loop, rng = random_loop(size, size), np.random.default_rng(size)
+    found = disk_margin(loop)
+    assert found.alpha <= found.alpha_above
+    for _ in range(200):
+        d = 0.999 * found.alpha * np.exp(2j * np.pi * rng.uniform(size=size))
+        assert scaled(loop, (2 + d) / (2 - d)).real.max() < 0
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_the_disk_of_all_loops_is_no_larger_than_that_of_one(seed):
     loop = random_loop(seed)
@@ -145,6 +155,7 @@ def test_an_unstable_loop_has_no_margin():
         (control.ss(-1, [[1, 1]], 1, 0), "a square `StateSpace`.*got 1 by 2"),
         (control.ss(-0.5, 1, 1, 0, 0.1), "in continuous time.*dt = 0.1"),
         (control.ss(-1, 1, 1, -1), r"regular I \+ D"),
+        (control.ss(np.nan, 1, 1, 0), "finite matrices"),
         (np.eye(2), "a square `StateSpace`"),
     ],
 )

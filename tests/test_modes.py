@@ -142,6 +142,12 @@ def test_a_defective_pole_has_no_finite_condition():
     assert poles(system([[-1, 1], [0, -1]], [[0], [1]], I2))[0].condition > 1e12
 
 
+def test_equal_poles_of_states_apart_keep_their_states_and_a_condition_of_one():
+    found = poles(system(-I2, I2, I2, states=["a", "b"]))
+    assert {pole.states for pole in found} == {("a",), ("b",)}
+    assert [pole.condition for pole in found] == [1.0, 1.0]
+
+
 def test_the_condition_bounds_how_far_a_pole_moves():
     rng = np.random.default_rng(2)
     A = np.triu(rng.normal(size=(4, 4))) + np.diag([-1.0, -3.0, -6.0, -10.0])

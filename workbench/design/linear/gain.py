@@ -13,6 +13,7 @@ from workbench.design.linear.modes import Complex
 TOLERANCE = 1e-6  # relative, between what is proved and what is reached
 ROUNDS = 60
 PHASES, LOOKED_AT = 16, 100  # phases of a channel and frequencies from which searches begin
+MOST_ON_A_GRID = 3  # channels whose phases are searched together
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +131,8 @@ def spectral_peak(G: Realisation) -> tuple[float, float]:
     n = len(G.D)
     frequencies = np.concatenate([[0.0], pole_frequencies(G, LOOKED_AT)])
     response = G.response(frequencies)
-    turns = np.exp(2j * np.pi * np.stack(np.meshgrid(*[np.arange(PHASES) / PHASES] * (n - 1)), -1).reshape(-1, n - 1))
+    steps = np.arange(PHASES if n <= MOST_ON_A_GRID else 1) / PHASES
+    turns = np.exp(2j * np.pi * np.stack(np.meshgrid(*[steps] * (n - 1)), -1).reshape(-1, n - 1))
     best = (0.0, 0, np.zeros(n - 1))
     for turn in turns:
         radii = np.abs(np.linalg.eigvals(response * np.concatenate([[1.0], turn]))).max(axis=-1)

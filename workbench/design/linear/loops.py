@@ -149,4 +149,7 @@ def matrices_of(call: str, system: Any) -> Realisation:
             f"`{call}(loop)` must be a square `StateSpace` in continuous time, one output for each input; got "
             f"{size or described(system)}."
         )
-    return Realisation(*(np.asarray(matrix, dtype=float) for matrix in (system.A, system.B, system.C, system.D)))
+    A, B, C, D = (np.asarray(matrix, dtype=float) for matrix in (system.A, system.B, system.C, system.D))
+    if not all(np.isfinite(matrix).all() for matrix in (A, B, C, D)):
+        raise ValueError(f"`{call}(loop)` must have finite matrices; '{system.name}' has not.")
+    return Realisation(A, B, C, D)

@@ -27,8 +27,8 @@ class DiskMargin:
     Attributes
     ----------
     alpha
-        The symmetric disk margin, proved up to rounding: the loop stays stable while each loop is multiplied by its
-        own (2 + d) / (2 - d) with |d| < alpha.
+        The symmetric disk margin, from below: the loop stays stable while each loop is multiplied by its own
+        (2 + d) / (2 - d) with |d| < alpha, as far as eigenvalues of a Hamiltonian matrix can be trusted.
     alpha_above
         A change of this size makes the loop unstable; above `alpha` by what one constant scaling gives away.
     frequency

@@ -63,13 +63,11 @@ def poles(system: control.StateSpace) -> tuple[Pole, ...]:
     A = _matrices("poles", system)[0]
     names = system.state_labels
     values, right = np.linalg.eig(A)
-    left_values, left = np.linalg.eig(A.T)
+    left = _inverse(right)  # its rows are left eigenvectors, each with w v = 1
     found = []
     for k, value in enumerate(values):
-        w = left[:, int(np.argmin(np.abs(left_values - value)))]
-        along = w * right[:, k]
-        with np.errstate(divide="ignore"):
-            condition = float(1 / abs(along.sum()))
+        along = left[k] * right[:, k]
+        condition = float(np.linalg.norm(left[k]))
         s = value if not system.isdtime(strict=True) else np.log(complex(value)) / (system.dt or 1.0)
         size = float(abs(s))
         damping = float(-s.real / size) if size else float("nan")
@@ -229,6 +227,14 @@ def _least(A: Array, B: Array, value: complex) -> tuple[Complex, float, complex]
     U, s, V = np.linalg.svd(np.hstack([value * np.eye(len(A)) - A, B]), full_matrices=False)
     w = U[:, -1]
     return w, float(s[-1]), complex(w.conj() @ V[-1, : len(A)].conj())
+
+
+def _inverse(vectors: Array) -> Array:
+    """The inverse of the matrix of eigenvectors; infinite where a defective eigenvalue leaves none."""
+    try:
+        return np.asarray(np.linalg.inv(vectors))
+    except np.linalg.LinAlgError:
+        return np.full_like(vectors, np.inf)
 
 
 def _named(vector: Complex, names: list[str]) -> tuple[str, ...]:
