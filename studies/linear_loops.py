@@ -88,12 +88,14 @@ def cut_at_rest(law: str, pose: str) -> Ode:
 
 
 @cache
-def at_rest(law: str, pose: str = LEVEL, K: tuple[float, ...] | None = None) -> AtRest:
-    """The loop at rest at a pose, its adaptive gain at K(0) or at K."""
+def at_rest(law: str, pose: str = LEVEL, K: tuple[float, ...] | None = None, stiffer: float = 1.0) -> AtRest:
+    """The loop at rest at a pose, its adaptive gain at K(0) or at K, L2 of its observer so many times stiffer."""
     ode = cut_at_rest(law, pose)
     values: dict[str, Any] = {"drive": holding(POSES[pose])}
     if K is not None:
         values["controller.K"] = np.reshape(K, ode.parameters["controller.K"].shape)
+    if stiffer != 1.0:
+        values["observer.state.L2"] = stiffer * CARD["L2"]
     x = ode.states.default.copy()
     if law == "PID":  # its integral holds the arm
         x[ode.states.slice("controller.integral")] = -values["drive"] / CARD["PID: Ki"]

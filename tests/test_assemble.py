@@ -6,7 +6,7 @@ import pytest
 
 from workbench.core import Entry, Layout, block, initial, parameter
 from workbench.core.block import Vector
-from workbench.loop import AbstractController, AbstractObserver, ClosedLoop, Estimate
+from workbench.loop import AbstractController, AbstractObserver, ClosedLoop, Estimate, open_loop
 from workbench.plants import DirectDrive, FirstOrderLag, Manipulator
 from workbench.robots import PlanarArm, named, paper_arm
 from workbench.signals import Hold, Sines, SineTorque
@@ -115,6 +115,21 @@ def test_the_torque_drives_the_plant_as_commanded():
     np.testing.assert_array_equal(rate["plant.q"], [0.1, 0.0])
     np.testing.assert_allclose(rate["controller.sum"], y["e"], rtol=1e-14)
     assert rate["observer.age"] == 1
+
+
+def test_a_loop_cut_at_the_torque_and_driven_by_it_is_the_loop():
+    whole, cut = loop().ode(), loop().broken()
+    assert (cut.inputs, cut.outputs.names) == (("drive",), ("tau",))
+    assert cut.parameters["drive"].unit == "N m"
+    x = whole.states.default
+    tau = whole.outputs_at(0.4, x)["tau"]
+    np.testing.assert_array_equal(cut.outputs_at(0.4, x)["tau"], tau)
+    driven = cut.parameters.pack({"drive": tau})[0]
+    np.testing.assert_array_equal(cut.rate_at(0.4, x, driven), whole.rate_at(0.4, x))
+    # without a torque the plant falls as it would alone; what the law commands does not change
+    still = whole.states.unpack(cut.rate_at(0.4, x))
+    alone = open_loop(loop().plant)
+    np.testing.assert_array_equal(still["plant.qd"], alone.rate_at(0.4, alone.states.default)[2:])
 
 
 def test_a_mismatch_of_model_and_arm_needs_no_code():
