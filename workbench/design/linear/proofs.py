@@ -74,7 +74,10 @@ def proved(ode: Ode, low: Array, high: Array, points: Sequence[Array], most: int
         complete, used = _swept(walk(f), space, low[free], high[free], [n for n in around if n], most)
     except NoBound:
         return nothing
-    return Proof(tuple(n.radius if n else None for n in around), complete, used)
+    # the states that are fixed at zero may be off by rounding in a point
+    off = (float(np.abs(point[at_zero]).max(initial=0.0)) for point in points)
+    radii = tuple(max(n.radius, rounding) if n else None for n, rounding in zip(around, off, strict=True))
+    return Proof(radii, complete, used)
 
 
 @dataclass(frozen=True, eq=False)
