@@ -1,7 +1,7 @@
 """Linear models of an `Ode`, and what they say: rest points, modes, paths and margins.
 
 `exchange` goes to python-control and back; `points` linearises at a state and finds the inputs that hold one;
-`equilibria` finds rest points, and `exclusion` proves where there are none; `modes` has poles and the tests of
+`equilibria` finds rest points, and `proofs` shows that they are some, and all; `modes` has poles and the tests of
 Popov, Belevitch and Hautus; `paths` and `lyapunov` follow a motion; `loops` cuts
 a loop, and `margins` says how far it is from instability.
 """
