@@ -1,0 +1,121 @@
+r"""What gains do by themselves, where the model adds nothing: noise, peaking, and the mismatch that they tolerate.
+
+    x~' = A0 x~ + [0; I] Delta - L v,    A0 = [[-L1, I], [-L2, 0]],  x~ = (q - q_hat, qd - qd_hat),
+
+with v the noise of the measured positions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import expm
+
+from workbench.core.layout import Array
+from workbench.design.certificates import Refused
+from workbench.design.observer_gains.exactly import bears_mismatch
+from workbench.design.observer_gains.gains import Gains
+
+# Instants at which a transient is looked at, from a thousandth of the fastest time constant to ten of the slowest:
+# a step of 1 %, so its peak is met within 1e-4 of itself.
+INSTANTS, HALVINGS = 2000, 60
+
+
+@dataclass(frozen=True)
+class Noise:
+    """H2 norms from the noise of the positions to the errors: `position` in s^(-1/2), `velocity` in s^(-3/2).
+
+    White noise of spectral density S (rad^2/Hz, two-sided) gives errors of sqrt(S) times these, in rad and rad/s.
+    """
+
+    position: float
+    velocity: float
+
+
+def noise(gains: Gains, J: Array | None = None) -> Noise:
+    """The H2 norms from v to q~ and to qd~: the roots of the traces of X, A X + X A' + L L' = 0.
+
+    Parameters
+    ----------
+    J
+        The Jacobian [df/dq, df/dqd] (n, 2n) of a state; where the model adds nothing if not given.
+
+    Raises
+    ------
+    Refused
+        If the error does not decay there.
+    """
+    from workbench.design.riccati import lyapunov  # python-control comes with it, which takes seconds
+
+    n, A = gains.joints, _decaying("noise", gains, J)
+    L = gains.stacked
+    X = lyapunov(A, L @ L.T).X
+    return Noise(float(np.sqrt(np.trace(X[:n, :n]))), float(np.sqrt(np.trace(X[n:, n:]))))
+
+
+def peaking(gains: Gains, J: Array | None = None) -> float:
+    """The worst transient: the greatest |qd~(t)| for qd~(0) = 0 and |q~(0)| = 1 rad, in 1/s, to 1e-4 of itself.
+
+    Raises
+    ------
+    Refused
+        If the error does not decay there.
+    """
+    n, A = gains.joints, _decaying("peaking", gains, J)
+    poles = np.linalg.eigvals(A)
+    t = np.geomspace(1e-3 / np.abs(poles).max(), 10 / -poles.real.max(), INSTANTS)
+    part = expm(t[:, None, None] * A)[:, n:, :n]
+    return float(np.linalg.norm(part, 2, axis=(1, 2)).max())
+
+
+def tolerated(gains: Gains) -> tuple[float, Array]:
+    """The largest rho such that one P (2n, 2n) proves a decay for every Delta with |Delta| <= rho |x~|, and that P.
+
+    It is 1 / max |[0; I] to x~ at i w| over all frequencies w, found by bisection on the imaginary eigenvalues of a
+    Hamiltonian matrix. P solves A0' P + P A0 + rho^2 I + P [0; I] [0; I]' P < 0, which is checked in rational
+    arithmetic: so V = x~' P x~ falls.
+
+    Raises
+    ------
+    Refused
+        If the check fails.
+
+    References
+    ----------
+    Boyd, Balakrishnan and Kabamba (1989), A bisection method for computing the H-infinity norm, Math. Control Signals
+    Systems 2. Rajamani (1998), Observers for Lipschitz nonlinear systems, IEEE Trans. Automatic Control 43.
+    """
+    n, A = gains.joints, gains.error_matrix()
+    B = np.eye(2 * n)[:, n:]
+    low, high = 0.0, 1 / float(np.linalg.norm(np.linalg.solve(A, B), 2))
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        poles = np.linalg.eigvals(_hamiltonian(A, B, middle))
+        crossing = np.abs(poles.real).min() < 1e-9 * np.abs(poles).max()
+        low, high = (low, middle) if crossing else (middle, high)
+    room = 1e-6
+    P = _riccati(A, B, (1 - room) * low)
+    rho = (1 - 2 * room) * low
+    if not bears_mismatch(P, A, B, rho):
+        raise Refused("The certificate of the tolerated mismatch fails its check in rational arithmetic.")
+    return rho, P
+
+
+def _decaying(call: str, gains: Gains, J: Array | None) -> Array:
+    A = gains.error_matrix(J)
+    if (slowest := float(np.linalg.eigvals(A).real.max())) >= 0:
+        raise Refused(f"`{call}(...)` needs an error that decays; a mode grows here at {slowest:.3g} 1/s.")
+    return A
+
+
+def _hamiltonian(A: Array, B: Array, rho: float) -> Array:
+    return np.block([[A, B @ B.T], [-(rho**2) * np.eye(len(A)), -A.T]])
+
+
+def _riccati(A: Array, B: Array, rho: float) -> Array:
+    """The stabilising P of A' P + P A + rho^2 I + P B B' P = 0, from the decaying modes of the Hamiltonian matrix."""
+    poles, vectors = np.linalg.eig(_hamiltonian(A, B, rho))
+    modes = vectors[:, np.argsort(poles.real)[: len(A)]]
+    P = np.real(modes[len(A) :] @ np.linalg.inv(modes[: len(A)]))
+    return np.asarray((P + P.T) / 2)
