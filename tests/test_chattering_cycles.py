@@ -1,0 +1,125 @@
+"""Exact limit cycles of relays against Tsypkin's series, closed forms and the engine."""
+
+import casadi as ca
+import control
+import numpy as np
+import pytest
+
+from workbench.core import Entry, Layout, Ode, rk4
+from workbench.design.certificates import Refused
+from workbench.design.chattering import LinearPart, Relay, SuperTwist, harmonic_balance, measured, relay_cycles
+from workbench.simulate import simulate
+
+K, TAU = 5.0, 0.01
+s = control.tf("s")
+TWO_LAGS = 1 / (s * (TAU * s + 1) ** 2)
+ONE_LAG = 1 / (s * (TAU * s + 1))
+
+
+def chain(switch, lags, inner=()):
+    """s' = u behind so many lags of TAU, u = switch(s, w), w' = inner(s): the loop as an `Ode`."""
+    entries = (Entry("s", np.array(0.1)), *(Entry(f"u{i}", np.array(0.0)) for i in range(lags)))
+    states = Layout(entries + ((Entry("w", np.array(0.0)),) if inner else ()))
+    t, x = ca.SX.sym("t"), states.symbols()
+    rates = {"s": x[lags]}
+    u = switch(x[0], x[states.size - 1])
+    for i in range(lags, 0, -1):
+        rates[f"u{i - 1}"] = ((u if i == 1 else x[i - 1]) - x[i]) / TAU
+    if inner:
+        rates["w"] = inner(x[0])
+    return Ode.of("chain", states, Layout(), (t, x, ca.SX(0, 1)), rates, {"y": x[0]})
+
+
+def oscillation(step, until):
+    run = simulate(step, until=until, every=step.h)
+    late = run.t > until / 2
+    return measured(run.t[late], run["s"][0, late])
+
+
+def test_the_exact_frequency_is_a_zero_of_tsypkins_series():
+    W = LinearPart.of(TWO_LAGS)
+    (cycle,) = relay_cycles(W, K)
+    k = np.arange(1, 4001, 2)
+    terms = W.response(k * cycle.frequency)[0].imag / k
+    # what is left out falls with k^-3 a term: 1e-10 of the first
+    assert abs(terms.sum()) < 1e-8 * abs(terms).max()
+    assert cycle.residual < 1e-12
+    assert cycle.stable
+
+
+def test_a_dead_time_has_its_triangle():
+    (cycle,) = relay_cycles(LinearPart.of(1 / s, delay=TAU), K)
+    # s rises for a dead time after it is zero, K TAU, and falls as long: by hand; the peak is a corner
+    np.testing.assert_allclose([cycle.frequency, cycle.amplitude], [np.pi / (2 * TAU), K * TAU], rtol=1e-9)
+    np.testing.assert_allclose(cycle.contraction, 0.0, atol=1e-9)
+
+
+def test_the_engine_keeps_the_exact_cycle_and_nearly_the_balanced_one():
+    (cycle,) = relay_cycles(TWO_LAGS, K)
+    seen = oscillation(rk4(chain(lambda x, w: -K * ca.sign(x), 2), 1e-5), 3.0)
+    # a switch is met half a step late: 1e-5 / 2 of a half period of 0.03 s, twice over
+    np.testing.assert_allclose([seen.amplitude, seen.frequency], [cycle.amplitude, cycle.frequency], rtol=1e-3)
+    balance = harmonic_balance(TWO_LAGS, Relay(K)).oscillations[0]
+    # the harmonics that the balance neglects: the third is 2.2 % of the first
+    np.testing.assert_allclose([balance.amplitude, balance.frequency], [seen.amplitude, seen.frequency], rtol=0.05)
+
+
+def test_the_engine_nearly_keeps_the_balanced_super_twist():
+    k1, k2 = 10.0, 15.0
+    twist = chain(lambda x, w: -k1 * ca.sqrt(ca.fabs(x)) * ca.sign(x) + w, 1, lambda x: -k2 * ca.sign(x))
+    seen = oscillation(rk4(twist, 1e-5), 4.0)
+    balance = harmonic_balance(ONE_LAG, SuperTwist(k1, k2)).oscillations[0]
+    # 1.6 % of third harmonic, of which f sees the root alone; a goes with the fourth power of 1 / w at the balance
+    np.testing.assert_allclose(balance.frequency, seen.frequency, rtol=0.005)
+    np.testing.assert_allclose(balance.amplitude, seen.amplitude, rtol=0.02)
+    assert seen.scatter < 0.01
+
+
+def test_an_integrator_beneath_a_computer_switches_at_every_instant_with_any_offset():
+    period = 1e-3
+    (cycle,) = relay_cycles(LinearPart.of(1 / s).held(period), K)
+    # s goes to and fro by K period, so its peak lies between half of that and all of it
+    expected = [np.pi / period, K * period / 2, K * period]
+    np.testing.assert_allclose([cycle.frequency, cycle.amplitude, cycle.highest], expected, rtol=1e-12)
+    assert cycle.samples == 1
+
+
+@pytest.mark.parametrize("delay", [False, True])
+@pytest.mark.parametrize("start", [0.1, 0.03])
+def test_a_recursion_by_hand_ends_in_one_of_the_sampled_cycles(delay, start):
+    period = 2e-3
+    system = control.c2d(control.ss(ONE_LAG), period)
+    x, waiting, record = np.linalg.pinv(system.C)[:, 0] * start, 0.0, []
+    for _ in range(4000):
+        y = (system.C @ x)[0]
+        u = -K * np.sign(y)
+        x = system.A @ x + system.B[:, 0] * (waiting if delay else u)
+        waiting = u
+        record.append(y)
+    tail = np.array(record[2000:])
+    up = np.flatnonzero((tail[:-1] <= 0) & (tail[1:] > 0))
+    (length,) = set(np.diff(up))
+    cycles = {2 * c.samples: c for c in relay_cycles(LinearPart.of(ONE_LAG).held(period, delay=delay), K)}
+    found = cycles[length]
+    assert found.amplitude * (1 - 1e-6) <= np.abs(tail).max() <= found.highest * (1 + 1e-6)
+
+
+def test_a_relay_that_slides_has_no_cycle_and_is_refused():
+    with pytest.raises(Refused, match="relay_cycles"):
+        relay_cycles(ONE_LAG, K)
+    with pytest.raises(ValueError, match=r"relay_cycles\(K=...\)"):
+        relay_cycles(ONE_LAG, -K)
+
+
+def test_a_sine_is_measured_as_it_is():
+    t = np.arange(0, 3, 1e-3)
+    seen = measured(t, 0.2 + 0.5 * np.sin(40 * t))
+    # a passage lies between two instants, found by a straight line: (40 h)^2 / 8 of the height
+    np.testing.assert_allclose([seen.amplitude, seen.offset, seen.frequency], [0.5, 0.2, 40.0], rtol=2e-4)
+    assert measured(t[:200], np.sin(40 * t[:200])).frequency is None
+
+
+@pytest.mark.parametrize(("t", "y", "words"), [([0, 1], [0, np.nan], "finite"), ([1, 0], [0, 1], "t rising")])
+def test_a_record_that_is_none_is_refused(t, y, words):
+    with pytest.raises(ValueError, match=words):
+        measured(t, y)
