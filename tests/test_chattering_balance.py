@@ -138,3 +138,16 @@ def test_numbers_that_are_none_are_refused_by_name():
             wrong()
     with pytest.raises(ValueError, match="harmonic_balance"):
         harmonic_balance(ONE_LAG, 5.0)
+
+
+def test_two_crossings_close_to_a_hardly_damped_resonance_are_both_found():
+    w0, zeta = 50.0, 1e-6
+    resonance = w0**2 / (s**2 + 2 * zeta * w0 * s + w0**2)
+    # Im W is negative but within a hundred-thousandth about w0, where this small mode in opposition outweighs it
+    W = control.ss(1 / (s * (s + 1))) - control.ss(4e-10 * resonance)
+    found = [o.frequency for o in harmonic_balance(W, Relay(K)).oscillations]
+    value = LinearPart.of(W).response(np.array(found))[0]
+    assert len(found) == 2
+    np.testing.assert_allclose(found, w0, rtol=1e-4)
+    assert np.all(value.real < 0)
+    np.testing.assert_allclose(value.imag / abs(value), 0.0, atol=1e-7)

@@ -14,6 +14,7 @@ from workbench.design.chattering.linear_part import ROUNDING, LinearPart
 from workbench.design.chattering.switch import AbstractSwitch, BoundaryLayer, SuperTwist
 
 POINTS, DECADES = 6000, 4  # of the grid of frequencies, beyond the slowest and the fastest pole
+TURN = np.sinh(np.linspace(-12, 12, 401))  # times its distance from the axis, about the frequency of a corner
 BALANCED = 1e-8  # a sign change across a pole leaves a residual near one
 
 
@@ -143,17 +144,19 @@ def _oscillation(W: LinearPart, switch: AbstractSwitch, w: float, a: float) -> O
 
 
 def _grid(W: LinearPart) -> Array:
-    """Frequencies in rad/s, close together about each pole, where the phase turns."""
-    poles = np.log(W.poles[W.poles != 0]) / W.period if W.period else W.poles
-    sizes = np.abs(poles)
-    sizes = sizes[sizes > 1e-9 * sizes.max(initial=0.0)]
+    """Frequencies in rad/s, as close together about each pole and zero as the phase turns there."""
+    corners = W.corners
+    sizes = np.abs(corners)
+    near = sizes > 1e-9 * sizes.max(initial=0.0)
+    corners, sizes = corners[near], sizes[near]
     scale = 1 / W.delay if W.delay else 1.0
     low = min([*sizes, scale]) * 10.0**-DECADES
     high = max([*sizes, scale]) * 10.0**DECADES
     if W.delay:
         high = min(high, np.pi / W.delay)  # beyond, the switch would act more than once within the dead time
-    turns = [size * np.linspace(0.9, 1.1, 101) for size in sizes]
-    w = np.unique(np.concatenate([np.geomspace(low, high, POINTS), *turns]))
+    turns = [size + abs(corner.real) * TURN for corner, size in zip(corners, sizes, strict=True)]
+    w: Array = np.unique(np.concatenate([np.geomspace(low, high, POINTS), *turns]))
+    w = w[(w >= low) & (w <= high)]
     return w[w < np.pi / W.period * (1 - 1e-6)] if W.period else w
 
 

@@ -113,8 +113,8 @@ def _check_rest(after: ca.Function, A: ca.Function, x: Array, p: Array, recursio
         if not np.abs(moved).max() <= REST * scale:
             i = int(np.argmax(np.abs(moved)))
             raise Refused(
-                f"`cut(x=...)` must be a rest of the loop, as chattering is about one; state {i} moves by "
-                f"{moved[i]:.3g} {'in one period' if recursion else 'a second'}. Hold the reference, and set the drives "
+                f"`cut(x=...)` must be a rest of the loop, about which it chatters; state {i} moves by "
+                f"{moved[i]:.3g} {'in one period' if recursion else 'a second'}. Hold the reference, set the drives "
                 "to what rest needs."
             )
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.linalg import expm
+from scipy.linalg import eigvals, expm
 
 from workbench.core.numbers import Array, seconds
 
@@ -126,6 +126,18 @@ class LinearPart:
     def poles(self) -> Complexes:
         """Those of A."""
         return np.asarray(np.linalg.eigvals(self.A), dtype=complex)
+
+    @property
+    def corners(self) -> Complexes:
+        """Poles and zeros, (m,) in 1/s, by the logarithm beneath a computer: where the phase of W turns."""
+        nx = len(self.c)
+        pencil, mass = np.zeros((nx + 1, nx + 1)), np.diag(np.append(np.ones(nx), 0.0))
+        pencil[:nx, :nx], pencil[:nx, nx], pencil[nx, :nx] = self.A, self.b, self.c
+        with np.errstate(divide="ignore", invalid="ignore"):  # the zeros at infinity
+            zeros = eigvals(pencil, mass)
+        found = np.concatenate([self.poles, zeros[np.isfinite(zeros)]])
+        found = found[np.abs(found) > 1e-9]
+        return np.asarray(np.log(found) / self.period if self.period else found, dtype=complex)
 
     def closed(self, gain: float) -> float:
         """How fast u = -gain s brings s to rest, in 1/s: the negative of the slowest pole's growth.
