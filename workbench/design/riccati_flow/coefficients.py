@@ -1,0 +1,80 @@
+"""The coefficients of a Riccati equation in time: matrices, or functions of time that are checked at every call."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.core.layout import Array
+from workbench.design.matrices import definite, matrix, square, symmetric
+from workbench.design.riccati_flow.moebius import hamiltonian
+
+Coefficient = Array | Callable[[float], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """The coefficients at one time: A (n, n), B (n, m), Q (n, n), R (m, m), and G = B R^-1 B' (n, n)."""
+
+    A: Array
+    B: Array
+    Q: Array
+    R: Array
+    G: Array
+
+    def gain(self, P: Array) -> Array:
+        """K = R^-1 B' P, (m, n)."""
+        return np.array(np.linalg.solve(self.R, self.B.T @ P))
+
+    def rest(self, P: Array) -> float:
+        """The norm of A'P + PA - PGP + Q over the sum of those of its terms."""
+        terms = (self.A.T @ P, P @ self.A, -P @ self.G @ P, self.Q)
+        size = sum(float(np.linalg.norm(term)) for term in terms)
+        return float(np.linalg.norm(sum(terms))) / size if size else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Coefficients:
+    """A, B, Q, R as they were given to `call`."""
+
+    call: str
+    A: Any
+    B: Any
+    Q: Any
+    R: Any
+
+    @property
+    def constant(self) -> bool:
+        """Whether none of them is a function of time."""
+        return not any(map(callable, (self.A, self.B, self.Q, self.R)))
+
+    def at(self, t: float) -> Terms:
+        """The coefficients at time t in s, checked.
+
+        Raises
+        ------
+        ValueError
+            If A is not square, B, Q or R does not fit it, Q is not symmetric or R not positive definite.
+        """
+        when = self.call if self.constant else f"{self.call} at t = {t:g} s"
+        A, B, Q, R = (part(t) if callable(part) else part for part in (self.A, self.B, self.Q, self.R))
+        A = square(when, "A", A)
+        B = matrix(when, "B", B, rows=len(A))
+        Q, R = symmetric(when, "Q", Q, len(A)), definite(when, "R", R, B.shape[1])
+        half = np.linalg.solve(np.linalg.cholesky(R), B.T)
+        return Terms(A, B, Q, R, half.T @ half)
+
+    def scale(self, t: float) -> float:
+        """A power of two s such that P / s has terms P G P and Q of like size."""
+        terms = self.at(t)
+        a, g, q = (float(np.linalg.norm(X)) for X in (terms.A, terms.G, terms.Q))
+        square_of = q / g if q and g else (a / g) ** 2 if g and a else (q / a) ** 2 if q and a else 1.0
+        return float(2.0 ** np.round(np.log2(square_of) / 2))
+
+    def hamiltonian(self, t: float, scale: float) -> Array:
+        """H (2n, 2n) of the equation for P / scale."""
+        terms = self.at(t)
+        return hamiltonian(terms.A, scale * terms.G, terms.Q / scale)

@@ -1,0 +1,214 @@
+"""The Riccati equations in time: backward from a terminal weight, and forward from a start."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from workbench.core.layout import Array
+from workbench.design.certificates import Refused
+from workbench.design.matrices import symmetric
+from workbench.design.riccati_flow import constant, varying
+from workbench.design.riccati_flow.coefficients import Coefficient, Coefficients
+from workbench.design.riccati_flow.escape import LARGEST, Escape
+from workbench.design.riccati_flow.result import RiccatiFlow
+
+EPS = float(np.finfo(float).eps)
+GRIDS = (2, 3)  # two ways to cut time, whose answers differ by what rounding does
+CAUTION = 10.0  # by which that difference is taken for the error
+PASSES = 4
+
+
+def rde(
+    A: Coefficient, B: Coefficient, Q: Coefficient, R: Coefficient, P1: Any, times: Any, *, rtol: float = 1e-10
+) -> RiccatiFlow:
+    """The differential Riccati equation of the finite horizon, backward from the terminal weight:
+
+        -P' = A'P + PA - P B R^-1 B' P + Q,      P(t_N) = P1.
+
+    u = -R^-1 B' P(t) x minimises the integral of x'Qx + u'Ru over [t, t_N] plus x(t_N)' P1 x(t_N), and x'P(t)x
+    is that minimum. Where Q and P1 are positive semidefinite P(t) exists at all times, and is so too.
+
+    Parameters
+    ----------
+    A, B, Q, R
+        (n, n), (n, m), (n, n) and (m, m), each a matrix or a smooth function of time that gives one.
+    P1
+        (n, n), symmetric.
+    times
+        (N,), rising, in s; the last is the horizon.
+    rtol
+        The relative error allowed.
+
+    Raises
+    ------
+    ValueError
+        If a matrix does not fit, Q or P1 is not symmetric, R not positive definite, or the times do not rise.
+    Refused
+        If P escapes to infinity within the times (the message brackets when), or its error would be beyond rtol.
+
+    References
+    ----------
+    Anderson and Moore (1990), Optimal Control: Linear Quadratic Methods, chapter 2.
+    Davison and Maki (1973), The numerical solution of the matrix Riccati differential equation, IEEE Transactions
+    on Automatic Control 18(1).
+    """
+    return _solved("rde(A, B, Q, R, P1, times)", (A, B, Q, R), ("P1", P1), times, rtol, backward=True)
+
+
+def fpre(
+    A: Coefficient, B: Coefficient, Q: Coefficient, R: Coefficient, P0: Any, times: Any, *, rtol: float = 1e-10
+) -> RiccatiFlow:
+    """The forward-propagating Riccati equation, (34) of the paper:
+
+        P' = A'P + PA - P B R^-1 B' P + Q,       P(t_1) = P0.
+
+    For constant coefficients it is `rde` with time turned round, and tends to the same algebraic solution; for
+    others u = -R^-1 B' P(t) x minimises nothing, and need not stabilise.
+
+    Parameters
+    ----------
+    A, B, Q, R
+        (n, n), (n, m), (n, n) and (m, m), each a matrix or a smooth function of time that gives one.
+    P0
+        (n, n), symmetric.
+    times
+        (N,), rising, in s; the first is that of P0.
+    rtol
+        The relative error allowed.
+
+    Raises
+    ------
+    ValueError
+        If a matrix does not fit, Q or P0 is not symmetric, R not positive definite, or the times do not rise.
+    Refused
+        If P escapes to infinity within the times (the message brackets when), or its error would be beyond rtol.
+
+    References
+    ----------
+    Weiss, Kolmanovsky and Bernstein (2012), Forward-integration Riccati-based output-feedback control of linear
+    time-varying systems, American Control Conference.
+    """
+    return _solved("fpre(A, B, Q, R, P0, times)", (A, B, Q, R), ("P0", P0), times, rtol, backward=False)
+
+
+def _solved(
+    call: str,
+    given: tuple[Coefficient, ...],
+    start: tuple[str, Any],
+    times: Any,
+    rtol: float,
+    backward: bool,
+) -> RiccatiFlow:
+    coefficients = Coefficients(call, *given)
+    t = _rising(call, times)
+    if not 1e-13 <= rtol <= 1e-2:
+        raise ValueError(f"`{call}`: rtol must lie between 1e-13, near rounding, and 1e-2; got {rtol}.")
+    begin, sign = (t[-1], -1.0) if backward else (t[0], 1.0)
+    first = coefficients.at(begin)
+    P = symmetric(call, *start, len(first.A))
+    gone = np.abs((t[::-1] if backward else t) - begin)
+    march = _constant if coefficients.constant else _varying
+    found, error = march(coefficients, P, gone, rtol, begin, sign)
+    if backward:
+        found, error = found[::-1], error[::-1]
+    terms = [coefficients.at(when) for when in t]
+    return RiccatiFlow(
+        t,
+        found,
+        np.array([at.gain(X) for at, X in zip(terms, found, strict=True)]),
+        error,
+        np.array(np.linalg.eigvalsh(found)[:, 0]),
+        np.array([at.rest(X) for at, X in zip(terms, found, strict=True)]),
+        _distance(coefficients, found) if coefficients.constant else None,
+    )
+
+
+def _constant(
+    coefficients: Coefficients, P: Array, gone: Array, rtol: float, begin: float, sign: float
+) -> tuple[Array, Array]:
+    """P (N, n, n) and its error (N,) after each time gone, cut in two ways."""
+    at, scale = coefficients.at(begin), coefficients.scale(begin)
+    lengths = np.diff(gone)
+    if len(lengths) and np.ptp(lengths) <= 8 * EPS * (abs(begin) + gone[-1]):
+        lengths = np.full_like(lengths, gone[-1] / len(lengths))
+    ways = []
+    for parts in GRIDS:
+        found = constant.flow(at.A, scale * at.G, at.Q / scale, P / scale, lengths, parts)
+        if isinstance(found, Escape):
+            raise _refusal(coefficients.call, found, begin, sign)
+        ways.append(np.array([P / scale, *found]))
+    error = CAUTION * _apart(*ways) + EPS
+    _demand(coefficients.call, error, rtol, "Give it better scaled states, or a larger rtol.")
+    return scale * ways[0], error
+
+
+def _varying(
+    coefficients: Coefficients, P: Array, gone: Array, rtol: float, begin: float, sign: float
+) -> tuple[Array, Array]:
+    """P (N, n, n) and its error (N,) after each time gone, by steps short enough that the error is within rtol."""
+    scale, local = coefficients.scale(begin), rtol
+    for _ in range(PASSES):
+        found = varying.flow(lambda s: coefficients.hamiltonian(begin + sign * s, scale), P / scale, gone, local)
+        if isinstance(found, Escape):
+            raise _refusal(coefficients.call, found, begin, sign)
+        fine, coarse = (np.array([getattr(track, name) for track in found]) for name in ("fine", "coarse"))
+        error = _apart(fine, coarse) + EPS
+        if error.max() <= rtol or local <= EPS:
+            break
+        local = max(EPS, local * rtol / float(error.max()) / 2)
+    _demand(coefficients.call, error, rtol, "Smoother coefficients or a larger rtol would help.")
+    return scale * fine, error
+
+
+def _rising(call: str, times: Any) -> Array:
+    try:
+        t = np.array(times, dtype=float)
+    except (TypeError, ValueError):
+        t = np.empty(0)
+    if t.ndim != 1 or t.size == 0 or not np.isfinite(t).all() or (np.diff(t) <= 0).any():
+        raise ValueError(f"`{call}`: times must be a vector of rising finite numbers, in s; got {times!r}.")
+    return t
+
+
+def _apart(one: Array, other: Array) -> Array:
+    """The distance of matrices (N, n, n) from others over their norms, (N,)."""
+    size = np.linalg.norm(one, axis=(1, 2))
+    distance: Array = np.linalg.norm(one - other, axis=(1, 2)) / np.where(size > 0, size, 1)
+    return distance
+
+
+def _demand(call: str, error: Array, rtol: float, advice: str) -> None:
+    if not error.max() <= rtol:
+        raise Refused(
+            f"`{call}`: P can be had to a relative error of {error.max():.1e} only, and {rtol:.1e} is asked for. "
+            f"{advice}"
+        )
+
+
+def _refusal(call: str, escape: Escape, begin: float, sign: float) -> Refused:
+    low, high = sorted((begin + sign * escape.after, begin + sign * escape.before))
+    if not np.isfinite([low, high]).all():
+        return Refused(
+            f"`{call}`: P cannot be followed beyond t = {begin + sign * escape.after:.6g} s: either it passes "
+            f"{LARGEST:g} there, or the coefficients jump, or they are too stiff for the steps allowed. End before, "
+            "split the times where they jump, or smooth them."
+        )
+    return Refused(
+        f"`{call}`: P grows beyond every bound between t = {low:.16g} and {high:.16g} s, so there is no solution "
+        "at all the times. Semidefinite Q and start rule that out; otherwise end before."
+    )
+
+
+def _distance(coefficients: Coefficients, P: Array) -> Array | None:
+    """How far each P (N, n, n) is from the stabilising solution of the algebraic equation, if there is one."""
+    from workbench.design.riccati import care  # which opens python-control, and that takes seconds
+
+    at = coefficients.at(0.0)
+    try:
+        X = care(at.A, at.B, at.Q, at.R).X
+    except ValueError:
+        return None
+    size = float(np.linalg.norm(X))
+    return np.array(np.linalg.norm(P - X, axis=(1, 2)) / size) if size else None
