@@ -148,7 +148,7 @@ def test_no_bar_of_the_shared_exams_is_missed():
     verdicts = list(sit(EXAMS))
     assert [verdict.line for verdict in verdicts if verdict.passed is False] == []
     sat = {verdict.line.partition(":")[0] for verdict in verdicts if verdict.passed}
-    assert {"ode/smooth", "ode/order", "ode/discontinuous", "ode/batch"} <= sat
+    assert {"ode/smooth", "ode/order", "ode/discontinuous", "ode/batch", "ode/dre"} <= sat
     assert {"dynamics/urdf", "dynamics/bodies", "dynamics/planar"} <= sat
     assert {"equations/text", "equations/latex", "equations/both readings"} <= sat
     assert {"carex/care", "carex/dare", "carex/lyapunov", "carex/bad inputs"} <= sat

@@ -6,16 +6,16 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import equations, ode, planar, riccati, rigid
+from . import dre, equations, ode, planar, riccati, rigid
 from .graders import Grader, Loaded, find, loaded
 
 # What an exam asks for that the workbench cannot do yet, by a function that only its grader has.
 NOT_YET = {
-    "grade_dre": "the differential Riccati equation is not in the workbench yet",
     "grade_sobol": "sensitivity indices are not in the workbench yet",
     "acks": "studies that resume are not in the workbench yet",
 }
-PARTLY = {"grade_dre": "dre"}  # such a part beside others that are sat
+
+PARTS = {**ode.PARTS, **riccati.PARTS, "grade_dre": ("dre", dre.dre)}
 
 
 @dataclass(frozen=True)
@@ -41,8 +41,7 @@ def _sit(grader: Grader) -> Iterator[Verdict]:
     if grader.broken:
         yield Verdict(False, f"{grader.name}: MISSED, its grader cannot be read: {grader.broken}")
         return
-    known_parts = {**ode.PARTS, **riccati.PARTS}
-    parts = [(name, part) for function, (name, part) in known_parts.items() if function in grader.functions]
+    parts = [(name, part) for function, (name, part) in PARTS.items() if function in grader.functions]
     known = False
     for name, part in parts:
         known = True
@@ -55,10 +54,9 @@ def _sit(grader: Grader) -> Iterator[Verdict]:
         for name, part in equations.parts():
             yield _run(grader, name, part)
     for function, why in NOT_YET.items():
-        if function in grader.functions and (not known or function in PARTLY):
+        if function in grader.functions and not known:
             known = True
-            name = f"{grader.name}/{PARTLY[function]}" if function in PARTLY else grader.name
-            yield Verdict(None, f"not yet sat: {name} ({why})")
+            yield Verdict(None, f"not yet sat: {grader.name} ({why})")
     if not known:
         yield Verdict(None, f"unknown: {grader.name} (its grader asks for nothing that is known here)")
 
