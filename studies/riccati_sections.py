@@ -1,0 +1,200 @@
+"""What a3 says: P of (34) beside its rivals, what that costs, and what it does to the loop."""
+
+import numpy as np
+from paper_card import CARD
+from paper_comparison import BOLD, MARGIN, SCENARIOS
+from riccati_loops import AT_START, FORWARD, NONE
+from riccati_path import RTOL, WINDOW, Compared, compared, distance, symmetric
+
+from workbench.core.layout import Array
+from workbench.notation.formula import symbol
+from workbench.study.comparison import order, side_by_side
+from workbench.study.document import Cell, Column, Figure, Panel, Paragraph, Section, Series, Table, Verdict
+from workbench.study.study import Results
+
+SETTLED = 0.05  # s: several times the time in which (34) forgets P(0)
+CLOSE = 0.1  # a relative distance that no metric here could tell
+SHOWN = ("RMSE (43)", "RMSE", "IAE", "peak error", "effort", "peak torque", "TV")
+
+
+def along(results: Results, scenario: str) -> Compared:
+    """The comparison along the run of the repaired law."""
+    return compared(results[scenario, FORWARD])
+
+
+def apart(path: Compared) -> float:
+    """The largest distance of (34) from the algebraic equation once P(0) is forgotten."""
+    return float(distance(path.P, path.X)[path.t >= SETTLED].max())
+
+
+def moved(results: Results, scenario: str, variant: str) -> tuple[str, float]:
+    """By how much a choice of P changes a shown metric at most against (34), relative, and which one."""
+    ours, other = results[scenario, FORWARD], results[scenario, variant]
+    changes = {
+        (name, joint): abs(other.score(name, joint)[0] / ours.score(name, joint)[0] - 1)
+        for name in ("RMSE (43)", "IAE", "effort")
+        for joint in (0, 1)
+    }
+    (name, joint), change = max(changes.items(), key=lambda item: item[1])
+    return f"{name} of joint {joint + 1}", change
+
+
+def answers(results: Results) -> Section:
+    """The findings first."""
+    paths = [along(results, scenario) for scenario in SCENARIOS]
+    gaps = [apart(path) for path in paths]
+    unstable = [float(path.growth.max()) for path in paths]
+    ratios = [path.ratios["P(t) of (34)"] - 1 for path in paths]
+    lazy = [path.ratios["P = 0"] - 1 for path in paths]
+    changes = [(s, *moved(results, s, AT_START)) for s in SCENARIOS]
+    better = [
+        order(results[s, FORWARD].score("RMSE (43)", j), results[s, AT_START].score("RMSE (43)", j), MARGIN)
+        for s in SCENARIOS
+        for j in (0, 1)
+    ]
+    worst = max(changes, key=lambda change: change[2])
+    return Section(
+        "What was found",
+        (
+            Verdict(
+                "holds" if max(gaps) < CLOSE else "fails",
+                f"After {1e3 * SETTLED:g} ms, P(t) of (34) is the algebraic solution at each instant within "
+                f"{100 * CLOSE:g} %.",
+                f"At most {_percent(gaps)} away ({_both()}). With these Q and R (34) forgets its start in some 20 ms, "
+                "while K takes tenths of a second to grow: the differential equation does no more than an algebraic "
+                "one, and less than one run backward could.",
+            ),
+            Verdict(
+                "holds" if max(ratios) < CLOSE else "fails",
+                f"For (31) and (32) themselves, P(t) of (34) costs at most {100 * CLOSE:g} % more than the least.",
+                f"{_percent(ratios)} more over the first {WINDOW:g} s ({_both()}), from the worst start; u = 0 costs "
+                f"{lazy[0] + 1:.2g} and {lazy[1] + 1:.2g} times the least. But the law applies no such u: P enters (33) alone, as a rate of learning.",
+            ),
+            Verdict(
+                "holds" if max(unstable) < 0 else "fails",
+                "A = -M^-1 K of (31) is stable at every instant of the run.",
+                f"Its largest real part is {unstable[0]:.3g} and {unstable[1]:.3g} 1/s.",
+            ),
+            Verdict(
+                "holds" if all(b == "below" for b in better) else "fails" if "above" in better else "open",
+                "The Riccati adaptation of P tracks better than P left at P(0).",
+                f"RMSE (43) is below in {better.count('below')} of {len(better)} comparisons, above in "
+                f"{better.count('above')}, too close to call in {better.count('undecided')}. The largest change of "
+                f"RMSE (43), IAE or effort is {worst[2]:.1%}, of {worst[1]} in the {SCENARIOS[worst[0]]}.",
+            ),
+        ),
+    )
+
+
+def matrices(results: Results, scenario: str) -> Section:
+    """P(t) against its rivals in one scenario."""
+    path, title = along(results, scenario), SCENARIOS[scenario]
+    start = np.broadcast_to(path.P[0], path.P.shape)
+    rows: list[tuple[Cell, ...]] = []
+    rivals = {
+        "the algebraic equation at each instant": path.X,
+        "backward, from 0 at the end": path.backward.P,
+        "P = P(0)": start,
+        "(34), solved again": path.forward.P,
+    }
+    for name, P in rivals.items():
+        gaps = distance(path.P[:-1], P[:-1])  # at the end the backward solution is zero
+        settled = gaps[path.t[:-1] >= SETTLED]
+        rows.append(
+            (name, f"{least(P):.3g}", *(f"{value:.2g}" for value in (gaps[0], np.median(settled), settled.max())))
+        )
+    columns = (
+        Column("P by"),
+        Column("least eigenvalue", "N m/rad", "right"),
+        *(Column(words, align="right") for words in ("at t = 0", "median after", "largest after")),
+    )
+    costs = tuple((name, f"{ratio:.4f}") for name, ratio in path.ratios.items())
+    return Section(
+        f"P(t) in the {title}",
+        (
+            Table(
+                f"{scenario.lower()}_distance",
+                f"Distance of P(t) of (34) from other choices, relative to them, over the first {WINDOW:g} s; 'after' "
+                f"is from {SETTLED:g} s on.",
+                columns,
+                tuple(rows),
+                (
+                    f"Residual of the algebraic equation at most {path.residual:.0e}. Error of the backward and of the "
+                    f"forward solution at most {path.backward.error.max():.0e} and {path.forward.error.max():.0e} "
+                    f"for a path that is a spline through the kept states; they were asked for {RTOL:.0e}.",
+                    "(34), solved again: another method, from the same path; it differs by what the spline leaves out.",
+                ),
+            ),
+            figure(path, scenario, title),
+            Table(
+                f"{scenario.lower()}_cost",
+                "J of (32) for (31) along the run with u = -R^-1 B' P s, over the least J, from the worst start.",
+                (Column("P"), Column("J / J*", align="right")),
+                costs,
+            ),
+            Paragraph(
+                f"The least eigenvalue of the symmetric part of K is {least(symmetric(path.K)):.3g} N m, and K is "
+                f"unsymmetric by up to {skew(path.K):.0%} of its norm."
+            ),
+        ),
+    )
+
+
+def figure(path: Compared, scenario: str, title: str) -> Figure:
+    """Diagonal entries over time, and the distance."""
+    labels = (("(34)", path.P), ("algebraic", path.X), ("backward", path.backward.P))
+    entries = tuple(
+        Panel(
+            (symbol(f"P_{i + 1}{i + 1}"), " [N m/rad]"),
+            tuple(Series(label, path.t, P[:, i, i], style) for style, (label, P) in enumerate(labels)),
+        )
+        for i in (0, 1)
+    )
+    gap = np.maximum(distance(path.P, path.X), 1e-16)
+    far = Panel("distance of (34) from the algebraic", (Series("(34)", path.t, gap, 0),), yscale="log")
+    return Figure(f"{scenario.lower()}_p", f"P(t), {title}.", (*entries, far), columns=3)
+
+
+def loops(results: Results, scenario: str) -> Section:
+    """The closed loops side by side."""
+    title, shown = SCENARIOS[scenario], results.scenario(scenario)
+    return Section(
+        f"The loop in the {title}",
+        (
+            Paragraph(
+                f"The first three rows are one law on one observer; in '{AT_START}' (34) is switched off, in '{NONE}' "
+                f"(33) as well, so that K stays {np.asarray(CARD['K(0)'])[0, 0]:g} N m."
+            ),
+            *(
+                side_by_side(
+                    f"{scenario.lower()}_loops_q{j}",
+                    f"Metrics of joint {j}, {title}.",
+                    shown,
+                    SHOWN,
+                    j - 1,
+                    (BOLD,),
+                    MARGIN,
+                )
+                for j in (1, 2)
+            ),
+        ),
+    )
+
+
+def least(P: Array) -> float:
+    """The least eigenvalue among symmetric matrices (N, 2, 2), the last one left out, where a horizon ends."""
+    return float(np.linalg.eigvalsh(P[:-1])[:, 0].min())
+
+
+def skew(K: Array) -> float:
+    """The largest norm of K - K' over twice that of K."""
+    gap = np.linalg.norm(K - np.swapaxes(K, 1, 2), axis=(1, 2))
+    return float((gap / (2 * np.linalg.norm(K, axis=(1, 2)))).max())
+
+
+def _percent(values: list[float]) -> str:
+    return " and ".join(f"{100 * value:.2g} %" for value in values)
+
+
+def _both() -> str:
+    return ", ".join(SCENARIOS.values())
