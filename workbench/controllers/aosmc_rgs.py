@@ -6,6 +6,7 @@ from typing import ClassVar
 
 import casadi as ca
 
+from workbench.controllers.algebraic import residual, stabilising
 from workbench.controllers.checks import symmetric
 from workbench.controllers.promises import K_STAYS_DEFINITE, P_STAYS_DEFINITE
 from workbench.controllers.switching import SATURATIONS, matrices, saturation, sliding
@@ -33,7 +34,9 @@ SHAPES = {
 RICCATIS = {
     "forward": "(34) as printed, integrated forward from P(0): a forward-propagating Riccati equation",
     "frozen": "P' = 0: P stays P(0), to see what (34) is worth",
+    "algebraic": "P' = 0 in (34) at every instant: P solves the algebraic equation of the present A = -M^-1 K",
 }
+DOUBLINGS = 10  # of the algebraic equation for three joints and more
 
 
 @block
@@ -54,6 +57,9 @@ class AosmcRgs(AbstractController):
     "diagonal" and "norm" it is continuous, with a corner. A symmetric K stays so in "elementwise"
     and "norm" only. P stays symmetric and positive definite from such a P(0).
 
+    With riccati "algebraic" P is no state: it is solved for at each instant, in closed form for two joints,
+    and the signals "P" and "residual" show it and what it leaves of its equation relative to the terms.
+
     (34) run forward is not the minimiser of (32), which runs backward from the horizon; A has lost
     the 1 / phi of sat(s / phi) = s / phi, so its unit is not 1/s; and nothing keeps K positive definite,
     which (29) asks for.
@@ -63,16 +69,16 @@ class AosmcRgs(AbstractController):
     Lambda
         (n,), the diagonal of Lambda.
     K, P
-        (n, n), K(0) and P(0).
+        (n, n), K(0) and P(0). Riccati "algebraic" has no use for P(0) and takes none.
     Q, R
-        (n, n), the weights of (32), in the units that (34) gives them. Riccati "forward" needs
-        both; "frozen" has no use for them and takes neither.
+        (n, n), the weights of (32), in the units that (34) gives them. Riccati "forward" and "algebraic"
+        need both; "frozen" has no use for them and takes neither.
 
     Raises
     ------
     ValueError
         If a number is out of its bounds or has the wrong shape; if Q or P(0) is not symmetric and
-        positive semidefinite, or R not symmetric and positive definite; if Q, R do not suit `riccati`.
+        positive semidefinite, or R not symmetric and positive definite; if P, Q, R do not suit `riccati`.
 
     References
     ----------
@@ -89,7 +95,7 @@ class AosmcRgs(AbstractController):
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
     phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
     K: Matrix = initial(unit="N m", shape=("n", "n"), symbol="K")
-    P: Matrix = initial(unit="N m/rad", shape=("n", "n"), symbol="P")
+    P: Matrix | None = initial(default=None, unit="N m/rad", shape=("n", "n"), symbol="P")
     Q: Matrix | None = parameter(
         default=None, unit="N m/(rad s)", symmetric=True, definite="semi", shape=("n", "n"), symbol="Q"
     )
@@ -104,7 +110,7 @@ class AosmcRgs(AbstractController):
     saturation: str = option(SATURATIONS, default="clip")
 
     def __post_init__(self) -> None:
-        symmetric("AosmcRgs(P=...)", self.P, "only from such a start does (34) keep P positive", definite=False)
+        self._check_start()
         if self.riccati == "frozen":
             if self.Q is not None or self.R is not None:
                 raise ValueError(
@@ -112,12 +118,26 @@ class AosmcRgs(AbstractController):
                 )
             return
         if self.Q is None or self.R is None:
+            does = "integrates" if self.riccati == "forward" else "solves"
             raise ValueError(
-                "`AosmcRgs(riccati='forward')` integrates (34), which needs both weights Q and R; got "
+                f"`AosmcRgs(riccati='{self.riccati}')` {does} (34), which needs both weights Q and R; got "
                 f"Q = {self.Q} and R = {self.R}."
             )
         symmetric("AosmcRgs(Q=...)", self.Q, "(32) weighs s^T Q s", definite=False)
         symmetric("AosmcRgs(R=...)", self.R, "(34) divides by it", definite=True)
+
+    def _check_start(self) -> None:
+        """P(0) where there is a start, and none where there is none."""
+        if self.riccati == "algebraic":
+            if self.P is not None:
+                raise ValueError(
+                    "`AosmcRgs(riccati='algebraic')` solves for P at every instant, where P(0) has no effect: "
+                    "leave it out."
+                )
+            return
+        if self.P is None:
+            raise ValueError(f"`AosmcRgs(riccati='{self.riccati}')` needs P(0), from which P starts; got None.")
+        symmetric("AosmcRgs(P=...)", self.P, "only from such a start does (34) keep P positive", definite=False)
 
     @property
     def dof(self) -> int:
@@ -126,8 +146,9 @@ class AosmcRgs(AbstractController):
 
     @property
     def memory(self) -> Layout:
-        """The gain K and the Riccati matrix P, each (n, n)."""
-        return Layout((Entry("K", self.K, "N m", symbol="K"), Entry("P", self.P, "N m/rad", symbol="P")))
+        """The gain K and, unless it is solved for, the Riccati matrix P, each (n, n)."""
+        K = Entry("K", self.K, "N m", symbol="K")
+        return Layout((K,) if self.P is None else (K, Entry("P", self.P, "N m/rad", symbol="P")))
 
     def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
         """(27) to (29)."""
@@ -144,13 +165,18 @@ class AosmcRgs(AbstractController):
         """(33) and (34)."""
         del t
         s = sliding(est, ref, self.Lambda).s
-        growth = self._growth(z["P"], s)
-        return {"K": growth if self.gain_sign == "raised" else -growth, "P": self._riccati(z, est)}
+        algebraic = self.riccati == "algebraic"
+        growth = self._growth(self._algebraic(z, est)[0] if algebraic else z["P"], s)
+        K_rate = {"K": growth if self.gain_sign == "raised" else -growth}
+        return K_rate if algebraic else K_rate | {"P": self._riccati(z, est)}
 
     def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
-        """The sliding variable s."""
-        del z
-        return {"s": sliding(est, ref, self.Lambda).s}
+        """The sliding variable s, and P with its residual where it is solved for."""
+        s = {"s": sliding(est, ref, self.Lambda).s}
+        if self.riccati != "algebraic":
+            return s
+        P, left = self._algebraic(z, est)
+        return s | {"P": P, "residual": left}
 
     def _growth(self, P: ca.SX, s: ca.SX) -> ca.SX:
         """P s sign(s) of (33), (n, n), in the chosen reading."""
@@ -174,3 +200,12 @@ class AosmcRgs(AbstractController):
         A = -solve_definite(self.model.mass_matrix(est.q), K)
         rate: ca.SX = A.T @ P + P @ A - P @ B @ ca.solve(R, B.T @ P) + Q
         return rate
+
+    def _algebraic(self, z: Parts, est: Estimate) -> tuple[ca.SX, ca.SX]:
+        """The stabilising P of (34) with P' = 0, (n, n), and its residual."""
+        Q: Matrix = self.Q
+        R: Matrix = self.R
+        A, B = -solve_definite(self.model.mass_matrix(est.q), z["K"]), ca.SX(ca.diag(self.Lambda))
+        G = B @ ca.solve(R, B.T)
+        P = stabilising(A, G, Q, DOUBLINGS)
+        return P, residual(A, G, Q, P)

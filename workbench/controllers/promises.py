@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import casadi as ca
 
 from workbench.core.claim import Claim, Signals
@@ -21,7 +23,12 @@ def _pulled_by_the_surface(y: Signals) -> ca.SX:
 
 
 def _leading_minors(X: ca.SX) -> ca.SX:
-    """The leading principal minors (n, 1) of the symmetric part: all positive if and only if it is definite."""
+    """The leading principal minors (n, 1) of the symmetric part: all positive if and only if it is definite.
+
+    X is (n, n), or its columns in one: a matrix that is no state but an output comes so.
+    """
+    n = math.isqrt(X.numel())
+    X = ca.reshape(X, n, n)
     S = (X + X.T) / 2
     return ca.vertcat(*(ca.det(S[: k + 1, : k + 1]) for k in range(S.shape[0])))
 

@@ -1,0 +1,100 @@
+"""The stabilising solution of A'P + PA - PGP + Q = 0 as an expression, for laws that solve it as they run."""
+
+from __future__ import annotations
+
+import casadi as ca
+import numpy as np
+
+TINY = float(np.finfo(float).tiny)
+
+
+def stabilising(A: ca.SX, G: ca.SX, Q: ca.SX, doublings: int) -> ca.SX:
+    """P (n, n): in closed form for one or two rows, else by doubling; G and Q symmetric, semidefinite.
+
+    In closed form G must be definite. By doubling the error falls as that of `doubled` does.
+    """
+    if A.shape[0] <= 2:
+        return closed_form(A, G, Q)
+    return doubled(A, G, Q, norm(A) + ca.sqrt(norm(G) * norm(Q) + TINY), doublings)
+
+
+def closed_form(A: ca.SX, G: ca.SX, Q: ca.SX) -> ca.SX:
+    """P for one or two rows, without an iteration.
+
+    The Hamiltonian H = [A, -G; -Q, -A'] has the characteristic polynomial l^2 - c0^2, or l^4 + a l^2 + c0^2 with
+    -a = tr A^2 + tr GQ. Its factor p with roots to the left is known by square roots alone, and p(H) [I; P] = 0
+    is linear in P. Both halves of that are solved together by least squares: for a stable A with a small GQ
+    the upper one loses digits, for an unstable A the lower.
+
+    c0^2 = det H is a sum of terms that are not negative, as is c1^2 of p = l^2 + c1 l + c0.
+
+    References
+    ----------
+    Laub (1979), A Schur method for solving algebraic Riccati equations, IEEE Transactions on Automatic Control 24(6)
+    (the invariant subspace).
+    """
+    n = A.shape[0]
+    scale = ca.sqrt((ca.trace(Q) + TINY) / ca.trace(G))  # so that both halves weigh alike
+    G, Q = scale * G, Q / scale
+    if n == 1:
+        c0 = ca.sqrt(A**2 + G * Q)
+        upper, lower = (A + c0, -G), (-Q, -A + c0)
+    else:
+        crossed = ca.trace(_adjugate(Q) @ A.T @ _adjugate(G) @ A)
+        c0 = ca.sqrt(_det(A) ** 2 + _det(G) * _det(Q) + crossed + TINY)
+        c1 = ca.sqrt(2 * (c0 - _det(A)) + ca.trace(A) ** 2 + ca.trace(G @ Q))
+        upper = (A @ A + G @ Q + c1 * A + c0 * ca.SX.eye(n), G @ A.T - A @ G - c1 * G)
+        lower = (A.T @ Q - Q @ A - c1 * Q, Q @ G + A.T @ A.T - c1 * A.T + c0 * ca.SX.eye(n))
+    normal = upper[1].T @ upper[1] + lower[1].T @ lower[1]
+    right = upper[1].T @ upper[0] + lower[1].T @ lower[0]
+    P = -right / normal if n == 1 else -_adjugate(normal) @ right / _det(normal)
+    return scale * (P + P.T) / 2
+
+
+def doubled(A: ca.SX, G: ca.SX, Q: ca.SX, rate: ca.SX, doublings: int) -> ca.SX:
+    """P by the structure-preserving doubling algorithm, from a Cayley transform at `rate` in 1/s.
+
+    A pole l of the closed loop leaves an error ((rate - |l|) / (rate + |l|))^(2^(doublings + 1)) and of that order
+    where l is complex; so `rate` is best in the middle of the poles. It must be above every eigenvalue of A.
+
+    References
+    ----------
+    Chu, Fan and Lin (2005), A structure-preserving doubling algorithm for continuous-time algebraic Riccati
+    equations, Linear Algebra and its Applications 396.
+    """
+    n = A.shape[0]
+    eye = ca.SX.eye(n)
+    moved = ca.solve(A - rate * eye, ca.horzcat(eye, G))
+    inverse, by_G = moved[:, :n], moved[:, n:]
+    W = ca.solve(A.T - rate * eye + Q @ by_G, ca.horzcat(eye, Q @ inverse))
+    E, F, P = eye + 2 * rate * W[:, :n].T, 2 * rate * by_G @ W[:, :n], 2 * rate * W[:, n:]
+    for _ in range(doublings):
+        F, P = _even(F), _even(P)
+        V = ca.solve(eye + F @ P, ca.horzcat(E, F @ E.T))
+        E, F, P = E @ V[:, :n], F + E @ V[:, n:], P + E.T @ (P @ V[:, :n])
+    return _even(P)
+
+
+def residual(A: ca.SX, G: ca.SX, Q: ca.SX, P: ca.SX) -> ca.SX:
+    """The norm of A'P + PA - PGP + Q over the sum of those of its terms: what certifies a P."""
+    PA, PGP = P @ A, P @ G @ P
+    terms = 2 * norm(PA) + norm(PGP) + norm(Q)
+    left: ca.SX = norm(PA + PA.T - PGP + Q) / terms
+    return left
+
+
+def norm(X: ca.SX) -> ca.SX:
+    """The Frobenius norm."""
+    return ca.sqrt(ca.sumsqr(X))
+
+
+def _even(X: ca.SX) -> ca.SX:
+    return (X + X.T) / 2
+
+
+def _det(X: ca.SX) -> ca.SX:
+    return X[0, 0] * X[1, 1] - X[0, 1] * X[1, 0]
+
+
+def _adjugate(X: ca.SX) -> ca.SX:
+    return ca.blockcat([[X[1, 1], -X[0, 1]], [-X[1, 0], X[0, 0]]])
