@@ -7,7 +7,10 @@ from workbench.controllers.fuzzy import RuleBase
 from workbench.controllers.fuzzy_asmc import FuzzyAsmc
 from workbench.controllers.pid import PID
 from workbench.controllers.rbf_asmc import RbfAsmc
+from workbench.controllers.scheduled_feedback import ScheduledFeedback
+from workbench.controllers.sdre import Sdre
 from workbench.controllers.sliding_mode import SlidingMode
+from workbench.controllers.state_feedback import StateFeedback
 from workbench.controllers.super_twisting import SuperTwisting
 
 __all__ = [
@@ -21,6 +24,9 @@ __all__ = [
     "Plain",
     "RbfAsmc",
     "RuleBase",
+    "ScheduledFeedback",
+    "Sdre",
     "SlidingMode",
+    "StateFeedback",
     "SuperTwisting",
 ]

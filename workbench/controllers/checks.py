@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from workbench.core import Entry
-from workbench.core.layout import ROUNDING, Array, Bounds
+from workbench.core.layout import ROUNDING, Array, Bounds, numbers
 
 
 def gains_that_start_at(law: str, K: Array) -> Entry:
@@ -27,3 +29,16 @@ def symmetric(call: str, X: Array, why: str, definite: bool) -> None:
     smallest = float(np.linalg.eigvalsh(X).min())
     if smallest <= 0 if definite else smallest < -ROUNDING * size:
         raise ValueError(f"`{call}` must be positive {word}: {why}. Its smallest eigenvalue is {smallest:.3g}.")
+
+
+def halves(call: str, K: Any, dof: int) -> tuple[Array, Array]:
+    """The gains of e and of ed from K (..., n, 2n), or a refusal."""
+    try:
+        gain = numbers(K)
+    except (TypeError, ValueError):
+        raise ValueError(f"`{call}` must be a matrix of numbers; got {K!r}.") from None
+    if gain.ndim < 2 or gain.shape[-2:] != (dof, 2 * dof):
+        raise ValueError(
+            f"`{call}` must have {dof} rows, one a joint, and {2 * dof} columns, for [e; ed]; got shape {gain.shape}."
+        )
+    return gain[..., :dof], gain[..., dof:]

@@ -1,0 +1,142 @@
+"""Scheduled feedback: the torque that the reference takes, and a linear gain that is a series in time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.controllers.checks import halves
+from workbench.core import AbstractArm, Layout, block, option, parameter
+from workbench.core.block import Matrix, Scalar
+from workbench.loop.contracts import AbstractController
+from workbench.loop.ports import Estimate, Motion, Parts
+
+SERIES = {
+    "chebyshev": "sum of c_k T_k(2 t / horizon - 1), k = 0, 1, ...; from the horizon on, its value there",
+    "fourier": "c_0 + sum of c_2k-1 cos(2 pi k t / horizon) + c_2k sin(2 pi k t / horizon); periodic",
+}
+
+
+@block
+class ScheduledFeedback(AbstractController):
+    """Feedforward along the reference, and linear feedback whose gain varies in time:
+
+        tau = tau_ref - Kp(t) e - Kd(t) ed,       e = q - q_ref,
+        tau_ref = M qdd_ref + C qd_ref + G        at q_ref, qd_ref, of `model`
+
+    With [Kp Kd](t) = R^-1 B' P(t), P the solution of the differential Riccati equation backward along the
+    reference, this is the time-varying LQR. The gains are a series in time, of which `series` is the kind.
+
+    A series is good for the time that it was made for. A Chebyshev series grows as a power of t beyond, so the
+    gain stays there what it is at the horizon; that is a choice and not optimal. Ask for runs no longer.
+
+    Parameters
+    ----------
+    horizon
+        Where a Chebyshev series ends, or the period of a Fourier series.
+    Kp, Kd
+        (terms, n n), the coefficients; a row holds an (n, n) matrix row by row.
+
+    Raises
+    ------
+    ValueError
+        If the horizon is not positive, a row has not n n numbers, Kp and Kd differ in their number of terms, or
+        that of a Fourier series is even.
+
+    References
+    ----------
+    Anderson and Moore (1990), Optimal Control: Linear Quadratic Methods, chapter 2.
+    Trefethen (2013), Approximation Theory and Approximation Practice, chapter 3.
+    """
+
+    model: AbstractArm
+    horizon: Scalar = parameter(unit="s", low=0, strict=True, symbol="t_f")
+    Kp: Matrix = parameter(unit="N m/rad", shape=("terms", "entries"), symbol="K_p")
+    Kd: Matrix = parameter(unit="N m s/rad", shape=("terms", "entries"), symbol="K_d")
+    series: str = option(SERIES, default="chebyshev")
+
+    def __post_init__(self) -> None:
+        if self.Kp.shape[1] != self.dof**2:
+            raise ValueError(
+                f"`ScheduledFeedback(Kp=...)` must have {self.dof**2} columns, a matrix ({self.dof}, {self.dof}) row "
+                f"by row; got shape {self.Kp.shape}."
+            )
+        if self.series == "fourier" and len(self.Kp) % 2 == 0:
+            raise ValueError(
+                "`ScheduledFeedback(series='fourier')` needs an odd number of terms, a mean and then a cosine and a "
+                f"sine of each frequency; got {len(self.Kp)}."
+            )
+
+    @staticmethod
+    def of(model: AbstractArm, coefficients: Any, horizon: float, series: str = "chebyshev") -> ScheduledFeedback:
+        """The law u = -K(t) [e; ed], with the coefficients (terms, n, 2n) of K.
+
+        Raises
+        ------
+        ValueError
+            If they are no such array, or the law refuses its numbers.
+        """
+        Kp, Kd = halves("ScheduledFeedback.of(coefficients=...)", coefficients, model.dof)
+        if Kp.ndim != 3:
+            raise ValueError(
+                "`ScheduledFeedback.of(coefficients=...)` must be an array (terms, n, 2n), one matrix for each term; "
+                f"got shape {np.shape(coefficients)}."
+            )
+        return ScheduledFeedback(model, horizon, Kp.reshape(len(Kp), -1), Kd.reshape(len(Kd), -1), series)
+
+    @property
+    def dof(self) -> int:
+        """The number of joints of the model."""
+        return self.model.dof
+
+    @property
+    def memory(self) -> Layout:
+        """None."""
+        return Layout()
+
+    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+        """The law as it stands above."""
+        del z
+        e, ed = est.q - ref.q, est.qd - ref.qd
+        Kp, Kd = self.gains(t)
+        tau: ca.SX = self.model.torque(ref.q, ref.qd, ref.qdd) - Kp @ e - Kd @ ed
+        return tau
+
+    def gains(self, t: ca.SX) -> tuple[ca.SX, ca.SX]:
+        """Kp(t) and Kd(t), each (n, n)."""
+        terms = self.Kp.shape[0]
+        kind = _chebyshev if self.series == "chebyshev" else _fourier
+        basis = kind(ca.SX(t), self.horizon, terms).T
+        n = self.dof
+        Kp, Kd = (ca.reshape(basis @ K, n, n).T for K in (self.Kp, self.Kd))
+        return Kp, Kd
+
+    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """Nothing to remember."""
+        del t, z, est, ref
+        return {}
+
+    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """Nothing that the loop does not show already."""
+        del z, est, ref
+        return {}
+
+
+def _chebyshev(t: ca.SX, horizon: Scalar, terms: int) -> ca.SX:
+    """T_k(x), (terms, 1), at x = 2 t / horizon - 1 within -1 and 1."""
+    x = ca.fmax(ca.fmin(2 * t / horizon - 1, 1), -1)
+    T = [ca.SX(1), x]
+    while len(T) < terms:
+        T.append(2 * x * T[-1] - T[-2])
+    basis: ca.SX = ca.vertcat(*T[:terms])
+    return basis
+
+
+def _fourier(t: ca.SX, period: Scalar, terms: int) -> ca.SX:
+    """1, cos wt, sin wt, cos 2wt, ..., (terms, 1), with w = 2 pi / period."""
+    w = 2 * np.pi / period
+    waves = [wave(k * w * t) for k in range(1, terms // 2 + 1) for wave in (ca.cos, ca.sin)]
+    basis: ca.SX = ca.vertcat(ca.SX(1), *waves)
+    return basis

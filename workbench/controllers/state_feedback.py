@@ -1,0 +1,83 @@
+"""State feedback: the torque that the reference takes, and a linear gain on the error about it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+from workbench.controllers.checks import halves
+from workbench.core import AbstractArm, Layout, block, parameter
+from workbench.core.block import Matrix
+from workbench.loop.contracts import AbstractController
+from workbench.loop.ports import Estimate, Motion, Parts
+
+
+@block
+class StateFeedback(AbstractController):
+    """Feedforward along the reference, and linear feedback of the whole state:
+
+        tau = tau_ref - Kp e - Kd ed,             e = q - q_ref,
+        tau_ref = M qdd_ref + C qd_ref + G        at q_ref, qd_ref, of `model`
+
+    where `model` is the arm as the designer believes it to be. With [Kp Kd] = R^-1 B' P of the equations
+    linearised about a rest point this is the LQR: optimal there, and near it almost so. The feedforward
+    needs the derivatives of the reference, and a reference that jumps has none.
+
+    Parameters
+    ----------
+    Kp, Kd
+        (n, n), full matrices: a joint may answer the error of another.
+
+    Raises
+    ------
+    ValueError
+        If a gain is not finite or not of shape (n, n).
+
+    References
+    ----------
+    Anderson and Moore (1990), Optimal Control: Linear Quadratic Methods, chapter 3.
+    Siciliano, Sciavicco, Villani and Oriolo (2009), Robotics: Modelling, Planning and Control, section 8.5.
+    """
+
+    model: AbstractArm
+    Kp: Matrix = parameter(unit="N m/rad", shape=("n", "n"), symbol="K_p")
+    Kd: Matrix = parameter(unit="N m s/rad", shape=("n", "n"), symbol="K_d")
+
+    @staticmethod
+    def of(model: AbstractArm, K: Any) -> StateFeedback:
+        """The law u = -K [e; ed], with K (n, 2n) as a regulator's design gives it.
+
+        Raises
+        ------
+        ValueError
+            If K is no matrix (n, 2n) of finite numbers.
+        """
+        return StateFeedback(model, *halves("StateFeedback.of(K=...)", K, model.dof))
+
+    @property
+    def dof(self) -> int:
+        """The number of joints of the model."""
+        return self.model.dof
+
+    @property
+    def memory(self) -> Layout:
+        """None."""
+        return Layout()
+
+    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+        """The law as it stands above."""
+        del t, z
+        e, ed = est.q - ref.q, est.qd - ref.qd
+        tau: ca.SX = self.model.torque(ref.q, ref.qd, ref.qdd) - self.Kp @ e - self.Kd @ ed
+        return tau
+
+    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """Nothing to remember."""
+        del t, z, est, ref
+        return {}
+
+    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """Nothing that the loop does not show already."""
+        del z, est, ref
+        return {}

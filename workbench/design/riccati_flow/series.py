@@ -1,0 +1,179 @@
+"""A gain over time as the coefficients of a series, with the error that they leave."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from workbench.core.layout import Array
+from workbench.design.certificates import Refused
+
+MOST_TERMS = 1025
+Gains = Callable[[Array], Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """K(t) on [0, horizon] as a sum of coefficients times T_k(2 t / horizon - 1), or times 1, cos wt, sin wt, ...
+
+    Parameters
+    ----------
+    coefficients
+        (terms, m, n).
+    horizon
+        Where a Chebyshev series ends, or the period of a Fourier series with w = 2 pi / horizon, in s.
+    kind
+        "chebyshev" or "fourier".
+    error
+        The largest difference of an entry found between series and gains, over the largest entry of the gains,
+        at twice as many times as the series was made from.
+    """
+
+    coefficients: Array
+    horizon: float
+    kind: str
+    error: float
+
+    def at(self, times: Any) -> Array:
+        """K (N, m, n) at the times (N,) in s."""
+        t = np.atleast_1d(np.asarray(times, dtype=float))
+        basis = _chebyshev(t, self.horizon, len(self.coefficients)) if self.kind == "chebyshev" else None
+        basis = _fourier(t, self.horizon, len(self.coefficients)) if basis is None else basis
+        return np.tensordot(basis, self.coefficients, axes=1)
+
+
+def chebyshev(gains: Gains, horizon: float, tolerance: float = 1e-8) -> Series:
+    """The shortest Chebyshev series found that is within a tolerance of gains on [0, horizon].
+
+    The gains are asked for at 2^k + 1 Chebyshev points, k = 3, 4, ..., and the series through them is held against
+    the gains at the points between.
+
+    Parameters
+    ----------
+    gains
+        From rising times (N,) in s to K (N, m, n), such as `lambda t: rde(A, B, Q, R, P1, t).K`.
+    horizon
+        In s.
+    tolerance
+        Of the largest entry of the gains.
+
+    Raises
+    ------
+    ValueError
+        If the horizon is not positive, the tolerance not between 1e-14 and 1, or the gains no such array.
+    Refused
+        If 1025 terms do not reach the tolerance: the gain has a corner, or is too quick for its horizon.
+
+    References
+    ----------
+    Trefethen (2013), Approximation Theory and Approximation Practice, chapters 3 and 7.
+    """
+    call = "chebyshev(gains, horizon)"
+    _check(call, horizon, tolerance)
+    terms = 9
+    while terms <= MOST_TERMS:
+        angle = np.pi * np.arange(2 * terms - 2, -1, -1) / (2 * terms - 2)
+        t = horizon * (1 + np.cos(angle)) / 2
+        t[0] = 0.0
+        K = _asked(call, gains, t)
+        found = np.linalg.solve(_chebyshev(t[::2], horizon, terms), K[::2].reshape(terms, -1))
+        series = _trimmed(
+            np.array(found.reshape(terms, *K.shape[1:]), dtype=float), t, K, horizon, "chebyshev", tolerance
+        )
+        if series is not None:
+            return series
+        terms = 2 * terms - 1
+    raise _refusal(call, tolerance)
+
+
+def fourier(gains: Gains, period: float, tolerance: float = 1e-8) -> Series:
+    """The shortest Fourier series found that is within a tolerance of gains that repeat after a period.
+
+    Parameters
+    ----------
+    gains
+        From rising times (N,) in s to K (N, m, n).
+    period
+        In s.
+    tolerance
+        Of the largest entry of the gains.
+
+    Raises
+    ------
+    ValueError
+        If the period is not positive, the tolerance not between 1e-14 and 1, or the gains no such array.
+    Refused
+        If 1025 terms do not reach the tolerance: the gain does not repeat after a period, or has a corner.
+
+    References
+    ----------
+    Trefethen (2000), Spectral Methods in MATLAB, chapter 3.
+    """
+    call = "fourier(gains, period)"
+    _check(call, period, tolerance)
+    terms = 9
+    while terms <= MOST_TERMS:
+        t = period * np.arange(2 * terms + 1) / (2 * terms)
+        K = _asked(call, gains, t)
+        # the last sample closes the period: it is held against the series, and does not make it
+        found = np.linalg.lstsq(_fourier(t[:-1:2], period, terms), K[:-1:2].reshape(terms, -1), rcond=None)[0]
+        series = _trimmed(np.array(found.reshape(terms, *K.shape[1:]), dtype=float), t, K, period, "fourier", tolerance)
+        if series is not None:
+            return series
+        terms = 2 * terms - 1
+    raise _refusal(call, tolerance)
+
+
+def _trimmed(found: Array, t: Array, K: Array, horizon: float, kind: str, tolerance: float) -> Series | None:
+    """The series without the last terms that its tolerance does not need; None where even all are not enough."""
+    size = float(np.abs(K).max())
+    error = float(np.abs(Series(found, horizon, kind, 0.0).at(t) - K).max())
+    if error > tolerance * size:
+        return None
+    # no term is larger than its coefficient, so what is left out moves no entry by more than their sum
+    tails = np.abs(found)[::-1].cumsum(axis=0)[::-1].reshape(len(found), -1).max(axis=1)
+    kept = max(1, int((error + tails > tolerance * size).sum()))
+    kept += 1 if kind == "fourier" and kept % 2 == 0 else 0
+    series = Series(found[:kept], horizon, kind, 0.0)
+    error = float(np.abs(series.at(t) - K).max())
+    return replace(series, error=error / size if size else 0.0)
+
+
+def _asked(call: str, gains: Gains, t: Array) -> Array:
+    K = np.asarray(gains(t), dtype=float)
+    if K.ndim != 3 or len(K) != len(t) or not np.isfinite(K).all():
+        raise ValueError(
+            f"`{call}`: gains must give finite matrices (N, m, n) at N = {len(t)} times; got shape {K.shape}."
+        )
+    return K
+
+
+def _check(call: str, horizon: float, tolerance: float) -> None:
+    if not (np.isfinite(horizon) and horizon > 0):
+        raise ValueError(f"`{call}`: the time must be a positive number of seconds; got {horizon}.")
+    if not 1e-14 <= tolerance <= 1:
+        raise ValueError(f"`{call}`: tolerance must lie between 1e-14, near rounding, and 1; got {tolerance}.")
+
+
+def _refusal(call: str, tolerance: float) -> Refused:
+    return Refused(
+        f"`{call}`: {MOST_TERMS} terms do not come within {tolerance:g} of the gains. They have a corner, change too "
+        "quickly or do not repeat as asked; cut the time in pieces, or take a larger tolerance."
+    )
+
+
+def _chebyshev(t: Array, horizon: float, terms: int) -> Array:
+    """T_k(2 t / horizon - 1), (N, terms)."""
+    x = np.clip(2 * t / horizon - 1, -1, 1)
+    return np.cos(np.arccos(x)[:, None] * np.arange(terms))
+
+
+def _fourier(t: Array, period: float, terms: int) -> Array:
+    """1, cos wt, sin wt, cos 2wt, ..., (N, terms)."""
+    k = np.arange(1, terms // 2 + 1)
+    angle = 2 * np.pi / period * t[:, None] * k
+    waves = np.stack([np.cos(angle), np.sin(angle)], axis=2).reshape(len(t), -1)
+    return np.hstack([np.ones((len(t), 1)), waves])
