@@ -1,17 +1,23 @@
 """The loops of a3: the proposed law with each choice of P, without adaptation, and beside other laws."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from a1_paper_tables import METRICS, PROPOSED_STEP, STEPS
 from paper_card import CARD
-from paper_laws import RIVALS, proposed_repaired, repaired_observer, rival
+from paper_laws import ARM, REFERENCES, RIVALS, plant, proposed_repaired, repaired_observer, rival
 
-from workbench.loop import AbstractController, ClosedLoop
+from workbench.controllers import StateFeedback
+from workbench.design import linearize
+from workbench.design.riccati import Riccati, lqr
+from workbench.loop import AbstractController, ClosedLoop, open_loop
+from workbench.observers import FullState
+from workbench.plants import Manipulator
 from workbench.study.study import Case
 
-FORWARD, AT_START, NONE = "(34)", "P = P(0)", "no adaptation"
-ASMC, OBSERVED = "ASMC", "ASMC, same observer"
+FORWARD, ALGEBRAIC, AT_START, NONE = "(34)", "algebraic", "P = P(0)", "no adaptation"
+ASMC, OBSERVED, LQR = "ASMC", "ASMC, same observer", "LQR"
 EVERY = 1e-3 / 12 * 30  # s: the path of P is a spline through the kept states
 
 
@@ -19,7 +25,26 @@ def law(scenario: str, variant: str) -> AbstractController:
     """The repaired law with one choice of P; (33) with P = 0 leaves the gain at K(0)."""
     ours = proposed_repaired(scenario).controller
     frozen = replace(ours, riccati="frozen", Q=None, R=None)
-    return {FORWARD: ours, AT_START: frozen, NONE: replace(frozen, P=np.zeros((2, 2)))}[variant]
+    choices = {
+        FORWARD: ours,
+        ALGEBRAIC: replace(ours, riccati="algebraic", P=None),
+        AT_START: frozen,
+        NONE: replace(frozen, P=np.zeros((2, 2))),
+    }
+    return choices[variant]
+
+
+@cache
+def regulator() -> Riccati:
+    """The regulator of the arm that hangs at rest, x = [q; qd], without weight on qd.
+
+    With Qp = kappa I and R = I a direction of inertia m alone gets poles of real part -kappa^(1/4) / (2 m)^(1/2);
+    kappa gives the heaviest direction the rate of the surface, as PID has it.
+    """
+    linear = linearize(open_loop(Manipulator(ARM, q=np.zeros(2))), 0.0, np.zeros(4))
+    heaviest = 1 / np.linalg.eigvalsh(linear.B[2:]).min()
+    kappa = (CARD["Lambda"][0] ** 2 * 2 * heaviest) ** 2
+    return lqr(linear.A, linear.B, np.diag([kappa, kappa, 0.0, 0.0]), np.eye(2))
 
 
 def cases(scenario: str) -> tuple[Case, ...]:
@@ -36,11 +61,14 @@ def cases(scenario: str) -> tuple[Case, ...]:
             **common,
             style=i,
         )
-        for i, variant in enumerate((FORWARD, AT_START, NONE))
+        for i, variant in enumerate((FORWARD, ALGEBRAIC, AT_START, NONE))
     )
     observed = ClosedLoop(loop.plant, repaired_observer(), RIVALS["ASMC"], loop.reference)
+    feedback = StateFeedback.of(ARM, regulator().K)
+    seventh = ClosedLoop(plant(scenario), FullState(2), feedback, REFERENCES[scenario])
     others = (
-        Case(scenario, OBSERVED, observed, h=STEPS["ASMC"], every=0.01, **common, style=3),
-        Case(scenario, ASMC, rival(scenario, "ASMC"), h=STEPS["ASMC"], every=0.01, **common, style=4),
+        Case(scenario, OBSERVED, observed, h=STEPS["ASMC"], every=0.01, **common, style=4),
+        Case(scenario, ASMC, rival(scenario, "ASMC"), h=STEPS["ASMC"], every=0.01, **common, style=5),
+        Case(scenario, LQR, seventh, h=STEPS["PID"], every=0.01, **common, style=6),
     )
     return (*ours, *others)

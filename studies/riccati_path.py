@@ -15,7 +15,7 @@ from workbench.design.riccati import care
 from workbench.design.riccati_flow import RiccatiFlow, fpre, rde
 from workbench.study.study import Outcome
 
-WINDOW = 3.0  # s: the approach, and in the second scenario one jump
+WINDOW = 2.5  # s: the approach, and in the second scenario one jump
 INSTANTS = 60  # at which the algebraic equation is solved
 RTOL = 1e-4  # of the equations in time: the path between kept states is a spline, and known no better
 B, Q, R = np.diag(CARD["Lambda"]), np.asarray(CARD["Q"]), np.asarray(CARD["R"])
