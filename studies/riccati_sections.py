@@ -36,59 +36,68 @@ def moved(results: Results, scenario: str, variant: str) -> tuple[str, float]:
         for joint in (0, 1)
     }
     (name, joint), change = max(changes.items(), key=lambda item: item[1])
-    return f"{name} of joint {joint + 1}", change
+    return f"{name} of joint {joint + 1} in the {SCENARIOS[scenario]}", change
 
 
 def answers(results: Results) -> Section:
     """The findings first."""
+    return Section("What was found", (*_of_the_equations(results), *_of_the_loop(results)))
+
+
+def _of_the_equations(results: Results) -> tuple[Verdict, ...]:
+    """What (34) is beside its rivals."""
     paths = [along(results, scenario) for scenario in SCENARIOS]
     gaps = [apart(path) for path in paths]
     unstable = [float(path.growth.max()) for path in paths]
     ratios = [path.ratios["P(t) of (34)"] - 1 for path in paths]
-    lazy = [path.ratios["P = 0"] - 1 for path in paths]
-    same = max((moved(results, s, ALGEBRAIC) for s in SCENARIOS), key=lambda change: change[1])
-    changes = [(s, *moved(results, s, AT_START)) for s in SCENARIOS]
+    lazy = [path.ratios["P = 0"] for path in paths]
+    return (
+        Verdict(
+            "holds" if max(gaps) < CLOSE else "fails",
+            f"After {1e3 * SETTLED:g} ms, P(t) of (34) is the algebraic solution at each instant within "
+            f"{100 * CLOSE:g} %.",
+            f"At most {_percent(gaps)} away ({_both()}). With these Q and R (34) forgets its start in some 20 ms, "
+            "while K takes tenths of a second to grow: the differential equation does no more than an algebraic "
+            "one, and less than one run backward could.",
+        ),
+        Verdict(
+            "holds" if max(ratios) < CLOSE else "fails",
+            f"For (31) and (32) themselves, P(t) of (34) costs at most {100 * CLOSE:g} % more than the least.",
+            f"{_percent(ratios)} more over the first {WINDOW:g} s ({_both()}), from the worst start; u = 0 costs "
+            f"{lazy[0]:.2g} and {lazy[1]:.2g} times the least. But the law applies no such u: P enters (33) "
+            "alone, as a rate of learning.",
+        ),
+        Verdict(
+            "holds" if max(unstable) < 0 else "fails",
+            "A = -M^-1 K of (31) is stable at every instant of the run.",
+            f"Its largest real part is {unstable[0]:.3g} and {unstable[1]:.3g} 1/s.",
+        ),
+    )
+
+
+def _of_the_loop(results: Results) -> tuple[Verdict, ...]:
+    """What (34) does to the loop."""
+    same, worst = (
+        max((moved(results, scenario, variant) for scenario in SCENARIOS), key=lambda change: change[1])
+        for variant in (ALGEBRAIC, AT_START)
+    )
     better = [
         order(results[s, FORWARD].score("RMSE (43)", j), results[s, AT_START].score("RMSE (43)", j), MARGIN)
         for s in SCENARIOS
         for j in (0, 1)
     ]
-    worst = max(changes, key=lambda change: change[2])
-    return Section(
-        "What was found",
-        (
-            Verdict(
-                "holds" if max(gaps) < CLOSE else "fails",
-                f"After {1e3 * SETTLED:g} ms, P(t) of (34) is the algebraic solution at each instant within "
-                f"{100 * CLOSE:g} %.",
-                f"At most {_percent(gaps)} away ({_both()}). With these Q and R (34) forgets its start in some 20 ms, "
-                "while K takes tenths of a second to grow: the differential equation does no more than an algebraic "
-                "one, and less than one run backward could.",
-            ),
-            Verdict(
-                "holds" if max(ratios) < CLOSE else "fails",
-                f"For (31) and (32) themselves, P(t) of (34) costs at most {100 * CLOSE:g} % more than the least.",
-                f"{_percent(ratios)} more over the first {WINDOW:g} s ({_both()}), from the worst start; u = 0 costs "
-                f"{lazy[0] + 1:.2g} and {lazy[1] + 1:.2g} times the least. But the law applies no "
-                "such u: P enters (33) alone, as a rate of learning.",
-            ),
-            Verdict(
-                "holds" if same[1] < MARGIN else "fails",
-                f"The loop is the same within {100 * MARGIN:g} % where P is solved for at each instant instead.",
-                f"The largest change of RMSE (43), IAE or effort is {same[1]:.2%}, of {same[0]}.",
-            ),
-            Verdict(
-                "holds" if max(unstable) < 0 else "fails",
-                "A = -M^-1 K of (31) is stable at every instant of the run.",
-                f"Its largest real part is {unstable[0]:.3g} and {unstable[1]:.3g} 1/s.",
-            ),
-            Verdict(
-                "holds" if all(b == "below" for b in better) else "fails" if "above" in better else "open",
-                "The Riccati adaptation of P tracks better than P left at P(0).",
-                f"RMSE (43) is below in {better.count('below')} of {len(better)} comparisons, above in "
-                f"{better.count('above')}, too close to call in {better.count('undecided')}. The largest change of "
-                f"RMSE (43), IAE or effort is {worst[2]:.1%}, of {worst[1]} in the {SCENARIOS[worst[0]]}.",
-            ),
+    return (
+        Verdict(
+            "holds" if same[1] < MARGIN else "fails",
+            f"The loop is the same within {100 * MARGIN:g} % where P is solved for at each instant instead.",
+            f"The largest change of RMSE (43), IAE or effort is {same[1]:.2%}, of {same[0]}.",
+        ),
+        Verdict(
+            "holds" if all(b == "below" for b in better) else "fails" if "above" in better else "open",
+            "The Riccati adaptation of P tracks better than P left at P(0).",
+            f"RMSE (43) is below in {better.count('below')} of {len(better)} comparisons, above in "
+            f"{better.count('above')}, too close to call in {better.count('undecided')}. The largest change of "
+            f"RMSE (43), IAE or effort is {worst[1]:.1%}, of {worst[0]}.",
         ),
     )
 
@@ -96,12 +105,33 @@ def answers(results: Results) -> Section:
 def matrices(results: Results, scenario: str) -> Section:
     """P(t) against its rivals in one scenario."""
     path, title = along(results, scenario), SCENARIOS[scenario]
-    start = np.broadcast_to(path.P[0], path.P.shape)
+    costs = tuple((name, f"{ratio:.4f}") for name, ratio in path.ratios.items())
+    return Section(
+        f"P(t) in the {title}",
+        (
+            distances(path, scenario),
+            figure(path, scenario, title),
+            Table(
+                f"{scenario.lower()}_cost",
+                "J of (32) for (31) along the run with u = -R^-1 B' P s, over the least J, from the worst start.",
+                (Column("P"), Column("J / J*", align="right")),
+                costs,
+            ),
+            Paragraph(
+                f"The least eigenvalue of the symmetric part of K is {least(symmetric(path.K)):.3g} N m, and K is "
+                f"unsymmetric by up to {skew(path.K):.0%} of its norm."
+            ),
+        ),
+    )
+
+
+def distances(path: Compared, scenario: str) -> Table:
+    """How far P of (34) is from other choices."""
     rows: list[tuple[Cell, ...]] = []
     rivals = {
         "the algebraic equation at each instant": path.X,
         "backward, from 0 at the end": path.backward.P,
-        "P = P(0)": start,
+        "P = P(0)": np.broadcast_to(path.P[0], path.P.shape),
         "(34), solved again": path.forward.P,
     }
     for name, P in rivals.items():
@@ -115,34 +145,17 @@ def matrices(results: Results, scenario: str) -> Section:
         Column("least eigenvalue", "N m/rad", "right"),
         *(Column(words, align="right") for words in ("at t = 0", "median after", "largest after")),
     )
-    costs = tuple((name, f"{ratio:.4f}") for name, ratio in path.ratios.items())
-    return Section(
-        f"P(t) in the {title}",
+    return Table(
+        f"{scenario.lower()}_distance",
+        f"Distance of P(t) of (34) from other choices, relative to them, over the first {WINDOW:g} s; 'after' "
+        f"is from {SETTLED:g} s on.",
+        columns,
+        tuple(rows),
         (
-            Table(
-                f"{scenario.lower()}_distance",
-                f"Distance of P(t) of (34) from other choices, relative to them, over the first {WINDOW:g} s; 'after' "
-                f"is from {SETTLED:g} s on.",
-                columns,
-                tuple(rows),
-                (
-                    f"Residual of the algebraic equation at most {path.residual:.0e}. Error of the backward and of the "
-                    f"forward solution at most {path.backward.error.max():.0e} and {path.forward.error.max():.0e} "
-                    f"for a path that is a spline through the kept states; they were asked for {RTOL:.0e}.",
-                    "(34), solved again: another method, from the same path; it differs by what the spline leaves out.",
-                ),
-            ),
-            figure(path, scenario, title),
-            Table(
-                f"{scenario.lower()}_cost",
-                "J of (32) for (31) along the run with u = -R^-1 B' P s, over the least J, from the worst start.",
-                (Column("P"), Column("J / J*", align="right")),
-                costs,
-            ),
-            Paragraph(
-                f"The least eigenvalue of the symmetric part of K is {least(symmetric(path.K)):.3g} N m, and K is "
-                f"unsymmetric by up to {skew(path.K):.0%} of its norm."
-            ),
+            f"Residual of the algebraic equation at most {path.residual:.0e}. Error of the backward and of the "
+            f"forward solution at most {path.backward.error.max():.0e} and {path.forward.error.max():.0e} "
+            f"for a path that is a spline through the kept states; they were asked for {RTOL:.0e}.",
+            "(34), solved again: another method, from the same path; it differs by what the spline leaves out.",
         ),
     )
 

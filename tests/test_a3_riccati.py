@@ -1,0 +1,61 @@
+"""The study of the Riccati part: what it computes along a path, against closed forms."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
+
+import riccati_loops as loops
+import riccati_path as path
+
+
+def test_the_cost_of_a_fixed_gain_is_the_integral_by_hand():
+    P, end = 10 * np.eye(2), 2.0
+    rate = float(path.G[0, 0]) * 10  # A = 0: s falls with B R^-1 B' P
+    weight = float(path.Q[0, 0]) + rate * 10  # Q + P B R^-1 B' P
+    Y = path.cost(lambda t: np.zeros((2, 2)), lambda t: P, np.array([0.0, 1.0, end]))
+    expected = weight * (1 - np.exp(-2 * rate * end)) / (2 * rate)
+    np.testing.assert_allclose(Y, expected * np.eye(2), rtol=10 * path.RTOL, atol=1e-9)
+
+
+def test_no_choice_of_p_costs_less_than_the_backward_solution():
+    t = np.linspace(0, 1, 5)
+
+    def A(time):
+        return np.array([[-2.0 - time, 1.0], [-0.5, -3.0 + np.sin(3 * time)]])
+
+    least = path.rde(A, path.B, path.Q, path.R, path.ZERO, t, rtol=path.RTOL).P[0]
+    for P in (np.zeros((2, 2)), 10 * np.eye(2), np.array([[8.0, 2.0], [2.0, 5.0]])):
+        Y = path.cost(A, lambda time, P=P: P, t)
+        assert np.linalg.eigvalsh(Y - least).min() > 0
+        assert path.worst(Y, least) > 1
+
+
+def test_the_worst_start_is_the_largest_generalised_eigenvalue():
+    rng = np.random.default_rng(5)
+    X, Z = (root @ root.T + np.eye(2) for root in rng.normal(size=(2, 2, 2)))
+    s = np.array([np.cos(a := np.linspace(0, np.pi, 20_001)), np.sin(a)])
+    ratio = np.einsum("ik,ij,jk->k", s, X, s) / np.einsum("ik,ij,jk->k", s, Z, s)
+    np.testing.assert_allclose(path.worst(X, Z), ratio.max(), rtol=1e-7)  # the square of half a step of the angle
+
+
+def test_the_inertia_of_the_model_is_that_of_two_point_masses():
+    q = np.array([[0.3, -0.7], [1.0, 2.0]])
+    c = np.cos(q[:, 1])
+    expected = np.array([[3 + 2 * c, 1 + c], [1 + c, np.ones(2)]]).transpose(2, 0, 1)
+    np.testing.assert_allclose(path.inertia(q), expected, rtol=1e-14)
+
+
+def test_the_regulator_gives_the_heaviest_direction_about_the_rate_of_the_surface():
+    found = loops.regulator()
+    # gravity, which the rule leaves out, moves the pair by less than a tenth
+    np.testing.assert_allclose(found.poles.real.max(), -6.0, rtol=0.1)
+    assert found.certificate.error < 1e-10
+
+
+def test_without_adaptation_the_gain_does_not_move():
+    law = loops.law("FS", loops.NONE)
+    assert law.riccati == "frozen"
+    assert not np.any(law.P)
