@@ -5,8 +5,8 @@ Question  P(t) of (34) sets the rate at which the gain of the proposed law learn
           the loop track better with it than without?
 Method    The repaired law in both scenarios. Along each run A = -M^-1 K, B = Lambda of (31) are a path in time, on
           which each equation is solved with its certificate, and J of (32) by a linear equation. Then the loop
-          with P left at P(0), without any adaptation, and with plain ASMC, on the same observer and on exact states.
-Runs in   about a minute on two cores.
+          with P solved for at each instant, left at P(0), without any adaptation, with plain ASMC and with an LQR.
+Runs in   one to two minutes on two cores.
 """
 
 from collections.abc import Sequence
