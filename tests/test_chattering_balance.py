@@ -129,8 +129,9 @@ def test_a_linear_part_that_can_be_none_is_refused_by_name(system, words):
 def test_numbers_that_are_none_are_refused_by_name():
     with pytest.raises(ValueError, match=r"LinearPart\(b=...\)` must be finite"):
         LinearPart(-np.eye(1), np.array([np.nan]), np.ones(1))
-    with pytest.raises(ValueError, match=r"LinearPart\(A, b, c\)"):
-        LinearPart(np.zeros((2, 3)), np.ones(2), np.ones(2))
+    for A in (np.zeros((2, 3)), np.zeros((0, 0)), [[np.inf]], [[1j]]):
+        with pytest.raises(ValueError, match=r"LinearPart\(A, b, c\)"):
+            LinearPart(A, np.ones(2), np.ones(2))
     with pytest.raises(ValueError, match="continuous time"):
         LinearPart(-np.eye(1), np.ones(1), np.ones(1), 0.1, 0.1)
     for wrong in (lambda: Relay(-1.0), lambda: BoundaryLayer(1.0, 0.0), lambda: SuperTwist(1.0, float("nan"))):

@@ -109,6 +109,25 @@ def test_a_relay_that_slides_has_no_cycle_and_is_refused():
         relay_cycles(ONE_LAG, K)
     with pytest.raises(ValueError, match=r"relay_cycles\(K=...\)"):
         relay_cycles(ONE_LAG, -K)
+    for most in (0, 2.5, True):
+        with pytest.raises(ValueError, match=r"relay_cycles\(most=...\)"):
+            relay_cycles(LinearPart.of(ONE_LAG).held(1e-3), K, most=most)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_balance_finds_as_many_oscillations_as_there_are_and_errs_by_the_third_harmonic(seed):
+    rng = np.random.default_rng(seed)
+    unit = 10.0 ** rng.uniform(-2, 4)
+    poles = -unit * 10 ** rng.uniform(-1, 1, rng.integers(2, 4))
+    W = control.ss(control.zpk([], [*poles, 0.0], 10.0 ** rng.uniform(-3, 3)))
+    gain = 10.0 ** rng.uniform(-3, 3)
+    foreseen, exact = harmonic_balance(W, Relay(gain)).oscillations, relay_cycles(W, gain)
+    assert len(foreseen) == len(exact) == 1
+    assert foreseen[0].stable
+    assert exact[0].stable
+    # what is neglected is of the order of the third harmonic; of 150 systems the worst was off by twice that
+    assert abs(foreseen[0].frequency / exact[0].frequency - 1) < 3 * foreseen[0].third
+    assert abs(foreseen[0].amplitude / exact[0].amplitude - 1) < 3 * foreseen[0].third
 
 
 def test_a_sine_is_measured_as_it_is():
@@ -119,7 +138,9 @@ def test_a_sine_is_measured_as_it_is():
     assert measured(t[:200], np.sin(40 * t[:200])).frequency is None
 
 
-@pytest.mark.parametrize(("t", "y", "words"), [([0, 1], [0, np.nan], "finite"), ([1, 0], [0, 1], "t rising")])
+@pytest.mark.parametrize(
+    ("t", "y", "words"), [([0, 1], [0, np.nan], "finite"), ([1, 0], [0, 1], "t rising"), ([0, 1], ["a", 1], "numbers")]
+)
 def test_a_record_that_is_none_is_refused(t, y, words):
     with pytest.raises(ValueError, match=words):
         measured(t, y)

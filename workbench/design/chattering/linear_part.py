@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.linalg import eigvals, expm
 
-from workbench.core.numbers import Array, seconds
+from workbench.core.numbers import Array, seconds, vector
+from workbench.design.certificates import Refused
+from workbench.design.matrices import square
 
 ROUNDING = 1e-6  # a threefold integrator has computed poles as far from zero as the cube root of rounding
 Complexes = np.ndarray[Any, np.dtype[np.complex128]]
@@ -40,9 +43,12 @@ class LinearPart:
     delay: float = 0.0
 
     def __post_init__(self) -> None:
-        for name, value in (("A", self.A), ("b", self.b), ("c", self.c)):
+        object.__setattr__(self, "A", square("LinearPart(A, b, c)", "A", self.A))
+        for name in ("b", "c"):
+            value = vector(f"LinearPart({name}=...)", getattr(self, name), len(self.A), "states")
             if not np.isfinite(value).all():
-                raise ValueError(f"`LinearPart({name}=...)` must be finite; got {np.asarray(value).tolist()}.")
+                raise ValueError(f"`LinearPart({name}=...)` must be finite; got {value.tolist()}.")
+            object.__setattr__(self, name, value)
         for name in ("period", "delay"):
             if (value := getattr(self, name)) != 0:
                 object.__setattr__(self, name, seconds(f"LinearPart({name}=...)", value))
@@ -57,6 +63,8 @@ class LinearPart:
 
         Raises
         ------
+        Refused
+            If its states cannot be found from its polynomials, which are too badly conditioned.
         ValueError
             If it has not one input and one output, feeds u through to s, has a period that is not
             said, or cannot be a `LinearPart`.
@@ -75,7 +83,7 @@ class LinearPart:
                 f"`LinearPart.of(system)` must have one input and one output, as one switch closes one loop; got "
                 f"{system.ninputs} and {system.noutputs}."
             )
-        system = control.ss(system)
+        system = _in_states(system)
         if system.dt is True:
             raise ValueError("`LinearPart.of(system)` is discrete without a period; give it its `dt` in s.")
         if np.any(system.D):
@@ -155,12 +163,6 @@ class LinearPart:
         return float(-poles.real.max())
 
     def _check_poles(self) -> None:
-        nx = len(self.c)
-        if self.A.shape != (nx, nx) or self.b.shape != (nx,) or nx == 0:
-            raise ValueError(
-                f"`LinearPart(A, b, c)` must be (nx, nx), (nx,) and (nx,); got {self.A.shape}, {self.b.shape} and "
-                f"{self.c.shape}."
-            )
         poles = self.poles
         size = np.abs(poles) - 1 if self.period else poles.real
         worst = int(np.argmax(size))
@@ -184,6 +186,23 @@ class LinearPart:
                 f"`LinearPart(b, c)` must answer to u with the sign of u, so that u = -f(s) drives s to zero: {why}. "
                 "Change the sign of the gain or of s."
             )
+
+
+def _in_states(system: Any) -> Any:
+    """The system as a `StateSpace`, or a refusal where SciPy warns of what it makes of the polynomials."""
+    import control
+    from scipy.signal import BadCoefficients
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", BadCoefficients)
+        try:
+            return control.ss(system)
+        except BadCoefficients:
+            raise Refused(
+                "`LinearPart.of(system)` must be a transfer function whose polynomials can be trusted; the leading "
+                "coefficients of this one nearly vanish beside the others. Give it as a `StateSpace`, or choose "
+                "another unit of time."
+            ) from None
 
 
 def flow(A: Array, b: Array, t: float) -> tuple[Array, Array]:

@@ -43,7 +43,10 @@ def measured(t: Any, s: Any) -> Measured:
     ValueError
         If t and s are not two vectors of one length, or t does not rise.
     """
-    t, s = numbers(t), numbers(s)
+    try:
+        t, s = numbers(t), numbers(s)
+    except (TypeError, ValueError):
+        raise ValueError(f"`measured(t, s)` must be two vectors of numbers; got {t!r} and {s!r}.") from None
     if t.ndim != 1 or t.shape != s.shape or len(t) < 2 or not (np.diff(t) > 0).all():
         raise ValueError(
             f"`measured(t, s)` must be two vectors of one length, t rising; got shapes {t.shape} and {s.shape}."

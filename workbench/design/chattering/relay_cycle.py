@@ -67,7 +67,7 @@ def relay_cycles(system: Any, K: float, most: int = 200) -> tuple[Cycle, ...]:
     Refused
         If there is none: in continuous time the relay then slides, or switches ever faster.
     ValueError
-        If the system cannot be a `LinearPart`, or K is not positive and finite.
+        If the system cannot be a `LinearPart`, K is not positive and finite, or `most` no positive whole number.
 
     References
     ----------
@@ -75,6 +75,8 @@ def relay_cycles(system: Any, K: float, most: int = 200) -> tuple[Cycle, ...]:
     Astrom (1995), Oscillations in systems with relay feedback, Adaptive Control, Filtering, and Signal
     Processing, IMA Volumes in Mathematics 74, theorems 1 and 2.
     """
+    if not isinstance(most, int) or isinstance(most, bool) or most < 1:
+        raise ValueError(f"`relay_cycles(most=...)` must be a positive whole number of instants; got {most!r}.")
     K, W = positive("relay_cycles(K=...)", K), LinearPart.of(system)
     found = _sampled(W, K, most) if W.period else _continuous(W, K)
     if not found:
