@@ -11,7 +11,7 @@ K, TAU = 5.0, 0.01
 s = control.tf("s")
 TWO_LAGS = 1 / (s * (TAU * s + 1) ** 2)
 ONE_LAG = 1 / (s * (TAU * s + 1))
-ALPHA, BETA = 1.1128 * 10.0, 4 * 15.0 / np.pi  # of k1 = 10, k2 = 15; Boiko (2009) prints the 1.1128
+ALPHA, BETA = 1.1128 * 10.0, 4 * 15.0 / np.pi  # of k1 = 10, k2 = 15; 1.1128 as publications print it
 TWIST = SuperTwist(10.0, 15.0)
 SWITCHES = [
     (Relay(K), lambda x: K * np.sign(x)),
@@ -119,6 +119,7 @@ def test_a_hold_and_a_delay_are_those_of_python_control():
         (control.ss(np.diag([-1.0, -2.0]), np.eye(2), np.eye(2), 0), "one input"),
         (control.ss([[-1.0]], [[0.0]], [[1.0]], 0), "does not answer"),
         (np.eye(2), "python-control"),
+        (control.tf([1e-16, 1.0], [1.0, 1.0, 0.0]), "polynomials can be trusted"),
     ],
 )
 def test_a_linear_part_that_can_be_none_is_refused_by_name(system, words):

@@ -84,9 +84,9 @@ def harmonic_balance(system: Any, switch: AbstractSwitch) -> Balance:
 
     References
     ----------
-    Gelb and Vander Velde (1968), Multiple-Input Describing Functions, chapter 3 and section 3.3.
-    Boiko (2009), Discontinuous Control Systems, chapter 1.
-    Utkin, Guldner and Shi (2009), Sliding Mode Control in Electro-Mechanical Systems, chapter 8.
+    Gelb and Vander Velde (1968), Multiple-Input Describing Functions, chapter 3 (limit cycles and their stability).
+    Boiko (2009), Discontinuous Control Systems.
+    Utkin, Guldner and Shi (2009), Sliding Mode Control in Electro-Mechanical Systems, chapter 8 (chattering).
     """
     W = LinearPart.of(system)
     require("harmonic_balance(switch=...)", switch, AbstractSwitch)

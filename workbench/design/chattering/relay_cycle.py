@@ -71,9 +71,9 @@ def relay_cycles(system: Any, K: float, most: int = 200) -> tuple[Cycle, ...]:
 
     References
     ----------
-    Tsypkin (1984), Relay Control Systems, chapter 3.
+    Tsypkin (1984), Relay Control Systems.
     Astrom (1995), Oscillations in systems with relay feedback, Adaptive Control, Filtering, and Signal
-    Processing, IMA Volumes in Mathematics 74, theorems 1 and 2.
+    Processing, IMA Volumes in Mathematics 74.
     """
     if not isinstance(most, int) or isinstance(most, bool) or most < 1:
         raise ValueError(f"`relay_cycles(most=...)` must be a positive whole number of instants; got {most!r}.")

@@ -127,7 +127,8 @@ class SuperTwist(AbstractSwitch):
 
     References
     ----------
-    Boiko (2009), Discontinuous Control Systems, section 5.
+    Boiko and Fridman (2005), Analysis of chattering in continuous sliding-mode controllers, IEEE Transactions on
+    Automatic Control 50(9).
     Perez-Ventura and Fridman (2019), When is it reasonable to implement the discontinuous sliding-mode
     controllers instead of the continuous ones? Frequency domain criteria, International Journal of Robust
     and Nonlinear Control 29(3).
