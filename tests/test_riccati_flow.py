@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import solve_continuous_are
 
 from workbench.design.certificates import Refused
-from workbench.design.riccati_flow import fpre, rde
+from workbench.design.riccati_flow import chebyshev, fpre, rde
 
 A4 = np.array([[0.0, 1, 0, 0], [-2, -0.3, 0.5, 0], [0, 0, 0, 1], [1, 0, 3, 0.2]])
 B4 = np.array([[0.0, 0], [1, 0], [0, 0], [0.3, 2]])
@@ -99,20 +99,19 @@ def test_far_from_the_horizon_p_is_the_algebraic_solution():
 
 def test_the_least_cost_is_the_one_that_simulation_pays():
     """x0' P(0) x0 against the cost of the loop closed by K(t), and against a loop with another gain."""
-    times = np.linspace(0.0, 2.0, 801)
     P1 = np.diag([3.0, 1, 2, 1])
-    flow = rde(A4, B4, np.eye(4), I2, P1, times)
+    gain = chebyshev(lambda t: rde(A4, B4, np.eye(4), I2, P1, t).K, 2.0, 1e-9)
     x0 = np.array([1.0, -0.5, 0.3, 0.8])
 
     def cost(scale):
         def rhs(t, z):
-            u = -scale * rde(A4, B4, np.eye(4), I2, P1, [t, 2.0]).K[0] @ z[:4] if t < 2.0 else -B4.T @ P1 @ z[:4]
+            u = -scale * gain.at(t)[0] @ z[:4]
             return np.append(A4 @ z[:4] + B4 @ u, z[:4] @ z[:4] + u @ u)
 
         end = solve_ivp(rhs, (0, 2.0), np.append(x0, 0.0), "DOP853", rtol=1e-8, atol=1e-9).y[:, -1]
         return end[4] + end[:4] @ P1 @ end[:4]
 
-    best = x0 @ flow.P[0] @ x0
+    best = x0 @ rde(A4, B4, np.eye(4), I2, P1, [0.0, 2.0]).P[0] @ x0
     assert cost(1.0) == pytest.approx(best, rel=1e-7)  # the integrator's tolerance
     assert cost(1.1) > best * (1 + 1e-4)
 
@@ -232,3 +231,15 @@ def test_more_accuracy_than_there_is_is_refused():
     A, B, v = rng.normal(size=(4, 4)), rng.normal(size=(4, 1)), rng.normal(size=(4, 1))
     with pytest.raises(Refused, match=r"can be had to a relative error of .* only, and 1.0e-13 is asked for"):
         fpre(A, B, np.eye(4), 1.0, 1e6 * v @ v.T, [0.0, 0.1, 2.0], rtol=1e-13)
+
+
+@pytest.mark.parametrize("A", [5.0, lambda t: 5.0], ids=["constant", "varying"])
+def test_what_grows_beyond_all_numbers_is_refused(A):
+    with pytest.raises(Refused, match=r"cannot be followed beyond t = 3\d.* s: either it passes 1e\+150 there"):
+        fpre(A, 0.0, 1.0, 1.0, 1.0, [0.0, 1e3])
+
+
+def test_where_nothing_moves_any_horizon_will_do():
+    assert fpre(0.0, 0.0, 0.0, 1.0, 1.0, [0.0, 1e9]).P.tolist() == [[[1.0]], [[1.0]]]
+    assert fpre(-1.0, 1.0, 0.0, 1.0, 0.0, [0.0, 1.0]).P.tolist() == [[[0.0]], [[0.0]]]
+    assert rde(-1.0, 1.0, 1.0, 1.0, 2.0, [3.0]).P.tolist() == [[[2.0]]]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -59,13 +60,33 @@ class Coefficients:
         ValueError
             If A is not square, B, Q or R does not fit it, Q is not symmetric or R not positive definite.
         """
-        when = self.call if self.constant else f"{self.call} at t = {t:g} s"
-        A, B, Q, R = (part(t) if callable(part) else part for part in (self.A, self.B, self.Q, self.R))
-        A = square(when, "A", A)
-        B = matrix(when, "B", B, rows=len(A))
-        Q, R = symmetric(when, "Q", Q, len(A)), definite(when, "R", R, B.shape[1])
+        return self._still if self.constant else self._terms(f"{self.call} at t = {t:g} s", t)
+
+    @cached_property
+    def _still(self) -> Terms:
+        return self._terms(self.call, 0.0)
+
+    @cached_property
+    def _checked(self) -> dict[str, Array]:
+        """What is constant among them and has been checked once."""
+        return {}
+
+    def _terms(self, call: str, t: float) -> Terms:
+        A = self._part(call, "A", t, square)
+        n = len(A)
+        B = self._part(call, "B", t, lambda call, name, X: matrix(call, name, X, n))
+        Q = self._part(call, "Q", t, lambda call, name, X: symmetric(call, name, X, n))
+        R = self._part(call, "R", t, lambda call, name, X: definite(call, name, X, B.shape[1]))
         half = np.linalg.solve(np.linalg.cholesky(R), B.T)
         return Terms(A, B, Q, R, half.T @ half)
+
+    def _part(self, call: str, name: str, t: float, check: Callable[[str, str, Any], Array]) -> Array:
+        given = getattr(self, name)
+        if callable(given):
+            return check(call, name, given(t))
+        if name not in self._checked:
+            self._checked[name] = check(call, name, given)
+        return self._checked[name]
 
     def scale(self, t: float) -> float:
         """A power of two s such that P / s has terms P G P and Q of like size."""

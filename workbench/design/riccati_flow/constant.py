@@ -36,19 +36,18 @@ class Ladder:
     count: int
 
 
-def ladder(H: Array, length: float, parts: int) -> Ladder:
-    """The maps for a length of time in s, which is cut into `parts` times a power of two pieces."""
-    pieces = float(np.abs(H).sum(axis=0).max()) * length / SHORT / parts
-    halvings = max(0, int(np.ceil(np.log2(max(pieces, 1.0)))))
-    h = length / parts / 2**halvings
-    rungs, count = [of_transition(scipy.linalg.expm(h * H))], parts * 2**halvings
-    while count % 2 == 0:
+def ladder(H: Array, length: float, finer: int) -> Ladder:
+    """The maps for a length of time in s, halved until its pieces are short and `finer` times more."""
+    pieces = float(np.abs(H).sum(axis=0).max()) * length / SHORT
+    halvings = finer + max(0, int(np.ceil(np.log2(max(pieces, 1.0)))))
+    h = length / 2.0**halvings
+    rungs = [of_transition(scipy.linalg.expm(h * H))]
+    while len(rungs) <= halvings:
         doubled = composed(rungs[-1], rungs[-1])
         if doubled is None or not doubled.finite:
             break
         rungs.append(doubled)
-        count //= 2
-    return Ladder(h, tuple(rungs), count)
+    return Ladder(h, tuple(rungs), 2 ** (halvings + 1 - len(rungs)))
 
 
 def climbed(P: Array, steps: Ladder, H: Array) -> Array | Escape:
@@ -62,7 +61,7 @@ def climbed(P: Array, steps: Ladder, H: Array) -> Array | Escape:
         rung = ahead.pop()
         image = applied(steps.rungs[rung], P)
         taken += 1
-        if rung and (image.escaped or (image.loss > LOSS and taken + 2**rung < STEPS)):
+        if rung and (image.escaped or (not image.loss <= LOSS and taken + 2**rung < STEPS)):
             ahead += [rung - 1, rung - 1]
             continue
         if image.escaped:
@@ -79,14 +78,14 @@ def _escapes(H: Array, P: Array, length: float) -> bool:
     return applied(of_transition(scipy.linalg.expm(length * H)), P).escaped
 
 
-def flow(A: Array, G: Array, Q: Array, P: Array, lengths: Array, parts: int) -> list[Array] | Escape:
+def flow(A: Array, G: Array, Q: Array, P: Array, lengths: Array, finer: int) -> list[Array] | Escape:
     """P after each of successive lengths of time in s; or the escape, its times counted from the start."""
     H, found, start = hamiltonian(A, G, Q), [], 0.0
     known: dict[float, Ladder] = {}
     for length in map(float, lengths):
         if length > 0:
             if length not in known:
-                known[length] = ladder(H, length, parts)
+                known[length] = ladder(H, length, finer)
             after = climbed(P, known[length], H)
             if isinstance(after, Escape):
                 return after.later(start)

@@ -39,7 +39,7 @@ class Moebius:
     @property
     def finite(self) -> bool:
         """Whether all entries are finite."""
-        return bool(np.isfinite([self.Phi, self.Gamma, self.Pi]).all())
+        return bool(np.isfinite(self.Phi).all() and np.isfinite(self.Gamma).all() and np.isfinite(self.Pi).all())
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +89,7 @@ def applied(piece: Moebius, P: Array) -> Image:
     M = piece.root @ L
     if (w > 0).all():  # X = I + M'M by its root, which rounding leaves regular
         root = np.linalg.qr(np.vstack([np.eye(w.size), M]), mode="r")
-        half = scipy.linalg.solve_triangular(root, L.T, trans="T")
+        half = scipy.linalg.solve_triangular(root, L.T, trans="T", check_finite=False)
         inner = half.T @ half
     else:
         mu, Y = np.linalg.eigh(np.diag(np.sign(w)) + M.T @ M)
@@ -98,7 +98,7 @@ def applied(piece: Moebius, P: Array) -> Image:
         inner = (L @ Y / mu) @ (L @ Y).T
     image = _symmetric(piece.Pi + piece.Phi.T @ inner @ piece.Phi)
     reach = _norm(inner @ piece.Phi)
-    terms = reach**2 * _norm(piece.Gamma) + 2 * reach * _norm(piece.Phi) + _norm(piece.Pi)
+    terms = reach * reach * _norm(piece.Gamma) + 2 * reach * _norm(piece.Phi) + _norm(piece.Pi)
     size = _norm(image)
     return Image(image, False, terms / size if size else 1.0)
 
