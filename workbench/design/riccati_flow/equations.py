@@ -140,7 +140,7 @@ def _constant(
         if isinstance(found, Escape):
             raise _refusal(coefficients.call, found, begin, sign)
         ways.append(np.array([P / scale, *found]))
-    error = CAUTION * _apart(*ways) + EPS
+    error = CAUTION * (_apart(*ways) + len(P) * EPS)
     _demand(coefficients.call, error, rtol, "Give it better scaled states, or a larger rtol.")
     return scale * ways[0], error
 
