@@ -243,3 +243,12 @@ def test_where_nothing_moves_any_horizon_will_do():
     assert fpre(0.0, 0.0, 0.0, 1.0, 1.0, [0.0, 1e9]).P.tolist() == [[[1.0]], [[1.0]]]
     assert fpre(-1.0, 1.0, 0.0, 1.0, 0.0, [0.0, 1.0]).P.tolist() == [[[0.0]], [[0.0]]]
     assert rde(-1.0, 1.0, 1.0, 1.0, 2.0, [3.0]).P.tolist() == [[[2.0]]]
+
+
+def test_a_p_that_hangs_on_its_last_digits_is_refused():
+    """p = 1 - sqrt(2) is an unstable rest of p' = 2 p - p^2 + 1: rounding of the start grows as exp(2 sqrt(2) t)."""
+    flow = fpre(1.0, 1.0, 1.0, 1.0, 1 - np.sqrt(2), [0.0, 1.0])
+    assert flow.P[-1, 0, 0] == pytest.approx(1 - np.sqrt(2), rel=1e-13)
+    for horizon in (10.0, 12.0, 20.0):
+        with pytest.raises(Refused):
+            fpre(1.0, 1.0, 1.0, 1.0, 1 - np.sqrt(2), [0.0, horizon])

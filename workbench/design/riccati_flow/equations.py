@@ -18,6 +18,7 @@ EPS = float(np.finfo(float).eps)
 GRIDS = (0, 1)  # halvings beyond need: two ways to cut time, whose answers differ by what rounding does
 CAUTION = 10.0  # by which that difference is taken for the error
 PASSES = 4
+FINEST = 1e-14  # tolerance of a step, below which there is only rounding
 
 
 def rde(
@@ -134,12 +135,15 @@ def _constant(
     lengths = np.diff(gone)
     if len(lengths) and np.ptp(lengths) <= 8 * EPS * (abs(begin) + gone[-1]):
         lengths = np.full_like(lengths, gone[-1] / len(lengths))
-    ways = []
-    for finer in GRIDS:
-        found = constant.flow(at.A, scale * at.G, at.Q / scale, P / scale, lengths, finer)
-        if isinstance(found, Escape):
-            raise _refusal(coefficients.call, found, begin, sign)
-        ways.append(np.array([P / scale, *found]))
+    one, other = (constant.flow(at.A, scale * at.G, at.Q / scale, P / scale, lengths, finer) for finer in GRIDS)
+    if isinstance(one, Escape) and isinstance(other, Escape):
+        raise _refusal(coefficients.call, one.joined(other), begin, sign)
+    if isinstance(one, Escape) or isinstance(other, Escape):
+        raise Refused(
+            f"`{coefficients.call}`: whether P escapes to infinity hangs on the last digits of the data, so no P can "
+            "be given at all the times. End before, or start further from an unstable solution."
+        )
+    ways = [np.array([P / scale, *found]) for found in (one, other)]
     error = CAUTION * (_apart(*ways) + len(P) * EPS)
     _demand(coefficients.call, error, rtol, "Give it better scaled states, or a larger rtol.")
     return scale * ways[0], error
@@ -156,9 +160,9 @@ def _varying(
             raise _refusal(coefficients.call, found, begin, sign)
         fine, coarse = (np.array([getattr(track, name) for track in found]) for name in ("fine", "coarse"))
         error = _apart(fine, coarse) + EPS
-        if error.max() <= rtol or local <= EPS:
+        if error.max() <= rtol or local <= FINEST:
             break
-        local = max(EPS, local * rtol / float(error.max()) / 2)
+        local = max(FINEST, local * rtol / float(error.max()) / 2)
     _demand(coefficients.call, error, rtol, "Smoother coefficients or a larger rtol would help.")
     return scale * fine, error
 
@@ -193,8 +197,8 @@ def _refusal(call: str, escape: Escape, begin: float, sign: float) -> Refused:
     if not np.isfinite([low, high]).all():
         return Refused(
             f"`{call}`: P cannot be followed beyond t = {begin + sign * escape.after:.6g} s: either it passes "
-            f"{LARGEST:g} there, or the coefficients jump, or they are too stiff for the steps allowed. End before, "
-            "split the times where they jump, or smooth them."
+            f"{LARGEST:g} there, or the coefficients jump, or they are too stiff for the steps allowed, or P hangs "
+            "on the last digits of the data. End before, split the times where they jump, or smooth them."
         )
     return Refused(
         f"`{call}`: P grows beyond every bound between t = {low:.16g} and {high:.16g} s, so there is no solution "

@@ -20,6 +20,10 @@ class Escape:
         """The same escape on a clock that showed `start` when this one showed zero."""
         return Escape(start + self.after, start + self.before)
 
+    def joined(self, other: Escape) -> Escape:
+        """What both say together."""
+        return Escape(min(self.after, other.after), max(self.before, other.before))
+
 
 def bracketed(escaped: Callable[[float], bool], start: float, length: float) -> Escape:
     """The escape that happens between `start` and `start + length`, by bisection of the length gone from `start`."""
