@@ -7,7 +7,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
 
-import a6_chattering as study
+import b1_chattering as study
 
 
 def test_a_layer_that_is_too_thin_chatters_as_foreseen():

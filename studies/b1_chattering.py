@@ -154,7 +154,7 @@ def _pair(frequency: float | None, amplitude: float) -> str:
 
 
 study = Study(
-    name="a6_chattering",
+    name="b1_chattering",
     title="Chattering, foreseen and simulated",
     question=__doc__.split("Question  ")[1].split("Method")[0],
     method=__doc__.split("Method    ")[1].split("Runs in")[0],
