@@ -70,7 +70,7 @@ def compared(outcome: Outcome) -> Compared:
     backward = rde(path, B, Q, R, ZERO, t[kept], rtol=RTOL)
     choices: dict[str, Callable[[float], Array]] = {
         "P(t) of (34)": CubicSpline(t, P),
-        "the algebraic equation at each instant": CubicSpline(t[kept], X),
+        "SDRE: the CARE at each instant": CubicSpline(t[kept], X),
         "P = P(0)": lambda time: np.asarray(P[0]),
         "P = 0": lambda time: ZERO,
     }

@@ -144,7 +144,7 @@ def distances(path: Compared, scenario: str) -> Table:
     """How far P of (34) is from other choices."""
     rows: list[tuple[Cell, ...]] = []
     rivals = {
-        "the algebraic equation at each instant": path.X,
+        "SDRE: the CARE at each instant": path.X,
         "backward, from 0 at the end": path.backward.P,
         "P = P(0)": np.broadcast_to(path.P[0], path.P.shape),
         "(34), solved again": path.forward.P,

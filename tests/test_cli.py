@@ -98,10 +98,11 @@ def test_the_first_study_of_the_readme_runs(command, tmp_path):
     assert (tmp_path / "reports" / "first" / "tables" / "tracking.csv").is_file()
 
 
-def test_the_thousand_loops_of_the_readme_run(tmp_path):
+@pytest.mark.parametrize("block", [2, 3], ids=["a thousand loops", "a gain in ten lines"])
+def test_the_other_examples_of_the_readme_run(block, tmp_path):
     readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
-    (tmp_path / "loops.py").write_text(readme.split("```python\n")[2].split("```")[0], encoding="utf-8")
-    done = subprocess.run([sys.executable, "loops.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    (tmp_path / "example.py").write_text(readme.split("```python\n")[block].split("```")[0], encoding="utf-8")
+    done = subprocess.run([sys.executable, "example.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")
 
 

@@ -176,3 +176,12 @@ def test_a_case_without_a_step_has_one_chosen_for_its_tolerance():
 def test_a_case_refuses_a_tolerance_that_is_none(bad):
     with pytest.raises(ValueError, match=r"`Case\(tolerance=...\)` must be a positive, finite number; got"):
         Case("S", "law", Given(decay()), (iae(),), 0.1, 2.0, 0.1, tolerance=bad)
+
+
+def test_what_must_be_said_of_several_laws_alike_is_said_once():
+    def seen(law):
+        ode = replace(LAWS["fast"].ode, notes=("the observer uses the truth",))
+        return replace(LAWS["fast"], case=replace(LAWS["fast"].case, law=law), ode=ode)
+
+    table = side_by_side("t", "c", [seen("a"), LAWS["slow"], seen("b")], ["IAE"], 0)
+    assert [note for note in table.notes if "truth" in note] == ["a †, b †: the observer uses the truth."]

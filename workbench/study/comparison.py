@@ -135,8 +135,12 @@ def _check_laws(call: str, published: Published, outcomes: Mapping[str, Outcome]
 
 
 def _remarks(outcomes: Iterable[Outcome]) -> tuple[str, ...]:
-    """What must stand beside a law's name, one note a law."""
-    return tuple(f"{outcome.label}: {'; '.join(outcome.notes)}." for outcome in outcomes if outcome.notes)
+    """What must stand beside a law's name, one note for all laws of which the same must be said."""
+    alike: dict[str, list[str]] = {}
+    for outcome in outcomes:
+        if outcome.notes:
+            alike.setdefault("; ".join(outcome.notes), []).append(outcome.label)
+    return tuple(f"{', '.join(labels)}: {said}." for said, labels in alike.items())
 
 
 @dataclass(frozen=True)
