@@ -1,0 +1,232 @@
+"""How an uncertain number is spread: distributions by their quantiles."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import MISSING, dataclass, fields
+from math import inf, log
+from typing import Any
+
+import numpy as np
+from scipy.special import ndtr, ndtri
+
+from workbench.core.layout import Array, numbers
+from workbench.study.sampling.contract import MARGIN
+
+LEAST_SHARE = 1e-9  # of a bell between its cuts
+
+
+class AbstractDistribution(ABC):
+    """A number between `low` and `high`, by its quantiles."""
+
+    low: float
+    high: float
+
+    @abstractmethod
+    def quantile(self, u: Array) -> Array:
+        """The values that are not exceeded with the probabilities u, of the same shape, from 0 to 1."""
+
+    def reach(self) -> tuple[float, float]:
+        """The least and the largest value that a design draws: the ends, or what its outmost points have for them."""
+        least, largest = self.quantile(np.array([MARGIN, 1 - MARGIN]))
+        return (
+            self.low if self.low > -inf else float(least),
+            self.high if self.high < inf else float(largest),
+        )
+
+
+@dataclass(frozen=True)
+class Uniform(AbstractDistribution):
+    """Every number from `low` to `high` alike.
+
+    Raises
+    ------
+    ValueError
+        If the range is reversed, empty or not finite.
+    """
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        _read(self)
+        _check_range(self, self.low, self.high)
+
+    def quantile(self, u: Array) -> Array:
+        """low + u (high - low)."""
+        u = np.asarray(u)
+        return np.asarray(self.low * (1 - u) + self.high * u)
+
+
+@dataclass(frozen=True)
+class LogUniform(AbstractDistribution):
+    """A number whose logarithm is uniform, from `low` > 0 to `high`: for what is known by its order of magnitude.
+
+    Raises
+    ------
+    ValueError
+        If the range is reversed, empty, not finite or not positive.
+    """
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        _read(self)
+        _check_range(self, self.low, self.high)
+        _check_positive(self, "low", "as its logarithm is uniform")
+
+    def quantile(self, u: Array) -> Array:
+        """low^(1 - u) high^u."""
+        u = np.asarray(u)
+        values = np.exp(log(self.low) * (1 - u) + log(self.high) * u)
+        return np.asarray(np.clip(values, self.low, self.high))  # the exponential of a logarithm is off by rounding
+
+
+@dataclass(frozen=True)
+class Triangular(AbstractDistribution):
+    """A number from `low` to `high` whose density rises to `mode` and falls from there, by straight lines.
+
+    Raises
+    ------
+    ValueError
+        If the range is reversed, empty or not finite, or if the mode is not within it.
+    """
+
+    low: float
+    mode: float
+    high: float
+
+    def __post_init__(self) -> None:
+        _read(self)
+        _check_range(self, self.low, self.high)
+        if not self.low <= self.mode <= self.high:
+            raise ValueError(
+                f"`Triangular(mode=...)` must lie within the range {self.low:g} to {self.high:g}; got {self.mode:g}."
+            )
+
+    def quantile(self, u: Array) -> Array:
+        """Of the left line below the probability of the mode, of the right line above it."""
+        u = np.asarray(u)
+        width, left, right = self.high - self.low, self.mode - self.low, self.high - self.mode
+        rising = self.low + np.sqrt(u * width * left)
+        falling = self.high - np.sqrt((1 - u) * width * right)
+        return np.where(u * width < left, rising, falling)
+
+
+@dataclass(frozen=True)
+class Normal(AbstractDistribution):
+    """A normal number, cut off at `low` and `high` where these are given; `mean` and `deviation` are those before it.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, the deviation is not positive, the range is reversed or empty, or lies so far out
+        in a tail that less than 1e-9 of the numbers are within it.
+    """
+
+    mean: float
+    deviation: float
+    low: float = -inf
+    high: float = inf
+
+    def __post_init__(self) -> None:
+        _read(self)
+        _check_positive(self, "deviation", "as it is the width of a bell")
+        _check_cut(self, (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation)
+
+    def quantile(self, u: Array) -> Array:
+        """mean + deviation z(u), z that of the standard normal distribution between the cuts."""
+        z = _bell(u, (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation)
+        return np.asarray(np.clip(self.mean + self.deviation * z, self.low, self.high))
+
+
+@dataclass(frozen=True)
+class LogNormal(AbstractDistribution):
+    """A positive number whose logarithm is normal, with deviation `sigma`, cut off at `low` and `high` where given.
+
+    Without a cut half of the numbers are below `median`.
+
+    Raises
+    ------
+    ValueError
+        If median, sigma or a cut is not positive, a number is not finite, the range is reversed or empty, or lies so
+        far out in a tail that less than 1e-9 of the numbers are within it.
+    """
+
+    median: float
+    sigma: float
+    low: float = -inf
+    high: float = inf
+
+    def __post_init__(self) -> None:
+        _read(self)
+        _check_positive(self, "median", "as its logarithm is normal")
+        _check_positive(self, "sigma", "as it is the width of a bell")
+        for name in ("low", "high"):
+            if abs(getattr(self, name)) < inf:
+                _check_positive(self, name, "as all its numbers are")
+        _check_cut(self, *self._cuts())
+
+    def quantile(self, u: Array) -> Array:
+        """median exp(sigma z(u)), z that of the standard normal distribution between the cuts."""
+        with np.errstate(over="ignore"):  # the quantile 1 of a bell without a cut is infinite
+            values = self.median * np.exp(self.sigma * _bell(u, *self._cuts()))
+        return np.asarray(np.clip(values, self.low, self.high))
+
+    def _cuts(self) -> tuple[float, float]:
+        low = log(self.low / self.median) / self.sigma if self.low > -inf else -inf
+        return low, log(self.high / self.median) / self.sigma if self.high < inf else inf
+
+
+def _bell(u: Array, low: float, high: float) -> Array:
+    """Quantiles of the standard normal distribution between two cuts, to full accuracy in both tails."""
+    u = np.asarray(u)
+    if low > 0:  # the upper tail is the lower one mirrored, where a probability keeps its digits
+        return -_bell(1 - u, -high, -low)
+    return np.asarray(ndtri(ndtr(low) * (1 - u) + ndtr(high) * u))
+
+
+def _read(distribution: Any) -> None:
+    """Turn every field into a float, or say which of them is no number."""
+    name = type(distribution).__name__
+    for field in fields(distribution):
+        given = getattr(distribution, field.name)
+        try:
+            value = float(numbers(None if isinstance(given, bool) or np.ndim(given) else given))
+        except (TypeError, ValueError):
+            raise ValueError(f"`{name}({field.name}=...)` must be a number; got {given!r}.") from None
+        open_end = (field.name, value) in {("low", -inf), ("high", inf)} and field.default is not MISSING
+        if value != value or (abs(value) == inf and not open_end):
+            raise ValueError(f"`{name}({field.name}=...)` must be a finite number; got {value:g}.")
+        object.__setattr__(distribution, field.name, value)
+
+
+def _check_range(distribution: Any, low: float, high: float) -> None:
+    """Refuse a range that is reversed, empty, or so narrow or wide that numbers in it cannot be told apart."""
+    if low < high < inf and 0 < high - low < inf:
+        return
+    found = f"{distribution.low:.17g} and {distribution.high:.17g}"
+    why = "an empty range, which varies nothing" if low == high else "a reversed range" if low > high else "too wide"
+    raise ValueError(
+        f"`{type(distribution).__name__}(low=..., high=...)` must be a range with low < high; got {found}: {why}."
+    )
+
+
+def _check_positive(distribution: Any, name: str, why: str) -> None:
+    if not 0 < getattr(distribution, name) < inf:
+        raise ValueError(
+            f"`{type(distribution).__name__}({name}=...)` must be positive, {why}; got {getattr(distribution, name):g}."
+        )
+
+
+def _check_cut(distribution: Any, low: float, high: float) -> None:
+    """Refuse cuts of a bell between which hardly anything is left, given in deviations from its middle."""
+    if low >= high:
+        _check_range(distribution, distribution.low, distribution.high)
+    left = float(ndtr(-low) - ndtr(-high) if low + high > 0 else ndtr(high) - ndtr(low))
+    if not left >= LEAST_SHARE:
+        raise ValueError(
+            f"`{type(distribution).__name__}(low=..., high=...)` must keep at least {LEAST_SHARE:g} of the bell, which "
+            f"is computed to that accuracy; between {distribution.low:g} and {distribution.high:g} lies {left:.1e}."
+        )
