@@ -30,7 +30,7 @@ DOORS = {
     "matplotlib": "report/figures/",
     "numba": "bench/peers/numba_loop.py",
     "rich": "progress.py",
-    "SALib": "study/sensitivity.py",
+    "SALib": "study/sensitivity/salib.py",
     "typst": "report/pdf.py",
 }
 

@@ -6,16 +6,15 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import dre, equations, ode, planar, riccati, rigid
+from . import dre, equations, ode, planar, riccati, rigid, sensitivity
 from .graders import Grader, Loaded, find, loaded
 
 # What an exam asks for that the workbench cannot do yet, by a function that only its grader has.
 NOT_YET = {
-    "grade_sobol": "sensitivity indices are not in the workbench yet",
     "acks": "studies that resume are not in the workbench yet",
 }
 
-PARTS = {**ode.PARTS, **riccati.PARTS, "grade_dre": ("dre", dre.dre)}
+PARTS = {**ode.PARTS, **riccati.PARTS, **sensitivity.PARTS, "grade_dre": ("dre", dre.dre)}
 
 
 @dataclass(frozen=True)

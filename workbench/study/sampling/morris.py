@@ -65,4 +65,5 @@ class MorrisDesign(AbstractDesign):
         moved = turn < np.arange(length)[:, np.newaxis]
         rows = lower + self.delta * (moved == rises)
         # delta and the levels are rounded by themselves: the upmost level may end beyond 1
-        return np.minimum(rows.reshape(-1, d), 1.0)[first - begin * length : last - begin * length]
+        rows = np.minimum(rows.reshape(-1, d), 1.0)
+        return np.asarray(rows[first - begin * length : last - begin * length])

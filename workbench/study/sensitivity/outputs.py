@@ -1,0 +1,185 @@
+"""The outputs of many runs: which of them can be judged, and what stands in place of those that cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.core.layout import Array, nearest, numbers
+from workbench.study.cells import several
+from workbench.study.sampling import AbstractDesign
+
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
+
+# A spread of this many last places of the largest value: rounding is then 1e-5 of the variance and hides no index.
+LEAST_SPREAD = 100 * np.finfo(float).eps
+# Parts of the variance that an error of the runs may make up: beyond the first it is told, beyond the second refused.
+TOLD, REFUSED = 0.01, 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """Values, each with the half-width of its confidence interval; both are NaN where the output was refused."""
+
+    value: Array
+    half: Array
+
+    @property
+    def low(self) -> Array:
+        """The lower ends of the intervals."""
+        return self.value - self.half
+
+    @property
+    def high(self) -> Array:
+        """The upper ends of the intervals."""
+        return self.value + self.half
+
+    def __getitem__(self, place: int) -> Estimate:
+        return Estimate(self.value[place], self.half[place])
+
+
+@dataclass(frozen=True, eq=False)
+class Outputs:
+    """Columns (N, k) of N runs by name, and the reason for each that is refused.
+
+    Attributes
+    ----------
+    scaled
+        The columns with mean 0 and largest deviation 1, so that no square of them overflows or loses its digits;
+        refused ones are 0.
+    mean, spread
+        (k,), with which a column is mean + spread * scaled.
+    remarks
+        What a reader must know of the columns that are not refused.
+    """
+
+    names: tuple[str, ...]
+    scaled: Array
+    mean: Array
+    spread: Array
+    refused: Mapping[str, str]
+    remarks: tuple[str, ...]
+
+    @property
+    def known(self) -> Flags:
+        """Which columns are not refused, (k,)."""
+        return np.array([name not in self.refused for name in self.names])
+
+
+def outputs_of(
+    call: str,
+    design: AbstractDesign,
+    outputs: Any,
+    names: Sequence[str] | None = None,
+    errors: Any = None,
+) -> Outputs:
+    """The outputs of all runs of a design, judged one by one.
+
+    Parameters
+    ----------
+    outputs
+        (N,) or (N, k), the rows in the order of the design's points; NaN where a run failed.
+    errors
+        Of the same shape: how far off each number is.
+
+    Raises
+    ------
+    ValueError
+        If the outputs or errors have no such shape, or the names are not k different ones.
+    """
+    held, columns = columns_of(call, design, outputs, names)
+    k = len(held)
+    refused = {name: why for name, column in zip(held, columns.T, strict=True) if (why := _flaw(column))}
+    known = np.array([name not in refused for name in held], dtype=bool)
+    scaled, mean, spread = np.zeros(columns.shape), np.zeros(k), np.zeros(k)
+    scaled[:, known], mean[known], spread[known] = _scaled(columns[:, known])
+    remarks: list[str] = []
+    if errors is not None:
+        off = _columns(f"{call}(errors=...)", errors, design.size)
+        if off.shape != columns.shape:
+            raise ValueError(f"`{call}(errors=...)` must have the outputs' shape {columns.shape}; got {off.shape}.")
+        for j in np.flatnonzero(known):
+            part = float(np.mean((off[:, j] / spread[j]) ** 2) / np.mean(scaled[:, j] ** 2))
+            said = f"the errors of its runs are {100 * part**0.5:.2g} % of its spread"
+            if not part <= REFUSED:
+                refused[held[j]] = f"{said}: what varies is the error"
+            elif part > TOLD:
+                remarks.append(f"'{held[j]}': {said}, and blur what is found by {100 * part:.2g} % of the variance.")
+    return Outputs(held, scaled, mean, spread, refused, tuple(remarks))
+
+
+def columns_of(
+    call: str, design: AbstractDesign, outputs: Any, names: Sequence[str] | None
+) -> tuple[tuple[str, ...], Array]:
+    """The names (k,) and numbers (N, k) of the outputs of all runs of a design, or a refusal."""
+    columns = _columns(f"{call}(outputs=...)", outputs, design.size)
+    k = columns.shape[1]
+    default = tuple(f"output {j + 1}" for j in range(k))
+    held = default if names is None else several(f"{call}(names=...)", names, str, "name")
+    if len(held) != k or len(set(held)) < k:
+        raise ValueError(f"`{call}(names=...)` must be {k} different names, one an output; got {held}.")
+    return held, columns
+
+
+def place_of(names: Sequence[str], refused: Mapping[str, str], name: str) -> int:
+    """Where an output stands; one that is not there, or is refused, is told by name."""
+    if name in refused:
+        raise ValueError(f"There is no result for '{name}': {refused[name]}.")
+    if name not in names:
+        raise LookupError(f"There is no output '{name}' among the {len(names)}.{nearest(name, names)}")
+    return list(names).index(name)
+
+
+def factor_names(call: str, design: AbstractDesign, factors: Sequence[str] | None) -> tuple[str, ...]:
+    """The names of the factors, or x1, x2, ... without any."""
+    if factors is None:
+        return tuple(f"x{i + 1}" for i in range(design.dimensions))
+    named = several(f"{call}(factors=...)", factors, str, "name")
+    if len(named) != design.dimensions or len(set(named)) < len(named):
+        raise ValueError(f"`{call}(factors=...)` must be {design.dimensions} different names; got {named}.")
+    return named
+
+
+def _columns(call: str, given: Any, runs: int) -> Array:
+    try:
+        values = numbers(given)
+    except (TypeError, ValueError):
+        raise ValueError(f"`{call}` must be an array of numbers, one row a run; got {type(given).__name__}.") from None
+    if values.ndim not in (1, 2) or len(values) != runs or not values.size:
+        raise ValueError(f"`{call}` must have a row for each of the {runs} runs of the design; got {values.shape}.")
+    return values.reshape(runs, -1)
+
+
+def _flaw(column: Array) -> str:
+    """Why an output cannot be judged; empty if it can."""
+    runs = len(column)
+    if failed := int(np.isnan(column).sum()):
+        return (
+            f"{failed} of {runs} runs failed, and those that are left are no sample of the factors' ranges: narrow "
+            "the ranges, or judge an output that a failed run has too, such as whether it failed"
+        )
+    if infinite := int(np.isinf(column).sum()):
+        return f"{infinite} of {runs} runs are infinite, so that it has no variance: judge a bounded output instead"
+    least, largest = float(column.min()), float(column.max())
+    if least == largest:
+        return f"it is {least:g} in all {runs} runs: no factor changes it"
+    # halves, as the difference of two huge numbers may overflow
+    if largest / 2 - least / 2 <= LEAST_SPREAD / 2 * max(abs(least), abs(largest)):
+        return (
+            f"it varies by {largest - least:.1e} about {least:g}, which is rounding: subtract what does not vary, "
+            "before it is rounded"
+        )
+    return ""
+
+
+def _scaled(columns: Array) -> tuple[Array, Array, Array]:
+    """Columns as mean + spread * scaled."""
+    size = np.abs(columns).max(axis=0, initial=0.0)
+    scaled = columns / size
+    middle = scaled.mean(axis=0)
+    scaled -= middle
+    width = np.abs(scaled).max(axis=0, initial=0.0)
+    return scaled / width, middle * size, width * size
