@@ -23,8 +23,15 @@ class AbstractDistribution(ABC):
     high: float
 
     @abstractmethod
+    def formula(self, u: Array) -> Array:
+        """The quantiles u, of the same shape, but for rounding at the ends."""
+
     def quantile(self, u: Array) -> Array:
-        """The values that are not exceeded with the probabilities u, of the same shape, from 0 to 1."""
+        """The values that are not exceeded with the probabilities u from 0 to 1; 0 and 1 give the very ends."""
+        u = np.asarray(u, dtype=float)
+        values = np.clip(self.formula(u), self.low, self.high)
+        values = np.where((u == 0) & (self.low > -inf), self.low, values)
+        return np.where((u == 1) & (self.high < inf), self.high, values)
 
     def reach(self) -> tuple[float, float]:
         """The least and the largest value that a design draws: the ends, or what its outmost points have for them."""
@@ -52,9 +59,8 @@ class Uniform(AbstractDistribution):
         _read(self)
         _check_range(self, self.low, self.high)
 
-    def quantile(self, u: Array) -> Array:
+    def formula(self, u: Array) -> Array:
         """low + u (high - low)."""
-        u = np.asarray(u)
         return np.asarray(self.low * (1 - u) + self.high * u)
 
 
@@ -76,11 +82,9 @@ class LogUniform(AbstractDistribution):
         _check_range(self, self.low, self.high)
         _check_positive(self, "low", "as its logarithm is uniform")
 
-    def quantile(self, u: Array) -> Array:
+    def formula(self, u: Array) -> Array:
         """low^(1 - u) high^u."""
-        u = np.asarray(u)
-        values = np.exp(log(self.low) * (1 - u) + log(self.high) * u)
-        return np.asarray(np.clip(values, self.low, self.high))  # the exponential of a logarithm is off by rounding
+        return np.asarray(np.exp(log(self.low) * (1 - u) + log(self.high) * u))
 
 
 @dataclass(frozen=True)
@@ -105,9 +109,8 @@ class Triangular(AbstractDistribution):
                 f"`Triangular(mode=...)` must lie within the range {self.low:g} to {self.high:g}; got {self.mode:g}."
             )
 
-    def quantile(self, u: Array) -> Array:
+    def formula(self, u: Array) -> Array:
         """Of the left line below the probability of the mode, of the right line above it."""
-        u = np.asarray(u)
         width, left, right = self.high - self.low, self.mode - self.low, self.high - self.mode
         rising = self.low + np.sqrt(u * width * left)
         falling = self.high - np.sqrt((1 - u) * width * right)
@@ -135,10 +138,10 @@ class Normal(AbstractDistribution):
         _check_positive(self, "deviation", "as it is the width of a bell")
         _check_cut(self, (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation)
 
-    def quantile(self, u: Array) -> Array:
+    def formula(self, u: Array) -> Array:
         """mean + deviation z(u), z that of the standard normal distribution between the cuts."""
         z = _bell(u, (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation)
-        return np.asarray(np.clip(self.mean + self.deviation * z, self.low, self.high))
+        return np.asarray(self.mean + self.deviation * z)
 
 
 @dataclass(frozen=True)
@@ -168,11 +171,10 @@ class LogNormal(AbstractDistribution):
                 _check_positive(self, name, "as all its numbers are")
         _check_cut(self, *self._cuts())
 
-    def quantile(self, u: Array) -> Array:
+    def formula(self, u: Array) -> Array:
         """median exp(sigma z(u)), z that of the standard normal distribution between the cuts."""
         with np.errstate(over="ignore"):  # the quantile 1 of a bell without a cut is infinite
-            values = self.median * np.exp(self.sigma * _bell(u, *self._cuts()))
-        return np.asarray(np.clip(values, self.low, self.high))
+            return np.asarray(self.median * np.exp(self.sigma * _bell(u, *self._cuts())))
 
     def _cuts(self) -> tuple[float, float]:
         low = log(self.low / self.median) / self.sigma if self.low > -inf else -inf
@@ -181,7 +183,6 @@ class LogNormal(AbstractDistribution):
 
 def _bell(u: Array, low: float, high: float) -> Array:
     """Quantiles of the standard normal distribution between two cuts, to full accuracy in both tails."""
-    u = np.asarray(u)
     if low > 0:  # the upper tail is the lower one mirrored, where a probability keeps its digits
         return -_bell(1 - u, -high, -low)
     return np.asarray(ndtri(ndtr(low) * (1 - u) + ndtr(high) * u))

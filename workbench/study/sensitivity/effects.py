@@ -11,8 +11,7 @@ import numpy as np
 from workbench.core.layout import Array
 from workbench.core.sockets import require
 from workbench.study.sampling import MorrisDesign
-from workbench.study.sensitivity.indices import refuse_all, t_quantile
-from workbench.study.sensitivity.outputs import Estimate, factor_names, outputs_of, place_of
+from workbench.study.sensitivity.outputs import Estimate, factor_names, outputs_of, place_of, refuse_all, t_quantile
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.special import stdtrit
 
 from workbench.core.layout import Array
 from workbench.core.sockets import require
 from workbench.study.sampling import SobolDesign
 from workbench.study.sampling.sobol import SCRAMBLES
-from workbench.study.sensitivity.outputs import Estimate, Flags, Outputs, factor_names, outputs_of, place_of
+from workbench.study.sensitivity.estimators import judged
+from workbench.study.sensitivity.outputs import (
+    Estimate,
+    Flags,
+    Outputs,
+    factor_names,
+    outputs_of,
+    place_of,
+    refuse_all,
+    t_quantile,
+)
 
 AT_ONCE = 2**22  # numbers that are looked at together: some arrays of 32 MB
-Means = dict[str, Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,9 +78,8 @@ def sobol(
         S1_i = V(E(y | x_i)) / V(y)        ST_i = E(V(y | all but x_i)) / V(y)
         S2_ij = V(E(y | x_i, x_j)) / V(y) - S1_i - S1_j
 
-    An interval is the jackknife's over the scrambles, with Student's quantile. Rows of a Sobol net are no independent
-    draws: a bootstrap over them gives intervals that are much too wide. Outputs with failed runs, infinities or
-    no variation beyond rounding are refused by name; see `SobolIndices.refused`.
+    An interval is the jackknife's over the scrambles, with Student's quantile: rows of a Sobol net are no independent
+    draws to bootstrap. Outputs with failed runs, infinities or no variation beyond rounding are refused by name.
 
     Parameters
     ----------
@@ -96,117 +103,29 @@ def sobol(
     """
     require("sobol(design=...)", design, SobolDesign)
     named = factor_names("sobol", design, factors)
+    t = t_quantile("sobol", confidence, SCRAMBLES - 1)
     held = outputs_of("sobol", design, outputs, names, errors)
     refuse_all("sobol", held)
+    return _indices(design, held, named, t)
+
+
+def _indices(design: SobolDesign, held: Outputs, factors: tuple[str, ...], t: float) -> SobolIndices:
+    """The indices of all outputs, some columns at a time."""
     at_once = max(1, AT_ONCE // design.size)
-    parts = [
-        _judged(design, held.scaled[:, j : j + at_once], t_quantile("sobol", confidence, SCRAMBLES - 1))
-        for j in range(0, len(held.names), at_once)
-    ]
+    parts = [judged(design, held.scaled[:, j : j + at_once], t) for j in range(0, len(held.names), at_once)]
     S1, ST, S2 = (_joined([part.indices[i] for part in parts], held.known) for i in range(3))
     unmoved = np.concatenate([part.unmoved for part in parts])
     deviation = np.concatenate([part.deviation for part in parts]) * held.spread
-    remarks = held.remarks + _unmoved(held, named, unmoved)
     return SobolIndices(
         held.names,
-        named,
+        factors,
         S1,
         ST,
         S2 if design.second_order else None,
         np.where(held.known, deviation, np.nan),
         held.refused,
-        remarks,
+        held.remarks + _unmoved(held, factors, unmoved),
     )
-
-
-def refuse_all(call: str, held: Outputs) -> None:
-    """Refuse where no output is left."""
-    if not held.known.any():
-        said = "; ".join(f"'{name}': {why}" for name, why in list(held.refused.items())[:3])
-        raise ValueError(f"`{call}(outputs=...)` must have an output that can be judged; got none: {said}.")
-
-
-def t_quantile(call: str, confidence: float, freedom: int) -> float:
-    """How many standard errors wide half of a confidence interval is."""
-    if isinstance(confidence, bool) or not isinstance(confidence, int | float) or not 0 < confidence < 1:
-        raise ValueError(f"`{call}(confidence=...)` must be a number between 0 and 1; got {confidence!r}.")
-    return float(stdtrit(freedom, 0.5 + confidence / 2))
-
-
-@dataclass(frozen=True, eq=False)
-class _Judged:
-    """Some columns: S1, ST and S2 (c, ...), where a factor moves nothing (c, d), and the standard deviations (c,)."""
-
-    indices: tuple[Estimate, Estimate, Estimate]
-    unmoved: Flags
-    deviation: Array
-
-
-def _judged(design: SobolDesign, y: Array, t: float) -> _Judged:
-    """What the runs say of some columns (N, c)."""
-    d = design.dimensions
-    runs = y.reshape(SCRAMBLES, -1, design.block, y.shape[1])  # (scrambles, pairs of points, block, c)
-    A, AB, BA, B = runs[:, :, :1], runs[:, :, 1 : 1 + d], runs[:, :, 1 + d : -1], runs[:, :, -1:]
-    unmoved = (AB == A).all(axis=(0, 1))
-    means = _means_of_both(A, AB, BA, B) if design.second_order else _means(A, AB, B)
-    statistic = _of_both if design.second_order else _of_one
-    deviation = np.concatenate([A, B], axis=2).std(axis=(0, 1, 2))
-    return _Judged(_jackknife(means, statistic, t), unmoved.T, deviation)
-
-
-def _means(A: Array, AB: Array, B: Array) -> Means:
-    """Of the products behind S1 and ST, (scrambles, 1 or d, c) each."""
-    return {
-        "first": (B * (AB - A)).mean(axis=1),
-        "total": ((A - AB) ** 2).mean(axis=1) / 2,
-        "mean": (A + B).mean(axis=1) / 2,
-        "square": (A**2 + B**2).mean(axis=1) / 2,
-    }
-
-
-def _of_one(m: Means) -> tuple[Array, Array, Array]:
-    variance = m["square"] - m["mean"] ** 2
-    return m["first"] / variance, m["total"] / variance, np.empty((*m["first"].shape[:-2], 0, m["first"].shape[-1]))
-
-
-def _means_of_both(A: Array, AB: Array, BA: Array, B: Array) -> Means:
-    """Of the products behind all three orders, each from both halves of the runs.
-
-    E((BA_i - B)(AB_j - A)) is V_ij, the variance of the interaction, and for i = j it is -2 V_i.
-    """
-    from_A, from_B = AB - A, BA - B
-    cross = np.einsum("smic,smjc->sijc", from_B, from_A, optimize=True) / A.shape[1]
-    i, j = np.triu_indices(AB.shape[2], 1)
-    variance = (((A - B) ** 2).mean(axis=1) + ((AB - BA) ** 2).mean(axis=1)) / 4
-    return {
-        "first": -np.einsum("siic->sic", cross) / 2,
-        "total": ((from_A**2).mean(axis=1) + (from_B**2).mean(axis=1)) / 4,
-        "second": (cross[:, i, j] + cross[:, j, i]) / 2,
-        "variance": variance,
-        "variance of pairs": (variance[:, i] + variance[:, j]) / 2,
-    }
-
-
-def _of_both(m: Means) -> tuple[Array, Array, Array]:
-    return m["first"] / m["variance"], m["total"] / m["variance"], m["second"] / m["variance of pairs"]
-
-
-def _jackknife(
-    means: Means, statistic: Callable[[Means], tuple[Array, Array, Array]], t: float
-) -> tuple[Estimate, Estimate, Estimate]:
-    """A statistic of means with its intervals, from those of the scrambles and of all scrambles but one."""
-    with np.errstate(divide="ignore", invalid="ignore"):  # no variance without the one scramble that has all of it
-        values = statistic({key: mean.mean(axis=0) for key, mean in means.items()})
-        without = statistic({k: (m.sum(axis=0) - m) / (SCRAMBLES - 1) for k, m in means.items()})
-    first, total, second = (_estimate(v, w, t) for v, w in zip(values, without, strict=True))
-    return first, total, second
-
-
-def _estimate(value: Array, without: Array, t: float) -> Estimate:
-    """From a value (i, c) and those without each scramble, (scrambles, i, c), to (c, i)."""
-    with np.errstate(invalid="ignore"):
-        half = t * np.sqrt((SCRAMBLES - 1) * without.var(axis=0))
-    return Estimate(value.T, np.where(np.isfinite(half), half, np.inf).T)
 
 
 def _joined(parts: Sequence[Estimate], known: Flags) -> Estimate:

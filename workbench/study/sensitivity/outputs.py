@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.special import stdtrit
 
 from workbench.core.layout import Array, nearest, numbers
 from workbench.study.cells import several
@@ -104,10 +105,12 @@ def outputs_of(
         for j in np.flatnonzero(known):
             part = float(np.mean((off[:, j] / spread[j]) ** 2) / np.mean(scaled[:, j] ** 2))
             said = f"the errors of its runs are {100 * part**0.5:.2g} % of its spread"
-            if not part <= REFUSED:
+            if not np.isfinite(part):
+                refused[held[j]] = f"{int((~np.isfinite(off[:, j])).sum())} of its {design.size} runs have no error"
+            elif part > REFUSED:
                 refused[held[j]] = f"{said}: what varies is the error"
             elif part > TOLD:
-                remarks.append(f"'{held[j]}': {said}, and blur what is found by {100 * part:.2g} % of the variance.")
+                remarks.append(f"'{held[j]}': {said}, and make up {100 * part:.2g} % of the variance.")
     return Outputs(held, scaled, mean, spread, refused, tuple(remarks))
 
 
@@ -141,6 +144,20 @@ def factor_names(call: str, design: AbstractDesign, factors: Sequence[str] | Non
     if len(named) != design.dimensions or len(set(named)) < len(named):
         raise ValueError(f"`{call}(factors=...)` must be {design.dimensions} different names; got {named}.")
     return named
+
+
+def refuse_all(call: str, held: Outputs) -> None:
+    """Refuse where no output is left."""
+    if not held.known.any():
+        said = "; ".join(f"'{name}': {why}" for name, why in list(held.refused.items())[:3])
+        raise ValueError(f"`{call}(outputs=...)` must have an output that can be judged; got none: {said}.")
+
+
+def t_quantile(call: str, confidence: float, freedom: int) -> float:
+    """How many standard errors wide half of a confidence interval is."""
+    if isinstance(confidence, bool) or not isinstance(confidence, int | float) or not 0 < confidence < 1:
+        raise ValueError(f"`{call}(confidence=...)` must be a number between 0 and 1; got {confidence!r}.")
+    return float(stdtrit(freedom, 0.5 + confidence / 2))
 
 
 def _columns(call: str, given: Any, runs: int) -> Array:

@@ -13,8 +13,7 @@ from workbench.core.layout import Array
 from workbench.core.numbers import Integers
 from workbench.core.sockets import require
 from workbench.study.sampling import LatinHypercube, MonteCarlo
-from workbench.study.sensitivity.indices import t_quantile
-from workbench.study.sensitivity.outputs import columns_of
+from workbench.study.sensitivity.outputs import columns_of, t_quantile
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +84,8 @@ def quantiles(
         require("quantiles(design=...)", design, MonteCarlo)
     held, columns = columns_of("quantiles", design, outputs, names)
     tail = _tail("quantiles", confidence)
+    if not len(levels):
+        raise ValueError("`quantiles(levels=...)` must be numbers between 0 and 1, at least one; got none.")
     ranks = np.array([_ranks("quantiles", level, design.size, tail) for level in levels])
     failed = np.isnan(columns).sum(axis=0)
     ordered = np.sort(columns, axis=0)  # failed runs come last

@@ -46,27 +46,29 @@ def sobol_by_salib(
     ----------
     Herman and Usher (2017), SALib, Journal of Open Source Software 2(9).
     """
-    from SALib.analyze import sobol as analysis  # costs a second, and only those who ask for it
-
     whole("sobol_by_salib(resamples=...)", resamples, 2, "resamples")
     # SALib takes a seed of 0 for none, and would draw from NumPy's hidden state
     seed = seeded("sobol_by_salib(seed=...)", seed) + 1
     ours = sobol(design, outputs, names, factors=factors, confidence=confidence)
-    d, columns = design.dimensions, np.reshape(np.asarray(outputs, dtype=float), (design.size, -1))
-    shape = len(ours.names), d
-    found = {key: np.full(shape, np.nan) for key in ("S1", "S1_conf", "ST", "ST_conf")}
-    pairs: dict[str, Array] = {key: np.full((shape[0], d * (d - 1) // 2), np.nan) for key in ("S2", "S2_conf")}
-    problem = {"num_vars": d, "names": list(ours.factors), "bounds": [[0.0, 1.0]] * d}
-    for j in np.flatnonzero([name not in ours.refused for name in ours.names]):
-        said = analysis.analyze(problem, columns[:, j], design.second_order, resamples, confidence, seed=seed)
-        for key, rows in found.items():
-            rows[j] = said[key]
-        for key, rows in pairs.items() if design.second_order else ():
-            rows[j] = said[key][np.triu_indices(d, 1)]
-    return replace(
-        ours,
-        S1=Estimate(found["S1"], found["S1_conf"]),
-        ST=Estimate(found["ST"], found["ST_conf"]),
-        S2=Estimate(pairs["S2"], pairs["S2_conf"]) if design.second_order else None,
-        remarks=(),
-    )
+    columns = np.reshape(np.array(outputs, dtype=float), (design.size, -1))
+    columns[:, [name in ours.refused for name in ours.names]] = np.nan
+    found = [_analysed(design, column, resamples, confidence, seed) for column in columns.T]
+    orders = [[np.stack(part) for part in zip(*order, strict=True)] for order in zip(*found, strict=True)]
+    S1, ST, S2 = (Estimate(value, half) for value, half in orders)
+    return replace(ours, S1=S1, ST=ST, S2=S2 if design.second_order else None, remarks=())
+
+
+def _analysed(
+    design: SobolDesign, column: Array, resamples: int, confidence: float, seed: int
+) -> list[tuple[Array, Array]]:
+    """S1, ST and S2 with halves of their intervals, as SALib has them; NaN for a column of NaN."""
+    from SALib.analyze import sobol as analysis  # costs a second, and only those who ask for it
+
+    d = design.dimensions
+    pairs = np.triu_indices(d if design.second_order else 0, 1)
+    if np.isnan(column).any():
+        return [(np.full(size, np.nan), np.full(size, np.nan)) for size in (d, d, len(pairs[0]))]
+    problem = {"num_vars": d, "names": [f"x{i}" for i in range(d)], "bounds": [[0.0, 1.0]] * d}
+    said = analysis.analyze(problem, column, design.second_order, resamples, confidence, seed=seed)
+    second = [said.get(key, np.empty((0, 0)))[pairs] for key in ("S2", "S2_conf")]
+    return [(said["S1"], said["S1_conf"]), (said["ST"], said["ST_conf"]), (second[0], second[1])]

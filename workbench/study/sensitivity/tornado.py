@@ -12,8 +12,7 @@ from workbench.core.layout import Array
 from workbench.core.numbers import Integers
 from workbench.core.sockets import require
 from workbench.study.sampling import OneAtATime
-from workbench.study.sensitivity.indices import refuse_all
-from workbench.study.sensitivity.outputs import factor_names, outputs_of, place_of
+from workbench.study.sensitivity.outputs import factor_names, outputs_of, place_of, refuse_all
 
 
 @dataclass(frozen=True, eq=False)
