@@ -78,7 +78,7 @@ def test_gradients_of_a_smooth_loop_are_the_slopes_of_its_runs(digital):
 
 
 def test_neighbouring_runs_have_the_same_noise():
-    noisy = steered().digital(0.01, Instruments(noise_q=[1e-3, 1e-3], noise_qd=[1e-2, 1e-2]))
+    noisy = steered().digital(0.01, Instruments(2, noise_q=[1e-3, 1e-3], noise_qd=[1e-2, 1e-2]))
     found = local_sensitivities(noisy, [rmse()], ["controller.Kp"], until=0.5, h=0.01)
     # over different noise the slopes of a gain of 300 would be off by the noise of the metric over a step of 0.03
     np.testing.assert_allclose(found.gradient["RMSE"], found.slope["RMSE"], rtol=1e-5, atol=1e-9)
