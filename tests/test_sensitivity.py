@@ -138,6 +138,7 @@ def test_a_very_large_number_of_outputs_is_looked_at_in_parts_with_the_same_resu
         (lambda y: np.zeros(len(y)), "it is 0 in all"),
         (lambda y: 1e8 + 1e-9 * y, "which is rounding: subtract what does not vary"),
         (lambda y: 1e300 + 1e284 * y, "which is rounding"),
+        (lambda y: np.where(np.arange(len(y)) % 2, 1.7e308, -1.7e308), "by more than a double holds"),
     ],
 )
 def test_an_output_without_indices_is_refused_by_name_and_spoils_no_other(spoil, said):
@@ -153,6 +154,21 @@ def test_an_output_without_indices_is_refused_by_name_and_spoils_no_other(spoil,
     with pytest.raises(ValueError, match="There is no result for 'bad'"):
         both["bad"]
     assert np.isnan(sobol_by_salib(design, np.stack([spoil(y), y], axis=1)).ST.value[0]).all()
+
+
+def test_what_is_masked_is_a_run_that_failed():
+    design = SobolDesign(3, 8)
+    y = np.ma.masked_array(over(design, ishigami), mask=np.arange(design.size) == 3)
+    with pytest.raises(ValueError, match="1 of 40 runs failed"):
+        sobol(design, y)
+
+
+def test_a_large_constant_costs_no_more_digits_than_its_sum_has_lost():
+    design = SobolDesign(3, 256)
+    y = 1e8 + 1e-5 * over(design, ishigami)
+    np.testing.assert_allclose(
+        sobol(design, y).ST.value, sobol(design, y - 1e8).ST.value, atol=1e-12
+    )  # y - 1e8 is exact
 
 
 @pytest.mark.parametrize("scale", [1e-300, 1e-5, 1.0, 1e300])

@@ -161,6 +161,8 @@ def t_quantile(call: str, confidence: float, freedom: int) -> float:
 
 
 def _columns(call: str, given: Any, runs: int) -> Array:
+    if isinstance(given, np.ma.MaskedArray):  # what is masked is not known, and NumPy would take what lies below
+        given = np.where(np.ma.getmaskarray(given), np.nan, np.ma.getdata(given))
     try:
         values = numbers(given)
     except (TypeError, ValueError):
@@ -183,8 +185,9 @@ def _flaw(column: Array) -> str:
     least, largest = float(column.min()), float(column.max())
     if least == largest:
         return f"it is {least:g} in all {runs} runs: no factor changes it"
-    # halves, as the difference of two huge numbers may overflow
-    if largest / 2 - least / 2 <= LEAST_SPREAD / 2 * max(abs(least), abs(largest)):
+    if largest / 2 - least / 2 > np.finfo(float).max / 2:
+        return f"it varies from {least:g} to {largest:g}, by more than a double holds: choose another unit"
+    if largest - least <= LEAST_SPREAD * max(abs(least), abs(largest)):
         return (
             f"it varies by {largest - least:.1e} about {least:g}, which is rounding: subtract what does not vary, "
             "before it is rounded"
@@ -193,10 +196,12 @@ def _flaw(column: Array) -> str:
 
 
 def _scaled(columns: Array) -> tuple[Array, Array, Array]:
-    """Columns as mean + spread * scaled."""
-    size = np.abs(columns).max(axis=0, initial=0.0)
-    scaled = columns / size
+    """Columns as mean + spread * scaled. The first row goes first: what is left then keeps all of its digits."""
+    first = columns[:1]
+    scaled = columns - first
+    size = np.abs(scaled).max(axis=0, initial=0.0)
+    scaled /= size
     middle = scaled.mean(axis=0)
     scaled -= middle
     width = np.abs(scaled).max(axis=0, initial=0.0)
-    return scaled / width, middle * size, width * size
+    return scaled / width, first[0] + middle * size, width * size

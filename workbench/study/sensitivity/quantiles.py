@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,8 +10,8 @@ import numpy as np
 from scipy.special import bdtr, betaincinv
 
 from workbench.core.layout import Array
-from workbench.core.numbers import Integers
-from workbench.core.sockets import require
+from workbench.core.numbers import Integers, numbers
+from workbench.core.sockets import described, require
 from workbench.study.sampling import LatinHypercube, MonteCarlo
 from workbench.study.sensitivity.outputs import columns_of, t_quantile
 
@@ -56,7 +56,7 @@ def quantiles(
     outputs: Any,
     names: Sequence[str] | None = None,
     *,
-    levels: Sequence[float] = (0.05, 0.5, 0.95),
+    levels: Iterable[float] = (0.05, 0.5, 0.95),
     confidence: float = 0.95,
 ) -> Quantiles:
     """Quantiles of every output over random runs, between order statistics that bound them by the binomial law.
@@ -84,15 +84,16 @@ def quantiles(
         require("quantiles(design=...)", design, MonteCarlo)
     held, columns = columns_of("quantiles", design, outputs, names)
     tail = _tail("quantiles", confidence)
-    if not len(levels):
-        raise ValueError("`quantiles(levels=...)` must be numbers between 0 and 1, at least one; got none.")
-    ranks = np.array([_ranks("quantiles", level, design.size, tail) for level in levels])
+    wanted = tuple(levels) if np.iterable(levels) else ()
+    if not wanted:
+        raise ValueError(f"`quantiles(levels=...)` must be numbers between 0 and 1, at least one; got {levels!r}.")
+    ranks = np.array([_ranks("quantiles", level, design.size, tail) for level in wanted])
     failed = np.isnan(columns).sum(axis=0)
     ordered = np.sort(columns, axis=0)  # failed runs come last
     # a failed run may lie below all others or above them
     low, high = (_ranked(ordered, ranks[:, i], failed, shift) for i, shift in ((0, True), (2, False)))
     value = np.where(failed[:, None] > 0, np.nan, _ranked(ordered, ranks[:, 1], failed, False))
-    return Quantiles(held, tuple(float(level) for level in levels), value, low, high, failed)
+    return Quantiles(held, tuple(float(level) for level in wanted), value, low, high, failed)
 
 
 def share(holds: Any, confidence: float = 0.95) -> Share:
@@ -112,9 +113,12 @@ def share(holds: Any, confidence: float = 0.95) -> Share:
     ----------
     Clopper and Pearson (1934), Biometrika 26.
     """
-    flags = np.asarray(holds, dtype=float)
+    try:
+        flags = numbers(holds)
+    except (TypeError, ValueError):
+        flags = np.zeros(())
     if flags.ndim != 1 or not flags.size or not (np.isnan(flags) | (flags == 0) | (flags == 1)).all():
-        raise ValueError("`share(holds)` must be one 0, 1 or NaN a run, at least one; got something else.")
+        raise ValueError(f"`share(holds)` must be one 0, 1 or NaN a run, at least one; got {described(holds)}.")
     tail, runs = _tail("share", confidence), len(flags)
     yes, failed = int(np.nansum(flags)), int(np.isnan(flags).sum())
     most = yes + failed
