@@ -202,15 +202,17 @@ def test_one_run_that_has_all_of_the_variance_gives_an_interval_that_says_nothin
 def test_errors_of_the_runs_are_told_where_they_blur_and_refused_where_they_are_all_there_is():
     design = SobolDesign(3, 64)
     y = over(design, ishigami)
-    spread = y.std()
-    columns = np.stack([y] * 4, axis=1)
-    errors = np.full(columns.shape, spread) * [0.01, 0.2, 2.0, np.nan]
-    found = sobol(design, columns, ["fine", "blurred", "noise", "unknown"], errors=errors)
-    assert list(found.refused) == ["noise", "unknown"]
-    assert "the errors of its runs are 2e+02 % of its spread" in found.refused["noise"]
-    assert found.refused["unknown"] == "320 of its 320 runs have no error"
+    columns = np.stack([y] * 5, axis=1)
+    errors = np.full(columns.shape, y.std()) * [0.01, 0.2, 2.0, np.inf, np.nan]
+    errors[::3, 1] = np.nan  # the error of a part of the runs stands for that of all
+    found = sobol(design, columns, ["fine", "blurred", "noise", "lost", "unknown"], errors=errors)
+    assert found.refused == {
+        "noise": "the errors of its runs are 2e+02 % of its spread, 4e+02 % of the variance: what varies is the error",
+        "lost": "the errors of its runs are inf % of its spread, inf % of the variance: what varies is the error",
+    }
     assert found.remarks == (
-        "'blurred': the errors of its runs are 20 % of its spread, and make up 4 % of the variance.",
+        "'blurred': the errors of its runs are 20 % of its spread, 4 % of the variance.",
+        "'unknown': no run has an error.",
     )
 
 

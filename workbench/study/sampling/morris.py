@@ -24,7 +24,7 @@ class MorrisDesign(AbstractDesign):
 
     References
     ----------
-    Morris (1991), Factorial sampling plans for preliminary computational experiments, Technometrics 33, section 3.
+    Morris (1991), Factorial sampling plans for preliminary computational experiments, Technometrics 33.
     """
 
     dimensions: int

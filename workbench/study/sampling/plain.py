@@ -56,7 +56,7 @@ class LatinHypercube(AbstractDesign):
     References
     ----------
     McKay, Beckman and Conover (1979), Technometrics 21; Owen (1997), Monte Carlo variance of scrambled net
-    quadrature, SIAM Journal on Numerical Analysis 34, section 3.
+    quadrature, SIAM Journal on Numerical Analysis 34.
     """
 
     dimensions: int

@@ -61,7 +61,7 @@ def morris(
     names, factors
         Of the k outputs and the d factors.
     errors
-        How far off each output is, of the same shape.
+        How far off each output is, of the same shape, NaN where that is not known: told of where it blurs.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def morris(
     References
     ----------
     Morris (1991), Technometrics 33; mu*: Campolongo, Cariboni and Saltelli (2007), Environmental Modelling and
-    Software 22, section 2.
+    Software 22.
     """
     require("morris(design=...)", design, MorrisDesign)
     named = factor_names("morris", design, factors)

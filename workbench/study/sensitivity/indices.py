@@ -88,7 +88,7 @@ def sobol(
     names, factors
         Of the k outputs and the d factors.
     errors
-        How far off each output is, of the same shape: told of where it blurs the indices.
+        How far off each output is, of the same shape, NaN where that is not known: told of where it blurs the indices.
 
     Raises
     ------

@@ -84,7 +84,7 @@ def outputs_of(
     outputs
         (N,) or (N, k), the rows in the order of the design's points; NaN where a run failed.
     errors
-        Of the same shape: how far off each number is.
+        Of the same shape: how far off each number is, NaN where that is not known.
 
     Raises
     ------
@@ -103,15 +103,21 @@ def outputs_of(
         if off.shape != columns.shape:
             raise ValueError(f"`{call}(errors=...)` must have the outputs' shape {columns.shape}; got {off.shape}.")
         for j in np.flatnonzero(known):
-            part = float(np.mean((off[:, j] / spread[j]) ** 2) / np.mean(scaled[:, j] ** 2))
-            said = f"the errors of its runs are {100 * part**0.5:.2g} % of its spread"
-            if not np.isfinite(part):
-                refused[held[j]] = f"{int((~np.isfinite(off[:, j])).sum())} of its {design.size} runs have no error"
-            elif part > REFUSED:
+            part, said = _blur(off[:, j] / spread[j], scaled[:, j])
+            if part > REFUSED:
                 refused[held[j]] = f"{said}: what varies is the error"
-            elif part > TOLD:
-                remarks.append(f"'{held[j]}': {said}, and make up {100 * part:.2g} % of the variance.")
+            elif not part <= TOLD:
+                remarks.append(f"'{held[j]}': {said}.")
     return Outputs(held, scaled, mean, spread, refused, tuple(remarks))
+
+
+def _blur(errors: Array, scaled: Array) -> tuple[float, str]:
+    """What part of the variance of an output the errors of its runs make up, those that are known, and so in words."""
+    there = errors[~np.isnan(errors)]
+    if not there.size:
+        return np.nan, "no run has an error"
+    part = float(np.mean(there**2) / np.mean(scaled**2))
+    return part, f"the errors of its runs are {100 * part**0.5:.2g} % of its spread, {100 * part:.2g} % of the variance"
 
 
 def columns_of(
