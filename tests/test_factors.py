@@ -79,6 +79,21 @@ def test_a_number_on_a_card_becomes_a_factor_with_its_range_and_mark():
         Factor.of(stated("phi", 0.1, "rad/s", "section 5"), ("controller.phi",))
 
 
+def test_a_table_says_what_each_factor_moves_how_far_and_by_whose_word():
+    table = space(
+        Factor("m", ("plant.mass[0]", "plant.mass[1]"), Uniform(0.5, 4.0), "derived"),
+        Factor("K", ("controller.K",), LogUniform(0.5, 2.0), share=True),
+        Factor("q", ("plant.q[0]",), Normal(0.5, 0.1, 0.0)),
+        Factor("o", ("controller.offset", "controller.phi"), LogNormal(0.1, 0.2, high=1.0), "stated"),
+    ).table("factors", "What is varied.")
+    assert table.rows == (
+        ("m", "plant.mass[0], plant.mass[1]", "uniform, 0.5 to 4", "kg", "derived"),
+        ("K", "controller.K", "share of its own value: log-uniform, 0.5 to 2", None, "assumed"),
+        ("q", "plant.q[0]", "normal, mean 0.5, deviation 0.1, from 0 on", "rad", "assumed"),
+        ("o", "controller.offset, controller.phi", "lognormal, median 0.1, sigma 0.2, up to 1", "rad, rad/s", "stated"),
+    )
+
+
 def test_a_path_that_is_not_there_is_answered_with_the_nearest():
     with pytest.raises(LookupError, match=r"no 'plant.mas', which 'm' varies.*Did you mean 'plant.mass'\?"):
         space(Factor("m", ("plant.mas",), Uniform(1.0, 2.0)))

@@ -33,6 +33,10 @@ class AbstractDistribution(ABC):
         values = np.where((u == 0) & (self.low > -inf), self.low, values)
         return np.where((u == 1) & (self.high < inf), self.high, values)
 
+    @abstractmethod
+    def words(self) -> str:
+        """The distribution as a table prints it."""
+
     def reach(self) -> tuple[float, float]:
         """The least and the largest value that a design draws: the ends, or what its outmost points have for them."""
         least, largest = self.quantile(np.array([MARGIN, 1 - MARGIN]))
@@ -63,6 +67,10 @@ class Uniform(AbstractDistribution):
         """low + u (high - low)."""
         return np.asarray(self.low * (1 - u) + self.high * u)
 
+    def words(self) -> str:
+        """Uniform, with its range."""
+        return f"uniform, {self.low:g} to {self.high:g}"
+
 
 @dataclass(frozen=True)
 class LogUniform(AbstractDistribution):
@@ -85,6 +93,10 @@ class LogUniform(AbstractDistribution):
     def formula(self, u: Array) -> Array:
         """low^(1 - u) high^u."""
         return np.asarray(np.exp(log(self.low) * (1 - u) + log(self.high) * u))
+
+    def words(self) -> str:
+        """Log-uniform, with its range."""
+        return f"log-uniform, {self.low:g} to {self.high:g}"
 
 
 @dataclass(frozen=True)
@@ -116,6 +128,10 @@ class Triangular(AbstractDistribution):
         falling = self.high - np.sqrt((1 - u) * width * right)
         return np.where(u * width < left, rising, falling)
 
+    def words(self) -> str:
+        """Triangular, with its range and mode."""
+        return f"triangular, {self.low:g} to {self.high:g}, mode {self.mode:g}"
+
 
 @dataclass(frozen=True)
 class Normal(AbstractDistribution):
@@ -143,6 +159,10 @@ class Normal(AbstractDistribution):
         z = _bell(u, (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation)
         return np.asarray(self.mean + self.deviation * z)
 
+    def words(self) -> str:
+        """Normal, with mean, deviation and cuts."""
+        return f"normal, mean {self.mean:g}, deviation {self.deviation:g}{_cuts(self)}"
+
 
 @dataclass(frozen=True)
 class LogNormal(AbstractDistribution):
@@ -169,16 +189,26 @@ class LogNormal(AbstractDistribution):
         for name in ("low", "high"):
             if abs(getattr(self, name)) < inf:
                 _check_positive(self, name, "as all its numbers are")
-        _check_cut(self, *self._cuts())
+        _check_cut(self, *self._z())
 
     def formula(self, u: Array) -> Array:
         """median exp(sigma z(u)), z that of the standard normal distribution between the cuts."""
         with np.errstate(over="ignore"):  # the quantile 1 of a bell without a cut is infinite
-            return np.asarray(self.median * np.exp(self.sigma * _bell(u, *self._cuts())))
+            return np.asarray(self.median * np.exp(self.sigma * _bell(u, *self._z())))
 
-    def _cuts(self) -> tuple[float, float]:
+    def words(self) -> str:
+        """Lognormal, with median, deviation of the logarithm and cuts."""
+        return f"lognormal, median {self.median:g}, sigma {self.sigma:g}{_cuts(self)}"
+
+    def _z(self) -> tuple[float, float]:
         low = log(self.low / self.median) / self.sigma if self.low > -inf else -inf
         return low, log(self.high / self.median) / self.sigma if self.high < inf else inf
+
+
+def _cuts(distribution: AbstractDistribution) -> str:
+    """Where a bell is cut off, in words."""
+    low = f", from {distribution.low:g} on" if distribution.low > -inf else ""
+    return f"{low}, up to {distribution.high:g}" if distribution.high < inf else low
 
 
 def _bell(u: Array, low: float, high: float) -> Array:

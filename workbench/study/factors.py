@@ -12,8 +12,9 @@ import numpy as np
 from workbench.core.layout import Array, Layout, nearest
 from workbench.core.numbers import Integers, numbers
 from workbench.core.sockets import require
-from workbench.study.cells import check_text, several
+from workbench.study.cells import check_text, raised, several
 from workbench.study.distributions import AbstractDistribution, LogUniform, Uniform
+from workbench.study.document import Cell, Column, Table
 from workbench.study.provenance import Given, Mark
 
 
@@ -141,6 +142,24 @@ class Space:
         """The values (B, d) of the factors themselves at points (B, d) of the unit cube: numbers, or shares."""
         columns = zip(self.factors, np.asarray(points).T, strict=True)
         return np.stack([factor.distribution.quantile(u) for factor, u in columns], axis=1)
+
+    def table(self, name: str, caption: str) -> Table:
+        """The factors as a report prints them: what each moves, over which distribution, and where that comes from."""
+        rows: list[tuple[Cell, ...]] = []
+        for factor, places in zip(self.factors, self._places, strict=True):
+            units = dict.fromkeys(raised(self._unit(int(place))) for place in places)
+            words = factor.distribution.words()
+            spread = f"share of its own value: {words}" if factor.share else words
+            unit = None if factor.share else ", ".join(units) or None
+            rows.append((factor.name, ", ".join(factor.paths), spread, unit, factor.origin))
+        columns = tuple(map(Column, ("factor", "moves", "distribution", "unit", "origin")))
+        return Table(name, caption, columns, tuple(rows))
+
+    def _unit(self, place: int) -> str:
+        """The unit of a number of a row."""
+        name = self._labels[place]
+        layout = self.parameters if place < self.parameters.size else self.states
+        return next(entry.unit for entry in layout.entries if name in entry.labels())
 
     def _check(self, rows: Array) -> None:
         split = self.parameters.size
