@@ -82,6 +82,15 @@ def test_salib_finds_the_same_in_the_same_runs(second_order):
             np.testing.assert_allclose(a.value, b.value, atol=1e-12)
 
 
+def test_rows_of_a_net_bootstrapped_as_if_they_were_draws_give_intervals_too_wide():
+    design = SobolDesign(4, 512)
+    y = over(design, linear, C)
+    ours, theirs = sobol(design, y).ST, sobol_by_salib(design, y).ST
+    off = np.abs(ours.value - SQUARES).max()
+    assert theirs.half.max() > 10 * off
+    assert off < ours.half.max() < theirs.half.max() / 3
+
+
 def test_salibs_bootstrap_is_repeated_by_its_seed_also_by_zero():
     design = SobolDesign(3, 64)
     y = over(design, ishigami)
@@ -238,6 +247,19 @@ def test_what_cannot_be_judged_is_refused_in_a_sentence(call, said):
     design = SobolDesign(3, 8)
     with pytest.raises(ValueError, match=said):
         call(design, over(design, ishigami))
+
+
+def test_a_frame_has_a_row_for_every_output_index_and_factor():
+    design = SobolDesign(3, 64, second_order=True)
+    y = over(design, ishigami)
+    found = sobol(design, np.stack([y, 0 * y], axis=1), ["y", "nothing"], factors=["a", "b", "c"])
+    table = found.to_frame()
+    assert table.shape == (2 * (3 + 3 + 3), 6)
+    one = table[(table.output == "y") & (table["index"] == "S2") & (table.factor == "a, c")]
+    assert one.value.item() == found["y"].S2.value[1]
+    assert one.half.item() == found["y"].S2.half[1]
+    assert (table[table.output == "nothing"].refused == found.refused["nothing"]).all()
+    assert len(found["y"].to_frame()) == 9
 
 
 def test_an_output_that_is_not_there_is_answered_with_the_nearest():

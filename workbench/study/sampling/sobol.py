@@ -21,7 +21,7 @@ class SobolDesign(AbstractDesign):
     A block of runs is A, then A with coordinate i from B for every i, then with `second_order` B with coordinate i
     from A for every i, then B. The pairs are four independently scrambled Sobol nets of base / 4 points in twice
     the dimensions. Four answers to one question that differ by chance alone say how far their mean is off. That is
-    what intervals are made of; more and smaller nets would give rounder intervals and larger errors.
+    what intervals are made of; more and smaller nets would give steadier intervals and larger errors.
 
     Raises
     ------

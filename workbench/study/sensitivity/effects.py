@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from workbench.core.layout import Array
 from workbench.core.sockets import require
 from workbench.study.sampling import MorrisDesign
+from workbench.study.sensitivity.frames import frame
 from workbench.study.sensitivity.outputs import Estimate, factor_names, outputs_of, place_of, refuse_all, t_quantile
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +43,11 @@ class MorrisEffects:
         """The effects on one output; one that was refused is refused again, with its reason."""
         j = place_of(self.names, self.refused, name)
         return replace(self, names=(name,), mu=self.mu[j], mu_star=self.mu_star[j], sigma=self.sigma[j], refused={})
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row an output, moment and factor."""
+        parts = {name: (self.factors, getattr(self, name)) for name in ("mu", "mu_star", "sigma")}
+        return frame(self.names, parts, self.refused)
 
 
 def morris(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from workbench.core.sockets import require
 from workbench.study.sampling import SobolDesign
 from workbench.study.sampling.sobol import SCRAMBLES
 from workbench.study.sensitivity.estimators import judged
+from workbench.study.sensitivity.frames import frame
 from workbench.study.sensitivity.outputs import (
     Estimate,
     Flags,
@@ -23,6 +24,9 @@ from workbench.study.sensitivity.outputs import (
     refuse_all,
     t_quantile,
 )
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 AT_ONCE = 2**22  # numbers that are looked at together: some arrays of 32 MB
 
@@ -62,6 +66,13 @@ class SobolIndices:
         return replace(
             self, names=(name,), S1=self.S1[j], ST=self.ST[j], S2=S2, deviation=self.deviation[j], refused={}
         )
+
+    def to_frame(self) -> pd.DataFrame:
+        """One row an output, index and factor; `S2` by 'a, b' of a pair."""
+        parts = {"S1": (self.factors, self.S1), "ST": (self.factors, self.ST)}
+        if self.S2 is not None:
+            parts["S2"] = (tuple(f"{self.factors[i]}, {self.factors[j]}" for i, j in self.pairs), self.S2)
+        return frame(self.names, parts, self.refused)
 
 
 def sobol(
