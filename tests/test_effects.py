@@ -81,6 +81,12 @@ def test_the_interval_of_sigma_is_the_jackknifes():
     assert found.sigma.half[0] == pytest.approx(want, rel=1e-4)
 
 
+def test_few_trajectories_are_told_of():
+    few, enough = MorrisDesign(3, 49), MorrisDesign(3, 50)
+    assert morris(few, over(few, ishigami)).remarks[0].startswith("49 trajectories are few: the intervals")
+    assert morris(enough, over(enough, ishigami)).remarks == ()
+
+
 def test_two_trajectories_leave_the_interval_of_sigma_open():
     design = MorrisDesign(2, 2)
     assert np.isinf(morris(design, np.arange(6.0) ** 3)["output 1"].sigma.half).all()

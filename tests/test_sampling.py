@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as some
+from scipy.stats import qmc
 
 from workbench.study.sampling import LatinHypercube, MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
+from workbench.study.sampling.sobol import MOST_DIMENSIONS
 
 DESIGNS = [
     SobolDesign(3, 64, second_order=True, seed=5),
@@ -50,6 +52,10 @@ def test_a_block_of_saltelli_swaps_one_coordinate_at_a_time(second_order):
         if second_order:
             np.testing.assert_array_equal(blocks[:, 5 + i], np.where(np.arange(4) == i, A, B))
     assert design.size == 16 * (10 if second_order else 6)
+
+
+def test_there_are_as_many_factors_as_scipy_has_pairs_of_direction_numbers():
+    assert MOST_DIMENSIONS == qmc.Sobol.MAXDIM // 2
 
 
 def test_each_scramble_is_a_net_with_one_point_in_every_slice_of_every_axis():

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import qmc
 
 from workbench.core.layout import Array
 from workbench.study.sampling.contract import MARGIN, AbstractDesign, seeded, span, whole
 
 SCRAMBLES = 4  # see SobolDesign
+MOST_DIMENSIONS = 21_201 // 2  # of which SciPy has direction numbers, half for A and half for B
 LEAST = 2 * SCRAMBLES  # a scramble of one point has no variance
 
 
@@ -40,7 +40,7 @@ class SobolDesign(AbstractDesign):
     seed: int = 0
 
     def __post_init__(self) -> None:
-        whole("SobolDesign(dimensions=...)", self.dimensions, 1, "factors", qmc.Sobol.MAXDIM // 2)
+        whole("SobolDesign(dimensions=...)", self.dimensions, 1, "factors", MOST_DIMENSIONS)
         seeded("SobolDesign(seed=...)", self.seed)
         base = whole("SobolDesign(base=...)", self.base, LEAST, "pairs of points", round(0.25 / MARGIN))
         if base & (base - 1):
@@ -88,6 +88,8 @@ class SobolDesign(AbstractDesign):
 
 def _net(dimensions: int, seed: int, scramble: int, first: int, last: int) -> Array:
     """Points first to last - 1 of a scrambled Sobol net, in the middles of its finest cells."""
+    from scipy.stats import qmc  # costs half a second, and only those who draw
+
     sequence = qmc.Sobol(dimensions, rng=np.random.default_rng([seed, scramble]))
     if first:
         sequence.fast_forward(first)
