@@ -262,15 +262,13 @@ def test_an_exam_of_riccati_equations_is_sat_and_a_wrong_answer_misses_it(exam, 
 
 
 def test_what_is_not_known_is_named_and_fails_nothing(tmp_path, capsys):
-    for name in ("poetry", "indices", "survival", "other"):
+    for name in ("poetry", "survival", "other"):
         (tmp_path / name).mkdir()
-    (tmp_path / "indices" / "grade.py").write_text("def grade_sobol(solver): pass\n", encoding="utf-8")
     (tmp_path / "survival" / "harness.py").write_text("def acks(text): pass\n", encoding="utf-8")
     (tmp_path / "other" / "grade.py").write_text("raise SystemExit(3)\n", encoding="utf-8")
     assert main([str(tmp_path)]) == 0
     assert capsys.readouterr().out.splitlines() == [
         "unknown: poetry (it has no grader)",
-        "not yet sat: indices (sensitivity indices are not in the workbench yet)",
         "unknown: other (its grader asks for nothing that is known here)",
         "not yet sat: survival (studies that resume are not in the workbench yet)",
     ]
