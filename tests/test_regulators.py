@@ -126,3 +126,21 @@ def test_a_controller_that_is_unstable_by_itself_is_marked():
     made = lqg(control.ss([[1.0, 2], [1, 0]], [[1.0], [0]], [[1.0, -1]], 0), np.eye(2), 1, np.eye(2), 1)
     assert made.certificate.margin > 0
     assert any("unstable by itself" in warning for warning in made.certificate.warnings)
+
+
+def test_the_weights_of_a_system_may_be_named():
+    system = control.ss([[0.0, 1.0], [0.0, 0.0]], [[0.0], [1.0]], [[1.0, 0.0]], 0)
+    Q, R = np.diag([2.0, 1.0]), np.eye(1)
+    for found in (lqr(system, Q=Q, R=R), lqr(system, Q, R=R)):
+        np.testing.assert_array_equal(found.K, lqr(system, Q, R).K)
+    for found in (lqe(system, Qn=R, Rn=R), lqe(system, R, Rn=R)):
+        np.testing.assert_array_equal(found.K, lqe(system, R, R).K)
+
+
+def test_a_weight_that_is_missing_is_named():
+    with pytest.raises(ValueError, match="R must be a matrix of real numbers; got None"):
+        lqr(np.eye(2), np.eye(2), np.eye(2))
+    with pytest.raises(ValueError, match="got None"):
+        lqr(np.eye(2))
+    with pytest.raises(ValueError, match="Qn must be"):
+        lqe(control.ss([[-1.0]], [[1.0]], [[1.0]], 0))

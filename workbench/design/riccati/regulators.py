@@ -14,7 +14,9 @@ from workbench.design.riccati.given import data, is_discrete, is_system, joint
 from workbench.design.riccati.synthesis import stabilising
 
 
-def lqr(A: Any, B: Any, Q: Any, R: Any = None, N: Any = None, E: Any = None, discrete: bool = False) -> Riccati:
+def lqr(
+    A: Any, B: Any = None, Q: Any = None, R: Any = None, N: Any = None, E: Any = None, discrete: bool = False
+) -> Riccati:
     """The gain K of u = -K x that makes the integral, or sum, of x'Qx + 2 x'Nu + u'Ru smallest.
 
     The system is E x' = A x + B u, or E x+ = A x + B u if it is discrete. A python-control `StateSpace` takes
@@ -49,7 +51,9 @@ def lqr(A: Any, B: Any, Q: Any, R: Any = None, N: Any = None, E: Any = None, dis
     call = "lqr(A, B, Q, R)"
     if is_system(A):
         call, discrete = "lqr(system, Q, R)", is_discrete(A)
-        A, B, Q, R, N = A.A, A.B, B, Q, R if N is None else N
+        if B is not None:  # weights in the places of matrices, the rest of them by name
+            Q, R, N = (B, R, N) if Q is None else (B, Q, R if N is None else N)
+        A, B = A.A, A.B
     d = data(call, A, B, Q, R, N, E)
     semidefinite(call, "Q", d.Q)
     joint(call, "[Q N; N' R]", d.Q, d.S, d.R)
@@ -57,7 +61,14 @@ def lqr(A: Any, B: Any, Q: Any, R: Any = None, N: Any = None, E: Any = None, dis
 
 
 def lqe(
-    A: Any, G: Any, C: Any, Qn: Any = None, Rn: Any = None, N: Any = None, E: Any = None, discrete: bool = False
+    A: Any,
+    G: Any = None,
+    C: Any = None,
+    Qn: Any = None,
+    Rn: Any = None,
+    N: Any = None,
+    E: Any = None,
+    discrete: bool = False,
 ) -> Riccati:
     """The gain K of the stationary Kalman filter of E x' = A x + G w, y = C x + v, and X = P, its covariance.
 
@@ -95,7 +106,9 @@ def lqe(
     call = "lqe(A, G, C, Qn, Rn)"
     if is_system(A):
         call, discrete = "lqe(system, Qn, Rn)", is_discrete(A)
-        A, G, C, Qn, Rn, N = A.A, A.B, A.C, G, C, Qn if N is None else N
+        if G is not None:
+            Qn, Rn, N = (G, Rn, N) if C is None else (G, C, Qn if N is None else N)
+        A, G, C = A.A, A.B, A.C
     found = _solved(call, _dual(call, A, G, C, Qn, Rn, N, E), discrete, ESTIMATOR)
     return replace(found, K=found.K.T)
 
