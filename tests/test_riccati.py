@@ -157,6 +157,30 @@ def test_x_is_the_cost_of_its_own_gain_and_no_gain_costs_less():
         assert np.linalg.eigvalsh(other - found.X).min() >= -1e-12 * np.linalg.norm(found.X)
 
 
+def test_the_error_is_that_of_x_where_its_rounding_leaves_the_linear_picture():
+    """An unstable mode that the input hardly moves: X is large, and its last digits move the poles."""
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        T, weak = turned(seed, 3), 10 ** rng.uniform(-7, -4)
+        A, B, root = T @ np.diag([0.2, 0.0, -1.0]) @ T.T, T @ [[weak], [1.0], [0.7]], T @ [[1.0], [1.0], [0.3]]
+        Q = root @ root.T
+        found = care(A, B, (Q + Q.T) / 2, [[1.0]])
+        X, K = oracle.riccati(A, B, (Q + Q.T) / 2, np.eye(1), found.X)
+        assert oracle.away(found.X, X) <= 2 * found.certificate.error  # an estimate of the first digit
+        assert oracle.away(found.K, K) <= 2 * found.certificate.error
+
+
+def test_the_gain_has_digits_that_a_rounded_x_does_not_hold():
+    """With more cheap inputs than states K divides what rounding leaves of X by R."""
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        A, B = rng.normal(size=(2, 2)), rng.normal(size=(2, 3))
+        R = 1e-12 * np.diag(rng.uniform(0.5, 2, 3))
+        found = dare(A, B, np.eye(2), R)
+        _, K = oracle.riccati(A, B, np.eye(2), R, found.X, discrete=True)
+        assert oracle.away(found.K, K) <= 1e-9
+
+
 def test_newton_keeps_only_what_makes_the_residual_smaller():
     A, B, Q, R, S, E = system(8, 5)
     X = care(A, B, Q, R, S, E).X

@@ -12,6 +12,8 @@ from workbench.core.layout import Array
 from workbench.design.riccati.double_double import Twice, twice
 from workbench.design.riccati.operators import AbstractOperator, lyapunov_operator, stein_operator
 
+REFINEMENTS = 3  # of a gain: each gains as many digits as the condition of R + B'XB leaves
+
 
 @dataclass(frozen=True)
 class Data:
@@ -69,7 +71,7 @@ class AbstractEquation(ABC):
     data: Data
 
     @abstractmethod
-    def at(self, X: Array) -> Point:
+    def at(self, X: Array | Twice) -> Point:
         """The equation at a symmetric X (n, n).
 
         Raises
@@ -83,6 +85,10 @@ class AbstractEquation(ABC):
         """The derivative of Res at a point, as a map of symmetric matrices."""
 
     @abstractmethod
+    def steering(self, point: Point, D: Array) -> Array:
+        """By how much K (m, n) changes, to first order, when X changes by D."""
+
+    @abstractmethod
     def curvature(self, point: Point, H: Array) -> Array:
         """What Res at X + H has beyond its linear part, with its sign turned: (n, n), positive semidefinite."""
 
@@ -93,20 +99,25 @@ class Continuous(AbstractEquation):
 
     data: Data
 
-    def at(self, X: Array) -> Point:
+    def at(self, X: Array | Twice) -> Point:
         """The equation at a symmetric X (n, n)."""
-        d = self.data
-        V = twice(X) if d.E is None else twice(X) @ d.E
+        d, x = self.data, twice(X)
+        V = x if d.E is None else x @ d.E
         K = _gain(twice(d.R), V.T @ d.B + d.S)
         closed = twice(d.A) - twice(d.B) @ K
         half = V.T @ closed - twice(d.S) @ K
         left = (half + half.T + twice(K.T) @ (twice(d.R) @ K) + d.Q).high
         terms = 2 * norm(V.high) * (norm(d.A) + norm(d.B) * norm(K)) + _cost(d, K)
-        return Point(X, K, closed.high, V.high, X @ closed.high, _even(left), terms, d.R)
+        return Point(x.high, K, closed.high, V.high, x.high @ closed.high, _even(left), terms, d.R)
 
     def operator(self, point: Point) -> AbstractOperator:
         """X -> F'XE + E'XF, F = A - B K."""
         return lyapunov_operator(point.closed, self.data.E)
+
+    def steering(self, point: Point, D: Array) -> Array:
+        """R^-1 B'D E."""
+        DE = D if self.data.E is None else D @ self.data.E
+        return np.asarray(np.linalg.solve(point.W, self.data.B.T @ DE))
 
     def curvature(self, point: Point, H: Array) -> Array:
         """E'H B R^-1 B'H E."""
@@ -121,23 +132,27 @@ class Discrete(AbstractEquation):
 
     data: Data
 
-    def at(self, X: Array) -> Point:
+    def at(self, X: Array | Twice) -> Point:
         """The equation at a symmetric X (n, n)."""
-        d = self.data
-        V = twice(X) if d.E is None else twice(X) @ d.E
-        XB = twice(X) @ d.B
+        d, x = self.data, twice(X)
+        V = x if d.E is None else x @ d.E
+        XB = x @ d.B
         W = twice(d.B.T) @ XB + d.R
         K = _gain(W, twice(d.A.T) @ XB + d.S)
         closed = twice(d.A) - twice(d.B) @ K
-        ahead, now = twice(X) @ closed, V if d.E is None else twice(d.E.T) @ V
+        ahead, now = x @ closed, V if d.E is None else twice(d.E.T) @ V
         half = twice(d.S) @ K
         left = (closed.T @ ahead - now - half - half.T + twice(K.T) @ (twice(d.R) @ K) + d.Q).high
-        terms = norm(X) * (norm(d.A) + norm(d.B) * norm(K)) ** 2 + norm(now.high) + _cost(d, K)
-        return Point(X, K, closed.high, ahead.high, V.high, _even(left), terms, W.high)
+        terms = norm(x.high) * (norm(d.A) + norm(d.B) * norm(K)) ** 2 + norm(now.high) + _cost(d, K)
+        return Point(x.high, K, closed.high, ahead.high, V.high, _even(left), terms, W.high)
 
     def operator(self, point: Point) -> AbstractOperator:
         """X -> F'XF - E'XE, F = A - B K."""
         return stein_operator(point.closed, self.data.E)
+
+    def steering(self, point: Point, D: Array) -> Array:
+        """W^-1 B'D F."""
+        return np.asarray(np.linalg.solve(point.W, self.data.B.T @ D @ point.closed))
 
     def curvature(self, point: Point, H: Array) -> Array:
         """F'H B W^-1 B'H F, for a small H."""
@@ -156,10 +171,11 @@ def size(matrix: Array) -> float:
 
 
 def _gain(W: Twice, right: Twice) -> Array:
-    """K with W K = right', refined once: what is wrong with it enters the residual squared, and is not seen there."""
+    """K with W K = right', refined: an ill-conditioned W leaves digits to gain after the first time."""
     factor = linalg.lu_factor(W.high)
     K = linalg.lu_solve(factor, right.T.high)
-    K = K + linalg.lu_solve(factor, (right.T - W @ K).high)
+    for _ in range(REFINEMENTS):
+        K = K + linalg.lu_solve(factor, (right.T - W @ K).high)
     if not np.isfinite(K).all():
         raise np.linalg.LinAlgError("there is no gain")
     return np.asarray(K)

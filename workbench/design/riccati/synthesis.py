@@ -14,6 +14,7 @@ from workbench.design.matrices import EPS, indefinite
 from workbench.design.riccati.answers import Riccati
 from workbench.design.riccati.conditioning import Conditioning, conditioning
 from workbench.design.riccati.diagnosis import REGULATOR, Words, figure, reason
+from workbench.design.riccati.double_double import twice
 from workbench.design.riccati.equation import AbstractEquation, Data, Discrete, Point, norm
 from workbench.design.riccati.newton import Refined, refine
 from workbench.design.riccati.units import Units, good_units
@@ -31,6 +32,7 @@ class _Judged:
     """A refined candidate, its certificate, and what speaks against it, worst first."""
 
     found: Refined
+    K: Array
     certificate: Certificate
     against: str
 
@@ -68,7 +70,7 @@ def stabilising(
         if not judged.against:
             point = judged.found.point
             return Riccati(
-                units.out_of(point.X), units.gain(point.K), judged.found.operator.poles, judged.certificate
+                units.out_of(point.X), units.gain(judged.K), judged.found.operator.poles, judged.certificate
             )  # fmt: skip
         objections.append(judged.against)
         if judged.settled:
@@ -83,19 +85,26 @@ def _judge(equation: AbstractEquation, found: Refined, units: Units) -> _Judged:
     point = found.point
     margin = found.operator.margin
     known = conditioning(equation, found, units) if margin > 0 else Conditioning(np.inf, 0.0, np.inf)
-    size = norm(units.out_of(point.X))
-    # what Newton's method still sees, and what lies below the digits of its residual
-    lacking = norm(units.out_of(found.correction)) + UNSEEN * point.terms * known.response
-    error = lacking / size if size > 0 else 0.0
+    # the gain may hang on digits that X has no room for, so it is that of X and the next step together
+    beyond = equation.at(twice(point.X) + found.correction)
+    still = found.operator.solve(-beyond.left)
+    # what Newton's method still sees, what its next step would leave, and what lies below the digits of its residual
+    lacking = sum(norm(units.out_of(step)) for step in (found.correction, still)) + UNSEEN * point.terms * known.response
+    error = _share(lacking, norm(units.out_of(point.X)))
+    of_gain = _share(norm(units.gain(equation.steering(beyond, still))), norm(units.gain(beyond.K)))
     certificate = Certificate(
         residual=point.relative,
-        error=max(error, EPS / 2) if size > 0 else 0.0,
+        error=max(error, EPS / 2) if point.X.any() else 0.0,
         condition=known.condition,
         margin=margin,
         refined=found.steps,
-        warnings=tuple(_warnings(equation, point, error, known)),
+        warnings=tuple(_warnings(equation, point, error, of_gain, known)),
     )
-    return _Judged(found, certificate, _against(found, certificate, known))
+    return _Judged(found, beyond.K, certificate, _against(found, certificate, known))
+
+
+def _share(part: float, whole: float) -> float:
+    return part / whole if whole > 0 else 0.0
 
 
 def _against(found: Refined, certificate: Certificate, known: Conditioning) -> str:
@@ -103,23 +112,27 @@ def _against(found: Refined, certificate: Certificate, known: Conditioning) -> s
         return f"the closed loop of the nearest solution has the pole {figure(found.operator.slowest)}"
     if not certificate.residual <= WORST_RESIDUAL:
         return f"the relative residual stays at {certificate.residual:.1e}, above {WORST_RESIDUAL:g}"
-    if not certificate.error <= WORST_ERROR:
-        return f"the relative error of X is about {certificate.error:.1e}, above {WORST_ERROR:g}"
     if not known.reach > ROUNDING:
         return (
             f"a relative change of the data by {known.reach:.1e}, less than their rounding, may move eigenvalues of "
             "the closed loop onto the edge of stability"
         )
+    if not certificate.error <= WORST_ERROR:
+        return f"the relative error of X is about {certificate.error:.1e}, above {WORST_ERROR:g}"
     if not known.condition * EPS <= WORST_MOVE:
         return f"rounding the data can change X by {known.condition * EPS:.1e} of its size, so its digits mean nothing"
     return ""
 
 
-def _warnings(equation: AbstractEquation, point: Point, error: float, known: Conditioning) -> Iterator[str]:
+def _warnings(
+    equation: AbstractEquation, point: Point, error: float, of_gain: float, known: Conditioning
+) -> Iterator[str]:
     if known.condition * EPS > WORTH_A_WARNING:
         yield f"rounding the data can change X by up to {known.condition * EPS:.1e} of its size"
     if error > WORTH_A_WARNING:
         yield f"X is known to a relative error of about {error:.1e} only"
+    if of_gain > WORTH_A_WARNING:
+        yield f"K is known to a relative error of about {of_gain:.1e} only"
     if known.reach < 1 and known.reach > 0 and known.reach < EPS / WORTH_A_WARNING:
         yield f"relative changes of the data beyond about {known.reach:.1e} may leave no stabilising solution"
     if indefinite(equation.data.Q):
