@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from tests import riccati_oracles as oracle
+from workbench.design.certificates import Refused
 from workbench.design.riccati import care, dare, lyapunov
 from workbench.design.riccati.equation import Continuous, Data
 from workbench.design.riccati.newton import refine
+from workbench.design.riccati.one_thread import _libraries, one_thread
 
 EPS = np.finfo(float).eps
 LAST_DIGIT = 2 * EPS  # X is rounded once when its units are exact; twice leaves room for the norm
@@ -231,6 +233,18 @@ def test_inputs_that_cost_nothing_are_used_to_the_full_in_discrete_time():
     X, K = oracle.riccati([[1, 1], [0, 1]], np.array([[0.0], [1.0]]), np.eye(2), [[0.0]], found.X, discrete=True)
     assert oracle.away(found.X, X) <= LAST_DIGIT
     assert oracle.away(found.K, K) <= 1e-14
+
+
+def test_solvers_run_in_one_thread_and_leave_the_number_of_threads_as_it_was():
+    libraries = _libraries()
+    if not libraries:
+        pytest.skip("NumPy and SciPy are not built on OpenBLAS here")
+    before = [usual() for usual, _ in libraries]
+    with one_thread():
+        assert [usual() for usual, _ in libraries] == [1] * len(libraries)
+    with pytest.raises(Refused):
+        care([[1.0]], [[0.0]], [[1.0]], [[1.0]])
+    assert [usual() for usual, _ in libraries] == before
 
 
 def test_the_answer_says_how_far_it_can_be_trusted():

@@ -21,6 +21,7 @@ from workbench.design.riccati.answers import Lyapunov
 from workbench.design.riccati.diagnosis import figure
 from workbench.design.riccati.double_double import twice
 from workbench.design.riccati.equation import norm, size
+from workbench.design.riccati.one_thread import one_thread
 from workbench.design.riccati.operators import AbstractOperator, Complex, lyapunov_operator, stein_operator
 from workbench.design.riccati.synthesis import ROUNDING, WORST_ERROR, WORST_RESIDUAL, WORTH_A_WARNING
 
@@ -107,6 +108,7 @@ class _Equation:
         return (left.high + left.high.T) / 2, terms * norm(X) + norm(self.Q)
 
 
+@one_thread()
 def _solve(equation: _Equation) -> Lyapunov:
     """X in good units, refined as long as it settles."""
     scale = _good_units(equation)

@@ -17,6 +17,7 @@ from workbench.design.riccati.diagnosis import REGULATOR, Words, figure, reason
 from workbench.design.riccati.double_double import twice
 from workbench.design.riccati.equation import AbstractEquation, Data, Discrete, Point, norm
 from workbench.design.riccati.newton import Refined, refine
+from workbench.design.riccati.one_thread import one_thread
 from workbench.design.riccati.units import Units, good_units
 
 WORST_RESIDUAL = 1e-11
@@ -43,6 +44,7 @@ class _Judged:
         return known.margin > 0 and known.residual <= WORST_RESIDUAL and known.error <= WORST_ERROR
 
 
+@one_thread()
 def stabilising(
     call: str,
     data: Data,
@@ -89,7 +91,7 @@ def _judge(equation: AbstractEquation, found: Refined, units: Units) -> _Judged:
     beyond = equation.at(twice(point.X) + found.correction)
     still = found.operator.solve(-beyond.left)
     # what Newton's method still sees, what its next step would leave, and what lies below the digits of its residual
-    lacking = sum(norm(units.out_of(step)) for step in (found.correction, still)) + UNSEEN * point.terms * known.response
+    lacking = norm(units.out_of(found.correction)) + norm(units.out_of(still)) + UNSEEN * point.terms * known.response
     error = _share(lacking, norm(units.out_of(point.X)))
     of_gain = _share(norm(units.gain(equation.steering(beyond, still))), norm(units.gain(beyond.K)))
     certificate = Certificate(
