@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array
+from workbench.core.layout import Array, numbers
 from workbench.design.certificates import Certificate, Refused
 
 Factors = Callable[[Array], tuple[Any, Any]]
@@ -69,17 +69,39 @@ def sdre(factors: Factors, states: Any, Q: Any, R: Any) -> StateDependent:
     ----------
     Cimen (2008), State-dependent Riccati equation (SDRE) control: a survey, IFAC World Congress.
     """
-    from workbench.design.riccati import care  # which opens python-control, and that takes seconds
+    from workbench.design.riccati import Riccati, care  # which opens python-control, and that takes seconds
 
     call = "sdre(factors, states, Q, R)"
-    x = np.atleast_2d(np.asarray(states, dtype=float))
-    if x.ndim != 2 or x.size == 0 or not np.isfinite(x).all():
-        raise ValueError(f"`{call}`: states must be finite numbers (N, n); got shape {np.shape(states)}.")
-    answers = []
+    x = _states(call, states)
+    answers: list[Riccati] = []
     for i, state in enumerate(x):
+        where = f"`{call}`, at state {i}, {state.tolist()}"
         try:
-            answers.append(care(*factors(state), Q, R))
+            answers.append(care(*_pair(factors(state)), Q, R))
         except Refused as refusal:
-            raise Refused(f"`{call}`, at state {i}, {state.tolist()}: {refusal}") from refusal
+            raise Refused(f"{where}: {refusal}") from refusal
+        except ValueError as error:
+            raise ValueError(f"{where}: {error}") from error
+        if answers[-1].K.shape != answers[0].K.shape:
+            raise ValueError(
+                f"{where}: A and B must have the same shapes at all states; K is {answers[-1].K.shape} after "
+                f"{answers[0].K.shape}."
+            )
     P, K = (np.array([getattr(answer, name) for answer in answers]) for name in ("X", "K"))
     return StateDependent(x, P, K, tuple(answer.certificate for answer in answers))
+
+
+def _states(call: str, states: Any) -> Array:
+    try:
+        x = np.atleast_2d(numbers(states))
+    except (TypeError, ValueError):
+        raise ValueError(f"`{call}`: states must be real numbers (N, n); got {states!r}.") from None
+    if x.ndim != 2 or x.size == 0 or not np.isfinite(x).all():
+        raise ValueError(f"`{call}`: states must be finite numbers (N, n); got shape {x.shape}.")
+    return x
+
+
+def _pair(found: Any) -> tuple[Any, Any]:
+    if not isinstance(found, tuple | list) or len(found) != 2:
+        raise ValueError(f"factors must give A and B; got {type(found).__name__}.")
+    return found[0], found[1]

@@ -32,9 +32,13 @@ class Terms:
 
     def rest(self, P: Array) -> float:
         """The norm of A'P + PA - PGP + Q over the sum of those of its terms."""
+        # over the largest entry, as squares of P G P may leave the range of numbers
         terms = (self.A.T @ P, P @ self.A, -P @ self.G @ P, self.Q)
-        size = sum(float(np.linalg.norm(term)) for term in terms)
-        return float(np.linalg.norm(sum(terms))) / size if size else 0.0
+        most = max(float(np.abs(term).max()) for term in terms)
+        if not most:
+            return 0.0
+        terms = tuple(term / most for term in terms)
+        return float(np.linalg.norm(sum(terms))) / sum(float(np.linalg.norm(term)) for term in terms)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,9 +62,24 @@ class Coefficients:
         Raises
         ------
         ValueError
-            If A is not square, B, Q or R does not fit it, Q is not symmetric or R not positive definite.
+            If A is not square, B, Q or R does not fit it, Q is not symmetric or R not positive definite, or the
+            numbers of states and inputs are not those of the first time asked for.
         """
-        return self._still if self.constant else self._terms(f"{self.call} at t = {t:g} s", t)
+        if self.constant:
+            return self._still
+        terms = self._terms(f"{self.call} at t = {t:g} s", t)
+        first = self._shape.setdefault("B", terms.B.shape)
+        if terms.B.shape != first:
+            raise ValueError(
+                f"`{self.call} at t = {t:g} s`: B must have the same shape (n, m) at all times; got {terms.B.shape} "
+                f"after {first}. Where states or inputs come or go, solve for each stretch of time by itself."
+            )
+        return terms
+
+    @cached_property
+    def _shape(self) -> dict[str, tuple[int, ...]]:
+        """That of B when it was first asked for."""
+        return {}
 
     @cached_property
     def _still(self) -> Terms:

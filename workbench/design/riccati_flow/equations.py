@@ -104,8 +104,8 @@ def _solved(
 ) -> RiccatiFlow:
     coefficients = Coefficients(call, *given)
     t = _rising(call, times)
-    if not 1e-13 <= rtol <= 1e-2:
-        raise ValueError(f"`{call}`: rtol must lie between 1e-13, near rounding, and 1e-2; got {rtol}.")
+    if not isinstance(rtol, int | float | np.number) or not 1e-13 <= rtol <= 1e-2:
+        raise ValueError(f"`{call}`: rtol must lie between 1e-13, near rounding, and 1e-2; got {rtol!r}.")
     begin, sign = (t[-1], -1.0) if backward else (t[0], 1.0)
     first = coefficients.at(begin)
     P = symmetric(call, *start, len(first.A))

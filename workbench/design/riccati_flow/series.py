@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array
+from workbench.core.layout import Array, numbers
 from workbench.design.certificates import Refused
 
 MOST_TERMS = 1025
+OTHERS, GOLDEN = 13, (np.sqrt(5) - 1) / 2  # times that lie on no grid, for a series to be held against
 Gains = Callable[[Array], Any]
 
 
@@ -49,7 +50,7 @@ def chebyshev(gains: Gains, horizon: float, tolerance: float = 1e-8) -> Series:
     """The shortest Chebyshev series found that is within a tolerance of gains on [0, horizon].
 
     The gains are asked for at 2^k + 1 Chebyshev points, k = 3, 4, ..., and the series through them is held against
-    the gains at the points between.
+    the gains at the points between, and at times that no such points have.
 
     Parameters
     ----------
@@ -78,8 +79,10 @@ def chebyshev(gains: Gains, horizon: float, tolerance: float = 1e-8) -> Series:
         angle = np.pi * np.arange(2 * terms - 2, -1, -1) / (2 * terms - 2)
         t = horizon * (1 + np.cos(angle)) / 2
         t[0] = 0.0
+        t, own = _mixed(t, horizon)
         K = _asked(call, gains, t)
-        found = np.linalg.solve(_chebyshev(t[::2], horizon, terms), K[::2].reshape(terms, -1))
+        at = own[::2]
+        found = np.linalg.solve(_chebyshev(t[at], horizon, terms), K[at].reshape(terms, -1))
         series = _trimmed(
             np.array(found.reshape(terms, *K.shape[1:]), dtype=float), t, K, horizon, "chebyshev", tolerance
         )
@@ -116,10 +119,11 @@ def fourier(gains: Gains, period: float, tolerance: float = 1e-8) -> Series:
     _check(call, period, tolerance)
     terms = 9
     while terms <= MOST_TERMS:
-        t = period * np.arange(2 * terms + 1) / (2 * terms)
+        t, own = _mixed(period * np.arange(2 * terms + 1) / (2 * terms), period)
         K = _asked(call, gains, t)
         # the last sample closes the period: it is held against the series, and does not make it
-        found = np.linalg.lstsq(_fourier(t[:-1:2], period, terms), K[:-1:2].reshape(terms, -1), rcond=None)[0]
+        at = own[:-1:2]
+        found = np.linalg.lstsq(_fourier(t[at], period, terms), K[at].reshape(terms, -1), rcond=None)[0]
         series = _trimmed(np.array(found.reshape(terms, *K.shape[1:]), dtype=float), t, K, period, "fourier", tolerance)
         if series is not None:
             return series
@@ -142,8 +146,18 @@ def _trimmed(found: Array, t: Array, K: Array, horizon: float, kind: str, tolera
     return replace(series, error=error / size if size else 0.0)
 
 
+def _mixed(t: Array, length: float) -> tuple[Array, Array]:
+    """The times with others between them, and where the times are: on equal steps one frequency poses as another."""
+    others = length * (GOLDEN * np.arange(1, OTHERS + 1) % 1)
+    every = np.unique(np.concatenate([t, others]))
+    return every, np.searchsorted(every, t)
+
+
 def _asked(call: str, gains: Gains, t: Array) -> Array:
-    K = np.asarray(gains(t), dtype=float)
+    try:
+        K = numbers(gains(t))
+    except (TypeError, ValueError):
+        raise ValueError(f"`{call}`: gains must give real matrices (N, m, n) at N = {len(t)} times.") from None
     if K.ndim != 3 or len(K) != len(t) or not np.isfinite(K).all():
         raise ValueError(
             f"`{call}`: gains must give finite matrices (N, m, n) at N = {len(t)} times; got shape {K.shape}."
@@ -152,10 +166,10 @@ def _asked(call: str, gains: Gains, t: Array) -> Array:
 
 
 def _check(call: str, horizon: float, tolerance: float) -> None:
-    if not (np.isfinite(horizon) and horizon > 0):
-        raise ValueError(f"`{call}`: the time must be a positive number of seconds; got {horizon}.")
-    if not 1e-14 <= tolerance <= 1:
-        raise ValueError(f"`{call}`: tolerance must lie between 1e-14, near rounding, and 1; got {tolerance}.")
+    if not isinstance(horizon, int | float | np.number) or not 0 < horizon < np.inf:
+        raise ValueError(f"`{call}`: the time must be a positive number of seconds; got {horizon!r}.")
+    if not isinstance(tolerance, int | float | np.number) or not 1e-14 <= tolerance <= 1:
+        raise ValueError(f"`{call}`: tolerance must lie between 1e-14, near rounding, and 1; got {tolerance!r}.")
 
 
 def _refusal(call: str, tolerance: float) -> Refused:
