@@ -66,3 +66,11 @@ def test_the_residual_tells_where_doubling_has_not_come_to_its_end():
     X = care(A, 1e-3 * np.eye(3), Q, np.eye(3)).X
     assert apart(P, X) > 0.1
     assert float(left) > 1e-3
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+def test_where_nothing_costs_the_residual_is_zero_and_not_undefined(n):
+    A, G, Q = -np.eye(n) - np.eye(n, k=1), np.eye(n), np.zeros((n, n))
+    P = stabilising(ca.SX(A), ca.SX(G), ca.SX(Q), 8)
+    np.testing.assert_allclose(np.array(ca.evalf(P)), 0, atol=1e-15)
+    assert float(ca.evalf(residual(ca.SX(A), ca.SX(G), ca.SX(Q), ca.SX(Q)))) == 0

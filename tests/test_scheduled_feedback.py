@@ -171,3 +171,8 @@ def test_a_horizon_that_is_none_is_refused():
 def test_a_series_of_nothing_is_refused(bad):
     with pytest.raises(ValueError, match=r"`chebyshev\(gains, horizon\)`"):
         chebyshev(**({"gains": lambda t: np.ones((len(t), 1, 1)), "horizon": 1.0} | bad))
+
+
+def test_no_terms_at_all_are_refused_by_name():
+    with pytest.raises(ValueError, match=r"`ScheduledFeedback.of\(coefficients=...\)` must be an array"):
+        ScheduledFeedback.of(paper_arm(), np.ones((0, 2, 4)), 1.0)

@@ -110,3 +110,12 @@ def test_a_gain_of_another_shape_is_refused():
 def test_a_gain_that_is_not_finite_is_refused():
     with pytest.raises(ValueError, match=r"`StateFeedback\(Kd=...\)` must be finite"):
         StateFeedback(paper_arm(), Kp, np.full((2, 2), np.nan))
+
+
+def test_a_gain_of_the_other_sign_is_refused():
+    K = np.hstack([Kp, Kd])
+    with pytest.raises(ValueError, match=r"(?s)`StateFeedback\(Kd=...\)` must damp.* A gain of u = \+K x must change"):
+        StateFeedback.of(paper_arm(), -K)
+    StateFeedback(paper_arm(), -Kp, Kd)  # gravity may hold what Kp pushes
+    StateFeedback(paper_arm(), Kp, 0 * Kd)  # friction may damp
+    StateFeedback(paper_arm(), Kp, np.diag([1.0, -0.1]))  # M may carry damping from joint to joint

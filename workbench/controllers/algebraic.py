@@ -78,7 +78,7 @@ def doubled(A: ca.SX, G: ca.SX, Q: ca.SX, rate: ca.SX, doublings: int) -> ca.SX:
 def residual(A: ca.SX, G: ca.SX, Q: ca.SX, P: ca.SX) -> ca.SX:
     """The norm of A'P + PA - PGP + Q over the sum of those of its terms: what certifies a P."""
     PA, PGP = P @ A, P @ G @ P
-    terms = 2 * norm(PA) + norm(PGP) + norm(Q)
+    terms = 2 * norm(PA) + norm(PGP) + norm(Q) + TINY  # P = 0 where nothing costs leaves nothing
     left: ca.SX = norm(PA + PA.T - PGP + Q) / terms
     return left
 

@@ -79,7 +79,7 @@ class ScheduledFeedback(AbstractController):
             If they are no such array, or the law refuses its numbers.
         """
         Kp, Kd = halves("ScheduledFeedback.of(coefficients=...)", coefficients, model.dof)
-        if Kp.ndim != 3:
+        if Kp.ndim != 3 or not len(Kp):
             raise ValueError(
                 "`ScheduledFeedback.of(coefficients=...)` must be an array (terms, n, 2n), one matrix for each term; "
                 f"got shape {np.shape(coefficients)}."

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from workbench.controllers.checks import halves
 from workbench.core import AbstractArm, Layout, block, parameter
@@ -32,7 +33,7 @@ class StateFeedback(AbstractController):
     Raises
     ------
     ValueError
-        If a gain is not finite or not of shape (n, n).
+        If a gain is not finite or not of shape (n, n), or Kd drives motion on and damps none.
 
     References
     ----------
@@ -43,6 +44,16 @@ class StateFeedback(AbstractController):
     model: AbstractArm
     Kp: Matrix = parameter(unit="N m/rad", shape=("n", "n"), symbol="K_p")
     Kd: Matrix = parameter(unit="N m s/rad", shape=("n", "n"), symbol="K_d")
+
+    def __post_init__(self) -> None:
+        # at rest the eigenvalues of the loop add up to -tr(M^-1 Kd), M being positive definite
+        damping = np.linalg.eigvalsh((self.Kd + self.Kd.T) / 2)
+        if damping[-1] <= 0 and damping[0] < 0:
+            raise ValueError(
+                "`StateFeedback(Kd=...)` must damp: tau holds -Kd ed, and a Kd whose symmetric part has negative "
+                "eigenvalues and no positive one makes every rest of an arm without friction unstable. Got "
+                f"{np.array2string(self.Kd, separator=', ')}. A gain of u = +K x must change its sign."
+            )
 
     @staticmethod
     def of(model: AbstractArm, K: Any) -> StateFeedback:
