@@ -170,6 +170,8 @@ def distances(path: Compared, scenario: str) -> Table:
             f"Residual of the algebraic equation at most {path.residual:.0e}. Error of the backward and of the "
             f"forward solution at most {path.backward.error.max():.0e} and {path.forward.error.max():.0e} "
             f"for a path that is a spline through the kept states; they were asked for {RTOL:.0e}.",
+            f"The backward solution is zero at the end, where no distance relative to it has a meaning: the last time "
+            f"looked at is {1e3 * (path.t[-1] - path.t[-2]):.2g} ms before.",
             "(34), solved again: another method, from the same path; it differs by what the spline leaves out.",
         ),
     )

@@ -66,6 +66,13 @@ def lyapunov(A, Q, E=None, discrete=False):
     raise AssertionError("the oracle did not settle")
 
 
+def margin(A, B, K, E):
+    """1 - max |z| over the eigenvalues z of E^-1 (A - B K)."""
+    flint.ctx.prec = BITS
+    closed = exact(E).solve(exact(A) - exact(B) * exact(K), algorithm="approx")
+    return 1 - max(float(abs(z).mid()) for z in flint.acb_mat(middle(closed)).eig(algorithm="approx"))
+
+
 def _step(F, E, left, discrete):
     """The D of F'DE + E'DF, or F'DF - E'DE, = -left by a dense system of n^2 equations."""
     n = F.nrows()

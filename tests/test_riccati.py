@@ -172,6 +172,28 @@ def test_the_error_is_that_of_x_where_its_rounding_leaves_the_linear_picture():
         assert oracle.away(found.K, K) <= 2 * found.certificate.error
 
 
+def test_a_margin_that_rounding_blurs_is_said_to_be_no_surer_than_it_is():
+    """Poles near zero that meet, seen through an ill-conditioned E: each is known to a root of the rounding."""
+    blurred = 0
+    for seed in range(8):
+        rng = np.random.default_rng(seed)
+        U, V = turned(seed, 4), turned(100 + seed, 4)
+        E = U @ np.diag(10.0 ** np.array([-5, -3, 0, 1])) @ V
+        A, B = rng.normal(size=(4, 4)), rng.normal(size=(4, 2))
+        try:
+            found = dare(A, B, np.eye(4), np.eye(2), E=E)
+        except Refused:
+            continue
+        _, K = oracle.riccati(A, B, np.eye(4), np.eye(2), found.X, E=E, discrete=True)
+        margin = oracle.margin(A, B, K, E)
+        told = [w for w in found.certificate.warnings if w.startswith("rounding moves the poles")]
+        blurred += bool(told)
+        sure = float(told[0].split("only ")[1].split()[0]) if told else 0.99 * found.certificate.margin
+        assert sure <= margin * (1 + 1e-2)
+    assert blurred
+    assert not care([[0, 1], [0, 0]], [[0], [1]], np.eye(2), 1).certificate.warnings
+
+
 def test_the_gain_has_digits_that_a_rounded_x_does_not_hold():
     """With more cheap inputs than states K divides what rounding leaves of X by R."""
     for seed in range(10):

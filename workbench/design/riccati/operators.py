@@ -16,6 +16,7 @@ import numpy as np
 from scipy import linalg
 
 from workbench.core.layout import Array
+from workbench.design.matrices import EPS
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 
@@ -28,14 +29,33 @@ class AbstractOperator(ABC):
     def poles(self) -> Complex:
         """The eigenvalues (n,) of the pencil F - lambda E."""
 
+    T: Any
+    E: Array | None
+
     @abstractmethod
+    def inside(self, poles: Complex) -> Array:
+        """How far each of poles (n,) lies from instability."""
+
     def margins(self) -> Array:
         """How far each pole (n,) lies from instability."""
+        return self.inside(self.poles)
 
     @property
     def margin(self) -> float:
         """How far the slowest pole lies from instability."""
         return float(self.margins().min())
+
+    def sure_margin(self) -> float:
+        """What is left of the margin when rounding moves every pole as far as it may, to first order in its size.
+
+        References
+        ----------
+        Golub, Van Loan (2013), Matrix Computations, section 7.2.2 (the condition of an eigenvalue).
+        """
+        poles, left, right = linalg.eig(self.T, left=True, right=True)
+        along = np.abs((left.conj() * right).sum(axis=0))
+        rounding = EPS * np.linalg.norm(self.T, 2) * (1.0 if self.E is None else np.linalg.cond(self.E))
+        return float((self.inside(np.asarray(poles)) - rounding / np.maximum(along, EPS)).min())
 
     @property
     def slowest(self) -> complex:
@@ -66,9 +86,9 @@ class LyapunovOperator(AbstractOperator):
         """The eigenvalues of T."""
         return np.asarray(linalg.eigvals(self.T), dtype=complex)
 
-    def margins(self) -> Array:
+    def inside(self, poles: Complex) -> Array:
         """How far each pole lies left of the imaginary axis."""
-        return np.asarray(-self.poles.real)
+        return np.asarray(-poles.real)
 
     def solve(self, W: Array) -> Array:
         """By LAPACK's `dtrsyl`."""
@@ -92,9 +112,9 @@ class SteinOperator(AbstractOperator):
         """The diagonal of T."""
         return np.array(np.diag(self.T))
 
-    def margins(self) -> Array:
+    def inside(self, poles: Complex) -> Array:
         """How far each pole lies inside the unit circle."""
-        return np.asarray(1 - np.abs(self.poles))
+        return np.asarray(1 - np.abs(poles))
 
     def solve(self, W: Array) -> Array:
         """Column by column, as each needs those before it."""

@@ -15,7 +15,7 @@ from workbench.design.riccati.answers import Riccati
 from workbench.design.riccati.conditioning import Conditioning, conditioning
 from workbench.design.riccati.diagnosis import REGULATOR, Words, figure, reason
 from workbench.design.riccati.double_double import twice
-from workbench.design.riccati.equation import AbstractEquation, Data, Discrete, Point, norm
+from workbench.design.riccati.equation import AbstractEquation, Data, Discrete, norm
 from workbench.design.riccati.newton import Refined, refine
 from workbench.design.riccati.one_thread import one_thread
 from workbench.design.riccati.units import Units, good_units
@@ -24,6 +24,7 @@ WORST_RESIDUAL = 1e-11
 WORST_ERROR = 1e-4  # four digits of X for the data as given
 WORST_MOVE = 1e-2  # two digits of X when every matrix is rounded to floating-point numbers
 WORTH_A_WARNING = 1e-6
+UNSURE = 0.01  # of a margin, that rounding may take
 UNSEEN = 2.0**-100  # of the terms of a residual: what sums in twice the working precision may lose
 ROUNDING = 8 * EPS  # what a few operations on the data, a change of coordinates say, do to them
 
@@ -100,7 +101,7 @@ def _judge(equation: AbstractEquation, found: Refined, units: Units) -> _Judged:
         condition=known.condition,
         margin=margin,
         refined=found.steps,
-        warnings=tuple(_warnings(equation, point, error, of_gain, known)),
+        warnings=tuple(_warnings(equation, found, error, of_gain, known)),
     )
     return _Judged(found, beyond.K, certificate, _against(found, certificate, known))
 
@@ -127,7 +128,7 @@ def _against(found: Refined, certificate: Certificate, known: Conditioning) -> s
 
 
 def _warnings(
-    equation: AbstractEquation, point: Point, error: float, of_gain: float, known: Conditioning
+    equation: AbstractEquation, found: Refined, error: float, of_gain: float, known: Conditioning
 ) -> Iterator[str]:
     if known.condition * EPS > WORTH_A_WARNING:
         yield f"rounding the data can change X by up to {known.condition * EPS:.1e} of its size"
@@ -135,9 +136,12 @@ def _warnings(
         yield f"X is known to a relative error of about {error:.1e} only"
     if of_gain > WORTH_A_WARNING:
         yield f"K is known to a relative error of about {of_gain:.1e} only"
+    margin = found.operator.margin
+    if margin > 0 and (sure := found.operator.sure_margin()) < (1 - UNSURE) * margin:
+        yield f"rounding moves the poles: of the margin {margin:.3g} only {sure:.3g} is sure"
     if known.reach < 1 and known.reach > 0 and known.reach < EPS / WORTH_A_WARNING:
         yield f"relative changes of the data beyond about {known.reach:.1e} may leave no stabilising solution"
     if indefinite(equation.data.Q):
         yield "Q is not positive semidefinite: X stabilises, but a loop that does not may cost less"
-    if indefinite((point.W + point.W.T) / 2):
+    if indefinite((found.point.W + found.point.W.T) / 2):
         yield "R + B'XB is not positive definite: u = -K x stabilises, but the cost has no minimum there"
