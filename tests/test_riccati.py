@@ -121,6 +121,20 @@ def test_units_of_states_and_inputs_change_x_as_they_must():
     np.testing.assert_allclose(second.K, np.linalg.inv(u) @ first.K @ x, rtol=1e-11)
 
 
+def test_units_by_powers_of_two_refuse_nothing_and_change_no_digit():
+    """Five vehicles in a string: balancing is a similarity, and new units of inputs change R by a congruence."""
+    A, B, Q = np.zeros((9, 9)), np.zeros((9, 5)), np.diag([0.0, 10] * 4 + [0.0])
+    A[::2, ::2], B[::2] = -np.eye(5), np.eye(5)
+    A[1::2, ::2] = np.eye(4, 5) - np.eye(4, 5, k=1)
+    first = care(A, B, Q, np.eye(5))
+    for seed in range(30):
+        rng = np.random.default_rng(seed)
+        x, u = (2.0 ** rng.integers(-26, 27, size) for size in (9, 5))
+        second = care(A / x[:, None] * x, B / x[:, None] * u, Q * x[:, None] * x, np.diag(u * u))
+        assert oracle.away(second.X / x[:, None] / x, first.X) <= LAST_DIGIT
+        assert second.certificate.warnings == ()
+
+
 def test_a_heavier_cost_is_a_heavier_x_and_the_same_gain():
     A, B, Q, R, S, E = system(6, 5)
     for solve in (care, dare):

@@ -48,6 +48,10 @@ def good_units(d: Data) -> Units:
     Benner (2001), Symplectic balancing of Hamiltonian matrices, SIAM J. Sci. Comput. 22.
     """
     n = d.n
+    # the inputs' units come first: they change R by a congruence, which balancing, a similarity, cannot undo
+    weight = np.diag(d.R)
+    inputs = np.exp2(-np.round(np.log2(np.where(weight > 0, weight, 1.0)) / 2))
+    d = Units(np.ones(n), inputs).into(d)
     A, B, Q, R, S = (np.abs(matrix) for matrix in (d.A, d.B, d.Q, d.R, d.S))
     A = A if d.E is None else A + np.abs(d.E)
     pencil = np.block([[A, np.zeros((n, n)), B], [Q, A.T, S], [S.T, B.T, R]])
@@ -55,6 +59,4 @@ def good_units(d: Data) -> Units:
     _, (scale, _) = linalg.matrix_balance(pencil, permute=False, separate=True)
     exponent = np.log2(scale)
     states = np.exp2(np.round((exponent[:n] - exponent[n : 2 * n]) / 2))
-    weight = np.diag(d.R)
-    inputs = np.exp2(-np.round(np.log2(np.where(weight > 0, weight, 1.0)) / 2))
     return Units(states, inputs)

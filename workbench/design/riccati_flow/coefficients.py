@@ -37,8 +37,8 @@ class Terms:
         most = max(float(np.abs(term).max()) for term in terms)
         if not most:
             return 0.0
-        terms = tuple(term / most for term in terms)
-        return float(np.linalg.norm(sum(terms))) / sum(float(np.linalg.norm(term)) for term in terms)
+        over = [term / most for term in terms]
+        return float(np.linalg.norm(sum(over))) / sum(float(np.linalg.norm(term)) for term in over)
 
 
 @dataclass(frozen=True, eq=False)

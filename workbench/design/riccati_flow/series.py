@@ -14,6 +14,7 @@ from workbench.design.certificates import Refused
 MOST_TERMS = 1025
 OTHERS, GOLDEN = 13, (np.sqrt(5) - 1) / 2  # times that lie on no grid, for a series to be held against
 Gains = Callable[[Array], Any]
+Places = np.ndarray[Any, np.dtype[np.intp]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +147,7 @@ def _trimmed(found: Array, t: Array, K: Array, horizon: float, kind: str, tolera
     return replace(series, error=error / size if size else 0.0)
 
 
-def _mixed(t: Array, length: float) -> tuple[Array, Array]:
+def _mixed(t: Array, length: float) -> tuple[Array, Places]:
     """The times with others between them, and where the times are: on equal steps one frequency poses as another."""
     others = length * (GOLDEN * np.arange(1, OTHERS + 1) % 1)
     every = np.unique(np.concatenate([t, others]))
