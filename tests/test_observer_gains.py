@@ -266,3 +266,26 @@ def test_arms_with_a_relay_of_friction_are_refused():
     rough = replace(smooth, recursion=(smooth.qdd, smooth.tau + ca.sign(smooth.qd)))
     with pytest.raises(ValueError, match="SIGN"):
         Mismatch.of(rough)
+
+
+class Bent(PlanarArm):
+    """A pendulum whose force bends where a state passes zero: |qd| qd of air, or |q| of a spring."""
+
+    def coriolis_matrix(self, q, qd):
+        return -50 * ca.fabs(qd) if self.zero == "down" else ca.SX(1, 1)
+
+    def gravity_vector(self, q):
+        return -50 * ca.fabs(q) if self.zero == "up" else ca.SX(1, 1)
+
+
+@pytest.mark.parametrize("zero", ["down", "up"])
+def test_an_acceleration_that_bends_is_refused_as_no_polynomial_bounds_its_jacobian(zero):
+    with pytest.raises(ValueError, match="needs a smooth acceleration"):
+        Mismatch.of(Dynamics.of(Bent((PointMass(1.0, 1.0),), 9.81, zero), symbolic=False))
+
+
+def test_complex_numbers_are_refused_and_not_cut():
+    with pytest.raises(ValueError, match="must be a matrix of numbers"):
+        Gains(np.array([[30 + 5j]]), [[50.0]])
+    with pytest.raises(ValueError, match="must be a vector of numbers"):
+        Region(np.array([1 + 1j]), [1.0])

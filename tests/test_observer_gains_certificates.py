@@ -106,6 +106,18 @@ def test_an_audit_takes_no_certificate_of_something_else(certificate):
         audit(DYNAMICS, certificate.gains, BOX, 0.8, 2.0, certificate)
 
 
+def test_an_audit_proves_a_certificate_that_it_is_given_again(certificate):
+    heavier = Dynamics.of(PlanarArm((PointMass(3.0, 0.8), PointMass(2.0, 0.3)), 9.81))
+    for arm, given in ((DYNAMICS, replace(certificate, P=-certificate.P)), (heavier, certificate)):
+        with pytest.raises(Refused):
+            audit(arm, certificate.gains, BOX, 0.8, 1.0, given)
+
+
+def test_a_reach_is_for_as_many_joints_as_the_certificate(certificate):
+    with pytest.raises(ValueError, match="for the 2 joints of the certificate; got 1"):
+        certificate.reach(Region([1.0], [1.0]))
+
+
 def test_errors_that_are_admitted_decay_as_promised_along_runs(certificate):
     """Arm and observer by another integrator, from the edge of the admitted ellipsoid; the torque slows the arm."""
     arm = Region([4.0, 4.0], [30.0, 30.0])

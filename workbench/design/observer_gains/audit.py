@@ -62,13 +62,16 @@ def audit(
     rate
         The decay in 1/s that is to be proved, in the whole region or else in as large a share of it as can be.
     known
-        The certificate of these gains in the whole region, if there is one; else one is sought (extra `lmi`).
+        The certificate of these gains in the whole region, if there is one; else one is sought (extra `lmi`). Its P is
+        proved again for this arm.
 
     Raises
     ------
     ValueError
         If sizes differ, the rate is not positive, `inner` does not lie between 0 and 1, or `known` is the certificate
         of something else.
+    Refused
+        If the P of `known` is not proved here.
     """
     positive("audit(rate=...)", rate, " of 1/s")
     if not 0 < positive("audit(inner=...)", inner) < 1:
@@ -77,7 +80,9 @@ def audit(
         raise ValueError("`audit(known=...)` must be the certificate of these gains, in this region, of this rate.")
     mismatch = Mismatch.of(dynamics)
     seen = over(mismatch, gains, region)
-    certificate, share, why = (known, 1.0, "") if known else _certified(mismatch, gains, region, rate)
+    certificate, share, why = (
+        (check(mismatch, gains, region, known.P, rate), 1.0, "") if known else _certified(mismatch, gains, region, rate)
+    )
     reach = None
     if certificate is not None and share is not None:
         reach = certificate.reach(_slower(certificate.region, inner))

@@ -75,6 +75,10 @@ class RateCertificate:
     def _room(self, arm: Region) -> Array:
         """How far the estimate may be off in each state, (2n,)."""
         mine, whose = self.region, arm
+        if whose.joints != mine.joints:
+            raise ValueError(
+                f"`reach(arm)` must be for the {mine.joints} joints of the certificate; got {whose.joints}."
+            )
         room = np.full(2 * self.gains.joints, np.inf)
         room[self.gains.joints :] = mine.speed - whose.speed
         if mine.low is not None and mine.high is not None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array
+from workbench.core.layout import Array, numbers
 from workbench.core.sockets import described
 
 
@@ -71,7 +71,7 @@ class Gains:
 
 def _square(name: str, given: Any) -> Array:
     try:
-        L = np.array(given, dtype=float)
+        L = numbers(given)
     except (TypeError, ValueError):
         raise ValueError(f"`Gains({name}=...)` must be a matrix of numbers; got {described(given)}.") from None
     if L.ndim != 2 or L.shape[0] != L.shape[1] or not L.size:

@@ -64,15 +64,19 @@ class Mismatch:
         Raises
         ------
         ValueError
-            If its acceleration may jump, or is not quadratic in the velocities, as with some frictions.
+            If its acceleration may jump or bend, or is not quadratic in the velocities, as with some frictions.
         """
         q, qd, n = dynamics.q, dynamics.qd, dynamics.dof
         tau = ca.SX.sym("tau", n)
         bias = ca.substitute(dynamics.tau, dynamics.qdd, ca.SX.zeros(n))
         f = solve_definite(dynamics.M, tau - bias)
-        if found := jumps(walk(f), [symbol.name() for symbol in ca.symvar(ca.vertcat(q, qd))]):
-            raise ValueError(f"`Mismatch.of(dynamics)` needs a smooth acceleration; this one holds {found[0]}.")
         J = ca.vec(ca.densify(ca.jacobian(f, ca.vertcat(q, qd))))
+        # where J jumps, as that of |qd| qd or |q|, neither its polynomial nor its slopes bound it
+        if found := jumps(walk(ca.vertcat(f, J)), [symbol.name() for symbol in ca.symvar(ca.vertcat(q, qd))]):
+            raise ValueError(
+                f"`Mismatch.of(dynamics)` needs a smooth acceleration; that of '{dynamics.name}' or its Jacobian holds "
+                f"{found[0]}."
+            )
         parts = ca.cse(_coefficients(J, qd, tau))
         if ca.depends_on(parts, ca.vertcat(qd, tau)):
             raise ValueError(

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array
+from workbench.core.layout import Array, numbers
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +74,7 @@ class Region:
 
 def _vector(name: str, given: Any, size: int) -> Array:
     try:
-        value = np.array(given, dtype=float)
+        value = numbers(given)
     except (TypeError, ValueError):
         raise ValueError(f"`Region({name}=...)` must be a vector of numbers; got {given!r}.") from None
     if value.shape != (size,) or not size or not np.isfinite(value).all():
