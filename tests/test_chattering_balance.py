@@ -153,3 +153,15 @@ def test_two_crossings_close_to_a_hardly_damped_resonance_are_both_found():
     np.testing.assert_allclose(found, w0, rtol=1e-4)
     assert np.all(value.real < 0)
     np.testing.assert_allclose(value.imag / abs(value), 0.0, atol=1e-7)
+
+
+def test_an_oscillation_at_a_frequency_of_the_grid_itself_is_found():
+    """10 / (s (s + 10)^2) turns by -180 degrees at its own corner, where |W| = 1 / 200."""
+    found = only(harmonic_balance(LinearPart([[0, 1, 0], [0, -10, 1], [0, 0, -10]], [0, 0, 10], [1, 0, 0]), Relay(1.0)))
+    assert found.frequency == pytest.approx(10, rel=1e-12)
+    assert found.amplitude == pytest.approx(4 / np.pi / 200, rel=1e-12)
+
+
+def test_an_unstable_pole_beside_a_fast_one_is_refused():
+    with pytest.raises(ValueError, match=r"no unstable pole.*0\.9"):
+        LinearPart(np.diag([0.9, -1e6]), [1.0, 1.0], [1.0, 1.0])

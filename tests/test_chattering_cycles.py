@@ -144,3 +144,8 @@ def test_a_sine_is_measured_as_it_is():
 def test_a_record_that_is_none_is_refused(t, y, words):
     with pytest.raises(ValueError, match=words):
         measured(t, y)
+
+
+def test_a_linear_part_that_swings_as_the_relay_does_is_refused():
+    with pytest.raises(Refused, match="none of up to 200"):
+        relay_cycles(LinearPart([[-1.0]], [1.0], [1.0], period=0.1), 1.0)

@@ -100,6 +100,7 @@ def _continuous(W: LinearPart, K: float) -> list[Cycle]:
 
     s = np.array([switch(half) for half in T])
     roots = [brentq(switch, T[i], T[i + 1], xtol=1e-15 * T[i], rtol=1e-14) for i in np.flatnonzero(s[:-1] * s[1:] < 0)]
+    roots += T[s == 0].tolist()
     return [cycle for half in roots if (cycle := _cycle(W, K, float(half))) is not None]
 
 
@@ -148,7 +149,12 @@ def _sampled(W: LinearPart, K: float, most: int) -> list[Cycle]:
     Phi, Gamma = np.eye(nx), np.zeros(nx)
     for m in range(1, most + 1):
         Phi, Gamma = Phi @ W.A, W.A @ Gamma + W.b
-        start = K * np.linalg.solve(np.eye(nx) + Phi, Gamma)
+        try:
+            start = K * np.linalg.solve(np.eye(nx) + Phi, Gamma)
+        except (
+            np.linalg.LinAlgError
+        ):  # the linear part keeps up an oscillation of this period, and grows in the relay's
+            continue
         x, s = start, np.empty(m)
         for i in range(m):
             s[i] = W.c @ x
