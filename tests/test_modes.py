@@ -171,3 +171,31 @@ def test_what_is_no_system_is_refused(call):
 def test_a_tolerance_below_rounding_is_refused():
     with pytest.raises(ValueError, match="tolerance.*between rounding, 2e-16, and 1; got 0"):
         controllability(system(I2, I2, I2), tolerance=0.0)
+
+
+@pytest.mark.parametrize("multiple", [4, 6, 8])
+def test_a_defective_mode_of_high_order_is_found(multiple):
+    """Rounding moves a sixfold eigenvalue by its sixth root, 2e-3; no input reaches the last state of the chain."""
+    rng = np.random.default_rng(multiple)
+    b = np.append(rng.normal(size=multiple - 1), 0.0)
+    T = np.linalg.qr(rng.normal(size=(multiple, multiple)))[0]
+    A = T @ (2 * np.eye(multiple) + np.eye(multiple, k=1)) @ T.T
+    lost = system(A, (T @ b)[:, np.newaxis], np.eye(multiple))
+    assert not controllability(lost).holds
+    assert not stabilisability(lost).holds
+
+
+def test_a_lost_mode_that_decays_does_not_spoil_one_that_grows_beside_it():
+    rng = np.random.default_rng(3)
+    for n in (4, 8, 12):
+        for _ in range(10):
+            A = np.diag([1e-3, -1e-3, *-rng.uniform(0.3, 1, n - 2)])
+            b, T = rng.normal(size=(n, 1)), np.linalg.qr(rng.normal(size=(n, n)))[0]
+            b[:2, 0] = 0.3, 0.0
+            assert stabilisability(system(T @ A @ T.T, T @ b, np.eye(n))).holds
+
+
+def test_a_pole_at_zero_of_a_sampled_system_is_gone_at_once():
+    (pole,) = poles(system([[0.0]], [[1.0]], [[1.0]], dt=0.1))
+    assert pole.frequency == np.inf
+    assert pole.damping == 1

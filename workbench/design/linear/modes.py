@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +19,7 @@ ROUNDING = float(np.finfo(float).eps)
 TOLERANCE = 1e-9  # of the margin: below it a mode counts as not reached
 TAKES_PART = 0.1  # of the largest entry: what a state must have to be named
 DESCENTS = 30
-NEARBY = 1e-3  # of the norm of A: how far rounding may move a multiple eigenvalue, as a root of itself
+NEARBY = 4.0  # times the norm of A and the nx-th root of rounding: how far that may move a multiple eigenvalue
 
 
 @dataclass(frozen=True)
@@ -30,7 +31,7 @@ class Pole:
     value
         lambda in 1/s; of a discrete system the number z itself.
     frequency
-        The natural frequency |lambda| in rad/s; of a discrete system that of log(z) / dt.
+        The natural frequency |lambda| in rad/s; of a discrete system that of log(z) / dt, infinite at z = 0.
     damping
         -Re lambda / |lambda|: 1 for a decay without oscillation, negative where it grows, NaN at zero.
     condition
@@ -67,13 +68,21 @@ def poles(system: control.StateSpace) -> tuple[Pole, ...]:
     found = []
     for k, value in enumerate(values):
         along = left[k] * right[:, k]
-        condition = float(np.linalg.norm(left[k]))
-        s = value if not system.isdtime(strict=True) else np.log(complex(value)) / (system.dt or 1.0)
-        size = float(abs(s))
-        damping = float(-s.real / size) if size else float("nan")
+        with np.errstate(over="ignore"):
+            condition = float(np.linalg.norm(left[k]))
+        size, damping = _spread(complex(value), system.dt if system.isdtime(strict=True) else None)
         found.append(Pole(complex(value), size, damping, condition, _named(along, names)))
     growth = np.abs(values) if system.isdtime(strict=True) else values.real
     return tuple(found[k] for k in np.lexsort((-values.imag, -np.round(growth, 9))))
+
+
+def _spread(value: complex, dt: float | None) -> tuple[float, float]:
+    """Natural frequency and damping of a pole; of z = 0, which is gone after one step, infinite and 1."""
+    if dt is not None and not value:
+        return float("inf"), 1.0
+    s = value if dt is None else complex(np.log(value)) / dt
+    size = abs(s)
+    return size, -s.real / size if size else float("nan")
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,28 +200,36 @@ def _hautus(kind: str, system: control.StateSpace, tolerance: float) -> Hautus:
     A, B, Cy = _matrices(kind, system)
     if not ROUNDING < tolerance < 1:
         raise ValueError(f"`{kind}(tolerance=...)` must be between rounding, 2e-16, and 1; got {tolerance!r}.")
-    by_input = kind in ("controllable", "stabilisable")
+    by_input, by_all = kind in ("controllable", "stabilisable"), kind in ("controllable", "observable")
     A, B = (A, B) if by_input else (A.T, Cy.T)  # what is observable is controllable of the transpose
     scale = float(np.linalg.norm(np.hstack([A, B]), 2)) or 1.0
-    values = np.linalg.eigvals(A).astype(complex)
-    if kind in ("stabilisable", "detectable"):
-        discrete = system.isdtime(strict=True)
-        size = float(np.linalg.norm(A, 2))
-        values = values[np.abs(values) >= 1 - tolerance] if discrete else values[values.real >= -tolerance * size]
-    modes = sorted((_mode(A, B, value, scale, system.state_labels) for value in values), key=lambda m: m.margin)
-    return Hautus(kind, tuple(modes), tolerance)
+    discrete, edge = system.isdtime(strict=True), 1 - tolerance
+    least = -np.inf if by_all else -tolerance * float(np.linalg.norm(A, 2))
+
+    def asked(value: complex) -> complex:
+        """The nearest value that the test asks about."""
+        if discrete:
+            return value if by_all or abs(value) >= edge else edge * value / (abs(value) or 1.0)
+        return complex(max(value.real, least), value.imag)
+
+    values = [value for value in np.linalg.eigvals(A).astype(complex) if asked(value) == value]
+    modes = (_mode(A, B, value, scale, system.state_labels, asked) for value in values)
+    return Hautus(kind, tuple(sorted(modes, key=lambda m: m.margin)), tolerance)
 
 
-def _mode(A: Array, B: Array, value: complex, scale: float, names: list[str]) -> Mode:
+def _mode(
+    A: Array, B: Array, value: complex, scale: float, names: list[str], asked: Callable[[complex], complex]
+) -> Mode:
     """The mode at an eigenvalue, or where the smallest singular value of [lambda I - A, B] is least near it.
 
     Newton's method on w* [lambda I - A, B] v = 0 with the singular vectors w and v; short steps where that overshoots.
+    It keeps to what is asked about: a mode that decays may be lost.
     """
     w, margin, slope = _least(A, B, value)
-    start, reach = value, NEARBY * float(np.linalg.norm(A, 2))
+    start, reach = value, NEARBY * ROUNDING ** (1 / len(A)) * float(np.linalg.norm(A, 2))
     for _ in range(DESCENTS):
         step = margin / slope if slope else 0.0
-        for nearby in (value - step, value - abs(slope) ** 2 * step):
+        for nearby in (asked(value - step), asked(value - abs(slope) ** 2 * step)):
             found = _least(A, B, nearby)
             if found[1] < margin * (1 - 1e-6) and abs(nearby - start) <= reach:
                 value, (w, margin, slope) = nearby, found
