@@ -173,3 +173,37 @@ def test_a_loop_needs_an_output_for_each_input():
     ode = open_loop(Manipulator(paper_arm(), q=[0, 0]))
     with pytest.raises(ValueError, match="an output for each input.*'plant' has 2 inputs and 4 outputs"):
         broken_loop(ode, 0.0, np.zeros(4))
+
+
+@pytest.mark.parametrize(
+    ("numerator", "denominator"),
+    [([1e4], [1, 1]), ([1e5], [1, 0]), ([2e3, 1e6], [1, 0, 0]), ([2e-4, 1e-8], [1, 0, 0])],
+)
+def test_a_crossover_far_from_all_poles_of_the_loop_is_found(numerator, denominator):
+    loop = control.ss(control.tf(numerator, denominator))
+    _, phase, _, _, crossover, _ = control.stability_margins(loop)
+    (ours,) = loop_margins(loop)
+    assert ours.phase == pytest.approx(phase, rel=1e-8)
+    assert ours.crossover == pytest.approx(crossover, rel=1e-8)
+    assert ours.delay == pytest.approx(np.radians(phase) / crossover, rel=1e-8)
+
+
+def test_a_crossover_at_a_resonance_narrower_than_any_grid_is_found():
+    # 1e-3 / (s^2 + 2e-5 s + 100) crosses |L| = 1 within 5e-5 rad/s of 10
+    A, B, C = [[0, 1, 0], [-100, -2e-5, 0], [0, 0, -1]], [[0], [1], [1]], [[1e-3, 0, 0.5]]
+    (ours,) = loop_margins(control.ss(A, B, C, 0))
+    assert ours.crossover == pytest.approx(10, abs=1e-4)
+    L = np.array(C) @ np.linalg.solve(1j * ours.crossover * np.eye(3) - np.array(A), B)
+    assert abs(L.item()) == pytest.approx(1, rel=1e-6)
+    assert ours.phase < 90
+
+
+def test_a_gain_that_makes_the_loop_ill_posed_is_its_margin():
+    # 1 + k L = ((1 - k / 2) s + 1 + 5 k) / (s + 1)
+    (ours,) = loop_margins(control.ss([[-1]], [[1]], [[5.5]], [[-0.5]]))
+    assert ours.gain[1] == pytest.approx(2)
+
+
+def test_a_loop_without_states_has_margins():
+    (ours,) = loop_margins(control.ss([], [], [], [[-0.5]]))
+    assert ours.gain[1] == pytest.approx(2)

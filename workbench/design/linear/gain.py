@@ -65,7 +65,7 @@ def largest_gain(G: Realisation) -> Peak:
         return Peak(0.0, 0.0, 0.0)
     for _ in range(ROUNDS):
         gamma = (1 + TOLERANCE) * below
-        crossings = _crossings(G, gamma)
+        crossings = crossings_of(G, gamma)
         middles = np.concatenate([crossings, (crossings[1:] + crossings[:-1]) / 2])
         found, at = _highest(G, middles) if len(middles) else (0.0, 0.0)
         if found <= gamma:
@@ -80,7 +80,7 @@ def _highest(G: Realisation, frequencies: Array) -> tuple[float, float]:
     return float(sizes[best]), float(frequencies[best])
 
 
-def _crossings(G: Realisation, gamma: float) -> Array:
+def crossings_of(G: Realisation, gamma: float) -> Array:
     """Frequencies at which a singular value of G may be gamma, in order; some too many do no harm."""
     A, B, C, D = G.A, G.B, G.C, G.D
     R = np.linalg.inv(gamma**2 * np.eye(D.shape[1]) - D.T @ D)
@@ -88,7 +88,7 @@ def _crossings(G: Realisation, gamma: float) -> Array:
     H = np.block([[F, B @ R @ B.T], [-C.T @ (np.eye(len(C)) + D @ R @ D.T) @ C, -F.T]])
     values = np.linalg.eigvals(H)
     # a double eigenvalue on the axis may be moved off it by the root of rounding
-    near = np.abs(values.real) <= 1e-6 * (np.abs(values) + 1e-3 * np.abs(values).max())
+    near = np.abs(values.real) <= 1e-6 * (np.abs(values) + 1e-3 * np.abs(values).max(initial=0.0))
     return np.unique(np.abs(values.imag[near]))
 
 

@@ -9,7 +9,14 @@ import numpy as np
 
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
-from workbench.design.linear.gain import Realisation, largest_gain, pole_frequencies, scaled_peak, spectral_peak
+from workbench.design.linear.gain import (
+    Realisation,
+    crossings_of,
+    largest_gain,
+    pole_frequencies,
+    scaled_peak,
+    spectral_peak,
+)
 from workbench.design.linear.loops import alone, closed, matrices_of
 
 if TYPE_CHECKING:
@@ -108,8 +115,8 @@ class LoopMargins:
 def loop_margins(loop: control.StateSpace) -> tuple[LoopMargins, ...]:
     """The classical margins of each channel of a loop L, one broken at a time.
 
-    Crossings are sought between 2000 frequencies, spread by powers from a hundredth of the slowest pole to a hundred
-    times the fastest, and located to rounding.
+    Crossings are found by eigenvalues and not on a grid, and located to rounding: |L(i omega)| = 1 by those of a
+    Hamiltonian matrix, and a real L(i omega) by the zeros of L(s) - L(-s).
 
     Raises
     ------
@@ -121,20 +128,20 @@ def loop_margins(loop: control.StateSpace) -> tuple[LoopMargins, ...]:
 
 
 def _margins(L: Realisation, name: str) -> LoopMargins:
-    frequencies = pole_frequencies(L, FREQUENCIES)
-
     def value(omega: float) -> complex:
         return complex(L.response(np.array([omega]))[0, 0, 0])
 
-    def size(omega: float) -> float:
-        return float(np.log(abs(value(omega))))
+    def excess(omega: float) -> float:  # of |L| over 1, between -1 and 1
+        return float((abs(value(omega)) - 1) / (abs(value(omega)) + 1))
 
-    response = L.response(frequencies)[:, 0, 0]
-    crossings = _zeros(size, frequencies, np.log(np.abs(response)))
+    disk, feedthrough = _disk_margin_of(L), float(L.D[0, 0])
+    crossings = _zeros(excess, _between(L, crossings_of(L, 1.0) if abs(feedthrough) != 1 else np.zeros(0)))
     turned = [float(np.angle(-value(omega))) for omega in crossings]  # the phase above -180 degrees
-    real = _zeros(lambda omega: value(omega).imag, frequencies, response.imag)
-    still = [0.0] if np.linalg.cond(L.A) < 1e12 else []  # a loop that integrates has no finite gain at 0
-    factors = [-1 / value(omega).real for omega in (*still, *real) if value(omega).real < 0]
+    real = _zeros(lambda omega: value(omega).imag, _between(L, _real_at(L)))
+    # a loop that integrates has no finite gain at 0
+    still = [0.0] if not len(L.A) or np.linalg.cond(L.A) < 1e12 else []
+    reals = [feedthrough, *(value(omega).real for omega in (*still, *real))]
+    factors = [-1 / gain for gain in reals if gain < 0]
     delays = [(angle % TURN) / omega for angle, omega in zip(turned, crossings, strict=True)]
     least = int(np.argmin(np.abs(turned))) if turned else -1
     return LoopMargins(
@@ -143,8 +150,30 @@ def _margins(L: Realisation, name: str) -> LoopMargins:
         float(np.degrees(abs(turned[least]))) if turned else float("inf"),
         min(delays, default=float("inf")),
         crossings[least] if turned else float("nan"),
-        _disk_margin_of(L),
+        disk,
     )
+
+
+def _real_at(L: Realisation) -> Array:
+    """Frequencies at which L may be real, (N,): the zeros of L(s) - L(-s), of which some too many do no harm."""
+    from scipy.linalg import block_diag, eigvals
+
+    nx = len(L.A)
+    pencil = np.block([[block_diag(L.A, -L.A), np.vstack([L.B, L.B])], [L.C, L.C, np.zeros((1, 1))]])
+    with np.errstate(divide="ignore", invalid="ignore"):  # the zeros at infinity
+        zeros = eigvals(pencil, block_diag(np.eye(2 * nx), np.zeros((1, 1))))
+    return np.unique(np.abs(zeros[np.isfinite(zeros)].imag))
+
+
+def _between(L: Realisation, candidates: Array) -> Array:
+    """Frequencies in rad/s, from far below all poles to far above, with one between any two candidates of a zero."""
+    S = closed(L)
+    spread = np.concatenate([pole_frequencies(system, FREQUENCIES) for system in (L, S)])
+    candidates = np.sort(candidates[(candidates > 0) & (candidates < 1e6 * spread.max())])
+    # not just halfway, where an undamped pole may lie
+    gaps = 0.47 * candidates[:-1] + 0.53 * candidates[1:]
+    ends = np.concatenate([candidates[:1] / 3, 3 * candidates[-1:]])
+    return np.unique(np.concatenate([spread, gaps, ends]))
 
 
 def _disk_margin_of(L: Realisation) -> DiskMargin:
@@ -153,19 +182,22 @@ def _disk_margin_of(L: Realisation) -> DiskMargin:
     return DiskMargin(1 / peak.above, 1 / peak.below, peak.frequency)
 
 
-def _zeros(function: Any, frequencies: Array, values: Array) -> list[float]:
-    """The zeros of a function between frequencies where it changes its sign."""
+def _zeros(function: Any, frequencies: Array) -> list[float]:
+    """The zeros of a function at frequencies, and between those where it changes its sign."""
     from scipy.optimize import brentq
 
-    signs = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
-    return [float(brentq(function, frequencies[k], frequencies[k + 1], xtol=1e-12)) for k in signs]
+    signs = np.sign([function(omega) for omega in frequencies])
+    places = np.flatnonzero(signs[:-1] * signs[1:] < 0)
+    ends = [(float(frequencies[k]), float(frequencies[k + 1])) for k in places]
+    found = [float(brentq(function, low, high, xtol=1e-13 * low, rtol=1e-13)) for low, high in ends]
+    return sorted([*found, *frequencies[signs == 0].tolist()])
 
 
 def _balanced(L: Realisation) -> Realisation:
     """(S - T) / 2 = S - I / 2; refused where the closed loop does not decay."""
     S = closed(L)
     slowest = max(np.linalg.eigvals(S.A), key=lambda pole: pole.real, default=-1.0)
-    if slowest.real >= -DECAY * (1 + np.linalg.norm(S.A, 2)):
+    if slowest.real >= -DECAY * (1 + np.linalg.norm(S.A)):
         raise Refused(
             f"A loop has a margin only where it is asymptotically stable once closed; here a pole is "
             f"{slowest:.4g} 1/s. Hold states that no torque depends on by `held`."
