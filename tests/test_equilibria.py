@@ -125,3 +125,14 @@ def test_a_rate_that_depends_on_time_has_no_rest_point():
     ode = decay()
     with pytest.raises(ValueError, match="does not depend on time"):
         equilibria(replace(ode, rate=ode.rate + ode.t), {"x": (-1, 1)})
+
+
+def test_a_rate_that_is_small_but_never_zero_has_no_rest_point():
+    found = equilibria(of(lambda x: 1e-10 + 0 * x[0]), {"x": (-2.0, 2.0)})
+    assert found.complete
+    assert not found.points
+
+
+def test_starts_where_the_rate_is_not_defined_are_left_out():
+    (point,) = equilibria(of(lambda x: ca.sqrt(x[0]) - 1), {"x": (-2.0, 2.0)}).points
+    assert point.x == pytest.approx([1.0])

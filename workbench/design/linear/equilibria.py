@@ -125,13 +125,14 @@ def equilibria(
     row = row_of(ode, p, u)
     begun = _spread(low, high, starts, seed)
     reached = [end for start in begun if (end := _newton(ode, start, row)) is not None]
-    usual = float(np.median([np.linalg.norm(np.array(ode.A(0.0, x, row)), 2) for x in begun]))
     room = 1e-9 * (high - low)
     inside = [x for x in reached if ((low - room <= x) & (x <= high + room)).all()]
     found = _distinct(inside)
-    proof = proved(_at(ode, row), low, high, found, boxes)
-    points = tuple(_certified(ode, x, row, usual, radius) for x, radius in zip(found, proof.radii, strict=True))
-    return Equilibria(points, starts, len(reached), proof.complete, proof.boxes)
+    usual, proof = _usual(ode, begun, row), proved(_at(ode, row), low, high, found, boxes)
+    # where the proof is complete, a point with no zero near it is none: its rate is small, but not zero
+    kept = [(x, r) for x, r in zip(found, proof.radii, strict=True) if r is not None or not proof.complete]
+    points = [_certified(ode, x, row, usual, radius) for x, radius in kept]
+    return Equilibria(tuple(points), starts, len(reached), proof.complete, proof.boxes)
 
 
 def _ends(states: Layout, box: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:
@@ -202,6 +203,12 @@ def _at(ode: Ode, p: Array) -> Ode:
     """The equation with these parameters as its defaults."""
     values = ode.parameters.unpack(p)
     return replace(ode, parameters=Layout(tuple(replace(e, default=values[e.name]) for e in ode.parameters.entries)))
+
+
+def _usual(ode: Ode, begun: Array, p: Array) -> float:
+    """The median of the norms of df/dx over the starts at which it is defined."""
+    slopes = (np.array(ode.A(0.0, x, p)) for x in begun)
+    return float(np.median([float(np.linalg.norm(A, 2)) for A in slopes if np.isfinite(A).all()] or [0.0]))
 
 
 def _certified(ode: Ode, x: Array, p: Array, usual: float, radius: float | None) -> Equilibrium:
