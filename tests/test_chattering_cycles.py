@@ -147,5 +147,19 @@ def test_a_record_that_is_none_is_refused(t, y, words):
 
 
 def test_a_linear_part_that_swings_as_the_relay_does_is_refused():
-    with pytest.raises(Refused, match="none of up to 200"):
+    with pytest.raises(Refused, match="none of up to 2000"):
         relay_cycles(LinearPart([[-1.0]], [1.0], [1.0], period=0.1), 1.0)
+
+
+def test_a_cycle_of_hundreds_of_instants_is_found():
+    """Three lags sampled a thousand times in each of them: a recursion by hand says how long half a period is."""
+    lags = LinearPart(np.diag([-1.0, -2.0, -3.0]) + np.diag([1.0, 1.0], 1), [0, 0, 1], [1, 0, 0]).held(2e-3)
+    x, s = np.array([0.1, 0.0, 0.0]), np.empty(30_000)
+    for i in range(len(s)):
+        s[i] = lags.c @ x
+        x = lags.A @ x - lags.b * (1 if s[i] >= 0 else -1)
+    halves = set(np.diff(np.flatnonzero(np.diff(np.sign(s[15_000:])))).tolist())
+    assert len(halves) == 1
+    (cycle,) = (c for c in relay_cycles(lags, 1.0) if {c.samples} == halves)
+    assert cycle.samples > 200
+    assert cycle.amplitude == pytest.approx(np.abs(s[15_000:]).max(), rel=1e-9)

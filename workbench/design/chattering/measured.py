@@ -47,9 +47,10 @@ def measured(t: Any, s: Any) -> Measured:
         t, s = numbers(t), numbers(s)
     except (TypeError, ValueError):
         raise ValueError(f"`measured(t, s)` must be two vectors of numbers; got {t!r} and {s!r}.") from None
-    if t.ndim != 1 or t.shape != s.shape or len(t) < 2 or not (np.diff(t) > 0).all():
+    if t.ndim != 1 or t.shape != s.shape or len(t) < 2 or not (np.isfinite(t).all() and (np.diff(t) > 0).all()):
         raise ValueError(
-            f"`measured(t, s)` must be two vectors of one length, t rising; got shapes {t.shape} and {s.shape}."
+            f"`measured(t, s)` must be two vectors of one length, t rising and finite; got shapes {t.shape} and "
+            f"{s.shape}."
         )
     if not np.isfinite(s).all():
         raise Refused("`measured(t, s)` must be finite, and this record is not; the run was lost.")

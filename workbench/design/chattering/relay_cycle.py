@@ -48,7 +48,7 @@ class Cycle:
         return self.contraction <= 1 + ROUNDING
 
 
-def relay_cycles(system: Any, K: float, most: int = 200) -> tuple[Cycle, ...]:
+def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
     """All symmetric limit cycles of u = -K sign(s), s = W u, with two switches a period, slowest first; exact.
 
     In continuous time half the period T solves the condition of Tsypkin in its form for states,
@@ -147,7 +147,9 @@ def _peak(s: Array) -> float:
 def _sampled(W: LinearPart, K: float, most: int) -> list[Cycle]:
     found, nx = [], len(W.c)
     Phi, Gamma = np.eye(nx), np.zeros(nx)
+    free, forced = np.empty((most, nx)), np.empty(most)  # s of the instants, by the start and by u = 1
     for m in range(1, most + 1):
+        free[m - 1], forced[m - 1] = W.c @ Phi, W.c @ Gamma
         Phi, Gamma = Phi @ W.A, W.A @ Gamma + W.b
         try:
             start = K * np.linalg.solve(np.eye(nx) + Phi, Gamma)
@@ -155,14 +157,11 @@ def _sampled(W: LinearPart, K: float, most: int) -> list[Cycle]:
             np.linalg.LinAlgError
         ):  # the linear part keeps up an oscillation of this period, and grows in the relay's
             continue
-        x, s = start, np.empty(m)
-        for i in range(m):
-            s[i] = W.c @ x
-            x = W.A @ x - K * W.b
+        s = free[:m] @ start - K * forced[:m]
         if s.min() <= 0:
             continue
         contraction = float(np.abs(np.linalg.eigvals(Phi)).max())
         offset = float(s.min()) if contraction > 1 - ROUNDING else 0.0
-        residual = float(np.linalg.norm(x + start) / np.linalg.norm(start))
+        residual = float(np.linalg.norm(Phi @ start - K * Gamma + start) / np.linalg.norm(start))
         found.append(Cycle(s.max(), s.max() + offset, np.pi / (m * W.period), contraction, m, residual))
     return found
