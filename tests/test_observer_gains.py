@@ -289,3 +289,16 @@ def test_complex_numbers_are_refused_and_not_cut():
         Gains(np.array([[30 + 5j]]), [[50.0]])
     with pytest.raises(ValueError, match="must be a vector of numbers"):
         Region(np.array([1 + 1j]), [1.0])
+
+
+def test_states_that_are_none_are_refused_by_name():
+    two, rows = np.zeros((3, 2)), np.zeros((2, 2))
+    for states, words in (((two, rows, two), "2 numbers a row"), ((two, two, two * np.nan), "finite")):
+        with pytest.raises(ValueError, match=words):
+            frozen_poles(MISMATCH, PAPER, *states)
+    with pytest.raises(ValueError, match="positive whole number"):
+        over(MISMATCH, PAPER, BOX, 0)
+    with pytest.raises(ValueError, match="shape"):
+        noise(PAPER, np.zeros((3, 3)))
+    with pytest.raises(ValueError, match="must be a `Dynamics`"):
+        Mismatch.of(None)

@@ -187,8 +187,9 @@ def test_a_loop_with_integral_action_contracts_along_its_path():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"until": 1.0, "h": 0.3}, r"until=...\)` must be a multiple of 200 steps"),
-        ({"until": 4.0, "h": 0.01, "skip": 0.003}, "until"),
+        ({"until": 1.0, "h": 0.3}, r"until - skip\)` must be a multiple of 200 steps"),
+        ({"until": 4.0, "h": 0.01, "skip": 0.003}, "skip=.*20 steps"),
+        ({"until": 4.0, "h": 0.01, "skip": float("nan")}, "skip=.*finite"),
         ({"until": 4.0, "h": 0.0}, "h=.*positive"),
     ],
 )
@@ -223,3 +224,17 @@ def test_a_held_state_is_a_parameter_and_its_jacobian_is_the_block_that_is_left(
 def test_states_that_cannot_be_held_are_refused(names, error):
     with pytest.raises(error):
         held(arm(), names)
+
+
+@pytest.mark.parametrize("metric", ["a", [[1, 1j], [-1j, 1]], 3])
+def test_a_metric_that_is_no_matrix_of_numbers_is_refused(metric):
+    path = along(oscillator(), [0.0], [[1.0, 0.0]])
+    with pytest.raises(ValueError, match="symmetric matrix"):
+        path.contraction(metric)
+
+
+@pytest.mark.parametrize("ends", [3, ("a", 1), (2, 1), (np.nan, 1)])
+def test_bounds_of_a_path_that_are_none_are_refused(ends):
+    ode = oscillator()
+    with pytest.raises(ValueError, match="must be .low, high."):
+        along(ode, [0.0], [[1.0, 0.0]], box={ode.states.names[0]: ends})

@@ -68,10 +68,10 @@ def lyapunov_exponents(
     """
     call = "lyapunov_exponents"
     seconds(f"{call}(h=...)", h)
+    if skip != 0:
+        multiple(f"{call}(skip=...)", seconds(f"{call}(skip=...)", skip), 2 * STEPS_BETWEEN * h, "20 steps, together")
     span = positive(f"{call}(until=...)", until, " of seconds") - skip
-    multiple(f"{call}(until=...)", span, BATCHES * 2 * STEPS_BETWEEN * h, "200 steps of")
-    if skip:
-        multiple(f"{call}(skip=...)", skip, 2 * STEPS_BETWEEN * h, "20 steps of")
+    multiple(f"{call}(until - skip)", span, BATCHES * 2 * STEPS_BETWEEN * h, "200 steps, together")
     start = ode.states.default if x0 is None else vector_of("x0", x0, ode.states)
     row = row_of(ode, p)
     refuse_jumps(call, ode, row)

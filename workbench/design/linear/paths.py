@@ -90,7 +90,10 @@ def along(ode: Ode, t: Any, x: Any, p: Any = None, box: Mapping[str, tuple[float
     LookupError
         If the box names no state.
     """
-    times, states = numbers(t), numbers(x)
+    try:
+        times, states = numbers(t), numbers(x)
+    except (TypeError, ValueError):
+        raise ValueError(f"`along(t, x)` must be numbers, times and states; got {t!r} and {x!r}.") from None
     if times.ndim != 1 or states.shape != (len(times), ode.states.size) or not len(times):
         raise ValueError(
             f"`along(t, x)` must be N times and states (N, {ode.states.size}); got shapes {times.shape} and "
@@ -115,9 +118,8 @@ def along(ode: Ode, t: Any, x: Any, p: Any = None, box: Mapping[str, tuple[float
 def _refuse_to_leave(ode: Ode, t: Array, x: Array, box: Mapping[str, tuple[float, float]]) -> None:
     """Refuse a path at the first time that a state is beyond a bound."""
     first: tuple[int, int, float] | None = None
-    for name, (low, high) in box.items():
-        if not low < high:
-            raise ValueError(f"`along(box=...)`: '{name}' must be (low, high), low < high; got ({low!r}, {high!r}).")
+    for name, ends in box.items():
+        low, high = _bounds(name, ends)
         for i in ode.states.indices(name):
             beyond = np.flatnonzero((x[:, i] < low) | (x[:, i] > high))
             if beyond.size and (first is None or beyond[0] < first[0]):
@@ -128,6 +130,16 @@ def _refuse_to_leave(ode: Ode, t: Array, x: Array, box: Mapping[str, tuple[float
             f"`along(box=...)` must hold the whole path; '{ode.states.labels[i]}' = {x[k, i]:g} is beyond {bound:g} at "
             f"t = {t[k]:g} s. Widen the box, or end the path earlier."
         )
+
+
+def _bounds(name: str, ends: Any) -> tuple[float, float]:
+    try:
+        low, high = map(float, ends)
+    except (TypeError, ValueError):
+        low = high = np.nan
+    if not low < high:
+        raise ValueError(f"`along(box=...)`: '{name}' must be (low, high), low < high; got {ends!r}.")
+    return low, high
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,9 +211,12 @@ def _root(metric: Any, nx: int) -> tuple[Array, Array]:
     """A matrix L with W = L' L, and its inverse."""
     if metric is None:
         return np.eye(nx), np.eye(nx)
-    W = numbers(metric)
+    try:
+        W = numbers(metric)
+    except (TypeError, ValueError):
+        W = np.zeros(0)
     if W.shape != (nx, nx) or not np.isfinite(W).all() or np.abs(W - W.T).max() > 1e-12 * np.abs(W).max():
-        raise ValueError(f"`contraction(metric=...)` must be a symmetric matrix ({nx}, {nx}); got {W.tolist()}.")
+        raise ValueError(f"`contraction(metric=...)` must be a symmetric matrix ({nx}, {nx}); got {metric!r}.")
     try:
         lower = np.linalg.cholesky(W)
     except np.linalg.LinAlgError:

@@ -53,7 +53,14 @@ class Frozen:
 
 
 def frozen_poles(mismatch: Mismatch, gains: Gains, q: Array, qd: Array, tau: Array) -> Array:
-    """The eigenvalues (N, 2n) of the exact error Jacobian [[-L1, I], [df/dq - L2, df/dqd]] at N states, in 1/s."""
+    """The eigenvalues (N, 2n) of the exact error Jacobian [[-L1, I], [df/dq - L2, df/dqd]] at N states, in 1/s.
+
+    Raises
+    ------
+    ValueError
+        If the states are not a row of n finite numbers each.
+    """
+    q, qd, tau = _rows("frozen_poles", mismatch, q, qd, tau)
     return np.asarray(np.linalg.eigvals(gains.error_matrix(mismatch.at(q, qd, tau))))
 
 
@@ -63,8 +70,10 @@ def over(mismatch: Mismatch, gains: Gains, region: Region, samples: int = SAMPLE
     Raises
     ------
     ValueError
-        If region or gains are those of another arm.
+        If region or gains are those of another arm, or there are no samples.
     """
+    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
+        raise ValueError(f"`over(samples=...)` must be a positive whole number; got {samples!r}.")
     refuse_unfit("over", mismatch, gains, region)
     n, (low, high) = region.joints, region.box
     u = sequence(samples, 3 * n)
@@ -82,15 +91,7 @@ def along(mismatch: Mismatch, gains: Gains, region: Region, q: Array, qd: Array,
         If the path has not a row of n finite numbers each, or leaves the region.
     """
     refuse_unfit("along", mismatch, gains, region)
-    path = numbers(q), numbers(qd), numbers(tau)
-    shapes = {part.shape for part in path}
-    if len(shapes) > 1 or path[0].ndim != 2 or path[0].shape[1] != mismatch.joints or not len(path[0]):
-        raise ValueError(
-            f"`along(q, qd, tau)` must be a path of {mismatch.joints} numbers a row each; got shapes "
-            f"{[part.shape for part in path]}."
-        )
-    if not all(np.isfinite(part).all() for part in path):
-        raise ValueError("`along(q, qd, tau)` must be a path of finite numbers; it holds NaN or infinity.")
+    path = _rows("along", mismatch, q, qd, tau)
     if (gone := region.outside(*path)).any():
         row = int(np.argmax(gone))
         raise ValueError(
@@ -98,3 +99,21 @@ def along(mismatch: Mismatch, gains: Gains, region: Region, q: Array, qd: Array,
             f"qd = {path[1][row].tolist()}, tau = {path[2][row].tolist()}."
         )
     return Frozen(*path, frozen_poles(mismatch, gains, *path))
+
+
+def _rows(call: str, mismatch: Mismatch, *given: Array) -> tuple[Array, Array, Array]:
+    """States and torques (N, n), checked."""
+    try:
+        path = [numbers(part) for part in given]
+    except (TypeError, ValueError):
+        raise ValueError(f"`{call}(q, qd, tau)` must be arrays of numbers; got {given!r}.") from None
+    shapes = {part.shape for part in path}
+    if len(shapes) > 1 or path[0].ndim != 2 or path[0].shape[1] != mismatch.joints or not len(path[0]):
+        raise ValueError(
+            f"`{call}(q, qd, tau)` must be {mismatch.joints} numbers a row each; got shapes "
+            f"{[part.shape for part in path]}."
+        )
+    if not all(np.isfinite(part).all() for part in path):
+        raise ValueError(f"`{call}(q, qd, tau)` must be finite numbers; it holds NaN or infinity.")
+    q, qd, tau = path
+    return q, qd, tau

@@ -22,6 +22,7 @@ import numpy as np
 from workbench.core import Dynamics
 from workbench.core.dynamics import solve_definite
 from workbench.core.layout import Array
+from workbench.core.sockets import require
 from workbench.design.observer_gains.region import Region
 from workbench.notation.normal_form import NotInClass, normal_forms
 from workbench.notation.walk import Walk, walk
@@ -66,6 +67,7 @@ class Mismatch:
         ValueError
             If its acceleration may jump or bend, or is not quadratic in the velocities, as with some frictions.
         """
+        require("Mismatch.of(dynamics)", dynamics, Dynamics)
         q, qd, n = dynamics.q, dynamics.qd, dynamics.dof
         tau = ca.SX.sym("tau", n)
         bias = ca.substitute(dynamics.tau, dynamics.qdd, ca.SX.zeros(n))

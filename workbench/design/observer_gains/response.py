@@ -14,6 +14,7 @@ from scipy.linalg import expm
 
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
+from workbench.design.matrices import matrix
 from workbench.design.observer_gains.exactly import bears_mismatch
 from workbench.design.observer_gains.gains import Gains
 
@@ -103,7 +104,8 @@ def tolerated(gains: Gains) -> tuple[float, Array]:
 
 
 def _decaying(call: str, gains: Gains, J: Array | None) -> Array:
-    A = gains.error_matrix(J)
+    shape = (gains.joints, 2 * gains.joints)
+    A = gains.error_matrix(None if J is None else matrix(f"{call}(J=...)", "J", J, *shape))
     if (slowest := float(np.linalg.eigvals(A).real.max())) >= 0:
         raise Refused(f"`{call}(...)` needs an error that decays; a mode grows here at {slowest:.3g} 1/s.")
     return A
