@@ -255,5 +255,5 @@ RULES: dict[int, Callable[..., Interval]] = {
 # At these an expression may jump, or CasADi writes its slope with a divisor that may be zero (the larger of two).
 JUMPS: Collection[int] = (
     ca.OP_SIGN, ca.OP_FLOOR, ca.OP_CEIL, ca.OP_FMOD, ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE, ca.OP_AND, ca.OP_OR,
-    ca.OP_NOT, ca.OP_IF_ELSE_ZERO, ca.OP_ATAN2, ca.OP_FMIN, ca.OP_FMAX,
+    ca.OP_NOT, ca.OP_IF_ELSE_ZERO, ca.OP_ATAN2, ca.OP_FMIN, ca.OP_FMAX, ca.OP_COPYSIGN, ca.OP_REMAINDER,
 )  # fmt: skip
