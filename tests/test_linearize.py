@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import casadi as ca
 import control
 import mpmath
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from equations import decay, oscillator, root
 
 from workbench.controllers import SlidingMode
-from workbench.core import rk4
+from workbench.core import Entry, Layout, Ode, rk4
 from workbench.design import linearize, to_control
 from workbench.design.linear import operating_point
 from workbench.loop import ClosedLoop, open_loop
@@ -212,3 +213,22 @@ def test_a_relay_on_its_surface_is_refused_and_a_saturation_is_not():
         linearize(relay("sign"), 0.0, np.zeros(4))
     off = linearize(relay("sign"), 0.0, [0.1, 0.1, 0.0, 0.0])
     assert np.isfinite(off.C).all()
+
+
+@pytest.mark.parametrize(
+    ("rate", "x", "u"),
+    [
+        (lambda x, u: ca.floor(x) + u, 1.0, 0.0),
+        (lambda x, u: ca.fmod(x, 1) + u, 1.0, 0.0),
+        (lambda x, u: ca.copysign(1, x) + u, 0.0, 0.0),
+        (lambda x, u: x + ca.sign(u), 0.3, 0.0),
+    ],
+)
+def test_a_jump_of_any_kind_by_state_or_input_is_refused_where_it_is_and_nowhere_else(rate, x, u):
+    states, parameters = Layout((Entry("x", 0.0),)), Layout((Entry("u", 0.0),))
+    t, symbol, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+    ode = Ode.of("jumps", states, parameters, (t, symbol, p), {"x": rate(symbol, p)}, {"y": symbol})
+    ode = replace(ode, inputs=("u",))
+    with pytest.raises(ValueError, match="no linear model there"):
+        linearize(ode, 0.0, [x], u=[u])
+    linearize(ode, 0.0, [x + 0.01], u=[u + 0.01])

@@ -9,6 +9,9 @@ import numpy as np
 
 from workbench.core import Layout, Ode
 from workbench.core.layout import Array
+from workbench.design.linear.arguments import inputs_of, places_of
+from workbench.notation.walk import walk
+from workbench.verify.interval import jumps
 
 ON_IT = 1e-12  # a switching function smaller than this share of the state counts as zero
 JUMP = 1e-9  # the least difference of two rates, relative to their size, that counts as a jump
@@ -29,6 +32,39 @@ def refuse_jumps(call: str, ode: Ode, p: Array) -> None:
 
 def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
     """Refuse a point at which a rate or an output jumps; one at which it only bends, as |s| does, is let pass."""
+    driven = places_of(ode)
+    moving = [symbol.name() for symbol in ca.vertsplit(ca.vertcat(ode.x, ode.p[driven]))]
+    both = ca.densify(ca.vertcat(ode.rate, ode.output))
+    if not jumps(walk(both), moving):
+        return
+    _refuse_jump_of_states(call, ode, t, x, p)
+    _refuse_jump_nearby(call, ode, both, t, x, p)
+
+
+def _refuse_jump_nearby(call: str, ode: Ode, both: ca.SX, t: float, x: Array, p: Array) -> None:
+    """Refuse a point on whose two sides, along a state or an input, rates and outputs differ by more than a slope."""
+    driven = places_of(ode)
+    z = ca.vertcat(ode.x, ode.p[driven])
+    function = ca.Function("both", [ode.t, ode.x, ode.p], [both, ca.densify(ca.jacobian(both, z))])
+    names = (*(f"the rate of '{label}'" for label in ode.states.labels), *map(repr, ode.outputs.labels))
+    for i, label in enumerate((*ode.states.labels, *inputs_of(ode).labels)):
+        sides = []
+        for sign in (-1, 1):
+            state, row = x.copy(), p.copy()
+            vector, place = (state, i) if i < len(x) else (row, driven[i - len(x)])
+            vector[place] += sign * ON_IT * (1 + abs(vector[place]))
+            sides.append([np.array(part) for part in function(t, state, row)])
+        (low, slope), (high, other) = sides
+        steep = 4 * ON_IT * (1 + abs(vector[place])) * np.maximum(np.abs(slope[:, i]), np.abs(other[:, i]))
+        change = np.abs(high - low).ravel() - steep
+        if change.max() > JUMP * (1 + np.abs(low).max()):
+            raise ValueError(
+                f"`{call}(...)`: {names[int(change.argmax())]} jumps by {change.max():.3g} as '{label}' changes at "
+                "this state, so it has no linear model there; take another state or input."
+            )
+
+
+def _refuse_jump_of_states(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
     from workbench.simulate.reference.switching import Switched  # half a second, which few callers need
 
     try:
@@ -36,7 +72,7 @@ def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
     except ValueError:  # it switches by an operation that has no surface: a wave in time, say
         return
     surfaces = switched.surfaces
-    if not any(surface.jumps for surface in surfaces):
+    if not any(surface.jumps for surface in surfaces) or any(surface.level is not None for surface in surfaces):
         return
     sides = ca.vertcat(ca.SX(0, 1), *[s.side for s in surfaces], *[s.corner for s in surfaces])
     given = [switched.t, switched.x, sides]
