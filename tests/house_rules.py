@@ -31,6 +31,7 @@ DOORS = {
     "numba": "bench/peers/numba_loop.py",
     "rich": "progress.py",
     "SALib": "study/sensitivity/salib.py",
+    "threadpoolctl": "design/riccati/one_thread.py",
     "typst": "report/pdf.py",
 }
 
