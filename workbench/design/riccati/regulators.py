@@ -72,24 +72,22 @@ def lqe(
 ) -> Riccati:
     """The gain K of the stationary Kalman filter of E x' = A x + G w, y = C x + v, and X = P, its covariance.
 
-    The estimate follows E x_hat' = A x_hat + K (y - C x_hat), or E x_hat+ if the system is discrete: then K is the
-    gain of the predictor, with P the covariance before a measurement. A python-control `StateSpace` takes the
-    place of A, G and C, as in `lqe(system, Qn, Rn)`; w enters where its inputs do.
+    The estimate follows E x_hat' = A x_hat + K (y - C x_hat), or E x_hat+ if the system is discrete: then K is that of
+    the predictor, with P before a measurement. A python-control `StateSpace` takes the place of A, G and C, as in
+    `lqe(system, Qn, Rn)`; w enters where its inputs do.
 
     Parameters
     ----------
     A, E
         (n, n); without E, the identity.
-    G
-        (n, nw), where the noise w enters.
-    C
-        (ny, n).
+    G, C
+        (n, nw), where the noise w enters, and (ny, n).
     Qn, Rn
         The intensities of w (nw, nw), positive semidefinite, and v (ny, ny), positive definite.
     N
         The intensity between w and v (nw, ny), such that [Qn N; N' Rn] is positive semidefinite.
     discrete
-        Whether A and G are those of a sampled system.
+        Whether the system is sampled.
 
     Raises
     ------
@@ -109,8 +107,8 @@ def lqe(
         if G is not None:
             Qn, Rn, N = (G, Rn, N) if C is None else (G, C, Qn if N is None else N)
         A, G, C = A.A, A.B, A.C
-    found = _solved(call, _dual(call, A, G, C, Qn, Rn, N, E), discrete, ESTIMATOR)
-    return replace(found, K=found.K.T)
+    dual = _solved(call, _dual(call, A, G, C, Qn, Rn, N, E), discrete, ESTIMATOR)
+    return replace(dual, K=dual.K.T)
 
 
 def _dual(call: str, A: Any, G: Any, C: Any, Qn: Any, Rn: Any, N: Any, E: Any) -> Data:
