@@ -91,3 +91,10 @@ def _step(F, E, left, discrete):
 def away(value, truth):
     """How far a matrix is from the true one, over the size of that."""
     return float(np.linalg.norm(value - truth) / np.linalg.norm(truth))
+
+
+def in_order(poles):
+    """Poles by their real parts, then by their imaginary ones; a pair's real parts may differ in their last digits."""
+    poles = np.asarray(poles, dtype=complex)
+    size = np.abs(poles).max()
+    return poles[np.lexsort((poles.imag, np.round(poles.real / size, 10)))]
