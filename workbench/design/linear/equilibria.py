@@ -108,8 +108,7 @@ def equilibria(
     Raises
     ------
     ValueError
-        If the rate depends on time, a state has no bounds, a bound is no number, low is not below high, or starts is
-        no positive whole number.
+        If the rate depends on time, a state has no bounds or odd ones, or starts or boxes is no such whole number.
     LookupError
         If a name is no state's.
 
@@ -117,12 +116,13 @@ def equilibria(
     ----------
     Moore, Kearfott and Cloud (2009), Introduction to Interval Analysis, chapter 8.
     """
+    row = row_of(ode, p, u)
+    _refuse_odd_count(boxes)
     if ca.depends_on(ode.rate, ode.t):
         raise ValueError(
             f"`equilibria(ode=...)` must have a rate that does not depend on time; that of '{ode.name}' does."
         )
     low, high = _ends(ode.states, box)
-    row = row_of(ode, p, u)
     begun = _spread(low, high, starts, seed)
     reached = [end for start in begun if (end := _newton(ode, start, row)) is not None]
     room = 1e-9 * (high - low)
@@ -133,6 +133,11 @@ def equilibria(
     kept = [(x, r) for x, r in zip(found, proof.radii, strict=True) if r is not None or not proof.complete]
     points = [_certified(ode, x, row, usual, radius) for x, radius in kept]
     return Equilibria(tuple(points), starts, len(reached), proof.complete, proof.boxes)
+
+
+def _refuse_odd_count(boxes: Any) -> None:
+    if not isinstance(boxes, int) or boxes < 0:
+        raise ValueError(f"`equilibria(boxes=...)` must be a whole number of boxes, or 0 for no proof; got {boxes!r}.")
 
 
 def _ends(states: Layout, box: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:

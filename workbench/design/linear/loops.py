@@ -80,7 +80,7 @@ def one_loop(loop: control.StateSpace, place: int) -> control.StateSpace:
     import control
 
     L = matrices_of("one_loop", loop)
-    if place not in range(loop.ninputs):
+    if not isinstance(place, int) or place not in range(loop.ninputs):
         raise LookupError(f"`one_loop(place=...)` counts from 0 to {loop.ninputs - 1}; got {place!r}.")
     own = alone(L, place)
     names = {"states": loop.state_labels, "inputs": [loop.input_labels[place]], "outputs": [loop.output_labels[place]]}

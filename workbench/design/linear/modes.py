@@ -198,7 +198,7 @@ def detectability(system: control.StateSpace, tolerance: float = TOLERANCE) -> H
 
 def _hautus(kind: str, system: control.StateSpace, tolerance: float) -> Hautus:
     A, B, Cy = _matrices(kind, system)
-    if not ROUNDING < tolerance < 1:
+    if not isinstance(tolerance, float) or not ROUNDING < tolerance < 1:
         raise ValueError(f"`{kind}(tolerance=...)` must be between rounding, 2e-16, and 1; got {tolerance!r}.")
     by_input, by_all = kind in ("controllable", "stabilisable"), kind in ("controllable", "observable")
     A, B = (A, B) if by_input else (A.T, Cy.T)  # what is observable is controllable of the transpose

@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.core import Ode
 from workbench.core.layout import Array, numbers
+from workbench.core.sockets import require
 from workbench.design.certificates import Refused
 from workbench.design.linear.arguments import inputs_of, jacobians, names_of, places_of, row_of, time_of, vector_of
 from workbench.design.linear.smoothness import refuse_jump_at
@@ -52,13 +53,14 @@ def linearize(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None, *, at_re
     """
     import control
 
+    row = row_of(ode, p, u)
     for what, size in (("input", len(ode.inputs)), ("output", ode.outputs.size)):
         if size == 0:
             raise ValueError(
                 f"`linearize(ode)` needs at least one {what}, as python-control's `StateSpace` does; "
                 f"'{ode.name}' has none. Take `ode.A(t, x, p)` for the matrix A alone."
             )
-    row, state = row_of(ode, p, u), vector_of("x", x, ode.states)
+    state = vector_of("x", x, ode.states)
     time = time_of(t)
     refuse_jump_at("linearize", ode, time, state, row)
     matrices = jacobians("linearize", ode, time, state, row)
@@ -172,6 +174,7 @@ def _descend(ode: Ode, t: float, x: Array, p: Array, free: list[int]) -> tuple[f
 
 def _wanted(ode: Ode, wanted: Mapping[str, Any]) -> tuple[Array, set[int]]:
     """The state with all that is wanted in its place, and where that is."""
+    require("operating_point(wanted=...)", wanted, Mapping)
     x, fixed = ode.states.default.copy(), set()
     for name, value in wanted.items():
         places = ode.states.indices(name)

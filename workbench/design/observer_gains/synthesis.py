@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.layout import vector
+from workbench.core.layout import Array, vector
 from workbench.core.numbers import positive
+from workbench.core.sockets import require as socket
 from workbench.design.certificates import Refused
 from workbench.design.lmi import require
 from workbench.design.observer_gains.certificate import RateCertificate, check
@@ -32,15 +33,18 @@ def by_poles(joints: int, first: complex, second: complex) -> Gains:
     Raises
     ------
     ValueError
-        If the poles do not decay, or are no pair of a real polynomial.
+        If the poles do not decay, or are no pair of a real polynomial, or `joints` is no positive whole number.
     """
+    identity = _identity("by_poles", joints)
+    if not all(isinstance(pole, int | float | complex | np.number) for pole in (first, second)):
+        raise ValueError(f"`by_poles(...)` needs two real poles or a conjugate pair; got {first!r} and {second!r}.")
     total, product = complex(first + second), complex(first * second)
     size = abs(first) + abs(second)
     if not np.isfinite(size) or abs(total.imag) > 1e-12 * size or abs(product.imag) > 1e-12 * size**2:
         raise ValueError(f"`by_poles(...)` needs two real poles or a conjugate pair; got {first} and {second}.")
     if max(complex(first).real, complex(second).real) >= 0:
         raise ValueError(f"`by_poles(...)` needs poles with a negative real part, in 1/s; got {first} and {second}.")
-    return Gains(-total.real * np.eye(joints), product.real * np.eye(joints))
+    return Gains(-total.real * identity, product.real * identity)
 
 
 def high_gain(joints: int, a1: float, a2: float, epsilon: float) -> Gains:
@@ -49,7 +53,7 @@ def high_gain(joints: int, a1: float, a2: float, epsilon: float) -> Gains:
     Raises
     ------
     ValueError
-        If a number is not positive.
+        If a number is not positive, or `joints` no whole one.
 
     References
     ----------
@@ -57,7 +61,14 @@ def high_gain(joints: int, a1: float, a2: float, epsilon: float) -> Gains:
     """
     for name, value, unit in (("a1", a1, ""), ("a2", a2, ""), ("epsilon", epsilon, " of seconds")):
         positive(f"high_gain({name}=...)", value, unit)
-    return Gains(a1 / epsilon * np.eye(joints), a2 / epsilon**2 * np.eye(joints))
+    identity = _identity("high_gain", joints)
+    return Gains(a1 / epsilon * identity, a2 / epsilon**2 * identity)
+
+
+def _identity(call: str, joints: Any) -> Array:
+    if not isinstance(joints, int | np.integer) or joints < 1:
+        raise ValueError(f"`{call}(joints=...)` must be a positive whole number of joints; got {joints!r}.")
+    return np.eye(int(joints))
 
 
 def kalman(dynamics: Dynamics, q: Any, qd: Any, tau: Any, Qn: Any, Rn: Any) -> Gains:
@@ -148,6 +159,7 @@ def certify(dynamics: Dynamics, gains: Gains, region: Region, rate: float) -> Ra
     Refused
         If none is found, the proof fails, or the extra is not installed.
     """
+    socket("certify(region=...)", region, Region)
     positive("certify(rate=...)", rate, " of 1/s")
     mismatch = Mismatch.of(dynamics)
     return check(mismatch, gains, region, lyapunov_matrix(mismatch, gains, region, rate), rate)
