@@ -10,19 +10,19 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from workbench import __version__
+from workbench import __version__, sentences
 
 if TYPE_CHECKING:
     from workbench.core import Dynamics
+    from workbench.study.chunk import Chunk
 
 FORMS = ("text", "latex", "typst", "mathml", "python", "casadi", "c")
-# What the workbench raises on purpose; anything else is a bug of ours and shows its traceback.
-SAID = (ValueError, LookupError, OSError, MemoryError)
 
 
 def main() -> None:
@@ -30,7 +30,7 @@ def main() -> None:
     try:
         sys.exit(_status())
     except OSError as error:  # as when the disk that help is written to is full
-        _leave(_sentence(error), 2)
+        _leave(sentences.sentence(error), 2)
     finally:
         try:
             sys.stdout.flush()
@@ -64,8 +64,55 @@ def cli() -> None:
 @cli.command()
 @click.argument("study", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), help="Folder of the report; reports/NAME if not given.")
-def run(study: Path, out: Path | None) -> None:
-    """Run the study in the Python file STUDY and write its report."""
+@click.option("--samples", type=int, help="Samples of each sweep, in place of those in STUDY.")
+@click.option("--workers", type=int, help="Threads, or workers of a cluster; one a processor if not given.")
+@click.option("--cluster", metavar="ADDRESS", help="The scheduler of a Dask cluster; 'local' starts one here.")
+@click.option("--fresh", is_flag=True, help="Compute again what the ledger holds.")
+@click.option("--ack", is_flag=True, help="Print each chunk and its SHA-256 once it is on the disk.")
+@click.option("--yes", is_flag=True, help="Begin, however much time, memory and disk it takes.")
+def run(study: Path, out: Path | None, ack: bool, **asked: Any) -> None:
+    """Run the study in the Python file STUDY and write its report.
+
+    Of its sweeps nothing is computed twice: what was stopped, the same command goes on with.
+    """
+    _run(study, out, {**asked, "acknowledge": _acknowledge} if ack else asked)
+
+
+@cli.command()
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+def report(folder: Path) -> None:
+    """Write the report in DIR again: sweeps from its ledger, single cases run anew."""
+    with _one_sentence():
+        from workbench import ledgers
+
+        study, samples = ledgers.script_of(folder)
+        _run(study, folder, {"samples": samples, "only_report": True})
+
+
+@cli.command()
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+def status(folder: Path) -> None:
+    """Say how much of the study in DIR is done, and what has failed."""
+    with _one_sentence():
+        from workbench import ledgers
+
+        click.echo("\n".join(ledgers.status(folder)))
+
+
+@cli.command()
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.option("--digests", is_flag=True, help="Print the SHA-256 of each chunk as JSON, and write nothing.")
+@click.option("--format", "form", type=click.Choice(("csv", "parquet", "mat")), default="csv", show_default=True)
+def results(folder: Path, digests: bool, form: str) -> None:
+    """Write the runs of each sweep in DIR as a table, one row a run, to DIR/runs."""
+    with _one_sentence():
+        from workbench import ledgers
+
+        click.echo(ledgers.digests(folder) if digests else "\n".join(ledgers.write(folder, form)))
+
+
+def _run(study: Path, out: Path | None, asked: dict[str, Any]) -> None:
+    """Run a study, as far as its ledger lacks something, and write its report."""
     with _one_sentence(study):
         from workbench import script
 
@@ -74,23 +121,31 @@ def run(study: Path, out: Path | None) -> None:
         # study may have the name of a module that is used here.
         with suppress(ImportError):  # llvmlite has no wheel here, and the other engine serves
             import workbench.simulate.kernel.native  # noqa: F401
+        from workbench import sweeping
         from workbench.progress import shown
         from workbench.report import folder
+        from workbench.study import rows
         from workbench.study.runner import run as run_all
         from workbench.study.writeup import document, headlines
 
-        loaded = script.load(study)
+        loaded = sweeping.resized(script.load(study), asked["samples"])
         target = out or Path("reports") / loaded.name
         script.refuse_place(target)
         folder.check_free(target.resolve())
         folder.check_place(target.resolve())
-        with _of_the_study(study, loaded.sections), shown(loaded.name, _aside) as progress:
-            results = run_all(loaded, progress)
-        with _of_the_study(study, loaded.headlines):
-            findings = headlines(loaded, results)
-        with _of_the_study(study, loaded.sections):
-            folder.write(document(loaded, results, command=script.command(study, out)), target)
+        with sweeping.swept(loaded, target, sweeping.Order(study, say=_aside, **asked)) as samples:
+            with _of_the_study(study, loaded.sections), shown(loaded.name, _aside) as progress:
+                found = replace(run_all(loaded, progress), samples=samples)
+            with _of_the_study(study, loaded.headlines):
+                findings = headlines(loaded, found)
+            with _of_the_study(study, loaded.sections):
+                page = document(loaded, found, command=script.command(study, out, asked["samples"]))
+                folder.write(page, target, {f"runs/{s.name}.csv": rows.to_csv(s).encode() for s in samples})
         click.echo("\n".join([*findings, f"The report is {target / 'index.html'}, and {target / 'report.pdf'}."]))
+
+
+def _acknowledge(chunk: Chunk) -> None:
+    click.echo(f"ACK {chunk.name} {chunk.digest.hex()}")
 
 
 @cli.command()
@@ -178,16 +233,16 @@ def _one_sentence(script: Path | None = None) -> Iterator[None]:
     """Turn what is raised on purpose, or by the user's own script, into one sentence and an exit status."""
     try:
         yield
-    except KeyboardInterrupt:
-        _leave("stopped; no report was written.", 130)
+    except KeyboardInterrupt as stop:
+        _leave(str(stop) or "stopped; no report was written.", 130)
     except BrokenPipeError:  # the reader of our output has left, as `head` does
         _let_go_of_output()
         sys.exit(0)
     except Exception as error:
-        where = _place(error, script) if script is not None else ""
-        if not where and not _is_said(error):
+        where = sentences.place(error, script) if script is not None else ""
+        if not where and not sentences.is_said(error):
             raise
-        _leave(where + _sentence(error), 2)
+        _leave(where + sentences.sentence(error), 2)
 
 
 @contextmanager
@@ -200,57 +255,22 @@ def _of_the_study(script: Path, function: Callable[..., object]) -> Iterator[Non
     from workbench.study.runner import CaseError
 
     code = getattr(function, "__code__", None)
-    of_function = f"{_shown(code.co_filename)}, line {code.co_firstlineno}: " if code else f"{_shown(str(script))}: "
+    of_function = (
+        f"{sentences.shown(code.co_filename)}, line {code.co_firstlineno}: "
+        if code
+        else f"{sentences.shown(str(script))}: "
+    )
     try:
         yield
     except SystemExit as error:
-        place = _place(error, script) or of_function
+        place = sentences.place(error, script) or of_function
         _leave(f"{place}the study ended by itself, with status {error.code}, before its report was written.", 2)
     except (ReportError, CaseError, OSError, MemoryError):
         raise
     except Exception as error:
-        _leave((_place(error, script) or of_function) + _sentence(error), 2)
-
-
-def _is_said(error: Exception) -> bool:
-    """Whether an error was raised on purpose; that of a case is judged by its cause."""
-    in_case = type(error).__name__ == "CaseError" and error.__cause__ is not None
-    return isinstance(error.__cause__ if in_case else error, SAID)
+        _leave((sentences.place(error, script) or of_function) + sentences.sentence(error), 2)
 
 
 def _leave(sentence: str, status: int) -> NoReturn:
     click.echo(f"workbench: {sentence}", err=True)
     sys.exit(status)
-
-
-def _sentence(error: BaseException) -> str:
-    """The message of an error in one line, with its kind where the message alone would not be understood."""
-    if isinstance(error, OSError) and error.strerror:
-        file = f" '{error.filename}'" if error.filename else ""
-        return f"{error.strerror}:{file}." if file else f"{error.strerror}."
-    text = " ".join(str(error.msg if isinstance(error, SyntaxError) else error).split())
-    speaks = type(error) in (ValueError, LookupError) or type(error).__module__.startswith("workbench.")
-    return text if speaks else f"{type(error).__name__}: {text}"
-
-
-def _place(error: BaseException, script: Path) -> str:
-    """File and line of the user's script, or of a file beside it, where an error arose; empty if nowhere there."""
-    if isinstance(error, SyntaxError):
-        line = f", line {error.lineno}" if error.lineno else ""
-        return f"{_shown(error.filename or str(script))}{line}: "
-    folder, found = script.parent.resolve(), ""
-    at: BaseException | None = error
-    while at is not None:  # that of a case comes from another one, which knows more
-        step = at.__traceback__
-        while step is not None:
-            file = Path(step.tb_frame.f_code.co_filename)
-            if file.is_file() and file.resolve().parent == folder:
-                found = f"{_shown(str(file))}, line {step.tb_lineno}: "
-            step = step.tb_next
-        at = at.__cause__
-    return found
-
-
-def _shown(file: str) -> str:
-    path = Path(file)
-    return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)

@@ -56,8 +56,9 @@ def refuse_place(folder: Path) -> None:
         raise ValueError(f"The report cannot go to '{folder}': '{there}' {why}. Name another folder with `--out`.")
 
 
-def command(study: Path, out: Path | None) -> str:
+def command(study: Path, out: Path | None, samples: int | None = None) -> str:
     """The command that makes this report, with no more of this machine's folders than the user typed."""
     below = study.is_absolute() and study.is_relative_to(Path.cwd())
     words = ["workbench", "run", str(study.relative_to(Path.cwd()) if below else study)]
+    words += [] if samples is None else ["--samples", str(samples)]
     return join(words if out is None else [*words, "--out", str(out)])

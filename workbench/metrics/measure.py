@@ -161,18 +161,22 @@ def _judged(metrics: Sequence[AbstractMetric], pair: _Pair, tolerance: float | N
     )
 
 
-def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric]) -> dict[str, Array]:
-    """Each metric of each run, (B, k), with the last look taken at the horizon; NaN for a diverged run."""
-    step, horizon = runs.step, float(runs.t[-1])
-    x = step.states.unpack(runs.x[:, -1])
+def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int = -1) -> dict[str, Array]:
+    """Each metric of each run, (B, k), from the start to a kept time, the last if none is named.
+
+    The last look is taken at that time. NaN for a run that had diverged by then.
+    """
+    step, horizon, state = runs.step, float(runs.t[row]), runs.x[:, row]
+    x = step.states.unpack(state)
     # the memory was last updated one step before the horizon: look once more
-    z = step.states.unpack(continued(runs.job, runs.x[:, -1], round(horizon / step.h), 1))
+    z = step.states.unpack(continued(runs.job, state, round(horizon / step.h), 1))
+    lost = runs.diverged_at <= horizon
     values = {}
     for m in metrics:
         integral = x.get(f"integral of {m.name}", np.zeros((len(runs), 0)))
         memory = {name.removeprefix(f"{m.name}."): part for name, part in z.items() if name.startswith(f"{m.name}.")}
         value = m.value(integral, memory, horizon)
-        values[m.name] = np.where(runs.diverged[:, np.newaxis], np.nan, value)
+        values[m.name] = np.where(lost[:, np.newaxis], np.nan, value)
     return values
 
 

@@ -1,4 +1,4 @@
-"""A report as a folder that is there whole or not at all."""
+"""A report as a folder that is there whole or not at all; beside a ledger, as files that are replaced one by one."""
 
 from __future__ import annotations
 
@@ -15,20 +15,31 @@ from workbench.report.page import GENERATOR, html
 from workbench.report.pdf import pdf
 from workbench.report.tables import to_csv, to_latex
 from workbench.study.document import Document
+from workbench.study.durable import sync_folder
+from workbench.study.store import FOLDER
 
-_OURS = re.compile(r"index\.html|report\.pdf|tables|figures|tables/[a-z0-9_]+\.(csv|tex)|figures/[a-z0-9_]+\.svg")
+_OURS = re.compile(
+    r"index\.html|report\.pdf|tables|figures|runs|tables/[a-z0-9_]+\.(csv|tex)|figures/[a-z0-9_]+\.svg|"
+    rf"runs/[a-z0-9_]+\.(csv|parquet|mat)|({FOLDER}|\.partial-[0-9a-f]{{8}})(/.*)?"
+)
 
 
 class ReportError(ValueError):
     """A report that could not be written; what stood in its place still stands there."""
 
 
-def write(document: Document, folder: Path | str) -> Path:
+def write(document: Document, folder: Path | str, beside: Mapping[str, bytes] | None = None) -> Path:
     """Write `index.html`, `report.pdf`, `tables/*.csv`, `tables/*.tex` and `figures/*.svg`; return the folder.
 
     Everything is made first, in memory, then written to a hidden folder beside the target, and put
-    in its place by a rename. An earlier report there is replaced whole; what else stands there is
-    left alone.
+    in its place by a rename. An earlier report there is replaced whole. A ledger there is not moved: the
+    hidden folder is then within the target, and its files and folders replace those of the earlier report
+    one by one, `index.html` last.
+
+    Parameters
+    ----------
+    beside
+        Further files of the report, by their paths below the folder.
 
     Raises
     ------
@@ -39,9 +50,9 @@ def write(document: Document, folder: Path | str) -> Path:
     target = Path(folder).resolve()
     try:
         check_free(target)
-        contents = _contents(document)
+        contents = _contents(document) | dict(beside or {})
         target.parent.mkdir(parents=True, exist_ok=True)
-        _replace(target, contents)
+        (_replace_within if (target / FOLDER).is_dir() else _replace)(target, contents)
     except OSError as error:
         raise ReportError(
             f"`write(document, '{folder}')` could not write the report: {error.strerror or error}"
@@ -72,7 +83,7 @@ def check_free(target: Path) -> None:
         raise ReportError(f"`write(document, '{target}')` needs a folder; there is a file of that name.")
     found = sorted(path.relative_to(target).as_posix() for path in target.rglob("*"))
     foreign = [path for path in found if not _OURS.fullmatch(path)]
-    if found and (foreign or not _is_report(target)):
+    if found and (foreign or not (_is_report(target) or (target / FOLDER).is_dir())):
         held = f"'{foreign[0]}'" if foreign else "files"
         raise ReportError(
             f"`write(document, '{target}')` replaces only a report that it wrote itself; that folder holds {held} "
@@ -121,7 +132,28 @@ def _replace(target: Path, contents: Mapping[str, bytes]) -> None:
         shutil.rmtree(partial, ignore_errors=True)
         raise
     shutil.rmtree(former, ignore_errors=True)
-    _sync_folder(target.parent)
+    sync_folder(target.parent)
+
+
+def _replace_within(target: Path, contents: Mapping[str, bytes]) -> None:
+    """Write all files to a hidden folder within the target, then put each part of the report in the place of the old.
+
+    What a run that was killed has left hidden goes too: whoever writes beside a ledger holds its lock.
+    """
+    for left in target.glob(".partial-*"):
+        shutil.rmtree(left, ignore_errors=True)
+    partial = target / f".partial-{secrets.token_hex(4)}"
+    try:
+        _write_all(partial / "new", contents)
+        (partial / "old").mkdir()
+        for part in ("figures", "runs", "tables", "report.pdf", "index.html"):
+            if (target / part).is_dir():
+                (target / part).rename(partial / "old" / part)
+            if (partial / "new" / part).exists():
+                (partial / "new" / part).replace(target / part)
+        sync_folder(target)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
 
 
 def _write_all(folder: Path, contents: Mapping[str, bytes]) -> None:
@@ -133,16 +165,5 @@ def _write_all(folder: Path, contents: Mapping[str, bytes]) -> None:
             out.flush()
             os.fsync(out.fileno())
     for inner in [path for path in folder.rglob("*") if path.is_dir()]:
-        _sync_folder(inner)
-    _sync_folder(folder)
-
-
-def _sync_folder(folder: Path) -> None:
-    """Make renames and new names last, where the system can open folders."""
-    if not hasattr(os, "O_DIRECTORY"):
-        return
-    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-    try:
-        os.fsync(handle)
-    finally:
-        os.close(handle)
+        sync_folder(inner)
+    sync_folder(folder)

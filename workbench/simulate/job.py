@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -143,6 +144,14 @@ def crew(blocks: int) -> Iterator[Callable[..., Iterable[Any]]]:
 
 
 def threads() -> int:
-    """How many threads march: one for each processor this process may use."""
+    """How many threads march: one for each processor this process may use, or fewer if that was asked for."""
     affinity = getattr(os, "sched_getaffinity", None)
-    return len(affinity(0)) if affinity else os.cpu_count() or 1
+    return _asked.get() or (len(affinity(0)) if affinity else os.cpu_count() or 1)
+
+
+def use_threads(count: int | None) -> None:
+    """Let marches that begin in this thread, or in this context, take so many threads; None for all processors."""
+    _asked.set(count)
+
+
+_asked: ContextVar[int | None] = ContextVar("threads", default=None)

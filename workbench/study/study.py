@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,17 +14,13 @@ from workbench.core.layout import Array, nearest
 from workbench.core.numbers import multiple, positive
 from workbench.metrics import AbstractMetric, Measurement
 from workbench.study.cells import check_text, several
+from workbench.study.contract import Loop
 from workbench.study.document import Section
+from workbench.study.sample import Sample
+from workbench.study.sweep import Sweep
 
 if TYPE_CHECKING:
     import pandas as pd
-
-
-class Loop(Protocol):
-    """Anything that can say its equations."""
-
-    def ode(self, name: str = ...) -> Ode:
-        """The loop as x' = f(t, x, p)."""
 
 
 TRUTH = "\N{DAGGER}"  # beside the name of a law that uses what no instrument gives
@@ -146,9 +142,10 @@ def _check_place(call: str, joint: int, size: int, case: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Results:
-    """The outcomes of a study, by scenario and law."""
+    """The outcomes of a study, by scenario and law, and the samples of its sweeps."""
 
     outcomes: tuple[Outcome, ...] = ()
+    samples: tuple[Sample, ...] = ()
 
     def __getitem__(self, key: tuple[str, str]) -> Outcome:
         for outcome in self.outcomes:
@@ -156,6 +153,13 @@ class Results:
                 return outcome
         names = [outcome.case.name for outcome in self.outcomes]
         raise LookupError(f"There is no case '{key[0]}: {key[1]}'.{nearest(f'{key[0]}: {key[1]}', names)}")
+
+    def sample(self, name: str) -> Sample:
+        """What the sweep of that name gave."""
+        for sample in self.samples:
+            if sample.name == name:
+                return sample
+        raise LookupError(f"There is no sweep '{name}'.{nearest(name, [sample.name for sample in self.samples])}")
 
     def to_frame(self) -> pd.DataFrame:
         """One row a case, metric and joint: value, error, unit, and when the run diverged.
@@ -190,7 +194,7 @@ class Results:
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """A question, the cases that answer it, and the sections that say how.
+    """A question, the cases and sweeps that answer it, and the sections that say how.
 
     Attributes
     ----------
@@ -214,6 +218,7 @@ class Study:
     fingerprints: Mapping[str, str] = field(default_factory=dict)
     measures_time: bool = False
     seed: int | None = None
+    sweeps: tuple[Sweep, ...] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not re.fullmatch(r"[a-z0-9_]{1,80}", self.name):
@@ -227,6 +232,8 @@ class Study:
             if not callable(getattr(self, name)):
                 raise ValueError(f"`Study({name}=...)` must be a function of the results; got {getattr(self, name)!r}.")
         object.__setattr__(self, "cases", several("Study(cases=...)", self.cases, Case, "case"))
-        names = [case.name for case in self.cases]
-        if twice := {name for name in names if names.count(name) > 1}:
-            raise ValueError(f"`Study(cases=...)` needs distinct cases; {sorted(twice)} came more than once.")
+        object.__setattr__(self, "sweeps", several("Study(sweeps=...)", self.sweeps, Sweep, "sweep"))
+        for kind in ("cases", "sweeps"):
+            names = [part.name for part in getattr(self, kind)]
+            if twice := {name for name in names if names.count(name) > 1}:
+                raise ValueError(f"`Study({kind}=...)` needs distinct {kind}; {sorted(twice)} came more than once.")

@@ -1,0 +1,81 @@
+"""What sweeps will take, told before they start: time, memory, disk; and what is too much of it."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from workbench.simulate.job import threads
+from workbench.study.prepared import BYTES, Prepared
+
+PATIENCE = 3600.0  # s
+MEMORY = 4 * 2**30  # bytes
+COPIES = 4  # of all results, while a report is written
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Runs, and what they take: s on so many threads, and bytes of memory and disk."""
+
+    runs: int
+    threads: int
+    seconds: float
+    memory: float
+    disk: float
+
+    def __str__(self) -> str:
+        return (
+            f"{self.runs:,} runs: at most about {_time(self.seconds)} on {self.threads} threads, "
+            f"{_size(self.memory)} of memory, {_size(self.disk)} on the disk"
+        )
+
+
+def cost_of(sweeps: Sequence[Prepared], workers: int | None = None) -> Cost:
+    """A cautious estimate of all runs of some sweeps, as if none of them were done."""
+    side = workers or threads()
+    runs = sum(one.sweep.design.size for one in sweeps)
+    results = 8.0 * sum(one.sweep.design.size * _numbers(one) for one in sweeps)
+    seconds = sum(one.sweep.design.size * one.seconds_of_run for one in sweeps) / side
+    return Cost(runs, side, seconds, 3 * BYTES + COPIES * results, 2 * results)
+
+
+def check(cost: Cost, out: Path) -> None:
+    """Refuse what takes more than an hour, 4 GB of memory, or half of the disk that is free.
+
+    Raises
+    ------
+    ValueError
+        With what it takes, the limit, and what to do.
+    """
+    place = next(path for path in (out.resolve(), *out.resolve().parents) if path.exists())
+    free = shutil.disk_usage(place).free / 2
+    limits = (
+        (cost.seconds, PATIENCE, _time(PATIENCE), "time"),
+        (cost.memory, MEMORY, _size(MEMORY), "memory"),
+        (cost.disk, free, f"{_size(free)}, half of what is free", "disk"),
+    )
+    for needed, limit, said, what in limits:
+        if needed > limit:
+            raise ValueError(
+                f"{cost}. That is more {what} than is taken without being asked for ({said}): "
+                "take fewer samples with `--samples`, or say `--yes`."
+            )
+
+
+def _numbers(one: Prepared) -> float:
+    """How many numbers of a run are kept."""
+    values = len(one.columns) * round(one.sweep.until / one.every)
+    return len(one.places) + 1 + values * (1 + 1 / one.sweep.halved)
+
+
+def _time(seconds: float) -> str:
+    for unit, name in ((86400.0, "days"), (3600.0, "hours"), (60.0, "minutes")):
+        if seconds >= 2 * unit:
+            return f"{seconds / unit:,.0f} {name}"
+    return f"{max(1, round(seconds))} s"
+
+
+def _size(size: float) -> str:
+    return f"{size / 2**30:,.1f} GB" if size >= 2**30 else f"{max(1, round(size / 2**20))} MB"

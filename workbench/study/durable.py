@@ -1,0 +1,83 @@
+"""What outlives a process, and what ends with it: names forced to the disk, and a lock on a folder."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+FAR = 2**30  # where the lock lies in its file: behind what is written there, which others may read
+
+
+class HeldError(ValueError):
+    """A folder that another run is writing."""
+
+
+def sync_folder(folder: Path) -> None:
+    """Make renames and new names last, where the system can open folders."""
+    if not hasattr(os, "O_DIRECTORY"):
+        return
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder with all above it, and have their names on the disk."""
+    missing = [path for path in (folder, *folder.parents) if not path.exists()]
+    folder.mkdir(parents=True, exist_ok=True)
+    for path in missing:
+        sync_folder(path.parent)
+
+
+@contextmanager
+def alone(file: Path) -> Iterator[None]:
+    """Hold the lock of a file, which the system takes back as soon as the process ends, however it ends.
+
+    Raises
+    ------
+    HeldError
+        If another process holds it; the message names that process and when it began.
+    """
+    handle = os.open(file, os.O_RDWR | os.O_CREAT, 0o644)
+    try:
+        try:
+            _lock(handle)
+        except OSError:
+            raise HeldError(_holder(file)) from None
+        with suppress(OSError):  # on a full disk the lock holds all the same: only its holder goes without a name
+            os.ftruncate(handle, 0)
+            began = time.strftime("%Y-%m-%d %H:%M:%S %z")
+            os.write(handle, json.dumps({"process": os.getpid(), "began": began}).encode())
+        yield
+    finally:
+        os.close(handle)
+
+
+def _lock(handle: int) -> None:
+    if sys.platform == "win32":
+        import msvcrt
+
+        os.lseek(handle, FAR, os.SEEK_SET)
+        msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+        os.lseek(handle, 0, os.SEEK_SET)
+    else:
+        import fcntl
+
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def _holder(file: Path) -> str:
+    try:
+        said = json.loads(file.read_bytes())
+        who = f"process {int(said['process'])}, which began at {str(said['began'])[:40]}"
+    except (OSError, ValueError, LookupError, TypeError):  # it has only just begun
+        who = "another process, which has just begun"
+    folder = file.parent.parent
+    return f"'{folder}' is being written by {who}: wait until it has ended, or name another folder with `--out`."

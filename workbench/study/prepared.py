@@ -1,0 +1,201 @@
+"""A sweep ready to run: its equation, its steps, and what each chunk is called and gives."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, partial
+from itertools import pairwise
+
+import numpy as np
+
+from workbench import __version__
+from workbench.core import Ode, Step
+from workbench.core.layout import Array, Layout, nearest
+from workbench.core.numbers import Integers
+from workbench.core.ode import instructions
+from workbench.metrics import AbstractMetric
+from workbench.metrics.accumulated import maker, resolved
+from workbench.metrics.measure import final_values
+from workbench.simulate import Trajectories, simulate
+from workbench.simulate.job import Progress
+from workbench.simulate.request import SECONDS_PER_OPERATION
+from workbench.simulate.stepping.accuracy import change
+from workbench.study.chunk import Chunk, chunk_of, written
+from workbench.study.contract import Factor
+from workbench.study.sweep import Sweep
+
+SECONDS = 1.0  # of one processor, by the engine's cautious estimate, that a chunk should take
+BYTES = 64 * 2**20  # of kept states that a chunk may hold
+BLOCK = 64  # a chunk is a multiple of so many runs, where it has more: whole vectors for each thread
+
+
+@dataclass(frozen=True, eq=False)
+class Prepared:
+    """A sweep with its equation and its steps of length h and h / 2, both with the metrics beside the states.
+
+    Attributes
+    ----------
+    places
+        Where the numbers of each factor lie in a row of parameters followed by initial states.
+    """
+
+    sweep: Sweep
+    equation: Ode
+    metrics: tuple[AbstractMetric, ...]
+    coarse: Step
+    fine: Step
+    places: tuple[tuple[int, ...], ...]
+
+    @property
+    def every(self) -> float:
+        """The distance of the times at which metrics are taken, in s."""
+        return self.sweep.until if self.sweep.every is None else self.sweep.every
+
+    @cached_property
+    def columns(self) -> tuple[tuple[str, int, str], ...]:
+        """What a value belongs to: a metric, its joint counted from 0, and its unit."""
+        sizes = ((m, self.equation.outputs[m.watches[0]].size) for m in self.metrics)
+        return tuple((m.name, joint, m.unit) for m, size in sizes for joint in range(size))
+
+    @property
+    def seconds_of_run(self) -> float:
+        """What a run takes of one processor, by a cautious estimate."""
+        steps = self.sweep.until / self.sweep.h
+        return SECONDS_PER_OPERATION * steps * self.coarse.operations * (1 + 2 / self.sweep.halved)
+
+    @cached_property
+    def chunks(self) -> tuple[tuple[int, int], ...]:
+        """The first run of each chunk and that behind its last: the same on every machine."""
+        size, wanted = self.sweep.design.size, self.sweep.runs_of_chunk
+        if wanted is None:
+            kept = 8 * self.coarse.states.size * (1 + round(self.sweep.until / self.every))
+            wanted = max(1, min(int(SECONDS / self.seconds_of_run), BYTES // kept))
+            wanted -= wanted % BLOCK if wanted > BLOCK else 0
+        count = -(-size // wanted)
+        ends = [i * size // count for i in range(count + 1)]
+        return tuple(pairwise(ends))
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """A name of all that a run depends on but its own numbers."""
+        sweep = self.sweep
+        said = {
+            "workbench": __version__,
+            "equation": self.equation.fingerprint,
+            "metrics": [[type(m).__name__, m.name, m.unit, m.about] for m in self.metrics],
+            "times": [float(time).hex() for time in (sweep.h, sweep.until, self.every)],
+            "seed": sweep.seed,
+            "halved": sweep.halved,
+        }
+        digest = hashlib.sha256(written(said))
+        for line in instructions(self.coarse.rule.F):
+            digest.update(repr(line).encode())
+        return digest.hexdigest()
+
+    def rows(self, first: int, last: int) -> tuple[Array, Array, Array]:
+        """The values of the factors (n, d), and the parameters (n, np) and initial states (n, nx) of some runs.
+
+        Raises
+        ------
+        ValueError
+            If a value is not finite, or out of the bounds of its parameter.
+        """
+        points, factors = self.sweep.points(first, last), self.sweep.factors
+        values = np.stack([f.distribution.quantile(points[:, i]) for i, f in enumerate(factors)], axis=1)
+        layouts = (self.equation.parameters, self.equation.states)
+        rows = np.tile(np.concatenate([layout.default for layout in layouts]), (last - first, 1))
+        for places, column in zip(self.places, values.T, strict=True):
+            rows[:, places] = column[:, np.newaxis]
+        p, x0 = np.ascontiguousarray(rows[:, : layouts[0].size]), np.ascontiguousarray(rows[:, layouts[0].size :])
+        for layout, part in zip(layouts, (p, x0), strict=True):
+            layout.check(part)
+        return values, p, x0
+
+    def name(self, first: int, last: int) -> str:
+        """What the chunk of some runs is called: sweep, runs, and a digest of all that they depend on."""
+        digest = hashlib.sha256(self.fingerprint.encode())
+        for part in self.rows(first, last):
+            digest.update(part.astype("<f8").tobytes())
+        return f"{self.sweep.name}/{first}-{last}/{digest.hexdigest()[:16]}"
+
+    def chunk(self, first: int, last: int, progress: Progress | None = None) -> Chunk:
+        """The numbers of the runs first to last - 1.
+
+        Values (n, T, k) at the step h; errors (m, T, k), their change to h / 2 in those runs that are run again;
+        and when each run diverged, NaN for none. After that its values are NaN.
+        """
+        values, p, x0 = self.rows(first, last)
+        runs = np.arange(first, last)
+        again = np.flatnonzero(runs % self.sweep.halved == 0)
+        share = 2 * len(again) / (2 * len(again) + len(runs))
+        tell = progress or (lambda done: None)
+
+        # the longer run first: from it the engine sees how good its code should be
+        fine = None
+        if len(again):
+            fine = self._march(self.fine, runs[again], p[again], x0[again], lambda done: tell(share * done))
+        coarse = self._march(self.coarse, runs, p, x0, lambda done: tell(share + (1 - share) * done))
+        rough = self._values(coarse)
+        errors = np.empty((0, *rough.shape[1:])) if fine is None else self._changes(self._values(fine), rough[again])
+        arrays = {"factors": values, "values": rough, "errors": errors, "diverged_at": coarse.diverged_at}
+        return chunk_of(self.name(first, last), arrays)
+
+    def _march(self, step: Step, runs: Integers, p: Array, x0: Array, tell: Progress) -> Trajectories:
+        memory = np.tile(step.states.default[x0.shape[1] :], (len(runs), 1))
+        start, sweep = np.hstack([x0, memory]), self.sweep
+        call = partial(simulate, step, p, start, until=sweep.until, every=self.every, seed=sweep.seed)
+        return call(runs=runs, progress=tell)
+
+    def _values(self, runs: Trajectories) -> Array:
+        rows = []
+        for row in range(1, len(runs.t)):
+            found = final_values(runs, self.metrics, row)
+            rows.append(np.hstack([found[m.name] for m in self.metrics]))
+        return np.stack(rows, axis=1)
+
+    def _changes(self, fine: Array, rough: Array) -> Array:
+        floors = [self.coarse.h if unit == "s" else 0.0 for _, _, unit in self.columns]
+        return np.stack([change(fine[..., i], rough[..., i], floor) for i, floor in enumerate(floors)], axis=-1)
+
+
+def prepared(sweep: Sweep) -> Prepared:
+    """The sweep with its equation.
+
+    Raises
+    ------
+    LookupError
+        If a factor varies what the loop does not have, or a metric watches what it does not put out.
+    ValueError
+        If a path is more than one number, or varied by two factors, or a metric means nothing for the loop.
+    """
+    equation = sweep.loop.ode(sweep.name)
+    metrics = resolved(equation, sweep.metrics, sweep.until)
+    make: Callable[[str, float], Step] = maker(equation, metrics)
+    places = tuple(_places(factor, equation.parameters, equation.states) for factor in sweep.factors)
+    taken = [place for some in places for place in some]
+    if len(set(taken)) < len(taken):
+        raise ValueError(
+            f"`Sweep(factors=...)` of '{sweep.name}' has two factors of one path: which one should it take?"
+        )
+    return Prepared(sweep, equation, metrics, make("rk4", sweep.h), make("rk4", sweep.h / 2), places)
+
+
+def _places(factor: Factor, parameters: Layout, states: Layout) -> tuple[int, ...]:
+    """Where the numbers of a factor lie in a row of parameters and initial states."""
+    labels = (*parameters.labels, *states.labels)
+    for path in factor.paths:
+        if path in labels:
+            continue
+        among = [label for label in labels if label.startswith(f"{path}[")]
+        if among:
+            raise ValueError(
+                f"`Factor(paths=...)` of '{factor.name}' names single numbers; '{path}' is {len(among)} of them: name "
+                f"'{among[0]}' and so on, as each may have a value of its own."
+            )
+        raise LookupError(
+            f"There is no '{path}', which the factor '{factor.name}' varies, among the {len(labels)} parameters and "
+            f"initial states of this loop.{nearest(path, labels)}"
+        )
+    return tuple(labels.index(path) for path in factor.paths)

@@ -1,0 +1,115 @@
+"""A sample as a table, one row a run and time: CSV, Parquet, MAT."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from workbench.core.layout import Array
+from workbench.study.sample import Sample
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+FORMS = ("csv", "parquet", "mat")
+
+
+def to_frame(sample: Sample) -> pd.DataFrame:
+    """Run, time, factors, values, errors where they are known, and when a run diverged."""
+    import pandas as pd
+
+    return pd.DataFrame(dict(_columns(sample)))
+
+
+def to_csv(sample: Sample) -> str:
+    """The table after RFC 4180, numbers with all their digits; what does not exist is empty."""
+    names, columns = zip(*_columns(sample), strict=True)
+    out = io.StringIO()
+    csv.writer(out).writerow(names)
+    texts = ([_written(value) for value in column.tolist()] for column in columns)
+    out.writelines(",".join(row) + "\r\n" for row in zip(*texts, strict=True))
+    return out.getvalue()
+
+
+def write(sample: Sample, folder: Path, form: str) -> Path:
+    """Write the table to a file of the folder, which is there whole or not at all.
+
+    Raises
+    ------
+    LookupError
+        If there is no such form.
+    ValueError
+        If the form is Parquet and its library is not here.
+    """
+    if form not in FORMS:
+        raise LookupError(f"A form of results is one of {', '.join(FORMS)}; got '{form}'.")
+    folder.mkdir(parents=True, exist_ok=True)
+    file = folder / f"{sample.name}.{form}"
+    part = file.with_name(f"{file.name}.part")
+    try:
+        if form == "csv":
+            part.write_bytes(to_csv(sample).encode())
+        elif form == "parquet":
+            _write_parquet(sample, part)
+        else:
+            _write_mat(sample, part)
+        part.replace(file)
+    finally:
+        part.unlink(missing_ok=True)
+    return file
+
+
+def _write_parquet(sample: Sample, file: Path) -> None:
+    try:
+        to_frame(sample).to_parquet(file, engine="pyarrow", index=False)
+    except ImportError as error:
+        raise ValueError(
+            "Parquet needs the extra `data`: install `control-workbench[data]`, or take CSV or MAT."
+        ) from error
+
+
+def _write_mat(sample: Sample, file: Path) -> None:
+    """Arrays as `Sample` has them, and the names of their columns beside them."""
+    from scipy.io import savemat
+
+    labels = np.array([f"{metric}[{joint}] [{unit}]" for metric, joint, unit in sample.columns], dtype=object)
+    held = {
+        "t": sample.t,
+        "factors": sample.drawn,
+        "factor_names": np.array(sample.factors, dtype=object),
+        "metrics": sample.values,
+        "metric_names": labels,
+        "errors": sample.errors,
+        "error_runs": sample.again,
+        "diverged_at": sample.diverged_at,
+        "seed": float(sample.seed),
+        "h": sample.h,
+        "fingerprint": sample.fingerprint,
+    }
+    savemat(str(file), held, appendmat=False, oned_as="column")
+
+
+def _columns(sample: Sample) -> Iterator[tuple[str, Array]]:
+    """The columns by name; rows are the times of run 0, then those of run 1."""
+    runs, times = sample.values.shape[:2]
+    yield "run", np.repeat(np.arange(runs), times)
+    if times > 1:
+        yield "t [s]", np.tile(sample.t, runs)
+    for name, column in zip(sample.factors, sample.drawn.T, strict=True):
+        yield name, np.repeat(column, times)
+    errors = np.full(sample.values.shape, np.nan)
+    errors[sample.again] = sample.errors
+    for i, (metric, joint, unit) in enumerate(sample.columns):
+        measured = f" [{unit}]" if unit else ""
+        yield f"{metric}[{joint}]{measured}", sample.values[..., i].ravel()
+        yield f"{metric}[{joint}] (error){measured}", errors[..., i].ravel()
+    yield "diverged at [s]", np.repeat(sample.diverged_at, times)
+
+
+def _written(value: float) -> str:
+    return "" if value != value else repr(value)

@@ -1,0 +1,112 @@
+"""Sample: what the runs of a sweep gave, put together from its chunks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.core.layout import Array, nearest
+from workbench.core.numbers import Integers
+from workbench.study.chunk import Chunk
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """N runs of one loop: the values of its factors, and those of its metrics.
+
+    Attributes
+    ----------
+    columns
+        What the last axis of values and errors is: a metric, its joint counted from 0, and its unit.
+    t
+        (T,), the times in s at which the metrics were taken, from the start to each; the last is the horizon.
+    drawn, values
+        (N, d) and (N, T, k); NaN from the time at which a run diverged.
+    again, errors
+        The numbers of the runs that were run at h / 2 too, (m,), and by how much that changed their values, (m, T, k).
+    diverged_at
+        (N,), in s; NaN for a run that stayed finite.
+    """
+
+    name: str
+    factors: tuple[str, ...]
+    columns: tuple[tuple[str, int, str], ...]
+    t: Array
+    h: float
+    seed: int
+    fingerprint: str
+    drawn: Array
+    values: Array
+    again: Integers
+    errors: Array
+    diverged_at: Array
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    @property
+    def failed(self) -> int:
+        """How many runs diverged."""
+        return int(np.isfinite(self.diverged_at).sum())
+
+    def outputs(self, metric: str, joint: int = 0) -> Array:
+        """A metric of one joint at the horizon, (N,); NaN for a run that diverged."""
+        return np.asarray(self.values[:, -1, self._column(metric, joint)])
+
+    def over_time(self, metric: str, joint: int = 0) -> Array:
+        """A metric of one joint from the start to each of the times, (N, T)."""
+        return np.asarray(self.values[:, :, self._column(metric, joint)])
+
+    def step_error(self, metric: str, joint: int = 0) -> float:
+        """The largest change of a metric at the horizon from h to h / 2, over the runs that were run again.
+
+        NaN if each of them diverged, at either step: then nothing is known of the error.
+        """
+        errors = self.errors[:, -1, self._column(metric, joint)]
+        known = errors[np.isfinite(errors)]
+        return float(known.max()) if len(known) else np.nan
+
+    @property
+    def note(self) -> str:
+        """What must stand below a figure: runs, failed runs, seed, step."""
+        runs = f"{len(self):,} runs, {self.failed:,} of them diverged"
+        return f"{runs}; seed {self.seed}; step {self.h:g} s, and half of it in {len(self.again):,} runs"
+
+    def _column(self, metric: str, joint: int) -> int:
+        known = [(name, place) for name, place, _ in self.columns]
+        if (metric, joint) not in known:
+            names = sorted({name for name, _ in known})
+            among = (
+                f"has joints 0 to {sum(name == metric for name, _ in known) - 1}" if metric in names else "is not there"
+            )
+            raise LookupError(
+                f"The metric '{metric}' of joint {joint!r} was not taken in the sweep '{self.name}': it {among}."
+                f"{'' if metric in names else nearest(metric, names) or ' There are: ' + ', '.join(names) + '.'}"
+            )
+        return known.index((metric, joint))
+
+
+def sample_of(said: dict[str, Any], chunks: Iterable[Chunk]) -> Sample:
+    """The sample of a sweep from what the ledger says of it and all its chunks, in the order of their runs."""
+    parts = [chunk.arrays() for chunk in chunks]
+    whole = {
+        name: np.concatenate([part[name] for part in parts]) for name in ("factors", "values", "errors", "diverged_at")
+    }
+    runs = len(whole["values"])
+    return Sample(
+        name=said["name"],
+        factors=tuple(said["factors"]),
+        columns=tuple((metric, joint, unit) for metric, joint, unit in said["columns"]),
+        t=said["every"] * np.arange(1, whole["values"].shape[1] + 1),
+        h=said["h"],
+        seed=said["seed"],
+        fingerprint=said["fingerprint"],
+        drawn=whole["factors"],
+        values=whole["values"],
+        again=np.flatnonzero(np.arange(runs) % said["halved"] == 0),
+        errors=whole["errors"],
+        diverged_at=whole["diverged_at"],
+    )
