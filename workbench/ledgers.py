@@ -12,8 +12,7 @@ from workbench.study.store import ABOUT, chunks
 
 
 def digests(folder: Path) -> str:
-    """The SHA-256 of every whole chunk by its name, as JSON."""
-    _check_folder(folder)
+    """The SHA-256 of every whole chunk by its name, as JSON: none where there is no ledger, as before the first one."""
     return json.dumps({chunk.name: chunk.digest.hex() for chunk in chunks(folder) if chunk.name != ABOUT})
 
 
@@ -32,11 +31,8 @@ def status(folder: Path) -> list[str]:
             f"{failed:,} failed."
         )
     missing = any(name not in held for sweep in about["sweeps"] for name in sweep["chunks"])
-    script = _script(folder, about)
-    return [
-        *lines,
-        f"The study is '{about['study']}' in '{script}'; " + ("the rest is missing." if missing else "complete."),
-    ]
+    rest = "Its command goes on with the rest." if missing else "Nothing is missing."
+    return [*lines, f"The study is '{about['study']}' in '{_script(folder, about)}'. {rest}"]
 
 
 def write(folder: Path, form: str) -> list[str]:
@@ -47,11 +43,9 @@ def write(folder: Path, form: str) -> list[str]:
     held, about = _read(folder)
     samples = samples_of(about["sweeps"], held)
     lines = [f"{rows.write(sample, folder / 'runs', form)}: {sample.note}." for sample in samples]
-    left_out = [sweep["name"] for sweep in about["sweeps"] if sweep["name"] not in {sample.name for sample in samples}]
-    return [
-        *lines,
-        *(f"{name} is not complete yet: `workbench status {folder}` says how far it is." for name in left_out),
-    ]
+    written = {sample.name for sample in samples}
+    left_out = (sweep["name"] for sweep in about["sweeps"] if sweep["name"] not in written)
+    return [*lines, *(f"{name} is not complete: `workbench status {folder}` says how far it is." for name in left_out)]
 
 
 def script_of(folder: Path) -> tuple[Path, int | None]:

@@ -67,15 +67,13 @@ class Prepared:
 
     @cached_property
     def chunks(self) -> tuple[tuple[int, int], ...]:
-        """The first run of each chunk and that behind its last: the same on every machine."""
+        """The first run of each chunk and that behind its last: the same on every machine, and for a larger design."""
         size, wanted = self.sweep.design.size, self.sweep.runs_of_chunk
         if wanted is None:
             kept = 8 * self.coarse.states.size * (1 + round(self.sweep.until / self.every))
             wanted = max(1, min(int(SECONDS / self.seconds_of_run), BYTES // kept))
             wanted -= wanted % BLOCK if wanted > BLOCK else 0
-        count = -(-size // wanted)
-        ends = [i * size // count for i in range(count + 1)]
-        return tuple(pairwise(ends))
+        return tuple(pairwise([*range(0, size, wanted), size]))
 
     @cached_property
     def fingerprint(self) -> str:
@@ -176,9 +174,7 @@ def prepared(sweep: Sweep) -> Prepared:
     places = tuple(_places(factor, equation.parameters, equation.states) for factor in sweep.factors)
     taken = [place for some in places for place in some]
     if len(set(taken)) < len(taken):
-        raise ValueError(
-            f"`Sweep(factors=...)` of '{sweep.name}' has two factors of one path: which one should it take?"
-        )
+        raise ValueError(f"`Sweep(factors=...)` of '{sweep.name}' varies one path twice: leave it to one factor.")
     return Prepared(sweep, equation, metrics, make("rk4", sweep.h), make("rk4", sweep.h / 2), places)
 
 

@@ -63,11 +63,11 @@ class Sample:
     def step_error(self, metric: str, joint: int = 0) -> float:
         """The largest change of a metric at the horizon from h to h / 2, over the runs that were run again.
 
-        NaN if each of them diverged, at either step: then nothing is known of the error.
+        Runs that diverged at h do not count, as they have no value; NaN if all of them did. It is infinite if a run
+        that stayed finite at h diverged at h / 2.
         """
-        errors = self.errors[:, -1, self._column(metric, joint)]
-        known = errors[np.isfinite(errors)]
-        return float(known.max()) if len(known) else np.nan
+        errors = self.errors[:, -1, self._column(metric, joint)][np.isnan(self.diverged_at[self.again])]
+        return float(np.where(np.isnan(errors), np.inf, errors).max()) if len(errors) else np.nan
 
     @property
     def note(self) -> str:
@@ -78,13 +78,12 @@ class Sample:
     def _column(self, metric: str, joint: int) -> int:
         known = [(name, place) for name, place, _ in self.columns]
         if (metric, joint) not in known:
+            joints = [str(place) for name, place in known if name == metric]
             names = sorted({name for name, _ in known})
-            among = (
-                f"has joints 0 to {sum(name == metric for name, _ in known) - 1}" if metric in names else "is not there"
-            )
+            there = f"its joints are {', '.join(joints)}" if joints else f"its metrics are {', '.join(names)}"
             raise LookupError(
-                f"The metric '{metric}' of joint {joint!r} was not taken in the sweep '{self.name}': it {among}."
-                f"{'' if metric in names else nearest(metric, names) or ' There are: ' + ', '.join(names) + '.'}"
+                f"The sweep '{self.name}' has no '{metric}' of joint {joint!r}: {there}."
+                f"{'' if joints else nearest(metric, names)}"
             )
         return known.index((metric, joint))
 
@@ -92,9 +91,8 @@ class Sample:
 def sample_of(said: dict[str, Any], chunks: Iterable[Chunk]) -> Sample:
     """The sample of a sweep from what the ledger says of it and all its chunks, in the order of their runs."""
     parts = [chunk.arrays() for chunk in chunks]
-    whole = {
-        name: np.concatenate([part[name] for part in parts]) for name in ("factors", "values", "errors", "diverged_at")
-    }
+    names = ("factors", "values", "errors", "diverged_at")
+    whole = {name: np.concatenate([part[name] for part in parts]) for name in names}
     runs = len(whole["values"])
     return Sample(
         name=said["name"],

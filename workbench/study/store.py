@@ -130,7 +130,7 @@ def opened(out: Path, fresh: bool = False) -> Iterator[Ledger]:
                 yield ledger
     except sqlite3.Error as error:
         raise _unwritable(out, error) from error
-    except PermissionError as error:
+    except (PermissionError, NotADirectoryError, FileExistsError) as error:
         raise LedgerError(f"The ledger in '{out}' cannot be written: {error.strerror}. Name another folder.") from error
 
 

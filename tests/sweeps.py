@@ -1,0 +1,83 @@
+"""A small sweep with a closed form, for tests: plain factors and a plain design beside the library's own."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Entry, Layout, Ode
+from workbench.core.layout import Bounds
+from workbench.metrics import iae, ise
+from workbench.study.sweep import Sweep
+
+
+class Decay:
+    """x' = -rate x + push from x(0): IAE and ISE in closed form."""
+
+    def ode(self, name="loop"):
+        states = Layout((Entry("x", np.ones(1)),))
+        rate = Entry("rate", np.array(1.0), "1/s", Bounds(0, 10))
+        parameters = Layout((rate, Entry("push", np.array(0.0)), Entry("gains", np.ones(2))))
+        t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+        return Ode.of(name, states, parameters, (t, x, p), {"x": -p[0] * x + p[1]}, {"e": x})
+
+
+class Explosion:
+    """x' = x^2 from x(0), infinite at t = 1 / x(0)."""
+
+    def ode(self, name="loop"):
+        states = Layout((Entry("x", np.ones(1)),))
+        t, x, p = ca.SX.sym("t"), states.symbols(), ca.SX(0, 1)
+        return Ode.of(name, states, Layout(), (t, x, p), {"x": x**2}, {"e": x})
+
+
+@dataclass(frozen=True)
+class Between:
+    low: float
+    high: float
+
+    def quantile(self, u):
+        return self.low + (self.high - self.low) * u
+
+
+@dataclass(frozen=True)
+class Varied:
+    name: str
+    paths: tuple[str, ...]
+    distribution: Between
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """Points from the seed and their own numbers alone."""
+
+    runs: int
+    dimensions: int = 1
+    seed: int = 3
+
+    @property
+    def size(self):
+        return self.runs
+
+    def points(self, first, last):
+        rows = [np.random.Generator(np.random.Philox(key=[self.seed, i])) for i in range(first, last)]
+        return np.array([row.random(self.dimensions) for row in rows])
+
+
+RATE = Varied("rate", ("rate",), Between(0.5, 3.0))
+START = Varied("start", ("x[0]",), Between(0.5, 2.0))
+
+
+def sweep(**changes):
+    """Fifty runs of a decay over its rate and its start, in chunks of eight."""
+    declared = {
+        "name": "decay",
+        "loop": Decay(),
+        "metrics": (iae(), ise()),
+        "factors": (RATE, START),
+        "design": Uniform(50, 2),
+        "h": 0.01,
+        "until": 2.0,
+        "runs_of_chunk": 8,
+    }
+    return Sweep(**(declared | changes))

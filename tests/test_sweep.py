@@ -1,0 +1,190 @@
+"""A sweep: its runs, their errors, and the chunks that are the same wherever they are computed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sweeps import RATE, START, Between, Explosion, Uniform, Varied, sweep
+
+from workbench.metrics import iae, measure
+from workbench.study import cost
+from workbench.study.executors import on_threads
+from workbench.study.prepared import prepared
+from workbench.study.resume import complete, planned, samples
+from workbench.study.store import opened
+
+
+def sample(out, given, **options):
+    """What the sweep gives, through a ledger."""
+    plan = planned([prepared(given)])
+    with opened(out) as ledger:
+        complete(plan, ledger, lambda tasks: on_threads(plan.sweeps, tasks, **options))
+        return samples(plan, ledger)[0]
+
+
+def test_a_sample_is_what_the_closed_form_says(tmp_path):
+    found = sample(tmp_path, sweep())
+    rate, start = found.drawn.T
+    # RK4 at 10 ms: the error is (rate h)^4 / 120 of the value, below 1e-8
+    np.testing.assert_allclose(found.outputs("IAE"), start * (1 - np.exp(-2 * rate)) / rate, rtol=1e-7)
+    np.testing.assert_allclose(found.outputs("ISE"), start**2 * (1 - np.exp(-4 * rate)) / (2 * rate), rtol=1e-7)
+    assert (found.failed, len(found), found.note.split(";")[0]) == (0, 50, "50 runs, 0 of them diverged")
+
+
+def test_values_are_those_of_measure_at_twice_the_step_and_so_are_the_errors(tmp_path):
+    given = sweep(halved=1)
+    found, made = sample(tmp_path, given), prepared(given)
+    _, p, x0 = made.rows(0, 50)
+    theirs = measure(made.equation, given.metrics, p, x0, until=2.0, h=0.01, every=2.0)
+    np.testing.assert_array_equal(found.errors[:, -1, 0], theirs.scores["IAE"].error[:, 0])
+    coarser = measure(made.equation, given.metrics, p, x0, until=2.0, h=0.02, every=2.0)
+    np.testing.assert_array_equal(found.outputs("IAE"), coarser.scores["IAE"].value[:, 0])
+
+
+def test_the_error_of_the_step_is_known_of_every_so_manyth_run(tmp_path):
+    found = sample(tmp_path, sweep(halved=7))
+    assert found.again.tolist() == list(range(0, 50, 7))
+    assert found.errors.shape == (8, 1, 2)
+    assert found.step_error("IAE") == found.errors[:, -1, 0].max()
+
+
+def test_metrics_over_time_are_those_of_shorter_horizons(tmp_path):
+    long = sample(tmp_path / "long", sweep(every=0.5))
+    assert long.t.tolist() == [0.5, 1.0, 1.5, 2.0]
+    short = sample(tmp_path / "short", sweep(until=1.0))
+    np.testing.assert_array_equal(long.over_time("IAE")[:, 1], short.outputs("IAE"))
+
+
+def test_a_run_that_diverges_is_counted_and_has_no_value_from_then_on(tmp_path):
+    start = Varied("start", ("x[0]",), Between(0.5, 2.0))
+    given = sweep(loop=Explosion(), factors=(start,), design=Uniform(50), metrics=(iae(),), until=1.0, every=0.25)
+    found = sample(tmp_path, given)
+    lost = np.isfinite(found.diverged_at)
+    # x(t) = 1 / (1 / x0 - t), and RK4 of a pole is late by some steps
+    np.testing.assert_array_equal(found.drawn[~lost, 0] < 1.1, True)
+    np.testing.assert_array_equal(found.drawn[lost, 0] > 0.9, True)
+    assert found.failed == lost.sum() > 10
+    assert np.isnan(found.outputs("IAE")[lost]).all()
+    early = found.t < found.diverged_at[lost][:, np.newaxis]
+    assert np.isfinite(found.over_time("IAE")[lost][early]).all()
+
+
+def test_neither_chunks_nor_workers_change_a_bit(tmp_path):
+    one = sample(tmp_path / "a", sweep())
+    for i, (size, workers) in enumerate([(1, 1), (50, 2), (7, 3), (None, None)]):
+        other = sample(tmp_path / f"b{i}", sweep(runs_of_chunk=size), workers=workers)
+        assert other.values.tobytes() == one.values.tobytes()
+        assert other.errors.tobytes() == one.errors.tobytes()
+
+
+def test_only_what_is_missing_is_computed_and_acknowledged_after_it_is_kept(tmp_path):
+    plan = planned([prepared(sweep())])
+    asked, acknowledged, states = [], [], []
+
+    def some(tasks):
+        asked.append([task.name for task in tasks])
+        return on_threads(plan.sweeps, tasks[:3])
+
+    with opened(tmp_path) as ledger:
+        with pytest.raises(ValueError, match="4 chunks were asked for and never came"):
+            complete(plan, ledger, some, states.append, lambda c: acknowledged.append((c.name, c.name in ledger)))
+        complete(plan, ledger, lambda tasks: asked.append([t.name for t in tasks]) or on_threads(plan.sweeps, tasks))
+    names = [task.name for task in plan.tasks]
+    assert asked == [names, names[3:]]
+    assert acknowledged == [(name, True) for name in names[:3]]
+    assert [state.done for state in states] == [0, 8, 16, 24]
+
+
+def test_a_chunk_that_comes_twice_is_kept_once(tmp_path):
+    plan = planned([prepared(sweep())])
+    with opened(tmp_path) as ledger:
+        complete(plan, ledger, lambda tasks: on_threads(plan.sweeps, [*tasks[:2], *tasks]))
+        assert len(ledger.places) == len(plan.tasks)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"seed": 1},
+        {"h": 0.005},
+        {"until": 1.0},
+        {"halved": 2},
+        {"every": 0.5},
+        {"metrics": (iae(),)},
+        {"design": Uniform(50, 2, seed=4)},
+        {"factors": (RATE, replace(START, distribution=Between(0.5, 1.9)))},
+    ],
+)
+def test_whatever_changes_a_result_changes_the_name_of_its_chunk(change):
+    one, other = prepared(sweep()), prepared(sweep(**change))
+    assert one.name(0, 8) != other.name(0, 8)
+
+
+def test_more_samples_keep_the_chunks_that_are_there():
+    few, many = (planned([prepared(sweep(design=Uniform(size, 2)))]) for size in (50, 96))
+    assert {task.name for task in few.tasks[:-1]} < {task.name for task in many.tasks}
+
+
+def test_several_paths_move_together(tmp_path):
+    both = Varied("both", ("gains[0]", "gains[1]", "rate"), Between(0.5, 3.0))
+    made = prepared(sweep(factors=(both,), design=Uniform(5)))
+    values, p, _ = made.rows(0, 5)
+    np.testing.assert_array_equal(p[:, [0, 2, 3]], np.repeat(values, 3, axis=1))
+
+
+@pytest.mark.parametrize(
+    ("change", "kind", "said"),
+    [
+        ({"factors": (Varied("r", ("rat",), Between(0, 1)),)}, LookupError, "Did you mean 'rate'"),
+        ({"factors": (Varied("g", ("gains",), Between(0, 1)),)}, ValueError, r"is 2 of them: name 'gains\[0\]'"),
+        ({"factors": (RATE, replace(RATE, name="again"))}, ValueError, "varies one path twice"),
+        ({"factors": (replace(RATE, distribution=Between(0, 11)), START)}, ValueError, "rate"),
+        ({"factors": (replace(RATE, distribution=Between(0, np.nan)), START)}, ValueError, "rate"),
+        ({"design": Uniform(50, 3)}, ValueError, r"\(8, 2\) for 8 runs of 2 factors; got \(8, 3\)"),
+        ({"factors": (RATE, RATE)}, ValueError, "distinct names"),
+        ({"factors": ()}, ValueError, "at least one"),
+        ({"metrics": ()}, ValueError, "at least one"),
+        ({"design": Uniform(0, 2)}, ValueError, "positive whole number; got 0"),
+        ({"name": "A b"}, ValueError, "a-z"),
+        ({"every": 0.015}, ValueError, "multiple"),
+        ({"h": float("nan")}, ValueError, "finite number of seconds"),
+        ({"halved": 0}, ValueError, "positive whole number"),
+        ({"runs_of_chunk": 1.5}, ValueError, "positive whole number"),
+    ],
+)
+def test_what_cannot_be_swept_is_refused_before_it_begins(change, kind, said):
+    with pytest.raises(kind, match=said):
+        planned([prepared(sweep(**change))])
+
+
+def test_a_sweep_without_a_size_of_chunks_is_cut_for_a_second_of_a_processor_each():
+    made = prepared(sweep(runs_of_chunk=None, design=Uniform(10**9, 2), h=1e-3, until=100.0))
+    sizes = {last - first for first, last in made.chunks[:-1]}
+    assert len(sizes) == 1
+    assert 0.1 < max(sizes) * made.seconds_of_run <= 1.0
+    assert made.chunks[-1][1] == 10**9
+
+
+def test_what_takes_too_long_or_too_much_is_refused_with_the_figure(tmp_path):
+    made = prepared(sweep(design=Uniform(10**9, 2), until=100.0))
+    with pytest.raises(ValueError, match=r"^1,000,000,000 runs: at most about .*`--yes`"):
+        cost.check(cost.cost_of([made]), tmp_path)
+    cost.check(cost.cost_of([prepared(sweep())]), tmp_path)
+
+
+def test_a_metric_that_was_not_taken_is_named_with_those_that_were(tmp_path):
+    found = sample(tmp_path, sweep())
+    with pytest.raises(LookupError, match=r"no 'IEA' of joint 0: its metrics are IAE, ISE. Did you mean"):
+        found.outputs("IEA")
+    with pytest.raises(LookupError, match="its joints are 0"):
+        found.outputs("IAE", 1)
+
+
+def test_an_error_of_the_step_that_is_not_known_is_not_left_out(tmp_path):
+    found = sample(tmp_path, sweep())
+    lost = np.full(len(found), np.nan)
+    lost[found.again] = 1.0
+    assert np.isnan(replace(found, diverged_at=lost).step_error("IAE"))
+    errors = found.errors.copy()
+    errors[1] = np.nan
+    assert replace(found, errors=errors).step_error("IAE") == np.inf
