@@ -26,9 +26,9 @@ from workbench.study.chunk import Chunk, chunk_of, written
 from workbench.study.contract import Factor
 from workbench.study.sweep import Sweep
 
-SECONDS = 1.0  # of one processor, by the engine's cautious estimate, that a chunk should take
+SECONDS = 2.0  # of one processor, by the cautious estimate of the engine, that a chunk takes: in truth about a third
 BYTES = 64 * 2**20  # of kept states that a chunk may hold
-BLOCK = 64  # a chunk is a multiple of so many runs, where it has more: whole vectors for each thread
+BLOCK = 256  # a chunk is a multiple of so many runs, where it has more: whole vectors for two threads, also at h / 2
 
 
 @dataclass(frozen=True, eq=False)

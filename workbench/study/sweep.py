@@ -31,7 +31,7 @@ class Sweep:
     halved
         One run of so many is run again at h / 2, for the error of the step: those whose number it divides.
     runs_of_chunk
-        How many runs are computed and kept together; without it about as many as take a second of one processor.
+        How many runs are computed and kept together; without it about as many as take a second or two of one processor.
     """
 
     name: str
