@@ -151,6 +151,7 @@ def test_no_bar_of_the_shared_exams_is_missed():
     assert {"ode/smooth", "ode/order", "ode/discontinuous", "ode/batch", "ode/dre"} <= sat
     assert {"dynamics/urdf", "dynamics/bodies", "dynamics/planar"} <= sat
     assert {"equations/text", "equations/latex", "equations/both readings"} <= sat
+    assert "durability/survival" in sat
     assert {"carex/care", "carex/dare", "carex/lyapunov", "carex/bad inputs"} <= sat
 
 
@@ -262,15 +263,13 @@ def test_an_exam_of_riccati_equations_is_sat_and_a_wrong_answer_misses_it(exam, 
 
 
 def test_what_is_not_known_is_named_and_fails_nothing(tmp_path, capsys):
-    for name in ("poetry", "survival", "other"):
+    for name in ("poetry", "other"):
         (tmp_path / name).mkdir()
-    (tmp_path / "survival" / "harness.py").write_text("def acks(text): pass\n", encoding="utf-8")
     (tmp_path / "other" / "grade.py").write_text("raise SystemExit(3)\n", encoding="utf-8")
     assert main([str(tmp_path)]) == 0
     assert capsys.readouterr().out.splitlines() == [
         "unknown: poetry (it has no grader)",
         "unknown: other (its grader asks for nothing that is known here)",
-        "not yet sat: survival (studies that resume are not in the workbench yet)",
     ]
 
 

@@ -112,7 +112,7 @@ def _complete(study: Study, plan: Plan, ledger: Ledger, order: Order, needed: co
     if order.only_report and missing:
         raise LookupError(
             f"{len(missing)} of {len(plan.tasks)} chunks are missing in '{ledger.out}': "
-            f"`workbench run {order.script}` computes them."
+            f"`workbench run {order.script} --out {ledger.out}` computes them."
         )
     script = os.path.relpath(order.script.resolve(), ledger.out.resolve())
     ledger.describe({"study": study.name, "script": script, "samples": order.samples, "sweeps": plan.said})

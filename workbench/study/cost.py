@@ -8,11 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.simulate.job import threads
-from workbench.study.prepared import BYTES, Prepared
+from workbench.study.prepared import Prepared
 
 PATIENCE = 3600.0  # s
 MEMORY = 4 * 2**30  # bytes
 COPIES = 4  # of all results, while a report is written
+CHUNKS = 4  # in memory at once: two that are marched, one that waits, one that is written
+PROGRAM = 200 * 2**20  # bytes of the workbench itself
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,8 @@ def cost_of(sweeps: Sequence[Prepared], workers: int | None = None) -> Cost:
     runs = sum(one.sweep.design.size for one in sweeps)
     results = 8.0 * sum(one.sweep.design.size * _numbers(one) for one in sweeps)
     seconds = sum(one.sweep.design.size * one.seconds_of_run for one in sweeps) / side
-    return Cost(runs, side, seconds, 3 * BYTES + COPIES * results, 2 * results)
+    chunk = max((min(one.runs_of_chunk, one.sweep.design.size) * one.bytes_of_run for one in sweeps), default=0)
+    return Cost(runs, side, seconds, PROGRAM + CHUNKS * chunk + COPIES * results, 2 * results)
 
 
 def check(cost: Cost, out: Path) -> None:

@@ -65,15 +65,24 @@ class Prepared:
         steps = self.sweep.until / self.sweep.h
         return SECONDS_PER_OPERATION * steps * self.coarse.operations * (1 + 2 / self.sweep.halved)
 
+    @property
+    def bytes_of_run(self) -> int:
+        """The memory of a run's kept states."""
+        return 8 * self.coarse.states.size * (1 + round(self.sweep.until / self.every))
+
+    @property
+    def runs_of_chunk(self) -> int:
+        """How many runs are computed together: the same on every machine."""
+        if self.sweep.runs_of_chunk is not None:
+            return self.sweep.runs_of_chunk
+        most = max(1, min(int(SECONDS / self.seconds_of_run), BYTES // self.bytes_of_run))
+        return most - most % BLOCK if most > BLOCK else most
+
     @cached_property
     def chunks(self) -> tuple[tuple[int, int], ...]:
-        """The first run of each chunk and that behind its last: the same on every machine, and for a larger design."""
-        size, wanted = self.sweep.design.size, self.sweep.runs_of_chunk
-        if wanted is None:
-            kept = 8 * self.coarse.states.size * (1 + round(self.sweep.until / self.every))
-            wanted = max(1, min(int(SECONDS / self.seconds_of_run), BYTES // kept))
-            wanted -= wanted % BLOCK if wanted > BLOCK else 0
-        return tuple(pairwise([*range(0, size, wanted), size]))
+        """The first run of each chunk and that behind its last: a larger design begins with the same ones."""
+        size = self.sweep.design.size
+        return tuple(pairwise([*range(0, size, self.runs_of_chunk), size]))
 
     @cached_property
     def fingerprint(self) -> str:

@@ -1,0 +1,239 @@
+"""The sweeps of a study at the command line: run, stopped, gone on with, reported again, and handed on."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.io import loadmat
+
+from workbench.study.store import DATABASE, FOLDER, opened
+
+SWEPT = """
+import casadi as ca
+import numpy as np
+from workbench.core import Entry, Layout, Ode
+from workbench.metrics import iae, ise
+from workbench.study.distributions import Uniform
+from workbench.study.document import Paragraph, Section
+from workbench.study.factors import Factor
+from workbench.study.sampling import MonteCarlo
+from workbench.study.study import Study
+from workbench.study.sweep import Sweep
+
+class Decay:
+    def ode(self, name="loop"):
+        states, parameters = Layout((Entry("x", np.ones(1)),)), Layout((Entry("rate", np.array(1.0)),))
+        t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+        return Ode.of(name, states, parameters, (t, x, p), {"x": -p * x}, {"e": x})
+
+print("started", flush=True)
+study = Study(
+    name="swept", title="Swept", question="?", method="By running it.",
+    sections=lambda results: [Section("Runs", (Paragraph(results.sample("decay").note),))],
+    headlines=lambda results: [f"{len(results.sample('decay'))} runs."],
+    sweeps=(Sweep(
+        "decay", Decay(), (iae(), ise()), (Factor("rate", ("rate",), Uniform(0.5, 3.0)),),
+        MonteCarlo(1, 40, seed=3), h=0.01, until=2.0, runs_of_chunk=8,
+    ),),
+)
+"""
+
+
+@pytest.fixture
+def swept(tmp_path):
+    """A study with one sweep of five chunks."""
+    (tmp_path / "swept.py").write_text(SWEPT, encoding="utf-8")
+    return "swept.py"
+
+
+def acknowledged(stdout):
+    return {line.split()[1]: line.split()[2] for line in stdout.splitlines() if line.startswith("ACK ")}
+
+
+def digests(command, out="out"):
+    done = command("results", out, "--digests")
+    assert (done.exit_code, done.stderr) == (0, "")
+    return json.loads(done.stdout)
+
+
+def test_every_chunk_is_acknowledged_once_with_the_digest_that_is_held(command, swept, tmp_path):
+    first = command("run", swept, "--out", "out", "--ack")
+    assert first.exit_code == 0
+    assert len(acknowledged(first.stdout)) == 5
+    assert digests(command) == acknowledged(first.stdout)
+    page = (tmp_path / "out" / "index.html").read_bytes()
+    second = command("run", swept, "--out", "out", "--ack")
+    assert (second.exit_code, acknowledged(second.stdout)) == (0, {})
+    assert (tmp_path / "out" / "index.html").read_bytes() == page
+
+
+def test_what_it_takes_is_told_before_it_starts(command, swept):
+    done = command("run", swept, "--out", "out", "--workers", "1")
+    assert done.stderr == "swept: 40 runs: at most about 1 s on 1 threads, 200 MB of memory, 1 MB on the disk.\n"
+
+
+def test_only_what_is_missing_is_done_and_begun_anew_where_that_is_asked(command, swept, tmp_path):
+    first = acknowledged(command("run", swept, "--out", "out", "--ack").stdout)
+    with opened(tmp_path / "out") as ledger, ledger.connection:
+        ledger.connection.execute("DELETE FROM record WHERE id IN (3, 4)")
+    again = command("run", swept, "--out", "out", "--ack")
+    assert len(acknowledged(again.stdout)) == 2
+    assert "3 of 5 chunks are there already" in again.stderr
+    assert digests(command) == first
+    assert acknowledged(command("run", swept, "--out", "out", "--ack", "--fresh").stdout) == first
+
+
+def test_samples_replace_those_of_the_study_and_stand_in_the_command(command, swept, tmp_path):
+    done = command("run", swept, "--samples", "16", "--out", "out")
+    assert "16 runs." in done.stdout
+    assert "workbench run swept.py --samples 16 --out out" in (tmp_path / "out" / "index.html").read_text("utf-8")
+    assert len(digests(command)) == 2
+    assert "40 runs." in command("run", swept, "--out", "out").stdout  # with the two chunks that are there
+    assert len(digests(command)) == 5
+
+
+def test_a_run_on_a_folder_that_is_being_written_is_refused_with_the_process(command, swept, tmp_path):
+    with opened(tmp_path / "out"):
+        done = command("run", swept, "--out", "out")
+    assert done.exit_code == 2
+    assert f"is being written by process {os.getpid()}, which began at" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--samples", "0"], "`--samples` must be a positive whole number; got 0."),
+        (["--workers", "0"], "`--workers` must be a positive whole number; got 0."),
+        (["--samples", str(10**9)], "or say `--yes`"),
+    ],
+)
+def test_what_makes_no_sense_or_is_too_much_is_refused_and_leaves_nothing(command, swept, tmp_path, words, said):
+    done = command("run", swept, *words, "--out", "out")
+    assert done.exit_code == 2
+    assert said in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
+def test_ctrl_c_says_what_is_kept_and_loses_nothing(command, swept, tmp_path):
+    call = [sys.executable, "-m", "workbench", "run", swept, "--out", "out", "--ack", "--samples", "16000"]
+    with subprocess.Popen(call, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        while not (line := process.stdout.readline()).startswith("ACK "):
+            assert line
+        process.send_signal(signal.SIGINT)
+        out, said = process.communicate(timeout=60)
+    got = acknowledged(line + out)
+    assert process.returncode == 130
+    last = said.splitlines()[-1]
+    assert re.fullmatch(r"workbench: stopped; \d+ of 2000 chunks are kept in 'out'. The same command goes on.*", last)
+    assert got.items() <= digests(command).items()
+
+
+def test_the_status_says_how_far_a_study_is(command, swept, tmp_path):
+    command("run", swept, "--out", "out")
+    head = "decay: 40 of 40 runs in 5 of 5 chunks, 0 failed.\n"
+    assert command("status", "out").stdout == f"{head}The study is 'swept' in 'swept.py'. Nothing is missing.\n"
+    with opened(tmp_path / "out") as ledger, ledger.connection:
+        ledger.connection.execute("DELETE FROM record WHERE id = 3")
+    assert command("status", "out").stdout.startswith("decay: 32 of 40 runs in 4 of 5 chunks, 0 failed.\n")
+
+
+def test_a_report_is_written_again_from_the_ledger_alone(command, swept, tmp_path):
+    command("run", swept, "--out", "out", "--samples", "16")
+    pages = {name: (tmp_path / "out" / name).read_bytes() for name in ("index.html", "report.pdf", "runs/decay.csv")}
+    for name in pages:
+        (tmp_path / "out" / name).unlink()
+    done = command("report", "out")
+    assert (done.exit_code, done.stderr) == (0, "")
+    assert {name: (tmp_path / "out" / name).read_bytes() for name in pages} == pages
+
+
+def test_a_report_of_a_study_that_lacks_chunks_is_refused(command, swept, tmp_path):
+    command("run", swept, "--out", "out")
+    with opened(tmp_path / "out") as ledger, ledger.connection:
+        ledger.connection.execute("DELETE FROM record WHERE id IN (3, 4)")
+    done = command("report", "out")
+    assert (done.exit_code, done.stdout.splitlines()[-1]) == (2, "started")
+    said = "workbench: 2 of 5 chunks are missing in 'out': `workbench run swept.py --out out` computes them.\n"
+    assert done.stderr == said
+
+
+def test_the_runs_come_as_csv_with_the_report_and_as_mat_where_asked(command, swept, tmp_path):
+    command("run", swept, "--out", "out")
+    table = pd.read_csv(tmp_path / "out" / "runs" / "decay.csv")
+    assert list(table.columns) == [
+        "run",
+        "rate",
+        "IAE[0] [rad s]",
+        "IAE[0] (error) [rad s]",
+        "ISE[0] [rad^2 s]",
+        "ISE[0] (error) [rad^2 s]",
+        "diverged at [s]",
+    ]
+    rate = table["rate"].to_numpy()
+    # RK4 at 10 ms: below 1e-8 of the value
+    np.testing.assert_allclose(table["IAE[0] [rad s]"], (1 - np.exp(-2 * rate)) / rate, rtol=1e-7)
+    assert table["IAE[0] (error) [rad s]"].notna().to_numpy().nonzero()[0].tolist() == [0, 16, 32]
+    done = command("results", "out", "--format", "mat")
+    assert done.stdout.startswith(os.path.join("out", "runs", "decay.mat") + ": 40 runs, 0 of them diverged; seed 0;")
+    held = loadmat(tmp_path / "out" / "runs" / "decay.mat")
+    np.testing.assert_array_equal(held["factors"][:, 0], rate)
+    np.testing.assert_array_equal(held["metrics"][:, 0, 0], table["IAE[0] [rad s]"])
+    assert held["metric_names"][1, 0].item() == "ISE[0] [rad^2 s]"
+
+
+def test_the_runs_come_as_parquet_where_its_library_is(command, swept, tmp_path):
+    command("run", swept, "--out", "out")
+    done = command("results", "out", "--format", "parquet")
+    try:
+        import pyarrow  # noqa: F401
+    except ImportError:
+        said = "workbench: Parquet needs the extra `data`: install `control-workbench[data]`, or take CSV or MAT.\n"
+        assert (done.exit_code, done.stderr) == (2, said)
+        return
+    table = pd.read_parquet(tmp_path / "out" / "runs" / "decay.parquet")
+    pd.testing.assert_frame_equal(table, pd.read_csv(tmp_path / "out" / "runs" / "decay.csv"))
+
+
+def test_a_folder_without_a_ledger_has_no_digests_and_no_status(command, tmp_path):
+    assert command("results", "nowhere", "--digests").stdout == "{}\n"
+    done = command("status", "nowhere")
+    assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
+    (tmp_path / "empty").mkdir()
+    assert "There is no ledger in 'empty'" in command("results", "empty").stderr
+
+
+def test_a_damaged_ledger_is_said_kept_and_mended(command, swept, tmp_path):
+    first = acknowledged(command("run", swept, "--out", "out", "--ack").stdout)
+    file = tmp_path / "out" / FOLDER / DATABASE
+    file.write_bytes(file.read_bytes()[:5000])
+    assert digests(command).items() <= first.items()
+    done = command("run", swept, "--out", "out")
+    assert done.exit_code == 0
+    assert done.stderr.startswith("The ledger in 'out' was damaged (")
+    assert "it is kept as 'damaged-1.sqlite'" in done.stderr
+    assert digests(command) == first
+
+
+def test_a_study_whose_report_fails_keeps_its_ledger(command, swept, tmp_path):
+    text = SWEPT.replace("results.sample('decay')", "results.sample('deccay')")
+    (tmp_path / swept).write_text(text, encoding="utf-8")
+    done = command("run", swept, "--out", "out")
+    assert done.exit_code == 2
+    assert "There is no sweep 'deccay'. Did you mean 'decay'?" in done.stderr
+    assert len(digests(command)) == 5
+
+
+def test_the_verbs_of_a_ledger_import_nothing_heavy():
+    heavy = ("casadi", "numpy", "scipy", "matplotlib", "pandas")
+    code = f"import sys, workbench.ledgers; print([name for name in {heavy} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
