@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
 from workbench.progress import runs, shown_of
+from workbench.script import load
 from workbench.study import cost
 from workbench.study.chunk import Chunk
-from workbench.study.executors import on_threads
+from workbench.study.executors import ClusterError, on_cluster, on_threads
 from workbench.study.prepared import Prepared, prepared
 from workbench.study.resume import Execute, Plan, complete, planned, samples
 from workbench.study.sample import Sample
@@ -126,4 +127,35 @@ def _complete(study: Study, plan: Plan, ledger: Ledger, order: Order, needed: co
 
 
 def _executor(sweeps: Sequence[Prepared], order: Order) -> Execute:
-    return partial(on_threads, sweeps, workers=order.workers)
+    if order.cluster is None:
+        return lambda tasks: on_threads(sweeps, tasks, order.workers)
+    source = Script(str(order.script.resolve()), digest_of(order.script), order.samples)
+    address = order.cluster
+    return lambda tasks: on_cluster(address, source, tasks, order.workers)
+
+
+@dataclass(frozen=True)
+class Script:
+    """A study's file, at the same place on every worker, with its digest; called, it is loaded and its sweeps prepared.
+
+    Raises
+    ------
+    ClusterError
+        If there is no such file, or another one.
+    """
+
+    file: str
+    digest: str
+    samples: int | None
+
+    def __call__(self) -> tuple[Prepared, ...]:
+        """The sweeps, in the process of a worker."""
+        file = Path(self.file)
+        if not file.is_file() or digest_of(file) != self.digest:
+            raise ClusterError(f"A worker finds no '{self.file}', or another one: the study must be where it is here.")
+        return tuple(map(prepared, resized(load(file), self.samples).sweeps))
+
+
+def digest_of(file: Path) -> str:
+    """The SHA-256 of a file."""
+    return hashlib.sha256(file.read_bytes()).hexdigest()

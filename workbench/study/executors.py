@@ -1,22 +1,39 @@
-"""Who computes chunks: the threads of this machine, or a Dask cluster."""
+"""Who computes chunks: the threads of this machine, or the workers of a Dask cluster."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from threading import Event
+from contextlib import contextmanager
+from functools import lru_cache
+from threading import Event, Lock
+from typing import Any, Protocol
 
-from workbench.simulate.job import use_threads
+from workbench import __version__
+from workbench.simulate.job import threads, use_threads
 from workbench.study.chunk import Chunk
 from workbench.study.prepared import Prepared
 from workbench.study.resume import Task
 
 AHEAD = 2  # chunks computed or waiting while one is written
+PATIENCE = 15.0  # s for a cluster to answer
+LOCAL = "local"  # the address of a cluster that is started here
 
 
 class StoppedError(RuntimeError):
     """What ends a chunk that nobody waits for any more."""
+
+
+class ClusterError(ValueError):
+    """A cluster that cannot do what it is asked for; what it has done is kept."""
+
+
+class Source(Hashable, Protocol):
+    """Where another process finds the same sweeps; plain data, which is sent there."""
+
+    def __call__(self) -> tuple[Prepared, ...]:
+        """The sweeps."""
 
 
 def on_threads(sweeps: Sequence[Prepared], tasks: Sequence[Task], workers: int | None = None) -> Iterator[Chunk]:
@@ -46,3 +63,130 @@ def on_threads(sweeps: Sequence[Prepared], tasks: Sequence[Task], workers: int |
     finally:
         stopped.set()
         pool.shutdown(cancel_futures=True)
+
+
+def on_cluster(address: str, source: Source, tasks: Sequence[Task], workers: int | None = None) -> Iterator[Chunk]:
+    """The chunks as the workers of a Dask cluster finish them; those of a lost worker are computed by another one.
+
+    Each worker makes the sweeps itself, and its samples from their seeds: only names travel there, and numbers
+    back. With the address "local", a scheduler and `workers` of one thread are started, which listen on this
+    machine alone.
+
+    Raises
+    ------
+    ClusterError
+        If the extra `cluster` is not installed, the cluster does not answer or has no workers, a worker has another
+        version of the workbench or of the study, or a chunk was lost with several workers.
+    """
+    try:
+        import distributed
+    except ImportError as error:
+        raise ClusterError("`--cluster` needs the extra `cluster`: install `control-workbench[cluster]`.") from error
+    with _client(distributed, address, workers) as client:
+        _check_versions(client, address)
+        try:
+            yield from _gathered(distributed, client, source, tasks)
+        except distributed.KilledWorker as error:
+            raise ClusterError(
+                f"A chunk was lost with several workers of the cluster at '{address}', one after the other: {error} "
+                "Look at their logs: perhaps they lack memory."
+            ) from error
+
+
+def _gathered(distributed: Any, client: Any, source: Source, tasks: Sequence[Task]) -> Iterator[Chunk]:
+    """The chunks in the order in which they are done; as many wait at the workers as keep them busy."""
+    ahead = AHEAD * max(1, sum(client.nthreads().values()))
+    rest = iter(tasks)
+
+    def submitted(count: int) -> list[Any]:
+        few = (task for _, task in zip(range(count), rest, strict=False))
+        return [client.submit(compute, source, tuple(task), __version__, key=task.name) for task in few]
+
+    done = distributed.as_completed(submitted(ahead))
+    for future in done:
+        yield Chunk(*future.result())
+        future.release()
+        for other in submitted(1):
+            done.add(other)
+
+
+@contextmanager
+def _client(distributed: Any, address: str, workers: int | None) -> Iterator[Any]:
+    """A client of the cluster, which has at least one worker."""
+    local: dict[str, Any] = {"host": "127.0.0.1", "dashboard_address": None, "silence_logs": 50}
+    try:
+        if address == LOCAL:
+            cluster = distributed.LocalCluster(n_workers=workers or threads(), threads_per_worker=1, **local)
+            with cluster, distributed.Client(cluster, timeout=PATIENCE) as client:
+                yield client
+            return
+        with distributed.Client(address, timeout=PATIENCE) as client:
+            client.wait_for_workers(1, timeout=PATIENCE)
+            yield client
+    except (TimeoutError, OSError, ValueError) as error:
+        if isinstance(error, ClusterError) or type(error) is ValueError:
+            raise
+        raise ClusterError(
+            f"The cluster at '{address}' did not answer within {PATIENCE:g} s, or has no workers: {error}. Start "
+            "`dask scheduler` and `dask worker`, or leave out `--cluster`."
+        ) from error
+
+
+def _check_versions(client: Any, address: str) -> None:
+    """Refuse workers whose workbench is another one: their bits could be too."""
+    try:
+        found: dict[str, str] = client.run(version)
+    except Exception as error:  # a worker that cannot import the workbench raises whatever its import raises
+        raise ClusterError(f"A worker of the cluster at '{address}' cannot load the workbench: {error}.") from error
+    for worker, theirs in found.items():
+        if theirs != __version__:
+            raise ClusterError(_another(worker, theirs))
+
+
+def version() -> str:
+    """The version of the workbench, asked of a worker."""
+    return __version__
+
+
+def compute(source: Source, task: tuple[int, int, int, str], asked: str) -> tuple[str, bytes, bytes]:
+    """Name, head and data of a chunk, in the process of a worker: one at a time, with the worker's threads.
+
+    Raises
+    ------
+    ClusterError
+        If this is another version of the workbench, or of the study, than the one that asks.
+    """
+    if asked != __version__:
+        raise ClusterError(_another("that has come later", __version__))
+    sweep, first, last, name = task
+    with _ALONE:
+        use_threads(_threads_of_worker())
+        one = _sweeps(source)[sweep]
+        found = one.name(first, last)
+        if found != name:
+            raise ClusterError(
+                f"A worker finds '{found}' where '{name}' was asked for: it has another study or machine."
+            )
+        chunk = one.chunk(first, last)
+    return chunk.name, chunk.head, chunk.data
+
+
+_ALONE = Lock()  # CasADi's expressions are not for several threads
+
+
+@lru_cache(maxsize=1)
+def _sweeps(source: Callable[[], tuple[Prepared, ...]]) -> tuple[Prepared, ...]:
+    return source()
+
+
+def _threads_of_worker() -> int:
+    import distributed
+
+    return int(distributed.get_worker().state.nthreads)
+
+
+def _another(worker: str, theirs: str) -> str:
+    return (
+        f"The worker {worker} has workbench {theirs}, and this is {__version__}: chunks of two versions do not mix. "
+        "Install the same version there."
+    )

@@ -1,0 +1,133 @@
+"""Who computes chunks: threads that stop when they are told, and a cluster that may lose a worker."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from sweeps import sweep
+
+from workbench.study import executors
+from workbench.study.executors import ClusterError, on_cluster, on_threads
+from workbench.study.prepared import prepared
+from workbench.study.resume import planned
+from workbench.study.sampling import MonteCarlo
+
+ROOT = Path(executors.__file__).parents[2]
+STUDY = Path(__file__).parent / "exams" / "small_study.py"
+
+
+def test_chunks_come_in_the_order_of_their_tasks():
+    plan = planned([prepared(sweep())])
+    names = [task.name for task in plan.tasks]
+    assert [chunk.name for chunk in on_threads(plan.sweeps, plan.tasks, 2)] == names
+    assert list(on_threads(plan.sweeps, [])) == []
+
+
+def test_threads_stop_within_a_chunk_when_nobody_waits_for_it():
+    # some minutes of work in a single chunk behind a short one
+    short = prepared(sweep(design=MonteCarlo(2, 8)))
+    long = prepared(sweep(design=MonteCarlo(2, 4096), h=1e-5, until=100.0, runs_of_chunk=4096))
+    plan = planned([short, long])
+    chunks = on_threads(plan.sweeps, [plan.tasks[0], plan.tasks[0], plan.tasks[0], plan.tasks[1]])
+    next(chunks)
+    began = time.monotonic()
+    chunks.close()
+    assert time.monotonic() - began < 30  # a look at progress comes every half second of a processor
+
+
+def test_what_a_chunk_raises_is_raised_where_it_is_waited_for():
+    plan = planned([prepared(sweep())])
+    with pytest.raises(ValueError, match="first <= last"):
+        list(on_threads(plan.sweeps, [plan.tasks[0]._replace(last=1000)]))
+
+
+def test_a_cluster_without_its_library_is_refused_in_a_sentence(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(ClusterError, match=r"install `control-workbench\[cluster\]`"):
+        next(on_cluster("local", lambda: (), ()))
+
+
+# What follows starts a scheduler and workers as processes of their own.
+
+
+def environment(root=ROOT):
+    return os.environ | {"PYTHONPATH": os.pathsep.join([str(root), os.environ.get("PYTHONPATH", "")])}
+
+
+@pytest.fixture
+def cluster(tmp_path):
+    """A scheduler on this machine, and a function that starts a worker from a root of the workbench."""
+    pytest.importorskip("distributed", exc_type=ImportError)
+    started = []
+
+    def start(module, *words, root=ROOT):
+        call = [sys.executable, "-m", f"distributed.cli.{module}", *map(str, words), "--no-dashboard"]
+        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        started.append(subprocess.Popen(call, cwd=tmp_path, env=environment(root), **quiet))
+        return started[-1]
+
+    file = tmp_path / "scheduler.json"
+    start("dask_scheduler", "--host", "127.0.0.1", "--port", 0, "--scheduler-file", file)
+    while not file.exists() or not file.stat().st_size:
+        assert started[0].poll() is None
+        time.sleep(0.05)
+    address = json.loads(file.read_text())["address"]
+    yield address, lambda root=ROOT: start("dask_worker", address, "--no-nanny", "--nthreads", 1, root=root)
+    for process in started:
+        process.kill()
+        process.wait(30)
+
+
+def command(out, *words):
+    call = [sys.executable, "-m", "workbench", "run", str(STUDY), "--out", str(out), "--ack", *words]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen(call, cwd=out.parent, env=environment(), **pipes)
+
+
+def acknowledged(stdout):
+    return {line.split()[1]: line.split()[2] for line in stdout.splitlines() if line.startswith("ACK ")}
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL")
+def test_a_cluster_that_loses_a_worker_gives_every_chunk_with_the_bits_of_one_machine(cluster, tmp_path):
+    address, worker = cluster
+    first, _ = worker(), worker()
+    with command(tmp_path / "there", "--cluster", address) as process:
+        lines = []
+        while len(lines) < 4:
+            lines.append(process.stdout.readline())
+            assert lines[-1]
+        first.send_signal(signal.SIGKILL)
+        rest, said = process.communicate(timeout=300)
+    assert process.returncode == 0, said
+    with command(tmp_path / "here") as process:
+        stdout, _ = process.communicate(timeout=300)
+    there = acknowledged("".join(lines) + rest)
+    assert there == acknowledged(stdout)
+    assert len(there) == 20
+
+
+def test_a_worker_with_another_version_is_refused_with_both(cluster, tmp_path):
+    address, worker = cluster
+    shutil.copytree(ROOT / "workbench", tmp_path / "old" / "workbench", ignore=shutil.ignore_patterns("__pycache__"))
+    file = tmp_path / "old" / "workbench" / "__init__.py"
+    text = file.read_text(encoding="utf-8")
+    file.write_text(f'{text}\n__version__ = "0.0.1"\n', encoding="utf-8")
+    worker(tmp_path / "old")
+    with command(tmp_path / "out", "--cluster", address) as process:
+        stdout, said = process.communicate(timeout=300)
+    assert (process.returncode, acknowledged(stdout)) == (2, {})
+    assert "has workbench 0.0.1, and this is" in said.splitlines()[-1]
+
+
+def test_a_cluster_that_does_not_answer_is_refused_in_a_sentence(monkeypatch):
+    pytest.importorskip("distributed", exc_type=ImportError)
+    monkeypatch.setattr(executors, "PATIENCE", 0.5)
+    with pytest.raises(ClusterError, match=r"'tcp://127\.0\.0\.1:9' did not answer within 0\.5 s"):
+        next(on_cluster("tcp://127.0.0.1:9", lambda: (), ()))
