@@ -128,3 +128,65 @@ def test_a_place_is_tried_before_the_run_and_nothing_stays_there(tmp_path):
     (tmp_path / "file").write_text("mine")
     with pytest.raises(ReportError, match="cannot go to"):
         check_place(tmp_path / "file" / "report")
+
+
+def with_ledger(folder):
+    """A folder with a ledger, an earlier report, and what a run that was killed has left hidden."""
+    (folder / "ledger").mkdir(parents=True)
+    (folder / "ledger" / "ledger.sqlite").write_bytes(b"chunks")
+    write(document("First"), folder, {"runs/old.csv": b"run\n"})
+    (folder / ".partial-0123abcd").mkdir()
+    (folder / ".partial-0123abcd" / "page").write_text("half")
+    return folder
+
+
+def test_a_report_beside_a_ledger_replaces_the_earlier_one_and_does_not_move_the_ledger(tmp_path):
+    target = with_ledger(tmp_path / "report")
+    ledger = (target / "ledger" / "ledger.sqlite").stat().st_ino
+    write(document("Second"), target, {"runs/new.csv": b"run\n"})
+    assert set(held(target)) == FILES | {"ledger/ledger.sqlite", "runs/new.csv"}
+    assert (target / "ledger" / "ledger.sqlite").stat().st_ino == ledger
+    assert b"Second" in (target / "index.html").read_bytes()
+    assert [path.name for path in tmp_path.iterdir()] == ["report"]
+
+
+@pytest.mark.parametrize("last", [0, 1, 3, 6, 7, 8])
+def test_whenever_the_writing_beside_a_ledger_ends_the_ledger_stands_and_the_next_one_is_whole(tmp_path, last):
+    target = with_ledger(tmp_path / "report")
+    script = textwrap.dedent(
+        """
+        import os, sys
+        from pathlib import Path
+        from test_page import document
+        from workbench.report.folder import write
+        left = int(sys.argv[1])
+
+        def counted(move):
+            def killed(self, to):
+                global left
+                left -= 1
+                if left < 0:
+                    os._exit(9)
+                return move(self, to)
+            return killed
+
+        Path.rename, Path.replace = counted(Path.rename), counted(Path.replace)
+        write(document("Second"), "report", {"runs/new.csv": b"run"})
+        """
+    )
+    paths = os.pathsep.join([str(Path(__file__).parent), *sys.path])
+    call = [sys.executable, "-B", "-c", script, str(last)]
+    done = subprocess.run(call, cwd=tmp_path, env=os.environ | {"PYTHONPATH": paths}, check=False)
+    # three folders and two files are put in place, three folders are taken away before
+    assert done.returncode == (9 if last < 8 else 0)
+    assert (target / "ledger" / "ledger.sqlite").read_bytes() == b"chunks"
+    write(document("Third"), target)
+    assert set(held(target)) == FILES | {"ledger/ledger.sqlite"}
+    assert b"Third" in (target / "index.html").read_bytes()
+
+
+def test_a_note_laid_beside_a_ledger_keeps_the_report_from_being_written(tmp_path):
+    target = with_ledger(tmp_path / "report")
+    (target / "notes.txt").write_text("mine")
+    with pytest.raises(ReportError, match=r"'notes\.txt'"):
+        write(document("Second"), target)
