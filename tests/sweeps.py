@@ -1,6 +1,4 @@
-"""A small sweep with a closed form, for tests: plain factors and a plain design beside the library's own."""
-
-from dataclasses import dataclass
+"""A small sweep with a closed form, for tests."""
 
 import casadi as ca
 import numpy as np
@@ -8,6 +6,9 @@ import numpy as np
 from workbench.core import Entry, Layout, Ode
 from workbench.core.layout import Bounds
 from workbench.metrics import iae, ise
+from workbench.study.distributions import Uniform
+from workbench.study.factors import Factor
+from workbench.study.sampling import MonteCarlo
 from workbench.study.sweep import Sweep
 
 
@@ -31,41 +32,8 @@ class Explosion:
         return Ode.of(name, states, Layout(), (t, x, p), {"x": x**2}, {"e": x})
 
 
-@dataclass(frozen=True)
-class Between:
-    low: float
-    high: float
-
-    def quantile(self, u):
-        return self.low + (self.high - self.low) * u
-
-
-@dataclass(frozen=True)
-class Varied:
-    name: str
-    paths: tuple[str, ...]
-    distribution: Between
-
-
-@dataclass(frozen=True)
-class Uniform:
-    """Points from the seed and their own numbers alone."""
-
-    runs: int
-    dimensions: int = 1
-    seed: int = 3
-
-    @property
-    def size(self):
-        return self.runs
-
-    def points(self, first, last):
-        rows = [np.random.Generator(np.random.Philox(key=[self.seed, i])) for i in range(first, last)]
-        return np.array([row.random(self.dimensions) for row in rows])
-
-
-RATE = Varied("rate", ("rate",), Between(0.5, 3.0))
-START = Varied("start", ("x[0]",), Between(0.5, 2.0))
+RATE = Factor("rate", ("rate",), Uniform(0.5, 3.0))
+START = Factor("start", ("x",), Uniform(0.5, 2.0))
 
 
 def sweep(**changes):
@@ -75,7 +43,7 @@ def sweep(**changes):
         "loop": Decay(),
         "metrics": (iae(), ise()),
         "factors": (RATE, START),
-        "design": Uniform(50, 2),
+        "design": MonteCarlo(2, 50, seed=3),
         "h": 0.01,
         "until": 2.0,
         "runs_of_chunk": 8,

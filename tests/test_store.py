@@ -201,13 +201,15 @@ def test_a_damaged_record_is_taken_out_said_and_done_again(tmp_path):
     connection.close()
     assert CHUNKS[3].name not in {chunk.name for chunk in held(tmp_path)}
     (remark,) = completed(tmp_path)
-    assert remark.startswith("1 damaged records were found")
+    assert remark.startswith("Damaged records were found")
+    assert remark.endswith("1 of them; they are computed again.")
     assert len(held(tmp_path)) == COUNT
 
 
 def test_a_repair_that_was_cut_off_between_its_renames_goes_on(tmp_path):
     file = filled(tmp_path)
     file.rename(file.with_name(store.RENEWED))
+    file.with_name(f"{DATABASE}-wal").write_bytes(b"of the damaged one")
     assert completed(tmp_path) == ()
     assert held(tmp_path) == CHUNKS
 

@@ -4,13 +4,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sweeps import RATE, START, Between, Explosion, Uniform, Varied, sweep
+from sweeps import RATE, START, Explosion, sweep
 
-from workbench.metrics import iae, measure
+from workbench.controllers import SlidingMode
+from workbench.loop import ClosedLoop, Instruments
+from workbench.metrics import iae, measure, rmse
+from workbench.observers import FullState
+from workbench.plants import Manipulator
+from workbench.robots import paper_arm
+from workbench.signals import Sines
 from workbench.study import cost
+from workbench.study.distributions import Uniform
 from workbench.study.executors import on_threads
+from workbench.study.factors import Factor
 from workbench.study.prepared import prepared
 from workbench.study.resume import complete, planned, samples
+from workbench.study.sampling import MonteCarlo
 from workbench.study.store import opened
 
 
@@ -56,8 +65,8 @@ def test_metrics_over_time_are_those_of_shorter_horizons(tmp_path):
 
 
 def test_a_run_that_diverges_is_counted_and_has_no_value_from_then_on(tmp_path):
-    start = Varied("start", ("x[0]",), Between(0.5, 2.0))
-    given = sweep(loop=Explosion(), factors=(start,), design=Uniform(50), metrics=(iae(),), until=1.0, every=0.25)
+    start = Factor("start", ("x",), Uniform(0.5, 2.0))
+    given = sweep(loop=Explosion(), factors=(start,), design=MonteCarlo(1, 50), metrics=(iae(),), until=1.0, every=0.25)
     found = sample(tmp_path, given)
     lost = np.isfinite(found.diverged_at)
     # x(t) = 1 / (1 / x0 - t), and RK4 of a pole is late by some steps
@@ -111,8 +120,8 @@ def test_a_chunk_that_comes_twice_is_kept_once(tmp_path):
         {"halved": 2},
         {"every": 0.5},
         {"metrics": (iae(),)},
-        {"design": Uniform(50, 2, seed=4)},
-        {"factors": (RATE, replace(START, distribution=Between(0.5, 1.9)))},
+        {"design": MonteCarlo(2, 50, seed=4)},
+        {"factors": (RATE, replace(START, distribution=Uniform(0.5, 1.9)))},
     ],
 )
 def test_whatever_changes_a_result_changes_the_name_of_its_chunk(change):
@@ -120,14 +129,21 @@ def test_whatever_changes_a_result_changes_the_name_of_its_chunk(change):
     assert one.name(0, 8) != other.name(0, 8)
 
 
+def test_the_code_of_a_metric_is_part_of_the_name_and_where_it_was_made_is_not():
+    integral = rmse()
+    other = replace(integral, finish=lambda value, horizon: value)
+    names = {prepared(sweep(metrics=(metric,))).name(0, 8) for metric in (integral, rmse(), other)}
+    assert len(names) == 2
+
+
 def test_more_samples_keep_the_chunks_that_are_there():
-    few, many = (planned([prepared(sweep(design=Uniform(size, 2)))]) for size in (50, 96))
+    few, many = (planned([prepared(sweep(design=MonteCarlo(2, size)))]) for size in (50, 96))
     assert {task.name for task in few.tasks[:-1]} < {task.name for task in many.tasks}
 
 
 def test_several_paths_move_together(tmp_path):
-    both = Varied("both", ("gains[0]", "gains[1]", "rate"), Between(0.5, 3.0))
-    made = prepared(sweep(factors=(both,), design=Uniform(5)))
+    both = Factor("both", ("gains[0]", "gains[1]", "rate"), Uniform(0.5, 3.0))
+    made = prepared(sweep(factors=(both,), design=MonteCarlo(1, 5)))
     values, p, _ = made.rows(0, 5)
     np.testing.assert_array_equal(p[:, [0, 2, 3]], np.repeat(values, 3, axis=1))
 
@@ -135,16 +151,14 @@ def test_several_paths_move_together(tmp_path):
 @pytest.mark.parametrize(
     ("change", "kind", "said"),
     [
-        ({"factors": (Varied("r", ("rat",), Between(0, 1)),)}, LookupError, "Did you mean 'rate'"),
-        ({"factors": (Varied("g", ("gains",), Between(0, 1)),)}, ValueError, r"is 2 of them: name 'gains\[0\]'"),
-        ({"factors": (RATE, replace(RATE, name="again"))}, ValueError, "varies one path twice"),
-        ({"factors": (replace(RATE, distribution=Between(0, 11)), START)}, ValueError, "rate"),
-        ({"factors": (replace(RATE, distribution=Between(0, np.nan)), START)}, ValueError, "rate"),
-        ({"design": Uniform(50, 3)}, ValueError, r"\(8, 2\) for 8 runs of 2 factors; got \(8, 3\)"),
-        ({"factors": (RATE, RATE)}, ValueError, "distinct names"),
-        ({"factors": ()}, ValueError, "at least one"),
+        ({"factors": (Factor("r", ("rat",), Uniform(0, 1)), START)}, LookupError, "Did you mean 'rate'"),
+        ({"factors": (RATE, replace(RATE, name="again"))}, ValueError, "both move 'rate'"),
+        ({"factors": (replace(RATE, distribution=Uniform(0, 11)), START)}, ValueError, "goes from 0 to 11, too far"),
+        ({"design": MonteCarlo(3, 50)}, ValueError, "as many dimensions as there are factors, 2; got 3"),
+        ({"design": 50}, ValueError, "design=.* 50"),
+        ({"factors": ()}, ValueError, "factors, 0"),
+        ({"factors": (replace(RATE, name="run"), START)}, ValueError, "another name for ..run.."),
         ({"metrics": ()}, ValueError, "at least one"),
-        ({"design": Uniform(0, 2)}, ValueError, "positive whole number; got 0"),
         ({"name": "A b"}, ValueError, "a-z"),
         ({"every": 0.015}, ValueError, "multiple"),
         ({"h": float("nan")}, ValueError, "finite number of seconds"),
@@ -158,7 +172,7 @@ def test_what_cannot_be_swept_is_refused_before_it_begins(change, kind, said):
 
 
 def test_a_sweep_without_a_size_of_chunks_is_cut_for_a_second_or_two_of_a_processor_each():
-    made = prepared(sweep(runs_of_chunk=None, design=Uniform(10**9, 2), h=1e-3, until=100.0))
+    made = prepared(sweep(runs_of_chunk=None, design=MonteCarlo(2, 10**9), h=1e-3, until=100.0))
     sizes = {last - first for first, last in made.chunks[:-1]}
     assert len(sizes) == 1
     assert 0.2 < max(sizes) * made.seconds_of_run <= 2.0
@@ -166,10 +180,43 @@ def test_a_sweep_without_a_size_of_chunks_is_cut_for_a_second_or_two_of_a_proces
 
 
 def test_what_takes_too_long_or_too_much_is_refused_with_the_figure(tmp_path):
-    made = prepared(sweep(design=Uniform(10**9, 2), until=100.0))
+    made = prepared(sweep(design=MonteCarlo(2, 10**9), until=100.0))
     with pytest.raises(ValueError, match=r"^1,000,000,000 runs: at most about .*`--yes`"):
         cost.check(cost.cost_of([made]), tmp_path)
     cost.check(cost.cost_of([prepared(sweep())]), tmp_path)
+
+
+class Digital:
+    """An arm under a law that a computer runs behind noisy instruments."""
+
+    def ode(self, name="loop"):
+        arm = paper_arm()
+        law = SlidingMode(model=arm, Lambda=[6.0, 6.0], K=[40.0, 20.0], phi=0.1)
+        loop = ClosedLoop(Manipulator(arm, q=[0.5, 0.0]), FullState(2), law, Sines([1.0, 0.5], [2.0, 3.0]))
+        return loop.digital(2e-3, Instruments(2, noise_q=1e-4), name=name)
+
+
+def test_the_noise_of_a_run_is_its_own_whatever_chunk_it_is_in(tmp_path):
+    width = Factor("boundary layer", ("controller.phi",), Uniform(0.05, 0.2))
+    given = sweep(loop=Digital(), factors=(width,), design=MonteCarlo(1, 12), h=1e-3, until=0.2, halved=5)
+    one, other = (sample(tmp_path / f"{n}", replace(given, runs_of_chunk=n)) for n in (12, 5))
+    assert one.values.tobytes() == other.values.tobytes()
+    assert one.errors.tobytes() == other.errors.tobytes()
+    assert len(np.unique(one.outputs("IAE", 1))) == 12
+    seeded = sample(tmp_path / "seed", replace(given, seed=1))
+    assert not np.isin(seeded.outputs("IAE"), one.outputs("IAE")).any()
+
+
+def test_a_time_that_is_no_multiple_of_the_period_is_refused_before_it_begins():
+    width = Factor("boundary layer", ("controller.phi",), Uniform(0.05, 0.2))
+    given = sweep(loop=Digital(), factors=(width,), design=MonteCarlo(1, 12), h=1e-3, until=0.2, every=5e-3)
+    with pytest.raises(ValueError, match="multiple of the step"):
+        prepared(given)
+
+
+def test_a_sample_knows_the_design_it_was_drawn_from(tmp_path):
+    given = sweep()
+    assert sample(tmp_path, given).design is given.design
 
 
 def test_a_metric_that_was_not_taken_is_named_with_those_that_were(tmp_path):
@@ -188,3 +235,10 @@ def test_an_error_of_the_step_that_is_not_known_is_not_left_out(tmp_path):
     errors = found.errors.copy()
     errors[1] = np.nan
     assert replace(found, errors=errors).step_error("IAE") == np.inf
+
+
+@pytest.mark.parametrize(("needs", "word"), [({"memory": 5e9}, "4.0 GB"), ({"disk": 1e18}, "half of what is free")])
+def test_too_much_memory_or_disk_is_refused_with_the_limit(tmp_path, needs, word):
+    small = cost.cost_of([prepared(sweep())])
+    with pytest.raises(ValueError, match=rf"{word}.*`--yes`"):
+        cost.check(replace(small, **needs), tmp_path)

@@ -137,6 +137,31 @@ def test_ctrl_c_says_what_is_kept_and_loses_nothing(command, swept, tmp_path):
     assert got.items() <= digests(command).items()
 
 
+@pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL")
+def test_a_study_that_was_killed_goes_on_and_ends_as_if_it_had_not_been(command, swept, tmp_path, monkeypatch):
+    (tmp_path / "killed").mkdir()
+    call = [sys.executable, "-m", "workbench", "run", f"../{swept}", "--out", "out", "--ack"]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
+    with subprocess.Popen(call, cwd=tmp_path / "killed", **pipes) as process:
+        lines = [process.stdout.readline() for _ in range(3)]  # "started", and two chunks
+        process.send_signal(signal.SIGKILL)
+        got = acknowledged("".join(lines) + process.communicate(timeout=60)[0])
+    assert len(got) >= 2
+    again, whole = {}, {}
+    for folder, found in (
+        ("killed", again),
+        ("whole", whole),
+    ):  # the command is the same in both
+        (tmp_path / folder).mkdir(exist_ok=True)
+        monkeypatch.chdir(tmp_path / folder)
+        found |= acknowledged(command("run", f"../{swept}", "--out", "out", "--ack").stdout)
+    assert not got.keys() & again.keys()
+    assert got | again == whole
+    files = ("index.html", "report.pdf", "runs/decay.csv")
+    for file in files:
+        assert (tmp_path / "killed/out" / file).read_bytes() == (tmp_path / "whole/out" / file).read_bytes()
+
+
 def test_the_status_says_how_far_a_study_is(command, swept, tmp_path):
     command("run", swept, "--out", "out")
     head = "decay: 40 of 40 runs in 5 of 5 chunks, 0 failed.\n"

@@ -10,7 +10,6 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -65,7 +64,7 @@ def cli() -> None:
 @click.argument("study", type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), help="Folder of the report; reports/NAME if not given.")
 @click.option("--samples", type=int, help="Samples of each sweep, in place of those in STUDY.")
-@click.option("--workers", type=int, help="Threads, or workers of a cluster; one a processor if not given.")
+@click.option("--workers", type=int, help="Threads, or workers of a local cluster; one a processor if not given.")
 @click.option("--cluster", metavar="ADDRESS", help="The scheduler of a Dask cluster; 'local' starts one here.")
 @click.option("--fresh", is_flag=True, help="Compute again what the ledger holds.")
 @click.option("--ack", is_flag=True, help="Print each chunk and its SHA-256 once it is on the disk.")
@@ -121,6 +120,8 @@ def _run(study: Path, out: Path | None, asked: dict[str, Any]) -> None:
         # study may have the name of a module that is used here.
         with suppress(ImportError):  # llvmlite has no wheel here, and the other engine serves
             import workbench.simulate.kernel.native  # noqa: F401
+        from dataclasses import replace
+
         from workbench import sweeping
         from workbench.progress import shown
         from workbench.report import folder

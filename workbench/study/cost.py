@@ -70,7 +70,7 @@ def check(cost: Cost, out: Path) -> None:
 def _numbers(one: Prepared) -> float:
     """How many numbers of a run are kept."""
     values = len(one.columns) * round(one.sweep.until / one.every)
-    return len(one.places) + 1 + values * (1 + 1 / one.sweep.halved)
+    return len(one.sweep.factors) + 1 + values * (1 + 1 / one.sweep.halved)
 
 
 def _time(seconds: float) -> str:

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cached_property, partial
+from dataclasses import dataclass, fields
+from functools import cache, cached_property, partial
 from itertools import pairwise
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from workbench import __version__
-from workbench.core import Ode, Step
-from workbench.core.layout import Array, Layout, nearest
-from workbench.core.numbers import Integers
+from workbench.core import Ode, Sampled, Step
+from workbench.core.layout import Array
+from workbench.core.numbers import Integers, multiple
 from workbench.core.ode import instructions
 from workbench.metrics import AbstractMetric
 from workbench.metrics.accumulated import maker, resolved
@@ -23,9 +26,10 @@ from workbench.simulate.job import Progress
 from workbench.simulate.request import SECONDS_PER_OPERATION
 from workbench.simulate.stepping.accuracy import change
 from workbench.study.chunk import Chunk, chunk_of, written
-from workbench.study.contract import Factor
+from workbench.study.factors import Space
 from workbench.study.sweep import Sweep
 
+ROOT = Path(__file__).parents[1]
 SECONDS = 2.0  # of one processor, by the cautious estimate of the engine, that a chunk takes: in truth about a third
 BYTES = 64 * 2**20  # of kept states that a chunk may hold
 BLOCK = 256  # a chunk is a multiple of so many runs, where it has more: whole vectors for two threads, also at h / 2
@@ -33,20 +37,14 @@ BLOCK = 256  # a chunk is a multiple of so many runs, where it has more: whole v
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A sweep with its equation and its steps of length h and h / 2, both with the metrics beside the states.
-
-    Attributes
-    ----------
-    places
-        Where the numbers of each factor lie in a row of parameters followed by initial states.
-    """
+    """A sweep with its equation and its steps of length h and h / 2, both with the metrics beside the states."""
 
     sweep: Sweep
-    equation: Ode
+    equation: Ode | Sampled
     metrics: tuple[AbstractMetric, ...]
     coarse: Step
     fine: Step
-    places: tuple[tuple[int, ...], ...]
+    space: Space
 
     @property
     def every(self) -> float:
@@ -56,13 +54,13 @@ class Prepared:
     @cached_property
     def columns(self) -> tuple[tuple[str, int, str], ...]:
         """What a value belongs to: a metric, its joint counted from 0, and its unit."""
-        sizes = ((m, self.equation.outputs[m.watches[0]].size) for m in self.metrics)
+        sizes = ((m, self.coarse.outputs[m.watches[0]].size) for m in self.metrics)
         return tuple((m.name, joint, m.unit) for m, size in sizes for joint in range(size))
 
     @property
     def seconds_of_run(self) -> float:
         """What a run takes of one processor, by a cautious estimate."""
-        steps = self.sweep.until / self.sweep.h
+        steps = self.sweep.until / self.coarse.h
         return SECONDS_PER_OPERATION * steps * self.coarse.operations * (1 + 2 / self.sweep.halved)
 
     @property
@@ -89,9 +87,9 @@ class Prepared:
         """A name of all that a run depends on but its own numbers."""
         sweep = self.sweep
         said = {
-            "workbench": __version__,
+            "code": code(),
             "equation": self.equation.fingerprint,
-            "metrics": [[type(m).__name__, m.name, m.unit, m.about] for m in self.metrics],
+            "metrics": [written_of(metric) for metric in self.metrics],
             "times": [float(time).hex() for time in (sweep.h, sweep.until, self.every)],
             "seed": sweep.seed,
             "halved": sweep.halved,
@@ -107,18 +105,11 @@ class Prepared:
         Raises
         ------
         ValueError
-            If a value is not finite, or out of the bounds of its parameter.
+            If a value is not finite, or a row is out of the bounds of its numbers.
         """
-        points, factors = self.sweep.points(first, last), self.sweep.factors
-        values = np.stack([f.distribution.quantile(points[:, i]) for i, f in enumerate(factors)], axis=1)
-        layouts = (self.equation.parameters, self.equation.states)
-        rows = np.tile(np.concatenate([layout.default for layout in layouts]), (last - first, 1))
-        for places, column in zip(self.places, values.T, strict=True):
-            rows[:, places] = column[:, np.newaxis]
-        p, x0 = np.ascontiguousarray(rows[:, : layouts[0].size]), np.ascontiguousarray(rows[:, layouts[0].size :])
-        for layout, part in zip(layouts, (p, x0), strict=True):
-            layout.check(part)
-        return values, p, x0
+        points = self.sweep.design.points(first, last)
+        p, x0 = map(np.ascontiguousarray, self.space.rows(points))
+        return self.space.values(points), p, x0
 
     def name(self, first: int, last: int) -> str:
         """What the chunk of some runs is called: sweep, runs, and a digest of all that they depend on."""
@@ -175,32 +166,39 @@ def prepared(sweep: Sweep) -> Prepared:
     LookupError
         If a factor varies what the loop does not have, or a metric watches what it does not put out.
     ValueError
-        If a path is more than one number, or varied by two factors, or a metric means nothing for the loop.
+        If two factors move one number, one leads out of its bounds, or a metric means nothing for the loop.
     """
-    equation = sweep.loop.ode(sweep.name)
+    equation: Ode | Sampled = sweep.loop.ode(sweep.name)
     metrics = resolved(equation, sweep.metrics, sweep.until)
     make: Callable[[str, float], Step] = maker(equation, metrics)
-    places = tuple(_places(factor, equation.parameters, equation.states) for factor in sweep.factors)
-    taken = [place for some in places for place in some]
-    if len(set(taken)) < len(taken):
-        raise ValueError(f"`Sweep(factors=...)` of '{sweep.name}' varies one path twice: leave it to one factor.")
-    return Prepared(sweep, equation, metrics, make("rk4", sweep.h), make("rk4", sweep.h / 2), places)
+    space = Space(sweep.factors, equation.parameters, equation.states)
+    coarse = make("rk4", sweep.h)
+    every = sweep.until if sweep.every is None else sweep.every
+    multiple(f"Sweep({sweep.name!r}, every=...)", every, coarse.h, "the step")
+    return Prepared(sweep, equation, metrics, coarse, make("rk4", sweep.h / 2), space)
 
 
-def _places(factor: Factor, parameters: Layout, states: Layout) -> tuple[int, ...]:
-    """Where the numbers of a factor lie in a row of parameters and initial states."""
-    labels = (*parameters.labels, *states.labels)
-    for path in factor.paths:
-        if path in labels:
-            continue
-        among = [label for label in labels if label.startswith(f"{path}[")]
-        if among:
-            raise ValueError(
-                f"`Factor(paths=...)` of '{factor.name}' names single numbers; '{path}' is {len(among)} of them: name "
-                f"'{among[0]}' and so on, as each may have a value of its own."
-            )
-        raise LookupError(
-            f"There is no '{path}', which the factor '{factor.name}' varies, among the {len(labels)} parameters and "
-            f"initial states of this loop.{nearest(path, labels)}"
-        )
-    return tuple(labels.index(path) for path in factor.paths)
+def written_of(metric: AbstractMetric) -> list[str]:
+    """A metric as it was written: its class and functions, which may be the user's own, as text, and its numbers."""
+    values = (getattr(metric, field.name) for field in fields(metric))
+    plain = (str, int, float, tuple, type(None))  # what else there may be prints its place in memory
+    return [_source(type(metric)), *(repr(value) if isinstance(value, plain) else _source(value) for value in values)]
+
+
+def _source(thing: Any) -> str:
+    try:
+        return inspect.getsource(thing)
+    except (OSError, TypeError):  # typed into a console, or no code: its name has to do
+        return str(getattr(thing, "__qualname__", type(thing).__qualname__))
+
+
+@cache
+def code() -> str:
+    """A name of the code that a number depends on: version and sources of the rooms between a loop and its metrics."""
+    digest = hashlib.sha256(__version__.encode())
+    for room in ("core", "metrics", "simulate", "study/sampling", "study/distributions.py", "study/factors.py"):
+        place = ROOT / room
+        for file in sorted(place.rglob("*.py")) or [place]:
+            digest.update(file.read_bytes())
+    digest.update(Path(__file__).read_bytes())
+    return digest.hexdigest()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -99,7 +99,8 @@ def lost(chunk: Chunk) -> int:
 
 def samples(plan: Plan, ledger: Ledger) -> tuple[Sample, ...]:
     """What each sweep of a plan gave, when nothing of it is missing."""
-    return tuple(sample_of(said, map(ledger.read, said["chunks"])) for said in plan.said)
+    found = (sample_of(said, map(ledger.read, said["chunks"])) for said in plan.said)
+    return tuple(replace(one, design=of.sweep.design) for one, of in zip(found, plan.sweeps, strict=True))
 
 
 def samples_of(said: Iterable[dict[str, Any]], chunks: dict[str, Chunk]) -> tuple[Sample, ...]:

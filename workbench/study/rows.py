@@ -12,6 +12,7 @@ import numpy as np
 
 from workbench.core.layout import Array
 from workbench.study.sample import Sample
+from workbench.study.sweep import COLUMNS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -97,9 +98,10 @@ def _write_mat(sample: Sample, file: Path) -> None:
 def _columns(sample: Sample) -> Iterator[tuple[str, Array]]:
     """The columns by name; rows are the times of run 0, then those of run 1."""
     runs, times = sample.values.shape[:2]
-    yield "run", np.repeat(np.arange(runs), times)
+    run, time, lost = COLUMNS
+    yield run, np.repeat(np.arange(runs), times)
     if times > 1:
-        yield "t [s]", np.tile(sample.t, runs)
+        yield time, np.tile(sample.t, runs)
     for name, column in zip(sample.factors, sample.drawn.T, strict=True):
         yield name, np.repeat(column, times)
     errors = np.full(sample.values.shape, np.nan)
@@ -108,7 +110,7 @@ def _columns(sample: Sample) -> Iterator[tuple[str, Array]]:
         measured = f" [{unit}]" if unit else ""
         yield f"{metric}[{joint}]{measured}", sample.values[..., i].ravel()
         yield f"{metric}[{joint}] (error){measured}", errors[..., i].ravel()
-    yield "diverged at [s]", np.repeat(sample.diverged_at, times)
+    yield lost, np.repeat(sample.diverged_at, times)
 
 
 def _written(value: float) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 from workbench.core.layout import Array, nearest
 from workbench.core.numbers import Integers
 from workbench.study.chunk import Chunk
+from workbench.study.sampling import AbstractDesign
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +30,9 @@ class Sample:
         The numbers of the runs that were run at h / 2 too, (m,), and by how much that changed their values, (m, T, k).
     diverged_at
         (N,), in s; NaN for a run that stayed finite.
+    design
+        What the runs were drawn from, with the number of samples that was asked for; None where a ledger was read
+        without its study.
     """
 
     name: str
@@ -43,6 +47,7 @@ class Sample:
     again: Integers
     errors: Array
     diverged_at: Array
+    design: AbstractDesign | None = None
 
     def __len__(self) -> int:
         return len(self.values)

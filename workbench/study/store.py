@@ -13,8 +13,8 @@ from __future__ import annotations
 
 import os
 import sqlite3
-from collections.abc import Iterable, Iterator
-from contextlib import closing, contextmanager, suppress
+from collections.abc import Iterator
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,23 +23,12 @@ from urllib.parse import quote
 from workbench import __version__
 from workbench.study.chunk import Chunk, written
 from workbench.study.durable import alone, make_folder, sync_folder
+from workbench.study.records import SELECT, check_header, connect, insert, is_damage, make_table, remove, scan, whole
 
 FOLDER, DATABASE, LOCK = "ledger", "ledger.sqlite", "lock"  # below the study's output
 RENEWED = "renewed.sqlite"  # what was saved from a damaged ledger, before it takes its place
 ABOUT = "about"  # the record that says what the others are for
 LATER = "The same command goes on from there."
-
-# Of these the machine is the reason, not the file.
-_MACHINE = {
-    sqlite3.SQLITE_READONLY,
-    sqlite3.SQLITE_FULL,
-    sqlite3.SQLITE_IOERR,
-    sqlite3.SQLITE_CANTOPEN,
-    sqlite3.SQLITE_BUSY,
-    sqlite3.SQLITE_LOCKED,
-    sqlite3.SQLITE_NOMEM,
-    sqlite3.SQLITE_PERM,
-}
 
 
 class LedgerError(ValueError):
@@ -70,9 +59,10 @@ class Ledger:
         """Write a chunk; when this returns, it is on the disk."""
         try:
             with self.connection:
-                self.places[chunk.name] = _insert(self.connection, chunk)
+                place = insert(self.connection, chunk)
         except sqlite3.Error as error:
             raise _unwritable(self.out, error) from error
+        self.places[chunk.name] = place
 
     def read(self, name: str) -> Chunk:
         """A chunk, as it was written.
@@ -84,8 +74,8 @@ class Ledger:
         """
         row = None
         with suppress(sqlite3.Error):
-            row = self.connection.execute(f"{_SELECT} WHERE id = ?", (self.places[name],)).fetchone()
-        chunk = _whole(row[1:]) if row else None
+            row = self.connection.execute(f"{SELECT} WHERE id = ?", (self.places[name],)).fetchone()
+        chunk = whole(row[1:]) if row else None
         if chunk is None or chunk.name != name:
             raise LedgerError(
                 f"The chunk '{name}' in '{self.out}' has been damaged: the same command computes it again."
@@ -100,9 +90,10 @@ class Ledger:
         try:
             with self.connection:
                 self.connection.execute("DELETE FROM record WHERE id = ?", (self.places.get(ABOUT, -1),))
-                self.places[ABOUT] = _insert(self.connection, chunk)
+                place = insert(self.connection, chunk)
         except sqlite3.Error as error:
             raise _unwritable(self.out, error) from error
+        self.places[ABOUT] = place
 
 
 @contextmanager
@@ -120,18 +111,17 @@ def opened(out: Path, fresh: bool = False) -> Iterator[Ledger]:
         If it is of another version, or the folder cannot be written.
     """
     folder = out.resolve() / FOLDER
-    try:
-        make_folder(folder)
-        with alone(folder / LOCK):
+    with ExitStack() as held:
+        try:
+            make_folder(folder)
+            held.enter_context(alone(folder / LOCK))
             if fresh:
-                _remove(folder / DATABASE)
+                remove(folder / DATABASE)
             ledger = _sound(out, folder)
-            with closing(ledger.connection):
-                yield ledger
-    except sqlite3.Error as error:
-        raise _unwritable(out, error) from error
-    except (PermissionError, NotADirectoryError, FileExistsError) as error:
-        raise LedgerError(f"The ledger in '{out}' cannot be written: {error.strerror}. Name another folder.") from error
+            held.enter_context(closing(ledger.connection))
+        except (sqlite3.Error, OSError) as error:
+            raise _unwritable(out, error) from error
+        yield ledger
 
 
 def chunks(out: Path) -> Iterator[Chunk]:
@@ -139,32 +129,21 @@ def chunks(out: Path) -> Iterator[Chunk]:
     file = out.resolve() / FOLDER / DATABASE
     if not file.is_file() or not file.stat().st_size:
         return
-    writable = "" if _may_write(file.parent) else "&immutable=1"
-    with suppress(sqlite3.Error), closing(_connect(f"file:{quote(str(file))}?mode=ro{writable}", uri=True)) as ledger:
-        yield from (chunk for _, chunk in _scan(ledger) if chunk is not None)
-
-
-_COLUMNS = "id INTEGER PRIMARY KEY, name BLOB, head BLOB, data BLOB, digest BLOB"
-_SELECT = "SELECT id, name, head, data, digest FROM record"
-
-
-def _may_write(folder: Path) -> bool:
-    return os.access(folder, os.W_OK)
-
-
-def _connect(name: str, uri: bool = False) -> sqlite3.Connection:
-    return sqlite3.connect(name, uri=uri, timeout=30)
+    # in a folder that may not be written SQLite cannot share a log, and there is nobody to share it with
+    options = "mode=ro" if os.access(file.parent, os.W_OK) else "immutable=1"
+    with suppress(sqlite3.Error), closing(connect(f"file:{quote(str(file))}?{options}", uri=True)) as ledger:
+        yield from (chunk for _, chunk in scan(ledger) if chunk is not None)
 
 
 def _sound(out: Path, folder: Path) -> Ledger:
     """The ledger below a folder, repaired if need be."""
     file, renewed = folder / DATABASE, folder / RENEWED
     if not file.exists() and renewed.exists():  # a repair was cut off between its last two renames
-        renewed.rename(file)
+        _take_place(renewed, file)
     try:
         return _writable(out, file)
     except sqlite3.Error as error:
-        if not _is_damage(error):
+        if not is_damage(error):
             raise
         reason = str(error)
     aside = next(path for i in range(1, 10**6) if not (path := folder / f"damaged-{i}.sqlite").exists())
@@ -178,17 +157,17 @@ def _sound(out: Path, folder: Path) -> Ledger:
 
 def _writable(out: Path, file: Path) -> Ledger:
     """The ledger in a file, verified; an error of SQLite's if the file is damaged."""
-    _check_header(file)
-    connection = _connect(str(file))
+    check_header(file)
+    connection = connect(str(file))
     try:
         if connection.execute("PRAGMA journal_mode = WAL").fetchone() != ("wal",):
             raise LedgerError(f"The ledger in '{out}' needs a file system with shared memory; this one has none.")
         connection.execute("PRAGMA synchronous = FULL")
         if (found := connection.execute("PRAGMA quick_check(1)").fetchone()) != ("ok",):
             raise sqlite3.DatabaseError(" ".join(str(found[0]).split()))
-        _make_table(connection)
+        make_table(connection)
         places, lost = {}, []
-        for row, chunk in _scan(connection):
+        for row, chunk in scan(connection):
             if chunk is None or chunk.name in places:
                 lost.append(row)
                 continue
@@ -201,30 +180,8 @@ def _writable(out: Path, file: Path) -> Ledger:
     except BaseException:
         connection.close()
         raise
-    remark = f"{len(lost)} damaged records were found in the ledger of '{out}'; what they held is computed again."
+    remark = f"Damaged records were found in the ledger of '{out}', {len(lost)} of them; they are computed again."
     return Ledger(out, connection, places, (remark,) if lost else ())
-
-
-def _make_table(connection: sqlite3.Connection) -> None:
-    """Only in an empty file: one that has pages and no such table is damaged."""
-    tables = [name for (name,) in connection.execute("SELECT name FROM sqlite_master")]
-    if not tables and connection.execute("PRAGMA page_count").fetchone()[0] <= 1:
-        with connection:
-            connection.execute(
-                "CREATE TABLE record (id INTEGER PRIMARY KEY, name BLOB, head BLOB, data BLOB, digest BLOB)"
-            )
-    elif tables != ["record"]:
-        raise sqlite3.DatabaseError("it has no table of records")
-
-
-def _check_header(file: Path) -> None:
-    """What SQLite would take for a file that it may only read, or must not open at all."""
-    if not file.exists() or not file.stat().st_size:
-        return
-    with file.open("rb") as stream:
-        header = stream.read(20)
-    if header[:16] != b"SQLite format 3\x00" or not set(header[18:20]) <= {1, 2}:
-        raise sqlite3.DatabaseError("file is not a database")
 
 
 def _check_version(out: Path, about: Chunk) -> None:
@@ -236,56 +193,31 @@ def _check_version(out: Path, about: Chunk) -> None:
         )
 
 
-def _scan(connection: sqlite3.Connection) -> Iterator[tuple[int, Chunk | None]]:
-    """Every record by its row; None for one that is not what was written."""
-    for row, *parts in connection.execute(_SELECT):
-        yield row, _whole(parts)
-
-
-def _whole(parts: Iterable[Any]) -> Chunk | None:
-    parts = tuple(parts)
-    if not all(isinstance(part, bytes) for part in parts):
-        return None
-    name, head, data, digest = parts
-    chunk = Chunk(name.decode(errors="replace"), head, data)
-    return chunk if chunk.digest == digest else None
-
-
-def _insert(connection: sqlite3.Connection, chunk: Chunk) -> int:
-    values = (chunk.name.encode(), chunk.head, chunk.data, chunk.digest)
-    done = connection.execute("INSERT INTO record (name, head, data, digest) VALUES (?, ?, ?, ?)", values)
-    assert done.lastrowid is not None
-    return done.lastrowid
-
-
 def _exchange(file: Path, renewed: Path, aside: Path, saved: list[Chunk]) -> None:
-    """Put the chunks into a new file, the old one aside, and the new one in its place; at no time is there none."""
-    _remove(renewed)
-    with closing(_connect(str(renewed))) as connection:
+    """Put the chunks into a new file, the old one aside, and the new one in its place: one of them is always there."""
+    remove(renewed)
+    with closing(connect(str(renewed))) as connection:
         connection.execute("PRAGMA journal_mode = WAL")
-        _make_table(connection)
+        make_table(connection)
         with connection:
             for chunk in saved:
-                _insert(connection, chunk)
-    for end in ("-wal", "-shm", ""):
+                insert(connection, chunk)
+    for end in ("", "-wal"):
         with suppress(FileNotFoundError):
             file.with_name(file.name + end).rename(aside.with_name(aside.name + end))
+    _take_place(renewed, file)
+
+
+def _take_place(renewed: Path, file: Path) -> None:
+    """Let a new file be the ledger; a log that is left of the old one would be played into it."""
+    remove(file)
     renewed.rename(file)
     sync_folder(file.parent)
 
 
-def _remove(file: Path) -> None:
-    for end in ("", "-wal", "-shm"):
-        file.with_name(file.name + end).unlink(missing_ok=True)
-
-
-def _is_damage(error: sqlite3.Error) -> bool:
-    code = getattr(error, "sqlite_errorcode", None)
-    return code is None or code == sqlite3.SQLITE_IOERR_SHORT_READ or (code & 0xFF) not in _MACHINE
-
-
-def _unwritable(out: Path, error: sqlite3.Error) -> LedgerError:
+def _unwritable(out: Path, error: sqlite3.Error | OSError) -> LedgerError:
+    said = error.strerror if isinstance(error, OSError) else str(error)
     return LedgerError(
-        f"The ledger in '{out}' cannot be written: {error}. What it holds stays: make room or mend the folder, and the "
+        f"The ledger in '{out}' cannot be written: {said}. What it holds stays: make room or mend the folder, and the "
         "same command goes on."
     )

@@ -206,6 +206,8 @@ class Study:
         Whether the report holds times, which differ from one run to the next.
     seed
         Of what the study draws at random; None where nothing is.
+    sweeps
+        Many runs of a loop each; the folder of the report then keeps a ledger of them.
     """
 
     name: str

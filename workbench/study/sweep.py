@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from workbench.core.layout import Array
 from workbench.core.numbers import multiple, positive
+from workbench.core.sockets import require
 from workbench.metrics import AbstractMetric
 from workbench.study.cells import check_name, several
-from workbench.study.contract import Design, Factor, Loop
+from workbench.study.contract import Loop
+from workbench.study.factors import Factor
+from workbench.study.sampling import AbstractDesign
 
 HALVED = 16
+COLUMNS = ("run", "t [s]", "diverged at [s]")  # of a table of runs, beside factors and metrics
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +41,7 @@ class Sweep:
     loop: Loop
     metrics: tuple[AbstractMetric, ...]
     factors: tuple[Factor, ...]
-    design: Design
+    design: AbstractDesign
     h: float
     until: float
     every: float | None = None
@@ -49,13 +52,19 @@ class Sweep:
     def __post_init__(self) -> None:
         check_name("Sweep", self.name)
         object.__setattr__(self, "metrics", several("Sweep(metrics=...)", self.metrics, AbstractMetric, "metric"))
-        object.__setattr__(self, "factors", several("Sweep(factors=...)", self.factors, object, "factor"))
-        for name, given in (("metrics", self.metrics), ("factors", self.factors)):
-            if not given:
-                raise ValueError(f"`Sweep({name}=...)` of '{self.name}' needs at least one; got none.")
-            names = [part.name for part in given]
-            if twice := {one for one in names if names.count(one) > 1}:
-                raise ValueError(f"`Sweep({name}=...)` needs distinct names; {sorted(twice)} came more than once.")
+        object.__setattr__(self, "factors", several("Sweep(factors=...)", self.factors, Factor, "factor"))
+        require(f"Sweep({self.name!r}, design=...)", self.design, AbstractDesign)
+        if self.design.dimensions != len(self.factors):
+            raise ValueError(
+                f"`Sweep({self.name!r}, design=...)` must have as many dimensions as there are factors, "
+                f"{len(self.factors)}; got {self.design.dimensions}."
+            )
+        if taken := [factor.name for factor in self.factors if factor.name in COLUMNS]:
+            raise ValueError(
+                f"`Sweep({self.name!r}, factors=...)` needs another name for {taken}: tables have that column."
+            )
+        if not self.metrics:
+            raise ValueError(f"`Sweep({self.name!r}, metrics=...)` needs at least one metric; got none.")
         for name in ("h", "until", *(() if self.every is None else ("every",))):
             positive(f"Sweep({name}=...)", getattr(self, name), " of seconds")
         every = self.until if self.every is None else self.every
@@ -63,24 +72,6 @@ class Sweep:
         multiple("Sweep(until=...)", self.until, every, f"`every` of '{self.name}',")
         for name in ("halved", "runs_of_chunk"):
             whole(f"Sweep({name}=...)", getattr(self, name), optional=name == "runs_of_chunk")
-        whole("Sweep(design=...).size", self.design.size)
-
-    def points(self, first: int, last: int) -> Array:
-        """The design's points first to last - 1, (last - first, d).
-
-        Raises
-        ------
-        ValueError
-            If the design does not give one point a run, in the unit cube, with one coordinate a factor.
-        """
-        points = self.design.points(first, last)
-        shape = (last - first, len(self.factors))
-        if points.shape != shape or not ((points >= 0) & (points <= 1)).all():
-            raise ValueError(
-                f"`Sweep(design=...)` of '{self.name}' must give points of the unit cube, {shape} for {shape[0]} runs "
-                f"of {shape[1]} factors; got {points.shape} within [{points.min():g}, {points.max():g}]."
-            )
-        return points
 
 
 def whole(call: str, value: object, optional: bool = False) -> None:
