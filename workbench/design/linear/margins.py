@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from workbench.design.linear.gain import (
     spectral_peak,
 )
 from workbench.design.linear.loops import alone, closed, matrices_of
+from workbench.design.linear.modes import Complex
 
 if TYPE_CHECKING:
     import control
@@ -128,28 +130,28 @@ def loop_margins(loop: control.StateSpace) -> tuple[LoopMargins, ...]:
 
 
 def _margins(L: Realisation, name: str) -> LoopMargins:
-    def value(omega: float) -> complex:
-        return complex(L.response(np.array([omega]))[0, 0, 0])
+    def values(frequencies: Array) -> Complex:
+        return np.asarray(L.response(frequencies)[:, 0, 0])
 
-    def excess(omega: float) -> float:  # of |L| over 1, between -1 and 1
-        return float((abs(value(omega)) - 1) / (abs(value(omega)) + 1))
+    def excess(frequencies: Array) -> Array:  # of |L| over 1, between -1 and 1
+        size = np.abs(values(frequencies))
+        return np.asarray((size - 1) / (size + 1))
 
     disk, feedthrough = _disk_margin_of(L), float(L.D[0, 0])
     crossings = _zeros(excess, _between(L, crossings_of(L, 1.0) if abs(feedthrough) != 1 else np.zeros(0)))
-    turned = [float(np.angle(-value(omega))) for omega in crossings]  # the phase above -180 degrees
-    real = _zeros(lambda omega: value(omega).imag, _between(L, _real_at(L)))
+    turned = np.angle(-values(crossings))  # the phase above -180 degrees
+    real = _zeros(lambda frequencies: values(frequencies).imag, _between(L, _real_at(L)))
     # a loop that integrates has no finite gain at 0
-    still = [0.0] if not len(L.A) or np.linalg.cond(L.A) < 1e12 else []
-    reals = [feedthrough, *(value(omega).real for omega in (*still, *real))]
-    factors = [-1 / gain for gain in reals if gain < 0]
-    delays = [(angle % TURN) / omega for angle, omega in zip(turned, crossings, strict=True)]
-    least = int(np.argmin(np.abs(turned))) if turned else -1
+    still = np.zeros(1 if not len(L.A) or np.linalg.cond(L.A) < 1e12 else 0)
+    reals = [feedthrough, *values(np.concatenate([still, real])).real]
+    factors = [-1 / float(gain) for gain in reals if gain < 0]
+    least = int(np.argmin(np.abs(turned))) if len(turned) else None
     return LoopMargins(
         name,
         (max((f for f in factors if f < 1), default=0.0), min((f for f in factors if f > 1), default=float("inf"))),
-        float(np.degrees(abs(turned[least]))) if turned else float("inf"),
-        min(delays, default=float("inf")),
-        crossings[least] if turned else float("nan"),
+        float("inf") if least is None else float(np.degrees(abs(turned[least]))),
+        float("inf") if least is None else float(np.min(turned % TURN / crossings)),
+        float("nan") if least is None else float(crossings[least]),
         disk,
     )
 
@@ -182,15 +184,18 @@ def _disk_margin_of(L: Realisation) -> DiskMargin:
     return DiskMargin(1 / peak.above, 1 / peak.below, peak.frequency)
 
 
-def _zeros(function: Any, frequencies: Array) -> list[float]:
-    """The zeros of a function at frequencies, and between those where it changes its sign."""
+def _zeros(function: Callable[[Array], Array], frequencies: Array) -> Array:
+    """The zeros of a function of frequencies, at those given and between those where it changes its sign."""
     from scipy.optimize import brentq
 
-    signs = np.sign([function(omega) for omega in frequencies])
+    def at(omega: float) -> float:
+        return float(function(np.array([omega]))[0])
+
+    signs = np.sign(function(frequencies))
     places = np.flatnonzero(signs[:-1] * signs[1:] < 0)
     ends = [(float(frequencies[k]), float(frequencies[k + 1])) for k in places]
-    found = [float(brentq(function, low, high, xtol=1e-13 * low, rtol=1e-13)) for low, high in ends]
-    return sorted([*found, *frequencies[signs == 0].tolist()])
+    found = [brentq(at, low, high, xtol=1e-13 * low, rtol=1e-13) for low, high in ends]
+    return np.sort([*found, *frequencies[signs == 0]])
 
 
 def _balanced(L: Realisation) -> Realisation:
