@@ -147,7 +147,7 @@ def test_a_study_that_was_killed_goes_on_and_ends_as_if_it_had_not_been(command,
         process.send_signal(signal.SIGKILL)
         got = acknowledged("".join(lines) + process.communicate(timeout=60)[0])
     assert len(got) >= 2
-    again, whole = {}, {}
+    again, whole, kept = {}, {}, []
     for folder, found in (
         ("killed", again),
         ("whole", whole),
@@ -155,8 +155,11 @@ def test_a_study_that_was_killed_goes_on_and_ends_as_if_it_had_not_been(command,
         (tmp_path / folder).mkdir(exist_ok=True)
         monkeypatch.chdir(tmp_path / folder)
         found |= acknowledged(command("run", f"../{swept}", "--out", "out", "--ack").stdout)
+        kept.append(digests(command))
     assert not got.keys() & again.keys()
-    assert got | again == whole
+    # a chunk may have been on the disk when the process was killed, but not yet acknowledged
+    assert (got | again).items() <= whole.items()
+    assert kept == [whole, whole]
     files = ("index.html", "report.pdf", "runs/decay.csv")
     for file in files:
         assert (tmp_path / "killed/out" / file).read_bytes() == (tmp_path / "whole/out" / file).read_bytes()
