@@ -122,6 +122,16 @@ def test_what_makes_no_sense_or_is_too_much_is_refused_and_leaves_nothing(comman
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("words", [["--samples", "8"], ["--workers", "2"], ["--cluster", "local"]])
+def test_an_option_of_sweeps_is_refused_where_there_are_none(command, tmp_path, words):
+    lines = ("from workbench.study.study import Study", 'study = Study("none", "t", "q", "m", lambda results: ())')
+    (tmp_path / "none.py").write_text("\n".join(lines), encoding="utf-8")
+    done = command("run", "none.py", *words, "--out", "out")
+    assert done.exit_code == 2
+    assert f"`{words[0]}` is for sweeps, and the study 'none' has none" in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
 @pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
 def test_ctrl_c_says_what_is_kept_and_loses_nothing(command, swept, tmp_path):
     call = [sys.executable, "-m", "workbench", "run", swept, "--out", "out", "--ack", "--samples", "16000"]

@@ -88,10 +88,11 @@ def swept(study: Study, out: Path, order: Order) -> Iterator[tuple[Sample, ...]]
 
     The ledger stays locked until the report is written.
     """
+    whole("--workers", order.workers, optional=True)
     if not study.sweeps:
+        _refuse_idle(study, order)
         yield ()
         return
-    whole("--workers", order.workers, optional=True)
     sweeps = tuple(map(prepared, study.sweeps))
     needed = cost.cost_of(sweeps, order.workers)
     if not order.yes:
@@ -106,6 +107,13 @@ def swept(study: Study, out: Path, order: Order) -> Iterator[tuple[Sample, ...]]
         except KeyboardInterrupt:
             held = sum(task.name in ledger for task in plan.tasks)
             raise Stopped(f"stopped; {held} of {len(plan.tasks)} chunks are kept in '{out}'. {LATER}") from None
+
+
+def _refuse_idle(study: Study, order: Order) -> None:
+    """Refuse options that say how sweeps are run where there are none."""
+    for option, value in (("--samples", order.samples), ("--workers", order.workers), ("--cluster", order.cluster)):
+        if value is not None:
+            raise ValueError(f"`{option}` is for sweeps, and the study '{study.name}' has none; leave it out.")
 
 
 def _complete(study: Study, plan: Plan, ledger: Ledger, order: Order, needed: cost.Cost) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from workbench.core.layout import Array, numbers
 
+Complex = np.ndarray[Any, np.dtype[np.complex128]]
 EPS = float(np.finfo(float).eps)
 # Squares and cubes of the entries occur in every equation of this room, and must neither overflow nor vanish.
 LARGEST, SMALLEST = 1e100, 1e-100

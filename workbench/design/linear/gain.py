@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
-from workbench.design.linear.modes import Complex
+from workbench.design.matrices import Complex
 
 TOLERANCE = 1e-6  # relative, between what is proved and what is reached
 ROUNDS = 60

@@ -14,9 +14,9 @@ from workbench.core.layout import Array
 from workbench.core.sockets import described
 from workbench.design.linear.arguments import finite, names_of
 from workbench.design.linear.gain import Realisation
-from workbench.design.linear.modes import Complex
 from workbench.design.linear.paths import LinearPath
 from workbench.design.linear.points import linearize
+from workbench.design.matrices import Complex
 
 if TYPE_CHECKING:
     import control

@@ -19,7 +19,7 @@ from workbench.design.linear.gain import (
     spectral_peak,
 )
 from workbench.design.linear.loops import alone, closed, matrices_of
-from workbench.design.linear.modes import Complex
+from workbench.design.matrices import Complex
 
 if TYPE_CHECKING:
     import control

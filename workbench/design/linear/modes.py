@@ -10,11 +10,11 @@ import numpy as np
 
 from workbench.core.layout import Array
 from workbench.core.sockets import described
+from workbench.design.matrices import Complex
 
 if TYPE_CHECKING:
     import control
 
-Complex = np.ndarray[Any, np.dtype[np.complex128]]
 ROUNDING = float(np.finfo(float).eps)
 TOLERANCE = 1e-9  # of the margin: below it a mode counts as not reached
 TAKES_PART = 0.1  # of the largest entry: what a state must have to be named

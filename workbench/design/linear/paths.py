@@ -12,8 +12,7 @@ from workbench.core import Ode, with_sensitivity
 from workbench.core.layout import Array, numbers
 from workbench.design.linear.arguments import inputs_of, jacobians, row_of, vector_of
 from workbench.design.linear.smoothness import refuse_jumps
-
-Complex = np.ndarray[Any, np.dtype[np.complex128]]
+from workbench.design.matrices import Complex
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,6 +17,7 @@ from workbench.design.certificates import Refused
 from workbench.design.matrices import matrix
 from workbench.design.observer_gains.exactly import bears_mismatch
 from workbench.design.observer_gains.gains import Gains
+from workbench.design.riccati import lyapunov
 
 # Instants at which a transient is looked at, from a thousandth of the fastest time constant to ten of the slowest:
 # a step of 1 %, so its peak is met within 1e-4 of itself.
@@ -47,8 +48,6 @@ def noise(gains: Gains, J: Array | None = None) -> Noise:
     Refused
         If the error does not decay there.
     """
-    from workbench.design.riccati import lyapunov  # python-control comes with it, which takes seconds
-
     n, A = gains.joints, _decaying("noise", gains, J)
     L = gains.stacked
     X = lyapunov(A, L @ L.T).X

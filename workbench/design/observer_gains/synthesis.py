@@ -17,6 +17,7 @@ from workbench.design.observer_gains.gains import Gains
 from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.proposals import least_noise, lyapunov_matrix
 from workbench.design.observer_gains.region import Region
+from workbench.design.riccati import lqe
 
 # The least double pole is found to this factor, and sought up to so many times the rate.
 FINE, FARTHEST = 1.05, 1000.0
@@ -87,8 +88,6 @@ def kalman(dynamics: Dynamics, q: Any, qd: Any, tau: Any, Qn: Any, Rn: Any) -> G
     ValueError
         If a vector or matrix is not of its shape, or Rn is not definite.
     """
-    from workbench.design.riccati import lqe  # python-control comes with it, which takes seconds
-
     n = dynamics.dof
     state = [vector(f"kalman({name}=...)", x, n, "joints")[None] for name, x in (("q", q), ("qd", qd), ("tau", tau))]
     A = np.vstack([np.eye(n, 2 * n, n), Mismatch.of(dynamics).at(*state)[0]])

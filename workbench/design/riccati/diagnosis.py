@@ -14,9 +14,9 @@ import numpy as np
 from scipy import linalg
 
 from workbench.core.layout import Array
+from workbench.design.matrices import Complex
 from workbench.design.riccati.equation import Data
 from workbench.design.riccati.hamiltonian import hamiltonian
-from workbench.design.riccati.operators import Complex
 
 NEAR = 1e-8  # half the digits: eigenvalues that meet on the boundary are found no better
 LOST = 1e-12  # a relative distance from a loss of rank that rounding may have made

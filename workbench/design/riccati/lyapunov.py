@@ -16,13 +16,13 @@ from scipy import linalg
 
 from workbench.core.layout import Array
 from workbench.design.certificates import Certificate, Refused
-from workbench.design.matrices import EPS, invertible, square, symmetric
+from workbench.design.matrices import EPS, Complex, invertible, square, symmetric
 from workbench.design.riccati.answers import Lyapunov
 from workbench.design.riccati.diagnosis import figure
 from workbench.design.riccati.double_double import twice
 from workbench.design.riccati.equation import norm, size
 from workbench.design.riccati.one_thread import one_thread
-from workbench.design.riccati.operators import AbstractOperator, Complex, lyapunov_operator, stein_operator
+from workbench.design.riccati.operators import AbstractOperator, lyapunov_operator, stein_operator
 from workbench.design.riccati.synthesis import ROUNDING, WORST_ERROR, WORST_RESIDUAL, WORTH_A_WARNING
 
 MOST_STEPS = 40  # each gains about as many digits as the first solution has

@@ -16,9 +16,7 @@ import numpy as np
 from scipy import linalg
 
 from workbench.core.layout import Array
-from workbench.design.matrices import EPS
-
-Complex = np.ndarray[Any, np.dtype[np.complex128]]
+from workbench.design.matrices import EPS, Complex
 
 
 class AbstractOperator(ABC):
