@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 from a1_paper_tables import METRICS, PROPOSED_STEP, STEPS
@@ -41,10 +42,20 @@ def regulator() -> Riccati:
     With Qp = kappa I and R = I a direction of inertia m alone gets poles of real part -kappa^(1/4) / (2 m)^(1/2);
     kappa gives the heaviest direction the rate of the surface, as PID has it.
     """
-    linear = linearize(open_loop(Manipulator(ARM, q=np.zeros(2))), 0.0, np.zeros(4))
-    heaviest = 1 / np.linalg.eigvalsh(linear.B[2:]).min()
-    kappa = (CARD["Lambda"][0] ** 2 * 2 * heaviest) ** 2
-    return lqr(linear.A, linear.B, np.diag([kappa, kappa, 0.0, 0.0]), np.eye(2))
+    linear = hanging()
+    return lqr(linear, Q=np.diag([weight(), weight(), 0.0, 0.0]), R=np.eye(2))
+
+
+def weight() -> float:
+    """kappa, in (N m/rad)^2."""
+    heaviest = 1 / np.linalg.eigvalsh(hanging().B[2:]).min()
+    return float((CARD["Lambda"][0] ** 2 * 2 * heaviest) ** 2)
+
+
+@cache
+def hanging() -> Any:
+    """The arm at rest, by its exact Jacobians."""
+    return linearize(open_loop(Manipulator(ARM, q=np.zeros(2))), 0.0, np.zeros(4), at_rest=True)
 
 
 def cases(scenario: str) -> tuple[Case, ...]:

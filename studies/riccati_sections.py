@@ -3,7 +3,7 @@
 import numpy as np
 from paper_card import CARD
 from paper_comparison import BOLD, MARGIN, SCENARIOS
-from riccati_loops import ALGEBRAIC, AT_START, FORWARD, LQR, NONE
+from riccati_loops import ALGEBRAIC, AT_START, FORWARD, LQR, NONE, regulator, weight
 from riccati_path import RTOL, WINDOW, Compared, compared, distance, symmetric
 
 from workbench.core.layout import Array
@@ -206,6 +206,7 @@ def loops(results: Results, scenario: str) -> Section:
                 f"of the arm that hangs at rest, weighted such that its slowest pair of poles is about as fast as the "
                 f"surface; it and ASMC in the row above it know q and qd exactly."
             ),
+            Paragraph(_regulator()),
             *(
                 side_by_side(
                     f"{scenario.lower()}_loops_q{j}",
@@ -219,6 +220,18 @@ def loops(results: Results, scenario: str) -> Section:
                 for j in (1, 2)
             ),
         ),
+    )
+
+
+def _regulator() -> str:
+    """The numbers of the regulator, and how far they can be trusted."""
+    found = regulator()
+    rows = "; ".join(", ".join(f"{entry:.4g}" for entry in row) for row in found.K)
+    sure = found.certificate
+    return (
+        f"Its weights: Q = diag({weight():.4g}, {weight():.4g}, 0, 0) in (N m/rad)^2 for the positions, R = I. They "
+        f"give K = [{rows}], rows by torque, in N m/rad and N m s/rad, and poles whose slowest is {-sure.margin:.3g} "
+        f"1/s (residual {sure.residual:.0e}, error {sure.error:.0e})."
     )
 
 
