@@ -105,7 +105,8 @@ class Ode:
     @cached_property
     def A(self) -> ca.Function:
         """The exact Jacobian df/dx as a function (t, x, p) -> (nx, nx)."""
-        return self._function("A", ca.densify(ca.jacobian(self.rate, self.x)))
+        # what its operations share is a fifth, and takes as long to find as five thousand values take to compute
+        return self._function("A", ca.densify(ca.jacobian(self.rate, self.x)), cse=False)
 
     @cached_property
     def B(self) -> ca.Function:
@@ -122,8 +123,8 @@ class Ode:
         """The exact Jacobian dh/du for the declared inputs u as a function (t, x, p) -> (ny, nu)."""
         return self._function("D", ca.densify(ca.jacobian(self.output, self.input_symbols)))
 
-    def _function(self, name: str, value: ca.SX) -> ca.Function:
-        return ca.Function(f"workbench_{name}", [self.t, self.x, self.p], [value], {"cse": True})
+    def _function(self, name: str, value: ca.SX, cse: bool = True) -> ca.Function:
+        return ca.Function(f"workbench_{name}", [self.t, self.x, self.p], [value], {"cse": cse})
 
     @property
     def input_symbols(self) -> ca.SX:

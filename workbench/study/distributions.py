@@ -8,7 +8,6 @@ from math import inf, log
 from typing import Any
 
 import numpy as np
-from scipy.special import ndtr, ndtri
 
 from workbench.core.layout import Array, numbers
 from workbench.study.sampling.contract import MARGIN
@@ -213,6 +212,8 @@ def _cuts(distribution: AbstractDistribution) -> str:
 
 def _bell(u: Array, low: float, high: float) -> Array:
     """Quantiles of the standard normal distribution between two cuts, to full accuracy in both tails."""
+    from scipy.special import ndtr, ndtri  # costs a fifth of a second, and only those who cut or draw a bell
+
     if low > 0:  # the upper tail is the lower one mirrored, where a probability keeps its digits
         return -_bell(1 - u, -high, -low)
     return np.asarray(ndtri(ndtr(low) * (1 - u) + ndtr(high) * u))
@@ -253,6 +254,8 @@ def _check_positive(distribution: Any, name: str, why: str) -> None:
 
 def _check_cut(distribution: Any, low: float, high: float) -> None:
     """Refuse cuts of a bell between which hardly anything is left, given in deviations from its middle."""
+    from scipy.special import ndtr
+
     if low >= high:
         _check_range(distribution, distribution.low, distribution.high)
     left = float(ndtr(-low) - ndtr(-high) if low + high > 0 else ndtr(high) - ndtr(low))

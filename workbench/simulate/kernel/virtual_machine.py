@@ -58,7 +58,8 @@ def _marcher(step: Step, stride: int, kept: int, runs: int) -> ca.Function:
     """[k; x; p] and the noise to [k; x] at `kept` times, `stride` steps apart, all side by side, for each run."""
     z, w = ca.SX.sym("z", 1 + step.states.size + step.parameters.size), ca.SX.sym("w", step.noises)
     k, x, p = ca.vertsplit(z, [0, 1, 1 + step.states.size, z.numel()])
-    one = ca.Function("workbench_one", [z, w], [ca.vertcat(k + 1, step.F(k, x, p, w), p)], {"cse": True})
+    often = stride * kept > 1  # what is shared gains more than it costs to find
+    one = ca.Function("workbench_one", [z, w], [ca.vertcat(k + 1, step.F(k, x, p, w), p)], {"cse": often})
     start, noise = ca.MX.sym("start", z.numel()), ca.MX.sym("noise", w.numel(), stride * kept)
     states = one.fold(stride).mapaccum(kept)(start, noise)[: 1 + step.states.size, :]
     march = ca.Function("workbench_march", [start, noise], [states])
