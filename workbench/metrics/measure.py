@@ -15,7 +15,7 @@ from workbench.core.numbers import Integers, positive, seconds
 from workbench.metrics.accumulated import common_grid, maker, resolved
 from workbench.metrics.contract import AbstractMetric
 from workbench.metrics.measurement import Measurement, Score
-from workbench.simulate import StepLimit, Trajectories, choose, run, simulate, step_limit
+from workbench.simulate import StepLimit, Trajectories, choose, run, simulate, simulate_both, step_limit
 from workbench.simulate.job import Progress
 from workbench.simulate.marches import continued
 from workbench.simulate.request import rows_of
@@ -102,10 +102,8 @@ def _at_steps(
     """At the step h and at its half."""
     make = maker(equation, metrics)
     coarse, fine = make("rk4", h), make("rk4", h / 2)
-    call = partial(simulate, p=p, x0=_extended(x0, fine), until=until, every=every or coarse.h, seed=seed)
-    # the longer run first: from it the engine sees how good its code should be
-    a = call(fine, progress=lambda d: share(2 * d / 3))
-    b = call(coarse, progress=lambda d: share((2 + d) / 3))
+    rows = {"p": p, "x0": _extended(x0, fine)}
+    b, a = simulate_both(coarse, fine, **rows, until=until, every=every or coarse.h, seed=seed, progress=share)
     looked_at = _looked_at(b.p, b.x[:, 0])
     return _Pair(b, a, coarse.h, _limits(b, looked_at), looked_at)
 

@@ -3,7 +3,7 @@
 The variable-step reference mode for one run of an `Ode` is `workbench.simulate.reference`.
 """
 
-from workbench.simulate.batch import simulate
+from workbench.simulate.batch import simulate, simulate_both
 from workbench.simulate.stepping.accuracy import check_by_halving
 from workbench.simulate.stepping.pilot import choose, pilot_rows
 from workbench.simulate.stepping.schedule import Schedule, run
@@ -19,5 +19,6 @@ __all__ = [
     "pilot_rows",
     "run",
     "simulate",
+    "simulate_both",
     "step_limit",
 ]

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
+
 import numpy as np
 
 from workbench.core import Step
 from workbench.core.numbers import Array, Integers
 from workbench.simulate.divergence import find_divergence
-from workbench.simulate.job import Job, Progress
-from workbench.simulate.marches import march_of
+from workbench.simulate.job import Job, March, Progress
+from workbench.simulate.marches import march_of, march_of_pairs
 from workbench.simulate.request import keys_of, plan_of, rows_of
 from workbench.simulate.trajectories import Trajectories
 
@@ -61,5 +64,51 @@ def simulate(
     x = np.empty((len(x_rows), kept + 1, step.states.size))
     x[:, 0] = x_rows
     march(job, x, progress or (lambda share: None))
+    return _found(job, x, march)
+
+
+def simulate_both(
+    whole: Step,
+    half: Step,
+    p: Array | None = None,
+    x0: Array | None = None,
+    *,
+    until: float,
+    every: float,
+    seed: int = 0,
+    progress: Progress | None = None,
+) -> tuple[Trajectories, Trajectories]:
+    """What `simulate` makes of a step and of its half; of few runs in one march, which takes as long as the half alone.
+
+    Parameters
+    ----------
+    whole, half
+        The same rule with lengths of h and h / 2.
+
+    Raises
+    ------
+    ValueError
+        If `simulate` refuses.
+    """
+    tell = progress or (lambda share: None)
+    p_rows, x_rows = rows_of("simulate", half, p, x0)
+    stride, kept = plan_of(half, p_rows, until, every)
+    keys = keys_of(seed, None, len(p_rows))
+    job = Job(half, p_rows, stride, *keys)
+    march = march_of_pairs(job) if whole.rule is half.rule and whole.h == 2 * half.h and stride % 2 == 0 else None
+    if march is None:
+        # the longer run first: from it the engine sees how good its code should be
+        call = partial(simulate, p=p, x0=x0, until=until, every=every, seed=seed)
+        fine = call(half, progress=lambda done: tell(2 * done / 3))
+        return call(whole, progress=lambda done: tell((2 + done) / 3)), fine
+    x = np.empty((2 * len(x_rows), kept + 1, half.states.size))
+    x[:, 0] = np.repeat(x_rows, 2, axis=0)
+    pairs = replace(job, p=np.repeat(p_rows, 2, axis=0), runs=np.repeat(job.runs, 2), paired=True)
+    march(pairs, x, tell)
+    return _found(replace(job, step=whole, stride=stride // 2), x[1::2], march), _found(job, x[::2], march)
+
+
+def _found(job: Job, x: Array, march: March) -> Trajectories:
+    """The runs that a march has left in x (B, 1 + kept, nx), with those marked that diverged."""
     divergence = find_divergence(job, x, march)
-    return Trajectories(job, np.asarray(np.arange(kept + 1) * stride * step.h), x, divergence)
+    return Trajectories(job, np.asarray(np.arange(x.shape[1]) * job.stride * job.step.h), x, divergence)

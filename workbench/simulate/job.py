@@ -25,6 +25,7 @@ March = Callable[["Job", Array, Progress], None]
 STEPS_AT_ONCE = 2_000  # the length of a table of time, which so stays in a cache
 BLOCKS_OF_A_LOT = 64
 STEPS_OF_A_STAGE = 8_000_000  # of all runs of a lot and 500 operations, between two looks at progress: half a second
+PAIRS = 2  # runs that leave every second lane of the narrowest vector to a step of twice the length
 NUMBERS_OF_A_STAGE = 1_000_000  # of kept states in a lot, which are turned run by run when it is done
 
 
@@ -38,6 +39,8 @@ class Job:
         (B, np).
     seed, runs
         The keys of their noise: a whole number, and one for each run, (B,).
+    paired
+        Whether every second run takes steps of twice the length, of which the stride is a whole number.
     """
 
     step: Step
@@ -46,6 +49,7 @@ class Job:
     seed: int
     runs: Integers
     begin: int = 0
+    paired: bool = False
 
     @cached_property
     def varied(self) -> tuple[int, ...]:

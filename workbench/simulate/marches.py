@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.core.numbers import Array
-from workbench.simulate.job import Job, March
+from workbench.simulate.job import PAIRS, Job, March
 from workbench.simulate.kernel import numpy_kernel, virtual_machine
 from workbench.simulate.kernel.plan import Plan
 
@@ -48,6 +48,17 @@ def march_of(job: Job, engine: str | None = None) -> March:
         if engine == "native":
             raise ValueError(f"`simulate(engine='native')` cannot run here: {error}.") from error
         return elsewhere
+
+
+def march_of_pairs(job: Job) -> March | None:
+    """What marches few runs at their step and at twice of it side by side; None where there is nothing that does."""
+    if len(job.p) > PAIRS:
+        return None
+    try:
+        native = _native()
+    except ImportError:
+        return None
+    return native if march_of(job) is native else None
 
 
 def _native() -> March:

@@ -12,7 +12,7 @@ other. `p` holds the parameters (blocks, np, width), `runs` and `seed` the keys 
 (blocks, nx, width), which it receives again; `out` receives the rows (blocks, kept, nx, width). `scratch` has
 room for the values made once a run (nl, width), `table` for those made once a step (groups of `width` steps,
 nt, width). It ends with the last piece, or with a done row in which no run is finite, and says how many
-pieces it did.
+pieces it did. Where lanes are `paired`, as `pairs` tells, there are two sets of constants and two tables.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from __future__ import annotations
 from functools import reduce
 
 from workbench.simulate.kernel import functions as f
+from workbench.simulate.kernel import pairs
 from workbench.simulate.kernel.emission import Emission
 from workbench.simulate.kernel.noise_lanes import normals
 from workbench.simulate.kernel.plan import Plan
@@ -27,8 +28,8 @@ from workbench.simulate.kernel.plan import Plan
 INTRINSICS = {1: ("sqrt", "fabs", "floor", "trunc"), 2: ("copysign", "minnum", "maxnum"), 3: ("fma",)}
 
 
-def lower(plan: Plan, width: int) -> str:
-    """The IR of a plan for vectors of `width` runs.
+def lower(plan: Plan, width: int, paired: bool = False) -> str:
+    """The IR of a plan for vectors of `width` runs, or of half as many pairs.
 
     Raises
     ------
@@ -42,9 +43,14 @@ def lower(plan: Plan, width: int) -> str:
         for name in names
     )
     truth = f"declare i1 @llvm.vector.reduce.or.v{width}i1({f.flags(writer)})"
-    call = "  call void @workbench_table(i64 %groups, i64 %begin, ptr %constants, ptr %p, ptr %table)"
-    march = MARCH.format(width=width, less=width - 1, table=call if plan.table else "")
-    functions = [march, _piece(plan, width), *([_table(plan, width)] if plan.table else ())]
+    tables = [CALL.format(which="")] if plan.table else []
+    if paired:
+        tables.insert(0, pairs.table(plan, writer))
+    if paired and plan.table:
+        tables.append(CALL.format(which="wide_"))
+    wide = "%wide_table" if paired else "%table"
+    march = MARCH.format(width=width, less=width - 1, tables="\n".join(tables), wide=wide)
+    functions = [march, _piece(plan, width, paired), *([_table(plan, width)] if plan.table else ())]
     return "\n".join([*declarations, truth, *functions])
 
 
@@ -68,9 +74,10 @@ piece:
   %steps = mul i64 %rows, %stride
   %more = add i64 %steps, {less}
   %groups = sdiv i64 %more, {width}
-{table}
+{tables}
   %alive = call i1 @workbench_piece(i64 %blocks, i64 %rows, i64 %stride, i64 %begin, i64 %row, i64 %kept, i64 %seed,
-                                    ptr %runs, ptr %constants, ptr %p, ptr %scratch, ptr %table, ptr %x, ptr %out)
+                                    ptr %runs, ptr %constants, ptr %p, ptr %scratch, ptr %table, ptr {wide},
+                                    ptr %x, ptr %out)
   %i1 = add i64 %i, 1
   %left = icmp slt i64 %i1, %count
   %amid = icmp eq i64 %done, 0
@@ -83,7 +90,7 @@ end:
 
 PIECE = """
 define internal i1 @workbench_piece(i64 %blocks, i64 %rows, i64 %stride, i64 %begin, i64 %row, i64 %kept, i64 %seed,
-        ptr %runs, ptr %constants, ptr %p, ptr %scratch, ptr %table, ptr %x, ptr %out)
+        ptr %runs, ptr %constants, ptr %p, ptr %scratch, ptr %table, ptr %wide_table, ptr %x, ptr %out)
         alignstack(64) "stackrealign" {{
 start:
   br label %block
@@ -110,11 +117,7 @@ step:
 {states}
   %here = add i64 %past, %i
   %k = add i64 %here, %begin
-  %group = sdiv i64 %here, {width}
-  %member = srem i64 %here, {width}
-  %group_skip = mul i64 %group, {group_size}
-  %time_skip = add i64 %group_skip, %member
-  %time_here = getelementptr double, ptr %table, i64 %time_skip
+{place}
 {body}
   %i1 = add i64 %i, 1
   %more = icmp slt i64 %i1, %stride
@@ -137,6 +140,16 @@ next:
 end:
   ret i1 %alive1
 }}"""
+
+PLACE = """
+  %{which}group = sdiv i64 %{which}here, {width}
+  %{which}member = srem i64 %{which}here, {width}
+  %{which}group_skip = mul i64 %{which}group, {group_size}
+  %{which}time_skip = add i64 %{which}group_skip, %{which}member
+  %{which}time_here = getelementptr double, ptr %{which}table, i64 %{which}time_skip"""
+
+CALL = """
+  call void @workbench_table(i64 %{which}groups, i64 %{which}begin, ptr %{which}constants, ptr %p, ptr %{which}table)"""
 
 TABLE = """
 define internal void @workbench_table(i64 %groups, i64 %begin, ptr %constants, ptr %p, ptr %table)
@@ -163,7 +176,7 @@ end:
 }}"""
 
 
-def _piece(plan: Plan, width: int) -> str:
+def _piece(plan: Plan, width: int, paired: bool) -> str:
     nx, graph = len(plan.graph.results), plan.graph
     lane = {place: i for i, place in enumerate(plan.lanes)}
     row = {place: i for i, place in enumerate(plan.table)}
@@ -171,7 +184,8 @@ def _piece(plan: Plan, width: int) -> str:
     def outside(e: Emission, place: int) -> str:
         node = graph.nodes[place]
         if place in plan.constant_places:
-            return e.spread("%constants", plan.constant_places[place])
+            at = plan.constant_places[place]
+            return pairs.constant(e, plan, at) if paired else e.spread("%constants", at)
         return e.lane("%p_here", plan.parameters[node.entry])
 
     def inside(e: Emission, place: int) -> str:
@@ -179,19 +193,19 @@ def _piece(plan: Plan, width: int) -> str:
         if place in lane:
             return e.lane("%scratch", lane[place])
         if place in row:
-            return e.spread("%time_here", row[place] * width)
-        if node.op == "w":
-            noise = {i: n.entry for i, n in enumerate(graph.nodes) if n.op == "w"}
-            names = normals(e, e.splat("%seed", "i64"), "%key", e.splat("%k", "i64"), 1 + max(noise.values()))
-            e.values |= {i: names[index] for i, index in noise.items()}
-            return e.values[place]
-        return f"%x{node.entry}" if node.op == "x" else e.splat(e.line("sitofp i64 %k to double"))
+            at = row[place] * width
+            return pairs.timed(e, at) if paired else e.spread("%time_here", at)
+        if node.op == "x":
+            return f"%x{node.entry}"
+        steps = pairs.steps(e) if paired else e.splat("%k", "i64")
+        return _noise(e, place, steps) if node.op == "w" else e.line(f"sitofp {e.integers} {steps} to {e.type}")
 
     before, body = Emission(graph, width, "u", outside), Emission(graph, width, "v", inside)
     before.emit(plan.per_run)
     before.store("%scratch", map(before.value, plan.lanes))
     body.emit(plan.inside)
     ends = [body.value(place) for place in graph.results]
+    ends = pairs.taken(body, ends) if paired else ends
     enter, keep = (Emission(graph, width, prefix, inside) for prefix in ("s", "t"))
     starts = [enter.lane("%x_here", i) for i in range(nx)]
     keep.store("%x_here", ends)
@@ -204,7 +218,7 @@ def _piece(plan: Plan, width: int) -> str:
         integers=body.integers,
         np=len(plan.parameters),
         nx=nx,
-        group_size=len(plan.table) * width,
+        place=_place(len(plan.table) * width, width, paired),
         states="\n".join(f"  %x{i} = phi {body.type} [ {starts[i]}, %enter ], [ {ends[i]}, %step ]" for i in range(nx)),
         prepare=before,
         enter=enter,
@@ -212,6 +226,20 @@ def _piece(plan: Plan, width: int) -> str:
         keep=keep,
         alive=last,
     )
+
+
+def _place(group_size: int, width: int, paired: bool) -> str:
+    """Lines that find a step in the table, or in both."""
+    place = PLACE.format(which="", width=width, group_size=group_size)
+    return place + pairs.PLACE + PLACE.format(which="wide_", width=width, group_size=group_size) if paired else place
+
+
+def _noise(e: Emission, place: int, steps: str) -> str:
+    """A normal number of the steps with these numbers, and with it all others of theirs."""
+    noise = {i: node.entry for i, node in enumerate(e.graph.nodes) if node.op == "w"}
+    names = normals(e, e.splat("%seed", "i64"), "%key", steps, 1 + max(noise.values()))
+    e.values |= {i: names[entry] for i, entry in noise.items()}
+    return e.values[place]
 
 
 def _any_finite(e: Emission, states: list[str]) -> None:

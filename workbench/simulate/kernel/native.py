@@ -12,12 +12,12 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.simulate.job import BLOCKS_OF_A_LOT, Job, Piece, Progress, crew, lots, stages
-from workbench.simulate.kernel import llvm
+from workbench.simulate.job import BLOCKS_OF_A_LOT, PAIRS, Job, Piece, Progress, crew, lots, stages
+from workbench.simulate.kernel import llvm, pairs
 from workbench.simulate.kernel.lowering import lower
 from workbench.simulate.kernel.plan import Plan
 
-FEW = 4
+FEW = 2 * PAIRS
 WORTH_COMPILING = 400_000  # steps of blocks, done and to be done, in which better code gains what it costs
 ALIGNMENT = 64  # bytes: what the widest vector loads ask for
 
@@ -32,21 +32,25 @@ class Kernel:
 
     plan: Plan
     width: int
+    paired: bool
     march: Callable[..., int]
 
 
 @lru_cache(maxsize=256)
-def kernel(plan: Plan, width: int, haste: bool = False) -> Kernel:
-    """The kernel of a plan, `width` runs side by side; in `haste`, slower code with the same results."""
-    module = llvm.compiled(_ir(plan, width), haste)
+def kernel(plan: Plan, width: int, haste: bool = False, paired: bool = False) -> Kernel:
+    """The kernel of a plan, `width` runs side by side, or half as many pairs.
+
+    In `haste` it is slower code with the same results.
+    """
+    module = llvm.compiled(_ir(plan, width, paired), haste)
     number, pointer = ctypes.c_int64, ctypes.c_void_p
     march = module.function("workbench_march", pointer, *[number] * 4, *[pointer] * 7, result=number)
-    return Kernel(plan, width, march)
+    return Kernel(plan, width, paired, march)
 
 
 @lru_cache(maxsize=16)
-def _ir(plan: Plan, width: int) -> str:
-    return lower(plan, width)
+def _ir(plan: Plan, width: int, paired: bool) -> str:
+    return lower(plan, width, paired)
 
 
 def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
@@ -72,18 +76,23 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
 
 
 def _kernel(job: Job, kept: int, width: int) -> Kernel:
-    """The kernel of a job: in haste as long as its plan has not much to march, behind it or ahead."""
+    """The kernel of a job: in haste as long as its plan has not much to march, behind it or ahead.
+
+    Runs that could be pairs get a kernel of pairs, as their step and its half are most often asked for together.
+    """
     plan = Plan.of_step(job.step, job.varied)
     steps = _marched.get(plan, 0) + -(-len(job.p) // width) * kept * job.stride
     _marched[plan] = steps
-    return kernel(plan, width, steps < WORTH_COMPILING)
+    paired = job.paired or (len(job.p) <= PAIRS and width >= FEW)
+    return kernel(plan, width, steps < WORTH_COMPILING, paired)
 
 
 def _advance(made: Kernel, job: Job, lot: slice, x: Array, stage: list[Piece]) -> None:
     """Fill the rows of a stage in x (runs, rows, nx); a block that is not full repeats its last run."""
     runs, _, nx = x.shape
     plan, width, blocks = made.plan, made.width, -(-runs // made.width)
-    fill = np.minimum(np.arange(blocks * width), runs - 1)
+    idle = made.paired and not job.paired  # the odd lanes, which repeat their neighbours
+    fill = np.minimum(np.arange(blocks * width) // (1 + idle), runs - 1)
 
     def lanes(rows: Array) -> Array:
         return _aligned(rows[fill].reshape(blocks, width, -1).transpose(0, 2, 1))
@@ -93,20 +102,21 @@ def _advance(made: Kernel, job: Job, lot: slice, x: Array, stage: list[Piece]) -
     times = np.array([(piece.rows, piece.steps, piece.begin, piece.row - first, piece.whole) for piece in stage])
     groups = max(-(-piece.length // width) for piece in stage)
     out = _room(blocks, end - first, nx, width)
+    groups += made.paired * pairs.groups(groups)
     scratch, table = _room(len(plan.lanes), width), _room(groups, len(plan.table), width)
     # all of it is held while the march runs
-    memory = (times, _aligned(keys), _constants(plan, job.step.h), p, scratch, table, state, out)
+    memory = (times, _aligned(keys), _constants(plan, job.step.h, made.paired), p, scratch, table, state, out)
     counts = (len(stage), blocks, end - first, job.seed - (job.seed >> 63 << 64))
     pieces, *places = (array.ctypes.data for array in memory)
     done = made.march(pieces, *counts, *places)
-    x[:, first:end] = out.transpose(0, 3, 1, 2).reshape(-1, end - first, nx)[:runs]
+    x[:, first:end] = out.transpose(0, 3, 1, 2).reshape(-1, end - first, nx)[:: 1 + idle][:runs]
     if done < len(stage):  # no run was finite any more
         x[:, stage[done].row : end] = np.nan
 
 
 @lru_cache(maxsize=256)
-def _constants(plan: Plan, h: float) -> Array:
-    return _aligned(np.array(plan.constants(h)))
+def _constants(plan: Plan, h: float, paired: bool) -> Array:
+    return _aligned(np.array(plan.constants(h) + (plan.constants(2 * h) if paired else ())))
 
 
 def _room(*shape: int, kind: type[Any] = float) -> Array:
