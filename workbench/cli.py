@@ -6,6 +6,7 @@ is heavy is imported inside the verbs, so that help comes at once.
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -136,6 +137,7 @@ def _run(study: Path, out: Path | None, asked: dict[str, Any]) -> None:
         folder.check_place(target.resolve())
         with sweeping.swept(loaded, target, sweeping.Order(study, say=_aside, **asked)) as samples:
             with _of_the_study(study, loaded.sections), shown(loaded.name, _aside) as progress:
+                gc.freeze()  # what was imported stays: looking through it for garbage again and again takes 0.15 s
                 found = replace(run_all(loaded, progress), samples=samples)
             with _of_the_study(study, loaded.headlines):
                 findings = headlines(loaded, found)

@@ -75,7 +75,7 @@ class Layout:
         if twice:
             raise ValueError(f"`Layout(...)` needs distinct names; {sorted(twice)} came more than once.")
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """The names in order."""
         return tuple(entry.name for entry in self.entries)

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from workbench.report import pdf
 from workbench.report.figures.sheet import draw
 from workbench.report.page import GENERATOR, html
-from workbench.report.pdf import pdf
 from workbench.report.tables import to_csv, to_latex
 from workbench.study.document import Document
 from workbench.study.durable import sync_folder
@@ -65,8 +65,8 @@ def write(document: Document, folder: Path | str, beside: Mapping[str, bytes] | 
 def _contents(document: Document) -> dict[str, bytes]:
     """Every file of a report by its path below the folder."""
     drawings = {figure.name: draw(figure) for figure in document.figures}
-    with ThreadPoolExecutor(1) as beside:  # typst lets go of the interpreter's lock
-        printed = beside.submit(pdf, document, drawings)
+    with ThreadPoolExecutor(1) as beside:  # typst lets go of the interpreter's lock; what it reads is made before
+        printed = beside.submit(pdf.printed, pdf.data(document, drawings))
         texts = {"index.html": html(document, drawings)}
         texts |= {f"figures/{name}.svg": drawing for name, drawing in drawings.items()}
         for table in document.tables:

@@ -59,17 +59,33 @@ def pdf(document: Document, drawings: dict[str, str] | None = None) -> bytes:
     ValueError
         If typst cannot set the document, as when a formula's notation is wrong; with what it said.
     """
+    return printed(data(document, drawings))
+
+
+def data(document: Document, drawings: dict[str, str] | None = None) -> str:
+    """The document as the JSON text that `report.typ` reads."""
     document = cleaned(document)
     figures = drawings or {figure.name: draw(figure) for figure in document.figures}
-    source = (files("workbench.report") / "templates" / "report.typ").read_bytes()
     tree = _Writer(labels(document), figures, notes(document)).document(document)
-    text = json.dumps(tree, ensure_ascii=False)
-    covered = max(text) < OTHER_SCRIPTS
+    return json.dumps(tree, ensure_ascii=False)
+
+
+def printed(data: str) -> bytes:
+    """The PDF of what `data` gives; typst lets go of the interpreter's lock.
+
+    Raises
+    ------
+    ValueError
+        As `pdf`.
+    """
+    source = (files("workbench.report") / "templates" / "report.typ").read_bytes()
+    covered = max(data) < OTHER_SCRIPTS
     try:
-        return typst.compile(source, sys_inputs={"document": text}, ignore_system_fonts=covered)
+        return typst.compile(source, sys_inputs={"document": data}, ignore_system_fonts=covered)
     except typst.TypstError as error:
+        title = json.loads(data)["title"]
         raise ValueError(
-            f"`pdf(document)` could not set '{document.title}': typst says: {error.message}. "
+            f"`pdf(document)` could not set '{title}': typst says: {error.message}. "
             "Look at the formulas of the document first: all else goes in as plain text."
         ) from error
 
