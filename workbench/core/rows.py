@@ -9,6 +9,8 @@ import numpy as np
 
 from workbench.core.numbers import Array
 
+AT_ONCE = 64  # points: CasADi writes down the pattern of all that are mapped, for thousands longer than their values
+
 
 def rows(function: ca.Function, *arguments: Array) -> Array:
     """The values of a function at n points, each flat, column by column: (n, size).
@@ -22,18 +24,21 @@ def rows(function: ca.Function, *arguments: Array) -> Array:
     if function.nnz_out(0) < function.numel_out(0):  # a buffer would get what is not zero alone
         symbols = function.sx_in()
         function = ca.Function(function.name(), symbols, [ca.densify(function(*symbols))])
-    values = np.zeros((n, function.numel_out(0)))
-    if n == 0 or values.size == 0:
-        return values
+    side = min(n, AT_ONCE)
+    if n == 0 or function.numel_out(0) == 0:
+        return np.zeros((n, function.numel_out(0)))
+    places = np.minimum(np.arange(-(-n // side) * side), n - 1)
+    values = np.zeros((len(places), function.numel_out(0)))
+    held = [np.array(np.broadcast_to(a, (n, a.shape[1]))[places], dtype=float, order="C") for a in arguments]
     buffer: Any
-    buffer, evaluate = function.map(n).buffer()
-    held = [np.array(np.broadcast_to(a, (n, a.shape[1])), dtype=float, order="C") for a in arguments]
-    for i, part in enumerate(held):
-        if part.size:
-            buffer.set_arg(i, memory(part))
-    buffer.set_res(0, memory(values))
-    evaluate()
-    return values
+    buffer, evaluate = function.map(side).buffer()
+    for first in range(0, len(places), side):
+        for i, part in enumerate(held):
+            if part.size:
+                buffer.set_arg(i, memory(part[first : first + side]))
+        buffer.set_res(0, memory(values[first : first + side]))
+        evaluate()
+    return values[:n]
 
 
 def memory(place: Any) -> Any:
