@@ -1,0 +1,90 @@
+"""The paper's laws run by a computer: which survive a sampling period, a delay and noise, and which only chatter?
+
+Question  What becomes of the six laws and of their ranking when a computer runs them once in 0.1 to 10 ms? How long
+          may the period be, does a rule of thumb tell, and what is chattering of the computer, what of the step?
+Method    Both scenarios with the numbers of a1. The law and its observer in a computer, the plant by RK4 in between,
+          at two substeps; a layer, a relay and an implicit relay; delay and noise. Longest safe periods by bisection
+          on runs, beside the multipliers of the frozen loops and a rule of thumb.
+Runs in   about half a minute on two idle cores.
+"""
+
+from collections.abc import Sequence
+from functools import cache
+
+from a1_paper_tables import PROPOSED_STEP, STEPS, STYLES
+from linear_loops import SEVEN, loop_of
+from sampling_card import REALISTIC, SEED
+from sampling_details import rough_section, switching_section, theory_section, trust_section
+from sampling_evidence import Evidence, gathered, printed
+from sampling_findings import findings
+from sampling_folded import PERIODS, row
+from sampling_loops import RMSE, horizon, metrics
+from sampling_sections import computer_section, periods_section, places_section, safe_section
+from sampling_steps import curves
+
+from workbench.study.document import Section
+from workbench.study.study import Case, Results, Study
+
+
+def continuous(scenario: str) -> tuple[Case, ...]:
+    """Each law without a computer, at the steps of a1."""
+    until = horizon(scenario)
+    return tuple(
+        Case(
+            scenario,
+            law,
+            loop_of(law, scenario),
+            metrics(scenario, 1e-3),
+            STEPS.get(law, PROPOSED_STEP),
+            until,
+            0.01,
+            STYLES[law],
+        )
+        for law in SEVEN
+    )
+
+
+@cache
+def evidence(results: Results) -> Evidence:
+    """What the computers gave, once for sections and headlines."""
+    return gathered(results)
+
+
+def sections(results: Results) -> Sequence[Section]:
+    """What the report says."""
+    found, steps = evidence(results), curves()
+    return (
+        findings(found, steps),
+        computer_section(),
+        periods_section(found),
+        places_section(found),
+        safe_section(found),
+        switching_section(found),
+        rough_section(found),
+        theory_section([row(period, delay) for period in PERIODS for delay in (False, True)]),
+        trust_section(found, steps),
+    )
+
+
+def headlines(results: Results) -> Sequence[str]:
+    """The findings in a line each."""
+    found = evidence(results)
+    rough = printed(found.at(RMSE, REALISTIC, delay=True, noisy=True))
+    quiet = ", ".join(f"{law} {safe.quiet.text}" for law, safe in found.safe.items())
+    return (
+        f"Published pairs in continuous time: {printed(found.still(RMSE)).text}.",
+        f"At {1e3 * REALISTIC:g} ms, a period late and noisy: {rough.text}.",
+        f"Longest quiet period in ms: {quiet}.",
+    )
+
+
+study = Study(
+    name="a9_sampling",
+    title="The paper's laws beneath a computer",
+    question=__doc__.split("Question  ")[1].split("Method")[0],
+    method=__doc__.split("Method    ")[1].split("Runs in")[0],
+    cases=(*continuous("FS"), *continuous("SS")),
+    sections=sections,
+    headlines=headlines,
+    seed=SEED,
+)

@@ -1,0 +1,64 @@
+"""The figures of a9: error and chattering over the period, and chattering over the step of the simulation."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from a1_paper_tables import STYLES
+from linear_loops import SEVEN
+from paper_comparison import SCENARIOS as TITLES
+from sampling_card import PERIODS
+from sampling_evidence import PLACES, Evidence
+from sampling_loops import RMSE, TV
+from sampling_steps import LAWS, Curve
+
+from workbench.study.document import Figure, Panel, Series
+
+PERIOD = "sampling period [ms]"
+NOTE = "A line ends where the run diverges; the step errors are in the last section."
+
+
+def errors(evidence: Evidence) -> Figure:
+    """RMSE (43) over the period."""
+    return _over_periods(evidence, RMSE, "rmse_periods", "RMSE (43) [rad]", "RMSE (43) over the sampling period.")
+
+
+def variations(evidence: Evidence) -> Figure:
+    """Total variation over the period."""
+    caption = (
+        "Total variation of the held torque over the sampling period, with exact readings and without delay. Marks at "
+        "the left edge: in continuous time."
+    )
+    return _over_periods(evidence, TV, "tv_periods", "TV [N m/s]", caption)
+
+
+def _over_periods(evidence: Evidence, metric: str, name: str, ylabel: str, caption: str) -> Figure:
+    panels = []
+    x = 1e3 * np.array(PERIODS)
+    for scenario, joint in PLACES:
+        series = []
+        for law in SEVEN:
+            y = np.array([evidence.at(metric, period)(law, scenario, joint)[0] for period in PERIODS])
+            y[np.isinf(y)] = np.nan
+            series.append(Series(law, x, y, STYLES[law]))
+            still = evidence.still(metric)(law, scenario, joint)[0]
+            series.append(Series(law, [x[0]], [still], STYLES[law], look="marks"))
+        title = f"{TITLES[scenario]}, joint {joint + 1}"
+        panels.append(Panel(ylabel, tuple(series), PERIOD, xscale="log", yscale="log", title=title))
+    return Figure(name, f"{caption} {NOTE}", tuple(panels), columns=2)
+
+
+def steps(curves: Sequence[Curve]) -> Figure:
+    """Total variation over the step of the simulation."""
+    panels = []
+    for law in LAWS:
+        mine = [curve for curve in curves if curve.law == law]
+        lines = [Series(c.label, 1e3 * c.h, c.TV[:, 0], style) for style, c in enumerate(mine)]
+        marks = [Series(c.label, 1e3 * c.h, c.TV[:, 0], style, look="marks") for style, c in enumerate(mine)]
+        panels.append(
+            Panel("TV of joint 1 [N m/s]", (*lines, *marks), "step [ms]", xscale="log", yscale="log", title=law)
+        )
+    caption = (
+        "Total variation of the first torque over the step of Runge-Kutta, first scenario, 10 s: in continuous time a "
+        "step of the loop, beneath the computer a step of the plant within its period."
+    )
+    return Figure("tv_steps", caption, tuple(panels), columns=2)

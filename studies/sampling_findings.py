@@ -1,0 +1,243 @@
+"""The verdicts of a9, each made of its figures."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from linear_loops import PROPOSED, SEVEN
+from paper_card import LAWS
+from paper_comparison import MARGIN
+from sampling_card import PERIODS, QUIET, REALISTIC, RULE
+from sampling_evidence import PLACES, SOME, Evidence, flips, judged, printed
+from sampling_loops import RMSE, SCENARIOS, SWITCHING, TV, Audit, Computer
+from sampling_steps import Curve
+
+from workbench.study.document import Section, Verdict
+
+ALIKE = 0.02  # of the total variation, by which it may depend on the substep
+FORESEEN = 1.15  # the factor within which a foreseen period is right: searches end 1.12 apart
+HALF = (0.4, 0.6)
+MS = f"{1e3 * REALISTIC:g} ms"
+
+
+def findings(evidence: Evidence, curves: Sequence[Curve]) -> Section:
+    """The answers first."""
+    return Section(
+        "What was found",
+        (
+            finite(evidence),
+            unseen(evidence),
+            survives(evidence),
+            places(evidence),
+            quieter(evidence),
+            foreseen(evidence),
+            thumb(evidence),
+            halved(evidence),
+            noisy(evidence),
+            implicit(evidence),
+            computers(curves),
+        ),
+    )
+
+
+def finite(evidence: Evidence) -> Verdict:
+    """Whether every run stays finite."""
+    asked = [(law, scenario, period) for period in PERIODS for law in SEVEN for scenario in SCENARIOS]
+    lost = [one for one in asked if evidence.lost(*one)]
+    listed = ", ".join(f"{law} at {1e3 * period:g} ms ({scenario})" for law, scenario, period in lost)
+    return Verdict(
+        "fails" if lost else "holds",
+        f"Every law stays finite up to {1e3 * max(PERIODS):g} ms, without delay, with noise and without.",
+        f"In both scenarios; diverged: {listed or 'none'}.",
+    )
+
+
+def unseen(evidence: Evidence) -> Verdict:
+    """Whether the paper's own figure shows the computer."""
+    still, now = evidence.still(RMSE), evidence.at(RMSE, REALISTIC)
+    change = {(law, *place): abs(now(law, *place)[0] / still(law, *place)[0] - 1) for law in SEVEN for place in PLACES}
+    worst = max(change, key=lambda key: change[key])
+    factor = {law: max(variation(evidence, law, *place) for place in PLACES) for law in SEVEN}
+    loud, calm = max(factor, key=lambda law: factor[law]), [law for law in SEVEN if factor[law] <= QUIET]
+    quiet = f" Only {_and(calm)} {'stay' if len(calm) > 1 else 'stays'} within {QUIET:g} times." if calm else ""
+    return Verdict(
+        "holds" if change[worst] <= MARGIN else "fails",
+        f"A computer of {MS} leaves the RMSE (43) of every law within {100 * MARGIN:g} % of continuous time.",
+        f"It changes by up to {100 * change[worst]:.2f} % ({_at(worst)}). The total variation of the torque becomes up "
+        f"to {_round(factor[loud])} times what it is in continuous time ({loud}).{quiet}",
+    )
+
+
+def variation(evidence: Evidence, law: str, scenario: str, joint: int, period: float = REALISTIC) -> float:
+    """Total variation beneath a computer over that in continuous time."""
+    return evidence.at(TV, period)(law, scenario, joint)[0] / evidence.still(TV)(law, scenario, joint)[0]
+
+
+def survives(evidence: Evidence) -> Verdict:
+    """Whether a realistic computer changes what holds of the published ranking."""
+    before, now = printed(evidence.still(RMSE)), printed(evidence.at(RMSE, REALISTIC, delay=True, noisy=True))
+    turned, opened = before.below & now.above, before.below & now.undecided
+    return Verdict(
+        "fails" if turned else "open" if opened else "holds",
+        f"What holds of the published ranking in continuous time holds at {MS}, a period late, with noise.",
+        f"Of the printed pairs, in continuous time {before.text}; beneath the realistic computer {now.text}. Of the "
+        f"{len(before.below)} that held, {len(turned)} are turned and {len(opened)} become too close to call.",
+    )
+
+
+def places(evidence: Evidence) -> Verdict:
+    """Whether laws change places by RMSE as the period grows."""
+    found = flips(evidence, RMSE)
+    statement = f"No two of the paper's laws change places by RMSE (43) up to {1e3 * max(PERIODS):g} ms."
+    if not found:
+        return Verdict("holds", statement, "Every pair that is decided in continuous time stays or becomes open.")
+    first = min(flip.period for flip in found)
+    early = [f"{f.better} and {f.worse} ({f.scenario}, joint {f.joint + 1})" for f in found if f.period == first]
+    return Verdict(
+        "fails", statement, f"{len(found)} pairs do, the first from {1e3 * first:g} ms on: {', '.join(early)}."
+    )
+
+
+def quieter(evidence: Evidence) -> Verdict:
+    """The paper's claim of reduced chattering, beneath a computer."""
+    now = evidence.at(TV, REALISTIC)
+    rivals = [law for law in LAWS if law != PROPOSED]
+    stands = [judged(now(PROPOSED, *place), now(rival, *place)) for place in PLACES for rival in rivals]
+    kind = "fails" if "above" in stands else "open" if "undecided" in stands else "holds"
+    largest = max(now(PROPOSED, *place)[0] for place in PLACES)
+    return Verdict(
+        kind,
+        f"Beneath a computer of {MS} AOSMC-RGS chatters less than its rivals (TV).",
+        f"Below the rival in {stands.count('below')} of {len(stands)} comparisons, above in {stands.count('above')}. "
+        f"Its torque varies by up to {_round(largest)} N m/s: by {_round(largest * REALISTIC)} N m each period.",
+    )
+
+
+def foreseen(evidence: Evidence) -> Verdict:
+    """Multipliers against runs."""
+    asked = {
+        **{law: (safe.multipliers, safe.quiet) for law, safe in evidence.safe.items()},
+        **{f"{law} late": (safe.late_multipliers, safe.late_quiet) for law, safe in evidence.safe.items()},
+    }
+    known = {name: (limit, seen) for name, (limit, seen) in asked.items() if limit is not None}
+    wrong = [
+        name
+        for name, (limit, seen) in known.items()
+        if not (seen.safe or 0.0) / FORESEEN <= limit <= (seen.unsafe or np.inf) * FORESEEN
+    ]
+    return Verdict(
+        "fails" if wrong else "holds",
+        "The multipliers of the frozen loop foretell the longest period without chattering.",
+        f"Within a factor {FORESEEN:g} of what the search by runs leaves, in {len(known) - len(wrong)} of {len(known)} "
+        "cases, with a period of delay and without" + (f"; not for {_and(wrong)}." if wrong else "."),
+    )
+
+
+def thumb(evidence: Evidence) -> Verdict:
+    """The rule of thumb against runs."""
+    ruled = {law: (safe.rule, safe) for law, safe in evidence.safe.items() if safe.rule}
+    ratios = {
+        law: ((safe.quiet.safe or 0.0) / rule, (safe.quiet.unsafe or np.inf) / rule)
+        for law, (rule, safe) in ruled.items()
+    }
+    over = [law for law, (_, unsafe) in ratios.items() if unsafe < 1]
+    late = [law for law, (rule, safe) in ruled.items() if (safe.late_quiet.unsafe or np.inf) < rule]
+    listed = ", ".join(f"{law} {low:.2f} to {high:.2f}" for law, (low, high) in ratios.items())
+    return Verdict(
+        "fails" if over else "holds",
+        ("For a computer without delay, ", *RULE, " is a safe period."),
+        f"The longest quiet period over the rule: {listed}. The rule takes the largest gain at the worst pose, "
+        "which is the limit itself where all gains are equal, and too strict elsewhere. With a period of delay it is "
+        + (f"too long for {_and(late)}." if late else "safe too."),
+    )
+
+
+def halved(evidence: Evidence) -> Verdict:
+    """What a delay does to the longest quiet period."""
+    ratios = {
+        law: safe.late_quiet.safe / safe.quiet.safe
+        for law, safe in evidence.safe.items()
+        if safe.quiet.safe and safe.late_quiet.safe and safe.quiet.unsafe
+    }
+    odd = [law for law, ratio in ratios.items() if not HALF[0] <= ratio <= HALF[1]]
+    listed = ", ".join(f"{law} {ratio:.2f}" for law, ratio in ratios.items())
+    return Verdict(
+        "open" if not ratios else "fails" if odd else "holds",
+        "One period of delay halves the longest period without chattering.",
+        f"Longest with the delay over longest without: {listed or 'known of no law'}.",
+    )
+
+
+def noisy(evidence: Evidence) -> Verdict:
+    """Whether a layer that suits the period suits the noise."""
+    quiet: dict[tuple[str, str, int, float], float] = {}
+    for law in SEVEN:
+        for place in PLACES:
+            for period in PERIODS:
+                if law != "PID" and variation(evidence, law, *place, period) <= QUIET:
+                    still = evidence.still(TV)(law, *place)[0]
+                    quiet[law, *place, period] = evidence.at(TV, period, noisy=True)(law, *place)[0] / still
+    loud = [key for key, factor in quiet.items() if factor > QUIET]
+    worst = max(quiet, key=lambda key: quiet[key], default=None)
+    most = f" The worst: {_round(quiet[worst])} times ({_at(worst[:3])}, {1e3 * worst[3]:g} ms)." if worst else ""
+    return Verdict(
+        "open" if worst is None else "fails" if loud else "holds",
+        "A law with a layer that is quiet with exact readings is quiet with noisy ones.",
+        f"Of {len(quiet)} runs that are quiet (at most {QUIET:g} times the total variation of continuous time), "
+        f"{len(loud)} are not with noise.{most} The slope K / phi of a layer makes torque of noise.",
+    )
+
+
+def implicit(evidence: Evidence) -> Verdict:
+    """Whether the implicit relay keeps quiet."""
+    laws, still = SWITCHING["implicit"], evidence.still(TV)
+
+    def found(law: str, period: float) -> Audit:
+        return evidence.audits[law, "FS", Computer(period, switching="implicit")]
+
+    factors = {
+        (law, "FS", joint, period): found(law, period).score(TV, joint)[0] / still(law, "FS", joint)[0]
+        for law in laws
+        for joint in (0, 1)
+        for period in SOME
+    }
+    worst = max(factors, key=lambda key: factors[key])
+    rough = {law: found(law, REALISTIC).noisy_score(TV, 0)[0] for law in laws}
+    loud = max(laws, key=lambda law: rough[law])
+    return Verdict(
+        "holds" if factors[worst] <= QUIET else "fails",
+        f"A relay by backward Euler does not chatter from {1e3 * min(SOME):g} to {1e3 * max(SOME):g} ms.",
+        f"First scenario, exact readings and model: at most {factors[worst]:.2f} times the total variation of "
+        f"the layer in continuous time ({_at(worst[:3])}, {1e3 * worst[3]:g} ms), whatever K has grown to. With "
+        f"noise at {MS} it reaches {_round(rough[loud])} N m/s ({loud}): its slope is M / T, up to the limits of K.",
+    )
+
+
+def computers(curves: Sequence[Curve]) -> Verdict:
+    """Whether chattering is the computer's or the simulation's."""
+    spread = max(float(np.ptp(c.TV, axis=0).max() / c.TV.min()) for c in curves if c.digital)
+    own = {c.law: float((c.TV.max(axis=0) / c.TV[np.argmin(c.h)]).max()) for c in curves if _spread_layer(c)}
+    worst = max(own, key=lambda law: own[law])
+    return Verdict(
+        "holds" if spread <= ALIKE else "fails",
+        f"What chatters beneath the computer of {1e3 * REALISTIC:g} ms is the computer's, not the simulation's.",
+        f"A shorter step within the period changes the total variation by at most {100 * spread:.2g} %. In continuous "
+        f"time it is the step that chatters: with its layer {worst} reaches {_round(own[worst])} times what the "
+        "shortest step shows, beyond the stability limit of RK4, and a relay varies the more the shorter the step is.",
+    )
+
+
+def _spread_layer(curve: Curve) -> bool:
+    return curve.switching == "clip" and not curve.digital
+
+
+def _at(place: tuple[str, str, int]) -> str:
+    law, scenario, joint = place
+    return f"{law}, {scenario}, joint {joint + 1}"
+
+
+def _and(words: Sequence[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
+
+
+def _round(value: float) -> str:
+    return f"{float(f'{value:.2g}'):,.6g}"

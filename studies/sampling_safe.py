@@ -1,0 +1,147 @@
+"""The longest safe period of a law: by bisection on runs, by exact multipliers, and by the rule of thumb."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from linear_loops import PROPOSED, cut, loop_of, states
+from paper_card import CARD as PAPER
+from paper_laws import ARM
+from scipy.linalg import expm
+
+from workbench.core.layout import Array
+from workbench.design.linear import along
+from workbench.design.linear.paths import LinearPath
+from workbench.study.study import Outcome
+
+GRID = 1e-2  # s, that of (43), which every period divides
+PARTS = (500, 200, 100, 50, 20, 10, 5, 2, 1)  # of the grid: the periods where a search begins
+CLOSE = 1.12  # how far apart the longest safe period and the next one tried may be
+FINE = 25  # every which kept state, of one in 10 ms, is linearised
+LONGEST, HALVINGS = 0.1, 30  # s; of the bisection for multipliers, 1e-6 of the period
+Complexes = np.ndarray[Any, np.dtype[np.complex128]]
+
+
+@dataclass(frozen=True)
+class Longest:
+    """The longest period found safe and the shortest found not to be, in s; None where none was found."""
+
+    safe: float | None
+    unsafe: float | None
+
+    @property
+    def text(self) -> str:
+        """In ms, as a table has it."""
+        if self.safe is None:
+            return f"below {1e3 * self.unsafe:.2g}" if self.unsafe else "none"
+        return f"{1e3 * self.safe:.2g}" if self.unsafe else f"{1e3 * self.safe:.2g} or more"
+
+
+def longest(safe: Callable[[float], bool]) -> Longest:
+    """By bisection over the periods 10 ms / m: as if what is safe at one were safe at all shorter ones."""
+    asked = cache(lambda m: safe(GRID / m))
+    low, high = -1, len(PARTS)  # the last place that is safe, and the first that is not
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if asked(PARTS[middle]) else (low, middle)
+    if low < 0:
+        return Longest(None, GRID / PARTS[0])
+    if high == len(PARTS):
+        return Longest(GRID / PARTS[-1], None)
+    good, bad = PARTS[low], PARTS[high]
+    while good > CLOSE * bad and good - bad > 1:
+        middle = round(np.sqrt(good * bad))
+        good, bad = (middle, bad) if asked(middle) else (good, middle)
+    return Longest(GRID / good, GRID / bad)
+
+
+def multipliers(path: LinearPath, plant: int, period: float, delay: bool = False) -> Complexes:
+    """The multipliers (N, m) of a loop beneath a computer, frozen at N states where it was cut at the torque.
+
+    The plant, the first states, moves by exp(A T) while the torque is held; what the computer remembers by one
+    step of explicit Euler. With `delay` nothing it remembers may count on the torque, as an observer does.
+    """
+    A, B, C, T = path.A, path.B, path.Cy, period
+    N, nx, nu = B.shape
+    whole = np.zeros((N, plant + nu, plant + nu))
+    whole[:, :plant, :plant], whole[:, :plant, plant:] = A[:, :plant, :plant], B[:, :plant]
+    held = expm(T * whole)
+    Phi, Gamma = held[:, :plant, :plant], held[:, :plant, plant:]
+    after = np.tile(np.eye(nx), (N, 1, 1))
+    after[:, plant:] += T * A[:, plant:]
+    after[:, :plant] = 0.0
+    after[:, :plant, :plant] = Phi
+    if not delay:
+        after[:, :plant] += Gamma @ C
+        return np.asarray(np.linalg.eigvals(after))
+    waiting = np.concatenate([C, np.zeros((N, nu, nu))], axis=2)
+    late = np.concatenate([after, np.concatenate([Gamma, np.zeros((N, nx - plant, nu))], axis=1)], axis=2)
+    return np.asarray(np.linalg.eigvals(np.concatenate([late, waiting], axis=1)))
+
+
+def decays(z: Complexes) -> bool:
+    """Whether no mode faster than an eighth of the sampling rate grows; slow ones are those of continuous time too."""
+    fast = np.abs(np.angle(z)) > np.pi / 4
+    return bool((np.abs(z[fast]) <= 1.0).all())
+
+
+def linear_limit(path: LinearPath, plant: int, delay: bool = False) -> float:
+    """The longest period up to `LONGEST`, in s, at which the layer's modes decay at all states of a path."""
+    low, high = 0.0, LONGEST
+    if decays(multipliers(path, plant, high, delay)):
+        return high
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        low, high = (middle, high) if decays(multipliers(path, plant, middle, delay)) else (low, middle)
+    return low
+
+
+def frozen(outcome: Outcome) -> tuple[LinearPath, int]:
+    """The linear models of a law's loop, cut at the torque, within its layer; and how many states are the plant's."""
+    law, ode, run = outcome.case.law, outcome.ode, outcome.measurement.trajectories
+    x, broken = states(outcome, ode), cut(loop_of(law, outcome.case.scenario), law)
+    chosen = places(outcome)
+    values = ode.states.unpack(x[chosen]) | {"drive": run["tau"][0][chosen]}
+    rows = broken.parameters.pack({name: value for name, value in values.items() if name in broken.parameters})
+    left = [ode.states.slice(entry.name) for entry in broken.states.entries]
+    path = along(broken, run.t[chosen], np.concatenate([x[chosen, place] for place in left], axis=1), rows)
+    return path, sum(name.startswith("plant.") for name in broken.states.labels)
+
+
+def places(outcome: Outcome) -> np.ndarray[Any, np.dtype[np.intp]]:
+    """Which kept states are linearised: those within the layer, of one in `FINE`; PID, which has none, at all."""
+    run = outcome.measurement.trajectories
+    some = np.arange(len(run.t) - 1, 0, -FINE)[::-1]
+    if outcome.case.law == "PID":
+        return some
+    return np.asarray(some[(np.abs(run["s"][0][some]) < PAPER["phi"]).all(axis=1)])
+
+
+def exact_limit(outcomes: tuple[Outcome, ...], delay: bool = False) -> float | None:
+    """The longest period, in s, at which the linear loops along all runs decay; None where the observer is late too."""
+    if delay and outcomes[0].case.law == PROPOSED:
+        return None
+    return min(linear_limit(*frozen(outcome), delay) for outcome in outcomes)
+
+
+def rule_of_thumb(outcomes: tuple[Outcome, ...]) -> float | None:
+    """The least 2 phi lambda_min(M) / K along the runs, in s; K the largest that M sees. None without a K."""
+    if outcomes[0].case.law in ("PID", "super-twisting"):
+        return None
+    return min(_rule(outcome) for outcome in outcomes)
+
+
+def _rule(outcome: Outcome) -> float:
+    run, chosen = outcome.measurement.trajectories, places(outcome)
+    q = ca.SX.sym("q", 2)
+    M = ca.Function("M", [q], [ARM.mass_matrix(q)])
+    least = np.array([np.linalg.eigvalsh(np.array(M(pose)))[0] for pose in run["q"][0][chosen]])
+    if outcome.case.law == "SMC":
+        K: Array = np.full(len(chosen), float(np.max(PAPER["SMC: K"])))
+    else:
+        kept = run["controller.K"][0][chosen]
+        K = np.linalg.norm(kept, 2, axis=(1, 2)) if kept.ndim == 3 else kept.max(axis=1)
+    return float((2 * PAPER["phi"] * least / K).min())
