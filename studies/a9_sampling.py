@@ -1,7 +1,8 @@
 """The paper's laws run by a computer: which survive a sampling period, a delay and noise, and which only chatter?
 
-Question  What becomes of the six laws and of their ranking when a computer runs them once in 0.1 to 10 ms? How long
-          may the period be, does a rule of thumb tell, and what is chattering of the computer, what of the step?
+Question  What becomes of the six laws, of super-twisting beside them and of their ranking when a computer runs them
+          once in 0.1 to 10 ms? How long may the period be, does a rule of thumb tell, and what is chattering of the
+          computer, what of the step?
 Method    Both scenarios with the numbers of a1. The law and its observer in a computer, the plant by RK4 in between,
           at two substeps; a layer, a relay and an implicit relay; delay and noise. Longest safe periods by bisection
           on runs, beside the multipliers of the frozen loops and a rule of thumb.

@@ -1,8 +1,10 @@
 """What a9 assumes of the computer: its instruments, and what counts as realistic, quiet and tracking."""
 
+from fractions import Fraction
+
 import numpy as np
 
-from workbench.notation.formula import symbol
+from workbench.notation.formula import Number, Product, Quotient, symbol
 from workbench.study.provenance import Card, assumed
 
 CARD = Card(
@@ -22,4 +24,4 @@ QUIET = 2.0  # times the total variation of the continuous loop, at most
 TRACKS = 1.1  # times its RMSE (43), at most
 NOISY = 7  # runs with noise, beside the one without: what a vector register or two holds
 SEED = 20_09
-RULE = ("2 ", symbol("phi"), " ", symbol("lambda_min"), "(", symbol("M"), ") / ", symbol("K"))  # the rule of thumb, s
+RULE = Quotient(Product((Number(Fraction(2)), symbol("phi"), symbol("lambda_min"))), symbol("K"))  # of thumb, in s

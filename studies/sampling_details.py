@@ -86,7 +86,10 @@ def _rough(evidence: Evidence, metric: str) -> Table:
         for scenario, joint in PLACES
     )
     name = "rough_rmse" if metric == RMSE else "rough_tv"
-    return Table(name, f"{metric} at {MS}, with delay and noise.", columns, rows)
+    notes = (
+        () if metric == RMSE else (f"In kN m/s, TV at {MS} is also the mean change of a torque in a period, in N m.",)
+    )
+    return Table(name, f"{metric} at {MS}, with delay and noise.", columns, rows, notes)
 
 
 def theory_section(rows: Sequence[Row]) -> Section:
@@ -170,7 +173,7 @@ def trust_section(evidence: Evidence, curves: Sequence[Curve]) -> Section:
             Table("trust", caption, columns, rows),
             Paragraph(
                 f"Of {len(evidence.audits)} loops beneath a computer {lost} diverged with exact readings, and {rough} "
-                f"of {NOISY * len(evidence.audits)} runs with noise. They are named, count as above all others, and are "
+                f"of {NOISY * len(evidence.audits)} runs with noise. They are named, count as above all others and are "
                 f"never averaged away. The seed of the noise is {SEED}."
             ),
             steps(curves),

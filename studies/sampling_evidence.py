@@ -11,7 +11,7 @@ from paper_card import LAWS, PUBLISHED
 from paper_comparison import MARGIN
 from sampling_card import PERIODS, QUIET, REALISTIC, TRACKS
 from sampling_loops import RMSE, SCENARIOS, SWITCHING, TV, Audit, Computer, audit, exact
-from sampling_safe import Longest, exact_limit, longest, rule_of_thumb
+from sampling_safe import Longest, exact_limit, frozen, longest, rule_of_thumb
 
 from workbench.core.layout import Array
 from workbench.study.comparison import order
@@ -27,12 +27,12 @@ Scores = Callable[[str, str, int], Score]  # of a law, a scenario and a joint
 class Safe:
     """The longest periods of a law that do not chatter (quiet) and keep the error (tracks); what foretells the first.
 
-    `rule` and `multipliers` are in s, None where there is none; the names with `late` are with a period of delay.
+    `rule`, None without a gain K, and `multipliers` are in s; the names with `late` are with a period of delay.
     """
 
     rule: float | None
     multipliers: float
-    late_multipliers: float | None
+    late_multipliers: float
     quiet: Longest
     late_quiet: Longest
     tracks: Longest
@@ -60,10 +60,10 @@ class Evidence:
 
         return score
 
-    def lost(self, law: str, scenario: str, period: float) -> bool:
-        """Whether a run without delay diverged, with exact readings or with noisy ones."""
+    def lost(self, law: str, scenario: str, period: float) -> int:
+        """How many runs without delay diverged, the one with exact readings and those with noise."""
         found = self.audits[law, scenario, Computer(period)]
-        return found.diverged_at is not None or bool(np.isnan(found.noisy[RMSE]).any())
+        return (found.diverged_at is not None) + int(np.isnan(found.noisy[RMSE][:, 0]).sum())
 
     def worst_step(self, metric: str, period: float) -> float:
         """The largest relative change of a metric by half the substep, of all runs that stayed finite."""
@@ -102,7 +102,7 @@ def _safe(
     continuous: Mapping[tuple[str, str], Audit],
     audits: Mapping[tuple[str, str, Computer], Audit],
 ) -> Safe:
-    law = runs[0].case.law
+    law, loops = runs[0].case.law, tuple(map(frozen, runs))
 
     def keeps(metric: str, factor: float, delay: bool) -> Callable[[float], bool]:
         def kept(period: float) -> bool:
@@ -123,8 +123,7 @@ def _safe(
 
     return Safe(
         rule_of_thumb(runs),
-        exact_limit(runs),
-        exact_limit(runs, delay=True),
+        *(exact_limit(loops, delay) for delay in (False, True)),
         *(longest(keeps(TV, QUIET, delay)) for delay in (False, True)),
         *(longest(keeps(RMSE, TRACKS, delay)) for delay in (False, True)),
     )

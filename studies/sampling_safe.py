@@ -7,14 +7,17 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from linear_loops import PROPOSED, cut, loop_of, states
+from linear_loops import cut, loop_of, states
 from paper_card import CARD as PAPER
 from paper_laws import ARM
 from scipy.linalg import expm
 
+from workbench.core import Ode
 from workbench.core.layout import Array
 from workbench.design.linear import along
 from workbench.design.linear.paths import LinearPath
+from workbench.loop import ClosedLoop
+from workbench.loop.ports import Measurement
 from workbench.study.study import Outcome
 
 GRID = 1e-2  # s, that of (43), which every period divides
@@ -58,28 +61,36 @@ def longest(safe: Callable[[float], bool]) -> Longest:
     return Longest(GRID / good, GRID / bad)
 
 
-def multipliers(path: LinearPath, plant: int, period: float, delay: bool = False) -> Complexes:
-    """The multipliers (N, m) of a loop beneath a computer, frozen at N states where it was cut at the torque.
+@dataclass(frozen=True, eq=False)
+class Frozen:
+    """A loop cut at the torque, linear at N states: the first `plant` states move, the others a computer remembers.
 
-    The plant, the first states, moves by exp(A T) while the torque is held; what the computer remembers by one
-    step of explicit Euler. With `delay` nothing it remembers may count on the torque, as an observer does.
+    `counted` (N, nx, nu) is what the rates of an observer make of the torque that it counts on.
     """
-    A, B, C, T = path.A, path.B, path.Cy, period
+
+    path: LinearPath
+    plant: int
+    counted: Array
+
+
+def multipliers(loop: Frozen, period: float, delay: bool = False) -> Complexes:
+    """The multipliers (N, m) of a loop beneath a computer, frozen at N states.
+
+    The plant moves by exp(A T) while the torque is held; what the computer remembers by one step of explicit Euler.
+    With `delay` plant and observer have the torque of the period before.
+    """
+    A, B, C, T, plant = loop.path.A, loop.path.B, loop.path.Cy, period, loop.plant
     N, nx, nu = B.shape
     whole = np.zeros((N, plant + nu, plant + nu))
     whole[:, :plant, :plant], whole[:, :plant, plant:] = A[:, :plant, :plant], B[:, :plant]
     held = expm(T * whole)
-    Phi, Gamma = held[:, :plant, :plant], held[:, :plant, plant:]
-    after = np.tile(np.eye(nx), (N, 1, 1))
-    after[:, plant:] += T * A[:, plant:]
-    after[:, :plant] = 0.0
-    after[:, :plant, :plant] = Phi
+    free, driven = np.tile(np.eye(nx), (N, 1, 1)), T * loop.counted
+    free[:, plant:] += T * (A - loop.counted @ C)[:, plant:]
+    free[:, :plant, :plant], driven[:, :plant] = held[:, :plant, :plant], held[:, :plant, plant:]
     if not delay:
-        after[:, :plant] += Gamma @ C
-        return np.asarray(np.linalg.eigvals(after))
+        return np.asarray(np.linalg.eigvals(free + driven @ C))
     waiting = np.concatenate([C, np.zeros((N, nu, nu))], axis=2)
-    late = np.concatenate([after, np.concatenate([Gamma, np.zeros((N, nx - plant, nu))], axis=1)], axis=2)
-    return np.asarray(np.linalg.eigvals(np.concatenate([late, waiting], axis=1)))
+    return np.asarray(np.linalg.eigvals(np.concatenate([np.concatenate([free, driven], axis=2), waiting], axis=1)))
 
 
 def decays(z: Complexes) -> bool:
@@ -88,27 +99,42 @@ def decays(z: Complexes) -> bool:
     return bool((np.abs(z[fast]) <= 1.0).all())
 
 
-def linear_limit(path: LinearPath, plant: int, delay: bool = False) -> float:
+def linear_limit(loop: Frozen, delay: bool = False) -> float:
     """The longest period up to `LONGEST`, in s, at which the layer's modes decay at all states of a path."""
     low, high = 0.0, LONGEST
-    if decays(multipliers(path, plant, high, delay)):
+    if decays(multipliers(loop, high, delay)):
         return high
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        low, high = (middle, high) if decays(multipliers(path, plant, middle, delay)) else (low, middle)
+        low, high = (middle, high) if decays(multipliers(loop, middle, delay)) else (low, middle)
     return low
 
 
-def frozen(outcome: Outcome) -> tuple[LinearPath, int]:
-    """The linear models of a law's loop, cut at the torque, within its layer; and how many states are the plant's."""
+def frozen(outcome: Outcome) -> Frozen:
+    """The linear models of a law's loop along its run, where it is within its layer."""
     law, ode, run = outcome.case.law, outcome.ode, outcome.measurement.trajectories
-    x, broken = states(outcome, ode), cut(loop_of(law, outcome.case.scenario), law)
-    chosen = places(outcome)
+    loop, x, chosen = loop_of(law, outcome.case.scenario), states(outcome, ode), places(outcome)
+    broken = cut(loop, law)
     values = ode.states.unpack(x[chosen]) | {"drive": run["tau"][0][chosen]}
     rows = broken.parameters.pack({name: value for name, value in values.items() if name in broken.parameters})
     left = [ode.states.slice(entry.name) for entry in broken.states.entries]
-    path = along(broken, run.t[chosen], np.concatenate([x[chosen, place] for place in left], axis=1), rows)
-    return path, sum(name.startswith("plant.") for name in broken.states.labels)
+    x = np.concatenate([x[chosen, place] for place in left], axis=1)
+    return linear(loop, broken, run.t[chosen], x, rows)
+
+
+def linear(loop: ClosedLoop, broken: Ode, t: Array, x: Array, p: Array) -> Frozen:
+    """The loop, which is `broken` once cut, linear at the states x (N, nx) with the parameters p (N, np)."""
+    path, plant, seen = along(broken, t, x, p), loop.plant.memory.size, loop.observer.memory
+    z, now, n = seen.symbols(), ca.SX.sym("t"), loop.plant.dof
+    tau, y = ca.SX.sym("tau", n), Measurement(*(ca.SX.sym(name, n) for name in ("q", "qd", "d")))
+    est = loop.observer.estimate(now, seen.view(z), y)
+    rates = seen.flatten(loop.observer.rate(now, seen.view(z), y, est, tau))
+    counts = ca.Function("counts", [z], [ca.densify(ca.jacobian(rates, tau))])
+    counted = np.zeros(path.B.shape)
+    observed = slice(plant, plant + seen.size)
+    for k in range(len(t) if seen.size else 0):
+        counted[k, observed] = np.array(counts(x[k, observed]))
+    return Frozen(path, plant, counted)
 
 
 def places(outcome: Outcome) -> np.ndarray[Any, np.dtype[np.intp]]:
@@ -120,11 +146,9 @@ def places(outcome: Outcome) -> np.ndarray[Any, np.dtype[np.intp]]:
     return np.asarray(some[(np.abs(run["s"][0][some]) < PAPER["phi"]).all(axis=1)])
 
 
-def exact_limit(outcomes: tuple[Outcome, ...], delay: bool = False) -> float | None:
-    """The longest period, in s, at which the linear loops along all runs decay; None where the observer is late too."""
-    if delay and outcomes[0].case.law == PROPOSED:
-        return None
-    return min(linear_limit(*frozen(outcome), delay) for outcome in outcomes)
+def exact_limit(loops: tuple[Frozen, ...], delay: bool = False) -> float:
+    """The longest period, in s, at which the linear loops along all runs decay."""
+    return min(linear_limit(loop, delay) for loop in loops)
 
 
 def rule_of_thumb(outcomes: tuple[Outcome, ...]) -> float | None:
