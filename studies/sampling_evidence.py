@@ -72,7 +72,7 @@ class Evidence:
 
 
 def gathered(results: Results) -> Evidence:
-    """Everything, two laws at a time."""
+    """Everything, two at a time: one runs while the next is built."""
     continuous = {(o.case.law, o.case.scenario): _audit(o) for o in results.outcomes}
     asked = tuple(plan())
     with ThreadPoolExecutor(2) as pool:
@@ -104,28 +104,24 @@ def _safe(
 ) -> Safe:
     law, loops = runs[0].case.law, tuple(map(frozen, runs))
 
+    def values(key: tuple[str, str, Computer]) -> Mapping[str, Array]:
+        return audits[key].values if key in audits else exact(*key)
+
     def keeps(metric: str, factor: float, delay: bool) -> Callable[[float], bool]:
         def kept(period: float) -> bool:
-            computer = Computer(period, delay)
-            return all(
-                within(
-                    known.values
-                    if (known := audits.get((law, scenario, computer)))
-                    else exact(law, scenario, computer),
-                    continuous[law, scenario].values,
-                    metric,
-                    factor,
-                )
-                for scenario in SCENARIOS
-            )
+            keys = ((law, scenario, Computer(period, delay)) for scenario in SCENARIOS)
+            return all(within(values(key), continuous[key[:2]].values, metric, factor) for key in keys)
 
         return kept
 
     return Safe(
-        rule_of_thumb(runs),
-        *(exact_limit(loops, delay) for delay in (False, True)),
-        *(longest(keeps(TV, QUIET, delay)) for delay in (False, True)),
-        *(longest(keeps(RMSE, TRACKS, delay)) for delay in (False, True)),
+        rule=rule_of_thumb(runs),
+        multipliers=exact_limit(loops),
+        late_multipliers=exact_limit(loops, delay=True),
+        quiet=longest(keeps(TV, QUIET, delay=False)),
+        late_quiet=longest(keeps(TV, QUIET, delay=True)),
+        tracks=longest(keeps(RMSE, TRACKS, delay=False)),
+        late_tracks=longest(keeps(RMSE, TRACKS, delay=True)),
     )
 
 

@@ -106,10 +106,9 @@ def quieter(evidence: Evidence) -> Verdict:
     now = evidence.at(TV, REALISTIC)
     rivals = [law for law in LAWS if law != PROPOSED]
     stands = [judged(now(PROPOSED, *place), now(rival, *place)) for place in PLACES for rival in rivals]
-    kind = "fails" if "above" in stands else "open" if "undecided" in stands else "holds"
     largest = max(now(PROPOSED, *place)[0] for place in PLACES)
     return Verdict(
-        kind,
+        "fails" if "above" in stands else "open" if "undecided" in stands else "holds",
         f"Beneath a computer of {MS} AOSMC-RGS chatters less than its rivals (TV).",
         f"Below the rival in {stands.count('below')} of {len(stands)} comparisons, above in {stands.count('above')}. "
         f"Its torque varies by up to {_round(largest)} N m/s: by {_round(largest * REALISTIC)} N m each period.",

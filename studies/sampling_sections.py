@@ -51,8 +51,8 @@ def periods_section(evidence: Evidence) -> Section:
                     Reference("rmse_periods"),
                     " and ",
                     Reference("tv_periods"),
-                    ". Where a layer chatters, its torque jumps by up to 2 K each period, so TV falls as 1/T while the "
-                    "error that it leaves grows as T.",
+                    ". Where a layer chatters, its torque jumps by up to 2 K each period: with a K that stays, TV "
+                    "falls as 1/T and the error that chattering leaves grows as T; a K that learns from s grows with it.",
                 )
             ),
             errors(evidence),
@@ -151,7 +151,7 @@ def safe_section(evidence: Evidence) -> Section:
         for law, safe in evidence.safe.items()
     )
     notes = (
-        "A dash: no gain K. The runs of the search take the "
+        "A dash: no gain K. With exact readings. The runs of the search take the "
         "longer of the two substeps, whose errors are in the tables above. Below 10 ms the next "
         "periods tried are 5 and 3.3 ms.",
     )
