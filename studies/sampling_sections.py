@@ -52,7 +52,8 @@ def periods_section(evidence: Evidence) -> Section:
                     " and ",
                     Reference("tv_periods"),
                     ". Where a layer chatters, its torque jumps by up to 2 K each period: with a K that stays, TV "
-                    "falls as 1/T and the error that chattering leaves grows as T; a K that learns from s grows with it.",
+                    "falls as 1/T and the error that chattering leaves grows as T; a K that learns from s grows with "
+                    "it.",
                 )
             ),
             errors(evidence),
