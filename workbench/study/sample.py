@@ -90,7 +90,7 @@ class Sample:
             return f"{self.note}; {of} not known"
         if np.isinf(error):
             return f"{self.note}; {of} not bounded, as a run diverges at half of the step alone"
-        return f"{self.note}; {of} at most {error:.2g}{f' {raised(unit)}' if unit not in ('', '1') else ''}"
+        return f"{self.note}; {of} at most {_plain(error)}{f' {raised(unit)}' if unit not in ('', '1') else ''}"
 
     def _column(self, metric: str, joint: int) -> int:
         known = [(name, place) for name, place, _ in self.columns]
@@ -103,6 +103,12 @@ class Sample:
                 f"{'' if joints else nearest(metric, names)}"
             )
         return known.index((metric, joint))
+
+
+def _plain(number: float) -> str:
+    """Two digits of a number as one writes it: 0.0021, and 2.1×10⁻⁵."""
+    digits, power = f"{number:.1e}".split("e")
+    return f"{number:.2g}" if -4 < int(power) < 4 or not number else f"{digits}×{raised(f'10^({int(power)})')}"
 
 
 def sample_of(said: dict[str, Any], chunks: Iterable[Chunk]) -> Sample:

@@ -151,8 +151,8 @@ def _draw_series(series: Series, ax: Axes, curves: tuple[Array, ...], zorder: fl
 def _draw_band(band: Band, ax: Axes, curves: tuple[Array, ...], zorder: float) -> None:
     x, low, high = curves
     look = LINES[band.style]
-    ax.fill_between(x, low, high, color=look["color"], alpha=0.22, linewidth=0, zorder=zorder - 0.9)
-    edge = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 0.5, "zorder": zorder - 0.85}
+    ax.fill_between(x, low, high, color=look["color"], alpha=0.22, linewidth=0, zorder=zorder)
+    edge = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 0.5, "zorder": zorder + 0.05}
     ax.plot(x, low, label="_", **edge)
     ax.plot(x, high, label="_", **edge)
 

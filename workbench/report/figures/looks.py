@@ -9,9 +9,10 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 
-from workbench.study.curves import Array, Series, Style
+from workbench.study.curves import Array, Band, Series, Style
 from workbench.study.document import Figure
 from workbench.study.panel import Panel
+from workbench.study.shapes import Bars, HeatMap
 
 WIDTH = 6.3  # inches: the text width of an A4 page with margins of 25 mm
 LETTERS, SMALL_LETTERS, LEGEND_LETTERS = 9.0, 8.0, 8.5  # points
@@ -119,9 +120,13 @@ def shares_rows(figure: Figure) -> bool:
 
 
 def layer_of(i: int, panel: Panel) -> float:
-    """Where a series lies: what is wanted below all laws, what is promised above them, the first law on top."""
-    below = {"reference": 2.0, "bound": 3.5}
-    return below.get(str(panel.series[i].style), 3.0 - i / len(panel.series))
+    """Where a mark lies: what is wanted below all laws, what is promised above them, the first law on top.
+
+    Areas lie below lines.
+    """
+    mark, below = panel.series[i], {"reference": 2.0, "bound": 3.5}
+    layer = below.get(str(mark.style), 3.0 - i / len(panel.series))
+    return layer - 0.9 if isinstance(mark, Band | Bars | HeatMap) else layer
 
 
 def chatters(y: Array) -> bool:

@@ -93,8 +93,7 @@ def draw_curves(pen: Pen, box: Box, panel: Panel, curves: Sequence[tuple[Array, 
         pen.line(*placed(np.array([x.low, x.high]), np.array([at, at])), RULED, box)
     for at in panel.vlines:
         pen.line(*placed(np.array([at, at]), np.array([y.low, y.high])), RULED, box)
-    bands = [0.9 if isinstance(mark, Band) else 0.0 for mark in panel.series]
-    for i in sorted(range(len(bands)), key=lambda i: (layer_of(i, panel) - bands[i], i)):
+    for i in sorted(range(len(panel.series)), key=lambda i: (layer_of(i, panel), i)):
         lines = [placed(curves[i][0], ordinate) for ordinate in curves[i][1:]]
         match panel.series[i]:
             case Band() as band:

@@ -65,7 +65,7 @@ def _names(effects: MorrisEffects, labels: Labels) -> tuple[tuple[Label, ...], t
         return names, ()
     order = np.argsort(-effects.mu_star.value, kind="stable").tolist()
     numbers = {i: str(place + 1) for place, i in enumerate(order)}
-    key = [(f"{'; ' if place else ''}{numbers[i]}: ", *parts(names[i])) for place, i in enumerate(order)]
+    key = [(*(["; "] if place else []), *parts(names[i]), f" ({numbers[i]})") for place, i in enumerate(order)]
     return tuple(numbers[i] for i in range(len(names))), (tuple(part for pair in key for part in pair),)
 
 

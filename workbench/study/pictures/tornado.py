@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.study.cells import Column, Phrase, Table
-from workbench.study.document import Bars, Figure, Panel, Points, Series
+from workbench.study.curves import STYLES
+from workbench.study.document import Bars, Figure, Panel, Series
 from workbench.study.pictures.parts import Labels, captioned, each, named, number, refusals, with_unit
 from workbench.study.sensitivity import Tornado
 
@@ -50,14 +51,15 @@ def _panel(tornado: Tornado, unit: str, labels: Labels) -> Panel:
     order, base = tornado.order, float(tornado.base)
     lowest, highest = int(np.argmin(tornado.levels)), int(np.argmax(tornado.levels))
     rows, moved = np.arange(len(order)), tornado.moved[order]
-    marks: list[Bars | Points | Series] = []
-    for level, aside, shade in ((lowest, -LEVEL / 2, 0.25), (highest, LEVEL / 2, 1.0)):
-        label = _level(tornado.levels[level])
-        if lowest != highest or not marks:
-            marks.append(Bars(label, rows + aside, moved[:, level], np.full(len(rows), base), 0, shade, LEVEL))
-    for k, level in enumerate(sorted(set(range(len(tornado.levels))) - {lowest, highest})):
-        label = _level(tornado.levels[level])
-        marks.append(Series(label, moved[:, level], rows, 1 + k % 7, look="marks"))
+    marks: list[Bars | Series] = []
+    for k, level in enumerate(np.argsort(tornado.levels).tolist()):
+        label, ends = _level(tornado.levels[level]), moved[:, level]
+        if level == highest:
+            marks.append(Bars(label, rows + LEVEL / 2, ends, base, shade=1.0, thick=LEVEL))
+        elif level == lowest:
+            marks.append(Bars(label, rows - LEVEL / 2, ends, base, shade=0.25, thick=LEVEL))
+        else:
+            marks.append(Series(label, ends, rows, 1 + k % (STYLES - 1), look="marks"))
     written = dict(labels or {})
     (output,) = tornado.names
     return Panel(
