@@ -48,18 +48,26 @@ def indices_over_time(
     largest = np.nanmax(indices.ST.value, axis=0)
     order = np.argsort(-largest, kind="stable")
     drawn, left = order[:MOST].tolist(), order[MOST:]
-    rest = f"The ST of the {len(left)} factors that are not drawn stays below {1.01 * largest[left].max():.2g}."
     panels = []
     for title, part in (("S1, alone", indices.S1), ("ST, alone and together with others", indices.ST)):
         curves = [mark for k, i in enumerate(drawn) for mark in _curve(written[i], times, part, i, k)]
         panels.append(Panel("part of the variance", tuple(curves), title=title, hlines=(0.0,)))
-    said = (*_gaps(times, indices.names, indices.refused), *([rest] if len(left) else []))
+    said = (*_gaps(times, indices.names, indices.refused), *_rest(largest[left]))
     return Figure(
         name,
         captioned("indices_over_time", caption, note, *said),
         tuple(panels),
         numbers=_index_numbers(name, caption, times, indices),
     )
+
+
+def _rest(largest: Array) -> tuple[str, ...]:
+    """What bounds the factors that are not drawn: two digits, rounded upwards."""
+    if not largest.size:
+        return ()
+    most = max(float(largest.max()), 1e-6)
+    unit = 10.0 ** (np.floor(np.log10(most)) - 1)
+    return (f"The ST of the {len(largest)} factors that are not drawn is at most {np.ceil(most / unit) * unit:.2g}.",)
 
 
 def _curve(label: Label, t: Array, part: Estimate, i: int, style: int) -> list[Series | Band]:
