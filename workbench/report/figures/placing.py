@@ -15,6 +15,7 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 GAP = 4.0  # points between a mark and its name
 MARK = 3.0  # points: half of the room that a mark takes
+APART = 2.5  # points between two names
 EDGE = 1.5  # points between a name and the edge of the panel
 FAR = 14.0  # points from a mark, beyond which a line leads from it to its name
 TURNS = np.linspace(0, 2 * np.pi, 24, endpoint=False)
@@ -42,7 +43,7 @@ def placed(points: Array, sizes: Sequence[Extent], obstacles: Array, within: Box
         boxes = np.column_stack([tried, tried + (sizes[i].width, sizes[i].height)])
         ends = np.clip(points[i], boxes[:, :2], boxes[:, 2:])
         cost = np.hypot(*(ends - points[i]).T)
-        cost += 1e4 * (_overlaps(boxes, taken, 1.0) + _overlaps(boxes, marks, 0.5))
+        cost += 1e4 * (_overlaps(boxes, taken, APART) + _overlaps(boxes, marks, 0.5))
         cost += 300 * _through(boxes, leaders).sum(axis=1) + 40 * _through(boxes, obstacles).sum(axis=1)
         lines = np.column_stack([np.broadcast_to(points[i], ends.shape), ends])
         cost += 200 * (_through(taken, lines).sum(axis=0) + _meetings(lines, leaders)) * (cost > FAR)
