@@ -166,6 +166,8 @@ def test_matplotlibs_axes_name_rows_and_columns_and_hold_every_mark():
     points = Points("", [1.0, 2.0], [3.0, 4.0], ("a", symbol("K")), xlow=[0.5, np.nan], xhigh=[np.inf, np.nan])
     ax = plot(Figure("f", "", (Panel("", (points,), xlim=(0, 3)),))).axes[0]
     assert [text.get_text() for text in ax.texts] == ["a", "$K$"]
+    ends = [(line.get_marker(), *line.get_xdata()) for line in ax.lines if len(line.get_xdata()) == 1]
+    assert ends == [("|", 0.5), (">", 3.0)]
     bars = Bars("a", [0.0, 1.0], [1.0, 2.0], texts=("x", "y"))
     ax = plot(Figure("f", "", (Panel("", (bars,), ynames=("a", "b")),))).axes[0]
     assert [bar.get_width() for bar in ax.patches] == [1, 2]
