@@ -183,6 +183,23 @@ def test_indices_over_time_have_a_gap_where_an_output_is_refused():
         assert all(2.0 not in band.x for band in panel.series if isinstance(band, Band))
 
 
+def test_a_wide_interval_over_time_does_not_squeeze_the_curves():
+    design = SobolDesign(3, 16)
+    found = sobol(design, over_time(design.points()))
+    wide = replace(
+        found, S1=replace(found.S1, half=np.inf + found.S1.half), ST=replace(found.ST, half=0 * found.ST.half)
+    )
+    figure = indices_over_time("f", "", T, wide, NOTE)
+    limits = figure.panels[0].ylim
+    assert -0.25 <= limits[0] < limits[1] <= 1.25
+    assert {(*band.low, *band.high) for band in figure.panels[0].series if isinstance(band, Band)} == {
+        (limits[0],) * 8 + (limits[1],) * 8
+    }
+    assert "goes on beyond the axes" in words(figure.caption)
+    narrow = replace(wide, S1=replace(found.S1, half=0 * found.S1.half))
+    assert "beyond" not in words(indices_over_time("f", "", T, narrow, NOTE).caption)
+
+
 def test_of_many_factors_seven_are_drawn_and_the_others_bounded():
     design = SobolDesign(9, 16)
     figure = indices_over_time("f", "", T, sobol(design, over_time(design.points())), NOTE)
