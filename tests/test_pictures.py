@@ -103,6 +103,16 @@ def test_many_long_names_become_numbers_by_falling_mu_star_with_a_key():
     assert points_of(morris_plane("f", "", short, NOTE)).names == tuple("abcdefgh")
 
 
+def test_factors_that_crowd_next_to_zero_are_named_in_the_caption():
+    factors = ("a", "b", "c", "d")
+    effects = morris_effects(lambda u: u @ [0, 5, 1e-9, 3], factors=factors)
+    figure = morris_plane("f", "", effects, NOTE)
+    assert points_of(figure).names == ("", "b", "", "d")
+    assert "Next to 0 lie a, c." in words(figure.caption)
+    apart = morris_plane("f", "", morris_effects(lambda u: u @ [2, 5, 1e-9, 3], factors=factors), NOTE)
+    assert points_of(apart).names == factors
+
+
 def test_sobol_bars_are_the_indices_in_the_order_of_the_largest_total():
     found = indices(lambda u: u @ [1, -4, 2])
     figure = sobol_bars("f", "", found, NOTE)
