@@ -214,6 +214,8 @@ def test_of_many_factors_seven_are_drawn_and_the_others_bounded():
     design = SobolDesign(9, 16)
     figure = indices_over_time("f", "", T, sobol(design, over_time(design.points())), NOTE)
     assert len([mark for mark in figure.panels[1].series if isinstance(mark, Series)]) == 7
+    assert {mark.style for mark in figure.panels[1].series if isinstance(mark, Band)} == {0, 1, 2}
+    assert "Intervals are drawn of the three factors" in words(figure.caption)
     (said,) = re.findall(r"The ST of the 2 factors that are not drawn is at most ([\d.]+)\.", words(figure.caption))
     largest = sobol(design, over_time(design.points())).ST.value.max(axis=0)
     assert np.sort(largest)[1] <= float(said) <= 1.1 * np.sort(largest)[1]
@@ -251,6 +253,17 @@ def test_more_than_three_laws_have_panels_on_one_scale():
     figure = quantile_bands("f", "", T, {f"law {k}": banded(k) for k in range(4)}, NOTE, "e [rad]")
     assert [panel.title for panel in figure.panels] == [f"law {k}" for k in range(4)]
     assert len({panel.ylim for panel in figure.panels}) == 1
+
+
+def test_quantiles_over_decades_have_a_logarithmic_axis():
+    def scales(laws, shift):
+        design = MonteCarlo(1, 200)
+        outputs = shift + np.exp(-np.outer(design.points()[:, 0] + 1, T) * 2)
+        bands = {f"law {k}": quantiles(design, outputs) for k in range(laws)}
+        return {panel.yscale for panel in quantile_bands("f", "", T, bands, NOTE, "e [rad]").panels}
+
+    assert (scales(1, 0.0), scales(5, 0.0)) == ({"log"}, {"log"})
+    assert (scales(1, -0.1), scales(5, 0.1)) == ({"linear"}, {"linear"})
 
 
 def test_bands_of_unlike_levels_are_not_compared():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -12,7 +13,7 @@ from workbench.core.sockets import require
 from workbench.study.cells import Column, Phrase, Table
 from workbench.study.curves import STYLES, Array
 from workbench.study.document import Band, Figure, Label, Panel, Series
-from workbench.study.pictures.parts import by_law, captioned, number, stretches, times_of
+from workbench.study.pictures.parts import by_law, captioned, number, scale_of, stretches, times_of
 from workbench.study.sensitivity import Quantiles
 
 TOGETHER = 3  # laws whose bands still can be told apart in one panel
@@ -29,8 +30,8 @@ def quantile_bands(
     """Between which quantiles an output of many runs lies over time, for one law or several.
 
     The band lies between the lowest and the highest level, the line at the middle one, if their number is odd. More
-    than three laws have a panel each, on one scale. From the time on at which a run failed there are no quantiles; the
-    caption says how many failed.
+    than three laws have a panel each, on one scale, which is logarithmic if all quantiles are positive and far apart.
+    From the time on at which a run failed there are no quantiles; the caption says how many failed.
 
     Parameters
     ----------
@@ -50,11 +51,11 @@ def quantile_bands(
     times = times_of("quantile_bands", t, len(next(iter(held.values())).names))
     (levels,) = {one.levels for one in held.values()}
     marks = {law: _band(law, times, one, k % STYLES) for k, (law, one) in enumerate(held.items())}
+    scale, limits = _scale(list(held.values()))
     if len(held) <= TOGETHER:
-        panels = [Panel(ylabel, tuple(mark for law in marks.values() for mark in law))]
+        panels = [Panel(ylabel, tuple(mark for law in marks.values() for mark in law), yscale=scale)]
     else:
-        limits = _limits(list(held.values()))
-        panels = [Panel(ylabel, tuple(found), title=law, ylim=limits) for law, found in marks.items()]
+        panels = [Panel(ylabel, tuple(found), title=law, ylim=limits, yscale=scale) for law, found in marks.items()]
     said = (_levels(levels), *(line for law, one in held.items() for line in _failures(law, times, one)))
     return Figure(
         name,
@@ -89,12 +90,16 @@ def _middle(levels: tuple[float, ...]) -> int:
     return int(np.argsort(levels)[len(levels) // 2])
 
 
-def _limits(held: list[Quantiles]) -> tuple[float, float] | None:
+def _scale(held: list[Quantiles]) -> tuple[Literal["linear", "log"], tuple[float, float] | None]:
+    """The scale and the ends of an axis around all quantiles; no ends where there is nothing to measure."""
     values = np.concatenate([one.value.ravel() for one in held])
     values = values[np.isfinite(values)]
     if not values.size or np.ptp(values) == 0:
-        return None
-    return float(values.min() - 0.05 * np.ptp(values)), float(values.max() + 0.05 * np.ptp(values))
+        return "linear", None
+    low, high = float(values.min()), float(values.max())
+    if scale_of(values) == "log":
+        return "log", (low * (low / high) ** 0.05, high * (high / low) ** 0.05)
+    return "linear", (low - 0.05 * (high - low), high + 0.05 * (high - low))
 
 
 def _levels(levels: tuple[float, ...]) -> str:

@@ -9,21 +9,24 @@ import numpy.typing as npt
 
 from workbench.study.cells import Column, Phrase, Table
 from workbench.study.curves import STYLES, Array
-from workbench.study.document import Band, Figure, Label, Panel, Series
+from workbench.study.document import Band, Figure, Panel, Series
 from workbench.study.pictures.parts import Labels, captioned, number, scale_of_shares, stretches, times_of, written
 from workbench.study.sensitivity import Estimate, SobolIndices
 
 BEYOND = "An interval that reaches the edge goes on beyond the axes."
+FEW_BANDS = "Intervals are drawn of the three factors with the largest ST alone, so that they can be told apart."
+BANDED = 3  # of them with a band
 MOST = STYLES - 1  # curves in a panel that an eye still tells apart
 
 
 def indices_over_time(
     name: str, caption: Phrase, t: npt.ArrayLike, indices: SobolIndices, note: Phrase, *, labels: Labels = None
 ) -> Figure:
-    """S1 and ST of the factors over time, with their intervals; the indices have an output for each time.
+    """S1 and ST of the factors over time; the indices have an output for each time.
 
-    At most seven factors are drawn, those whose ST is largest at any time; the caption bounds the others. A time whose
-    output is refused is a gap, with its reason in the caption.
+    At most seven factors are drawn, those whose ST is largest at any time, three of them with their intervals; the
+    caption bounds the others, and the figure's numbers hold all. A time whose output is refused is a gap, with its
+    reason in the caption.
 
     Parameters
     ----------
@@ -43,14 +46,22 @@ def indices_over_time(
     largest = np.nanmax(indices.ST.value, axis=0)
     order = np.argsort(-largest, kind="stable")
     drawn, left = order[:MOST].tolist(), order[MOST:]
-    panels, beyond = [], False
+    banded, panels, beyond = drawn[:BANDED], [], False
     for title, part in (("S1, alone", indices.S1), ("ST, alone and together with others", indices.ST)):
-        limits, curves = scale_of_shares([part]), []
+        shown = Estimate(part.value, np.where(np.isin(np.arange(len(largest)), banded), part.half, 0.0))
+        limits = scale_of_shares([shown])
+        curves: list[Series | Band] = []
         for k, i in enumerate(drawn):
-            curves += _curve(written(indices.factors[i], labels), times, part, i, k, limits)
-        beyond |= bool((part.low[:, drawn] < limits[0]).any() or (part.high[:, drawn] > limits[1]).any())
+            curves.append(Series(written(indices.factors[i], labels), times, part.value[:, i], k))
+            curves += _bands(times, part, i, k, limits) if k < BANDED else []
+        beyond |= bool((shown.low < limits[0]).any() or (shown.high > limits[1]).any())
         panels.append(Panel("part of the variance", tuple(curves), title=title, hlines=(0.0,), ylim=limits))
-    said = (*([BEYOND] * beyond), *_gaps(times, indices.names, indices.refused), *_rest(largest[left]))
+    said = (
+        *([FEW_BANDS] * (len(drawn) > BANDED)),
+        *([BEYOND] * beyond),
+        *_gaps(times, indices.names, indices.refused),
+        *_rest(largest[left]),
+    )
     return Figure(
         name,
         captioned("indices_over_time", caption, note, *said),
@@ -68,13 +79,10 @@ def _rest(largest: Array) -> tuple[str, ...]:
     return (f"The ST of the {len(largest)} factors that are not drawn is at most {np.ceil(most / unit) * unit:.2g}.",)
 
 
-def _curve(
-    label: Label, t: Array, part: Estimate, i: int, style: int, limits: tuple[float, float]
-) -> list[Series | Band]:
-    value = part.value[:, i]
+def _bands(t: Array, part: Estimate, i: int, style: int, limits: tuple[float, float]) -> list[Series | Band]:
+    """The intervals of a factor, as far as the panel shows them, between the times without any."""
     low, high = (np.clip(end, *limits) for end in (part.low[:, i], part.high[:, i]))
-    bands = [Band("", t[k], low[k], high[k], style) for k in stretches(low + high)]
-    return [Series(label, t, value, style), *bands]
+    return [Band("", t[k], low[k], high[k], style) for k in stretches(low + high)]
 
 
 def _gaps(t: Array, names: tuple[str, ...], refused: Mapping[str, str]) -> tuple[str, ...]:
