@@ -280,6 +280,15 @@ def test_a_front_is_what_no_other_point_dominates():
     assert "PID: 2 of 7 points have no numbers and are not drawn." in words(figure.caption)
 
 
+def test_of_a_long_front_some_points_are_marked_its_ends_among_them():
+    x = np.linspace(1, 2, 100)
+    figure = pareto_fronts("f", "", {"PID": np.stack([x, 1 / x], axis=1)}, NOTE, "x", "y")
+    steps, marks = figure.panels[0].series
+    assert (len(steps.x), len(marks.x)) == (100, 15)
+    assert (marks.x[0], marks.x[-1]) == (1, 2)
+    assert "Of a front of more points 15 are marked." in words(figure.caption)
+
+
 def test_fronts_over_decades_have_logarithmic_axes():
     (panel,) = pareto_fronts("f", "", {"PID": [[1e-3, 2], [1, 1]]}, NOTE, "x", "y").panels
     assert (panel.xscale, panel.yscale) == ("log", "linear")

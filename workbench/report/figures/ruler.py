@@ -14,6 +14,8 @@ from workbench.report.figures.labels import NUMBER, block_of, unmarked
 from workbench.report.figures.looks import SMALL_LETTERS
 from workbench.study.curves import Array
 
+PLAIN = (1e-3, 1e4)  # between these a short logarithmic ruler needs no powers of ten
+
 
 @dataclass(frozen=True)
 class Ticks:
@@ -107,6 +109,8 @@ class Ruler:
             if number:  # where a logarithmic ruler is short
                 numbers[place] = number
         rest = tuple(place for place in fine if place not in numbers)
+        if len(numbers) > len(places) and PLAIN[0] <= self.low < self.high <= PLAIN[1]:
+            numbers = {place: f"{place:g}" for place in numbers}
         return Ticks(tuple(numbers), tuple(numbers.values()), rest, power)
 
     def _within(self, locator: Locator) -> list[float]:

@@ -7,10 +7,14 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
+from workbench.core.numbers import Integers
 from workbench.study.cells import Column, Phrase, Table
 from workbench.study.curves import STYLES, Array
 from workbench.study.document import Figure, Label, Panel, Series
 from workbench.study.pictures.parts import by_law, captioned, require_array, scale_of
+
+MARKED = 15  # points of a front, at most, so that marks do not cover one another
+SOME = f"Of a front of more points {MARKED} are marked."
 
 
 def pareto_fronts(
@@ -51,14 +55,21 @@ def pareto_fronts(
         if len(front) > 1:
             marks.append(Series(law, front[:, 0], front[:, 1], k % STYLES, "steps"))
         if len(front):
-            marks.append(Series("" if len(front) > 1 else law, front[:, 0], front[:, 1], k % STYLES, "marks"))
+            x, y = front[_some(len(front))].T
+            marks.append(Series("" if len(front) > 1 else law, x, y, k % STYLES, "marks"))
     if not marks:
         raise ValueError(f"`pareto_fronts('{name}')` needs a point with two finite numbers; got none.")
     scales = [scale_of(np.concatenate([front[:, axis] for front in found.values()])) for axis in (0, 1)]
+    said += [SOME] * any(len(front) > MARKED for front in found.values())
     panel = Panel(ylabel, tuple(marks), xlabel=xlabel, xscale=scales[0], yscale=scales[1])
     rows = tuple((law, float(x), float(y)) for law, front in found.items() for x, y in front)
     table = Table(name, caption, (Column("law"), Column(xlabel), Column(ylabel)), rows)
     return Figure(name, captioned("pareto_fronts", caption, note, *said), (panel,), numbers=table)
+
+
+def _some(points: int) -> Integers:
+    """The places of the points that are marked: all of them, or some evenly among them."""
+    return np.unique(np.linspace(0, points - 1, min(points, MARKED)).round().astype(int))
 
 
 def _front(points: Array) -> Array:

@@ -14,7 +14,7 @@ from workbench.study.curves import Array, Label
 from workbench.study.sensitivity import Estimate, MorrisEffects, SobolIndices, Tornado
 
 Labels: TypeAlias = Mapping[str, Label] | None
-DECADES = 50.0  # the ratio of the largest number to the least from which on an axis is logarithmic
+DECADE = 10.0  # the ratio of the largest number to the least from which on an axis is logarithmic
 BEYOND = "An interval with an arrow goes on beyond the axes."
 Found = TypeVar("Found", SobolIndices, MorrisEffects, Tornado)
 
@@ -107,7 +107,7 @@ def by_law(call: str, argument: str, given: Any) -> dict[str, Any]:
 
 def scale_of(values: Array) -> Literal["linear", "log"]:
     """The scale of an axis: logarithmic if its numbers are positive and far apart."""
-    return "log" if values.min() > 0 and values.max() > DECADES * values.min() else "linear"
+    return "log" if values.min() > 0 and values.max() > DECADE * values.min() else "linear"
 
 
 def scale_of_shares(estimates: Sequence[Estimate]) -> tuple[float, float]:

@@ -11,6 +11,7 @@ from workbench.study.cells import Column, Phrase, Table
 from workbench.study.document import Bars, Figure, Panel
 from workbench.study.pictures.parts import by_law, captioned, require_array
 
+ORDER = "Laws stand in the order of their mean ranks."
 ROUNDING = 1e-9  # by which probabilities may miss a sum of 1
 
 
@@ -47,7 +48,9 @@ def rank_figure(name: str, caption: Phrase, ranks: Mapping[str, npt.ArrayLike], 
     panel = Panel("", bars, xlabel="probability", xlim=(0.0, 1.0), ynames=tuple(laws))
     rows = tuple((law, *map(float, row)) for law, row in zip(laws, held, strict=True))
     heads = (Column("law"), *(Column(f"rank {place + 1}") for place in range(held.shape[1])))
-    return Figure(name, captioned("rank_figure", caption, note), (panel,), numbers=Table(name, caption, heads, rows))
+    return Figure(
+        name, captioned("rank_figure", caption, note, ORDER), (panel,), numbers=Table(name, caption, heads, rows)
+    )
 
 
 def _shade(place: int, places: int) -> float:
