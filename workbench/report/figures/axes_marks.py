@@ -1,0 +1,74 @@
+"""Bars, points with names and maps of cells on matplotlib's axes, whose limits are set already."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
+
+from workbench.report.figures.labels import written
+from workbench.report.figures.looks import GREY, LINES, MARKS, POINTS_LOOK, SMALL_LETTERS
+from workbench.report.figures.marks import CAP, EDGE, FAINT, WHISKER, ink_on, shades_of, tint, written_cells
+from workbench.study.shapes import Bars, HeatMap, Points
+
+ROOM = 0.05  # of the abscissa: what a bar takes at least whose text is printed
+
+
+def add_bars(bars: Bars, ax: Axes, zorder: float) -> None:
+    """Bars with their texts and intervals."""
+    starts, ends, rows = (np.asarray(part, dtype=float) for part in (bars.starts, bars.ends, bars.places))
+    look: dict[str, Any] = {
+        "color": tint(bars.style, bars.shade),
+        "edgecolor": LINES[bars.style]["color"],
+        "linewidth": EDGE,
+    }
+    label = written(bars.label) or "_"
+    drawn = ax.barh(rows, ends - starts, bars.thick, starts, label=label, zorder=zorder, **look)
+    if bars.texts:
+        wide = np.abs(ends - starts) > ROOM * abs(np.diff(ax.get_xlim()))
+        texts = [text if room else "" for text, room in zip(bars.texts, wide, strict=True)]
+        ax.bar_label(drawn, texts, label_type="center", size=SMALL_LETTERS, color=ink_on(bars.style, bars.shade))
+    _add_intervals(ax, "x", bars.low, bars.high, rows)
+
+
+def _add_intervals(ax: Axes, along: str, low: Any, high: Any, aside: Any) -> None:
+    """Intervals along an axis, with an arrow at the edge where they go on beyond it."""
+    known = ~(np.isnan(low) | np.isnan(high))
+    ends, beside = np.array([low, high])[:, known], np.asarray(aside)[known]
+    seen = np.clip(ends, *(ax.get_xlim() if along == "x" else ax.get_ylim()))
+    strokes = ax.hlines if along == "x" else ax.vlines
+    strokes(beside, *seen, zorder=4, **WHISKER)
+    for end, place, arrow in zip(ends, seen, "<>" if along == "x" else "v^", strict=True):
+        for which, mark in ((end == place, "|" if along == "x" else "_"), (end != place, arrow)):
+            x, y = (place[which], beside[which]) if along == "x" else (beside[which], place[which])
+            ax.plot(x, y, mark, markersize=2 * CAP, zorder=4, label="_", clip_on=False, **WHISKER)
+
+
+def add_points(points: Points, ax: Axes, zorder: float) -> None:
+    """Points with their intervals, their names up and right of them: only a report looks for free room."""
+    _add_intervals(ax, "x", points.xlow, points.xhigh, points.y)
+    _add_intervals(ax, "y", points.ylow, points.yhigh, points.x)
+    look = LINES[points.style] | MARKS | POINTS_LOOK
+    ax.plot(
+        np.asarray(points.x),
+        np.asarray(points.y),
+        label=written(points.label) or "_",
+        zorder=zorder + 2,
+        clip_on=False,
+        **look,
+    )
+    for name, x, y in zip(points.names, np.asarray(points.x), np.asarray(points.y), strict=False):
+        ax.annotate(written(name), (x, y), (3, 3), textcoords="offset points", fontsize=SMALL_LETTERS)
+
+
+def add_map(held: HeatMap, ax: Axes, zorder: float) -> None:
+    """Cells with their numbers."""
+    shades = shades_of(held)
+    for (i, j), text in written_cells(held).items():
+        shade = float(shades[i, j])
+        cell = Rectangle((j - 0.5, i - 0.5), 1, 1, facecolor=tint(held.style, shade), edgecolor=GREY, linewidth=0.4)
+        ax.add_patch(cell).set_zorder(zorder)
+        color = FAINT if np.asarray(held.faint)[i, j] else ink_on(held.style, shade)
+        ax.text(j, i, text, ha="center", va="center", size=SMALL_LETTERS, color=color, zorder=zorder + 1)
