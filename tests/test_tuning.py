@@ -229,12 +229,13 @@ def test_a_factor_that_one_trial_lacks_is_refused_with_the_trial():
         (lambda runs: np.full(8, np.nan), "got nan at Kp = "),
         (lambda runs: np.full(8, -np.inf), "got -inf at Kp = "),
         (lambda runs: "good", "must give numbers, one a point; got 'good'"),
+        (lambda runs: quadratic(runs) / quadratic(runs).mean(), "must judge each point by its own runs; among all 80"),
     ],
 )
-def test_an_objective_that_says_nothing_is_named(objective, said):
+def test_an_objective_that_says_nothing_of_a_point_is_named(objective, said):
     with pytest.raises(ValueError) as refusal:
         tune(tuning(objective=objective))
-    assert str(refusal.value).startswith("`Tuning('pd', objective=...)` must give")
+    assert str(refusal.value).startswith("`Tuning('pd', objective=...)` must ")
     assert said in str(refusal.value)
 
 

@@ -67,7 +67,8 @@ class Tuning:
         the search is one of the logarithm.
     objective
         From the runs of each trial by its name, those of one point at one place in all of them, to (n,), the smaller
-        the better; infinite where a point is not admissible. Runs that diverged are left out, and so not admissible.
+        the better, each by its own runs alone; infinite where a point is not admissible. A point with a run that
+        diverged is left out, and not admissible.
     evaluations, population
         Of each search: how many points it looks at in all, and how many at once.
     seeds
