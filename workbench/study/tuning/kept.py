@@ -39,7 +39,7 @@ def complete(
     begin
         Called once if something is to be computed; it gives what is told how far the tunings are.
     describe
-        Told what the ledger should say: now and then, and when the tunings are done or stopped.
+        Told what the ledger should say: first, now and then, and when the tunings are done or stopped.
     """
     names: Names = {one.sweep.name: [] for made in tunings for one in _sweeps(made)}
     total = sum(one.sweep.design.size for made in tunings for one in _sweeps(made))
@@ -58,10 +58,10 @@ def complete(
         if missing:
             tell = tell or begin()
             tell(State(done, failed, total))
+            describe_seldom()
             for chunk in execute(sweeps, missing):
                 ledger.add(chunk)
                 acknowledge(chunk)
-            describe_seldom()
         chunks = [ledger.read(task.name) for task in tasks]
         done, failed = done + len(sweeps) * (last - first), failed + sum(map(lost, chunks))
         return chunks
