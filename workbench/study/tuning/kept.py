@@ -1,0 +1,130 @@
+"""The tunings of a study in its ledger: each generation is kept like the chunks of a sweep, and never done twice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from time import monotonic
+from typing import Any
+
+from workbench.study.chunk import Chunk
+from workbench.study.prepared import Prepared
+from workbench.study.resume import State, Task, lost, said_of
+from workbench.study.store import Ledger
+from workbench.study.tuning.ready import Ready
+from workbench.study.tuning.search import tune
+from workbench.study.tuning.tuned import Tuned
+
+SECONDS = 1.0  # between two records of how far the tunings are: each waits for the disk
+
+# Computes some chunks of some sweeps.
+Execute = Callable[[Sequence[Prepared], Sequence[Task]], Iterator[Chunk]]
+# The names of the chunks of each sweep that are known, by its name.
+Names = dict[str, list[str]]
+
+
+def complete(
+    tunings: Sequence[Ready],
+    ledger: Ledger,
+    execute: Execute,
+    begin: Callable[[], Callable[[State], None]],
+    acknowledge: Callable[[Chunk], None] = lambda chunk: None,
+    describe: Callable[[list[dict[str, Any]]], None] = lambda said: None,
+) -> tuple[dict[str, Tuned], list[dict[str, Any]]]:
+    """What each tuning finds, by its name, and what the ledger says of their runs; what it holds is not run again.
+
+    A search asks for the same points again after it was stopped, and finds its generations by their names.
+
+    Parameters
+    ----------
+    begin
+        Called once if something is to be computed; it gives what is told how far the tunings are.
+    describe
+        Told what the ledger should say: first, now and then, and when the tunings are done or stopped.
+    """
+    names: Names = {one.sweep.name: [] for made in tunings for one in _sweeps(made)}
+    total = sum(one.sweep.design.size for made in tunings for one in _sweeps(made))
+    done = failed = 0
+    tell: Callable[[State], None] | None = None
+
+    def describe_now() -> None:
+        describe(said(tunings, names))
+
+    describe_seldom = _seldom(describe_now)
+
+    def evaluate(sweeps: Sequence[Prepared], first: int, last: int) -> list[Chunk]:
+        nonlocal done, failed, tell
+        tasks = _tasks(sweeps, first, last, names)
+        missing = [task for task in tasks if task.name not in ledger]
+        if missing:
+            tell = tell or begin()
+            tell(State(done, failed, total))
+            describe_seldom()
+            for chunk in execute(sweeps, missing):
+                ledger.add(chunk)
+                acknowledge(chunk)
+        chunks = [ledger.read(task.name) for task in tasks]
+        done, failed = done + len(sweeps) * (last - first), failed + sum(map(lost, chunks))
+        return chunks
+
+    try:
+        found = {made.tuning.name: tune(made, evaluate) for made in tunings}
+    finally:
+        if tell:
+            describe_now()
+    return found, said(tunings, names)
+
+
+def _tasks(sweeps: Sequence[Prepared], first: int, last: int, names: Names) -> list[Task]:
+    """The same runs of each sweep; their names are known from now on."""
+    tasks = [Task(i, first, last, one.name(first, last)) for i, one in enumerate(sweeps)]
+    for one, task in zip(sweeps, tasks, strict=True):
+        names[one.sweep.name].append(task.name)
+    return tasks
+
+
+def _seldom(call: Callable[[], None]) -> Callable[[], None]:
+    """A call that does nothing while the last one is less than a second old."""
+    last = -SECONDS
+
+    def called() -> None:
+        nonlocal last
+        if monotonic() - last > SECONDS:
+            call()
+            last = monotonic()
+
+    return called
+
+
+def replayed(made: Ready, chunks: Mapping[str, Chunk]) -> Tuned:
+    """What a tuning found whose chunks are all here, by their names.
+
+    Raises
+    ------
+    KeyError
+        If one is not.
+    """
+
+    def evaluate(sweeps: Sequence[Prepared], first: int, last: int) -> list[Chunk]:
+        return [chunks[one.name(first, last)] for one in sweeps]
+
+    return tune(made, evaluate)
+
+
+def said(tunings: Sequence[Ready], names: Names) -> list[dict[str, Any]]:
+    """What the ledger says of the runs of tunings; a chunk that nobody knows yet has a name that none has."""
+    lines = []
+    for made in tunings:
+        size = made.tuning.population
+        for one in made.trials:
+            known = names[one.sweep.name]
+            coming = range(len(known) * size, made.tuning.size, size)
+            lines.append(said_of(one, [*known, *(f"{one.sweep.name}/{i}-{i + size}/" for i in coming)]))
+        for one in made.halves:
+            known = names[one.sweep.name]
+            runs = int(known[0].split("/")[1].split("-")[1]) if known else one.sweep.design.size
+            lines.append(said_of(one, known or [f"{one.sweep.name}/0-{runs}/"]) | {"runs": runs})
+    return lines
+
+
+def _sweeps(made: Ready) -> tuple[Prepared, ...]:
+    return (*made.trials, *made.halves)
