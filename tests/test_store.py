@@ -223,6 +223,22 @@ def test_what_is_damaged_while_it_is_open_is_refused_when_it_is_read(tmp_path):
             ledger.read("s/3")
 
 
+@pytest.mark.skipif(os.name != "posix", reason="elsewhere no file is removed that is open")
+@pytest.mark.parametrize("replaced", [False, True])
+def test_nothing_is_acknowledged_into_a_ledger_that_was_removed(tmp_path, replaced):
+    out = tmp_path / "out"
+    with opened(out) as ledger:
+        ledger.add(CHUNKS[0])
+        out.rename(tmp_path / "elsewhere")
+        if replaced:
+            filled(out)
+        with pytest.raises(LedgerError, match="was removed, moved or replaced while it was being written"):
+            ledger.add(CHUNKS[1])
+        assert CHUNKS[1].name not in ledger
+    assert completed(out) == ()
+    assert held(out) == CHUNKS
+
+
 def test_a_ledger_of_another_version_is_refused_and_stays(tmp_path, monkeypatch):
     monkeypatch.setattr(store, "__version__", "0.0.1")
     before = filled(tmp_path).read_bytes()
