@@ -130,6 +130,7 @@ def opened(out: Path, fresh: bool = False) -> Iterator[Ledger]:
             make_folder(folder)
             held.enter_context(alone(folder / LOCK))
             if fresh:
+                remove(folder / RENEWED)  # first, as it would take the place of the other
                 remove(folder / DATABASE)
             ledger = _sound(out, folder)
             held.enter_context(closing(ledger.connection))
@@ -139,14 +140,29 @@ def opened(out: Path, fresh: bool = False) -> Iterator[Ledger]:
 
 
 def chunks(out: Path) -> Iterator[Chunk]:
-    """The whole records of a ledger, only read, `ABOUT` among them; none if there is no ledger."""
+    """The whole records of a ledger, only read, `ABOUT` among them; none if there is no ledger.
+
+    Raises
+    ------
+    LedgerError
+        If the machine, and no damage, keeps it from being read.
+    """
     file = out.resolve() / FOLDER / DATABASE
     if not file.is_file() or not file.stat().st_size:
         return
-    # in a folder that may not be written SQLite cannot share a log, and there is nobody to share it with
-    options = "mode=ro" if os.access(file.parent, os.W_OK) else "immutable=1"
-    with suppress(sqlite3.Error), closing(connect(f"file:{quote(str(file))}?{options}", uri=True)) as ledger:
-        yield from (chunk for _, chunk in scan(ledger) if chunk is not None)
+    log = file.with_name(f"{DATABASE}-wal")
+    # In a folder that may not be written SQLite makes no index of a log; it reads one that a killed run has left.
+    shared = os.access(file.parent, os.W_OK) or (log.exists() and log.stat().st_size > 0)
+    options = "mode=ro" if shared else "immutable=1"
+    try:
+        check_header(file)
+        with closing(connect(f"file:{quote(str(file))}?{options}", uri=True)) as ledger:
+            yield from (chunk for _, chunk in scan(ledger) if chunk is not None)
+    except sqlite3.Error as error:
+        if not is_damage(error):
+            raise LedgerError(
+                f"The ledger in '{out}' cannot be read: {error}. If its folder may not be written, read a copy of it."
+            ) from error
 
 
 def _sound(out: Path, folder: Path) -> Ledger:
