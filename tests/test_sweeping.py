@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 from scipy.io import loadmat
 
+from workbench.study import cost, store
 from workbench.study.store import DATABASE, FOLDER, opened
 
 SWEPT = """
@@ -192,6 +193,31 @@ def test_a_report_is_written_again_from_the_ledger_alone(command, swept, tmp_pat
     done = command("report", "out")
     assert (done.exit_code, done.stderr) == (0, "")
     assert {name: (tmp_path / "out" / name).read_bytes() for name in pages} == pages
+
+
+def test_a_report_is_written_again_of_what_was_too_much_without_being_asked_for(command, swept, monkeypatch):
+    monkeypatch.setattr(cost, "PATIENCE", 1e-9)
+    assert "or say `--yes`" in command("run", swept, "--out", "out").stderr
+    assert command("run", swept, "--out", "out", "--yes").exit_code == 0
+    assert command("report", "out").exit_code == 0
+
+
+def test_what_results_left_unfinished_does_not_stand_in_the_way(command, swept, tmp_path):
+    command("run", swept, "--out", "out")
+    (tmp_path / "out" / "runs" / "decay.mat.part").touch()
+    assert command("run", swept, "--out", "out").exit_code == 0
+
+
+@pytest.mark.parametrize("words", [["status"], ["results"], ["report"]])
+def test_a_ledger_of_another_version_is_named_with_it(command, tmp_path, monkeypatch, words):
+    monkeypatch.setattr(store, "__version__", "0.0.1")
+    with opened(tmp_path / "out") as ledger:
+        ledger.describe({"what": "another version says something else"})
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    done = command(*words, "out")
+    assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
+    assert "The ledger in 'out' was written by workbench 0.0.1, and this is" in done.stderr
 
 
 def test_a_report_of_a_study_that_lacks_chunks_is_refused(command, swept, tmp_path):

@@ -95,7 +95,7 @@ def swept(study: Study, out: Path, order: Order) -> Iterator[tuple[Sample, ...]]
         return
     sweeps = tuple(map(prepared, study.sweeps))
     needed = cost.cost_of(sweeps, order.workers)
-    if not order.yes:
+    if not (order.yes or order.only_report):
         cost.check(needed, out)
     with opened(out, order.fresh) as ledger:
         for remark in ledger.remarks:

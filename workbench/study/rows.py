@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -59,6 +60,8 @@ def write(sample: Sample, folder: Path, form: str) -> Path:
             _write_parquet(sample, part)
         else:
             _write_mat(sample, part)
+        with part.open("r+b") as stream:
+            os.fsync(stream.fileno())
         part.replace(file)
     finally:
         part.unlink(missing_ok=True)
