@@ -104,6 +104,18 @@ def test_only_what_is_missing_is_computed_and_acknowledged_after_it_is_kept(tmp_
     assert [state.done for state in states] == [0, 8, 16, 24]
 
 
+def test_runs_that_failed_before_a_study_was_stopped_are_counted_when_it_goes_on(tmp_path):
+    lost = sweep(loop=Explosion(), factors=(START,), design=MonteCarlo(1, 50, seed=3))
+    plan, states = planned([prepared(lost)]), []
+    with opened(tmp_path) as ledger:
+        with pytest.raises(ValueError, match="never came"):
+            complete(plan, ledger, lambda tasks: on_threads(plan.sweeps, tasks[:3]))
+        complete(plan, ledger, lambda tasks: on_threads(plan.sweeps, tasks), states.append)
+        (found,) = samples(plan, ledger)
+    assert states[0].failed > 0
+    assert states[-1] == (50, found.failed, 50)
+
+
 def test_a_chunk_that_comes_twice_is_kept_once(tmp_path):
     plan = planned([prepared(sweep())])
     with opened(tmp_path) as ledger:

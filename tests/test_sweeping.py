@@ -90,6 +90,16 @@ def test_only_what_is_missing_is_done_and_begun_anew_where_that_is_asked(command
     assert acknowledged(command("run", swept, "--out", "out", "--ack", "--fresh").stdout) == first
 
 
+def test_chunks_that_an_edited_study_does_not_use_are_said_and_kept(command, swept, tmp_path):
+    command("run", swept, "--out", "out")
+    (tmp_path / swept).write_text(SWEPT.replace("seed=3", "seed=4"), encoding="utf-8")
+    said = "5 chunks in 'out' are of other samples, numbers or code than the study has now: they are kept, and not used"
+    assert said in command("run", swept, "--out", "out").stderr
+    assert len(digests(command)) == 10
+    assert said not in command("run", swept, "--out", "out", "--fresh").stderr
+    assert len(digests(command)) == 5
+
+
 def test_samples_replace_those_of_the_study_and_stand_in_the_command(command, swept, tmp_path):
     done = command("run", swept, "--samples", "16", "--out", "out")
     assert "16 runs." in done.stdout
@@ -134,12 +144,13 @@ def test_an_option_of_sweeps_is_refused_where_there_are_none(command, tmp_path, 
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
-def test_ctrl_c_says_what_is_kept_and_loses_nothing(command, swept, tmp_path):
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_says_what_is_kept_and_loses_nothing(command, swept, tmp_path, stop):
     call = [sys.executable, "-m", "workbench", "run", swept, "--out", "out", "--ack", "--samples", "16000"]
     with subprocess.Popen(call, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         while not (line := process.stdout.readline()).startswith("ACK "):
             assert line
-        process.send_signal(signal.SIGINT)
+        process.send_signal(stop)
         out, said = process.communicate(timeout=60)
     got = acknowledged(line + out)
     assert process.returncode == 130

@@ -7,6 +7,7 @@ is heavy is imported inside the verbs, so that help comes at once.
 from __future__ import annotations
 
 import os
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -26,6 +27,7 @@ FORMS = ("text", "latex", "typst", "mathml", "python", "casadi", "c")
 
 def main() -> None:
     """The command `workbench`."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # with which batch systems end what takes too long
     try:
         sys.exit(_status())
     except OSError as error:  # as when the disk that help is written to is full

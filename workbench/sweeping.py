@@ -200,6 +200,12 @@ def _complete(plan: Plan, ledger: Ledger, execute: Execute, order: Order, about:
             f"`workbench run {order.script} --out {ledger.out}` computes them."
         )
     ledger.describe(about)
+    wanted = {ABOUT, *(name for said in about["sweeps"] for name in said["chunks"])}
+    if unused := len(ledger.places.keys() - wanted):
+        order.say(
+            f"{unused} chunks in '{ledger.out}' are of other samples, numbers or code than the study has now: they are "
+            "kept, and not used; `--fresh` removes them."
+        )
     if not missing:
         return
     needed, there = cost.cost_of(plan.sweeps, order.workers), len(plan.tasks) - len(missing)
