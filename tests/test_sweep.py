@@ -57,6 +57,26 @@ def test_the_error_of_the_step_is_known_of_every_so_manyth_run(tmp_path):
     assert found.step_error("IAE") == found.errors[:, -1, 0].max()
 
 
+def test_a_step_beyond_its_stability_limit_is_said_with_the_sample(tmp_path):
+    # x' = -rate x decays under RK4 while h rate < 2.7853, the root of 1 - z + z^2/2 - z^3/6 + z^4/24 = 1
+    fast = Factor("rate", ("rate",), Uniform(2.0, 9.0))
+    found = sample(tmp_path / "a", sweep(factors=(fast, START), h=0.5, halved=2))
+    rates = found.drawn[found.again, 0]
+    # the region is known to 1e-3: a crossing on a grid of 2001 radii
+    np.testing.assert_allclose(found.limits, 2.78529356 / rates, rtol=1e-3)
+    beyond = rates > 2.78529356 / 0.5
+    assert 0 < beyond.sum() < len(rates)
+    said = f"; BEYOND the stability limit in {beyond.sum()} of these, down to {found.limits.min():.3g} s"
+    assert said in found.note
+    assert "BEYOND" not in sample(tmp_path / "b", sweep(factors=(fast, START))).note
+    assert len(sample(tmp_path / "c", sweep(factors=(fast, START), h=0.5, halved=None)).limits) == 0
+
+
+def test_a_limit_that_is_not_known_is_said(tmp_path):
+    found = replace(sample(tmp_path, sweep(halved=25)), limits=np.array([np.nan, 1.0]))
+    assert found.note.endswith("and half of it in 2 runs; stability limit not known of 1")
+
+
 def test_metrics_over_time_are_those_of_shorter_horizons(tmp_path):
     long = sample(tmp_path / "long", sweep(every=0.5))
     assert long.t.tolist() == [0.5, 1.0, 1.5, 2.0]
@@ -84,6 +104,7 @@ def test_neither_chunks_nor_workers_change_a_bit(tmp_path):
         other = sample(tmp_path / f"b{i}", sweep(runs_of_chunk=size), workers=workers)
         assert other.values.tobytes() == one.values.tobytes()
         assert other.errors.tobytes() == one.errors.tobytes()
+        assert other.limits.tobytes() == one.limits.tobytes()
 
 
 def test_only_what_is_missing_is_computed_and_acknowledged_after_it_is_kept(tmp_path):

@@ -90,6 +90,7 @@ def _write_mat(sample: Sample, file: Path) -> None:
         "metric_names": labels,
         "errors": sample.errors,
         "error_runs": sample.again,
+        "limits": sample.limits,
         "diverged_at": sample.diverged_at,
         "seed": float(sample.seed),
         "h": sample.h,
