@@ -1,8 +1,10 @@
 """A sweep: its runs, their errors, and the chunks that are the same wherever they are computed."""
 
+import io
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from sweeps import RATE, START, Explosion, sweep
 
@@ -13,7 +15,7 @@ from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
-from workbench.study import cost
+from workbench.study import cost, rows
 from workbench.study.distributions import Uniform
 from workbench.study.executors import on_threads
 from workbench.study.factors import Factor
@@ -268,6 +270,16 @@ def test_an_error_of_the_step_that_is_not_known_is_not_left_out(tmp_path):
     errors = found.errors.copy()
     errors[1] = np.nan
     assert replace(found, errors=errors).step_error("IAE") == np.inf
+
+
+def test_a_table_is_the_same_in_whatever_blocks_it_is_written(tmp_path, monkeypatch):
+    found = sample(tmp_path, sweep(every=0.5))
+    whole = rows.to_csv(found)
+    monkeypatch.setattr(rows, "BLOCK", 7)
+    assert rows.to_csv(found) == whole
+    table = pd.read_csv(io.BytesIO(whole))
+    np.testing.assert_array_equal(table["IAE[0] [rad s]"], found.over_time("IAE").ravel())
+    assert len(table) == 50 * 4
 
 
 @pytest.mark.parametrize(("needs", "word"), [({"memory": 5e9}, "4.0 GB"), ({"disk": 1e18}, "half of what is free")])

@@ -144,7 +144,7 @@ def _run(study: Path, out: Path | None, asked: dict[str, Any]) -> None:
                 findings = headlines(loaded, found)
             with _of_the_study(study, loaded.sections):
                 page = document(loaded, found, command=script.command(study, out, asked["samples"]))
-                tables = {f"runs/{s.name}.csv": rows.to_csv(s).encode() for s in found.all_samples}
+                tables = {f"runs/{s.name}.csv": rows.to_csv(s) for s in found.all_samples}
                 folder.write(page, target, tables)
         click.echo("\n".join([*findings, f"The report is {target / 'index.html'}, and {target / 'report.pdf'}."]))
 

@@ -178,7 +178,7 @@ class Prepared:
         modes = modes_at(self.coarse.flow, t, runs.x[few][:, kept].reshape(len(t), -1), runs.p[rows])
         longest = np.min(longest_steps(modes, self.coarse.amplification), axis=1, initial=np.inf)
         longest[np.isnan(modes).any(axis=1)] = np.nan
-        return np.fmin.reduce(longest.reshape(len(few), len(kept)), axis=1)
+        return np.asarray(np.fmin.reduce(longest.reshape(len(few), len(kept)), axis=1))
 
     def _changes(self, fine: Array, rough: Array) -> Array:
         floors = [self.coarse.h if unit == "s" else 0.0 for _, _, unit in self.columns]
