@@ -2,6 +2,7 @@
 
 import io
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -11,6 +12,7 @@ from sweeps import RATE, START, Explosion, sweep
 from workbench.controllers import SlidingMode
 from workbench.loop import ClosedLoop, Instruments
 from workbench.metrics import iae, measure, rmse
+from workbench.metrics.integral import Integral
 from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
@@ -169,6 +171,32 @@ def test_the_code_of_a_metric_is_part_of_the_name_and_where_it_was_made_is_not()
     other = replace(integral, finish=lambda value, horizon: value)
     names = {prepared(sweep(metrics=(metric,))).name(0, 8) for metric in (integral, rmse(), other)}
     assert len(names) == 2
+
+
+SCALE = 2.0
+
+
+def scaled(scale, way):
+    """A metric that makes `scale` times an integral, by a number that its function holds in one way or another."""
+    finish = {
+        "closure": lambda integral, horizon: scale * integral,
+        "default": lambda integral, horizon, scale=scale: scale * integral,
+        "partial": partial(_times, scale),
+        "array": partial(_times, np.array([scale])),
+        "global": lambda integral, horizon: SCALE * integral,
+    }[way]
+    return Integral("scaled", "", "a multiple", lambda t, y: y["e"] ** 2, finish)
+
+
+def _times(scale, integral, horizon):
+    return scale * integral
+
+
+@pytest.mark.parametrize("way", ["closure", "default", "partial", "array", "global"])
+def test_the_numbers_that_a_metric_holds_are_part_of_the_name(monkeypatch, way):
+    one, same = (prepared(sweep(metrics=(scaled(2.0, way),))).fingerprint for _ in range(2))
+    monkeypatch.setitem(globals(), "SCALE", 3.0)
+    assert one == same != prepared(sweep(metrics=(scaled(3.0, way),))).fingerprint
 
 
 def test_more_samples_keep_the_chunks_that_are_there():

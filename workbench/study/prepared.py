@@ -207,15 +207,30 @@ def prepared(sweep: Sweep) -> Prepared:
 
 def written_of(metric: AbstractMetric) -> list[str]:
     """A metric as it was written: its class and functions, which may be the user's own, as text, and its numbers."""
-    values = (getattr(metric, field.name) for field in fields(metric))
-    plain = (str, int, float, tuple, type(None))  # what else there may be prints its place in memory
-    return [_source(type(metric)), *(repr(value) if isinstance(value, plain) else _source(value) for value in values)]
+    return [_source(type(metric)), *(_written(getattr(metric, field.name)) for field in fields(metric))]
+
+
+def _written(value: Any, above: tuple[Any, ...] = ()) -> str:
+    """A value as text that is the same in every process; a function with its source and all the values that it uses."""
+    if isinstance(value, (str, int, float, type(None))):
+        return repr(value)
+    if isinstance(value, (np.ndarray, np.generic)):
+        return repr(value.tolist())
+    if isinstance(value, (tuple, list)):
+        return repr([_written(part, above) for part in value])
+    if isinstance(value, partial):
+        return _written((value.func, value.args, sorted(value.keywords.items())), above)
+    if not inspect.isfunction(value) or value in above:
+        return value.__name__ if inspect.ismodule(value) else _source(value)
+    held = inspect.getclosurevars(value)
+    uses = sorted({**held.globals, **held.nonlocals}.items())
+    return repr([_source(value), _written((value.__defaults__, uses), (*above, value))])
 
 
 def _source(thing: Any) -> str:
     try:
         return inspect.getsource(thing)
-    except (OSError, TypeError):  # typed into a console, or no code: its name has to do
+    except (OSError, TypeError):  # typed into a console, or no code, which would print its place in memory
         return str(getattr(thing, "__qualname__", type(thing).__qualname__))
 
 
