@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +16,7 @@ from workbench.study.factors import Space
 from workbench.study.pareto import pareto
 from workbench.study.sample import Sample
 from workbench.study.tuning.contract import Tuning
+from workbench.verify.evolution import Flags
 
 # Beyond these a search is said to be in doubt.
 EDGE = 0.01  # of a range, from its end: of the range of logarithms, if that is what is searched
@@ -48,9 +49,9 @@ class Tuned:
     numbers: Array
     objectives: Array
     samples: Mapping[str, Sample]
-    finalists: Integers = field(default_factory=lambda: np.empty(0, dtype=int))
-    halved: Array = field(default_factory=lambda: np.empty(0))
-    halves: Mapping[str, Sample] = field(default_factory=dict)
+    finalists: Integers
+    halved: Array
+    halves: Mapping[str, Sample]
 
     @property
     def name(self) -> str:
@@ -86,9 +87,7 @@ class Tuned:
     @property
     def inadmissible(self) -> dict[str, int]:
         """How many points are not, by reason; a point may diverge in several trials."""
-        lost = {f"the run in '{name}' diverged": one.failed for name, one in self.samples.items()}
-        stayed = np.all([np.isnan(one.diverged_at) for one in self.samples.values()], axis=0)
-        return lost | {"the objective is infinite": int((stayed & ~np.isfinite(self.objectives)).sum())}
+        return reasons_of(self.objectives, self.samples)
 
     @cached_property
     def curves(self) -> dict[str, tuple[Array, Array]]:
@@ -117,11 +116,14 @@ class Tuned:
 
     @property
     def _late_gains(self) -> Array:
-        """By what part of its objective each search became better in its last quarter; infinite if nobody can tell."""
+        """By what part of its objective each search became better in its last quarter; NaN if it is too short to tell.
+
+        Infinite if nothing was admissible before.
+        """
         count = self.tuning.generations
         early = count - count // 4 - 1
         if early == count - 1:
-            return np.full(len(self.tuning.seeds), np.inf)
+            return np.full(len(self.tuning.seeds), np.nan)
         pairs = ((best[early], best[-1]) for _, best in self.curves.values())
         return np.array([_share(before - after, after) if np.isfinite(before) else np.inf for before, after in pairs])
 
@@ -171,15 +173,33 @@ class Tuned:
         """Why the best may not be the best, in sentences."""
         said = [f"The best '{name}' lies at an end of its range." for name in self.at_edge]
         late = float(self._late_gains.max())
-        if late == np.inf:
+        if np.isnan(late):
             said.append("The search is too short to tell whether it has settled.")
-        elif late > SETTLED:
+        elif late > SETTLED and late < np.inf:
             said.append(f"A search became better by {_percent(late)} in its last quarter, so it has not settled.")
         if (share := _share(self.step_error, self.objective)) > STEP:
             said.append(f"The objective of the best changes by {_percent(share)} at half the step.")
-        if (spread := _share(float(np.ptp(self.bests)), self.objective)) > SEEDS:
+        spread = _share(float(np.ptp(self.bests)), self.objective)
+        if SEEDS < spread < np.inf:
             said.append(f"The bests of the {len(self.bests)} searches differ by {_percent(spread)}.")
+        if np.isinf(late) or np.isinf(spread):
+            said.append("A search found an admissible point in its last quarter only, or none.")
         return tuple(said)
+
+
+def reasons_of(objectives: Array, samples: Mapping[str, Sample]) -> dict[str, int]:
+    """How many points are not admissible, by reason, from their objectives (N,) and their runs by trial."""
+    reasons: dict[str, int] = {}
+    for name, one in samples.items():
+        nameless = int((~have_values(one) & np.isnan(one.diverged_at)).sum())
+        reasons |= {f"the run in '{name}' diverged": one.failed, f"a metric in '{name}' is no number": nameless}
+    worthless = np.all([have_values(one) for one in samples.values()], axis=0) & ~np.isfinite(objectives)
+    return reasons | {"the objective is infinite": int(worthless.sum())}
+
+
+def have_values(sample: Sample) -> Flags:
+    """Which runs have a value of every metric at the horizon; a run near overflow may not, though it is finite."""
+    return np.asarray(~np.isnan(sample.values[:, -1]).any(axis=1))
 
 
 def _share(part: float, whole: float) -> float:
