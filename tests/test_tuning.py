@@ -1,5 +1,7 @@
 """Tuning: the search finds what a Riccati equation knows, within its budget, and says where it is in doubt."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -279,6 +281,16 @@ def test_a_coarse_step_is_said_beside_the_best():
     assert found.step_error > 0.01 * found.objective
     assert any("changes by" in said and "at half the step" in said for said in found.warnings)
     assert "at half of which the best objective changes by" in found.note
+
+
+def test_what_is_said_of_a_search_is_in_plain_numbers(found):
+    assert found.note == (
+        "640 evaluations a search, 0 of 1,280 not admissible; seeds 0, 1; step 0.02 s, at half of which the best "
+        "objective changes by less than 0.01 %"
+    )
+    doubled = replace(found, halved=2.2 * found.halved)
+    assert "The objective of the best changes by 55 % at half the step." in doubled.warnings
+    assert "changes by 150 % at half the step" in " ".join(replace(found, halved=0.4 * found.halved).warnings)
 
 
 def test_all_laws_get_the_same_budget_or_are_refused():

@@ -140,12 +140,12 @@ def _judged_of(tuning: Tuning, samples: Mapping[str, Sample]) -> Judged:
     good = np.flatnonzero(np.all([have_values(one) for one in samples.values()], axis=0))
     objective = np.full(len(missed), np.inf)
     if len(good):
-        objective[good] = worth(tuning, {name: one.only(good) for name, one in samples.items()})
+        objective[good] = _worth(tuning, {name: one.only(good) for name, one in samples.items()})
     tiny = np.finfo(float).tiny  # of a point whose runs last to the end, and that is not admissible all the same
     return Judged(-objective, np.where(np.isfinite(objective), 0.0, np.maximum(missed, tiny)))
 
 
-def worth(tuning: Tuning, samples: Mapping[str, Sample]) -> Array:
+def _worth(tuning: Tuning, samples: Mapping[str, Sample]) -> Array:
     """The objective of points with values in all trials, (n,); infinity for one that is not admissible.
 
     Raises
