@@ -160,11 +160,6 @@ def test_an_address_that_is_none_is_refused_with_what_one_is(address):
         next(on_cluster(address, lambda: (), ()))
 
 
-def test_workers_of_this_machine_are_not_asked_of_a_cluster():
-    with pytest.raises(ClusterError, match="`--workers` is for this machine"):
-        next(on_cluster("127.0.0.1:9", lambda: (), (), 2))
-
-
 def test_a_cluster_that_does_not_answer_is_refused_in_a_sentence(monkeypatch):
     pytest.importorskip("distributed", exc_type=ImportError)
     monkeypatch.setattr(executors, "PATIENCE", 0.5)

@@ -122,6 +122,7 @@ def test_a_run_on_a_folder_that_is_being_written_is_refused_with_the_process(com
     [
         (["--samples", "0"], "`--samples` must be a positive whole number; got 0."),
         (["--workers", "0"], "`--workers` must be a positive whole number; got 0."),
+        (["--workers", "2", "--cluster", "127.0.0.1:9"], "`--workers` is for this machine, and the cluster at"),
         (["--samples", str(10**9)], "or say `--yes`"),
     ],
 )

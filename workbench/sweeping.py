@@ -14,7 +14,7 @@ from workbench.progress import runs, shown_of
 from workbench.script import load
 from workbench.study import cost
 from workbench.study.chunk import Chunk
-from workbench.study.executors import ClusterError, on_cluster, on_threads
+from workbench.study.executors import LOCAL, ClusterError, on_cluster, on_threads
 from workbench.study.prepared import Prepared, prepared
 from workbench.study.resume import Execute, Plan, State, complete, planned, samples
 from workbench.study.sample import Sample
@@ -153,7 +153,7 @@ def _afford(sweeps: Sequence[Prepared], out: Path, order: Order) -> None:
 
 
 def _refuse_idle(study: Study, order: Order) -> None:
-    """Refuse options that say how sweeps are run where there are none."""
+    """Refuse options that say how sweeps are run where that cannot be, or there are none."""
     searched = bool(study.tunings)
     options = (
         ("--samples", order.samples, False),
@@ -163,6 +163,10 @@ def _refuse_idle(study: Study, order: Order) -> None:
     for option, value, used in options:
         if value is not None and not (study.sweeps or used):
             raise ValueError(f"`{option}` is for sweeps, and the study '{study.name}' has none; leave it out.")
+    if order.workers is not None and order.cluster not in (None, LOCAL) and not searched:
+        raise ValueError(
+            f"`--workers` is for this machine, and the cluster at '{order.cluster}' has its own workers; leave it out."
+        )
 
 
 def _tuned(

@@ -82,10 +82,6 @@ def on_cluster(address: str, source: Source, tasks: Sequence[Task], workers: int
         If the extra `cluster` is not installed, the cluster does not answer, has no workers or loses all of them, a
         worker has another version of the workbench or of the study, or a chunk was lost with several workers.
     """
-    if workers is not None and address != LOCAL:
-        raise ClusterError(
-            f"`--workers` is for this machine, and the cluster at '{address}' has workers of its own; leave it out."
-        )
     try:
         import distributed
     except ImportError as error:
