@@ -13,7 +13,7 @@ from click.testing import CliRunner
 os.environ.setdefault("WORKBENCH_CACHE", str(Path(__file__).parent.parent / ".pytest_cache" / "kernels"))
 
 # The same examples in every run: a test that fails fails again. No deadline: machines differ.
-hypothesis.settings.register_profile("house", derandomize=True, deadline=None)
+hypothesis.settings.register_profile("house", derandomize=True, deadline=None, max_examples=50)
 hypothesis.settings.load_profile("house")
 
 STUDY = """

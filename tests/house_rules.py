@@ -73,9 +73,14 @@ def _tree(text: str) -> ast.Module:
     return ast.parse(text)
 
 
+@cache
+def _all_of(text: str) -> tuple[ast.AST, ...]:
+    return tuple(ast.walk(_tree(text)))
+
+
 def _nodes(held: Sources) -> Iterator[tuple[str, ast.AST]]:
     for path, text in held.items():
-        for node in ast.walk(_tree(text)):
+        for node in _all_of(text):
             yield path, node
 
 
@@ -86,7 +91,7 @@ def _module(path: str) -> str:
 def _imports(path: str, text: str) -> Iterator[tuple[int, str, str]]:
     """Line, module and, if any, the name taken from it; also inside functions and under TYPE_CHECKING."""
     package = _module(path) if path.endswith("/__init__.py") else _module(path).rpartition(".")[0]
-    for node in ast.walk(_tree(text)):
+    for node in _all_of(text):
         if isinstance(node, ast.Import):
             yield from ((node.lineno, alias.name, "") for alias in node.names)
         elif isinstance(node, ast.ImportFrom):

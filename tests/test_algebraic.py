@@ -26,10 +26,10 @@ def apart(P, X):
 
 @pytest.mark.parametrize("n", [1, 2])
 def test_the_closed_form_is_the_solution_of_the_solver(n):
-    """1000 random equations: within the condition of the least squares, which is squared."""
+    """200 random equations: within the condition of the least squares, which is squared."""
     rng, P = np.random.default_rng(21), function(n, closed_form)
     worst = []
-    for _ in range(1000):
+    for _ in range(200):
         A, G, Q = cases(n, 1.0, rng)
         root = np.linalg.cholesky(G + 1e-12 * np.trace(G) * np.eye(n))
         G = root @ root.T
@@ -46,7 +46,7 @@ def test_doubling_is_the_solution_of_the_solver_where_the_poles_are_near_its_rat
     rng = np.random.default_rng(22)
     P = function(n, lambda A, G, Q: doubled(A, G, Q, norm(A) + ca.sqrt(norm(G) * norm(Q)), 10))
     checked = 0
-    for _ in range(200):
+    for _ in range(60):
         A, G, Q = cases(n, 0.3, rng)
         w, V = np.linalg.eigh(G)
         answer = care(A, V * np.sqrt(w), Q, np.eye(n))
@@ -56,7 +56,7 @@ def test_doubling_is_the_solution_of_the_solver_where_the_poles_are_near_its_rat
             found, left = P(A, G, Q)
             assert apart(found, answer.X) < 1e-9  # rounding, by the condition of the equation
             assert float(left) < 1e-11
-    assert checked > 50
+    assert checked > 15
 
 
 def test_the_residual_tells_where_doubling_has_not_come_to_its_end():

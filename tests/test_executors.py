@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from workbench.study.executors import ClusterError, on_cluster, on_threads
 from workbench.study.prepared import prepared
 from workbench.study.resume import planned
 from workbench.study.sampling import MonteCarlo
+from workbench.sweeping import Script, digest_of
 
 ROOT = Path(executors.__file__).parents[2]
 STUDY = Path(__file__).parent / "exams" / "small_study.py"
@@ -62,7 +64,7 @@ def environment(root=ROOT):
 
 @pytest.fixture
 def cluster(tmp_path):
-    """A scheduler on this machine, and a function that starts a worker from a root of the workbench."""
+    """A scheduler on this machine: its address, what starts a worker from a root of the workbench, and its process."""
     pytest.importorskip("distributed", exc_type=ImportError)
     started = []
 
@@ -78,7 +80,8 @@ def cluster(tmp_path):
         assert started[0].poll() is None
         time.sleep(0.05)
     address = json.loads(file.read_text())["address"]
-    yield address, lambda root=ROOT: start("dask_worker", address, "--no-nanny", "--nthreads", 1, root=root)
+    worker = partial(start, "dask_worker", address, "--no-nanny", "--nthreads", 1)
+    yield address, worker, started[0]
     for process in started:
         process.kill()
         process.wait(30)
@@ -96,7 +99,7 @@ def acknowledged(stdout):
 
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL")
 def test_a_cluster_that_loses_a_worker_gives_every_chunk_with_the_bits_of_one_machine(cluster, tmp_path):
-    address, worker = cluster
+    address, worker, _ = cluster
     first, _ = worker(), worker()
     with command(tmp_path / "there", "--cluster", address) as process:
         lines = []
@@ -114,20 +117,51 @@ def test_a_cluster_that_loses_a_worker_gives_every_chunk_with_the_bits_of_one_ma
 
 
 def test_a_worker_with_another_version_is_refused_with_both(cluster, tmp_path):
-    address, worker = cluster
+    address, worker, _ = cluster
     shutil.copytree(ROOT / "workbench", tmp_path / "old" / "workbench", ignore=shutil.ignore_patterns("__pycache__"))
     file = tmp_path / "old" / "workbench" / "__init__.py"
     text = file.read_text(encoding="utf-8")
     file.write_text(f'{text}\n__version__ = "0.0.1"\n', encoding="utf-8")
-    worker(tmp_path / "old")
+    worker(root=tmp_path / "old")
     with command(tmp_path / "out", "--cluster", address) as process:
         stdout, said = process.communicate(timeout=300)
     assert (process.returncode, acknowledged(stdout)) == (2, {})
     assert "has workbench 0.0.1, and this is" in said.splitlines()[-1]
 
 
+@pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL")
+def test_a_cluster_that_loses_all_workers_or_its_scheduler_is_refused_in_a_sentence(cluster, monkeypatch):
+    address, worker, scheduler = cluster
+    patient = executors.PATIENCE
+    source = Script(str(STUDY), digest_of(STUDY), None)
+    plan = planned(source())
+
+    def lose(process, patience):
+        monkeypatch.setattr(executors, "PATIENCE", patient)
+        chunks = on_cluster(address, source, plan.tasks)
+        assert next(chunks).name in {task.name for task in plan.tasks}
+        monkeypatch.setattr(executors, "PATIENCE", patience)
+        process.kill()
+        process.wait(30)
+        list(chunks)
+
+    first = worker()
+    with pytest.raises(ClusterError, match=r"has no workers, and none came in .* What was done is kept"):
+        lose(first, 1.0)
+    worker()
+    with pytest.raises(ClusterError, match=f"The scheduler at '{address}' has gone"):
+        lose(scheduler, patient)
+
+
+@pytest.mark.parametrize("address", ["", "host:port", "http://127.0.0.1:9"])
+def test_an_address_that_is_none_is_refused_with_what_one_is(address):
+    pytest.importorskip("distributed", exc_type=ImportError)
+    with pytest.raises(ClusterError, match="An address is HOST:PORT, as `dask scheduler` prints it, or `local`"):
+        next(on_cluster(address, lambda: (), ()))
+
+
 def test_a_cluster_that_does_not_answer_is_refused_in_a_sentence(monkeypatch):
     pytest.importorskip("distributed", exc_type=ImportError)
     monkeypatch.setattr(executors, "PATIENCE", 0.5)
-    with pytest.raises(ClusterError, match=r"'tcp://127\.0\.0\.1:9' did not answer within 0\.5 s"):
+    with pytest.raises(ClusterError, match=r"'tcp://127\.0\.0\.1:9' does not answer: Timed out .* after 0\.5 s"):
         next(on_cluster("tcp://127.0.0.1:9", lambda: (), ()))

@@ -88,6 +88,8 @@ def test_a_folder_without_a_ledger_holds_nothing(tmp_path):
 
 def test_to_begin_anew_empties_the_ledger(tmp_path):
     filled(tmp_path)
+    file = tmp_path / FOLDER / DATABASE
+    shutil.copy(file, file.with_name(store.RENEWED))  # as a repair leaves it that was cut off
     with opened(tmp_path, fresh=True) as ledger:
         assert ledger.places == {}
     assert held(tmp_path) == []
@@ -223,6 +225,22 @@ def test_what_is_damaged_while_it_is_open_is_refused_when_it_is_read(tmp_path):
             ledger.read("s/3")
 
 
+@pytest.mark.skipif(os.name != "posix", reason="elsewhere no file is removed that is open")
+@pytest.mark.parametrize("replaced", [False, True])
+def test_nothing_is_acknowledged_into_a_ledger_that_was_removed(tmp_path, replaced):
+    out = tmp_path / "out"
+    with opened(out) as ledger:
+        ledger.add(CHUNKS[0])
+        out.rename(tmp_path / "elsewhere")
+        if replaced:
+            filled(out)
+        with pytest.raises(LedgerError, match="was removed, moved or replaced while it was being written"):
+            ledger.add(CHUNKS[1])
+        assert CHUNKS[1].name not in ledger
+    assert completed(out) == ()
+    assert held(out) == CHUNKS
+
+
 def test_a_ledger_of_another_version_is_refused_and_stays(tmp_path, monkeypatch):
     monkeypatch.setattr(store, "__version__", "0.0.1")
     before = filled(tmp_path).read_bytes()
@@ -273,6 +291,17 @@ def test_a_folder_that_may_not_be_written_is_refused_and_can_be_read(tmp_path):
             pass
     finally:
         (tmp_path / FOLDER).chmod(0o700)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL")
+def test_what_only_the_log_holds_is_read_where_nothing_may_be_written(tmp_path, monkeypatch):
+    with writer(tmp_path, waits=1) as process:
+        while process.stdout.readline() != "end\n":
+            pass
+        process.send_signal(signal.SIGKILL)
+        process.communicate(timeout=30)
+    monkeypatch.setattr(os, "access", lambda place, mode: False)  # no permission binds root
+    assert {chunk.name for chunk in held(tmp_path)} == {chunk.name for chunk in CHUNKS}
 
 
 def test_a_place_below_a_file_is_refused_in_a_sentence(tmp_path):

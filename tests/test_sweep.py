@@ -1,19 +1,23 @@
 """A sweep: its runs, their errors, and the chunks that are the same wherever they are computed."""
 
+import io
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
+import pandas as pd
 import pytest
 from sweeps import RATE, START, Explosion, sweep
 
 from workbench.controllers import SlidingMode
 from workbench.loop import ClosedLoop, Instruments
 from workbench.metrics import iae, measure, rmse
+from workbench.metrics.integral import Integral
 from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
-from workbench.study import cost
+from workbench.study import cost, rows
 from workbench.study.distributions import Uniform
 from workbench.study.executors import on_threads
 from workbench.study.factors import Factor
@@ -57,6 +61,26 @@ def test_the_error_of_the_step_is_known_of_every_so_manyth_run(tmp_path):
     assert found.step_error("IAE") == found.errors[:, -1, 0].max()
 
 
+def test_a_step_beyond_its_stability_limit_is_said_with_the_sample(tmp_path):
+    # x' = -rate x decays under RK4 while h rate < 2.7853, the root of 1 - z + z^2/2 - z^3/6 + z^4/24 = 1
+    fast = Factor("rate", ("rate",), Uniform(2.0, 9.0))
+    found = sample(tmp_path / "a", sweep(factors=(fast, START), h=0.5, halved=2))
+    rates = found.drawn[found.again, 0]
+    # the region is known to 1e-3: a crossing on a grid of 2001 radii
+    np.testing.assert_allclose(found.limits, 2.78529356 / rates, rtol=1e-3)
+    beyond = rates > 2.78529356 / 0.5
+    assert 0 < beyond.sum() < len(rates)
+    said = f"; BEYOND the stability limit in {beyond.sum()} of these, down to {found.limits.min():.3g} s"
+    assert said in found.note
+    assert "BEYOND" not in sample(tmp_path / "b", sweep(factors=(fast, START))).note
+    assert len(sample(tmp_path / "c", sweep(factors=(fast, START), h=0.5, halved=None)).limits) == 0
+
+
+def test_a_limit_that_is_not_known_is_said(tmp_path):
+    found = replace(sample(tmp_path, sweep(halved=25)), limits=np.array([np.nan, 1.0]))
+    assert found.note.endswith("and half of it in 2 runs; stability limit not known of 1")
+
+
 def test_metrics_over_time_are_those_of_shorter_horizons(tmp_path):
     long = sample(tmp_path / "long", sweep(every=0.5))
     assert long.t.tolist() == [0.5, 1.0, 1.5, 2.0]
@@ -84,6 +108,7 @@ def test_neither_chunks_nor_workers_change_a_bit(tmp_path):
         other = sample(tmp_path / f"b{i}", sweep(runs_of_chunk=size), workers=workers)
         assert other.values.tobytes() == one.values.tobytes()
         assert other.errors.tobytes() == one.errors.tobytes()
+        assert other.limits.tobytes() == one.limits.tobytes()
 
 
 def test_only_what_is_missing_is_computed_and_acknowledged_after_it_is_kept(tmp_path):
@@ -102,6 +127,18 @@ def test_only_what_is_missing_is_computed_and_acknowledged_after_it_is_kept(tmp_
     assert asked == [names, names[3:]]
     assert acknowledged == [(name, True) for name in names[:3]]
     assert [state.done for state in states] == [0, 8, 16, 24]
+
+
+def test_runs_that_failed_before_a_study_was_stopped_are_counted_when_it_goes_on(tmp_path):
+    lost = sweep(loop=Explosion(), factors=(START,), design=MonteCarlo(1, 50, seed=3))
+    plan, states = planned([prepared(lost)]), []
+    with opened(tmp_path) as ledger:
+        with pytest.raises(ValueError, match="never came"):
+            complete(plan, ledger, lambda tasks: on_threads(plan.sweeps, tasks[:3]))
+        complete(plan, ledger, lambda tasks: on_threads(plan.sweeps, tasks), states.append)
+        (found,) = samples(plan, ledger)
+    assert states[0].failed > 0
+    assert states[-1] == (50, found.failed, 50)
 
 
 def test_a_chunk_that_comes_twice_is_kept_once(tmp_path):
@@ -134,6 +171,32 @@ def test_the_code_of_a_metric_is_part_of_the_name_and_where_it_was_made_is_not()
     other = replace(integral, finish=lambda value, horizon: value)
     names = {prepared(sweep(metrics=(metric,))).name(0, 8) for metric in (integral, rmse(), other)}
     assert len(names) == 2
+
+
+SCALE = 2.0
+
+
+def scaled(scale, way):
+    """A metric that makes `scale` times an integral, by a number that its function holds in one way or another."""
+    finish = {
+        "closure": lambda integral, horizon: scale * integral,
+        "default": lambda integral, horizon, scale=scale: scale * integral,
+        "partial": partial(_times, scale),
+        "array": partial(_times, np.array([scale])),
+        "global": lambda integral, horizon: SCALE * integral,
+    }[way]
+    return Integral("scaled", "", "a multiple", lambda t, y: y["e"] ** 2, finish)
+
+
+def _times(scale, integral, horizon):
+    return scale * integral
+
+
+@pytest.mark.parametrize("way", ["closure", "default", "partial", "array", "global"])
+def test_the_numbers_that_a_metric_holds_are_part_of_the_name(monkeypatch, way):
+    one, same = (prepared(sweep(metrics=(scaled(2.0, way),))).fingerprint for _ in range(2))
+    monkeypatch.setitem(globals(), "SCALE", 3.0)
+    assert one == same != prepared(sweep(metrics=(scaled(3.0, way),))).fingerprint
 
 
 def test_more_samples_keep_the_chunks_that_are_there():
@@ -235,6 +298,16 @@ def test_an_error_of_the_step_that_is_not_known_is_not_left_out(tmp_path):
     errors = found.errors.copy()
     errors[1] = np.nan
     assert replace(found, errors=errors).step_error("IAE") == np.inf
+
+
+def test_a_table_is_the_same_in_whatever_blocks_it_is_written(tmp_path, monkeypatch):
+    found = sample(tmp_path, sweep(every=0.5))
+    whole = rows.to_csv(found)
+    monkeypatch.setattr(rows, "BLOCK", 7)
+    assert rows.to_csv(found) == whole
+    table = pd.read_csv(io.BytesIO(whole))
+    np.testing.assert_array_equal(table["IAE[0] [rad s]"], found.over_time("IAE").ravel())
+    assert len(table) == 50 * 4
 
 
 @pytest.mark.parametrize(("needs", "word"), [({"memory": 5e9}, "4.0 GB"), ({"disk": 1e18}, "half of what is free")])

@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 from scipy.io import loadmat
 
+from workbench.study import cost, store
 from workbench.study.store import DATABASE, FOLDER, opened
 
 SWEPT = """
@@ -89,6 +90,16 @@ def test_only_what_is_missing_is_done_and_begun_anew_where_that_is_asked(command
     assert acknowledged(command("run", swept, "--out", "out", "--ack", "--fresh").stdout) == first
 
 
+def test_chunks_that_an_edited_study_does_not_use_are_said_and_kept(command, swept, tmp_path):
+    command("run", swept, "--out", "out")
+    (tmp_path / swept).write_text(SWEPT.replace("seed=3", "seed=4"), encoding="utf-8")
+    said = "5 chunks in 'out' are of other samples, numbers or code than the study has now: they are kept, and not used"
+    assert said in command("run", swept, "--out", "out").stderr
+    assert len(digests(command)) == 10
+    assert said not in command("run", swept, "--out", "out", "--fresh").stderr
+    assert len(digests(command)) == 5
+
+
 def test_samples_replace_those_of_the_study_and_stand_in_the_command(command, swept, tmp_path):
     done = command("run", swept, "--samples", "16", "--out", "out")
     assert "16 runs." in done.stdout
@@ -111,6 +122,7 @@ def test_a_run_on_a_folder_that_is_being_written_is_refused_with_the_process(com
     [
         (["--samples", "0"], "`--samples` must be a positive whole number; got 0."),
         (["--workers", "0"], "`--workers` must be a positive whole number; got 0."),
+        (["--workers", "2", "--cluster", "127.0.0.1:9"], "`--workers` is for this machine, and the cluster at"),
         (["--samples", str(10**9)], "or say `--yes`"),
     ],
 )
@@ -133,12 +145,13 @@ def test_an_option_of_sweeps_is_refused_where_there_are_none(command, tmp_path, 
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
-def test_ctrl_c_says_what_is_kept_and_loses_nothing(command, swept, tmp_path):
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_says_what_is_kept_and_loses_nothing(command, swept, tmp_path, stop):
     call = [sys.executable, "-m", "workbench", "run", swept, "--out", "out", "--ack", "--samples", "16000"]
     with subprocess.Popen(call, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         while not (line := process.stdout.readline()).startswith("ACK "):
             assert line
-        process.send_signal(signal.SIGINT)
+        process.send_signal(stop)
         out, said = process.communicate(timeout=60)
     got = acknowledged(line + out)
     assert process.returncode == 130
@@ -192,6 +205,31 @@ def test_a_report_is_written_again_from_the_ledger_alone(command, swept, tmp_pat
     done = command("report", "out")
     assert (done.exit_code, done.stderr) == (0, "")
     assert {name: (tmp_path / "out" / name).read_bytes() for name in pages} == pages
+
+
+def test_a_report_is_written_again_of_what_was_too_much_without_being_asked_for(command, swept, monkeypatch):
+    monkeypatch.setattr(cost, "PATIENCE", 1e-9)
+    assert "or say `--yes`" in command("run", swept, "--out", "out").stderr
+    assert command("run", swept, "--out", "out", "--yes").exit_code == 0
+    assert command("report", "out").exit_code == 0
+
+
+def test_what_results_left_unfinished_does_not_stand_in_the_way(command, swept, tmp_path):
+    command("run", swept, "--out", "out")
+    (tmp_path / "out" / "runs" / "decay.mat.part").touch()
+    assert command("run", swept, "--out", "out").exit_code == 0
+
+
+@pytest.mark.parametrize("words", [["status"], ["results"], ["report"]])
+def test_a_ledger_of_another_version_is_named_with_it(command, tmp_path, monkeypatch, words):
+    monkeypatch.setattr(store, "__version__", "0.0.1")
+    with opened(tmp_path / "out") as ledger:
+        ledger.describe({"what": "another version says something else"})
+    monkeypatch.undo()
+    monkeypatch.chdir(tmp_path)
+    done = command(*words, "out")
+    assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
+    assert "The ledger in 'out' was written by workbench 0.0.1, and this is" in done.stderr
 
 
 def test_a_report_of_a_study_that_lacks_chunks_is_refused(command, swept, tmp_path):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import gc
 import os
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -27,6 +28,7 @@ FORMS = ("text", "latex", "typst", "mathml", "python", "casadi", "c")
 
 def main() -> None:
     """The command `workbench`."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # with which batch systems end what takes too long
     try:
         sys.exit(_status())
     except OSError as error:  # as when the disk that help is written to is full
@@ -144,7 +146,7 @@ def _run(study: Path, out: Path | None, asked: dict[str, Any]) -> None:
                 findings = headlines(loaded, found)
             with _of_the_study(study, loaded.sections):
                 page = document(loaded, found, command=script.command(study, out, asked["samples"]))
-                tables = {f"runs/{s.name}.csv": rows.to_csv(s).encode() for s in found.all_samples}
+                tables = {f"runs/{s.name}.csv": rows.to_csv(s) for s in found.all_samples}
                 folder.write(page, target, tables)
         click.echo("\n".join([*findings, f"The report is {target / 'index.html'}, and {target / 'report.pdf'}."]))
 

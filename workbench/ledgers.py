@@ -7,6 +7,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from workbench import __version__
 from workbench.study.chunk import Chunk
 from workbench.study.store import ABOUT, chunks
 
@@ -67,7 +68,13 @@ def _read(folder: Path) -> tuple[dict[str, Chunk], dict[str, Any]]:
             f"There is no ledger in '{folder}', or its head is damaged: a study with sweeps has one as soon as it "
             "runs, and `workbench run STUDY --out DIR` mends it."
         )
-    return held, held[ABOUT].said
+    about = held[ABOUT].said
+    if (theirs := about["workbench"]) != __version__:
+        raise LookupError(
+            f"The ledger in '{folder}' was written by workbench {theirs}, and this is {__version__}: ask that version. "
+            "Nothing of it is lost."
+        )
+    return held, about
 
 
 def _check_folder(folder: Path) -> None:

@@ -14,7 +14,7 @@ from workbench.progress import runs, shown_of
 from workbench.script import load
 from workbench.study import cost
 from workbench.study.chunk import Chunk
-from workbench.study.executors import ClusterError, on_cluster, on_threads
+from workbench.study.executors import LOCAL, ClusterError, on_cluster, on_threads
 from workbench.study.prepared import Prepared, prepared
 from workbench.study.resume import Execute, Plan, State, complete, planned, samples
 from workbench.study.sample import Sample
@@ -148,12 +148,12 @@ def _searches(tunings: Sequence[Ready]) -> list[Prepared]:
 
 
 def _afford(sweeps: Sequence[Prepared], out: Path, order: Order) -> None:
-    if not order.yes:
+    if not (order.yes or order.only_report):
         cost.check(cost.cost_of(sweeps, order.workers), out)
 
 
 def _refuse_idle(study: Study, order: Order) -> None:
-    """Refuse options that say how sweeps are run where there are none."""
+    """Refuse options that say how sweeps are run where that cannot be, or there are none."""
     searched = bool(study.tunings)
     options = (
         ("--samples", order.samples, False),
@@ -163,6 +163,10 @@ def _refuse_idle(study: Study, order: Order) -> None:
     for option, value, used in options:
         if value is not None and not (study.sweeps or used):
             raise ValueError(f"`{option}` is for sweeps, and the study '{study.name}' has none; leave it out.")
+    if order.workers is not None and order.cluster not in (None, LOCAL) and not searched:
+        raise ValueError(
+            f"`--workers` is for this machine, and the cluster at '{order.cluster}' has its own workers; leave it out."
+        )
 
 
 def _tuned(
@@ -200,6 +204,12 @@ def _complete(plan: Plan, ledger: Ledger, execute: Execute, order: Order, about:
             f"`workbench run {order.script} --out {ledger.out}` computes them."
         )
     ledger.describe(about)
+    wanted = {ABOUT, *(name for said in about["sweeps"] for name in said["chunks"])}
+    if unused := len(ledger.places.keys() - wanted):
+        order.say(
+            f"{unused} chunks in '{ledger.out}' are of other samples, numbers or code than the study has now: they are "
+            "kept, and not used; `--fresh` removes them."
+        )
     if not missing:
         return
     needed, there = cost.cost_of(plan.sweeps, order.workers), len(plan.tasks) - len(missing)

@@ -10,8 +10,8 @@ from pathlib import Path
 from .graders import Loaded
 
 STUDY = Path(__file__).with_name("small_study.py")
-# Folders, of which each is killed one to three times: 30 of them are 50 kills and more.
-ASKED = {"kills": 30, "races": 3, "corruptions": 20, "seed": 1}
+# Folders, of which each is killed one to three times: with this seed 22 of them are 50 kills.
+ASKED = {"kills": 22, "races": 2, "corruptions": 8, "seed": 116}
 
 
 def survival(exam: Loaded) -> tuple[bool, str]:

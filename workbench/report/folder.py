@@ -20,7 +20,7 @@ from workbench.study.store import FOLDER
 
 _OURS = re.compile(
     r"index\.html|report\.pdf|tables|figures|runs|tables/[a-z0-9_]+\.(csv|tex)|figures/[a-z0-9_]+\.(svg|csv)|"
-    rf"runs/[a-z0-9_]+\.(csv|parquet|mat)|({FOLDER}|\.partial-[0-9a-f]{{8}})(/.*)?"
+    rf"runs/[a-z0-9_]+\.(csv|parquet|mat)(\.part)?|({FOLDER}|\.partial-[0-9a-f]{{8}})(/.*)?"
 )
 
 

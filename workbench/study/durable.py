@@ -36,6 +36,15 @@ def make_folder(folder: Path) -> None:
         sync_folder(path.parent)
 
 
+def identity(file: Path) -> tuple[int, int] | None:
+    """What a file is, whatever it is called; None if there is none."""
+    try:
+        found = file.stat()
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino
+
+
 @contextmanager
 def alone(file: Path) -> Iterator[None]:
     """Hold the lock of a file, which the system takes back as soon as the process ends, however it ends.

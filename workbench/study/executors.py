@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 from collections import deque
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from functools import lru_cache
+from queue import Empty, Queue
 from threading import Event, Lock
 from typing import Any, Protocol
 
@@ -15,10 +17,12 @@ from workbench.simulate.job import threads, use_threads
 from workbench.study.chunk import Chunk
 from workbench.study.prepared import Prepared
 from workbench.study.resume import Task
+from workbench.study.store import LATER
 
 AHEAD = 2  # chunks computed or waiting while one is written
 PATIENCE = 15.0  # s for a cluster to answer
 LOCAL = "local"  # the address of a cluster that is started here
+KEPT = f"What was done is kept. {LATER}"
 
 
 class StoppedError(RuntimeError):
@@ -75,8 +79,8 @@ def on_cluster(address: str, source: Source, tasks: Sequence[Task], workers: int
     Raises
     ------
     ClusterError
-        If the extra `cluster` is not installed, the cluster does not answer or has no workers, a worker has another
-        version of the workbench or of the study, or a chunk was lost with several workers.
+        If the extra `cluster` is not installed, the cluster does not answer, has no workers or loses all of them, a
+        worker has another version of the workbench or of the study, or a chunk was lost with several workers.
     """
     try:
         import distributed
@@ -85,7 +89,7 @@ def on_cluster(address: str, source: Source, tasks: Sequence[Task], workers: int
     with _client(distributed, address, workers) as client:
         _check_versions(client, address)
         try:
-            yield from _gathered(distributed, client, source, tasks)
+            yield from _gathered(client, address, source, tasks)
         except distributed.KilledWorker as error:
             raise ClusterError(
                 f"A chunk was lost with several workers of the cluster at '{address}', one after the other: {error} "
@@ -93,42 +97,58 @@ def on_cluster(address: str, source: Source, tasks: Sequence[Task], workers: int
             ) from error
 
 
-def _gathered(distributed: Any, client: Any, source: Source, tasks: Sequence[Task]) -> Iterator[Chunk]:
+def _gathered(client: Any, address: str, source: Source, tasks: Sequence[Task]) -> Iterator[Chunk]:
     """The chunks in the order in which they are done; as many wait at the workers as keep them busy."""
-    ahead = AHEAD * max(1, sum(client.nthreads().values()))
-    rest = iter(tasks)
+    rest, waiting, done = iter(tasks), {}, Queue[Any]()
 
-    def submitted(count: int) -> list[Any]:
-        few = (task for _, task in zip(range(count), rest, strict=False))
-        return [client.submit(compute, source, tuple(task), __version__, key=task.name) for task in few]
+    def submit(count: int) -> None:
+        for _, task in zip(range(count), rest, strict=False):
+            future = client.submit(compute, source, tuple(task), __version__, key=task.name)
+            waiting[future.key] = future
+            future.add_done_callback(done.put)
 
-    done = distributed.as_completed(submitted(ahead))
-    for future in done:
+    submit(AHEAD * max(1, sum(client.nthreads().values())))
+    while waiting:
+        try:
+            future = done.get(timeout=PATIENCE)
+        except Empty:  # chunks may be long, but not without workers
+            _wait_for_workers(client, address)
+            continue
+        if future.cancelled():
+            raise ClusterError(f"The scheduler at '{address}' has gone. {KEPT}")
         yield Chunk(*future.result())
-        future.release()
-        for other in submitted(1):
-            done.add(other)
+        del waiting[future.key]
+        submit(1)
 
 
 @contextmanager
 def _client(distributed: Any, address: str, workers: int | None) -> Iterator[Any]:
     """A client of the cluster, which has at least one worker."""
     local: dict[str, Any] = {"host": "127.0.0.1", "dashboard_address": None, "silence_logs": 50}
+    for name in ("distributed", "asyncio"):  # a connection that ends is said in one sentence, not in a log
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    with ExitStack() as held:
+        try:
+            cluster = address
+            if address == LOCAL:
+                made = distributed.LocalCluster(n_workers=workers or threads(), threads_per_worker=1, **local)
+                cluster = held.enter_context(made)
+            client = held.enter_context(distributed.Client(cluster, timeout=PATIENCE))
+        except (OSError, ValueError, TypeError, ImportError) as error:  # the last three: what it makes of odd addresses
+            raise ClusterError(
+                f"The cluster at '{address}' does not answer: {error}. An address is HOST:PORT, as `dask scheduler` "
+                "prints it, or `local`."
+            ) from error
+        _wait_for_workers(client, address)
+        yield client
+
+
+def _wait_for_workers(client: Any, address: str) -> None:
     try:
-        if address == LOCAL:
-            cluster = distributed.LocalCluster(n_workers=workers or threads(), threads_per_worker=1, **local)
-            with cluster, distributed.Client(cluster, timeout=PATIENCE) as client:
-                yield client
-            return
-        with distributed.Client(address, timeout=PATIENCE) as client:
-            client.wait_for_workers(1, timeout=PATIENCE)
-            yield client
-    except (TimeoutError, OSError, ValueError) as error:
-        if isinstance(error, ClusterError) or type(error) is ValueError:
-            raise
+        client.wait_for_workers(1, timeout=PATIENCE)
+    except OSError as error:
         raise ClusterError(
-            f"The cluster at '{address}' did not answer within {PATIENCE:g} s, or has no workers: {error}. Start "
-            "`dask scheduler` and `dask worker`, or leave out `--cluster`."
+            f"The cluster at '{address}' has no workers, and none came in {PATIENCE:g} s: start `dask worker`. {KEPT}"
         ) from error
 
 
@@ -161,7 +181,7 @@ def compute(source: Source, task: tuple[int, int, int, str], asked: str) -> tupl
     sweep, first, last, name = task
     with _ALONE:
         use_threads(_threads_of_worker())
-        one = _sweeps(source)[sweep]
+        one = _loaded(source)[sweep]
         found = one.name(first, last)
         if found != name:
             raise ClusterError(
@@ -169,6 +189,14 @@ def compute(source: Source, task: tuple[int, int, int, str], asked: str) -> tupl
             )
         chunk = one.chunk(first, last)
     return chunk.name, chunk.head, chunk.data
+
+
+def _loaded(source: Source) -> tuple[Prepared, ...]:
+    """The sweeps in the process of a worker, where the study may need what is not there."""
+    try:
+        return _sweeps(source)
+    except ImportError as error:
+        raise ClusterError(f"A worker cannot load the study: {error}. What it imports must be there too.") from error
 
 
 _ALONE = Lock()  # CasADi's expressions are not for several threads

@@ -25,6 +25,7 @@ from workbench.simulate import Trajectories, simulate
 from workbench.simulate.job import Progress
 from workbench.simulate.request import SECONDS_PER_OPERATION
 from workbench.simulate.stepping.accuracy import change
+from workbench.simulate.stepping.stability import longest_steps, modes_at
 from workbench.study.chunk import Chunk, chunk_of, written
 from workbench.study.factors import Space
 from workbench.study.sampling import AbstractDesign
@@ -33,6 +34,7 @@ from workbench.study.sweep import Sweep, again
 ROOT = Path(__file__).parents[1]
 SECONDS = 2.0  # of one processor, by the cautious estimate of the engine, that a chunk takes: in truth about a third
 BYTES = 64 * 2**20  # of kept states that a chunk may hold
+STATES = 4  # of a run at which its modes are looked at: the first, the last, and kept ones between them
 BLOCK = 256  # a chunk is a multiple of so many runs, where it has more: whole vectors for two threads, also at h / 2
 
 
@@ -133,8 +135,9 @@ class Prepared:
     def chunk(self, first: int, last: int, progress: Progress | None = None) -> Chunk:
         """The numbers of the runs first to last - 1.
 
-        Values (n, T, k) at the step h; errors (m, T, k), their change to h / 2 in those runs that are run again;
-        and when each run diverged, NaN for none. After that its values are NaN.
+        Values (n, T, k) at the step h; errors (m, T, k), their change to h / 2 in those runs that are run again, and
+        limits (m,), the longest stable step along these; and when each run diverged, NaN for none. After that its
+        values are NaN.
         """
         values, p, x0 = self.rows(first, last)
         runs = np.arange(first, last)
@@ -150,6 +153,7 @@ class Prepared:
         rough = self._values(coarse)
         errors = np.empty((0, *rough.shape[1:])) if fine is None else self._changes(self._values(fine), rough[few])
         arrays = {"factors": values, "values": rough, "errors": errors, "diverged_at": coarse.diverged_at}
+        arrays["limits"] = self._limits(coarse, few)
         return chunk_of(self.name(first, last), arrays)
 
     def _march(self, step: Step, runs: Integers, p: Array, x0: Array, tell: Progress) -> Trajectories:
@@ -164,6 +168,17 @@ class Prepared:
             found = final_values(runs, self.metrics, row)
             rows.append(np.hstack([found[m.name] for m in self.metrics]))
         return np.stack(rows, axis=1)
+
+    def _limits(self, runs: Trajectories, few: Integers) -> Array:
+        """The longest step that is stable at some states of a few runs, (m,); NaN where no state has a Jacobian."""
+        if not len(few):
+            return np.empty(0)
+        kept = np.unique(np.linspace(0, len(runs.t) - 1, STATES).round().astype(int))
+        t, rows = np.tile(runs.t[kept], len(few)), np.repeat(few, len(kept))
+        modes = modes_at(self.coarse.flow, t, runs.x[few][:, kept].reshape(len(t), -1), runs.p[rows])
+        longest = np.min(longest_steps(modes, self.coarse.amplification), axis=1, initial=np.inf)
+        longest[np.isnan(modes).any(axis=1)] = np.nan
+        return np.asarray(np.fmin.reduce(longest.reshape(len(few), len(kept)), axis=1))
 
     def _changes(self, fine: Array, rough: Array) -> Array:
         floors = [self.coarse.h if unit == "s" else 0.0 for _, _, unit in self.columns]
@@ -192,15 +207,30 @@ def prepared(sweep: Sweep) -> Prepared:
 
 def written_of(metric: AbstractMetric) -> list[str]:
     """A metric as it was written: its class and functions, which may be the user's own, as text, and its numbers."""
-    values = (getattr(metric, field.name) for field in fields(metric))
-    plain = (str, int, float, tuple, type(None))  # what else there may be prints its place in memory
-    return [_source(type(metric)), *(repr(value) if isinstance(value, plain) else _source(value) for value in values)]
+    return [_source(type(metric)), *(_written(getattr(metric, field.name)) for field in fields(metric))]
+
+
+def _written(value: Any, above: tuple[Any, ...] = ()) -> str:
+    """A value as text that is the same in every process; a function with its source and all the values that it uses."""
+    if isinstance(value, (str, int, float, type(None))):
+        return repr(value)
+    if isinstance(value, (np.ndarray, np.generic)):
+        return repr(value.tolist())
+    if isinstance(value, (tuple, list)):
+        return repr([_written(part, above) for part in value])
+    if isinstance(value, partial):
+        return _written((value.func, value.args, sorted(value.keywords.items())), above)
+    if not inspect.isfunction(value) or value in above:
+        return value.__name__ if inspect.ismodule(value) else _source(value)
+    held = inspect.getclosurevars(value)
+    uses = sorted({**held.globals, **held.nonlocals}.items())
+    return repr([_source(value), _written((value.__defaults__, uses), (*above, value))])
 
 
 def _source(thing: Any) -> str:
     try:
         return inspect.getsource(thing)
-    except (OSError, TypeError):  # typed into a console, or no code: its name has to do
+    except (OSError, TypeError):  # typed into a console, or no code, which would print its place in memory
         return str(getattr(thing, "__qualname__", type(thing).__qualname__))
 
 

@@ -81,7 +81,8 @@ def complete(
     """Compute the chunks that the ledger does not hold; each is acknowledged once it is on the disk."""
     missing = {task.name: task for task in plan.tasks if task.name not in ledger}
     total = sum(one.sweep.design.size for one in plan.sweeps)
-    done, failed = total - sum(task.last - task.first for task in missing.values()), 0
+    done = total - sum(task.last - task.first for task in missing.values())
+    failed = sum(lost(ledger.read(task.name)) for task in plan.tasks if task.name not in missing)
     tell(State(done, failed, total))
     for chunk in execute(tuple(missing.values())):
         task = missing.pop(chunk.name, None)

@@ -30,6 +30,9 @@ class Sample:
         (N, d) and (N, T, k); NaN from the time at which a run diverged.
     again, errors
         The numbers of the runs that were run at h / 2 too, (m,), and by how much that changed their values, (m, T, k).
+    limits
+        (m,), the longest step in s that is stable at a few states of the runs that were run again; infinite where all
+        are, NaN where that is not known.
     diverged_at
         (N,), in s; NaN for a run that stayed finite.
     design
@@ -48,6 +51,7 @@ class Sample:
     values: Array
     again: Integers
     errors: Array
+    limits: Array
     diverged_at: Array
     design: AbstractDesign | None = None
 
@@ -85,6 +89,7 @@ class Sample:
             values=self.values[runs],
             again=np.searchsorted(runs, self.again[held]),
             errors=self.errors[held],
+            limits=self.limits[held],
             diverged_at=self.diverged_at[runs],
             design=None,
         )
@@ -94,7 +99,16 @@ class Sample:
         """What must stand below a figure: runs, failed runs, seed, step."""
         runs = f"{len(self):,} runs, {self.failed:,} of them diverged"
         half = f", and half of it in {len(self.again):,} runs" if len(self.again) else ""
-        return f"{runs}; seed {self.seed}; step {self.h:g} s{half}"
+        return f"{runs}; seed {self.seed}; step {self.h:g} s{half}{self._beyond}"
+
+    @property
+    def _beyond(self) -> str:
+        """Of the runs that were looked at, those whose step is too long to be stable."""
+        beyond, unknown = self.limits[self.limits < self.h], int(np.isnan(self.limits).sum())
+        said = [f"; stability limit not known of {unknown:,}"] if unknown else []
+        if len(beyond):
+            said.append(f"; BEYOND the stability limit in {len(beyond):,} of these, down to {beyond.min():.3g} s")
+        return "".join(said)
 
     def note_of(self, metric: str, joint: int = 0) -> str:
         """The note with the step error of a metric: what must stand below a figure of that metric."""
@@ -129,7 +143,7 @@ def _plain(number: float) -> str:
 def sample_of(said: dict[str, Any], chunks: Iterable[Chunk]) -> Sample:
     """The sample of a sweep from what the ledger says of it and all its chunks, in the order of their runs."""
     parts = [chunk.arrays() for chunk in chunks]
-    names = ("factors", "values", "errors", "diverged_at")
+    names = ("factors", "values", "errors", "limits", "diverged_at")
     whole = {name: np.concatenate([part[name] for part in parts]) for name in names}
     runs = len(whole["values"])
     return Sample(
@@ -144,5 +158,6 @@ def sample_of(said: dict[str, Any], chunks: Iterable[Chunk]) -> Sample:
         values=whole["values"],
         again=again(0, runs, said["halved"]),
         errors=whole["errors"],
+        limits=whole["limits"],
         diverged_at=whole["diverged_at"],
     )

@@ -15,14 +15,14 @@ import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
 from workbench import __version__
 from workbench.study.chunk import Chunk, written
-from workbench.study.durable import alone, make_folder, sync_folder
+from workbench.study.durable import alone, identity, make_folder, sync_folder
 from workbench.study.records import SELECT, check_header, connect, insert, is_damage, make_table, remove, scan, whole
 
 FOLDER, DATABASE, LOCK = "ledger", "ledger.sqlite", "lock"  # below the study's output
@@ -43,6 +43,8 @@ class Ledger:
     ----------
     places
         The row of each whole record by its name.
+    identity
+        Which file it is, whatever its name.
     remarks
         What was found when it was opened, in sentences.
     """
@@ -50,18 +52,30 @@ class Ledger:
     out: Path
     connection: sqlite3.Connection
     places: dict[str, int]
+    identity: tuple[int, int] | None
     remarks: tuple[str, ...] = ()
 
     def __contains__(self, name: object) -> bool:
         return name in self.places
 
     def add(self, chunk: Chunk) -> None:
-        """Write a chunk; when this returns, it is on the disk."""
+        """Write a chunk; when this returns, it is on the disk, and in the folder.
+
+        Raises
+        ------
+        LedgerError
+            If it cannot be written, or the file is no longer where it was opened.
+        """
         try:
             with self.connection:
                 place = insert(self.connection, chunk)
         except sqlite3.Error as error:
             raise _unwritable(self.out, error) from error
+        if identity(self.out.resolve() / FOLDER / DATABASE) != self.identity:  # SQLite writes on into what has no name
+            raise LedgerError(
+                f"The ledger in '{self.out}' was removed, moved or replaced while it was being written: chunks have "
+                "nowhere to go. Put the folder back, or let the same command begin anew."
+            )
         self.places[chunk.name] = place
 
     def read(self, name: str) -> Chunk:
@@ -116,6 +130,7 @@ def opened(out: Path, fresh: bool = False) -> Iterator[Ledger]:
             make_folder(folder)
             held.enter_context(alone(folder / LOCK))
             if fresh:
+                remove(folder / RENEWED)  # first, as it would take the place of the other
                 remove(folder / DATABASE)
             ledger = _sound(out, folder)
             held.enter_context(closing(ledger.connection))
@@ -125,14 +140,29 @@ def opened(out: Path, fresh: bool = False) -> Iterator[Ledger]:
 
 
 def chunks(out: Path) -> Iterator[Chunk]:
-    """The whole records of a ledger, only read, `ABOUT` among them; none if there is no ledger."""
+    """The whole records of a ledger, only read, `ABOUT` among them; none if there is no ledger.
+
+    Raises
+    ------
+    LedgerError
+        If the machine, and no damage, keeps it from being read.
+    """
     file = out.resolve() / FOLDER / DATABASE
     if not file.is_file() or not file.stat().st_size:
         return
-    # in a folder that may not be written SQLite cannot share a log, and there is nobody to share it with
-    options = "mode=ro" if os.access(file.parent, os.W_OK) else "immutable=1"
-    with suppress(sqlite3.Error), closing(connect(f"file:{quote(str(file))}?{options}", uri=True)) as ledger:
-        yield from (chunk for _, chunk in scan(ledger) if chunk is not None)
+    log = file.with_name(f"{DATABASE}-wal")
+    # In a folder that may not be written SQLite makes no index of a log; it reads one that a killed run has left.
+    shared = os.access(file.parent, os.W_OK) or (log.exists() and log.stat().st_size > 0)
+    options = "mode=ro" if shared else "immutable=1"
+    try:
+        check_header(file)
+        with closing(connect(f"file:{quote(str(file))}?{options}", uri=True)) as ledger:
+            yield from (chunk for _, chunk in scan(ledger) if chunk is not None)
+    except sqlite3.Error as error:
+        if not is_damage(error):
+            raise LedgerError(
+                f"The ledger in '{out}' cannot be read: {error}. If its folder may not be written, read a copy of it."
+            ) from error
 
 
 def _sound(out: Path, folder: Path) -> Ledger:
@@ -152,7 +182,7 @@ def _sound(out: Path, folder: Path) -> Ledger:
     ledger = _writable(out, file)
     remark = f"The ledger in '{out}' was damaged ({reason}): it is kept as '{aside.name}' beside a new one, "
     remark += f"{len(saved)} whole chunks of it were saved, and the rest is computed again."
-    return Ledger(out, ledger.connection, ledger.places, (remark, *ledger.remarks))
+    return replace(ledger, remarks=(remark, *ledger.remarks))
 
 
 def _writable(out: Path, file: Path) -> Ledger:
@@ -181,7 +211,7 @@ def _writable(out: Path, file: Path) -> Ledger:
         connection.close()
         raise
     remark = f"Damaged records were found in the ledger of '{out}', {len(lost)} of them; they are computed again."
-    return Ledger(out, connection, places, (remark,) if lost else ())
+    return Ledger(out, connection, places, identity(file), (remark,) if lost else ())
 
 
 def _check_version(out: Path, about: Chunk) -> None:
