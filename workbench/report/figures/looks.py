@@ -9,8 +9,9 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 
-from workbench.study.curves import Array, Panel, Series, Style
+from workbench.study.curves import Array, Series, Style
 from workbench.study.document import Figure
+from workbench.study.panel import Panel
 
 WIDTH = 6.3  # inches: the text width of an A4 page with margins of 25 mm
 LETTERS, SMALL_LETTERS, LEGEND_LETTERS = 9.0, 8.0, 8.5  # points
@@ -87,6 +88,10 @@ MARKS: dict[str, Any] = {
     "markeredgewidth": 0.8,
 }
 
+POINTS_LOOK: dict[str, Any] = {"markersize": 4.2, "markeredgewidth": 1.2}
+GREY = "#aaaaaa"  # the lines between cells
+NAMED = 0.36  # of a figure's width, at most, for the names of its rows
+
 
 @contextmanager
 def house_style() -> Iterator[None]:
@@ -95,13 +100,6 @@ def house_style() -> Iterator[None]:
         mpl.rcdefaults()
         mpl.rcParams.update(RULES)
         yield
-
-
-def size_of(figure: Figure) -> tuple[float, float]:
-    """Width and height of a figure in inches."""
-    rows = -(-len(figure.panels) // figure.columns)
-    height = {1: 2.4, 2: 2.0, 3: 1.8}[figure.columns] * (1 if rows == 1 else 0.86)
-    return WIDTH, rows * height + 0.35
 
 
 def points_of(figure: Figure) -> int:
@@ -113,6 +111,11 @@ def points_of(figure: Figure) -> int:
 def shares_abscissa(figure: Figure) -> bool:
     """Whether all panels have the same abscissa, which is then named below the last row alone."""
     return len({(str(panel.xlabel), panel.xlim, panel.xscale) for panel in figure.panels}) == 1
+
+
+def shares_rows(figure: Figure) -> bool:
+    """Whether all panels name the same rows, which is then done beside the first column alone."""
+    return len({str(panel.ynames) for panel in figure.panels}) == 1
 
 
 def layer_of(i: int, panel: Panel) -> float:
