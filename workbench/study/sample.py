@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.core.layout import Array, nearest
 from workbench.core.numbers import Integers
+from workbench.study.cells import raised
 from workbench.study.chunk import Chunk
 from workbench.study.sampling import AbstractDesign
 
@@ -79,6 +80,17 @@ class Sample:
         """What must stand below a figure: runs, failed runs, seed, step."""
         runs = f"{len(self):,} runs, {self.failed:,} of them diverged"
         return f"{runs}; seed {self.seed}; step {self.h:g} s, and half of it in {len(self.again):,} runs"
+
+    def note_of(self, metric: str, joint: int = 0) -> str:
+        """The note with the step error of a metric: what must stand below a figure of that metric."""
+        error, unit = self.step_error(metric, joint), self.columns[self._column(metric, joint)][2]
+        several = sum(name == metric for name, _, _ in self.columns) > 1
+        of = f"step error of {metric}{f' of joint {joint + 1}' if several else ''}"
+        if np.isnan(error):
+            return f"{self.note}; {of} not known"
+        if np.isinf(error):
+            return f"{self.note}; {of} not bounded, as a run diverges at half of the step alone"
+        return f"{self.note}; {of} at most {error:.2g}{f' {raised(unit)}' if unit not in ('', '1') else ''}"
 
     def _column(self, metric: str, joint: int) -> int:
         known = [(name, place) for name, place, _ in self.columns]

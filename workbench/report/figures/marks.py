@@ -116,7 +116,7 @@ def draw_points(pen: Pen, box: Box, points: Points, x: Ruler, y: Ruler) -> None:
 def draw_map(pen: Pen, box: Box, held: HeatMap, x: Ruler, y: Ruler) -> None:
     """Cells with their numbers, which are as large as the cells allow."""
     texts, shades = written_cells(held), shades_of(held)
-    width, height = box.width / len(x.names), box.height / len(y.names)
+    width, height = box.width / abs(x.high - x.low), box.height / abs(y.high - y.low)
     widest = max((extent(text, 10.0).width for text in texts.values()), default=1.0) / 10
     size = min(SMALL_LETTERS, 0.86 * width / widest, 0.75 * height)
     for (i, j), text in texts.items():

@@ -31,7 +31,8 @@ def draw_axes(pen: Pen, box: Box, x: tuple[Ruler, Ticks], y: tuple[Ruler, Ticks]
     across, up = (none if x[1].named else across[0], across[1]), (none if y[1].named else up[0], up[1])
     _strokes(pen, across[0], across[0], bottom, top, GRID)
     _strokes(pen, left, right, up[0], up[0], GRID)
-    pen.line(np.array([left, left, right]), np.array([top, bottom, bottom]), AXIS)
+    if not x[1].named:
+        pen.line(np.array([left, left, right]), np.array([top, bottom, bottom]), AXIS)
     _strokes(pen, across[0], across[0], bottom - TICK, bottom, MARK)
     _strokes(pen, left - TICK, left, up[0], up[0], MARK)
     _strokes(pen, across[1], across[1], bottom - 2 * TICK / 3, bottom, FINE)

@@ -15,6 +15,7 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 GAP = 4.0  # points between a mark and its name
 MARK = 3.0  # points: half of the room that a mark takes
+EDGE = 1.5  # points between a name and the edge of the panel
 FAR = 14.0  # points from a mark, beyond which a line leads from it to its name
 TURNS = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 REACHES = np.array([0.0, 3.0, 7.0, 12.0, 18.0, 26.0, 36.0, 48.0, 64.0, 84.0, 108.0, 140.0, 180.0, 230.0, 290.0])
@@ -42,7 +43,7 @@ def placed(points: Array, sizes: Sequence[Extent], obstacles: Array, within: Box
         ends = np.clip(points[i], boxes[:, :2], boxes[:, 2:])
         cost = np.hypot(*(ends - points[i]).T)
         cost += 1e4 * (_overlaps(boxes, taken, 1.0) + _overlaps(boxes, marks, 0.5))
-        cost += 300 * _through(boxes, leaders).sum(axis=1) + 20 * _through(boxes, obstacles).sum(axis=1)
+        cost += 300 * _through(boxes, leaders).sum(axis=1) + 40 * _through(boxes, obstacles).sum(axis=1)
         lines = np.column_stack([np.broadcast_to(points[i], ends.shape), ends])
         cost += 200 * (_through(taken, lines).sum(axis=0) + _meetings(lines, leaders)) * (cost > FAR)
         best = int(cost.argmin())
@@ -57,8 +58,8 @@ def _around(point: Array, size: Extent, within: Box) -> Array:
     turned = np.column_stack([np.cos(TURNS), np.sin(TURNS)])
     reach = turned * (size.width / 2 + GAP, size.height / 2 + GAP) + REACHES[:, None, None] * turned
     middle = point + reach.reshape(-1, 2)
-    low = np.array([within.left, within.bottom])
-    high = low + (within.width - size.width, within.height - size.height)
+    low = np.array([within.left, within.bottom]) + EDGE
+    high = low + (within.width - size.width - 2 * EDGE, within.height - size.height - 2 * EDGE)
     return np.asarray(np.clip(middle - (size.width / 2, size.height / 2), low, np.maximum(low, high)))
 
 
@@ -70,10 +71,10 @@ def _overlaps(boxes: Array, others: Array, gap: float) -> Array:
 
 
 def _through(boxes: Array, lines: Array) -> Flags:
-    """Whether a segment passes through a box, (boxes, segments), as seen at 25 places of each segment."""
+    """Whether a segment comes nearer a box than a point, (boxes, segments), as seen at 25 places of each segment."""
     share = np.linspace(0, 1, 25)[:, np.newaxis]
     at = lines[:, np.newaxis, :2] * (1 - share) + lines[:, np.newaxis, 2:] * share
-    inside: Flags = (at > boxes[:, None, None, :2]) & (at < boxes[:, None, None, 2:])
+    inside: Flags = (at > boxes[:, None, None, :2] - 1) & (at < boxes[:, None, None, 2:] + 1)
     return np.asarray(np.any(np.all(inside, axis=3), axis=2))
 
 

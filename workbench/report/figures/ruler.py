@@ -57,9 +57,9 @@ class Ruler:
     names: tuple[str, ...] = ()
 
     @staticmethod
-    def of_names(names: Sequence[str], downwards: bool = False) -> Ruler:
-        """A ruler with a place for each name, from the left, or from the top down."""
-        first, last = -0.5, len(names) - 0.5
+    def of_names(names: Sequence[str], downwards: bool = False, least: int = 0) -> Ruler:
+        """A ruler with a place for each name, from the left, or from the top down, with room for so many at least."""
+        first, last = -0.5, max(len(names), least) - 0.5
         low, high = (last, first) if downwards else (first, last)
         return Ruler("linear", low, high, names=tuple(names))
 
@@ -91,7 +91,8 @@ class Ruler:
         """Marks for as many numbers as there is room, at most 9; all names, on a ruler of a length in points."""
         if self.names:
             each = tuple(float(place) for place in range(len(self.names)))
-            wide = Ticks(each, self.names, named=True).width + 0.5 * SMALL_LETTERS > length / len(self.names)
+            room = length / abs(self.high - self.low)
+            wide = Ticks(each, self.names, named=True).width + 0.5 * SMALL_LETTERS > room
             return Ticks(each, self.names, named=True, upright=wide)
         formatter: Any = LogFormatterSciNotation() if self.scale == "log" else ScalarFormatter(useMathText=True)
         formatter.create_dummy_axis(minpos=self.low)

@@ -12,6 +12,7 @@ from workbench.study.document import Figure
 from workbench.study.panel import Panel
 from workbench.study.shapes import Bars, Points, Spans
 
+COLUMNS = 8  # that a panel has the room for: the cells of fewer are no wider
 UPRIGHT = 0.24  # of a figure's width: the longest line of a name below a column
 
 
@@ -21,7 +22,7 @@ def rulers(figure: Figure, i: int, curves: Sequence[tuple[Array, ...]]) -> tuple
     held = [_held(curve, mark.spans) for curve, mark in zip(curves, panel.series, strict=True)]
     margin = 0.05 if any(_has_margin(mark) for mark in panel.series) else 0.0
     if panel.xnames:
-        x = Ruler.of_names([_folded(label, UPRIGHT) for label in panel.xnames])
+        x = Ruler.of_names([_folded(label, UPRIGHT) for label in panel.xnames], least=COLUMNS)
     else:
         x = Ruler.around(
             panel.xscale, panel.xlim, [*(part for across, _ in held for part in across), panel.vlines], margin

@@ -5,13 +5,16 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.notation.formula import Relation, Symbol
-from workbench.study.cells import Column, Phrase, Table
-from workbench.study.curves import Array
+from workbench.study.cells import Column, Phrase, Table, parts
+from workbench.study.curves import Array, Label
 from workbench.study.document import Figure, Panel, Points, Series
 from workbench.study.pictures.parts import Labels, captioned, each, named, number, refusals, with_unit
 from workbench.study.sensitivity import Estimate, MorrisEffects
 
 MU_STAR, SIGMA = Symbol("mu", mark="*"), Symbol("sigma")
+LEAST = 0.02  # of the other axis that an axis spans: below lies rounding
+LETTERS = 200  # of names that the plane has room for
+UNBOUNDED = "An interval with an arrow goes on beyond the axes."
 
 
 def morris_plane(
@@ -41,47 +44,53 @@ def morris_plane(
     """
     named("morris_plane", (*effects.factors, *effects.names), labels)
     single = list(each(effects))
-    said = (*refusals(effects), *(() if all(map(_bounded, single)) else (UNBOUNDED,)))
+    names, key = _names(single[0], labels)
+    said = (*refusals(effects), *key, *(() if all(map(_bounded, single)) else (UNBOUNDED,)))
     return Figure(
         name,
         captioned("morris_plane", caption, note, *said),
-        tuple(_panel(one, unit, labels, titled=len(effects.names) > 1) for one in single),
+        tuple(_panel(one, unit, names, _title(one, labels) if len(effects.names) > 1 else "") for one in single),
         numbers=_numbers(name, caption, single, unit),
     )
-
-
-LEAST = 0.02  # of the other axis that an axis spans: below lies rounding
-UNBOUNDED = "An interval with an arrow goes on beyond the axes."
 
 
 def _bounded(effects: MorrisEffects) -> bool:
     return bool(np.isfinite(effects.mu_star.half).all() and np.isfinite(effects.sigma.half).all())
 
 
-def _panel(effects: MorrisEffects, unit: str, labels: Labels, titled: bool) -> Panel:
+def _names(effects: MorrisEffects, labels: Labels) -> tuple[tuple[Label, ...], tuple[Phrase, ...]]:
+    """The names beside the points, or their numbers by falling mu*, with a key, where names would cover the plane."""
+    names = named("morris_plane", effects.factors, {k: v for k, v in (labels or {}).items() if k in effects.factors})
+    if sum(map(_letters, names)) <= LETTERS:
+        return names, ()
+    order = np.argsort(-effects.mu_star.value, kind="stable").tolist()
+    numbers = {i: str(place + 1) for place, i in enumerate(order)}
+    key = [(f"{'; ' if place else ''}{numbers[i]}: ", *parts(names[i])) for place, i in enumerate(order)]
+    return tuple(numbers[i] for i in range(len(names))), (tuple(part for pair in key for part in pair),)
+
+
+def _letters(label: Label) -> int:
+    return sum(len(part) if isinstance(part, str) else 3 for part in parts(label))
+
+
+def _title(effects: MorrisEffects, labels: Labels) -> Label:
+    (output,) = effects.names
+    return (labels or {}).get(output, output)
+
+
+def _panel(effects: MorrisEffects, unit: str, names: tuple[Label, ...], title: Label) -> Panel:
     x, y = effects.mu_star, effects.sigma
     (xlow, xhigh, right), (ylow, yhigh, top) = _interval(x), _interval(y)
     right, top = max(right, LEAST * top), max(top, LEAST * right)
     end = min(right, top)
-    written = dict(labels or {})
-    (output,) = effects.names
-    points = Points(
-        "",
-        x.value,
-        y.value,
-        tuple(written.get(factor, factor) for factor in effects.factors),
-        xlow=xlow,
-        xhigh=xhigh,
-        ylow=ylow,
-        yhigh=yhigh,
-    )
+    points = Points("", x.value, y.value, names, xlow=xlow, xhigh=xhigh, ylow=ylow, yhigh=yhigh)
     return Panel(
         with_unit(SIGMA, unit),
         (points, Series(Relation(SIGMA, "=", MU_STAR), [0.0, end], [0.0, end], "bound")),
         xlabel=with_unit(MU_STAR, unit),
         xlim=(0.0, right),
         ylim=(0.0, top),
-        title=written.get(output, output) if titled else "",
+        title=title,
     )
 
 

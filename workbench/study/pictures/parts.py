@@ -6,17 +6,17 @@ from collections.abc import Iterator, Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from workbench.core.layout import nearest
+from workbench.core.numbers import Integers
 from workbench.core.sockets import described
 from workbench.study.cells import Cell, Part, Phrase, check_phrase, parts, raised
-from workbench.study.curves import Label
+from workbench.study.curves import Array, Label
 
 Labels: TypeAlias = Mapping[str, Label] | None
 
 
-def captioned(call: str, caption: Phrase, note: Phrase, *remarks: str) -> Phrase:
+def captioned(call: str, caption: Phrase, note: Phrase, *remarks: Phrase) -> Phrase:
     """A caption with what must be said of the picture and, last, its note: runs, failed runs, seed, step error."""
     check_phrase(f"{call}(caption)", caption)
     check_phrase(f"{call}(note=...)", note)
@@ -72,12 +72,18 @@ def refusals(found: Any) -> tuple[str, ...]:
     return tuple(f"Not drawn is '{name}': {why}." for name, why in found.refused.items())
 
 
+def stretches(curve: Array) -> list[Integers]:
+    """The places of each stretch of a curve (N,) without a NaN."""
+    known = np.flatnonzero(~np.isnan(curve))
+    return [part for part in np.split(known, np.flatnonzero(np.diff(known) > 1) + 1) if part.size]
+
+
 def number(value: float) -> Cell:
     """A number for a file; a dash for what is not known."""
     return None if np.isnan(value) else float(value)
 
 
-def require_array(call: str, given: Any, *, columns: int | None = None) -> npt.NDArray[np.float64]:
+def require_array(call: str, given: Any, *, columns: int | None = None) -> Array:
     """A float array of its own; with so many columns, if they are counted."""
     try:
         array = np.array(given, dtype=float)

@@ -9,6 +9,7 @@ from workbench.study.document import Bars, Figure, Panel
 from workbench.study.pictures.parts import Labels, captioned, each, named, number, refusals
 from workbench.study.sensitivity import SobolIndices
 
+BEYOND = "An interval with an arrow goes on beyond the axes."
 BAR = 0.36  # of a row: the thickness of the bar of one index
 
 
@@ -45,9 +46,6 @@ def sobol_bars(name: str, caption: Phrase, indices: SobolIndices, note: Phrase, 
         columns=min(len(single), 3),
         numbers=_numbers(name, caption, single, order),
     )
-
-
-BEYOND = "An interval with an arrow goes on beyond the axes."
 
 
 def _panel(one: SobolIndices, order: np.ndarray, scale: tuple[float, float], labels: Labels, titled: bool) -> Panel:
