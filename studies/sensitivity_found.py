@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from sensitivity_sweeps import EVERY, PROPOSED, called, metrics
+from sensitivity_sweeps import EVERY, called, metrics
 
 from workbench.core.layout import Array
 from workbench.study.sample import Sample
@@ -23,6 +23,7 @@ from workbench.study.sensitivity import (
 from workbench.study.study import Results
 
 LEVELS = (0.05, 0.5, 0.95)
+FLOOR = 1e-4  # rad: what smaller errors add to an integral that holds the start is lost in its rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +56,9 @@ class Found:
         """Of the free factors in the variance of every output."""
         return self._judged(sobol, self.indices, self.outputs)
 
-    def shares_of(self, metric: str) -> SobolIndices:
-        """The same of both joints of one metric."""
-        return self._judged(sobol, self.indices, ((metric, 0), (metric, 1)))
+    def shares_of(self, outputs: Sequence[tuple[str, int]]) -> SobolIndices:
+        """The same of some outputs."""
+        return self._judged(sobol, self.indices, outputs)
 
     def effects_on(self, metric: str) -> MorrisEffects:
         """Of every factor on both joints of one metric."""
@@ -74,13 +75,18 @@ class Found:
         return sobol(self.indices.design, windows(self.indices, joint), names, factors=self.indices.factors)
 
     def bands(self, joint: int) -> Quantiles:
-        """Quantiles of the error of each window of time, over random runs."""
-        return quantiles(self.random.design, windows(self.random, joint), levels=LEVELS)
+        """Quantiles of the decimal logarithm of the error of each window, at least `FLOOR`, over random runs."""
+        errors = np.log10(np.maximum(windows(self.random, joint), FLOOR))
+        return quantiles(self.random.design, errors, levels=LEVELS)
+
+    def spread(self, metric: str, joint: int) -> Quantiles:
+        """Quantiles of an output over random runs."""
+        return quantiles(self.random.design, self.random.outputs(metric, joint), levels=LEVELS)
 
     @staticmethod
     def _judged(call: Callable[..., Any], sample: Sample, outputs: Sequence[tuple[str, int]]) -> Any:
         values = np.stack([sample.outputs(*output) for output in outputs], axis=1)
-        errors = np.stack([errors_of(sample, *output) for output in outputs], axis=1)
+        errors = np.stack([sample.errors_of(*output) for output in outputs], axis=1)
         names = [named(*output) for output in outputs]
         return call(sample.design, values, names, factors=sample.factors, errors=errors)
 
@@ -95,15 +101,6 @@ def named(metric: str, joint: int) -> str:
     return f"{metric} of joint {joint + 1}"
 
 
-def errors_of(sample: Sample, metric: str, joint: int) -> Array:
-    """The error of the step in each run, (N,): NaN where it was not run again, infinite where half the step lost it."""
-    place = [(name, number) for name, number, _ in sample.columns].index((metric, joint))
-    errors = np.full(len(sample), np.nan)
-    told = sample.errors[:, -1, place]
-    errors[sample.again] = np.where(np.isnan(told) & np.isnan(sample.diverged_at[sample.again]), np.inf, told)
-    return errors
-
-
 def windows(sample: Sample, joint: int) -> Array:
     """The root mean square error of each window of time, (N, T), in rad, from the integrals up to each time."""
     total = sample.over_time("ISE", joint)
@@ -116,10 +113,6 @@ def middles(sample: Sample) -> Array:
     return np.asarray(sample.t - EVERY / 2)
 
 
-def unit_of(law: str, metric: str) -> str:
-    """The unit of a metric."""
-    del law
+def unit_of(metric: str) -> str:
+    """The unit of a metric, as axes print it."""
     return {"TV": "N m/s", "effort": "N m"}.get(metric, "rad")
-
-
-assert PROPOSED
