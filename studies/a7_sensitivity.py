@@ -13,7 +13,7 @@ Runs in   about a minute on two cores.
 from collections.abc import Sequence
 from functools import cache
 
-from sensitivity_answers import answers, deciding_gain, idle_gains, late_error_of, late_errors
+from sensitivity_answers import answers, chattering, deciding_gain, groups, idle_gains, late_error_of, late_errors
 from sensitivity_found import found
 from sensitivity_gradients import gradients
 from sensitivity_laws import proposed, rivals, spread
@@ -39,6 +39,7 @@ def sections(results: Results) -> Sequence[Section]:
         varied(),
         proposed(all_laws),
         *rivals(all_laws),
+        groups(all_laws),
         spread(all_laws),
         gradients(all_laws, locals_of_all()),
         trust(all_laws, [stress(one) for one in all_laws.values()]),
@@ -52,6 +53,7 @@ def headlines(results: Results) -> Sequence[str]:
         deciding_gain(ours),
         idle_gains(ours),
         late_error_of(ours),
+        chattering(ours),
         late_errors({law: found(results, law) for law in LAWS}),
     )
     return tuple(f"{verdict.kind}: {verdict.statement}" for verdict in verdicts)

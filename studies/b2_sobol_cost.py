@@ -28,6 +28,7 @@ from b2_workload import sweep
 from workbench.bench.machine import machine
 from workbench.bench.peers import PEERS
 from workbench.bench.workload import HORIZON
+from workbench.simulate import simulate
 from workbench.study.document import Cell, Column, Itemize, Paragraph, Section, Table, Verdict
 from workbench.study.executors import on_threads
 from workbench.study.prepared import Prepared, prepared
@@ -121,9 +122,15 @@ def timed(work: Callable[[], object]) -> tuple[float, float]:
 
 
 def march(one: Prepared) -> None:
-    """All rows as the engine runs them, those at half of the step among them; nothing is kept."""
-    for ends in one.chunks:
-        one.chunk(*ends)
+    """All rows by the engine alone, those at half of the step among them, with as many kept times."""
+    for first, last in one.chunks:
+        _, p, x0 = one.rows(first, last)
+        runs = np.arange(first, last)
+        again = runs % one.sweep.halved == 0
+        for step, some in ((one.fine, again), (one.coarse, runs >= 0)):
+            memory = np.tile(step.states.default[x0.shape[1] :], (int(some.sum()), 1))
+            start = np.hstack([x0[some], memory])
+            simulate(step, p[some], start, until=one.sweep.until, every=one.every, runs=runs[some])
 
 
 def keep(one: Prepared) -> Sample:
@@ -190,9 +197,9 @@ def section(cost: Cost) -> Section:
                     f"The command: {cost.runs:,} runs of 10 s at 1 ms and {cost.again:,} of them again at 0.5 ms, from "
                     "its start to HTML, PDF and CSV, the kernel compiled afresh.",
                     "Ledger and orchestration: the names of chunks, their bytes, digests and commits, and the sample "
-                    "put together again; against the same chunks computed and thrown away.",
-                    f"The peer: python-control with its default settings on {PEER_RUNS} of the same rows, scaled to all "
-                    "of them, without any at half of the step; SALib samples, and analyses four outputs.",
+                    "put together again; against `simulate` on the same rows, with nothing kept.",
+                    f"The peer: python-control with its default settings on {PEER_RUNS} of the same rows, scaled to "
+                    "all of them, without any at half of the step; SALib samples, and analyses four outputs.",
                 )
             ),
         ),
@@ -202,11 +209,19 @@ def section(cost: Cost) -> Section:
 def verdicts(cost: Cost) -> tuple[Verdict, ...]:
     """What was asked for, and whether it was reached."""
     said = (
-        ("wall", cost.wall, f"The whole command takes at most {BARS['wall']:g} s.", f"{cost.wall:.1f} s by the clock, "
-         f"{cost.cpu:.1f} s of processor time."),
+        (
+            "wall",
+            cost.wall,
+            f"The whole command takes at most {BARS['wall']:g} s.",
+            f"{cost.wall:.1f} s by the clock, {cost.cpu:.1f} s of processor time.",
+        ),
         ("memory", cost.memory, f"It holds less than {BARS['memory']:g} GB.", f"At most {cost.memory:.2f} GB."),
-        ("share", cost.share, f"Ledger and orchestration take at most {BARS['share']:.0%} of the processor time.",
-         f"{cost.share:.1%}: {cost.kept:.2f} s through them, {cost.marched:.2f} s without."),
+        (
+            "share",
+            cost.share,
+            f"Ledger and orchestration take at most {BARS['share']:.0%} of the processor time.",
+            f"{cost.share:.1%}: {cost.kept:.2f} s through them, {cost.marched:.2f} s without.",
+        ),
     )
     return tuple(
         Verdict("holds" if value <= BARS[name] else "fails", statement, evidence)

@@ -9,12 +9,11 @@ from sensitivity_words import with_interval, written
 from workbench.core.layout import Array
 from workbench.study.document import Cell, Column, Itemize, Paragraph, Section, Table, Verdict
 
-NEAR = 0.05  # of a variance, by which a linear share may be off beside the interval of S1
+NEAR = 0.1  # of a variance: how far a linear share may lie beyond the interval of S1 and still foretell it
 
 
 def gradients(found: dict[str, Found], near: dict[str, Local]) -> Section:
     """Gradients beside differences, and beside the global indices."""
-    warnings = tuple(f"{law}: {words}" for law, one in near.items() for words in one.found.warnings)
     return Section(
         "Exact derivatives at the numbers of the card",
         (
@@ -28,8 +27,10 @@ def gradients(found: dict[str, Found], near: dict[str, Local]) -> Section:
             elasticities(near[PROPOSED]),
             shares_table(found[PROPOSED], near[PROPOSED]),
             slopes_table(found, near),
-            Paragraph("Where the gradient is not to be used:"),
-            Itemize(warnings or ("Nowhere here.",)),
+            Paragraph(
+                f"What the workbench warns of for {PROPOSED}; of its rivals the table says in how many places it does."
+            ),
+            Itemize(near[PROPOSED].found.warnings or ("Nothing.",)),
         ),
     )
 
@@ -44,11 +45,11 @@ def foretold(found: dict[str, Found], near: dict[str, Local], metric: str = "RMS
     """Whether the derivatives at one point say what the indices over the whole range say."""
     gaps = {law: max(float(gap(found[law], near[law], metric, joint).max()) for joint in (0, 1)) for law in near}
     missed = [law for law, far in gaps.items() if not far <= NEAR]
-    listed = ", ".join(f"{law} {far:.2f}" for law, far in gaps.items())
+    listed = ", ".join(f"{law} {far:.3f}" for law, far in gaps.items())
     return Verdict(
         "holds" if not missed else "fails",
-        f"Over these ranges the {metric} of every law is so near to linear that the gradient at one point foretells "
-        f"every first-order index within {NEAR:g} beside its interval.",
+        f"Over these ranges the {metric} of every law is so near to linear that its gradient at one point foretells "
+        f"every first-order index: no linear share lies more than {NEAR:g} beyond the interval of S1.",
         f"Largest difference of a linear share from S1 beyond its interval: {listed}.",
     )
 

@@ -1,9 +1,9 @@
 """What a7 says of each law: pictures and tables of its indices, the proposed law at more length than its rivals."""
 
 import numpy as np
-from sensitivity_found import FLOOR, Found, middles, named, unit_of
+from sensitivity_found import FLOOR, Found, middles, unit_of
 from sensitivity_sweeps import CLEARED, EVERY, HELD, METRICS, PROPOSED
-from sensitivity_words import labels, with_interval, written
+from sensitivity_words import group_of, labels, with_interval, written
 
 from workbench.study.document import Block, Cell, Column, Paragraph, Phrase, Reference, Section, Table
 from workbench.study.pictures import (
@@ -64,20 +64,30 @@ def proposed(found: dict[str, Found]) -> Section:
 def over_time(one: Found) -> tuple[Block, ...]:
     """Which factors matter when."""
     key = stem(one.law)
-    words = (
-        f"The error of a window is its root mean square over {EVERY:g} s. First the start decides, which no gain has "
-        "moved yet, then the gains that end it, and at last the arm and its model alone."
-    )
+    indices = one.shares_over_time(0)
     return (
-        Paragraph(words),
+        Paragraph(course(one, indices)),
         indices_over_time(
             f"{key}_over_time",
             f"Indices of the error of joint 1 of {one.law} in each window of {EVERY:g} s.",
             middles(one.indices),
-            one.shares_over_time(0),
+            indices,
             one.indices.note_of("ISE", 0),
             labels=labels(one.indices.factors),
         ),
+    )
+
+
+def course(one: Found, indices: SobolIndices) -> str:
+    """How much of the error of a window the gains decide: at first, at most, and at last."""
+    gains = [group_of(factor) == "gains" for factor in indices.factors]
+    total = indices.ST.value[:, gains].sum(axis=1)
+    t = middles(one.indices)
+    most = int(np.nanargmax(total))
+    return (
+        f"The error of a window is its root mean square over {EVERY:g} s. The total indices of all gains of {one.law} "
+        f"sum to {total[0]:.2f} in the first window, to {total[most]:.2f} around {t[most]:.3g} s, where they have most "
+        f"to say, and to {total[-1]:.2f} in the last; what is left is the arm and its model."
     )
 
 
@@ -235,5 +245,3 @@ def spread_table(found: dict[str, Found]) -> Table:
 
 def _end(value: float) -> str:
     return f"{value:.3g}" if np.isfinite(value) else "not bounded"
-
-

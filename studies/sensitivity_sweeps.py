@@ -63,6 +63,11 @@ def called(law: str, kind: str) -> str:
     return f"{law.lower().replace('-', '_')}_{kind}"
 
 
+def looks(law: str, kind: str) -> bool:
+    """Whether a sweep is looked at over time."""
+    return kind == "bands" or (kind == "indices" and law == PROPOSED)
+
+
 def sweeps(law: str) -> tuple[Sweep, ...]:
     """The four sweeps of a law."""
     every, some = factors(law), free(law)
@@ -76,12 +81,12 @@ def sweeps(law: str) -> tuple[Sweep, ...]:
         Sweep(
             called(law, kind),
             loop(law),
-            (*metrics(law), ise()) if kind in ("indices", "bands") else metrics(law),
+            (*metrics(law), ise()) if looks(law, kind) else metrics(law),
             moved,
             design,
             STEPS[law],
             UNTIL,
-            EVERY if kind in ("indices", "bands") else None,
+            EVERY if looks(law, kind) else None,
             SEED,
         )
         for kind, (moved, design) in designs.items()

@@ -5,9 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from sensitivity_factors import MODEL, PARTS
 
-from workbench.core.layout import Array
 from workbench.notation.formula import symbol
-from workbench.study.cells import Cell, Column, Part, Phrase
+from workbench.study.cells import Part, Phrase
 from workbench.study.sensitivity import Estimate
 
 GREEK = {"Lambda": "Lambda", "phi": "phi", "gamma": "gamma", "Gamma": "Gamma", "sigma": "sigma"}
@@ -61,5 +60,3 @@ def sums(factors: Sequence[str], first: Estimate) -> dict[str, tuple[float, floa
         inside = np.array([group_of(factor) == group for factor in factors])
         found[group] = float(first.value[inside].sum()), float(first.half[inside].sum())
     return found
-
-

@@ -157,9 +157,7 @@ def _unmoved(held: Outputs, factors: tuple[str, ...], unmoved: Flags) -> tuple[s
     return tuple(remarks)
 
 
-def _crowded(
-    held: Outputs, factors: tuple[str, ...], indices: tuple[Estimate, Estimate, Estimate]
-) -> tuple[str, ...]:
+def _crowded(held: Outputs, factors: tuple[str, ...], indices: tuple[Estimate, Estimate, Estimate]) -> tuple[str, ...]:
     """A remark for each output where S2 of a pair is more than ST - S1 of one of its factors leaves.
 
     It cannot be, as ST - S1 of a factor holds all that it does together with others. Of some hundred intervals of 95 %

@@ -117,7 +117,10 @@ def _blur(errors: Array, scaled: Array) -> tuple[float, str]:
     if not there.size:
         return np.nan, "no run has an error"
     if lost := int(np.isinf(there).sum()):
-        return np.inf, f"{lost} of the {there.size} runs whose error is known are infinitely far off, as where h / 2 fails"
+        return (
+            np.inf,
+            f"nothing bounds the errors of {lost} of its runs, as where half of the step fails",
+        )
     part = float(np.mean(there**2) / np.mean(scaled**2))
     return part, f"the errors of its runs are {100 * part**0.5:.2g} % of its spread, {100 * part:.2g} % of the variance"
 
