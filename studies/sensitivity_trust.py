@@ -68,9 +68,9 @@ def varied() -> Section:
                 f"states is off by up to {TOLERANCE:.0%} either way. What is assumed lies within a factor of {SPAN:g}, "
                 "evenly on a logarithmic scale, and within the range on the card where that is narrower. The ranges "
                 "of the card are mostly wider, up to a factor of 20. Over those the adaptive laws grow gains of "
-                "several hundred N m, and behind a layer of 0.01 rad/s a gain of 300 N m is stable for steps below 0.02 ms "
-                "only: beyond them a run chatters by the step alone. So the indices hold for these ranges and say "
-                "nothing of wider ones."
+                "several hundred N m, and behind a layer of 0.01 rad/s a gain of 300 N m is stable for steps below "
+                "0.02 ms only: beyond them a run chatters by the step alone. So the indices hold for these ranges, and "
+                "say nothing of wider ones."
             ),
             Paragraph(
                 "The arm and the model of it are factors of their own: where one moves and the other does not, the "
