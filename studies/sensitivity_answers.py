@@ -58,8 +58,7 @@ def strays(found: dict[str, Found]) -> Verdict:
         "fails" if sum(ours) else "holds",
         f"{PROPOSED} keeps the late error below {ASTRAY:g} rad everywhere in these ranges.",
         f"It does not in {sum(ours)} of {_runs(found[PROPOSED])} runs, {ours[0]} of them in the screening, which goes "
-        f"to the ends of the ranges; the largest late error is {worst:.2g} rad. Of the rivals: {others}. A few such "
-        "runs make effects large, and intervals wide.",
+        f"to the ends of the ranges; the largest late error is {worst:.2g} rad. Of the rivals: {others}.",
     )
 
 
@@ -120,8 +119,7 @@ def late_error_of(ours: Found) -> Verdict:
     return Verdict(
         "holds" if max(high) < HARDLY else "fails" if max(value) >= HARDLY else "open",
         f"The late error of {PROPOSED} is that of its model: all gains have less than a tenth of its variance.",
-        f"Their total indices sum to {value[0]:.2f} and {value[1]:.2f}, at most {max(high):.2f} within the intervals. "
-        "No gain within these ranges repairs what the observer does not know of the arm.",
+        f"Their total indices sum to {value[0]:.2f} and {value[1]:.2f}, at most {max(high):.2f} within the intervals.",
     )
 
 

@@ -35,6 +35,8 @@ def test_bars_are_reached_or_missed_as_the_figures_say():
     assert [one.kind for one in study.verdicts(FAST)] == ["holds", "holds", "holds"]
     slow = replace(FAST, wall=11.0, memory=1.2, marched=9.0)
     assert [one.kind for one in study.verdicts(slow)] == ["fails", "fails", "fails"]
+    # where others use the machine too, the clock decides nothing
+    assert study.verdicts(replace(slow, others=3.0))[0].kind == "open"
 
 
 def test_the_peer_is_extrapolated_from_a_run_or_said_to_be_absent():
