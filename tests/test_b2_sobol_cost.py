@@ -33,8 +33,9 @@ def test_what_is_marched_alone_are_the_rows_that_the_ledger_keeps():
 
 def test_bars_are_reached_or_missed_as_the_figures_say():
     assert [one.kind for one in study.verdicts(FAST)] == ["holds", "holds", "holds"]
-    slow = replace(FAST, wall=11.0, memory=1.2, marched=9.0)
+    slow = replace(FAST, wall=11.0, memory=1.2, shares=(0.06, 0.07, 0.04))
     assert [one.kind for one in study.verdicts(slow)] == ["fails", "fails", "fails"]
+    assert study.verdicts(replace(FAST, shares=(0.01, 0.02, 0.06)))[2].kind == "open"
     # where others use the machine too, the clock decides nothing
     assert study.verdicts(replace(slow, others=3.0))[0].kind == "open"
 
