@@ -100,6 +100,34 @@ def test_a_linear_share_is_the_first_order_index_where_ranges_are_narrow():
     np.testing.assert_allclose(shares[0], found.S1.value, atol=0.01)
 
 
+def test_numbers_that_move_together_share_their_variance_with_its_sign():
+    # ISE = x0^2 (1 - exp(-2 a T)) / (2 a): a rise of x0 that comes with the right rise of the rate changes nothing
+    found = local_sensitivities(decay(1.0), [ise()], ["rate", "x"], until=1.0, h=0.01)
+    (rate, start) = found.gradient["ISE"][0]
+    together = np.array([[1.0, -rate / start], [0.0, 0.1]])
+    np.testing.assert_allclose(found.linear_shares("ISE", together), [[0.0, 1.0]], atol=1e-20)
+    alone = np.array([0.1, 0.2])
+    np.testing.assert_allclose(
+        found.linear_shares("ISE", alone), found.linear_shares("ISE", np.diag(alone)), rtol=1e-14
+    )
+    with pytest.raises(ValueError, match=r"must be \(m,\) or \(d, m\) for the m = 2 numbers here; got shape \(3,\)"):
+        found.linear_shares("ISE", np.ones(3))
+
+
+def test_one_direction_that_leaves_all_bounds_takes_no_other_with_it():
+    # x comes to rest in a layer far thinner than a step, where S grows without bound; y, beside it, knows nothing of it
+    states = Layout((Entry("x", np.ones(1)), Entry("y", np.ones(1))))
+    parameters = Layout((Entry("a", np.array(2.0)), Entry("b", np.array(1.0))))
+    t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+    layer = ca.fmax(-1, ca.fmin(1, x[0] / 0.0005))
+    rates = {"x": -p[0] * layer + 0.3 * p[0], "y": -p[1] * x[1]}
+    ode = Ode.of("beside", states, parameters, (t, x, p), rates, {"e": x})
+    found = local_sensitivities(ode, [ise()], ["a", "b"], until=30.0, h=0.003)
+    assert np.isnan(found.gradient["ISE"][:, 0]).all()
+    # ISE of y = 1 / (2 b) once all is decayed
+    np.testing.assert_allclose(found.gradient["ISE"][1, 1], -0.5, rtol=1e-6)
+
+
 def test_a_number_at_its_bound_is_moved_to_the_side_that_is_left():
     states = Layout((Entry("x", np.ones(1)),))
     drag = Layout(

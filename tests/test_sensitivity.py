@@ -217,7 +217,7 @@ def test_errors_of_the_runs_are_told_where_they_blur_and_refused_where_they_are_
     found = sobol(design, columns, ["fine", "blurred", "noise", "lost", "unknown"], errors=errors)
     assert found.refused == {
         "noise": "the errors of its runs are 2e+02 % of its spread, 4e+02 % of the variance: what varies is the error",
-        "lost": "the errors of its runs are inf % of its spread, inf % of the variance: what varies is the error",
+        "lost": "nothing bounds the errors of 320 of its runs, as where half of the step fails",
     }
     assert found.remarks == (
         "'blurred': the errors of its runs are 20 % of its spread, 4 % of the variance.",
@@ -266,3 +266,19 @@ def test_an_output_that_is_not_there_is_answered_with_the_nearest():
     design = SobolDesign(3, 8)
     with pytest.raises(LookupError, match="no output 'rmes' among the 1. Did you mean 'rmse'"):
         sobol(design, over(design, ishigami), ["rmse"])["rmes"]
+
+
+def test_a_pair_that_seems_to_do_more_than_its_factors_can_is_told_of():
+    # a sum of 12 terms: every S2 is 0, and of 66 intervals of 95 % some miss
+    design = SobolDesign(12, 64, True, seed=0)
+    found = sobol(design, over(design, linear, np.arange(1.0, 13.0)), ["y"])["y"]
+    assert found.S2 is not None
+    room = found.ST.high - found.S1.low
+    beyond = [k for k, (i, j) in enumerate(found.pairs) if found.S2.low[k] > min(room[i], room[j])]
+    assert beyond
+    (remark,) = found.remarks
+    i, j = found.pairs[beyond[0]]
+    assert f"'x{i + 1}, x{j + 1}'" in remark
+    assert remark.endswith("in 'y' is more than ST - S1 leaves: its interval misses.")
+    there = SobolDesign(3, 4096, True)
+    assert sobol(there, over(there, ishigami), ["y"]).remarks == ()

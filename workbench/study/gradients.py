@@ -23,52 +23,64 @@ Rows = tuple[Array, Array]  # a quantity and its derivatives, (m, k) each, one r
 def gradients(
     step: Step, metrics: Sequence[AbstractMetric], places: Sequence[int], p: Array, x0: Array, until: float
 ) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Values (k,) and derivatives (k, m) of the metrics, from S carried along; NaN where S leaves all bounds."""
-    rule, n, m = step.rule, step.states.size, len(places)
-    unit = np.zeros((p.size + n, m))
-    unit[list(places), range(m)] = 1.0  # the states of the loop come first among those of the step
-    S = Layout((Entry("S", unit[p.size :]),))
-    symbols = S.symbols()
-    directions = ca.vertcat(ca.reshape(symbols, n, m), ca.DM(unit[: p.size]))
-    update = ca.jtimes(rule.next, ca.vertcat(rule.x, rule.p), directions)
-    more = step.extended(S, symbols, ca.vec(ca.densify(update)))
-    start = np.concatenate([x0, more.states.default[x0.size :]])
-    runs = simulate(more, p=p, x0=start, until=until, every=until)
-    if runs.diverged[0]:
-        return _without(step, metrics, p, start[: step.states.size], m, until)
-    end = runs.x[0, -1]
-    later = continued(runs.job, runs.x[:, -1], round(until / more.h), 1)[0]  # a last look, as `final_values` takes it
+    """Values (k,) and derivatives (k, m) of the metrics, one run a direction; NaN where a direction leaves all bounds.
+
+    A run carries one column of S, not all of them: the loop that is compiled then stays as small as with one.
+    """
+    values = _values(step, metrics, p, x0, until)
+    more, start = _along(step, places, p, x0)
+    same = np.zeros(len(places), dtype=int)  # all runs are number 0, so that noise is the same in them
+    runs = simulate(more, p=p, x0=start, until=until, every=until, runs=same)
+    later = continued(runs.job, runs.x[:, -1], round(until / more.h), 1)  # a last look, as `final_values` takes it
     gradient = {}
     for metric in metrics:
         of_integral, of_memory = f"integral of {metric.name}", f"{metric.name}."
-        integral = [_rows(more, end, name, m) for name in step.states.names if name == of_integral]
+        integral = [_rows(more, runs.x[:, -1], name) for name in step.states.names if name == of_integral]
         memory = {
-            name.removeprefix(of_memory): _rows(more, later, name, m)
+            name.removeprefix(of_memory): _rows(more, later, name)
             for name in step.states.names
             if name.startswith(of_memory)
         }
-        gradient[metric.name] = _through(metric, integral, memory, m, until)
-    return {name: value[0] for name, value in final_values(runs, metrics).items()}, gradient
+        found = _through(metric, integral, memory, len(places), until)
+        gradient[metric.name] = np.where(runs.diverged, np.nan, found)
+    return values, gradient
 
 
-def _without(
-    step: Step, metrics: Sequence[AbstractMetric], p: Array, start: Array, m: int, until: float
-) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Values alone, and no derivatives where these left all bounds; without a run that lasts a refusal."""
+def _values(step: Step, metrics: Sequence[AbstractMetric], p: Array, x0: Array, until: float) -> dict[str, Array]:
+    """The metrics of the run itself, which must last."""
+    start = np.concatenate([x0, step.states.default[x0.size :]])
     run = simulate(step, p=p, x0=start, until=until, every=until)
     if run.diverged[0]:
         raise ValueError(
             f"`local_sensitivities(...)` needs a run that lasts; this one diverged at {run.diverged_at[0]:g} s."
         )
-    values = {name: value[0] for name, value in final_values(run, metrics).items()}
-    return values, {name: np.full((len(value), m), np.nan) for name, value in values.items()}
+    return {name: value[0] for name, value in final_values(run, metrics).items()}
 
 
-def _rows(more: Step, end: Array, name: str, m: int) -> Rows:
-    """A state of the step at its end, and its rows of S."""
-    parts = more.states.unpack(end)
-    value = parts[name].ravel(order="F")
-    return np.tile(value, (m, 1)), parts["S"][more.states.slice(name)].T
+def _along(step: Step, places: Sequence[int], p: Array, x0: Array) -> tuple[Step, Array]:
+    """The step with a column of S beside its states, and the starts (m, ...) of the runs along each direction.
+
+    A direction in p stands among the states too, where it stays: so it may differ from run to run.
+    """
+    rule, n, m = step.rule, step.states.size, len(places)
+    moved = [place for place in places if place < p.size]
+    more = Layout((Entry("S", np.zeros(n)), *([Entry("direction", np.zeros(len(moved)))] if moved else [])))
+    symbols = more.symbols()
+    S, direction = symbols[:n], symbols[n:]
+    in_p = ca.SX.zeros(p.size)
+    in_p[moved] = direction
+    update = ca.jtimes(rule.next, ca.vertcat(rule.x, rule.p), ca.vertcat(S, in_p))
+    extended = step.extended(more, symbols, ca.vertcat(ca.densify(update), direction))
+    start = np.tile(np.concatenate([x0, extended.states.default[x0.size :]]), (m, 1))
+    for row, place in zip(start, places, strict=True):
+        row[n + (n + moved.index(place) if place < p.size else place - p.size)] = 1.0
+    return extended, start
+
+
+def _rows(more: Step, ends: Array, name: str) -> Rows:
+    """A state of the step at the ends of all runs, and its part of S, (m, k) each."""
+    S = ends[:, more.states.slice("S")]
+    return ends[:, more.states.slice(name)], S[:, more.states.slice(name)]
 
 
 def _through(

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode, Sampled
-from workbench.core.layout import Array, nearest
+from workbench.core.layout import Array, nearest, numbers
 from workbench.core.numbers import positive, vector
 from workbench.core.ode import instructions
 from workbench.metrics import AbstractMetric, measured
@@ -82,15 +82,27 @@ class LocalSensitivities:
         return np.asarray(near & far)
 
     def linear_shares(self, metric: str, deviations: Array) -> Array:
-        """The parts of the variance (k, m) that the numbers would have were the metric linear: beside S1 a check.
+        """The parts of the variance that factors would have were the metric linear: beside S1 a check.
 
         Parameters
         ----------
         deviations
-            (m,), the standard deviations of the numbers.
+            (m,), the standard deviations of the numbers, for parts (k, m) of each by itself; or (d, m), by how much
+            one standard deviation of each of d factors moves all the numbers together, for parts (k, d).
+
+        Raises
+        ------
+        ValueError
+            If the deviations have another shape.
         """
         self.holds(metric)  # refuses what is not there
-        parts = (self.gradient[metric] * vector("linear_shares(deviations)", deviations, len(self.at), "numbers")) ** 2
+        moved = numbers(deviations)
+        if moved.ndim not in (1, 2) or moved.shape[-1] != len(self.at):
+            raise ValueError(
+                f"`linear_shares(deviations)` must be (m,) or (d, m) for the m = {len(self.at)} numbers here; got "
+                f"shape {moved.shape}."
+            )
+        parts = (self.gradient[metric] @ (np.diag(moved) if moved.ndim == 1 else moved).T) ** 2
         with np.errstate(invalid="ignore"):  # nothing varies: no number has a part
             return np.asarray(parts / parts.sum(axis=1, keepdims=True))
 

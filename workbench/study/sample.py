@@ -71,6 +71,17 @@ class Sample:
         """A metric of one joint from the start to each of the times, (N, T)."""
         return np.asarray(self.values[:, :, self._column(metric, joint)])
 
+    def errors_of(self, metric: str, joint: int = 0) -> Array:
+        """How far off a metric at the horizon is in each run, (N,), as indices and effects ask for it.
+
+        NaN for a run that was not run at h / 2 too, or diverged; infinite for one that h / 2 lost and h did not.
+        """
+        told = self.errors[:, -1, self._column(metric, joint)]
+        lost = np.isnan(told) & np.isnan(self.diverged_at[self.again])
+        errors = np.full(len(self), np.nan)
+        errors[self.again] = np.where(lost, np.inf, told)
+        return errors
+
     def step_error(self, metric: str, joint: int = 0) -> float:
         """The largest change of a metric at the horizon from h to h / 2, over the runs that were run again.
 

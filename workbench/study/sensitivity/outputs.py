@@ -84,7 +84,7 @@ def outputs_of(
     outputs
         (N,) or (N, k), the rows in the order of the design's points; NaN where a run failed.
     errors
-        Of the same shape: how far off each number is, NaN where that is not known.
+        Of the same shape: how far off each number is, NaN where that is not known, infinite where nothing bounds it.
 
     Raises
     ------
@@ -105,7 +105,7 @@ def outputs_of(
         for j in np.flatnonzero(known):
             part, said = _blur(off[:, j] / spread[j], scaled[:, j])
             if part > REFUSED:
-                refused[held[j]] = f"{said}: what varies is the error"
+                refused[held[j]] = said if np.isinf(part) else f"{said}: what varies is the error"
             elif not part <= TOLD:
                 remarks.append(f"'{held[j]}': {said}.")
     return Outputs(held, scaled, mean, spread, refused, tuple(remarks))
@@ -116,6 +116,11 @@ def _blur(errors: Array, scaled: Array) -> tuple[float, str]:
     there = errors[~np.isnan(errors)]
     if not there.size:
         return np.nan, "no run has an error"
+    if lost := int(np.isinf(there).sum()):
+        return (
+            np.inf,
+            f"nothing bounds the errors of {lost} of its runs, as where half of the step fails",
+        )
     part = float(np.mean(there**2) / np.mean(scaled**2))
     return part, f"the errors of its runs are {100 * part**0.5:.2g} % of its spread, {100 * part:.2g} % of the variance"
 

@@ -1,0 +1,79 @@
+"""Which of ten numbers decide the tracking error of workload W?
+
+Question  The Sobol indices of AOSMC-RGS over its arm, its disturbance and two gains.
+Method    12,288 runs of 10 s at 1 ms: 1024 pairs of points and 10 factors, without second order. b2 measures what
+          this study takes, from the command to the report.
+Runs in   ten seconds on two cores.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from workbench.bench.workload import HORIZON, PARAMETERS, VARIED, H
+from workbench.bench.workload import loop as equations
+from workbench.core import Ode
+from workbench.metrics import rmse
+from workbench.metrics.sampled import TotalVariation
+from workbench.study.distributions import Uniform
+from workbench.study.document import Column, Section, Table
+from workbench.study.factors import Factor
+from workbench.study.sampling import SobolDesign
+from workbench.study.sensitivity import sobol
+from workbench.study.study import Results, Study
+from workbench.study.sweep import Sweep
+
+BASE = 1024
+METRICS = (rmse(), TotalVariation("TV", "N m/s", "total variation of tau a second", "tau", H))
+
+
+class Workload:
+    """The loop of the bench, as sweeps ask for one."""
+
+    def ode(self, name: str = "W") -> Ode:
+        """Its equations."""
+        del name
+        return equations()
+
+
+def factors() -> tuple[Factor, ...]:
+    """The ten numbers that the bench varies, each over its range: shares of their values."""
+    return tuple(
+        Factor(label, (label,), Uniform(*span), share=True)
+        for name, span in VARIED.items()
+        for label in PARAMETERS[name].labels()
+    )
+
+
+def sweep(base: int = BASE) -> Sweep:
+    """The runs behind the indices."""
+    moved = factors()
+    return Sweep("indices", Workload(), METRICS, moved, SobolDesign(len(moved), base, seed=1), H, HORIZON)
+
+
+def sections(results: Results) -> Sequence[Section]:
+    """The indices."""
+    sample = results.sample("indices")
+    outputs = [(metric.name, joint) for metric in METRICS for joint in (0, 1)]
+    values = np.stack([sample.outputs(*output) for output in outputs], axis=1)
+    names = [f"{metric}, q{joint + 1}" for metric, joint in outputs]
+    errors = np.stack([sample.errors_of(*output) for output in outputs], axis=1)
+    found = sobol(sample.design, values, names, factors=sample.factors, errors=errors)  # type: ignore[arg-type]
+    rows = tuple(
+        (factor, *(f"{found.ST.value[k, i]:.3f} \N{PLUS-MINUS SIGN} {found.ST.half[k, i]:.3f}" for k in range(4)))
+        for i, factor in enumerate(found.factors)
+    )
+    columns = (Column("factor"), *(Column(name, align="right") for name in names))
+    table = Table("indices", "Total indices ST.", columns, rows, (f"{sample.note}.", *found.remarks))
+    return (Section("Which numbers decide", (table,)),)
+
+
+study = Study(
+    name="b2_workload",
+    title="Sobol indices of workload W",
+    question=__doc__.split("Question  ")[1].split("Method")[0],
+    method=__doc__.split("Method    ")[1].split("Runs in")[0],
+    sections=sections,
+    sweeps=(sweep(),),
+    seed=1,
+)

@@ -1,0 +1,118 @@
+"""What the runs of a law say: effects, indices, swings, bands over time; or why they do not."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from sensitivity_sweeps import EVERY, called, metrics
+
+from workbench.core.layout import Array
+from workbench.study.sample import Sample
+from workbench.study.sensitivity import (
+    MorrisEffects,
+    Quantiles,
+    SobolIndices,
+    Tornado,
+    morris,
+    quantiles,
+    sobol,
+    tornado,
+)
+from workbench.study.study import Results
+
+LEVELS = (0.05, 0.5, 0.95)
+FLOOR = 1e-4  # rad: what smaller errors add to an integral that holds the start is lost in its rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """The four samples of a law, and what they say of outputs such as ('RMSE', 0): a metric and a joint."""
+
+    law: str
+    screening: Sample
+    indices: Sample
+    swings: Sample
+    random: Sample
+
+    @property
+    def outputs(self) -> tuple[tuple[str, int], ...]:
+        """The metrics at the horizon, joint by joint."""
+        return tuple((metric.name, joint) for metric in metrics(self.law) for joint in (0, 1))
+
+    @property
+    def samples(self) -> tuple[Sample, ...]:
+        """All four."""
+        return self.screening, self.indices, self.swings, self.random
+
+    @cached_property
+    def effects(self) -> MorrisEffects:
+        """Of every factor on every output."""
+        return self._judged(morris, self.screening, self.outputs)
+
+    @cached_property
+    def shares(self) -> SobolIndices:
+        """Of the free factors in the variance of every output."""
+        return self._judged(sobol, self.indices, self.outputs)
+
+    def shares_of(self, outputs: Sequence[tuple[str, int]]) -> SobolIndices:
+        """The same of some outputs."""
+        return self._judged(sobol, self.indices, outputs)
+
+    def effects_on(self, metric: str) -> MorrisEffects:
+        """Of every factor on both joints of one metric."""
+        return self._judged(morris, self.screening, ((metric, 0), (metric, 1)))
+
+    def tornado_of(self, metric: str, joint: int) -> Tornado:
+        """What each factor does by itself."""
+        sample = self.swings
+        return tornado(sample.design, sample.outputs(metric, joint), [named(metric, joint)], factors=sample.factors)
+
+    def shares_over_time(self, joint: int) -> SobolIndices:
+        """Of the free factors in the variance of the error of each window of time."""
+        names = [f"{t:g} s" for t in middles(self.indices)]
+        return sobol(self.indices.design, windows(self.indices, joint), names, factors=self.indices.factors)
+
+    def bands(self, joint: int) -> Quantiles:
+        """Quantiles of the decimal logarithm of the error of each window, at least `FLOOR`, over random runs."""
+        errors = np.log10(np.maximum(windows(self.random, joint), FLOOR))
+        return quantiles(self.random.design, errors, levels=LEVELS)
+
+    def spread(self, metric: str, joint: int) -> Quantiles:
+        """Quantiles of an output over random runs."""
+        return quantiles(self.random.design, self.random.outputs(metric, joint), levels=LEVELS)
+
+    @staticmethod
+    def _judged(call: Callable[..., Any], sample: Sample, outputs: Sequence[tuple[str, int]]) -> Any:
+        values = np.stack([sample.outputs(*output) for output in outputs], axis=1)
+        errors = np.stack([sample.errors_of(*output) for output in outputs], axis=1)
+        names = [named(*output) for output in outputs]
+        return call(sample.design, values, names, factors=sample.factors, errors=errors)
+
+
+def found(results: Results, law: str) -> Found:
+    """What a study found of a law."""
+    return Found(law, *(results.sample(called(law, kind)) for kind in ("screening", "indices", "tornado", "bands")))
+
+
+def named(metric: str, joint: int) -> str:
+    """An output as tables call it."""
+    return f"{metric} of joint {joint + 1}"
+
+
+def windows(sample: Sample, joint: int) -> Array:
+    """The root mean square error of each window of time, (N, T), in rad, from the integrals up to each time."""
+    total = sample.over_time("ISE", joint)
+    inside = np.diff(total, axis=1, prepend=np.zeros((len(total), 1)))
+    return np.asarray(np.sqrt(np.maximum(inside, 0.0) / EVERY))
+
+
+def middles(sample: Sample) -> Array:
+    """The middles of the windows, (T,), in s."""
+    return np.asarray(sample.t - EVERY / 2)
+
+
+def unit_of(metric: str) -> str:
+    """The unit of a metric, as axes print it."""
+    return {"TV": "N m/s", "effort": "N m"}.get(metric, "rad")

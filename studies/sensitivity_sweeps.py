@@ -1,0 +1,93 @@
+"""The runs of a7: of each law a screening, the runs behind its Sobol indices, a tornado, and random ones for bands."""
+
+from paper_laws import RIVALS, proposed_repaired, rival
+from sensitivity_factors import factors
+
+from workbench.loop import ClosedLoop
+from workbench.metrics import AbstractMetric, effort, ise, late_error, observer_error, rmse, total_variation
+from workbench.study.factors import Factor
+from workbench.study.sampling import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
+from workbench.study.sweep import Sweep
+
+PROPOSED = "AOSMC-RGS"
+LAWS = (PROPOSED, *RIVALS)
+SCENARIO = "FS"
+UNTIL, EVERY, LATE, SAMPLE = 5.0, 0.25, 3.0, 1e-3  # s: horizon, windows, when the start is over, grid of the TV
+SEED = 7
+METRICS = (rmse(), late_error(LATE), total_variation(SAMPLE), effort())
+OBSERVER = observer_error("q_error")
+
+# Steps in s, so short that the largest gains that grow within the ranges stay within the limit of stability.
+STEPS = {
+    PROPOSED: 1e-3 / 16,
+    "PID": 1e-3,
+    "SMC": 1e-3 / 2,
+    "ASMC": 1e-3 / 20,
+    "Fuzzy-ASMC": 1e-3 / 20,
+    "RBF-ASMC": 1e-3 / 16,
+    "super-twisting": 1e-3,
+}
+TRAJECTORIES = {PROPOSED: 30, "PID": 50, "SMC": 50, "ASMC": 20, "Fuzzy-ASMC": 12, "RBF-ASMC": 12, "super-twisting": 50}
+BASE = {"PID": 256, "ASMC": 64, "Fuzzy-ASMC": 64, "RBF-ASMC": 64}  # of the Sobol design, and 128 elsewhere
+RANDOM = 128
+# What the screening finds of little weight, and the Sobol indices so leave at its value: see `CLEARED`.
+CLEARED = 0.2  # of the largest mu* of an output
+HELD = {
+    PROPOSED: ("phi", "K(0)", "P(0)", "l", "D"),
+    "PID": ("D",),
+    "SMC": ("phi", "D"),
+    "ASMC": ("D",),
+    "Fuzzy-ASMC": ("K(0)", "width of |s|", "width of the trend", "D"),
+    "RBF-ASMC": ("Gamma", "sigma", "centres", "D"),
+    "super-twisting": (),
+}
+
+
+def loop(law: str) -> ClosedLoop:
+    """The closed loop of a law in the first scenario."""
+    return proposed_repaired(SCENARIO) if law == PROPOSED else rival(SCENARIO, law)
+
+
+def metrics(law: str) -> tuple[AbstractMetric, ...]:
+    """What is measured of a law: where it has an observer, that one's error too."""
+    return (*METRICS, OBSERVER) if law == PROPOSED else METRICS
+
+
+def free(law: str) -> tuple[Factor, ...]:
+    """The factors of the Sobol indices."""
+    return tuple(factor for factor in factors(law) if factor.name not in HELD[law])
+
+
+def called(law: str, kind: str) -> str:
+    """The name of a sweep of a law: kind is screening, indices, tornado or bands."""
+    return f"{law.lower().replace('-', '_')}_{kind}"
+
+
+def looks(law: str, kind: str) -> bool:
+    """Whether a sweep is looked at over time."""
+    return kind == "bands" or (kind == "indices" and law == PROPOSED)
+
+
+def sweeps(law: str) -> tuple[Sweep, ...]:
+    """The four sweeps of a law."""
+    every, some = factors(law), free(law)
+    designs = {
+        "screening": (every, MorrisDesign(len(every), TRAJECTORIES[law], seed=SEED)),
+        "indices": (some, SobolDesign(len(some), BASE.get(law, 128), second_order=True, seed=SEED)),
+        "tornado": (every, OneAtATime(len(every), levels=(0.0, 1.0))),
+        "bands": (every, MonteCarlo(len(every), RANDOM, SEED)),
+    }
+    return tuple(
+        Sweep(
+            called(law, kind),
+            loop(law),
+            (*metrics(law), ise()) if looks(law, kind) else metrics(law),
+            moved,
+            design,
+            STEPS[law],
+            UNTIL,
+            EVERY if looks(law, kind) else None,
+            SEED,
+        )
+        for kind, (moved, design) in designs.items()
+    )

@@ -1,0 +1,62 @@
+"""How a7 writes factors, groups of them, and indices with their intervals."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from sensitivity_factors import MODEL, PARTS
+
+from workbench.notation.formula import symbol
+from workbench.study.cells import Part, Phrase
+from workbench.study.sensitivity import Estimate
+
+GREEK = {"Lambda": "Lambda", "phi": "phi", "gamma": "gamma", "Gamma": "Gamma", "sigma": "sigma"}
+LETTERS = {"m1": "m_1", "m2": "m_2", "l1": "l_1", "l2": "l_2", "L1": "L_1", "L2": "L_2", "k1": "k_1", "k2": "k_2"}
+GROUPS = ("gains", "arm", "model")
+
+
+def written(factor: str) -> Phrase:
+    """A factor as a page prints it."""
+    if factor.startswith(MODEL):
+        return ("model ", *_parts(factor.removeprefix(MODEL)))
+    return _parts(factor)
+
+
+def _parts(name: str) -> tuple[Part, ...]:
+    start = name.removesuffix("(0)")
+    if start in GREEK or start in LETTERS or len(start) == 1:
+        letter = symbol(GREEK.get(start, LETTERS.get(start, start)))
+        return (letter, "(0)") if name != start else (letter,)
+    return (name,)
+
+
+def group_of(factor: str) -> str:
+    """Whether a factor is a gain, part of the arm and its disturbance, or of the model."""
+    if factor.startswith(MODEL):
+        return "model"
+    return "arm" if factor in (*PARTS, "g", "D") else "gains"
+
+
+def labels(factors: Sequence[str]) -> dict[str, Phrase]:
+    """How pictures write factors."""
+    return {factor: written(factor) for factor in factors}
+
+
+def with_interval(value: float, half: float) -> str:
+    """A part of a variance with half of its interval."""
+    return f"{value:.2f} \N{PLUS-MINUS SIGN} {half:.2f}"
+
+
+def leaders(factors: Sequence[str], total: Estimate) -> tuple[str, ...]:
+    """The factors whose total index the runs do not tell from the largest, that one first."""
+    order = np.argsort(-total.value, kind="stable")
+    least = total.low[order[0]]
+    return tuple(factors[i] for i in order if total.high[i] >= least or i == order[0])
+
+
+def sums(factors: Sequence[str], first: Estimate) -> dict[str, tuple[float, float]]:
+    """The parts of the variance that groups of factors have without acting together, and half of their intervals."""
+    found = {}
+    for group in GROUPS:
+        inside = np.array([group_of(factor) == group for factor in factors])
+        found[group] = float(first.value[inside].sum()), float(first.half[inside].sum())
+    return found

@@ -1,0 +1,167 @@
+"""The study of sensitivities: its factors, and verdicts that turn with the figures."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
+
+import sensitivity_answers as answers
+import sensitivity_gradients as gradients
+from sensitivity_factors import SPAN, TOLERANCE, factors
+from sensitivity_found import Found
+from sensitivity_laws import acting_pairs, course, left_out
+from sensitivity_local import Local, numbers_of
+from sensitivity_sweeps import HELD, LAWS, PROPOSED, free, loop, metrics
+from sensitivity_words import group_of, leaders
+
+from workbench.study.factors import Space
+from workbench.study.local import LocalSensitivities
+from workbench.study.sample import Sample
+from workbench.study.sampling import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
+from workbench.study.sensitivity import Estimate
+
+T = 4
+
+
+def sampled(names, design, weights, joint_weights=None):
+    """Runs whose metrics are 1 + 0.01 w . (u - 1/2), by metric and factor; those of joint 2 alike if not said."""
+    u = design.points() - 0.5
+    columns, values = [], []
+    for metric in [*(metric.name for metric in metrics(PROPOSED)), "ISE"]:
+        for joint in (0, 1):
+            chosen = joint_weights if joint and joint_weights else weights
+            w = np.array([chosen.get(metric, {}).get(name, 0.1) for name in names])
+            columns.append((metric, joint, "rad"))
+            values.append(0.1 * (1 + 0.01 * u @ w))
+    grown = np.stack(values, axis=1)[:, np.newaxis] * np.linspace(1 / T, 1, T)[:, np.newaxis]
+    again = np.arange(0, len(u), 16)
+    lost = np.full(len(u), np.nan)
+    t, zeros = 0.25 * np.arange(1, T + 1), np.zeros((len(again), T, len(columns)))
+    return Sample("made", tuple(names), tuple(columns), t, 1e-3, 0, "", u, grown, again, zeros, lost, design)
+
+
+def made(weights, joint_weights=None):
+    """A law whose metrics are linear in its factors."""
+    every, some = [f.name for f in factors(PROPOSED)], [f.name for f in free(PROPOSED)]
+    d = len(every)
+    designs = (every, MorrisDesign(d, 60)), (some, SobolDesign(len(some), 256, True)), (every, OneAtATime(d))
+    return Found(
+        PROPOSED, *(sampled(*each, weights, joint_weights) for each in (*designs, (every, MonteCarlo(d, 128))))
+    )
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_every_factor_moves_numbers_of_its_loop_within_the_stated_shares(law):
+    ode = loop(law).ode()
+    p, _ = Space(factors(law), ode.parameters, ode.states).rows(np.array([np.zeros(len(factors(law)))]))
+    ratio = p[0][ode.parameters.default != 0] / ode.parameters.default[ode.parameters.default != 0]
+    least = {"stated": 1 - TOLERANCE, "derived": 1 - TOLERANCE, "assumed": 1 / SPAN}
+    for factor in factors(law):
+        assert factor.distribution.reach()[0] >= least[factor.origin] - 1e-12
+        assert numbers_of(ode, factor)
+    assert ratio.min() >= 1 / SPAN - 1e-12  # rounding of a logarithm
+    assert set(HELD[law]) <= {factor.name for factor in factors(law)}
+
+
+def test_arm_and_model_are_factors_of_their_own():
+    ode = loop(PROPOSED).ode()
+    by_name = {factor.name: factor for factor in factors(PROPOSED)}
+    assert numbers_of(ode, by_name["m2"]) == ["plant.arm.links[1].mass"]
+    assert set(numbers_of(ode, by_name["model m2"])) == {
+        "controller.model.links[1].mass",
+        "observer.state.model.links[1].mass",
+    }
+    assert [group_of(name) for name in ("Q", "m2", "model m2", "g", "D", "l", "l2")] == [
+        *("gains", "arm", "model", "arm", "arm", "gains", "arm")
+    ]
+
+
+def test_the_deciding_gain_is_named_by_the_figures_and_not_by_the_page():
+    q, lam = {"RMSE": {"Q": 5.0, "m1": 9.0}}, {"RMSE": {"Lambda": 5.0, "m1": 9.0}}
+    both = {"RMSE": {"Q": 5.0, "Lambda": 5.0}}
+    assert answers.deciding_gain(made(q)).kind == "holds"
+    assert answers.deciding_gain(made(lam)).kind == "fails"
+    assert answers.deciding_gain(made(both)).kind == "open"
+    assert answers.deciding_gain(made(q, lam)).kind == "fails"
+
+
+def test_idle_gains_are_idle_only_as_long_as_their_effects_are_small():
+    assert answers.idle_gains(made({"RMSE": {"m1": 9.0}})).kind == "holds"
+    assert answers.idle_gains(made({"RMSE": {"m1": 9.0, "l": 3.0}})).kind == "fails"
+
+
+def test_the_late_error_belongs_to_the_model_only_as_long_as_gains_do_nothing():
+    assert answers.late_error_of(made({"late error": {"m1": 9.0, "model m1": 9.0}})).kind == "holds"
+    assert answers.late_error_of(made({"late error": {"m1": 9.0, "Q": 9.0}})).kind == "fails"
+
+
+def test_chattering_is_that_of_the_model_or_of_the_gains_as_the_figures_say():
+    assert answers.chattering(made({"TV": {"model l2": 9.0, "Q": 2.0}})).kind == "holds"
+    assert answers.chattering(made({"TV": {"model l2": 2.0, "Q": 9.0}})).kind == "fails"
+
+
+def test_late_errors_are_judged_by_the_quantiles_of_each_law():
+    def scaled(one, factor):
+        random = replace(one.random, values=one.random.values * factor)
+        return replace(one, random=random)
+
+    usual = made({})
+    laws = {law: scaled(usual, 1e-4 if law.endswith("ASMC") else 1.0) for law in LAWS}
+    assert answers.late_errors(laws).kind == "holds"
+    assert answers.late_errors(laws | {"ASMC": usual}).kind == "fails"
+    assert answers.late_errors(laws | {PROPOSED: scaled(usual, 1e-4)}).kind == "fails"
+
+
+def test_runs_that_stray_are_counted_and_a_lost_one_among_them():
+    one = made({})
+    assert answers.strays({PROPOSED: one}).kind == "holds"
+    values = one.screening.values.copy()
+    place = one.screening.columns.index(("late error", 1, "rad"))
+    values[3, -1, place], values[4, -1] = 2.0, np.nan
+    astray = replace(one, screening=replace(one.screening, values=values))
+    verdict = answers.strays({PROPOSED: astray})
+    assert verdict.kind == "fails"
+    assert "in 2 of" in verdict.evidence
+
+
+def test_what_was_left_out_is_held_against_the_rule():
+    light = made({metric.name: {"m1": 9.0} for metric in metrics(PROPOSED)})
+    assert "as the rule asks" in str(left_out(light))
+    heavy = made({metric.name: {"phi": 9.0} for metric in metrics(PROPOSED)})
+    assert "more than the rule allows" in str(left_out(heavy))
+
+
+def test_factors_of_a_sum_act_in_no_pair():
+    assert "none acts together" in acting_pairs(made({"RMSE": {"Q": 3.0, "m1": 2.0}}).shares)
+
+
+def test_the_course_over_time_is_told_in_numbers():
+    one = made({"ISE": {"Q": 9.0}})
+    said = course(one, one.shares_over_time(0))
+    # all weight on one gain beside eight factors of the arm and the model a ninetieth as strong
+    assert "sum to 1.00 in the first window" in said
+
+
+def test_leaders_are_all_that_the_intervals_do_not_tell_apart():
+    total = Estimate(np.array([0.5, 0.45, 0.1]), np.array([0.02, 0.1, 0.01]))
+    assert leaders(("a", "b", "c"), total) == ("a", "b")
+
+
+def test_gradients_foretell_indices_only_of_metrics_that_are_linear():
+    names = [factor.name for factor in free(PROPOSED)]
+    d = len(names)
+
+    def local(weights):
+        w = np.array([[weights.get(name, 0.1) for name in names]] * 2)
+        at, ones = np.ones(d), {"RMSE": np.ones(2)}
+        found = LocalSensitivities(tuple(names), at, ones, {"RMSE": w}, {"RMSE": w}, {"RMSE": w}, ())
+        return Local(tuple(names), found, np.eye(d), np.full(d, 0.1))
+
+    one = made({"RMSE": {"Q": 5.0, "m1": 3.0}})
+    assert gradients.foretold({PROPOSED: one}, {PROPOSED: local({"Q": 5.0, "m1": 3.0})}).kind == "holds"
+    assert gradients.foretold({PROPOSED: one}, {PROPOSED: local({"Q": 3.0, "m1": 5.0})}).kind == "fails"
+    assert gradients.foretold({PROPOSED: one}, {PROPOSED: local({"Q": np.nan})}).kind == "fails"

@@ -1,0 +1,47 @@
+"""The study of what a Sobol study costs: its workload, and verdicts that turn with the times."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
+
+import b2_sobol_cost as study
+from b2_workload import sweep
+
+from workbench.study.prepared import prepared
+
+FAST = study.Cost(12288, 768, 9.0, 14.0, 0.3, 9.8, 10.0, 5.0, 2.0, 1.0)
+
+
+def test_the_workload_is_twelve_thousand_runs_of_ten_factors():
+    asked = sweep()
+    assert (asked.design.size, asked.design.dimensions) == (12288, 10)
+    assert (asked.h, asked.until) == (1e-3, 10.0)
+
+
+def test_what_is_marched_alone_are_the_rows_that_the_ledger_keeps():
+    one = prepared(sweep(8))
+    sample = study.keep(one)
+    assert len(sample) == one.sweep.design.size
+    assert sample.failed == 0
+    study.march(one)  # the same rows and steps: it would refuse others
+    assert np.isfinite(sample.outputs("RMSE")).all()
+
+
+def test_bars_are_reached_or_missed_as_the_figures_say():
+    assert [one.kind for one in study.verdicts(FAST)] == ["holds", "holds", "holds"]
+    slow = replace(FAST, wall=11.0, memory=1.2, shares=(0.06, 0.07, 0.04))
+    assert [one.kind for one in study.verdicts(slow)] == ["fails", "fails", "fails"]
+    assert study.verdicts(replace(FAST, shares=(0.01, 0.02, 0.06)))[2].kind == "open"
+    # where others use the machine too, the clock decides nothing
+    assert study.verdicts(replace(slow, others=3.0))[0].kind == "open"
+
+
+def test_the_peer_is_extrapolated_from_a_run_or_said_to_be_absent():
+    assert FAST.peer == 12288 * 2.0 + 1.0
+    absent = replace(FAST, peer_run=None, peer_rest=None)
+    assert absent.peer is None
+    assert "not installed" in str(study.table(absent).notes)
