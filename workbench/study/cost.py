@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 
 from workbench.simulate.job import threads
@@ -70,7 +71,7 @@ def check(cost: Cost, out: Path) -> None:
 def _numbers(one: Prepared) -> float:
     """How many numbers of a run are kept."""
     values = len(one.columns) * round(one.sweep.until / one.every)
-    return len(one.sweep.factors) + 1 + values * (1 + 1 / one.sweep.halved)
+    return len(one.sweep.factors) + 1 + values * (1 + 1 / (one.sweep.halved or inf))
 
 
 def _time(seconds: float) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import inspect
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cache, cached_property, partial
 from itertools import pairwise
 from pathlib import Path
@@ -27,7 +27,8 @@ from workbench.simulate.request import SECONDS_PER_OPERATION
 from workbench.simulate.stepping.accuracy import change
 from workbench.study.chunk import Chunk, chunk_of, written
 from workbench.study.factors import Space
-from workbench.study.sweep import Sweep
+from workbench.study.sampling import AbstractDesign
+from workbench.study.sweep import Sweep, again
 
 ROOT = Path(__file__).parents[1]
 SECONDS = 2.0  # of one processor, by the cautious estimate of the engine, that a chunk takes: in truth about a third
@@ -61,7 +62,7 @@ class Prepared:
     def seconds_of_run(self) -> float:
         """What a run takes of one processor, by a cautious estimate."""
         steps = self.sweep.until / self.coarse.h
-        return SECONDS_PER_OPERATION * steps * self.coarse.operations * (1 + 2 / self.sweep.halved)
+        return SECONDS_PER_OPERATION * steps * self.coarse.operations * (1 + 2 / (self.sweep.halved or np.inf))
 
     @property
     def bytes_of_run(self) -> int:
@@ -91,7 +92,7 @@ class Prepared:
             "equation": self.equation.fingerprint,
             "metrics": [written_of(metric) for metric in self.metrics],
             "times": [float(time).hex() for time in (sweep.h, sweep.until, self.every)],
-            "seed": sweep.seed,
+            "seed": [sweep.seed, sweep.common],
             "halved": sweep.halved,
         }
         digest = hashlib.sha256(written(said))
@@ -111,6 +112,17 @@ class Prepared:
         p, x0 = map(np.ascontiguousarray, self.space.rows(points))
         return self.space.values(points), p, x0
 
+    def at(self, design: AbstractDesign) -> Prepared:
+        """The same for other runs."""
+        other = replace(self, sweep=replace(self.sweep, design=design))
+        vars(other)["fingerprint"] = self.fingerprint  # which the runs do not change, and which takes a while
+        return other
+
+    def at_half(self, name: str) -> Prepared:
+        """The same at h / 2, under another name; none of its runs is run again."""
+        sweep = replace(self.sweep, name=name, h=self.sweep.h / 2, halved=None)
+        return replace(self, sweep=sweep, coarse=self.fine)
+
     def name(self, first: int, last: int) -> str:
         """What the chunk of some runs is called: sweep, runs, and a digest of all that they depend on."""
         digest = hashlib.sha256(self.fingerprint.encode())
@@ -126,17 +138,17 @@ class Prepared:
         """
         values, p, x0 = self.rows(first, last)
         runs = np.arange(first, last)
-        again = np.flatnonzero(runs % self.sweep.halved == 0)
-        share = 2 * len(again) / (2 * len(again) + len(runs))
+        few = again(first, last, self.sweep.halved) - first
+        share = 2 * len(few) / (2 * len(few) + len(runs))
         tell = progress or (lambda done: None)
 
         # the longer run first: from it the engine sees how good its code should be
         fine = None
-        if len(again):
-            fine = self._march(self.fine, runs[again], p[again], x0[again], lambda done: tell(share * done))
+        if len(few):
+            fine = self._march(self.fine, runs[few], p[few], x0[few], lambda done: tell(share * done))
         coarse = self._march(self.coarse, runs, p, x0, lambda done: tell(share + (1 - share) * done))
         rough = self._values(coarse)
-        errors = np.empty((0, *rough.shape[1:])) if fine is None else self._changes(self._values(fine), rough[again])
+        errors = np.empty((0, *rough.shape[1:])) if fine is None else self._changes(self._values(fine), rough[few])
         arrays = {"factors": values, "values": rough, "errors": errors, "diverged_at": coarse.diverged_at}
         return chunk_of(self.name(first, last), arrays)
 
@@ -144,7 +156,7 @@ class Prepared:
         memory = np.tile(step.states.default[x0.shape[1] :], (len(runs), 1))
         start, sweep = np.hstack([x0, memory]), self.sweep
         call = partial(simulate, step, p, start, until=sweep.until, every=self.every, seed=sweep.seed)
-        return call(runs=runs, progress=tell)
+        return call(runs=np.zeros_like(runs) if sweep.common else runs, progress=tell)
 
     def _values(self, runs: Trajectories) -> Array:
         rows = []

@@ -45,21 +45,24 @@ class Plan:
     @property
     def said(self) -> list[dict[str, Any]]:
         """What the ledger says of each sweep, enough to put its sample together."""
-        return [
-            {
-                "name": one.sweep.name,
-                "runs": one.sweep.design.size,
-                "factors": [factor.name for factor in one.sweep.factors],
-                "columns": one.columns,
-                "every": one.every,
-                "h": one.sweep.h,
-                "seed": one.sweep.seed,
-                "halved": one.sweep.halved,
-                "fingerprint": one.fingerprint,
-                "chunks": [task.name for task in self.tasks if task.sweep == i],
-            }
-            for i, one in enumerate(self.sweeps)
-        ]
+        names = ([task.name for task in self.tasks if task.sweep == i] for i in range(len(self.sweeps)))
+        return list(map(said_of, self.sweeps, names))
+
+
+def said_of(one: Prepared, chunks: Sequence[str]) -> dict[str, Any]:
+    """What the ledger says of a sweep whose chunks have these names."""
+    return {
+        "name": one.sweep.name,
+        "runs": one.sweep.design.size,
+        "factors": [factor.name for factor in one.sweep.factors],
+        "columns": one.columns,
+        "every": one.every,
+        "h": one.sweep.h,
+        "seed": one.sweep.seed,
+        "halved": one.sweep.halved,
+        "fingerprint": one.fingerprint,
+        "chunks": list(chunks),
+    }
 
 
 def planned(sweeps: Sequence[Prepared]) -> Plan:

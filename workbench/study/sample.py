@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from workbench.core.layout import Array, nearest
 from workbench.core.numbers import Integers
 from workbench.study.chunk import Chunk
 from workbench.study.sampling import AbstractDesign
+from workbench.study.sweep import again
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,11 +75,25 @@ class Sample:
         errors = self.errors[:, -1, self._column(metric, joint)][np.isnan(self.diverged_at[self.again])]
         return float(np.where(np.isnan(errors), np.inf, errors).max()) if len(errors) else np.nan
 
+    def only(self, runs: Integers) -> Sample:
+        """Some of the runs, by their numbers in rising order; they are numbered anew."""
+        held = np.isin(self.again, runs)
+        return replace(
+            self,
+            drawn=self.drawn[runs],
+            values=self.values[runs],
+            again=np.searchsorted(runs, self.again[held]),
+            errors=self.errors[held],
+            diverged_at=self.diverged_at[runs],
+            design=None,
+        )
+
     @property
     def note(self) -> str:
         """What must stand below a figure: runs, failed runs, seed, step."""
         runs = f"{len(self):,} runs, {self.failed:,} of them diverged"
-        return f"{runs}; seed {self.seed}; step {self.h:g} s, and half of it in {len(self.again):,} runs"
+        half = f", and half of it in {len(self.again):,} runs" if len(self.again) else ""
+        return f"{runs}; seed {self.seed}; step {self.h:g} s{half}"
 
     def _column(self, metric: str, joint: int) -> int:
         known = [(name, place) for name, place, _ in self.columns]
@@ -109,7 +124,7 @@ def sample_of(said: dict[str, Any], chunks: Iterable[Chunk]) -> Sample:
         fingerprint=said["fingerprint"],
         drawn=whole["factors"],
         values=whole["values"],
-        again=np.flatnonzero(np.arange(runs) % said["halved"] == 0),
+        again=again(0, runs, said["halved"]),
         errors=whole["errors"],
         diverged_at=whole["diverged_at"],
     )

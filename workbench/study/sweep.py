@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from workbench.core.numbers import multiple, positive
+import numpy as np
+
+from workbench.core.numbers import Integers, multiple, positive
 from workbench.core.sockets import require
 from workbench.metrics import AbstractMetric
 from workbench.study.cells import check_name, several
@@ -30,9 +32,12 @@ class Sweep:
         Step, horizon and distance of the times at which metrics are taken, in s, each a multiple of the one before
         it; without `every` they are taken at the horizon alone. Values are those at the step h.
     seed
-        Of the noise, which is each run's own.
+        Of the noise.
+    common
+        Whether all runs have the same noise; else it is each run's own.
     halved
-        One run of so many is run again at h / 2, for the error of the step: those whose number it divides.
+        One run of so many is run again at h / 2, for the error of the step: those whose number it divides. None for
+        no run.
     runs_of_chunk
         How many runs are computed and kept together; without it about as many as take a second or two of one processor.
     """
@@ -46,7 +51,8 @@ class Sweep:
     until: float
     every: float | None = None
     seed: int = 0
-    halved: int = HALVED
+    common: bool = False
+    halved: int | None = HALVED
     runs_of_chunk: int | None = None
 
     def __post_init__(self) -> None:
@@ -65,13 +71,23 @@ class Sweep:
             )
         if not self.metrics:
             raise ValueError(f"`Sweep({self.name!r}, metrics=...)` needs at least one metric; got none.")
-        for name in ("h", "until", *(() if self.every is None else ("every",))):
-            positive(f"Sweep({name}=...)", getattr(self, name), " of seconds")
-        every = self.until if self.every is None else self.every
-        multiple("Sweep(every=...)", every, self.h, f"`h` of '{self.name}',")
-        multiple("Sweep(until=...)", self.until, every, f"`every` of '{self.name}',")
+        check_times("Sweep", self.name, self.h, self.until, self.every)
         for name in ("halved", "runs_of_chunk"):
-            whole(f"Sweep({name}=...)", getattr(self, name), optional=name == "runs_of_chunk")
+            whole(f"Sweep({name}=...)", getattr(self, name), optional=True)
+
+
+def again(first: int, last: int, halved: int | None) -> Integers:
+    """The numbers of those runs from first to last - 1 that are run again at half the step."""
+    runs = np.arange(first, last)
+    return runs[:0] if halved is None else runs[runs % halved == 0]
+
+
+def check_times(kind: str, name: str, h: float, until: float, every: float | None) -> None:
+    """Refuse times in s that are none, or of which one does not divide the next."""
+    for what, time in (("h", h), ("until", until), ("every", until if every is None else every)):
+        positive(f"{kind}({what}=...)", time, " of seconds")
+    multiple(f"{kind}(every=...)", every or until, h, f"`h` of '{name}',")
+    multiple(f"{kind}(until=...)", until, every or until, f"`every` of '{name}',")
 
 
 def whole(call: str, value: object, optional: bool = False) -> None:

@@ -1,0 +1,46 @@
+"""Points that somebody else has chosen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from workbench.core.layout import Array
+from workbench.core.numbers import numbers
+from workbench.study.sampling.contract import AbstractDesign, span
+
+
+@dataclass(frozen=True, eq=False)
+class Listed(AbstractDesign):
+    """The points (N, d) of the unit cube as they are given.
+
+    Raises
+    ------
+    ValueError
+        If they are no such points, or none.
+    """
+
+    given: Array
+    dimensions: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        try:
+            given = numbers(self.given)
+        except (TypeError, ValueError):
+            raise ValueError(f"`Listed(given)` must be points (N, d) of numbers; got {self.given!r}.") from None
+        if given.ndim != 2 or not given.size or not ((given >= 0) & (given <= 1)).all():
+            beyond = " with points beyond it" if given.ndim == 2 and given.size else ""
+            raise ValueError(
+                f"`Listed(given)` must be at least one point (N, d) of the unit cube; got shape {given.shape}{beyond}."
+            )
+        object.__setattr__(self, "given", given)
+        object.__setattr__(self, "dimensions", given.shape[1])
+
+    @property
+    def size(self) -> int:
+        """How many runs."""
+        return len(self.given)
+
+    def points(self, first: int = 0, last: int | None = None) -> Array:
+        """The points with the numbers first to last - 1."""
+        begin, end = span(self, first, last)
+        return self.given[begin:end]

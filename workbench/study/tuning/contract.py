@@ -1,0 +1,248 @@
+"""Tuning: what is asked of a search for the numbers of a loop, the same for every law that is compared."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from workbench.core.layout import Array
+from workbench.metrics import AbstractMetric
+from workbench.study.cells import check_name, several
+from workbench.study.contract import Loop
+from workbench.study.factors import Factor
+from workbench.study.prepared import Prepared, prepared
+from workbench.study.sample import Sample
+from workbench.study.sampling import Listed
+from workbench.study.sampling.contract import seeded
+from workbench.study.sweep import Sweep, check_times, whole
+
+LEAST = 4  # members of a population, of which a new point is made
+FINALISTS = 8  # points that are run again at half the step: as many as one vector of the widest processors holds
+
+# The runs of each trial by its name, finite in all of them, to what they are worth, (n,): the smaller the better.
+Objective = Callable[[Mapping[str, Sample]], Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Trial:
+    """A loop in which numbers have to prove themselves: one of the scenarios that a search trains on.
+
+    Attributes
+    ----------
+    name
+        Lower-case letters, digits and underscores: it becomes part of the name of a file.
+    h, until, every
+        Step, horizon and distance of the times at which metrics are taken, in s, as those of a `Sweep`.
+    seed
+        Of the noise, which is the same for all points.
+    """
+
+    name: str
+    loop: Loop
+    metrics: tuple[AbstractMetric, ...]
+    h: float
+    until: float
+    every: float | None = None
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        check_name("Trial", self.name)
+        object.__setattr__(self, "metrics", several("Trial(metrics=...)", self.metrics, AbstractMetric, "metric"))
+        check_times("Trial", self.name, self.h, self.until, self.every)
+
+
+@dataclass(frozen=True, eq=False)
+class Tuning:
+    """A search for the numbers of a loop that make an objective least over some trials, within a budget.
+
+    Attributes
+    ----------
+    name
+        Lower-case letters, digits and underscores: it becomes part of the names of files.
+    factors
+        The numbers, the same paths in each trial, with the ranges in which they are sought. On a `LogUniform` range
+        the search is one of the logarithm.
+    objective
+        From the runs of each trial by its name, those of one point at one place in all of them, to (n,), the smaller
+        the better; infinite where a point is not admissible. Runs that diverged are left out, and so not admissible.
+    evaluations, population
+        Of each search: how many points it looks at in all, and how many at once.
+    seeds
+        One search each: chance takes part in where a search ends, and between several one sees how much.
+
+    Raises
+    ------
+    ValueError
+        If a part is none of its kind or missing, names come twice, a range is open, or the evaluations are no
+        multiple of the population.
+    """
+
+    name: str
+    trials: tuple[Trial, ...]
+    factors: tuple[Factor, ...]
+    objective: Objective
+    evaluations: int
+    population: int
+    seeds: tuple[int, ...] = (0,)
+
+    def __post_init__(self) -> None:
+        check_name("Tuning", self.name)
+        for part, kind in (("trials", Trial), ("factors", Factor)):
+            given = several(f"Tuning({self.name!r}, {part}=...)", getattr(self, part), kind, part[:-1])
+            names = [one.name for one in given]
+            if not names or len(set(names)) < len(names):
+                raise ValueError(
+                    f"`Tuning({self.name!r}, {part}=...)` needs at least one {part[:-1]}, each of another name; "
+                    f"got {names}."
+                )
+            object.__setattr__(self, part, given)
+        for factor in self.factors:
+            spread = factor.distribution
+            if not (np.isfinite(spread.low) and np.isfinite(spread.high)):
+                raise ValueError(
+                    f"`Tuning({self.name!r}, factors=...)` needs ranges with two ends, within which all laws search; "
+                    f"that of '{factor.name}' is {spread.words()}."
+                )
+        if not callable(self.objective):
+            raise ValueError(
+                f"`Tuning({self.name!r}, objective=...)` must be a function of the runs; got {self.objective!r}."
+            )
+        self._check_budget()
+
+    def _check_budget(self) -> None:
+        call = f"Tuning({self.name!r}"
+        for name in ("evaluations", "population"):
+            whole(f"{call}, {name}=...)", getattr(self, name))
+        size, budget = self.population, self.evaluations
+        if size < LEAST:
+            raise ValueError(f"`{call}, population=...)` must be at least {LEAST}, which make a new point; got {size}.")
+        if budget % size:
+            near = f"{budget - budget % size or size} or {budget - budget % size + size}"
+            raise ValueError(
+                f"`{call}, evaluations=...)` must be a multiple of the population, {size}, so that every law gets the "
+                f"same number of them; got {budget}: take {near}."
+            )
+        seeds = several(f"{call}, seeds=...)", self.seeds, int, "seed")
+        if not seeds or len(set(seeds)) < len(seeds):
+            raise ValueError(f"`{call}, seeds=...)` needs at least one seed, each once; got {seeds}.")
+        for seed in seeds:
+            seeded(f"{call}, seeds=...)", seed)
+
+    @property
+    def size(self) -> int:
+        """How many points all searches look at together."""
+        return self.evaluations * len(self.seeds)
+
+    @property
+    def generations(self) -> int:
+        """How often a search asks for a whole population."""
+        return self.evaluations // self.population
+
+
+@dataclass(frozen=True, eq=False)
+class Ready:
+    """A tuning with the equations of its trials: at the step h for all points, and at h / 2 for the best of them."""
+
+    tuning: Tuning
+    trials: tuple[Prepared, ...]
+    halves: tuple[Prepared, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Those of the trials."""
+        return tuple(trial.name for trial in self.tuning.trials)
+
+    @cached_property
+    def finalists(self) -> int:
+        """How many points are run again at h / 2."""
+        return min(FINALISTS, self.tuning.size)
+
+
+def ready(tuning: Tuning) -> Ready:
+    """The tuning with its equations; the points are only known as the search goes on.
+
+    Raises
+    ------
+    LookupError, ValueError
+        As `prepared`, with the name of the trial: if a factor varies what its loop does not have, say.
+    """
+    trials = tuple(_prepared(tuning, trial) for trial in tuning.trials)
+    few = Listed(np.full((min(FINALISTS, tuning.size), len(tuning.factors)), 0.5))
+    halves = tuple(one.at_half(f"{one.sweep.name}_half").at(few) for one in trials)
+    return Ready(tuning, trials, halves)
+
+
+def _prepared(tuning: Tuning, trial: Trial) -> Prepared:
+    """A trial as a sweep, whose points stand in the middle until they are known."""
+    middle = Listed(np.full((tuning.size, len(tuning.factors)), 0.5))
+    try:
+        sweep = Sweep(
+            name=f"{tuning.name}_{trial.name}",
+            loop=trial.loop,
+            metrics=trial.metrics,
+            factors=tuning.factors,
+            design=middle,
+            h=trial.h,
+            until=trial.until,
+            every=trial.every,
+            seed=trial.seed,
+            common=True,
+            halved=None,
+            runs_of_chunk=tuning.population,
+        )
+        return prepared(sweep)
+    except (LookupError, ValueError) as error:
+        if type(error) not in (LookupError, ValueError):
+            raise
+        raise type(error)(f"`Tuning({tuning.name!r})` in the trial '{trial.name}': {error}") from error
+
+
+def equal_budget(
+    laws: Mapping[str, tuple[Sequence[Trial], Sequence[Factor]]],
+    objective: Objective,
+    *,
+    evaluations: int,
+    population: int,
+    seeds: tuple[int, ...] = (0,),
+) -> tuple[Tuning, ...]:
+    """Tunings of several laws by one objective, with one budget, from the same seeds and in the same trials.
+
+    Parameters
+    ----------
+    laws
+        From the name of each law to its loops, as trials, and its factors.
+
+    Raises
+    ------
+    ValueError
+        If two laws differ in the names, metrics, steps, horizons or seeds of their trials, or `Tuning` refuses.
+    """
+    made = tuple(
+        Tuning(name, tuple(trials), tuple(factors), objective, evaluations, population, seeds)
+        for name, (trials, factors) in laws.items()
+    )
+    for one in made[1:]:
+        for ours, theirs in zip(_conditions(one), _conditions(made[0]), strict=False):
+            if ours != theirs:
+                raise ValueError(
+                    f"`equal_budget(laws=...)` needs the same trials for every law; '{one.name}' has {ours}, and "
+                    f"'{made[0].name}' has {theirs}."
+                )
+        if len(one.trials) != len(made[0].trials):
+            raise ValueError(
+                f"`equal_budget(laws=...)` needs the same trials for every law; '{one.name}' has {len(one.trials)}, "
+                f"and '{made[0].name}' has {len(made[0].trials)}."
+            )
+    return made
+
+
+def _conditions(tuning: Tuning) -> list[str]:
+    """What the trials of two laws must have in common, in words."""
+    return [
+        f"'{t.name}' with {', '.join(metric.name for metric in t.metrics)} at h = {t.h:g} s for {t.until:g} s, "
+        f"values every {t.every or t.until:g} s, seed {t.seed}"
+        for t in tuning.trials
+    ]
