@@ -134,14 +134,16 @@ def _run(study: Path, out: Path | None, asked: dict[str, Any]) -> None:
         script.refuse_place(target)
         folder.check_free(target.resolve())
         folder.check_place(target.resolve())
-        with sweeping.swept(loaded, target, sweeping.Order(study, say=_aside, **asked)) as samples:
+        with sweeping.swept(loaded, target, sweeping.Order(study, say=_aside, **asked)) as answered:
+            loaded = answered.study
             with _of_the_study(study, loaded.sections), shown(loaded.name, _aside) as progress:
-                found = replace(run_all(loaded, progress), samples=samples)
+                found = replace(run_all(loaded, progress), samples=answered.samples, tunings=answered.tunings)
             with _of_the_study(study, loaded.headlines):
                 findings = headlines(loaded, found)
             with _of_the_study(study, loaded.sections):
                 page = document(loaded, found, command=script.command(study, out, asked["samples"]))
-                folder.write(page, target, {f"runs/{s.name}.csv": rows.to_csv(s).encode() for s in samples})
+                tables = {f"runs/{s.name}.csv": rows.to_csv(s).encode() for s in found.all_samples}
+                folder.write(page, target, tables)
         click.echo("\n".join([*findings, f"The report is {target / 'index.html'}, and {target / 'report.pdf'}."]))
 
 

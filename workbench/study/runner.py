@@ -20,6 +20,8 @@ class CaseError(ValueError):
 def run(study: Study, progress: Progress | None = None, workers: int | None = None) -> Results:
     """Every case of the study, in its order. CasADi gives up the interpreter's lock, so threads serve.
 
+    Sweeps and tunings are not run here; cases that follow from tunings are those of `study.resolved`.
+
     Parameters
     ----------
     progress
@@ -29,19 +31,24 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
 
     Raises
     ------
+    ValueError
+        If the cases are a function.
     CaseError
         As soon as a case fails, with its name; the other cases end at their next progress.
     """
-    tally = _Tally(study.cases, progress)
-    longest_first = sorted(range(len(study.cases)), key=lambda i: -_work(study.cases[i]))
+    cases = study.cases
+    if callable(cases):
+        raise ValueError("`run(study)` needs the cases themselves, not a function: take `study.resolved(tuned)`.")
+    tally = _Tally(cases, progress)
+    longest_first = sorted(range(len(cases)), key=lambda i: -_work(cases[i]))
     pool = ThreadPoolExecutor(workers or os.cpu_count() or 1)
     try:
-        futures = {i: pool.submit(_outcome, study.cases[i], tally.of(i)) for i in longest_first}
+        futures = {i: pool.submit(_outcome, cases[i], tally.of(i)) for i in longest_first}
         done, _ = wait(futures.values(), return_when=FIRST_EXCEPTION)
         failed = [i for i in sorted(futures) if futures[i] in done and futures[i].exception() is not None]
         if failed:
             futures[failed[0]].result()
-        return Results(tuple(futures[i].result() for i in range(len(study.cases))))
+        return Results(tuple(futures[i].result() for i in range(len(cases))))
     finally:
         tally.stopped = True
         pool.shutdown(cancel_futures=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,11 +18,13 @@ from workbench.study.contract import Loop
 from workbench.study.document import Section
 from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep
+from workbench.study.tuning import Tuned, Tuning
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
+ENDS = ("", "_half")  # of the names of the two sweeps that each trial of a tuning becomes
 TRUTH = "\N{DAGGER}"  # beside the name of a law that uses what no instrument gives
 
 
@@ -142,10 +144,11 @@ def _check_place(call: str, joint: int, size: int, case: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class Results:
-    """The outcomes of a study, by scenario and law, and the samples of its sweeps."""
+    """The outcomes of a study, by scenario and law, the samples of its sweeps, and what its tunings found."""
 
     outcomes: tuple[Outcome, ...] = ()
     samples: tuple[Sample, ...] = ()
+    tunings: tuple[Tuned, ...] = ()
 
     def __getitem__(self, key: tuple[str, str]) -> Outcome:
         for outcome in self.outcomes:
@@ -160,6 +163,19 @@ class Results:
             if sample.name == name:
                 return sample
         raise LookupError(f"There is no sweep '{name}'.{nearest(name, [sample.name for sample in self.samples])}")
+
+    def tuned(self, name: str) -> Tuned:
+        """What the tuning of that name found."""
+        for one in self.tunings:
+            if one.name == name:
+                return one
+        raise LookupError(f"There is no tuning '{name}'.{nearest(name, [one.name for one in self.tunings])}")
+
+    @property
+    def all_samples(self) -> tuple[Sample, ...]:
+        """Those of the sweeps, and all runs of the tunings."""
+        held = (sample for one in self.tunings for sample in (*one.samples.values(), *one.halves.values()))
+        return (*self.samples, *held)
 
     def to_frame(self) -> pd.DataFrame:
         """One row a case, metric and joint: value, error, unit, and when the run diverged.
@@ -194,7 +210,7 @@ class Results:
 
 @dataclass(frozen=True, eq=False)
 class Study:
-    """A question, the cases and sweeps that answer it, and the sections that say how.
+    """A question, the cases, sweeps and tunings that answer it, and the sections that say how.
 
     Attributes
     ----------
@@ -206,8 +222,11 @@ class Study:
         Whether the report holds times, which differ from one run to the next.
     seed
         Of what the study draws at random; None where nothing is.
-    sweeps
-        Many runs of a loop each; the folder of the report then keeps a ledger of them.
+    tunings, sweeps
+        Searches for the numbers of loops, which come first, and many runs of a loop each; the folder of the report
+        then keeps a ledger of them.
+    cases, sweeps
+        As they are, or a function that makes them from what the tunings found, by the tunings' names.
     """
 
     name: str
@@ -216,11 +235,12 @@ class Study:
     method: str
     sections: Callable[[Results], Sequence[Section]]
     headlines: Callable[[Results], Sequence[str]] = field(default=lambda results: ())
-    cases: tuple[Case, ...] = ()
+    cases: tuple[Case, ...] | Callable[[Mapping[str, Tuned]], tuple[Case, ...]] = ()
     fingerprints: Mapping[str, str] = field(default_factory=dict)
     measures_time: bool = False
     seed: int | None = None
-    sweeps: tuple[Sweep, ...] = ()
+    sweeps: tuple[Sweep, ...] | Callable[[Mapping[str, Tuned]], tuple[Sweep, ...]] = ()
+    tunings: tuple[Tuning, ...] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not re.fullmatch(r"[a-z0-9_]{1,80}", self.name):
@@ -233,9 +253,29 @@ class Study:
         for name in ("sections", "headlines"):
             if not callable(getattr(self, name)):
                 raise ValueError(f"`Study({name}=...)` must be a function of the results; got {getattr(self, name)!r}.")
-        object.__setattr__(self, "cases", several("Study(cases=...)", self.cases, Case, "case"))
-        object.__setattr__(self, "sweeps", several("Study(sweeps=...)", self.sweeps, Sweep, "sweep"))
-        for kind in ("cases", "sweeps"):
-            names = [part.name for part in getattr(self, kind)]
-            if twice := {name for name in names if names.count(name) > 1}:
-                raise ValueError(f"`Study({kind}=...)` needs distinct {kind}; {sorted(twice)} came more than once.")
+        for part, kind in (("cases", Case), ("sweeps", Sweep), ("tunings", Tuning)):
+            given = getattr(self, part)
+            if part != "tunings" and callable(given):
+                self._check_later(part)
+                continue
+            object.__setattr__(self, part, several(f"Study({part}=...)", given, kind, part[:-1]))
+            self._check_names(part, [one.name for one in getattr(self, part)])
+        files = [f"{one.name}_{trial.name}{end}" for one in self.tunings for trial in one.trials for end in ENDS]
+        sweeps = () if callable(self.sweeps) else self.sweeps
+        self._check_names("sweeps and trials", [*files, *(one.name for one in sweeps)])
+
+    def _check_later(self, part: str) -> None:
+        if not self.tunings:
+            raise ValueError(
+                f"`Study({part}=...)` is a function of what the tunings found, and this study has none: give the "
+                f"{part} themselves."
+            )
+
+    def _check_names(self, part: str, names: Sequence[str]) -> None:
+        if twice := {name for name in names if names.count(name) > 1}:
+            raise ValueError(f"`Study({part}=...)` needs distinct {part}; {sorted(twice)} came more than once.")
+
+    def resolved(self, tuned: Mapping[str, Tuned]) -> Study:
+        """The study with the cases and sweeps that follow from what its tunings found."""
+        later: dict[str, Any] = {part: getattr(self, part) for part in ("cases", "sweeps")}
+        return replace(self, **{part: make(tuned) for part, make in later.items() if callable(make)})

@@ -18,7 +18,7 @@ PACKAGES = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "typs
 def document(study: Study, results: Results, command: str) -> Document:
     """What the study says, with all that is needed to get it again: command, versions, fingerprints."""
     prints = {outcome.case.name: outcome.ode.fingerprint[:16] for outcome in results.outcomes}
-    prints |= {sample.name: sample.fingerprint[:16] for sample in results.samples}
+    prints |= {sample.name: sample.fingerprint[:16] for sample in results.all_samples}
     colophon = Colophon(
         command=command,
         version=__version__,

@@ -1,0 +1,102 @@
+"""The tunings of a study in its ledger: each generation is kept like the chunks of a sweep, and never done twice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+from workbench.study.chunk import Chunk
+from workbench.study.prepared import Prepared
+from workbench.study.resume import State, Task, lost, said_of
+from workbench.study.store import Ledger
+from workbench.study.tuning.contract import Ready
+from workbench.study.tuning.search import tune
+from workbench.study.tuning.tuned import Tuned
+
+# Computes some chunks of some sweeps.
+Execute = Callable[[Sequence[Prepared], Sequence[Task]], Iterator[Chunk]]
+# The names of the chunks of each sweep that are known, by its name.
+Names = dict[str, list[str]]
+
+
+def complete(
+    tunings: Sequence[Ready],
+    ledger: Ledger,
+    execute: Execute,
+    begin: Callable[[], Callable[[State], None]],
+    acknowledge: Callable[[Chunk], None] = lambda chunk: None,
+    describe: Callable[[list[dict[str, Any]]], None] = lambda said: None,
+) -> tuple[dict[str, Tuned], list[dict[str, Any]]]:
+    """What each tuning finds, by its name, and what the ledger says of their runs; what it holds is not run again.
+
+    A search asks for the same points again after it was stopped, and finds its generations by their names.
+
+    Parameters
+    ----------
+    begin
+        Called once if something is to be computed; it gives what is told how far the tunings are.
+    describe
+        Told what the ledger should say, before the first generation and after each one that was computed.
+    """
+    names: Names = {one.sweep.name: [] for made in tunings for one in _sweeps(made)}
+    total = sum(one.sweep.design.size for made in tunings for one in _sweeps(made))
+    done = failed = 0
+    tell: Callable[[State], None] | None = None
+
+    def evaluate(sweeps: Sequence[Prepared], first: int, last: int) -> list[Chunk]:
+        nonlocal done, failed, tell
+        tasks = [Task(i, first, last, one.name(first, last)) for i, one in enumerate(sweeps)]
+        missing = [task for task in tasks if task.name not in ledger]
+        if missing and tell is None:
+            tell = begin()
+            describe(said(tunings, names))
+        if tell is not None:
+            tell(State(done, failed, total))
+        for chunk in execute(sweeps, missing) if missing else ():
+            ledger.add(chunk)
+            acknowledge(chunk)
+        for one, task in zip(sweeps, tasks, strict=True):
+            names[one.sweep.name].append(task.name)
+        if missing:
+            describe(said(tunings, names))
+        chunks = [ledger.read(task.name) for task in tasks]
+        done, failed = done + len(sweeps) * (last - first), failed + sum(map(lost, chunks))
+        return chunks
+
+    found = {made.tuning.name: tune(made, evaluate) for made in tunings}
+    return found, said(tunings, names)
+
+
+def replayed(made: Ready, chunks: Mapping[str, Chunk]) -> Tuned:
+    """What a tuning found whose chunks are all here, by their names.
+
+    Raises
+    ------
+    KeyError
+        If one is not.
+    """
+
+    def evaluate(sweeps: Sequence[Prepared], first: int, last: int) -> list[Chunk]:
+        return [chunks[one.name(first, last)] for one in sweeps]
+
+    return tune(made, evaluate)
+
+
+def said(tunings: Sequence[Ready], names: Names) -> list[dict[str, Any]]:
+    """What the ledger says of the runs of tunings; a chunk that nobody knows yet has a name that none has."""
+    lines = []
+    for made in tunings:
+        size = made.tuning.population
+        for one in made.trials:
+            known = names[one.sweep.name]
+            coming = range(len(known) * size, made.tuning.size, size)
+            lines.append(said_of(one, [*known, *(f"{one.sweep.name}/{i}-{i + size}/" for i in coming)]))
+        for one in made.halves:
+            known = names[one.sweep.name]
+            runs = int(known[0].split("/")[1].split("-")[1]) if known else one.sweep.design.size
+            lines.append(said_of(one, known or [f"{one.sweep.name}/0-{runs}/"]) | {"runs": runs})
+    return lines
+
+
+def _sweeps(made: Ready) -> tuple[Prepared, ...]:
+    return (*made.trials, *made.halves)
