@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cache
 
 import numpy as np
-from fair_conditions import HELD_OUT, Scenario
+from fair_conditions import Scenario
 from fair_laws import Entrant
 from fair_objective import TERMS, Term, both, cost
 
@@ -17,7 +16,6 @@ from workbench.study.study import Results
 
 RESAMPLES = 2000
 SEED = 88
-COST = "cost"
 
 
 def name_of(scenario: Scenario, key: str) -> str:
@@ -56,5 +54,14 @@ def ratio(values: Paired, a: str, b: str) -> tuple[float, float, float]:
     return tuple(float(np.exp(part[0, 1])) for part in (found.value, found.low, found.high))
 
 
+def step_errors(sample: Sample, metric: str) -> Array:
+    """By how much a metric of both joints may change from h to h / 2, in each run that was run again and is finite."""
+    places = [i for i, (name, _, _) in enumerate(sample.columns) if name == metric]
+    errors = sample.errors[:, -1, places][np.isnan(sample.diverged_at[sample.again])]
+    return np.where(np.isnan(errors), np.inf, errors).max(axis=1) if len(errors) else np.empty(0)
+
+
 def _error(sample: Sample, metric: str) -> float:
-    return float(np.hypot(sample.step_error(metric, 0), sample.step_error(metric, 1)))
+    """That of the median run, as medians are what is compared; NaN if all runs diverged."""
+    errors = step_errors(sample, metric)
+    return float(np.median(errors)) if len(errors) else float("nan")

@@ -140,6 +140,18 @@ def test_medians_count_a_failed_run_as_worse_than_any_other():
     assert many.order("good", "poor") == "above"
 
 
+@pytest.mark.parametrize("error", [0.0, np.nan, np.inf])
+def test_a_law_that_always_fails_is_worst_whatever_its_step(error):
+    values = LAWS | {"lost": np.full(200, np.nan)}
+    held = paired(values, metric="error", errors={"good": 0.0, "twin": 0.0, "poor": 0.0, "lost": error})
+    found = compare(held)
+    assert found.order("poor", "lost") == "below"
+    assert found.order("lost", "poor") == "above"
+    assert "lost" not in found.leaders
+    assert "lost in 200" in held.said
+    assert ("of lost not known" in held.said) == np.isnan(error)
+
+
 def test_laws_that_fail_in_the_same_draws_are_equal_there():
     lost = np.where(np.arange(200) < 120, np.nan, 1.0)
     found = compare(paired({"a": lost, "b": lost, "c": np.ones(200)}, metric="error"))

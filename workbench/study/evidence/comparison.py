@@ -41,12 +41,16 @@ class Comparison:
     refused: Mapping[str, str] = field(default_factory=dict)
 
     def order(self, a: str, b: str) -> Literal["below", "above", "undecided"]:
-        """Whether law a is significantly below law b, or above: by more than the interval and the steps' errors."""
+        """Whether law a is significantly below law b, or above: by more than the interval and the steps' errors.
+
+        Where all of the interval is infinite, as one of them fails too often, no error of the step counts.
+        """
         i, j = self.paired.place(a), self.paired.place(b)
+        low, high = self.difference.low[i, j], self.difference.high[i, j]
         off = self.paired.errors[i] + self.paired.errors[j]
-        if self.difference.high[i, j] < -off:
+        if high < -off or high == -np.inf:
             return "below"
-        return "above" if self.difference.low[i, j] > off else "undecided"
+        return "above" if low > off or low == np.inf else "undecided"
 
     @property
     def best(self) -> str | None:

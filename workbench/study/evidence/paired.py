@@ -27,7 +27,7 @@ class Paired:
     values
         (N, L); infinite for a failed run, which is worse than any other.
     errors
-        (L,), how far off a value may be by the step; NaN where that is not known.
+        (L,), how far off a value, or what is made of them, may be by the step; NaN where that is not known.
     failed
         (L,), how many runs failed.
     note
@@ -56,8 +56,11 @@ class Paired:
         """The note, with the failed runs and the largest error of the step."""
         failed = ", ".join(f"{law} in {count:,}" for law, count in zip(self.laws, self.failed, strict=True) if count)
         lost = f"failed runs: {failed}, each taken as worse than any other" if failed else "no run failed"
-        error = f"{self.errors.max():.2g} {self.unit}".strip() if not np.isnan(self.errors).any() else "not known"
-        return f"{self.metric}: {len(self):,} draws; {lost}; error of the step at most {error}."
+        known = self.errors[~np.isnan(self.errors)]
+        error = f"at most {known.max():.2g} {self.unit}".strip() if len(known) else "not known"
+        unknown = ", ".join(law for law, off in zip(self.laws, self.errors, strict=True) if np.isnan(off))
+        but = f", of {unknown} not known" if unknown and len(known) else ""
+        return f"{self.metric}: {len(self):,} draws; {lost}; error of the step {error}{but}."
 
 
 def paired(
