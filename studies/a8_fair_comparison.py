@@ -13,10 +13,11 @@ Runs in   about a minute on two cores.
 from collections.abc import Mapping
 
 from fair_conditions import HELD_OUT, HORIZON, PERIOD, TRAINING, Computed, Scenario, uncertain
-from fair_evidence import name_of
-from fair_laws import ENTRANTS, PROPOSALS, Entrant
+from fair_evidence import ABLATED, CARDED, name_of
+from fair_laws import ENTRANTS, MAIN, PROPOSALS, Entrant
 from fair_objective import metrics, objective
 from fair_pages import headlines, sections
+from fair_published import cases
 
 from workbench.study.sampling import MonteCarlo
 from workbench.study.study import Study
@@ -25,14 +26,11 @@ from workbench.study.tuning import Trial, Tuned, Tuning, equal_budget
 
 EVALUATIONS, POPULATION, SEEDS = 640, 32, (1, 2)
 DRAWS, SEED = 200, 8
-ABLATED = ("paper", "payload")  # the scenarios in which AOSMC-RGS loses its parts
 
 
 def trials(entrant: Entrant) -> tuple[Trial, ...]:
     """A law in the training scenarios."""
-    return tuple(
-        Trial(s.name, entrant.loop(s, entrant.card), metrics(s), PERIOD, HORIZON, seed=SEED) for s in TRAINING
-    )
+    return tuple(Trial(s.name, entrant.loop(s, entrant.card), metrics(s), PERIOD, HORIZON, seed=SEED) for s in TRAINING)
 
 
 def tunings() -> tuple[Tuning, ...]:
@@ -55,11 +53,17 @@ def proposed_in(scenario: Scenario, tuned: Mapping[str, Tuned]) -> Computed:
 
 
 def sweeps(tuned: Mapping[str, Tuned]) -> tuple[Sweep, ...]:
-    """Every law as tuned in every scenario, and AOSMC-RGS less each of its parts in two."""
+    """Every law as tuned in every scenario; with the numbers of the card in one; AOSMC-RGS less its parts in two."""
     everywhere = (
         sweep(name_of(scenario, entrant.key), entrant.loop(scenario, tuned[entrant.key].best), scenario)
         for scenario in HELD_OUT
         for entrant in ENTRANTS
+    )
+    card = (
+        sweep(name_of(scenario, f"{entrant.key} card"), entrant.loop(scenario, entrant.card), scenario)
+        for scenario in HELD_OUT
+        if scenario.name == CARDED
+        for entrant in MAIN
     )
     less = (
         sweep(name_of(scenario, part), loop, scenario)
@@ -67,7 +71,7 @@ def sweeps(tuned: Mapping[str, Tuned]) -> tuple[Sweep, ...]:
         if scenario.name in ABLATED
         for part, loop in proposed_in(scenario, tuned).ablations().items()
     )
-    return (*everywhere, *less)
+    return (*everywhere, *card, *less)
 
 
 study = Study(
@@ -75,6 +79,7 @@ study = Study(
     title="Who really wins: all laws tuned alike, and judged where none was tuned",
     question=__doc__.split("Question  ")[1].split("Method")[0],
     method=__doc__.split("Method    ")[1].split("Runs in")[0],
+    cases=cases,
     tunings=tunings(),
     sweeps=sweeps,
     sections=sections,

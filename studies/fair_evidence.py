@@ -14,6 +14,8 @@ from workbench.study.evidence import Comparison, Paired, compare, paired, same_d
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 
+ABLATED = ("paper", "payload")  # the scenarios in which AOSMC-RGS loses its parts
+CARDED = "paper"  # that in which the numbers of the card are tried
 RESAMPLES = 2000
 SEED = 88
 
@@ -58,7 +60,7 @@ def step_errors(sample: Sample, metric: str) -> Array:
     """By how much a metric of both joints may change from h to h / 2, in each run that was run again and is finite."""
     places = [i for i, (name, _, _) in enumerate(sample.columns) if name == metric]
     errors = sample.errors[:, -1, places][np.isnan(sample.diverged_at[sample.again])]
-    return np.where(np.isnan(errors), np.inf, errors).max(axis=1) if len(errors) else np.empty(0)
+    return np.hypot(*np.where(np.isnan(errors), np.inf, errors).T) if len(errors) else np.empty(0)
 
 
 def _error(sample: Sample, metric: str) -> float:

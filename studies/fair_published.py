@@ -10,7 +10,7 @@ from fair_laws import MAIN, PROPOSED
 from paper_card import CARD, LAWS, PUBLISHED
 from paper_laws import REFERENCES, proposed_repaired, rival
 
-from workbench.study.document import Cell, Column, Diverged, Measured, Paragraph, Section, Table
+from workbench.study.document import Cell, Column, Diverged, Measured, Paragraph, Section, Table, Verdict
 from workbench.study.study import Case, Outcome, Results
 from workbench.study.tuning import Tuned
 
@@ -56,12 +56,26 @@ def published_section(results: Results) -> Section:
     )
 
 
+def order_kept(results: Results) -> Verdict:
+    """Whether the printed order of the six laws survives tuning."""
+    found = {key: _order(results, key) for key in WORDS}
+    kept, of = (sum(pair[i] for pair in found.values()) for i in (0, 1))
+    said = ", ".join(f"{pairs} of {all_of} in the {WORDS[key]}" for key, (pairs, all_of) in found.items())
+    return Verdict(
+        "holds" if kept == of else "fails",
+        "All tuned alike, the six laws keep the printed order of their RMSE (43).",
+        f"In order are {said}, both joints together; order by chance keeps half of them.",
+    )
+
+
 def _order(results: Results, key: str) -> tuple[int, int]:
     """How many of the printed pairs of a scenario, both joints, are in the same order as tuned; and how many pairs."""
     pairs = [
-        (printed.values[a] - printed.values[b], _value(results[f"{key} tuned", a], joint) - _value(results[f"{key} tuned", b], joint))
+        (
+            PUBLISHED[key, joint].values[a] - PUBLISHED[key, joint].values[b],
+            _value(results[f"{key} tuned", a], joint) - _value(results[f"{key} tuned", b], joint),
+        )
         for joint in (1, 2)
-        for printed in (PUBLISHED[key, joint],)
         for i, a in enumerate(LAWS)
         for b in LAWS[i + 1 :]
     ]
@@ -85,7 +99,9 @@ def _table(results: Results, key: str, joint: int) -> Table:
     ]
     columns = (Column("law"), *(Column(f"as {how}", "rad", "right") for how in ("published", "assumed", "tuned")))
     notes = ("Errors in brackets are those of the step, from half of it.",)
-    return Table(f"published_{key.lower()}_q{joint}", f"RMSE of joint {joint}, {WORDS[key]}.", columns, tuple(rows), notes)
+    return Table(
+        f"published_{key.lower()}_q{joint}", f"RMSE of joint {joint}, {WORDS[key]}.", columns, tuple(rows), notes
+    )
 
 
 def _cell(outcome: Outcome, joint: int) -> Cell:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -75,8 +76,13 @@ def _counts(runs: int, resamples: int, seed: int) -> Iterator[Array]:
     """How often each of N draws comes in a resample, (some, N) at a time: each resample from its own numbers."""
     some = max(1, BLOCK // runs)
     for first in range(0, resamples, some):
-        last = min(first + some, resamples)
-        drawn = (uniforms(seed, first, last, runs) * runs).astype(np.intp)
-        drawn += runs * np.arange(last - first)[:, None]
-        found = np.bincount(drawn.ravel(), minlength=runs * (last - first))
-        yield found.reshape(last - first, runs).astype(float)
+        yield _drawn(runs, first, min(first + some, resamples), seed)
+
+
+@lru_cache(maxsize=1)  # of a study's many comparisons each asks for the same resamples
+def _drawn(runs: int, first: int, last: int, seed: int) -> Array:
+    drawn = (uniforms(seed, first, last, runs) * runs).astype(np.intp)
+    drawn += runs * np.arange(last - first)[:, None]
+    found = np.bincount(drawn.ravel(), minlength=runs * (last - first)).reshape(last - first, runs).astype(float)
+    found.flags.writeable = False
+    return found

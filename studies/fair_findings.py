@@ -1,0 +1,111 @@
+"""What follows from the comparisons of a8: who is best where, by how much, and which claims hold."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from workbench.study.document import Verdict
+from workbench.study.evidence import Comparison
+
+Held = Mapping[str, Comparison]  # a measure in each held-out scenario, by the scenario's name
+
+
+@dataclass(frozen=True)
+class Standing:
+    """The scenarios in which a law is best, in which another is below it, and those that are open."""
+
+    best: tuple[str, ...]
+    behind: tuple[str, ...]
+    open: tuple[str, ...]
+
+    @property
+    def sentence(self) -> str:
+        """In plain words."""
+        total = len(self.best) + len(self.behind) + len(self.open)
+        parts = [f"best in {len(self.best)} of {total}{_listed(self.best)}"]
+        parts.append(f"behind another law in {len(self.behind)}{_listed(self.behind)}")
+        parts.append(f"open in {len(self.open)}{_listed(self.open)}")
+        return ", ".join(parts)
+
+    @property
+    def kind(self) -> str:
+        """Whether it is best everywhere."""
+        return "fails" if self.behind else "open" if self.open else "holds"
+
+
+def standing(held: Held, law: str) -> Standing:
+    """How a law stands in each scenario, among all that were compared there."""
+    places: dict[str, list[str]] = {"best": [], "behind": [], "open": []}
+    for scenario, one in held.items():
+        places["best" if one.best == law else "open" if law in one.leaders else "behind"].append(scenario)
+    return Standing(*(tuple(places[name]) for name in ("best", "behind", "open")))
+
+
+def wins(held: Held) -> dict[str, int]:
+    """In how many scenarios each law is best, those with most first."""
+    laws = next(iter(held.values())).paired.laws
+    counts = {law: sum(one.best == law for one in held.values()) for law in laws}
+    return dict(sorted(counts.items(), key=lambda pair: -pair[1]))
+
+
+def champion(held: Held) -> str | None:
+    """The law that is best in more scenarios than any other; None where two share that."""
+    (first, most), (_, next_most), *_ = wins(held).items()
+    return first if most > next_most else None
+
+
+def everywhere(held: Held, law: str, measure: str) -> Verdict:
+    """Whether a law is best in all scenarios."""
+    found = standing(held, law)
+    return Verdict(found.kind, f"{law} has the least {measure} in every held-out scenario.", f"It is {found.sentence}.")
+
+
+def mostly(held: Held, law: str) -> Verdict:
+    """Whether a law is best in more scenarios than any other."""
+    counts = ", ".join(f"{name} in {count}" for name, count in wins(held).items() if count)
+    nobody = sum(one.best is None for one in held.values())
+    said = f"Best is {counts or 'no law anywhere'}; nobody in {nobody} of {len(held)}."
+    kind = "holds" if champion(held) == law else "fails" if champion(held) is not None else "open"
+    return Verdict(kind, f"{law} has the least cost in more held-out scenarios than any other law.", said)
+
+
+def fails_nowhere(held: Held, law: str) -> Verdict:
+    """Whether all runs of a law stay finite."""
+    lost = {scenario: int(one.paired.failed[one.paired.place(law)]) for scenario, one in held.items()}
+    said = ", ".join(
+        f"{count} of {len(held[scenario].paired)} in '{scenario}'" for scenario, count in lost.items() if count
+    )
+    statement = f"No run of {law} diverges in a held-out scenario."
+    return Verdict("fails" if said else "holds", statement, f"Diverged: {said}." if said else "All stay finite.")
+
+
+def by_its_law(held: Held, law: str) -> Verdict:
+    """Whether the lead of a law remains where its rivals have its observers."""
+    found = standing(held, law)
+    return Verdict(
+        found.kind,
+        f"Where its rivals have its observers too, {law} has the least cost in every held-out scenario.",
+        f"Among {_and(next(iter(held.values())).paired.laws)} it is {found.sentence}.",
+    )
+
+
+def parts_matter(held: Held, whole: str) -> Verdict:
+    """Whether each part of a law lowers its cost in each scenario in which the law was taken apart."""
+    said: dict[str, list[str]] = {"below": [], "above": [], "undecided": []}
+    for scenario, one in held.items():
+        for part in one.paired.laws:
+            if part != whole:
+                said[one.order(whole, part)].append(f"{part} ({scenario})")
+    words = {"below": "cost rises without", "undecided": "open is", "above": "cost falls without"}
+    evidence = "; ".join(f"{words[order]} {', '.join(parts)}" for order, parts in said.items() if parts)
+    kind = "fails" if said["above"] else "open" if said["undecided"] else "holds"
+    return Verdict(kind, f"Each part of {whole} lowers its cost.", f"As tuned, {evidence}.")
+
+
+def _listed(names: Sequence[str]) -> str:
+    return f" ({', '.join(names)})" if names else ""
+
+
+def _and(names: Sequence[str]) -> str:
+    return f"{', '.join(names[:-1])} and {names[-1]}"
