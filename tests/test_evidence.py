@@ -140,6 +140,19 @@ def test_medians_count_a_failed_run_as_worse_than_any_other():
     assert many.order("good", "poor") == "above"
 
 
+def test_a_sure_difference_within_the_margin_is_none():
+    values = {"a": np.abs(DRAWS) + 1, "b": 1.01 * (np.abs(DRAWS) + 1)}
+    exact, close = (compare(paired(values, metric="error"), margin=margin) for margin in (0.0, 0.02))
+    assert exact.order("a", "b") == "below"
+    assert not exact.alike("a", "b")
+    assert close.order("a", "b") == "undecided"
+    assert close.alike("a", "b")
+    assert close.best is None
+    assert "a difference counts beyond 2 %" in close.said
+    off = compare(paired(values, metric="error", errors={"a": 1.0, "b": 0.0}), margin=0.02)
+    assert not off.alike("a", "b")
+
+
 @pytest.mark.parametrize("error", [0.0, np.nan, np.inf])
 def test_a_law_that_always_fails_is_worst_whatever_its_step(error):
     values = LAWS | {"lost": np.full(200, np.nan)}
@@ -197,14 +210,16 @@ def test_bold_follows_from_significance():
     apart = comparison_table("t", "c", (compare(paired(LAWS | {"good": LAWS["good"] - 1}, metric="error")),))
     assert [isinstance(row[1], Emphasis) for row in apart.rows] == [True, False, False]
     assert any("200 draws; no run failed" in str(note) for note in apart.notes)
+    assert "Medians over the draws; intervals hold all at once with 95 %." in apart.notes
 
 
 def test_tables_say_what_failed():
     held = paired(with_failed("good", 150), metric="error", unit="rad", note="seed 3")
     table = comparison_table("t", "c", (compare(held), compare(held, "mean")))
-    assert table.rows[0][1:] == ("fails in half of the draws or more", "no mean", 150)
+    assert table.rows[0][1:] == ("fails", "no mean", 150)
     assert any("good in 150" in str(note) for note in table.notes)
     assert "seed 3" in table.notes
+    assert any(str(note).startswith("Fails:") for note in table.notes)
 
 
 def test_differences_are_bold_in_both_directions():
@@ -231,6 +246,12 @@ def test_an_ablation_says_what_a_block_is_worth():
     assert table.rows[2][1] == "+0 % (+0 to +0)"
 
 
+def test_a_change_by_orders_is_told_in_times():
+    values = {"whole": np.abs(LAWS["good"]) + 1, "layer": 300 * (np.abs(LAWS["good"]) + 1)}
+    table = ablation_table("t", "c", (compare(paired(values, metric="error")),), "whole")
+    assert " times (" in table.rows[1][1].cell
+
+
 def sample(design=None, drawn=None, **changes):
     given = {
         "name": "s",
@@ -251,10 +272,11 @@ def sample(design=None, drawn=None, **changes):
 
 
 def test_samples_of_the_same_draws_say_so():
+    assert "; step 0.01 s, and half" in same_draws({"a": sample(), "b": sample()})
     note = same_draws({"a": sample(), "b": sample(h=0.02)})
     assert note == (
-        "30 draws of 1 factors, the same for each law; seed 9; steps: 0.01 s for a; 0.02 s for b; each with half of it "
-        "in 2 runs"
+        "30 draws of 1 factors, the same for each law; seed 9; steps 0.01 s for a; 0.02 s for b, and half of it in 2 "
+        "runs."
     )
 
 
@@ -300,6 +322,7 @@ def test_errors_that_fit_no_law_are_refused(errors, why):
     [
         ({"statistic": "mode"}, "'mean' or 'median'"),
         ({"confidence": 1.0}, "between 0 and 1"),
+        ({"margin": -0.1}, "a share from 0 to 1"),
         ({"resamples": 99}, "at least 100"),
         ({"seed": -1}, "whole number from 0"),
     ],

@@ -29,6 +29,8 @@ class Comparison:
         (L,), the mean or the median of each law.
     difference
         (L, L), that of the law of the row minus the law of the column, draw by draw.
+    margin
+        The share of the smaller level that a difference must be beyond to count.
     refused
         The reason for each law that has no mean; its numbers are NaN.
     """
@@ -38,19 +40,32 @@ class Comparison:
     confidence: float
     level: Intervals
     difference: Intervals
+    margin: float = 0.0
     refused: Mapping[str, str] = field(default_factory=dict)
 
     def order(self, a: str, b: str) -> Literal["below", "above", "undecided"]:
-        """Whether law a is significantly below law b, or above: by more than the interval and the steps' errors.
+        """Whether law a is significantly below law b, or above: by an interval beyond the steps' errors and the margin.
 
         Where all of the interval is infinite, as one of them fails too often, no error of the step counts.
         """
-        i, j = self.paired.place(a), self.paired.place(b)
-        low, high = self.difference.low[i, j], self.difference.high[i, j]
-        off = self.paired.errors[i] + self.paired.errors[j]
+        low, high, steps, share = self._apart(a, b)
+        off = np.maximum(steps, share)  # NaN where an error of the step is not known
         if high < -off or high == -np.inf:
             return "below"
         return "above" if low > off or low == np.inf else "undecided"
+
+    def alike(self, a: str, b: str) -> bool:
+        """Whether the interval of the difference of two laws, with the steps' errors, lies within the margin."""
+        low, high, steps, share = self._apart(a, b)
+        return bool(max(-low, high) + steps <= share)
+
+    def _apart(self, a: str, b: str) -> tuple[float, float, float, float]:
+        """The interval of a's difference from b, the errors of both by the step, and the margin in their unit."""
+        i, j = self.paired.place(a), self.paired.place(b)
+        least = min(abs(self.level.value[i]), abs(self.level.value[j]))
+        share = self.margin * least if self.margin and np.isfinite(least) else 0.0
+        steps = float(self.paired.errors[i] + self.paired.errors[j])
+        return float(self.difference.low[i, j]), float(self.difference.high[i, j]), steps, float(share)
 
     @property
     def best(self) -> str | None:
@@ -68,9 +83,10 @@ class Comparison:
 
     @property
     def said(self) -> str:
-        """What must stand below a table: the statistic, its intervals, and the runs behind them."""
-        of = f"{self.statistic}s over the draws; intervals hold all at once with {100 * self.confidence:g} %"
-        return f"{self.paired.said[:-1]}; {of}."
+        """What must stand below a table beside the runs: the statistic, its intervals, and when a difference counts."""
+        beyond = f", and a difference counts beyond {100 * self.margin:g} %" if self.margin else ""
+        level = f"{100 * self.confidence:g} %"
+        return f"{self.statistic.capitalize()}s over the draws; intervals hold all at once with {level}{beyond}."
 
 
 def compare(
@@ -78,6 +94,7 @@ def compare(
     statistic: Literal["mean", "median"] = "median",
     *,
     confidence: float = 0.95,
+    margin: float = 0.0,
     resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> Comparison:
@@ -87,36 +104,43 @@ def compare(
     `medians` of `bootstrap` for how. A failed run is worse than any other: a law that has one has no mean, and is
     refused by name; its median and the order of laws are defined. Where both of a pair failed they are equal.
 
+    Parameters
+    ----------
+    margin
+        Of the smaller level: a difference within that share of it is significant for nobody, however sure.
+
     Raises
     ------
     ValueError
-        If an argument has the wrong kind, there are fewer than 100 resamples, or every law is refused.
+        If an argument has the wrong kind, there are fewer than 100 resamples, the margin does not lie between 0 and
+        1, or every law is refused.
     """
     require("compare(paired)", paired, Paired)
-    if statistic not in ("mean", "median"):
-        raise ValueError(f"`compare(statistic=...)` is 'mean' or 'median'; got {statistic!r}.")
-    t_quantile("compare", confidence, 1)  # refuses what is no confidence
-    whole("compare(resamples=...)", resamples, 100, "resamples")
-    seeded("compare(seed=...)", seed)
+    _check(statistic, confidence, margin, resamples, seed)
+    laws = len(paired.laws)
     refused = _without_mean(paired) if statistic == "mean" else {}
     kept = [i for i, law in enumerate(paired.laws) if law not in refused]
     if not kept:
         raise ValueError(f"`compare(statistic='mean')` has no law left: {'; '.join(refused.values())}.")
     summary = means if statistic == "mean" else medians
-    level = summary(paired.values[:, kept], confidence, resamples, seed)
+    found = summary(paired.values[:, kept], confidence, resamples, seed)
+    level = Intervals(*(_spread(part, kept, laws) for part in (found.value, found.low, found.high)))
     pairs = list(combinations(kept, 2))
-    if pairs:
-        apart = summary(_differences(paired.values, pairs), confidence, resamples, seed)
-    else:
-        apart = Intervals(*(np.empty(0),) * 3)
+    none = Intervals(*(np.empty(0),) * 3)
+    apart = summary(_differences(paired.values, pairs), confidence, resamples, seed) if pairs else none
     return Comparison(
-        paired,
-        statistic,
-        confidence,
-        Intervals(*(_spread(part, kept, len(paired.laws)) for part in (level.value, level.low, level.high))),
-        _square(apart, pairs, len(paired.laws), kept),
-        refused,
+        paired, statistic, confidence, level, _square(apart, pairs, laws, kept), margin=margin, refused=refused
     )
+
+
+def _check(statistic: str, confidence: float, margin: float, resamples: int, seed: int) -> None:
+    if statistic not in ("mean", "median"):
+        raise ValueError(f"`compare(statistic=...)` is 'mean' or 'median'; got {statistic!r}.")
+    t_quantile("compare", confidence, 1)  # refuses what is no confidence
+    if not 0 <= margin < 1:
+        raise ValueError(f"`compare(margin=...)` must be a share from 0 to 1 of the smaller level; got {margin!r}.")
+    whole("compare(resamples=...)", resamples, 100, "resamples")
+    seeded("compare(seed=...)", seed)
 
 
 def _without_mean(paired: Paired) -> dict[str, str]:

@@ -128,9 +128,11 @@ def same_draws(samples: Mapping[str, Sample]) -> str:
             )
     runs = f"{len(held):,} draws of {len(held.factors)} factors, the same for each law"
     seed = f"; seed {held.design.seed}" if isinstance(held.design, MonteCarlo | LatinHypercube) else ""
-    steps = "; ".join(f"{h:g} s for {', '.join(laws)}" for h, laws in _by_step(samples).items())
+    by_step = _by_step(samples)
+    steps = "; ".join(f"{h:g} s for {', '.join(laws)}" for h, laws in by_step.items())
+    step = f"steps {steps}" if len(by_step) > 1 else f"step {held.h:g} s"
     again = min(len(sample.again) for sample in samples.values())
-    return f"{runs}{seed}; steps: {steps}; each with half of it in {again:,} runs"
+    return f"{runs}{seed}; {step}, and half of it in {again:,} runs."
 
 
 def _column(law: str, given: Any) -> Array:

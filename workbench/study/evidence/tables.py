@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -13,7 +13,8 @@ from workbench.study.evidence.comparison import Comparison
 from workbench.study.evidence.ranks import Ranks
 
 HALF = "in brackets the half-width of its interval, in units of the last digits"
-FAILS = "fails in half of the draws or more"
+FAILS = "fails"
+MANY = 1000  # percent, from which on a change is told in times
 
 
 def comparison_table(
@@ -114,10 +115,12 @@ def _statistics(comparisons: Sequence[Comparison]) -> str:
 
 def _said(comparisons: Sequence[Comparison]) -> tuple[str, ...]:
     """What is to be said of each metric, and once what is to be said of all."""
-    return (
-        *(one.said for one in comparisons),
-        *dict.fromkeys(one.paired.note for one in comparisons if one.paired.note),
-    )
+    each = (one.paired.said for one in comparisons)
+    alike = dict.fromkeys(one.said for one in comparisons)
+    notes = dict.fromkeys(one.paired.note for one in comparisons if one.paired.note)
+    often = any(np.isinf(one.level.value).any() for one in comparisons)
+    fails = ("Fails: no median, as half of the runs or more failed.",) if often else ()
+    return (*fails, *alike, *each, *notes)
 
 
 def _measured(found: Intervals, place: tuple[int, ...]) -> Value:
@@ -139,10 +142,17 @@ def _change(one: Comparison, i: int, at: int) -> Cell:
         return "not known"
     if np.isinf(value):
         return Emphasis(FAILS)
-    ends = " to ".join(f"{end:+.3g}" if np.isfinite(end) else "not bounded" for end in (low, high))
-    text = f"{value:+.3g} % ({ends})"
+    many = value >= MANY
+    text = _text((1 + end / 100 for end in (value, low, high)), "times") if many else _text((value, low, high), "%")
     laws = one.paired.laws
     return Emphasis(text) if one.order(laws[i], laws[at]) != "undecided" else text
+
+
+def _text(numbers: Iterable[float], unit: str) -> str:
+    """A value and its interval."""
+    sign = "+" if unit == "%" else ""
+    value, *ends = (f"{number:{sign}.3g}" if np.isfinite(number) else "not bounded" for number in numbers)
+    return f"{value} {unit} ({' to '.join(ends)})"
 
 
 def _percent(found: Intervals, i: int, j: int) -> Measured:
