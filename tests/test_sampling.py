@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as some
 from scipy.stats import qmc
 
-from workbench.study.sampling import LatinHypercube, MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
+from workbench.study.sampling import LatinHypercube, Listed, MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
 from workbench.study.sampling.sobol import MOST_DIMENSIONS
 
 DESIGNS = [
@@ -148,3 +148,15 @@ def test_one_at_a_time_moves_one_factor_from_the_base():
 def test_what_is_no_design_is_refused_in_a_sentence(make, said):
     with pytest.raises(ValueError, match=said):
         make()
+
+
+def test_listed_points_come_as_they_are_given():
+    design = Listed([[0.0, 0.5], [1.0, 0.25], [0.5, 0.5]])
+    assert (design.dimensions, design.size) == (2, 3)
+    assert design.points(1, 3).tolist() == [[1.0, 0.25], [0.5, 0.5]]
+
+
+@pytest.mark.parametrize("wrong", [[], [0.5], [[]], [[1.5]], [[np.nan]], "no", [[0.1], [0.2, 0.3]]])
+def test_what_is_no_list_of_points_is_refused(wrong):
+    with pytest.raises(ValueError, match=r"`Listed\(given\)` must be"):
+        Listed(wrong)

@@ -19,7 +19,7 @@ from workbench.study.executors import on_threads
 from workbench.study.factors import Factor
 from workbench.study.prepared import prepared
 from workbench.study.resume import complete, planned, samples
-from workbench.study.sampling import MonteCarlo
+from workbench.study.sampling import Listed, MonteCarlo
 from workbench.study.store import opened
 
 
@@ -242,3 +242,41 @@ def test_too_much_memory_or_disk_is_refused_with_the_limit(tmp_path, needs, word
     small = cost.cost_of([prepared(sweep())])
     with pytest.raises(ValueError, match=rf"{word}.*`--yes`"):
         cost.check(replace(small, **needs), tmp_path)
+
+
+def test_runs_that_share_their_noise_differ_by_their_numbers_alone(tmp_path):
+    width = Factor("boundary layer", ("controller.phi",), Uniform(0.05, 0.2))
+    points = Listed([[0.1], [0.1], [0.9]])
+    given = sweep(loop=Digital(), factors=(width,), design=points, h=1e-3, until=0.2, common=True)
+    first, again, other = sample(tmp_path / "common", given).outputs("IAE")
+    assert first == again != other
+    first, again, other = sample(tmp_path / "own", replace(given, common=False)).outputs("IAE")
+    assert first != again
+
+
+def test_a_sweep_can_leave_out_half_steps(tmp_path):
+    with_some, without = sweep(), sweep(halved=None)
+    found = sample(tmp_path, without)
+    assert (len(found.again), found.errors.shape, np.isnan(found.step_error("IAE"))) == (0, (0, 1, 2), True)
+    assert found.note == "50 runs, 0 of them diverged; seed 0; step 0.01 s"
+    assert prepared(without).seconds_of_run < prepared(with_some).seconds_of_run
+    assert cost.cost_of([prepared(without)]).disk < cost.cost_of([prepared(with_some)]).disk
+
+
+def test_a_sweep_at_half_its_step_has_the_errors_of_the_first(tmp_path):
+    given = sweep(halved=1)
+    half = sample(tmp_path, given).errors
+    made = prepared(given).at_half("finer")
+    chunk = made.chunk(0, 50).arrays()
+    assert made.name(0, 50).startswith("finer/0-50/")
+    np.testing.assert_array_equal(np.abs(chunk["values"] - sample(tmp_path, given).values), half)
+
+
+def test_some_runs_of_a_sample_keep_their_numbers_and_errors(tmp_path):
+    found = sample(tmp_path, sweep(halved=7))
+    few = found.only(np.array([3, 7, 8, 21]))
+    np.testing.assert_array_equal(few.outputs("IAE"), found.outputs("IAE")[[3, 7, 8, 21]])
+    np.testing.assert_array_equal(few.drawn, found.drawn[[3, 7, 8, 21]])
+    assert few.again.tolist() == [1, 3]
+    np.testing.assert_array_equal(few.errors, found.errors[[1, 3]])
+    assert len(found.only(np.arange(50)).again) == len(found.again)

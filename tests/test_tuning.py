@@ -8,7 +8,7 @@ from sweeps import Explosion
 from tunings import GAINS, DoubleIntegrator, quadratic, tuning
 
 from workbench.core import Entry, Layout, Ode
-from workbench.metrics import effort, iae, ise
+from workbench.metrics import effort, iae, ise, total_variation
 from workbench.study import cost
 from workbench.study.distributions import LogUniform, Normal, Uniform
 from workbench.study.factors import Factor
@@ -124,6 +124,26 @@ def test_a_point_whose_run_diverges_is_counted_and_never_the_best():
     assert np.isnan(found.measured(lambda runs: runs["long"].outputs("IAE"))[diverged]).all()
 
 
+class LastLook:
+    """x' = 0 from x(0) = 1, with an output that is no number at the horizon where the gain is above 1."""
+
+    def ode(self, name="loop"):
+        """The equation."""
+        states, parameters = Layout((Entry("x", np.ones(1)),)), Layout((Entry("gain", np.array(1.0)),))
+        t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+        root = ca.sqrt(1 - p * (t > 0.99))
+        return Ode.of(name, states, parameters, (t, x, p), {"x": 0 * x}, {"e": x, "tau_applied": root})
+
+
+def test_a_point_whose_metric_is_no_number_is_counted_though_its_run_is_finite():
+    trial = Trial("flat", LastLook(), (iae(), total_variation(0.25)), 0.05, 1.0)
+    gain = Factor("gain", ("gain",), LogUniform(0.01, 100.0))
+    found = tune(tuning(trials=(trial,), factors=(gain,), objective=lambda runs: -runs["flat"].drawn[:, 0]))
+    assert found.inadmissible["the run in 'flat' diverged"] == 0
+    assert found.inadmissible["a metric in 'flat' is no number"] == found.failed == (found.numbers > 1).sum() > 0
+    assert 0.9 < found.best["gain"] <= 1
+
+
 def test_points_beyond_a_limit_of_the_objective_are_not_admissible():
     def limited(runs):
         cost = quadratic(runs)
@@ -132,7 +152,8 @@ def test_points_beyond_a_limit_of_the_objective_are_not_admissible():
     free, found = tune(tuning()), tune(tuning(objective=limited))
     assert found.samples["step"].outputs("effort")[found.place] <= 0.1
     assert free.samples["step"].outputs("effort")[free.place] > 0.1
-    assert found.inadmissible == {"the run in 'step' diverged": 0, "the objective is infinite": found.failed}
+    reasons = ("the run in 'step' diverged", "a metric in 'step' is no number", "the objective is infinite")
+    assert found.inadmissible == dict(zip(reasons, (0, 0, found.failed), strict=True))
     assert found.failed > 0
 
 
@@ -229,12 +250,13 @@ def test_a_factor_that_one_trial_lacks_is_refused_with_the_trial():
         (lambda runs: np.full(8, np.nan), "got nan at Kp = "),
         (lambda runs: np.full(8, -np.inf), "got -inf at Kp = "),
         (lambda runs: "good", "must give numbers, one a point; got 'good'"),
+        (lambda runs: quadratic(runs) / quadratic(runs).mean(), "must judge each point by its own runs; among all 80"),
     ],
 )
-def test_an_objective_that_says_nothing_is_named(objective, said):
+def test_an_objective_that_says_nothing_of_a_point_is_named(objective, said):
     with pytest.raises(ValueError) as refusal:
         tune(tuning(objective=objective))
-    assert str(refusal.value).startswith("`Tuning('pd', objective=...)` must give")
+    assert str(refusal.value).startswith("`Tuning('pd', objective=...)` must ")
     assert said in str(refusal.value)
 
 

@@ -34,8 +34,7 @@ def _march(job: Job, x: Array, tell: Progress, done_before: float, part: float) 
     now = np.vstack([np.full((1, runs), job.begin, dtype=float), x[:, 0].T])
     most = max(1, STEPS_PER_CALL // runs)
     chunk = max(1, most // stride)
-    # one stride may be longer than a call: then it is made of several, and only the last is kept
-    pieces = [stride] if stride <= most else [most] * (stride // most) + [stride % most] * (stride % most > 0)
+    pieces = [stride] if kept > 1 and stride <= most else _pieces(stride, most)
     done, k = 0, job.begin
     while done < kept:
         size = min(chunk, kept - done)
@@ -51,6 +50,12 @@ def _march(job: Job, x: Array, tell: Progress, done_before: float, part: float) 
             x[:, 1 + done :] = np.nan
             done = kept
         tell(min(done_before + part * done / kept, 1.0))
+
+
+def _pieces(stride: int, most: int) -> list[int]:
+    """The steps to the only kept time, or to one beyond a call, in powers of two: so that few marchers serve all."""
+    whole = 1 << most.bit_length() - 1
+    return [whole] * (stride // whole) + [1 << i for i in range(whole.bit_length()) if stride % whole >> i & 1]
 
 
 @lru_cache(maxsize=64)

@@ -15,7 +15,7 @@ from workbench.study.contract import Loop
 from workbench.study.factors import Factor
 from workbench.study.prepared import Prepared, prepared
 from workbench.study.sample import Sample
-from workbench.study.sampling import Listed
+from workbench.study.sampling import AbstractDesign
 from workbench.study.sampling.contract import seeded
 from workbench.study.sweep import Sweep, check_times, whole
 
@@ -67,7 +67,8 @@ class Tuning:
         the search is one of the logarithm.
     objective
         From the runs of each trial by its name, those of one point at one place in all of them, to (n,), the smaller
-        the better; infinite where a point is not admissible. Runs that diverged are left out, and so not admissible.
+        the better, each by its own runs alone; infinite where a point is not admissible. A point with a run that
+        diverged is left out, and not admissible.
     evaluations, population
         Of each search: how many points it looks at in all, and how many at once.
     seeds
@@ -142,6 +143,29 @@ class Tuning:
         return self.evaluations // self.population
 
 
+@dataclass(frozen=True)
+class Awaited(AbstractDesign):
+    """As many points as a search will ask for, none of which is known yet."""
+
+    dimensions: int
+    count: int
+
+    @property
+    def size(self) -> int:
+        """How many runs."""
+        return self.count
+
+    def points(self, first: int = 0, last: int | None = None) -> Array:
+        """None yet.
+
+        Raises
+        ------
+        LookupError
+            Always.
+        """
+        raise LookupError("`points(first, last)` of a search are not known before it asks for them.")
+
+
 @dataclass(frozen=True, eq=False)
 class Ready:
     """A tuning with the equations of its trials: at the step h for all points, and at h / 2 for the best of them."""
@@ -162,7 +186,7 @@ class Ready:
 
 
 def ready(tuning: Tuning) -> Ready:
-    """The tuning with its equations; the points are only known as the search goes on.
+    """The tuning with its equations.
 
     Raises
     ------
@@ -170,21 +194,20 @@ def ready(tuning: Tuning) -> Ready:
         As `prepared`, with the name of the trial: if a factor varies what its loop does not have, say.
     """
     trials = tuple(_prepared(tuning, trial) for trial in tuning.trials)
-    few = Listed(np.full((min(FINALISTS, tuning.size), len(tuning.factors)), 0.5))
+    few = Awaited(len(tuning.factors), min(FINALISTS, tuning.size))
     halves = tuple(one.at_half(f"{one.sweep.name}_half").at(few) for one in trials)
     return Ready(tuning, trials, halves)
 
 
 def _prepared(tuning: Tuning, trial: Trial) -> Prepared:
-    """A trial as a sweep, whose points stand in the middle until they are known."""
-    middle = Listed(np.full((tuning.size, len(tuning.factors)), 0.5))
+    """A trial as a sweep, whose points are only known as the search goes on."""
     try:
         sweep = Sweep(
             name=f"{tuning.name}_{trial.name}",
             loop=trial.loop,
             metrics=trial.metrics,
             factors=tuning.factors,
-            design=middle,
+            design=Awaited(len(tuning.factors), tuning.size),
             h=trial.h,
             until=trial.until,
             every=trial.every,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from time import monotonic
 from typing import Any
 
 from workbench.study.chunk import Chunk
@@ -12,6 +13,8 @@ from workbench.study.store import Ledger
 from workbench.study.tuning.contract import Ready
 from workbench.study.tuning.search import tune
 from workbench.study.tuning.tuned import Tuned
+
+SECONDS = 1.0  # between two records of how far the tunings are: each waits for the disk
 
 # Computes some chunks of some sweeps.
 Execute = Callable[[Sequence[Prepared], Sequence[Task]], Iterator[Chunk]]
@@ -36,35 +39,60 @@ def complete(
     begin
         Called once if something is to be computed; it gives what is told how far the tunings are.
     describe
-        Told what the ledger should say, before the first generation and after each one that was computed.
+        Told what the ledger should say: now and then, and when the tunings are done or stopped.
     """
     names: Names = {one.sweep.name: [] for made in tunings for one in _sweeps(made)}
     total = sum(one.sweep.design.size for made in tunings for one in _sweeps(made))
     done = failed = 0
     tell: Callable[[State], None] | None = None
 
+    def describe_now() -> None:
+        describe(said(tunings, names))
+
+    describe_seldom = _seldom(describe_now)
+
     def evaluate(sweeps: Sequence[Prepared], first: int, last: int) -> list[Chunk]:
         nonlocal done, failed, tell
-        tasks = [Task(i, first, last, one.name(first, last)) for i, one in enumerate(sweeps)]
+        tasks = _tasks(sweeps, first, last, names)
         missing = [task for task in tasks if task.name not in ledger]
-        if missing and tell is None:
-            tell = begin()
-            describe(said(tunings, names))
-        if tell is not None:
-            tell(State(done, failed, total))
-        for chunk in execute(sweeps, missing) if missing else ():
-            ledger.add(chunk)
-            acknowledge(chunk)
-        for one, task in zip(sweeps, tasks, strict=True):
-            names[one.sweep.name].append(task.name)
         if missing:
-            describe(said(tunings, names))
+            tell = tell or begin()
+            tell(State(done, failed, total))
+            for chunk in execute(sweeps, missing):
+                ledger.add(chunk)
+                acknowledge(chunk)
+            describe_seldom()
         chunks = [ledger.read(task.name) for task in tasks]
         done, failed = done + len(sweeps) * (last - first), failed + sum(map(lost, chunks))
         return chunks
 
-    found = {made.tuning.name: tune(made, evaluate) for made in tunings}
+    try:
+        found = {made.tuning.name: tune(made, evaluate) for made in tunings}
+    finally:
+        if tell:
+            describe_now()
     return found, said(tunings, names)
+
+
+def _tasks(sweeps: Sequence[Prepared], first: int, last: int, names: Names) -> list[Task]:
+    """The same runs of each sweep; their names are known from now on."""
+    tasks = [Task(i, first, last, one.name(first, last)) for i, one in enumerate(sweeps)]
+    for one, task in zip(sweeps, tasks, strict=True):
+        names[one.sweep.name].append(task.name)
+    return tasks
+
+
+def _seldom(call: Callable[[], None]) -> Callable[[], None]:
+    """A call that does nothing while the last one is less than a second old."""
+    last = -SECONDS
+
+    def called() -> None:
+        nonlocal last
+        if monotonic() - last > SECONDS:
+            call()
+            last = monotonic()
+
+    return called
 
 
 def replayed(made: Ready, chunks: Mapping[str, Chunk]) -> Tuned:

@@ -15,8 +15,10 @@ from workbench.study.resume import said_of
 from workbench.study.sample import Sample, sample_of
 from workbench.study.sampling import Listed
 from workbench.study.tuning.contract import Ready, Tuning, ready
-from workbench.study.tuning.tuned import Tuned, reasons_of
+from workbench.study.tuning.tuned import Tuned, have_values, reasons_of
 from workbench.verify.evolution import Judged, evolve
+
+ROUNDING = 1e-9  # relative, of an objective that sums in another order
 
 # Gives the runs first to last - 1 of each sweep, one chunk a sweep.
 Evaluate = Callable[[Sequence[Prepared], int, int], Sequence[Chunk]]
@@ -39,9 +41,9 @@ def here(sweeps: Sequence[Prepared], first: int, last: int) -> list[Chunk]:
 def tune(tuning: Tuning | Ready, evaluate: Evaluate = here) -> Tuned:
     """What the searches of a tuning find: by differential evolution, a search a seed, each with the same budget.
 
-    A point at which a run diverges in any trial is not admissible; of two such the one whose runs last longer is
-    nearer to being so. The best points of all searches are run again at h / 2, and the best there is the answer: so
-    no winner is made by the step alone. The same seeds give the same bits, however many threads there are.
+    A point is not admissible if a run diverges in any trial, or a metric is no number; of two such the one whose runs
+    last longer is nearer to it. The best points of all searches are run again at h / 2, and the best there is the
+    answer: so no winner is made by the step alone. The same seeds give the same bits, whatever the threads.
 
     Parameters
     ----------
@@ -80,6 +82,7 @@ def _answer(made: Ready, past: Sequence[_Generation], evaluate: Evaluate) -> Tun
     samples = {name: replace(one, design=points) for name, one in found.items()}
     tuned = Tuned(made.tuning, points.given, made.trials[0].space.values(points.given), objective, samples)
     _refuse_nothing(tuned, objective, samples, f"at the step of {_steps(made.trials)}")
+    _refuse_dependent(made, samples, objective)
     best = _best(objective, made.finalists)
     halves = [one.at(Listed(points.given[best])) for one in made.halves]
     chunks = evaluate(halves, 0, len(best))
@@ -100,6 +103,20 @@ def _steps(sweeps: Sequence[Prepared]) -> str:
     return ", ".join(f"{h:g} s" for h in dict.fromkeys(one.sweep.h for one in sweeps))
 
 
+def _refuse_dependent(made: Ready, samples: Mapping[str, Sample], objective: Array) -> None:
+    """Refuse an objective whose value for one point depends on the others, which no search could make least."""
+    together = -_judged_of(made.tuning, samples).value
+    apart = together != objective
+    apart[apart] = ~np.isclose(together[apart], objective[apart], rtol=ROUNDING, atol=0.0)
+    if apart.any():
+        place = int(np.argmax(apart))
+        raise ValueError(
+            f"`Tuning({made.tuning.name!r}, objective=...)` must judge each point by its own runs; among all "
+            f"{len(objective):,} points it gives one {together[place]:.6g}, and {objective[place]:.6g} in its "
+            "generation: compare it with nothing that depends on the others, such as their mean."
+        )
+
+
 def _refuse_nothing(tuned: Tuned, objective: Array, samples: Mapping[str, Sample], where: str) -> None:
     """Refuse where no point is admissible, with the reasons."""
     if np.isfinite(objective).any():
@@ -118,20 +135,24 @@ def _samples(made: Ready, sweeps: Sequence[Prepared], chunks: Sequence[Sequence[
 
 
 def _judged(made: Ready, sweeps: Sequence[Prepared], chunks: Sequence[Chunk]) -> Judged:
-    """What points are worth, larger being better, from their runs in each trial."""
-    samples = _samples(made, sweeps, [[one] for one in chunks])
+    """What points are worth, larger being better, from a chunk of their runs for each trial."""
+    return _judged_of(made.tuning, _samples(made, sweeps, [[one] for one in chunks]))
+
+
+def _judged_of(tuning: Tuning, samples: Mapping[str, Sample]) -> Judged:
+    """The same from their runs by trial."""
     ends = np.stack([one.diverged_at / one.t[-1] for one in samples.values()])
     missed = np.where(np.isnan(ends), 0.0, 1 - ends).sum(axis=0)
-    stayed = np.flatnonzero(np.isnan(ends).all(axis=0))
+    good = np.flatnonzero(np.all([have_values(one) for one in samples.values()], axis=0))
     objective = np.full(len(missed), np.inf)
-    if len(stayed):
-        objective[stayed] = worth(made.tuning, {name: one.only(stayed) for name, one in samples.items()})
-    tiny = np.finfo(float).tiny  # of a run that lasts to the end, and is not admissible all the same
+    if len(good):
+        objective[good] = worth(tuning, {name: one.only(good) for name, one in samples.items()})
+    tiny = np.finfo(float).tiny  # of a point whose runs last to the end, and that is not admissible all the same
     return Judged(-objective, np.where(np.isfinite(objective), 0.0, np.maximum(missed, tiny)))
 
 
 def worth(tuning: Tuning, samples: Mapping[str, Sample]) -> Array:
-    """The objective of points whose runs are finite in all trials, (n,); infinity for one that is not admissible.
+    """The objective of points with values in all trials, (n,); infinity for one that is not admissible.
 
     Raises
     ------
@@ -152,7 +173,7 @@ def worth(tuning: Tuning, samples: Mapping[str, Sample]) -> Array:
         row = zip(tuning.factors, drawn[odd[0]], strict=True)
         at = ", ".join(f"{factor.name} = {value:.6g}" for factor, value in row)
         raise ValueError(
-            f"`{call}` must give a number for every point whose runs are finite, or infinity for one that is not "
+            f"`{call}` must give a number for every point, or infinity for one that is not "
             f"admissible; got {found[odd[0]]:g} at {at}."
         )
     return found

@@ -16,6 +16,7 @@ from workbench.study.factors import Space
 from workbench.study.pareto import pareto
 from workbench.study.sample import Sample
 from workbench.study.tuning.contract import Tuning
+from workbench.verify.evolution import Flags
 
 # Beyond these a search is said to be in doubt.
 EDGE = 0.01  # of a range, from its end: of the range of logarithms, if that is what is searched
@@ -182,9 +183,17 @@ class Tuned:
 
 def reasons_of(objectives: Array, samples: Mapping[str, Sample]) -> dict[str, int]:
     """How many points are not admissible, by reason, from their objectives (N,) and their runs by trial."""
-    lost = {f"the run in '{name}' diverged": one.failed for name, one in samples.items()}
-    stayed = np.all([np.isnan(one.diverged_at) for one in samples.values()], axis=0)
-    return lost | {"the objective is infinite": int((stayed & ~np.isfinite(objectives)).sum())}
+    reasons: dict[str, int] = {}
+    for name, one in samples.items():
+        nameless = int((~have_values(one) & np.isnan(one.diverged_at)).sum())
+        reasons |= {f"the run in '{name}' diverged": one.failed, f"a metric in '{name}' is no number": nameless}
+    worthless = np.all([have_values(one) for one in samples.values()], axis=0) & ~np.isfinite(objectives)
+    return reasons | {"the objective is infinite": int(worthless.sum())}
+
+
+def have_values(sample: Sample) -> Flags:
+    """Which runs have a value of every metric at the horizon; a run near overflow may not, though it is finite."""
+    return np.asarray(~np.isnan(sample.values[:, -1]).any(axis=1))
 
 
 def _share(part: float, whole: float) -> float:
