@@ -74,11 +74,12 @@ class Scenario:
     @property
     def plant(self) -> Manipulator:
         """The arm as it is."""
+        paper = "SS" if self.jumps else "FS"
         masses, lengths = np.multiply(CARD["masses"], self.mass), CARD["lengths"]
         disturbance = SineTorque(
-            self.push * np.array(CARD["FS: disturbance amplitude"]),
-            self.pace * np.array(CARD["FS: disturbance frequency"]),
-            CARD["FS: disturbance phase"],
+            self.push * np.array(CARD[f"{paper}: disturbance amplitude"]),
+            self.pace * np.array(CARD[f"{paper}: disturbance frequency"]),
+            CARD[f"{paper}: disturbance phase"],
         )
         return Manipulator(
             PlanarArm(tuple(map(PointMass, masses, lengths)), CARD["gravity"]),

@@ -70,14 +70,18 @@ def mostly(held: Held, law: str) -> Verdict:
     return Verdict(kind, f"{law} has the least cost in more held-out scenarios than any other law.", said)
 
 
+def diverged(held: Held, law: str) -> str:
+    """Where runs of a law diverge, and how many; empty if none does."""
+    lost = {scenario: int(one.paired.failed[one.paired.place(law)]) for scenario, one in held.items()}
+    return ", ".join(f"{n} of {len(held[scenario].paired)} in '{scenario}'" for scenario, n in lost.items() if n)
+
+
 def fails_nowhere(held: Held, law: str) -> Verdict:
     """Whether all runs of a law stay finite."""
-    lost = {scenario: int(one.paired.failed[one.paired.place(law)]) for scenario, one in held.items()}
-    said = ", ".join(
-        f"{count} of {len(held[scenario].paired)} in '{scenario}'" for scenario, count in lost.items() if count
-    )
-    statement = f"No run of {law} diverges in a held-out scenario."
-    return Verdict("fails" if said else "holds", statement, f"Diverged: {said}." if said else "All stay finite.")
+    lost, others = diverged(held, law), [name for name in next(iter(held.values())).paired.laws if name != law]
+    rivals = [f"{name}: {said}" for name in others if (said := diverged(held, name))]
+    evidence = f"Diverged: {lost or 'none'}. Of its rivals: {'; '.join(rivals) or 'none'}."
+    return Verdict("fails" if lost else "holds", f"No run of {law} diverges in a held-out scenario.", evidence)
 
 
 def by_its_law(held: Held, law: str) -> Verdict:
@@ -92,14 +96,20 @@ def by_its_law(held: Held, law: str) -> Verdict:
 
 def parts_matter(held: Held, whole: str) -> Verdict:
     """Whether each part of a law lowers its cost in each scenario in which the law was taken apart."""
-    said: dict[str, list[str]] = {"below": [], "above": [], "undecided": []}
+    said: dict[str, list[str]] = {"below": [], "above": [], "alike": [], "undecided": []}
     for scenario, one in held.items():
         for part in one.paired.laws:
             if part != whole:
-                said[one.order(whole, part)].append(f"{part} ({scenario})")
-    words = {"below": "cost rises without", "undecided": "open is", "above": "cost falls without"}
+                said["alike" if one.alike(whole, part) else one.order(whole, part)].append(f"{part} ({scenario})")
+    share = 100 * next(iter(held.values())).margin
+    words = {
+        "below": "cost rises without",
+        "above": "cost falls without",
+        "alike": f"cost changes by less than {share:g} % without",
+        "undecided": "open is",
+    }
     evidence = "; ".join(f"{words[order]} {', '.join(parts)}" for order, parts in said.items() if parts)
-    kind = "fails" if said["above"] else "open" if said["undecided"] else "holds"
+    kind = "fails" if said["above"] or said["alike"] else "open" if said["undecided"] else "holds"
     return Verdict(kind, f"Each part of {whole} lowers its cost.", f"As tuned, {evidence}.")
 
 

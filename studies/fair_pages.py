@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import fair_findings as findings
 import fair_tables as tables
@@ -14,10 +14,11 @@ from fair_objective import LATE, both
 from fair_published import order_kept, published_section
 
 from workbench.core.layout import Array
-from workbench.study.document import Paragraph, Section, Table
+from workbench.study.document import Paragraph, Reference, Section, Table
 from workbench.study.evidence import ablation_table, comparison_table
 from workbench.study.factors import Space
 from workbench.study.pictures import budget_curves, pareto_fronts, rank_figure
+from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.tuning import Tuned
 
@@ -39,15 +40,12 @@ def sections(results: Results) -> Sequence[Section]:
 def headlines(results: Results) -> Sequence[str]:
     """Who wins, by how much, and how surely."""
     found = found_of(results)
-    first = findings.champion(found.cost)
-    ours = findings.standing(found.cost, PROPOSED)
-    lost = {name: int(one.paired.failed[one.paired.place(PROPOSED)]) for name, one in found.cost.items()}
-    said = ", ".join(f"{count} of {len(found.cost[name].paired)} in '{name}'" for name, count in lost.items() if count)
+    ours, observed = (findings.standing(held, PROPOSED) for held in (found.cost, found.observed))
     return (
         f"Tuned with the same budget, by cost in {len(found.cost)} held-out scenarios: {PROPOSED} is {ours.sentence}.",
-        f"Best in more scenarios than any other: {first or 'no law'}.",
-        f"Runs of {PROPOSED} that diverged: {said or 'none'}.",
-        f"Among rivals behind the same observers, {PROPOSED} is {findings.standing(found.observed, PROPOSED).sentence}.",
+        f"Best in more scenarios than any other: {findings.champion(found.cost) or 'no law'}.",
+        f"Runs of {PROPOSED} that diverged: {findings.diverged(found.cost, PROPOSED) or 'none'}.",
+        f"Where rivals have its observers too, {PROPOSED} is {observed.sentence}.",
     )
 
 
@@ -91,9 +89,12 @@ def terms() -> Section:
             drawn.table("drawn", "What is drawn anew in each of the runs of a held-out scenario, shown for the first."),
             tables.terms(),
             Paragraph(
-                "The cost is the sum of the terms: one objective for all, linear, so that no law gains by giving up "
-                "motion for a still torque. What is acceptable is our choice; Table 'weights' shows who is best under "
-                "others."
+                (
+                    "The cost is the sum of the terms: one objective for all, linear, so that no law gains by giving "
+                    "up motion for a still torque. What is acceptable is our choice; ",
+                    Reference("weights"),
+                    " shows who is best under others.",
+                )
             ),
         ),
     )
@@ -103,8 +104,12 @@ def tuning(results: Results) -> Section:
     """The searches."""
     tuned = {one.key: results.tuned(one.key) for one in ENTRANTS}
     shown = {one.name: tuned[one.key] for one in MAIN}
+    asked = next(iter(shown.values())).tuning
+    lost = ", ".join(f"{one.failed:,} of {name}" for name, one in shown.items() if one.failed) or "none"
     note = (
-        f"{len(MAIN)} laws; {next(iter(shown.values())).note.split(';')[0].split(',')[0]}, 2 searches a law; step 1 ms"
+        f"{len(asked.seeds)} searches of {asked.evaluations:,} evaluations a law, not admissible: {lost}; seeds "
+        f"{', '.join(map(str, asked.seeds))}; step {1e3 * asked.trials[0].h:g} ms, at half of which the least cost "
+        f"changes by at most {max(one.step_error for one in shown.values()):.1g}"
     )
     curves = {name: _curves(one) for name, one in shown.items()}
     fronts = {name: one.front(_late, _chattering) for name, one in shown.items()}
@@ -116,7 +121,7 @@ def tuning(results: Results) -> Section:
             budget_curves("budget", "The least cost so far. Bands: between the searches.", curves, note, "cost"),
             pareto_fronts(
                 "front_chattering",
-                "Error against chattering: the points of all searches that none beats in both, in the training scenarios.",
+                "Error against chattering in the training scenarios: the points of all searches that none beats in both.",
                 fronts,
                 note,
                 "late RMSE [rad]",
@@ -132,23 +137,22 @@ def tuning(results: Results) -> Section:
 def held_out(found: Found) -> Section:
     """Who is best where."""
     mean = np.mean([one.ranks.value for one in found.chances.values()], axis=0)
-    laws = next(iter(found.cost.values())).paired.laws
-    draws = len(next(iter(found.cost.values())).paired)
-    chances = dict(zip(laws, mean, strict=True))
+    runs = [one.paired for one in found.cost.values()]
+    lost, total = (sum(counts) for counts in zip(*((one.failed.sum(), one.values.size) for one in runs), strict=True))
     note = (
-        f"{draws} draws in each of {len(found.cost)} scenarios, {sum(int(o.paired.failed.sum()) for o in found.cost.values())} "
-        f"of {draws * len(found.cost) * len(laws):,} runs diverged and rank last; seed 8; ranks by cost at a step of a period"
+        f"{len(runs[0])} draws in each of {len(runs)} scenarios, {lost} of {total:,} runs diverged and rank last; the "
+        f"step changes the cost of a median run by at most {max(np.nanmax(one.errors) for one in runs):.1g}; {runs[0].note}"
     )
+    shown = {"cost": found.cost, "late_error": found.late, "chattering": found.chattering}
     return Section(
         "Where nobody was tuned",
         (
-            *(
-                block
-                for words, held in (("cost", found.cost), ("late_error", found.late), ("chattering", found.chattering))
-                for block in _by_scenario(words, held)
-            ),
+            *(table for words, held in shown.items() for table in _by_scenario(words, held)),
             rank_figure(
-                "ranks", "Probability of each rank by cost, in a scenario and a draw taken at random.", chances, note
+                "ranks",
+                "Probability of each rank by cost, in a scenario and a draw taken at random.",
+                dict(zip(runs[0].laws, mean, strict=True)),
+                note,
             ),
             tables.weights(found.weighted),
         ),
@@ -166,8 +170,8 @@ def causes(found: Found) -> Section:
             ),
             *_by_scenario("observed", found.observed),
             Paragraph(
-                f"'{TOLD}' has the repaired (24): a filter of the true disturbance, which no instrument gives. "
-                "It does not know friction or wrong masses, which an observer of the momentum takes for disturbance too."
+                f"'{TOLD}' has the repaired (24): a filter of the true disturbance, which no instrument gives. It does "
+                "not know of friction or wrong masses, which an observer of the momentum takes for disturbance too."
             ),
             *_by_scenario("told", found.told),
             Paragraph(
@@ -176,13 +180,12 @@ def causes(found: Found) -> Section:
                 "readings; without its boundary layer it switches once a period."
             ),
             *(
-                ablation_table(
-                    f"parts_{name}", f"AOSMC-RGS less each of its parts, scenario '{name}'.", all_of, PROPOSED
-                )
-                for name, all_of in found.parts.items()
+                ablation_table(f"parts_{key}", f"AOSMC-RGS less each of its parts, scenario '{key}'.", all_of, PROPOSED)
+                for key, all_of in found.parts.items()
             ),
+            Paragraph("What tuning is worth, by the same draws:"),
             comparison_table(
-                "card", "The cost with the numbers of a1's card and with those tuned, scenario 'paper'.", (found.card,)
+                "card", "Cost with the numbers of a1's card and as tuned, scenario 'paper'.", (found.card,)
             ),
         ),
     )
@@ -212,19 +215,20 @@ def _curves(one: Tuned) -> tuple[Array, Array]:
     return pairs[0][0], np.stack([best for _, best in pairs])
 
 
-def _late(held):  # type: ignore[no-untyped-def]
+def _late(held: Mapping[str, Sample]) -> Array:
     return _mean(held, LATE)
 
 
-def _chattering(held):  # type: ignore[no-untyped-def]
+def _chattering(held: Mapping[str, Sample]) -> Array:
     return _mean(held, "TV")
 
 
-def _effort(held):  # type: ignore[no-untyped-def]
+def _effort(held: Mapping[str, Sample]) -> Array:
     return _mean(held, "effort")
 
 
-def _mean(held, metric):  # type: ignore[no-untyped-def]
+def _mean(held: Mapping[str, Sample], metric: str) -> Array:
+    """A metric of both joints, the mean over the training scenarios."""
     return np.mean([both(sample, metric) for sample in held.values()], axis=0)
 
 

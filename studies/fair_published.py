@@ -40,16 +40,14 @@ def _tuned(key: str, tuned: Mapping[str, Tuned]) -> tuple[Case, ...]:
 
 def published_section(results: Results) -> Section:
     """A table a joint and scenario."""
-    order = {key: _order(results, key) for key in WORDS}
-    kept = ", ".join(f"{pairs} of {of} in the {WORDS[key]}" for key, (pairs, of) in order.items())
     return Section(
         "The paper's tables: as published, as assumed, as tuned",
         (
             Paragraph(
                 "RMSE by (43), over the horizons that a1 finds. As assumed: the numbers of a1's card, in continuous "
                 "time on exact readings, AOSMC-RGS repaired and told the true disturbance. As tuned: the numbers found "
-                "here, on the computer with its noisy readings; nobody is told anything. The law was not tuned for "
-                "RMSE alone, nor for so long a run. Of the printed pairs of laws tuning keeps in order: " + kept + "."
+                "here, on the computer with its noisy readings; nobody is told anything. No law was tuned for RMSE "
+                "alone, nor for so long a run."
             ),
             *(_table(results, key, joint) for key in WORDS for joint in (1, 2)),
         ),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from fair_conditions import HELD_OUT, NOISE_Q, NOISE_QD, TRAINING, Scenario
+from fair_conditions import HELD_OUT, HORIZON, NOISE_Q, NOISE_QD, TRAINING
 from fair_evidence import ratio
 from fair_laws import Entrant
 from fair_objective import TERMS
@@ -17,28 +17,19 @@ from workbench.study.tuning import Tuned
 
 def scenarios() -> Table:
     """Training and held-out ones, and what differs."""
-    rows: list[tuple[Cell, ...]] = [_conditions("training", one) for one in TRAINING]
-    rows += [_conditions("held out", one) for one in HELD_OUT]
-    heads = ("name", "for", "what", "true masses", "noise", "disturbance", "torque limit", "period")
-    units = ("", "", "", "of the model's", "times", "times, as fast", "N m", "ms")
-    columns = tuple(Column(head, unit, "left") for head, unit in zip(heads, units, strict=True))
+    rows: list[tuple[Cell, ...]] = [(one.name, "training", one.words) for one in TRAINING]
+    rows += [(one.name, "held out", one.words) for one in HELD_OUT]
+    usual = HELD_OUT[0]
+    limit, viscous, coulomb = (f"{a:g} and {b:g}" for a, b in (usual.limit, usual.viscous, usual.coulomb))
     note = (
-        f"Noise: normal, {NOISE_Q:g} rad of positions and {NOISE_QD:g} rad/s of velocities, fresh at each reading. "
-        "Disturbance: the paper's sines, as many times as large and as fast."
+        f"Unless said otherwise: the model's masses, {limit} N m of torque, a period of {1e3 * usual.period:g} ms, "
+        f"friction of {viscous} N m s/rad and {coulomb} N m, the paper's disturbance, and normal "
+        f"noise of {NOISE_Q:g} rad and {NOISE_QD:g} rad/s, fresh at each reading. 'A slower motion' has amplitudes of "
+        "0.6 and 0.8 rad at 1.5 and 2.2 rad/s, 'a faster motion' 0.9 and 0.6 rad at 3.5 and 5 rad/s. A run takes "
+        f"{HORIZON:g} s."
     )
-    return Table(
-        "scenarios",
-        "The scenarios; of the model all laws have masses of 1 kg and no friction.",
-        columns,
-        tuple(rows),
-        (note,),
-    )
-
-
-def _conditions(use: str, one: Scenario) -> tuple[Cell, ...]:
-    pairs = (f"{a:g}, {b:g}" for a, b in (one.mass, (one.push, one.pace), one.limit))
-    mass, push, limit = pairs
-    return one.name, use, one.words, mass, one.noise, push, limit, 1e3 * one.period
+    heads = (Column("name"), Column("for"), Column("what is wanted, and what is unusual"))
+    return Table("scenarios", "The scenarios.", heads, tuple(rows), (note,))
 
 
 def terms() -> Table:
@@ -58,11 +49,10 @@ def searches(found: Mapping[str, Tuned], entrants: Sequence[Entrant]) -> Table:
     for entrant in entrants:
         tuned = found[entrant.key]
         bests = ", ".join(f"{best:.4g}" for best in tuned.bests)
-        settled = "settled" if tuned.settled else "not settled"
-        edge = f"{settled}; at an end: {', '.join(tuned.at_edge)}" if tuned.at_edge else settled
-        rows.append(
-            (entrant.name, len(entrant.tuned), Measured(tuned.objective, tuned.step_error), bests, tuned.failed, edge)
-        )
+        edge = f"; at an end: {', '.join(tuned.at_edge)}" if tuned.at_edge else ""
+        least = Measured(tuned.objective, tuned.step_error)
+        remark = f"{'settled' if tuned.settled else 'not settled'}{edge}"
+        rows.append((entrant.name, len(entrant.tuned), least, bests, tuned.failed, remark))
     columns = (
         Column("law"),
         Column("numbers", align="right"),
@@ -71,11 +61,12 @@ def searches(found: Mapping[str, Tuned], entrants: Sequence[Entrant]) -> Table:
         Column("not admissible", align="right"),
         Column("remarks"),
     )
+    asked = next(iter(found.values())).tuning
     notes = (
         "Least cost: the mean over both training scenarios, at half the step, in brackets its change from the step. A "
-        "search has settled if its last quarter gained no more than 1 %.",
-        f"Of each law: {next(iter(found.values())).tuning.evaluations:,} evaluations a search, "
-        f"{len(next(iter(found.values())).tuning.seeds)} searches.",
+        "search has settled if its last quarter gained no more than 1 %. Not admissible: a run diverged.",
+        f"Of each law {len(asked.seeds)} searches of {asked.evaluations:,} evaluations, {asked.population} at once; "
+        f"seeds {', '.join(map(str, asked.seeds))}; step {1e3 * asked.trials[0].h:g} ms.",
     )
     return Table("searches", "The searches, all with the same budget.", columns, tuple(rows), notes)
 
@@ -88,53 +79,44 @@ def numbers(found: Mapping[str, Tuned], entrants: Sequence[Entrant]) -> Table:
         for one in entrant.tuned:
             row = (one.name, one.unit, f"{one.low:g} to {one.high:g}", f"{one.card:.4g}", f"{best[one.name]:.4g}")
             rows.append((entrant.name, *row))
-    heads = ("law", "number", "unit", "range", "as assumed", "as tuned")
-    return Table(
-        "numbers",
-        "The numbers as tuned.",
-        tuple(map(Column, heads)),
-        tuple(rows),
-        ("Sought on a scale of logarithms.",),
-    )
+    heads = tuple(map(Column, ("law", "number", "unit", "range", "as assumed", "as tuned")))
+    return Table("numbers", "The numbers as tuned.", heads, tuple(rows), ("Sought on a scale of logarithms.",))
 
 
 def margins(held: Mapping[str, Comparison], chances: Mapping[str, Ranks]) -> Table:
     """In each scenario the law of least median cost, how far the next is, and how often it is first."""
-    rows: list[tuple[Cell, ...]] = []
-    for scenario, one in held.items():
-        laws = one.paired.laws
-        first, second = (laws[i] for i in np.argsort(one.level.value)[:2])
-        times, low, high = ratio(one.paired, second, first)
-        ranks = chances[scenario].ranks
-        i = laws.index(first)
-        value, half = (
-            100 * float(x)
-            for x in (ranks.value[i, 0], max(ranks.high[i, 0] - ranks.value[i, 0], ranks.value[i, 0] - ranks.low[i, 0]))
-        )
-        leaders = [law for law in one.leaders if law != first]
-        rows.append(
-            (
-                scenario,
-                Emphasis(first) if one.best else first,
-                second,
-                f"{100 * (times - 1):+.3g} % ({100 * (low - 1):+.3g} to {100 * (high - 1):+.3g})",
-                Measured(value, half),
-                "yes" if one.best else f"no: {', '.join(leaders)} may be as good",
-            )
-        )
+    rows = tuple(_margin(scenario, one, chances[scenario]) for scenario, one in held.items())
     columns = (
         Column("scenario"),
         Column("least median cost"),
         Column("next"),
         Column("next costs more by"),
         Column("first is first", "% of draws", "right"),
-        Column("significant against all"),
+        Column("significant"),
     )
+    share = 100 * next(iter(held.values())).margin
     notes = (
-        "Next costs more by: the median over the draws of the ratio of both costs, with its own 95 % interval. First is "
-        "first: the share of the draws in which it has the least cost, in brackets half of the interval.",
+        "Next costs more by: the median over the draws of the ratio of both costs, with its own 95 % interval; where "
+        "the medians of both are close it may be negative. First is first: the share of the draws in which that law "
+        "has the least cost, in brackets half of its interval. Significant: against all other laws at once, with 95 %, "
+        f"and by more than {share:g} %.",
     )
-    return Table("margins", "Who is first in each held-out scenario, and by how much.", columns, tuple(rows), notes)
+    return Table("margins", "Who is first in each held-out scenario, and by how much.", columns, rows, notes)
+
+
+def _margin(scenario: str, one: Comparison, chances: Ranks) -> tuple[Cell, ...]:
+    laws, ranks = one.paired.laws, chances.ranks
+    first, second = (int(i) for i in np.argsort(one.level.value)[:2])
+    more = [f"{100 * (times - 1):+.3g}" for times in ratio(one.paired, laws[second], laws[first])]
+    value, low, high = (100 * float(part[first, 0]) for part in (ranks.value, ranks.low, ranks.high))
+    return (
+        scenario,
+        Emphasis(laws[first]) if one.best else laws[first],
+        laws[second],
+        f"{more[0]} % ({more[1]} to {more[2]})",
+        Measured(value, max(value - low, high - value)),
+        "yes" if one.best else f"no: perhaps {' or '.join(law for law in one.leaders if law != laws[first])}",
+    )
 
 
 def weights(held: Mapping[str, Mapping[str, Comparison]]) -> Table:
