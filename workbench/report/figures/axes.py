@@ -115,7 +115,7 @@ def _set_limits(figure: Figure, i: int, ax: Axes) -> None:
         upright = max(map(len, x.names)) * len(x.names) > CROWDED
         ax.set_xticks(range(len(x.names)), x.names, rotation=90 if upright else 0)
     if y.names:
-        ax.set_yticks(range(len(y.names)), y.names)
+        ax.set_yticks(range(len(y.names)), y.names, linespacing=0.9)
     for axis, ruler in ((ax.xaxis, x), (ax.yaxis, y)):
         if ruler.names:
             axis.set_tick_params(length=0)

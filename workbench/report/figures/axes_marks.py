@@ -13,6 +13,8 @@ from workbench.report.figures.looks import GREY, LINES, MARKS, POINTS_LOOK, SMAL
 from workbench.report.figures.marks import CAP, EDGE, FAINT, WHISKER, ink_on, shades_of, tint, written_cells
 from workbench.study.shapes import Bars, HeatMap, Points
 
+ROOM = 0.05  # of the abscissa: what a bar takes at least whose text is printed
+
 
 def add_bars(bars: Bars, ax: Axes, zorder: float) -> None:
     """Bars with their texts and intervals."""
@@ -25,24 +27,23 @@ def add_bars(bars: Bars, ax: Axes, zorder: float) -> None:
     label = written(bars.label) or "_"
     drawn = ax.barh(rows, ends - starts, bars.thick, starts, label=label, zorder=zorder, **look)
     if bars.texts:
-        ax.bar_label(drawn, bars.texts, label_type="center", size=SMALL_LETTERS, color=ink_on(bars.style, bars.shade))
+        wide = np.abs(ends - starts) > ROOM * abs(np.diff(ax.get_xlim()))
+        texts = [text if room else "" for text, room in zip(bars.texts, wide, strict=True)]
+        ax.bar_label(drawn, texts, label_type="center", size=SMALL_LETTERS, color=ink_on(bars.style, bars.shade))
     _add_intervals(ax, "x", bars.low, bars.high, rows)
 
 
 def _add_intervals(ax: Axes, along: str, low: Any, high: Any, aside: Any) -> None:
-    """Intervals along an axis, which end at the edge where they go on beyond it."""
+    """Intervals along an axis, with an arrow at the edge where they go on beyond it."""
     known = ~(np.isnan(low) | np.isnan(high))
-    ends = np.clip([low, high], *(ax.get_xlim() if along == "x" else ax.get_ylim()))[:, known]
+    ends, beside = np.array([low, high])[:, known], np.asarray(aside)[known]
+    seen = np.clip(ends, *(ax.get_xlim() if along == "x" else ax.get_ylim()))
     strokes = ax.hlines if along == "x" else ax.vlines
-    strokes(np.asarray(aside)[known], *ends, zorder=4, **WHISKER)
-    caps: dict[str, Any] = {
-        "marker": "|" if along == "x" else "_",
-        "markersize": 2 * CAP,
-        "linestyle": "none",
-    } | WHISKER
-    for end in ends:
-        places = (end, np.asarray(aside)[known])
-        ax.plot(*(places if along == "x" else places[::-1]), zorder=4, label="_", **caps)
+    strokes(beside, *seen, zorder=4, **WHISKER)
+    for end, place, arrow in zip(ends, seen, "<>" if along == "x" else "v^", strict=True):
+        for which, mark in ((end == place, "|" if along == "x" else "_"), (end != place, arrow)):
+            x, y = (place[which], beside[which]) if along == "x" else (beside[which], place[which])
+            ax.plot(x, y, mark, markersize=2 * CAP, zorder=4, label="_", clip_on=False, **WHISKER)
 
 
 def add_points(points: Points, ax: Axes, zorder: float) -> None:
@@ -50,7 +51,14 @@ def add_points(points: Points, ax: Axes, zorder: float) -> None:
     _add_intervals(ax, "x", points.xlow, points.xhigh, points.y)
     _add_intervals(ax, "y", points.ylow, points.yhigh, points.x)
     look = LINES[points.style] | MARKS | POINTS_LOOK
-    ax.plot(np.asarray(points.x), np.asarray(points.y), label=written(points.label) or "_", zorder=zorder + 2, **look)
+    ax.plot(
+        np.asarray(points.x),
+        np.asarray(points.y),
+        label=written(points.label) or "_",
+        zorder=zorder + 2,
+        clip_on=False,
+        **look,
+    )
     for name, x, y in zip(points.names, np.asarray(points.x), np.asarray(points.y), strict=False):
         ax.annotate(written(name), (x, y), (3, 3), textcoords="offset points", fontsize=SMALL_LETTERS)
 

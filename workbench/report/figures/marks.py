@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -92,11 +93,11 @@ def _share(ruler: Ruler, end: float, beyond: float) -> float:
     return beyond if np.isinf(end) else float(ruler.share(end))
 
 
-def draw_points(pen: Pen, box: Box, points: Points, x: Ruler, y: Ruler) -> None:
-    """Points with their intervals, then their names where there is room."""
+def draw_points(pen: Pen, box: Box, points: Points, x: Ruler, y: Ruler, beside: Sequence[tuple[Array, Array]]) -> None:
+    """Points with their intervals, then their names where there is room, off the lines beside them."""
     at = np.column_stack([box.left + box.width * x.share(points.x), box.bottom + box.height * y.share(points.y)])
     there = np.flatnonzero(np.isfinite(at).all(axis=1))
-    segments = []
+    segments = [ends for line in beside for ends in _segments(*line)]
     for k in there.tolist():
         segments.append(_draw_interval(pen, box, x, (points.xlow, points.xhigh), k, at[k, 1]))
         segments.append(_draw_interval(pen, box, y, (points.ylow, points.yhigh), k, at[k, 0], upwards=True))
@@ -111,6 +112,12 @@ def draw_points(pen: Pen, box: Box, points: Points, x: Ruler, y: Ruler) -> None:
                 pen.line(np.array([point[0], end[0]]), np.array([point[1], end[1]]), LEADER)
             pen.words(name, corner[0], corner[1] + size.descent, SMALL_LETTERS)
     pen.marks(at[there, 0], at[there, 1], LINES[points.style] | POINTS_LOOK)
+
+
+def _segments(x: Array, y: Array) -> list[list[float]]:
+    """The straight pieces of a line, from point to point."""
+    pieces = np.column_stack([x[:-1], y[:-1], x[1:], y[1:]])
+    return [piece for piece in pieces.tolist() if not np.isnan(piece).any()]
 
 
 def draw_map(pen: Pen, box: Box, held: HeatMap, x: Ruler, y: Ruler) -> None:

@@ -93,8 +93,9 @@ def draw_curves(pen: Pen, box: Box, panel: Panel, curves: Sequence[tuple[Array, 
         pen.line(*placed(np.array([x.low, x.high]), np.array([at, at])), RULED, box)
     for at in panel.vlines:
         pen.line(*placed(np.array([at, at]), np.array([y.low, y.high])), RULED, box)
+    drawn = [[placed(curve[0], ordinate) for ordinate in curve[1:]] for curve in curves]
     for i in sorted(range(len(panel.series)), key=lambda i: (layer_of(i, panel), i)):
-        lines = [placed(curves[i][0], ordinate) for ordinate in curves[i][1:]]
+        lines = drawn[i]
         match panel.series[i]:
             case Band() as band:
                 _draw_band(pen, band, lines, box)
@@ -103,7 +104,7 @@ def draw_curves(pen: Pen, box: Box, panel: Panel, curves: Sequence[tuple[Array, 
             case Bars() as bars:
                 draw_bars(pen, box, bars, x, y)
             case Points() as points:
-                draw_points(pen, box, points, x, y)
+                draw_points(pen, box, points, x, y, [line for held in drawn for line in held])
             case HeatMap() as cells:
                 draw_map(pen, box, cells, x, y)
 

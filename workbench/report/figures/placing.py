@@ -15,6 +15,7 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 GAP = 4.0  # points between a mark and its name
 MARK = 3.0  # points: half of the room that a mark takes
+APART = 2.5  # points between two names
 EDGE = 1.5  # points between a name and the edge of the panel
 FAR = 14.0  # points from a mark, beyond which a line leads from it to its name
 TURNS = np.linspace(0, 2 * np.pi, 24, endpoint=False)
@@ -42,7 +43,7 @@ def placed(points: Array, sizes: Sequence[Extent], obstacles: Array, within: Box
         boxes = np.column_stack([tried, tried + (sizes[i].width, sizes[i].height)])
         ends = np.clip(points[i], boxes[:, :2], boxes[:, 2:])
         cost = np.hypot(*(ends - points[i]).T)
-        cost += 1e4 * (_overlaps(boxes, taken, 1.0) + _overlaps(boxes, marks, 0.5))
+        cost += 1e4 * (_overlaps(boxes, taken, APART) + _overlaps(boxes, marks, 0.5))
         cost += 300 * _through(boxes, leaders).sum(axis=1) + 40 * _through(boxes, obstacles).sum(axis=1)
         lines = np.column_stack([np.broadcast_to(points[i], ends.shape), ends])
         cost += 200 * (_through(taken, lines).sum(axis=0) + _meetings(lines, leaders)) * (cost > FAR)
@@ -71,11 +72,14 @@ def _overlaps(boxes: Array, others: Array, gap: float) -> Array:
 
 
 def _through(boxes: Array, lines: Array) -> Flags:
-    """Whether a segment comes nearer a box than a point, (boxes, segments), as seen at 25 places of each segment."""
-    share = np.linspace(0, 1, 25)[:, np.newaxis]
-    at = lines[:, np.newaxis, :2] * (1 - share) + lines[:, np.newaxis, 2:] * share
-    inside: Flags = (at > boxes[:, None, None, :2] - 1) & (at < boxes[:, None, None, 2:] + 1)
-    return np.asarray(np.any(np.all(inside, axis=3), axis=2))
+    """Whether a segment comes nearer a box than a point, (boxes, segments): no axis, nor its own, parts the two."""
+    low, high = boxes[:, np.newaxis, :2] - 1, boxes[:, np.newaxis, 2:] + 1
+    start, end = lines[np.newaxis, :, :2], lines[np.newaxis, :, 2:]
+    beside = (np.maximum(start, end) > low) & (np.minimum(start, end) < high)
+    normal = (end - start)[..., ::-1] * (1, -1)
+    offset = np.sum(normal * ((low + high) / 2 - start), axis=2)
+    reach = np.sum(np.abs(normal) * (high - low) / 2, axis=2)
+    return np.asarray(np.all(beside, axis=2) & (np.abs(offset) <= reach))
 
 
 def _meetings(lines: Array, others: Array) -> Array:

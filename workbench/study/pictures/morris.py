@@ -8,13 +8,12 @@ from workbench.notation.formula import Relation, Symbol
 from workbench.study.cells import Column, Phrase, Table, parts
 from workbench.study.curves import Array, Label
 from workbench.study.document import Figure, Panel, Points, Series
-from workbench.study.pictures.parts import Labels, captioned, each, named, number, refusals, with_unit
+from workbench.study.pictures.parts import BEYOND, Labels, captioned, each, number, refusals, with_unit, written
 from workbench.study.sensitivity import Estimate, MorrisEffects
 
 MU_STAR, SIGMA = Symbol("mu", mark="*"), Symbol("sigma")
 LEAST = 0.02  # of the other axis that an axis spans: below lies rounding
 LETTERS = 200  # of names that the plane has room for
-UNBOUNDED = "An interval with an arrow goes on beyond the axes."
 
 
 def morris_plane(
@@ -33,49 +32,48 @@ def morris_plane(
     unit
         Of the output.
     labels
-        How factors and outputs are written, by their names; as they stand, without.
+        How factors and outputs are written, by their names; as they stand where it does not say.
 
     Raises
     ------
     ValueError
         If the note is empty.
-    LookupError
-        If a label names no factor or output.
     """
-    named("morris_plane", (*effects.factors, *effects.names), labels)
-    single = list(each(effects))
+    single = each(effects)
     names, key = _names(single[0], labels)
-    said = (*refusals(effects), *key, *(() if all(map(_bounded, single)) else (UNBOUNDED,)))
+    titles = [written(one.names[0], labels) if len(effects.names) > 1 else "" for one in single]
+    panels = tuple(_panel(one, unit, names, title) for one, title in zip(single, titles, strict=True))
+    beyond = any(map(_goes_on, single, panels))
     return Figure(
         name,
-        captioned("morris_plane", caption, note, *said),
-        tuple(_panel(one, unit, names, _title(one, labels) if len(effects.names) > 1 else "") for one in single),
+        captioned("morris_plane", caption, note, *refusals(effects), *key, *([BEYOND] * beyond)),
+        panels,
         numbers=_numbers(name, caption, single, unit),
     )
 
 
-def _bounded(effects: MorrisEffects) -> bool:
-    return bool(np.isfinite(effects.mu_star.half).all() and np.isfinite(effects.sigma.half).all())
+def _goes_on(effects: MorrisEffects, panel: Panel) -> bool:
+    """Whether an interval reaches beyond the axes."""
+    assert panel.xlim is not None
+    assert panel.ylim is not None
+    return bool((effects.mu_star.high > panel.xlim[1]).any() or (effects.sigma.high > panel.ylim[1]).any())
 
 
 def _names(effects: MorrisEffects, labels: Labels) -> tuple[tuple[Label, ...], tuple[Phrase, ...]]:
     """The names beside the points, or their numbers by falling mu*, with a key, where names would cover the plane."""
-    names = named("morris_plane", effects.factors, {k: v for k, v in (labels or {}).items() if k in effects.factors})
+    names = tuple(written(factor, labels) for factor in effects.factors)
     if sum(map(_letters, names)) <= LETTERS:
         return names, ()
     order = np.argsort(-effects.mu_star.value, kind="stable").tolist()
     numbers = {i: str(place + 1) for place, i in enumerate(order)}
     key = [(*(["; "] if place else []), *parts(names[i]), f" ({numbers[i]})") for place, i in enumerate(order)]
-    return tuple(numbers[i] for i in range(len(names))), (tuple(part for pair in key for part in pair),)
+    return tuple(numbers[i] for i in range(len(names))), (
+        ("By falling ", MU_STAR, ": ", *(part for pair in key for part in pair)),
+    )
 
 
 def _letters(label: Label) -> int:
     return sum(len(part) if isinstance(part, str) else 3 for part in parts(label))
-
-
-def _title(effects: MorrisEffects, labels: Labels) -> Label:
-    (output,) = effects.names
-    return (labels or {}).get(output, output)
 
 
 def _panel(effects: MorrisEffects, unit: str, names: tuple[Label, ...], title: Label) -> Panel:

@@ -12,7 +12,7 @@ from workbench.core.sockets import described, require
 from workbench.study.cells import Column, Phrase, Table
 from workbench.study.curves import STYLES, Array
 from workbench.study.document import Band, Figure, Label, Panel, Series
-from workbench.study.pictures.parts import Labels, captioned, named, number, require_array, stretches
+from workbench.study.pictures.parts import Labels, captioned, number, require_array, stretches, written
 from workbench.study.sensitivity import Estimate, Quantiles, SobolIndices
 
 MOST = STYLES - 1  # curves in a panel that an eye still tells apart
@@ -34,32 +34,39 @@ def indices_over_time(
     note
         Runs, failed runs, seed and step error, as `sample.note_of(metric, joint)` says them.
     labels
-        How factors are written, by their names; as they stand, without.
+        How factors are written, by their names; as they stand where it does not say.
 
     Raises
     ------
     ValueError
         If the note is empty, or there is not one time for each output.
-    LookupError
-        If a label names no factor.
     """
     times = _times("indices_over_time", t, len(indices.names))
-    written = named("indices_over_time", indices.factors, labels)
     largest = np.nanmax(indices.ST.value, axis=0)
     order = np.argsort(-largest, kind="stable")
     drawn, left = order[:MOST].tolist(), order[MOST:]
-    rest = f"The ST of the {len(left)} factors that are not drawn stays below {1.01 * largest[left].max():.2g}."
     panels = []
     for title, part in (("S1, alone", indices.S1), ("ST, alone and together with others", indices.ST)):
-        curves = [mark for k, i in enumerate(drawn) for mark in _curve(written[i], times, part, i, k)]
+        curves = [
+            mark for k, i in enumerate(drawn) for mark in _curve(written(indices.factors[i], labels), times, part, i, k)
+        ]
         panels.append(Panel("part of the variance", tuple(curves), title=title, hlines=(0.0,)))
-    said = (*_gaps(times, indices.names, indices.refused), *([rest] if len(left) else []))
+    said = (*_gaps(times, indices.names, indices.refused), *_rest(largest[left]))
     return Figure(
         name,
         captioned("indices_over_time", caption, note, *said),
         tuple(panels),
         numbers=_index_numbers(name, caption, times, indices),
     )
+
+
+def _rest(largest: Array) -> tuple[str, ...]:
+    """What bounds the factors that are not drawn: two digits, rounded upwards."""
+    if not largest.size:
+        return ()
+    most = max(float(largest.max()), 1e-6)
+    unit = 10.0 ** (np.floor(np.log10(most)) - 1)
+    return (f"The ST of the {len(largest)} factors that are not drawn is at most {np.ceil(most / unit) * unit:.2g}.",)
 
 
 def _curve(label: Label, t: Array, part: Estimate, i: int, style: int) -> list[Series | Band]:

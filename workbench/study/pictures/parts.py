@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any, TypeAlias
+from collections.abc import Mapping
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
-from workbench.core.layout import nearest
 from workbench.core.numbers import Integers
 from workbench.core.sockets import described
 from workbench.study.cells import Cell, Part, Phrase, check_phrase, parts, raised
 from workbench.study.curves import Array, Label
+from workbench.study.sensitivity import MorrisEffects, SobolIndices, Tornado
 
 Labels: TypeAlias = Mapping[str, Label] | None
+BEYOND = "An interval with an arrow goes on beyond the axes."
+Found = TypeVar("Found", SobolIndices, MorrisEffects, Tornado)
 
 
 def captioned(call: str, caption: Phrase, note: Phrase, *remarks: Phrase) -> Phrase:
@@ -36,13 +38,9 @@ def _sentence(phrase: Phrase) -> tuple[Part, ...]:
     return parts(phrase) if ended else (*parts(phrase), ".")
 
 
-def named(call: str, names: tuple[str, ...], labels: Labels) -> tuple[Label, ...]:
-    """How each name is written: as `labels` has it, or else as it stands; a label for no name is refused."""
-    labels = labels or {}
-    for name in labels:
-        if name not in names:
-            raise LookupError(f"`{call}(labels=...)` names '{name}', which is not drawn.{nearest(name, names)}")
-    return tuple(labels.get(name, name) for name in names)
+def written(name: str, labels: Labels) -> Label:
+    """How a factor or an output is written: as `labels` has it, or else as it stands."""
+    return (labels or {}).get(name, name)
 
 
 def with_unit(name: Label, unit: str) -> Label:
@@ -51,23 +49,19 @@ def with_unit(name: Label, unit: str) -> Label:
     return (*own, f" [{raised(unit)}]") if unit not in ("", "1") else own
 
 
-def each(found: Any) -> Iterator[Any]:
-    """The results for each output that was not refused, one by one; those of a single output are themselves."""
-    if len(found.names) == 1 and not found.refused and np.ndim(_some(found)) == 1:
-        yield found
-        return
-    for name in found.names:
-        if name not in found.refused:
-            yield found[name]
+def each(found: Found) -> list[Found]:
+    """The results of each output that was not refused; those of a single output are themselves."""
+    match found:
+        case SobolIndices():
+            numbers = found.S1.value
+        case MorrisEffects():
+            numbers = found.mu_star.value
+        case Tornado():
+            numbers = found.swing
+    return [found] if numbers.ndim == 1 else [found[name] for name in found.names if name not in found.refused]
 
 
-def _some(found: Any) -> Any:
-    """An array whose last axis is that of the factors."""
-    estimate = getattr(found, "S1", None) or getattr(found, "mu_star", None)
-    return found.swing if estimate is None else estimate.value
-
-
-def refusals(found: Any) -> tuple[str, ...]:
+def refusals(found: SobolIndices | MorrisEffects | Tornado) -> tuple[str, ...]:
     """A sentence for each output that is not drawn, with the reason."""
     return tuple(f"Not drawn is '{name}': {why}." for name, why in found.refused.items())
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from workbench.core.numbers import Integers
 from workbench.study.cells import Column, Phrase, Table
 from workbench.study.document import Bars, Figure, Panel
-from workbench.study.pictures.parts import Labels, captioned, each, named, number, refusals
+from workbench.study.pictures.parts import BEYOND, Labels, captioned, each, number, refusals, written
 from workbench.study.sensitivity import SobolIndices
 
-BEYOND = "An interval with an arrow goes on beyond the axes."
+UNKNOWN = "Of a bar without an interval none is known."
 BAR = 0.36  # of a row: the thickness of the bar of one index
 
 
@@ -24,33 +25,28 @@ def sobol_bars(name: str, caption: Phrase, indices: SobolIndices, note: Phrase, 
     note
         Runs, failed runs, seed and step error, as `sample.note_of(metric, joint)` says them.
     labels
-        How factors and outputs are written, by their names; as they stand, without.
+        How factors and outputs are written, by their names; as they stand where it does not say.
 
     Raises
     ------
     ValueError
         If the note is empty.
-    LookupError
-        If a label names no factor or output.
     """
-    named("sobol_bars", (*indices.factors, *indices.names), labels)
-    single = list(each(indices))
+    single = each(indices)
     total = np.max([one.ST.value for one in single], axis=0)
     order = np.argsort(-total, kind="stable")
     scale = _scale(single)
-    said = (*refusals(indices), *(() if _within(single, scale) else (BEYOND,)))
     return Figure(
         name,
-        captioned("sobol_bars", caption, note, *said),
+        captioned("sobol_bars", caption, note, *refusals(indices), *_intervals(single, scale)),
         tuple(_panel(one, order, scale, labels, titled=len(indices.names) > 1) for one in single),
         columns=min(len(single), 3),
         numbers=_numbers(name, caption, single, order),
     )
 
 
-def _panel(one: SobolIndices, order: np.ndarray, scale: tuple[float, float], labels: Labels, titled: bool) -> Panel:
-    written, rows = dict(labels or {}), np.arange(len(order))
-    (output,) = one.names
+def _panel(one: SobolIndices, order: Integers, scale: tuple[float, float], labels: Labels, titled: bool) -> Panel:
+    rows = np.arange(len(order))
     bars = [
         Bars(label, rows + aside, part.value[order], 0.0, style, shade, BAR, part.low[order], part.high[order])
         for label, part, aside, style, shade in (
@@ -63,9 +59,9 @@ def _panel(one: SobolIndices, order: np.ndarray, scale: tuple[float, float], lab
         tuple(bars),
         xlabel="part of the variance",
         xlim=scale,
-        title=written.get(output, output) if titled else "",
+        title=written(one.names[0], labels) if titled else "",
         vlines=(0.0,),
-        ynames=tuple(written.get(one.factors[i], one.factors[i]) for i in order),
+        ynames=tuple(written(one.factors[i], labels) for i in order),
     )
 
 
@@ -78,12 +74,14 @@ def _scale(single: list[SobolIndices]) -> tuple[float, float]:
     return float(low - 0.02 * (high - low) * (low < 0)), float(high + 0.02 * (high - low))
 
 
-def _within(single: list[SobolIndices], scale: tuple[float, float]) -> bool:
-    parts = [part for one in single for part in (one.S1, one.ST)]
-    return all(bool((part.low >= scale[0]).all() and (part.high <= scale[1]).all()) for part in parts)
+def _intervals(single: list[SobolIndices], scale: tuple[float, float]) -> tuple[str, ...]:
+    """What must be said of intervals that are not drawn whole."""
+    low, high = (np.stack([getattr(p, end) for one in single for p in (one.S1, one.ST)]) for end in ("low", "high"))
+    beyond = bool((low < scale[0]).any() or (high > scale[1]).any())
+    return (*([BEYOND] * beyond), *([UNKNOWN] * bool(np.isnan(high - low).any())))
 
 
-def _numbers(name: str, caption: Phrase, single: list[SobolIndices], order: np.ndarray) -> Table:
+def _numbers(name: str, caption: Phrase, single: list[SobolIndices], order: Integers) -> Table:
     rows = tuple(
         (
             one.names[0],

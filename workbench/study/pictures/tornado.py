@@ -7,7 +7,7 @@ import numpy as np
 from workbench.study.cells import Column, Phrase, Table
 from workbench.study.curves import STYLES
 from workbench.study.document import Bars, Figure, Panel, Series
-from workbench.study.pictures.parts import Labels, captioned, each, named, number, refusals, with_unit
+from workbench.study.pictures.parts import Labels, captioned, each, number, refusals, with_unit, written
 from workbench.study.sensitivity import Tornado
 
 LEVEL = 0.36  # of a row: the thickness of the bar of one level
@@ -28,17 +28,14 @@ def tornado_figure(
     unit
         Of the output.
     labels
-        How factors and outputs are written, by their names; as they stand, without.
+        How factors and outputs are written, by their names; as they stand where it does not say.
 
     Raises
     ------
     ValueError
         If the note is empty.
-    LookupError
-        If a label names no factor or output.
     """
-    named("tornado_figure", (*tornado.factors, *tornado.names), labels)
-    single = list(each(tornado))
+    single = each(tornado)
     return Figure(
         name,
         captioned("tornado_figure", caption, note, *refusals(tornado)),
@@ -60,14 +57,12 @@ def _panel(tornado: Tornado, unit: str, labels: Labels) -> Panel:
             marks.append(Bars(label, rows - LEVEL / 2, ends, base, shade=0.25, thick=LEVEL))
         else:
             marks.append(Series(label, ends, rows, 1 + k % (STYLES - 1), look="marks"))
-    written = dict(labels or {})
-    (output,) = tornado.names
     return Panel(
         "",
         tuple(marks),
-        xlabel=with_unit(written.get(output, output), unit),
+        xlabel=with_unit(written(tornado.names[0], labels), unit),
         vlines=(base,),
-        ynames=tuple(written.get(tornado.factors[i], tornado.factors[i]) for i in order),
+        ynames=tuple(written(tornado.factors[i], labels) for i in order),
     )
 
 

@@ -1,0 +1,45 @@
+"""What a sample says of itself below a figure."""
+
+import numpy as np
+import pytest
+
+from workbench.study.sample import Sample
+
+
+def sample(errors, diverged=(), columns=(("RMSE", 0, "rad"), ("RMSE", 1, "rad"), ("TV", 0, "N*m/s"))):
+    runs, k = 1200, len(columns)
+    lost = np.full(runs, np.nan)
+    lost[list(diverged)] = 0.5
+    values = np.where(np.isnan(lost)[:, None, None], np.ones((runs, 1, k)), np.nan)
+    held = np.reshape(errors, (-1, 1, k))
+    again = np.arange(len(held))
+    return Sample("s", (), columns, np.ones(1), 0.001, 3, "0", np.ones((runs, 0)), values, again, held, lost)
+
+
+def test_a_note_says_runs_failures_seed_step_and_the_error_of_the_step_with_its_unit():
+    found = sample([[2.1e-5, 1e-3, 0.25], [1e-6, 2e-3, 0.5]], diverged=[7])
+    assert found.note_of("RMSE") == (
+        "1,200 runs, 1 of them diverged; seed 3; step 0.001 s, and half of it in 2 runs; "
+        "step error of RMSE of joint 1 at most 2.1×10⁻⁵ rad"
+    )
+    assert found.note_of("RMSE", 1).endswith("; step error of RMSE of joint 2 at most 0.002 rad")
+    assert found.note_of("TV").endswith("; step error of TV at most 0.5 N·m/s")
+
+
+def test_an_error_that_is_not_known_or_not_bounded_is_said_to_be_so():
+    lost = sample([[np.nan] * 3], diverged=[0])
+    assert lost.note_of("TV").endswith("; step error of TV not known")
+    alone = sample([[np.nan] * 3])
+    assert alone.note_of("TV").endswith("; step error of TV not bounded, as a run diverges at half of the step alone")
+
+
+def test_a_number_without_a_unit_has_none_in_its_note():
+    share = sample([[1.5e5]], columns=(("share", 0, "1"),))
+    assert share.note_of("share").endswith("; step error of share at most 1.5×10⁵")
+    exact = sample([[0.0]], columns=(("share", 0, ""),))
+    assert exact.note_of("share").endswith("; step error of share at most 0")
+
+
+def test_a_metric_that_was_not_taken_is_refused_by_name():
+    with pytest.raises(LookupError, match="no 'RMS' of joint 0"):
+        sample([[0.0] * 3]).note_of("RMS")
