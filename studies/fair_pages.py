@@ -121,7 +121,7 @@ def tuning(results: Results) -> Section:
             budget_curves("budget", "The least cost so far. Bands: between the searches.", curves, note, "cost"),
             pareto_fronts(
                 "front_chattering",
-                "Error against chattering in the training scenarios: the points of all searches that none beats in both.",
+                "Error against chattering in the training scenarios: points of the searches that none beats in both.",
                 fronts,
                 note,
                 "late RMSE [rad]",
@@ -141,7 +141,8 @@ def held_out(found: Found) -> Section:
     lost, total = (sum(counts) for counts in zip(*((one.failed.sum(), one.values.size) for one in runs), strict=True))
     note = (
         f"{len(runs[0])} draws in each of {len(runs)} scenarios, {lost} of {total:,} runs diverged and rank last; the "
-        f"step changes the cost of a median run by at most {max(np.nanmax(one.errors) for one in runs):.1g}; {runs[0].note}"
+        f"step changes the cost of a median run by at most {max(np.nanmax(one.errors) for one in runs):.1g}; "
+        f"{runs[0].note.removesuffix('.')}"
     )
     shown = {"cost": found.cost, "late_error": found.late, "chattering": found.chattering}
     return Section(
