@@ -33,8 +33,8 @@ Numbers = Mapping[str, float]
 
 
 @dataclass(frozen=True)
-class Tuned:
-    """A number that is tuned: its paths in a loop, its range, and what the card has."""
+class Sought:
+    """A number that is sought: its paths in a loop, its range, and what the card has."""
 
     name: str
     paths: tuple[str, ...]
@@ -52,14 +52,11 @@ class Entrant:
     ----------
     make
         From these numbers by name to the observer and the law, the observer's first estimate at a position.
-    remembers
-        Whether the gain K is a state, which it is where it learns.
     """
 
     name: str
     make: Callable[[Numbers, tuple[float, float]], tuple[AbstractObserver, AbstractController]]
-    tuned: tuple[Tuned, ...]
-    remembers: bool = False
+    tuned: tuple[Sought, ...]
 
     @property
     def key(self) -> str:
@@ -81,35 +78,39 @@ class Entrant:
         return scenario.loop(*self.make(numbers, scenario.start))
 
 
-def joints(name: str, field: str, low: float, high: float, card: tuple[float, ...], unit: str) -> tuple[Tuned, ...]:
+def joints(name: str, field: str, low: float, high: float, card: tuple[float, ...], unit: str) -> tuple[Sought, ...]:
     """One number for each joint."""
-    return tuple(Tuned(f"{name}_{j + 1}", (f"controller.{field}[{j}]",), low, high, card[j], unit) for j in (0, 1))
+    return tuple(Sought(f"{name}_{j + 1}", (f"controller.{field}[{j}]",), low, high, card[j], unit) for j in (0, 1))
 
 
 LAMBDA = joints("Lambda", "Lambda", 1.0, 40.0, CARD["Lambda"], "1/s")
-PHI = Tuned("phi", ("controller.phi",), 0.01, 10.0, CARD["phi"], "rad/s")
+PHI = Sought("phi", ("controller.phi",), 0.01, 10.0, CARD["phi"], "rad/s")
 SURFACE = (*LAMBDA, PHI)
 GAIN = (1.0, 500.0)  # N m, of a switching torque
 LEARNED = (
     *SURFACE,
-    Tuned("K(0)", ("controller.K",), *GAIN, 5.0, "N m"),
-    Tuned("gamma", ("controller.gamma",), 0.1, 100.0, CARD["ASMC: gamma"], "N m/rad"),
+    Sought("K(0)", ("controller.K",), *GAIN, 5.0, "N m"),
+    Sought("gamma", ("controller.gamma",), 0.1, 100.0, CARD["ASMC: gamma"], "N m/rad"),
 )
 
 
 def pair(x: Numbers, name: str) -> tuple[float, float]:
+    """The numbers of both joints."""
     return x[f"{name}_1"], x[f"{name}_2"]
 
 
 def surface(x: Numbers) -> dict[str, object]:
+    """What all sliding laws take."""
     return {"model": ARM, "Lambda": pair(x, "Lambda"), "phi": x["phi"]}
 
 
 def learning(x: Numbers) -> dict[str, object]:
+    """What all laws take whose gain learns."""
     return surface(x) | {"gamma": x["gamma"], "K": (x["K(0)"], x["K(0)"])}
 
 
 def rbf(x: Numbers) -> RbfAsmc:
+    """The network with the nodes of the card."""
     centres, widths = np.outer(CARD["RBF-ASMC: centres"], np.ones(4)), CARD["RBF-ASMC: widths"]
     return RbfAsmc(**learning(x), Gamma=x["Gamma"], sigma=x["sigma"], centres=centres, widths=widths)
 
@@ -164,20 +165,21 @@ class Compensated(AbstractController):
 
 
 def diagonal(name: str) -> tuple[str, str]:
+    """The paths of the diagonal of a matrix."""
     return f"{name}[0,0]", f"{name}[1,1]"
 
 
 OF_OBSERVERS = (
-    Tuned("L1", diagonal("observer.state.L1"), 1.0, 400.0, 30.0, "1/s"),
-    Tuned("L2", diagonal("observer.state.L2"), 50.0, 40000.0, 50.0, "1/s^2"),
-    Tuned("l", ("observer.disturbance.l",), 1.0, 100.0, CARD["l"], "1/s"),
+    Sought("L1", diagonal("observer.state.L1"), 1.0, 400.0, 30.0, "1/s"),
+    Sought("L2", diagonal("observer.state.L2"), 50.0, 40000.0, 50.0, "1/s^2"),
+    Sought("l", ("observer.disturbance.l",), 1.0, 100.0, CARD["l"], "1/s"),
 )
 OF_PROPOSED = (
     *SURFACE,
-    Tuned("K(0)", diagonal("controller.K"), *GAIN, 5.0, "N m"),
-    Tuned("P(0)", diagonal("controller.P"), 0.1, 1000.0, 10.0, "N m/rad"),
-    Tuned("Q", diagonal("controller.Q"), 0.01, 1000.0, 599.0, "N m/(rad s)"),
-    Tuned("R", diagonal("controller.R"), 0.001, 1000.0, 6.43, "N m/(rad s)"),
+    Sought("K(0)", diagonal("controller.K"), *GAIN, 5.0, "N m"),
+    Sought("P(0)", diagonal("controller.P"), 0.1, 1000.0, 10.0, "N m/rad"),
+    Sought("Q", diagonal("controller.Q"), 0.01, 1000.0, 599.0, "N m/(rad s)"),
+    Sought("R", diagonal("controller.R"), 0.001, 1000.0, 6.43, "N m/(rad s)"),
     *OF_OBSERVERS,
 )
 
@@ -195,12 +197,11 @@ def behind_observers(entrant: Entrant) -> Entrant:
     def make(x: Numbers, start: tuple[float, float]) -> tuple[AbstractObserver, AbstractController]:
         return observed(x, start, told=False), Compensated(entrant.make(x, start)[1])
 
-    def moved(path: str) -> str:
-        field = path.removeprefix("controller.")
-        return path if field.startswith("K") and entrant.remembers else f"controller.law.{field}"
-
-    own = tuple(replace(one, paths=tuple(map(moved, one.paths))) for one in entrant.tuned)
-    return Entrant(f"{entrant.name}, observed", make, (*own, *OF_OBSERVERS), entrant.remembers)
+    own = tuple(
+        replace(one, paths=tuple(path.replace("controller.", "controller.law.") for path in one.paths))
+        for one in entrant.tuned
+    )
+    return Entrant(f"{entrant.name}, observed", make, (*own, *OF_OBSERVERS))
 
 
 PROPOSALS = tuple(
@@ -208,19 +209,19 @@ PROPOSALS = tuple(
     for name, told in ((PROPOSED, False), (TOLD, True))
 )
 RIVALS = (
-    Entrant("ASMC", measured(lambda x: AdaptiveSlidingMode(**learning(x))), LEARNED, remembers=True),
+    Entrant("ASMC", measured(lambda x: AdaptiveSlidingMode(**learning(x))), LEARNED),
     Entrant(
         "Fuzzy-ASMC",
         measured(lambda x: FuzzyAsmc(**learning(x), lag=x["lag"], rules=RULES)),
-        (*LEARNED, Tuned("lag", ("controller.lag",), 0.005, 0.5, CARD["Fuzzy-ASMC: lag"], "s")),
+        (*LEARNED, Sought("lag", ("controller.lag",), 0.005, 0.5, CARD["Fuzzy-ASMC: lag"], "s")),
     ),
     Entrant(
         "RBF-ASMC",
         measured(rbf),
         (
             *LEARNED,
-            Tuned("Gamma", ("controller.Gamma",), 0.1, 1000.0, CARD["RBF-ASMC: Gamma"], "N m/rad"),
-            Tuned("sigma", ("controller.sigma",), 0.01, 10.0, CARD["RBF-ASMC: sigma"], "1/s"),
+            Sought("Gamma", ("controller.Gamma",), 0.1, 1000.0, CARD["RBF-ASMC: Gamma"], "N m/rad"),
+            Sought("sigma", ("controller.sigma",), 0.01, 10.0, CARD["RBF-ASMC: sigma"], "1/s"),
         ),
     ),
     Entrant(
@@ -242,18 +243,18 @@ RIVALS = (
         measured(lambda x: SuperTwisting(**surface(x), k1=(x["k1"], x["k1"]), k2=(x["k2"], x["k2"]))),
         (
             *SURFACE,
-            Tuned("k1", ("controller.k1",), 1.0, 100.0, CARD["super-twisting: k1"][0], "(rad/s^3)^(1/2)"),
-            Tuned("k2", ("controller.k2",), 1.0, 1000.0, CARD["super-twisting: k2"][0], "rad/s^3"),
+            Sought("k1", ("controller.k1",), 1.0, 100.0, CARD["super-twisting: k1"][0], "(rad/s^3)^(1/2)"),
+            Sought("k2", ("controller.k2",), 1.0, 1000.0, CARD["super-twisting: k2"][0], "rad/s^3"),
         ),
     ),
     Entrant(
         "feedforward + PD",
         measured(lambda x: StateFeedback(ARM, np.diag(pair(x, "Kp")), np.diag(pair(x, "Kd")))),
         (
-            Tuned("Kp_1", ("controller.Kp[0,0]",), 5.0, 2000.0, CARD["PID: Kp"][0], "N m/rad"),
-            Tuned("Kp_2", ("controller.Kp[1,1]",), 5.0, 2000.0, CARD["PID: Kp"][1], "N m/rad"),
-            Tuned("Kd_1", ("controller.Kd[0,0]",), 0.5, 200.0, CARD["PID: Kd"][0], "N m s/rad"),
-            Tuned("Kd_2", ("controller.Kd[1,1]",), 0.5, 200.0, CARD["PID: Kd"][1], "N m s/rad"),
+            Sought("Kp_1", ("controller.Kp[0,0]",), 5.0, 2000.0, CARD["PID: Kp"][0], "N m/rad"),
+            Sought("Kp_2", ("controller.Kp[1,1]",), 5.0, 2000.0, CARD["PID: Kp"][1], "N m/rad"),
+            Sought("Kd_1", ("controller.Kd[0,0]",), 0.5, 200.0, CARD["PID: Kd"][0], "N m s/rad"),
+            Sought("Kd_2", ("controller.Kd[1,1]",), 0.5, 200.0, CARD["PID: Kd"][1], "N m s/rad"),
         ),
     ),
 )
