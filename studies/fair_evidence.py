@@ -13,9 +13,12 @@ from workbench.core.layout import Array
 from workbench.study.evidence import Comparison, Paired, compare, paired, same_draws
 from workbench.study.sample import Sample
 from workbench.study.study import Results
+from workbench.study.tuning import Tuned
 
 ABLATED = ("paper", "payload")  # the scenarios in which AOSMC-RGS loses its parts
+CARD, OTHER = "_card", "_other"  # kinds of sweeps
 CARDED = "paper"  # that in which the numbers of the card are tried
+REPEATED = ("paper", "payload", "jumps")  # those in which the answers of the other search are tried
 MARGIN = 0.02  # of the smaller value: what is closer is no difference to an engineer, however sure
 RESAMPLES = 2000
 SEED = 88
@@ -26,9 +29,17 @@ def name_of(scenario: Scenario, key: str) -> str:
     return f"{scenario.name}_{''.join(c if c.isalnum() else '_' for c in key.lower())}"
 
 
-def samples(results: Results, scenario: Scenario, laws: Sequence[Entrant]) -> dict[str, Sample]:
-    """The runs of some laws in a scenario, by the laws' names."""
-    return {law.name: results.sample(name_of(scenario, law.key)) for law in laws}
+def of_other_search(tuned: Tuned) -> dict[str, float]:
+    """The best numbers of the searches that the best point of all is not from."""
+    searches = np.arange(len(tuned.objectives)) // tuned.tuning.evaluations
+    others = np.where(searches == searches[tuned.place], np.inf, tuned.objectives)
+    names = (factor.name for factor in tuned.tuning.factors)
+    return dict(zip(names, map(float, tuned.numbers[int(np.argmin(others))]), strict=True))
+
+
+def samples(results: Results, scenario: Scenario, laws: Sequence[Entrant], kind: str = "") -> dict[str, Sample]:
+    """The runs of some laws in a scenario, by the laws' names; of a kind, as with the numbers of the card."""
+    return {law.name: results.sample(name_of(scenario, f"{law.key}{kind}")) for law in laws}
 
 
 def cost_of(held: Mapping[str, Sample], name: str, terms: tuple[Term, ...] = TERMS) -> Paired:

@@ -96,21 +96,38 @@ def by_its_law(held: Held, law: str) -> Verdict:
 
 def parts_matter(held: Held, whole: str) -> Verdict:
     """Whether each part of a law lowers its cost in each scenario in which the law was taken apart."""
-    said: dict[str, list[str]] = {"below": [], "above": [], "alike": [], "undecided": []}
+    found: dict[str, dict[str, list[str]]] = {"below": {}, "above": {}, "alike": {}, "undecided": {}}
     for scenario, one in held.items():
         for part in one.paired.laws:
             if part != whole:
-                said["alike" if one.alike(whole, part) else one.order(whole, part)].append(f"{part} ({scenario})")
-    share = 100 * next(iter(held.values())).margin
+                order = "alike" if one.alike(whole, part) else one.order(whole, part)
+                found[order].setdefault(part, []).append(scenario)
     words = {
         "below": "cost rises without",
         "above": "cost falls without",
-        "alike": f"cost changes by less than {share:g} % without",
+        "alike": f"cost changes by less than {100 * next(iter(held.values())).margin:g} % without",
         "undecided": "open is",
     }
-    evidence = "; ".join(f"{words[order]} {', '.join(parts)}" for order, parts in said.items() if parts)
-    kind = "fails" if said["above"] or said["alike"] else "open" if said["undecided"] else "holds"
-    return Verdict(kind, f"Each part of {whole} lowers its cost.", f"As tuned, {evidence}.")
+    said = (
+        f"{words[order]} {', '.join(f'{part}{_listed(where)}' for part, where in parts.items())}"
+        for order, parts in found.items()
+        if parts
+    )
+    kind = "fails" if found["above"] or found["alike"] else "open" if found["undecided"] else "holds"
+    return Verdict(kind, f"Each part of {whole} lowers its cost.", f"As tuned, {'; '.join(said)}.")
+
+
+def whichever_search(first: Held, other: Held) -> Verdict:
+    """Whether the laws as another search tuned them come to the same winner in each scenario."""
+    pairs = {scenario: (first[scenario].best, one.best) for scenario, one in other.items()}
+    said = ", ".join(f"{scenario}: {a or 'nobody'} and {b or 'nobody'}" for scenario, (a, b) in pairs.items())
+    same = all(a == b for a, b in pairs.values())
+    turned = any(a and b and a != b for a, b in pairs.values())
+    return Verdict(
+        "holds" if same else "fails" if turned else "open",
+        "The best law is the same, whichever of the two searches tuned all laws.",
+        f"Best by the better search and by the other: {said}.",
+    )
 
 
 def _listed(names: Sequence[str]) -> str:

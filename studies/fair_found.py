@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from fair_conditions import HELD_OUT, Scenario
-from fair_evidence import ABLATED, CARDED, cost_of, judged, metric_of, name_of, samples
+from fair_evidence import ABLATED, CARD, CARDED, OTHER, REPEATED, cost_of, judged, metric_of, name_of, samples
 from fair_findings import Held
 from fair_laws import MAIN, OBSERVED, PROPOSALS, PROPOSED
 from fair_objective import LATE, TERMS
@@ -42,6 +42,8 @@ class Found:
         The cost of AOSMC-RGS, and of the same law that is told the true disturbance.
     card
         The cost with the numbers of the card, in one scenario, and with those tuned.
+    other
+        The cost of the laws as the other search tuned them, in some scenarios.
     parts
         By scenario, the cost and each metric of AOSMC-RGS and of what is left of it without a part.
     """
@@ -54,6 +56,7 @@ class Found:
     observed: Held
     told: Held
     card: Comparison
+    other: Held
     parts: dict[str, tuple[Comparison, ...]]
 
 
@@ -73,6 +76,7 @@ def found_of(results: Results) -> Found:
         {s.name: judged(cost_of(proposed[s.name] | samples(results, s, OBSERVED), s.name)) for s in HELD_OUT},
         {s.name: judged(cost_of(samples(results, s, PROPOSALS), s.name)) for s in HELD_OUT},
         judged(cost_of(_with_card(results, runs[CARDED]), "cost")),
+        {s.name: judged(cost_of(samples(results, s, MAIN, OTHER), s.name)) for s in HELD_OUT if s.name in REPEATED},
         {s.name: _parts(results, s, proposed[s.name]) for s in HELD_OUT if s.name in ABLATED},
     )
 
@@ -85,8 +89,7 @@ def _weighted(runs: dict[str, dict[str, Sample]], weights: tuple[float, ...]) ->
 
 def _with_card(results: Results, tuned: dict[str, Sample]) -> dict[str, Sample]:
     scenario = next(one for one in HELD_OUT if one.name == CARDED)
-    card = {f"{one.name}, as assumed": results.sample(name_of(scenario, f"{one.key} card")) for one in MAIN}
-    return tuned | card
+    return tuned | {f"{law} as assumed": one for law, one in samples(results, scenario, MAIN, CARD).items()}
 
 
 def _parts(results: Results, scenario: Scenario, proposed: dict[str, Sample]) -> tuple[Comparison, ...]:

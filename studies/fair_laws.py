@@ -27,7 +27,7 @@ from workbench.observers import FullState, Luenberger, MomentumObserver, OracleF
 from workbench.study.distributions import LogUniform
 from workbench.study.factors import Factor
 
-PROPOSED, TOLD = "AOSMC-RGS", "AOSMC-RGS, told D"
+PROPOSED, TOLD = "AOSMC-RGS", "AOSMC-RGS told D"
 I = np.eye(2)
 Numbers = Mapping[str, float]
 
@@ -201,7 +201,7 @@ def behind_observers(entrant: Entrant) -> Entrant:
         replace(one, paths=tuple(path.replace("controller.", "controller.law.") for path in one.paths))
         for one in entrant.tuned
     )
-    return Entrant(f"{entrant.name}, observed", make, (*own, *OF_OBSERVERS))
+    return Entrant(f"{entrant.name} + observers", make, (*own, *OF_OBSERVERS))
 
 
 PROPOSALS = tuple(

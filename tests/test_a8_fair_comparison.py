@@ -152,6 +152,11 @@ def test_a_failed_run_is_told_by_scenario():
     assert "60 of 60 in 'b'" in str(found.evidence)
 
 
+@pytest.mark.parametrize(("other", "kind"), [({"a": WINS}, "holds"), ({"a": LOSES}, "fails"), ({"a": TIED}, "open")])
+def test_the_winner_of_one_search_is_held_against_that_of_the_other(other, kind):
+    assert findings.whichever_search(held(a=WINS, b=LOSES), held(**other)).kind == kind
+
+
 @pytest.mark.parametrize(
     ("less", "kind", "words"),
     [(1.5, "holds", "cost rises without part"), (1.001, "fails", "less than 2 %"), (0.5, "fails", "cost falls")],

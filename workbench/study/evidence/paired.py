@@ -57,7 +57,8 @@ class Paired:
         failed = ", ".join(f"{law} in {count:,}" for law, count in zip(self.laws, self.failed, strict=True) if count)
         lost = f"failed runs: {failed}, each taken as worse than any other" if failed else "no run failed"
         known = self.errors[~np.isnan(self.errors)]
-        error = f"at most {known.max():.2g} {self.unit}".strip() if len(known) else "not known"
+        largest = f"at most {known.max(initial=0):.2g} {self.unit}".strip()
+        error = "not known" if not len(known) else largest if np.isfinite(known).all() else "not bounded"
         unknown = ", ".join(law for law, off in zip(self.laws, self.errors, strict=True) if np.isnan(off))
         but = f", of {unknown} not known" if unknown and len(known) else ""
         return f"{self.metric}: {len(self):,} draws; {lost}; error of the step {error}{but}."

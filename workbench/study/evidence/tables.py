@@ -151,8 +151,13 @@ def _change(one: Comparison, i: int, at: int) -> Cell:
 def _text(numbers: Iterable[float], unit: str) -> str:
     """A value and its interval."""
     sign = "+" if unit == "%" else ""
-    value, *ends = (f"{number:{sign}.3g}" if np.isfinite(number) else "not bounded" for number in numbers)
+    value, *ends = (_short(number, sign) if np.isfinite(number) else "not bounded" for number in numbers)
     return f"{value} {unit} ({' to '.join(ends)})"
+
+
+def _short(number: float, sign: str) -> str:
+    """Three digits, or all of them before the point."""
+    return f"{number:{sign},.0f}" if abs(number) >= 1000 else f"{number:{sign}.3g}"
 
 
 def _percent(found: Intervals, i: int, j: int) -> Measured:
