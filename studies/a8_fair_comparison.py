@@ -66,11 +66,7 @@ def sweeps(tuned: Mapping[str, Tuned]) -> tuple[Sweep, ...]:
         for entrant in MAIN
     )
     other = (
-        sweep(
-            name_of(scenario, entrant.key + OTHER),
-            entrant.loop(scenario, of_other_search(tuned[entrant.key])),
-            scenario,
-        )
+        sweep(name_of(scenario, entrant.key + OTHER), entrant.loop(scenario, numbers), scenario)
         for scenario in HELD_OUT
         if scenario.name in REPEATED
         for entrant in MAIN

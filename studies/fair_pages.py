@@ -215,12 +215,12 @@ def trust(results: Results, found: Found) -> Section:
         "How far to trust this",
         (
             Paragraph(
-                "Intervals are those of chance in the draws. They do not hold the chance of a search: in three scenarios "
-                "all laws ran with the numbers of the other search too. Nor do they hold the choice of objective, "
-                "scenarios and ranges. Errors of the step are those of the median run: the arm is integrated by RK4 "
-                "once a period, and in one run of sixteen twice. The laws were tuned for masses 20 % above the model's "
-                "and for no others; a tuning over draws would make all of them more robust, at many times the cost. "
-                "AOSMC-RGS has more numbers than any rival, and all got the same budget."
+                "Intervals are those of chance in the draws. They do not hold the chance of a search: in three "
+                "scenarios all laws ran with the numbers of the other search too. Nor do they hold the choice of "
+                "objective, scenarios and ranges. Errors of the step are those of the median run: the arm is "
+                "integrated by RK4 once a period, and in one run of sixteen twice. The laws were tuned for masses 20 % "
+                "above the model's and for no others; a tuning over draws would make all of them more robust, at many "
+                "times the cost. AOSMC-RGS has more numbers than any rival, and all got the same budget."
             ),
             tables.numbers(tuned, ENTRANTS),
         ),
