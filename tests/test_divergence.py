@@ -4,6 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 from equations import decay, explosion, with_next
+from hypothesis import given
+from hypothesis import strategies as some
 
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.simulate import divergence, simulate
@@ -116,3 +118,11 @@ def test_a_structural_zero_of_a_step_keeps_its_place():
     for engine in ENGINES:
         runs = simulate(with_next(step, after), until=1.0, engine=engine)
         np.testing.assert_array_equal(runs.x[0, 1], [0.0, 15.0])
+
+
+@given(stride=some.integers(1, 10**6), most=some.integers(1, 20_000))
+def test_a_march_to_one_far_time_is_cut_into_few_lengths(stride, most):
+    pieces = virtual_machine._pieces(stride, most)
+    assert sum(pieces) == stride
+    assert set(pieces) <= {1 << i for i in range(10) if 1 << i <= most}
+    assert len(pieces) <= stride // min(most // 2 + 1, virtual_machine.LONGEST) + 10

@@ -13,7 +13,7 @@ from workbench.study import cost
 from workbench.study.distributions import LogUniform, Normal, Uniform
 from workbench.study.factors import Factor
 from workbench.study.tuning import Trial, equal_budget, tune
-from workbench.study.tuning.contract import ready
+from workbench.study.tuning.ready import ready
 from workbench.study.tuning.search import here
 
 METRICS = (ise(), effort())
@@ -265,6 +265,13 @@ def test_short_searches_that_end_apart_are_said_to():
     assert not found.settled
     assert any("too short to tell" in said for said in found.warnings)
     assert any("The bests of the 2 searches differ by" in said for said in found.warnings)
+
+
+def test_a_search_that_finds_nothing_is_said_beside_one_that_does():
+    found = tune(bomb(0.9, 6.0, evaluations=16, population=4, seeds=(0, 1)))
+    assert np.isinf(found.bests).tolist() == [False, True]
+    assert found.warnings[-1] == "A search found an admissible point in its last quarter only, or none."
+    assert not found.settled
 
 
 def test_a_coarse_step_is_said_beside_the_best():

@@ -154,7 +154,7 @@ def test_too_long_a_search_is_refused_before_it_begins(command, tuned, tmp_path)
 
 @pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
 def test_a_search_that_was_killed_and_stopped_goes_on_and_ends_as_if_it_had_not_been(command, tuned, tmp_path):
-    (tmp_path / tuned).write_text(TUNED.replace("EVALUATIONS", "800"), encoding="utf-8")
+    (tmp_path / tuned).write_text(TUNED.replace("EVALUATIONS", "480"), encoding="utf-8")
     call = [sys.executable, "-m", "workbench", "run", tuned, "--out", "out", "--ack"]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     got = {}
@@ -170,7 +170,7 @@ def test_a_search_that_was_killed_and_stopped_goes_on_and_ends_as_if_it_had_not_
     kept = len(digests(command))
     assert said.splitlines()[-1].startswith(f"workbench: stopped; {kept} chunks are kept in 'out'. The same command")
     lines = command("status", "out").stdout.splitlines()
-    assert lines[0] == f"pd_step: {8 * kept} of 800 runs in {kept} of 100 chunks, 0 failed."
+    assert lines[0] == f"pd_step: {8 * kept} of 480 runs in {kept} of 60 chunks, 0 failed."
     assert lines[-1].endswith("Its command goes on with the rest.")
     rest = acknowledged(command("run", tuned, "--out", "out", "--ack").stdout)
     assert not got.keys() & rest.keys()

@@ -22,7 +22,7 @@ from workbench.study.store import ABOUT, LATER, Ledger, opened
 from workbench.study.study import Study
 from workbench.study.sweep import whole
 from workbench.study.tuning import Tuned, kept
-from workbench.study.tuning.contract import Ready, ready
+from workbench.study.tuning.ready import Ready, ready
 
 Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
 COUNTS = ("runs", "base", "trajectories")  # how designs call the number that `--samples` sets

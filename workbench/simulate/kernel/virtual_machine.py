@@ -12,6 +12,7 @@ from workbench.core.layout import Array
 from workbench.simulate.job import Job, Progress
 
 RUNS_AT_ONCE = 1024  # side by side in one call, each of which holds all its steps
+LONGEST = 512  # steps of a marcher to one time: to build it takes as long as to run it ten times
 STEPS_PER_CALL = 20_000  # of all runs, between two looks at progress and divergence: about a tenth of a second
 
 
@@ -54,7 +55,7 @@ def _march(job: Job, x: Array, tell: Progress, done_before: float, part: float) 
 
 def _pieces(stride: int, most: int) -> list[int]:
     """The steps to the only kept time, or to one beyond a call, in powers of two: so that few marchers serve all."""
-    whole = 1 << most.bit_length() - 1
+    whole = min(LONGEST, 1 << most.bit_length() - 1)
     return [whole] * (stride // whole) + [1 << i for i in range(whole.bit_length()) if stride % whole >> i & 1]
 
 

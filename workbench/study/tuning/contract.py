@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -13,14 +12,11 @@ from workbench.metrics import AbstractMetric
 from workbench.study.cells import check_name, several
 from workbench.study.contract import Loop
 from workbench.study.factors import Factor
-from workbench.study.prepared import Prepared, prepared
 from workbench.study.sample import Sample
-from workbench.study.sampling import AbstractDesign
 from workbench.study.sampling.contract import seeded
-from workbench.study.sweep import Sweep, check_times, whole
+from workbench.study.sweep import check_times, whole
 
 LEAST = 4  # members of a population, of which a new point is made
-FINALISTS = 8  # points that are run again at half the step: as many as one vector of the widest processors holds
 
 # The runs of each trial by its name, finite in all of them, to what they are worth, (n,): the smaller the better.
 Objective = Callable[[Mapping[str, Sample]], Array]
@@ -141,131 +137,3 @@ class Tuning:
     def generations(self) -> int:
         """How often a search asks for a whole population."""
         return self.evaluations // self.population
-
-
-@dataclass(frozen=True)
-class Awaited(AbstractDesign):
-    """As many points as a search will ask for, none of which is known yet."""
-
-    dimensions: int
-    count: int
-
-    @property
-    def size(self) -> int:
-        """How many runs."""
-        return self.count
-
-    def points(self, first: int = 0, last: int | None = None) -> Array:
-        """None yet.
-
-        Raises
-        ------
-        LookupError
-            Always.
-        """
-        raise LookupError("`points(first, last)` of a search are not known before it asks for them.")
-
-
-@dataclass(frozen=True, eq=False)
-class Ready:
-    """A tuning with the equations of its trials: at the step h for all points, and at h / 2 for the best of them."""
-
-    tuning: Tuning
-    trials: tuple[Prepared, ...]
-    halves: tuple[Prepared, ...]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Those of the trials."""
-        return tuple(trial.name for trial in self.tuning.trials)
-
-    @cached_property
-    def finalists(self) -> int:
-        """How many points are run again at h / 2."""
-        return min(FINALISTS, self.tuning.size)
-
-
-def ready(tuning: Tuning) -> Ready:
-    """The tuning with its equations.
-
-    Raises
-    ------
-    LookupError, ValueError
-        As `prepared`, with the name of the trial: if a factor varies what its loop does not have, say.
-    """
-    trials = tuple(_prepared(tuning, trial) for trial in tuning.trials)
-    few = Awaited(len(tuning.factors), min(FINALISTS, tuning.size))
-    halves = tuple(one.at_half(f"{one.sweep.name}_half").at(few) for one in trials)
-    return Ready(tuning, trials, halves)
-
-
-def _prepared(tuning: Tuning, trial: Trial) -> Prepared:
-    """A trial as a sweep, whose points are only known as the search goes on."""
-    try:
-        sweep = Sweep(
-            name=f"{tuning.name}_{trial.name}",
-            loop=trial.loop,
-            metrics=trial.metrics,
-            factors=tuning.factors,
-            design=Awaited(len(tuning.factors), tuning.size),
-            h=trial.h,
-            until=trial.until,
-            every=trial.every,
-            seed=trial.seed,
-            common=True,
-            halved=None,
-            runs_of_chunk=tuning.population,
-        )
-        return prepared(sweep)
-    except (LookupError, ValueError) as error:
-        if type(error) not in (LookupError, ValueError):
-            raise
-        raise type(error)(f"`Tuning({tuning.name!r})` in the trial '{trial.name}': {error}") from error
-
-
-def equal_budget(
-    laws: Mapping[str, tuple[Sequence[Trial], Sequence[Factor]]],
-    objective: Objective,
-    *,
-    evaluations: int,
-    population: int,
-    seeds: tuple[int, ...] = (0,),
-) -> tuple[Tuning, ...]:
-    """Tunings of several laws by one objective, with one budget, from the same seeds and in the same trials.
-
-    Parameters
-    ----------
-    laws
-        From the name of each law to its loops, as trials, and its factors.
-
-    Raises
-    ------
-    ValueError
-        If two laws differ in the names, metrics, steps, horizons or seeds of their trials, or `Tuning` refuses.
-    """
-    made = tuple(
-        Tuning(name, tuple(trials), tuple(factors), objective, evaluations, population, seeds)
-        for name, (trials, factors) in laws.items()
-    )
-    for one in made[1:]:
-        for ours, theirs in zip(_conditions(one), _conditions(made[0]), strict=False):
-            if ours != theirs:
-                raise ValueError(
-                    f"`equal_budget(laws=...)` needs the same trials for every law; '{one.name}' has {ours}, and "
-                    f"'{made[0].name}' has {theirs}."
-                )
-        if len(one.trials) != len(made[0].trials):
-            raise ValueError(
-                f"`equal_budget(laws=...)` needs the same trials for every law; '{one.name}' has {len(one.trials)}, "
-                f"and '{made[0].name}' has {len(made[0].trials)}."
-            )
-    return made
-
-
-def _conditions(tuning: Tuning) -> list[str]:
-    """What the trials of two laws must have in common, in words."""
-    return [
-        f"'{t.name}' with {', '.join(metric.name for metric in t.metrics)} at h = {t.h:g} s for {t.until:g} s, "
-        f"values every {t.every or t.until:g} s, seed {t.seed}"
-        for t in tuning.trials
-    ]

@@ -10,7 +10,7 @@ from workbench.study.chunk import Chunk
 from workbench.study.prepared import Prepared
 from workbench.study.resume import State, Task, lost, said_of
 from workbench.study.store import Ledger
-from workbench.study.tuning.contract import Ready
+from workbench.study.tuning.ready import Ready
 from workbench.study.tuning.search import tune
 from workbench.study.tuning.tuned import Tuned
 

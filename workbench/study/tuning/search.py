@@ -8,13 +8,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.core.numbers import Integers, numbers
+from workbench.core.numbers import numbers
 from workbench.study.chunk import Chunk
 from workbench.study.prepared import Prepared
 from workbench.study.resume import said_of
 from workbench.study.sample import Sample, sample_of
 from workbench.study.sampling import Listed
-from workbench.study.tuning.contract import Ready, Tuning, ready
+from workbench.study.tuning.contract import Tuning
+from workbench.study.tuning.ready import Ready, ready
 from workbench.study.tuning.tuned import Tuned, have_values, reasons_of
 from workbench.verify.evolution import Judged, evolve
 
@@ -80,23 +81,16 @@ def _answer(made: Ready, past: Sequence[_Generation], evaluate: Evaluate) -> Tun
     points = Listed(np.vstack([one.points for one in past]))
     found = _samples(made, made.trials, [[one.chunks[i] for one in past] for i in range(len(made.trials))])
     samples = {name: replace(one, design=points) for name, one in found.items()}
-    tuned = Tuned(made.tuning, points.given, made.trials[0].space.values(points.given), objective, samples)
-    _refuse_nothing(tuned, objective, samples, f"at the step of {_steps(made.trials)}")
+    _refuse_nothing(made, objective, samples, f"at the step of {_steps(made.trials)}")
     _refuse_dependent(made, samples, objective)
-    best = _best(objective, made.finalists)
+    best = np.argsort(objective, kind="stable")[: min(made.finalists, int(np.isfinite(objective).sum()))]
     halves = [one.at(Listed(points.given[best])) for one in made.halves]
     chunks = evaluate(halves, 0, len(best))
     worth = -_judged(made, halves, chunks).value
     finer = _samples(made, halves, [[one] for one in chunks])
-    _refuse_nothing(
-        tuned, worth, finer, f"at half the step, {_steps(halves)}, though their runs are finite at the step"
-    )
-    return replace(tuned, finalists=best, halved=worth, halves=finer)
-
-
-def _best(objective: Array, most: int) -> Integers:
-    """The places of the best points, the best first: as many as there are, and at most so many."""
-    return np.argsort(objective, kind="stable")[: min(most, int(np.isfinite(objective).sum()))]
+    _refuse_nothing(made, worth, finer, f"at half the step, {_steps(halves)}, though their runs are finite at the step")
+    values = made.trials[0].space.values(points.given)
+    return Tuned(made.tuning, points.given, values, objective, samples, best, worth, finer)
 
 
 def _steps(sweeps: Sequence[Prepared]) -> str:
@@ -117,14 +111,14 @@ def _refuse_dependent(made: Ready, samples: Mapping[str, Sample], objective: Arr
         )
 
 
-def _refuse_nothing(tuned: Tuned, objective: Array, samples: Mapping[str, Sample], where: str) -> None:
+def _refuse_nothing(made: Ready, objective: Array, samples: Mapping[str, Sample], where: str) -> None:
     """Refuse where no point is admissible, with the reasons."""
     if np.isfinite(objective).any():
         return
     reasons = ", ".join(f"{reason} in {count:,}" for reason, count in reasons_of(objective, samples).items() if count)
     raise ValueError(
-        f"`Tuning({tuned.name!r})` has no admissible point among {len(objective):,} {where} ({reasons}): move the "
-        "ranges of its factors, or take a shorter step."
+        f"`Tuning({made.tuning.name!r})` has no admissible point among {len(objective):,} {where} ({reasons}): move "
+        "the ranges of its factors, or take a shorter step."
     )
 
 

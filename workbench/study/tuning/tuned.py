@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -49,9 +49,9 @@ class Tuned:
     numbers: Array
     objectives: Array
     samples: Mapping[str, Sample]
-    finalists: Integers = field(default_factory=lambda: np.empty(0, dtype=int))
-    halved: Array = field(default_factory=lambda: np.empty(0))
-    halves: Mapping[str, Sample] = field(default_factory=dict)
+    finalists: Integers
+    halved: Array
+    halves: Mapping[str, Sample]
 
     @property
     def name(self) -> str:
@@ -116,11 +116,14 @@ class Tuned:
 
     @property
     def _late_gains(self) -> Array:
-        """By what part of its objective each search became better in its last quarter; infinite if nobody can tell."""
+        """By what part of its objective each search became better in its last quarter; NaN if it is too short to tell.
+
+        Infinite if nothing was admissible before.
+        """
         count = self.tuning.generations
         early = count - count // 4 - 1
         if early == count - 1:
-            return np.full(len(self.tuning.seeds), np.inf)
+            return np.full(len(self.tuning.seeds), np.nan)
         pairs = ((best[early], best[-1]) for _, best in self.curves.values())
         return np.array([_share(before - after, after) if np.isfinite(before) else np.inf for before, after in pairs])
 
@@ -170,14 +173,17 @@ class Tuned:
         """Why the best may not be the best, in sentences."""
         said = [f"The best '{name}' lies at an end of its range." for name in self.at_edge]
         late = float(self._late_gains.max())
-        if late == np.inf:
+        if np.isnan(late):
             said.append("The search is too short to tell whether it has settled.")
-        elif late > SETTLED:
+        elif late > SETTLED and late < np.inf:
             said.append(f"A search became better by {_percent(late)} in its last quarter, so it has not settled.")
         if (share := _share(self.step_error, self.objective)) > STEP:
             said.append(f"The objective of the best changes by {_percent(share)} at half the step.")
-        if (spread := _share(float(np.ptp(self.bests)), self.objective)) > SEEDS:
+        spread = _share(float(np.ptp(self.bests)), self.objective)
+        if SEEDS < spread < np.inf:
             said.append(f"The bests of the {len(self.bests)} searches differ by {_percent(spread)}.")
+        if np.isinf(late) or np.isinf(spread):
+            said.append("A search found an admissible point in its last quarter only, or none.")
         return tuple(said)
 
 
