@@ -103,6 +103,16 @@ def test_many_long_names_become_numbers_by_falling_mu_star_with_a_key():
     assert points_of(morris_plane("f", "", short, NOTE)).names == tuple("abcdefgh")
 
 
+def test_factors_that_crowd_next_to_zero_are_named_in_the_caption():
+    factors = ("a", "b", "c", "d")
+    effects = morris_effects(lambda u: u @ [0, 5, 1e-9, 3], factors=factors)
+    figure = morris_plane("f", "", effects, NOTE)
+    assert points_of(figure).names == ("", "b", "", "d")
+    assert "Next to 0 lie a, c." in words(figure.caption)
+    apart = morris_plane("f", "", morris_effects(lambda u: u @ [2, 5, 1e-9, 3], factors=factors), NOTE)
+    assert points_of(apart).names == factors
+
+
 def test_sobol_bars_are_the_indices_in_the_order_of_the_largest_total():
     found = indices(lambda u: u @ [1, -4, 2])
     figure = sobol_bars("f", "", found, NOTE)
@@ -181,6 +191,23 @@ def test_indices_over_time_have_a_gap_where_an_output_is_refused():
         curve = line(panel, "x1")
         assert np.isnan(curve).tolist() == [k == 3 for k in range(8)]
         assert all(2.0 not in band.x for band in panel.series if isinstance(band, Band))
+
+
+def test_a_wide_interval_over_time_does_not_squeeze_the_curves():
+    design = SobolDesign(3, 16)
+    found = sobol(design, over_time(design.points()))
+    wide = replace(
+        found, S1=replace(found.S1, half=np.inf + found.S1.half), ST=replace(found.ST, half=0 * found.ST.half)
+    )
+    figure = indices_over_time("f", "", T, wide, NOTE)
+    limits = figure.panels[0].ylim
+    assert -0.25 <= limits[0] < limits[1] <= 1.25
+    assert {(*band.low, *band.high) for band in figure.panels[0].series if isinstance(band, Band)} == {
+        (limits[0],) * 8 + (limits[1],) * 8
+    }
+    assert "goes on beyond the axes" in words(figure.caption)
+    narrow = replace(wide, S1=replace(found.S1, half=0 * found.S1.half))
+    assert "beyond" not in words(indices_over_time("f", "", T, narrow, NOTE).caption)
 
 
 def test_of_many_factors_seven_are_drawn_and_the_others_bounded():

@@ -83,7 +83,7 @@ def test_names_of_points_stay_apart_and_within_their_panel(seed):
     within = Box(10.0, 20.0, 400.0, 220.0)
     points = (10, 20) + rng.uniform(0, 1, (20, 2)) ** rng.integers(1, 9) * (400, 220)
     sizes = [Extent(width, 6.0, 2.0) for width in rng.uniform(5, 60, 20)]
-    corners = placed(points, sizes, np.zeros((0, 4)), within)
+    corners = placed(points, sizes, points, np.zeros((0, 4)), within)
     ends = corners + [(size.width, size.height) for size in sizes]
     assert (corners >= (10, 20)).all()
     assert (ends <= (410, 240)).all()
@@ -93,7 +93,8 @@ def test_names_of_points_stay_apart_and_within_their_panel(seed):
 
 
 def test_a_name_stands_beside_its_point_where_there_is_room():
-    (corner,) = placed(np.array([[50.0, 50.0]]), [Extent(20.0, 6.0, 2.0)], np.zeros((0, 4)), Box(0, 0, 100, 100))
+    point = np.array([[50.0, 50.0]])
+    (corner,) = placed(point, [Extent(20.0, 6.0, 2.0)], point, np.zeros((0, 4)), Box(0, 0, 100, 100))
     assert np.hypot(*(np.clip([50, 50], corner, corner + (20, 8)) - [50, 50])) < 8
 
 

@@ -101,12 +101,13 @@ def draw_points(pen: Pen, box: Box, points: Points, x: Ruler, y: Ruler, beside: 
     for k in there.tolist():
         segments.append(_draw_interval(pen, box, x, (points.xlow, points.xhigh), k, at[k, 1]))
         segments.append(_draw_interval(pen, box, y, (points.ylow, points.yhigh), k, at[k, 0], upwards=True))
-    if points.names and there.size:
-        names = [written(points.names[k]) for k in there]
+    named = [k for k in there.tolist() if points.names and points.names[k]]
+    if named:
+        names = [written(points.names[k]) for k in named]
         sizes = [extent(name, SMALL_LETTERS) for name in names]
         lines = np.array([segment for segment in segments if segment]).reshape(-1, 4)
-        corners = placed(at[there], sizes, lines, box)
-        for name, size, corner, point in zip(names, sizes, corners, at[there], strict=True):
+        corners = placed(at[named], sizes, at[there], lines, box)
+        for name, size, corner, point in zip(names, sizes, corners, at[named], strict=True):
             end = np.clip(point, corner, corner + (size.width, size.height))
             if np.hypot(*(end - point)) > FAR:
                 pen.line(np.array([point[0], end[0]]), np.array([point[1], end[1]]), LEADER)

@@ -15,6 +15,7 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 GAP = 4.0  # points between a mark and its name
 MARK = 3.0  # points: half of the room that a mark takes
+ROUNDS = 3
 APART = 2.5  # points between two names
 EDGE = 1.5  # points between a name and the edge of the panel
 FAR = 14.0  # points from a mark, beyond which a line leads from it to its name
@@ -22,36 +23,37 @@ TURNS = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 REACHES = np.array([0.0, 3.0, 7.0, 12.0, 18.0, 26.0, 36.0, 48.0, 64.0, 84.0, 108.0, 140.0, 180.0, 230.0, 290.0])
 
 
-def placed(points: Array, sizes: Sequence[Extent], obstacles: Array, within: Box) -> Array:
+def placed(points: Array, sizes: Sequence[Extent], marks: Array, obstacles: Array, within: Box) -> Array:
     """The lower left corners (N, 2) of the names of points (N, 2), each as near to its point as there is room.
 
-    The names of crowded points come first, as they have the least choice.
+    The names of crowded points come first, as they have the least choice; then each is placed again beside all others.
 
     Parameters
     ----------
+    marks
+        All marks (M, 2), those of points without a name among them.
     obstacles
         Segments (m, 4) from (x0, y0) to (x1, y1) that a name should not cross, if it can be helped.
     within
         What no name may leave.
     """
     apart = np.hypot(*(points[:, np.newaxis] - points).transpose(2, 0, 1))
-    crowded = np.argsort(np.sort(apart, axis=1)[:, : min(6, len(points))].sum(axis=1), kind="stable")
-    marks = np.column_stack([points - MARK, points + MARK])
-    corners, taken, leaders = np.zeros((len(points), 2)), np.zeros((0, 4)), np.zeros((0, 4))
-    for i in crowded:
+    crowded = np.argsort(np.sort(apart, axis=1)[:, : min(6, len(points))].sum(axis=1), kind="stable").tolist()
+    dots = np.column_stack([marks - MARK, marks + MARK])
+    boxes, leaders = np.full((len(points), 4), np.nan), np.full((len(points), 4), np.nan)
+    for i in crowded * ROUNDS:
         tried = _around(points[i], sizes[i], within)
-        boxes = np.column_stack([tried, tried + (sizes[i].width, sizes[i].height)])
-        ends = np.clip(points[i], boxes[:, :2], boxes[:, 2:])
-        cost = np.hypot(*(ends - points[i]).T)
-        cost += 1e4 * (_overlaps(boxes, taken, APART) + _overlaps(boxes, marks, 0.5))
-        cost += 300 * _through(boxes, leaders).sum(axis=1) + 40 * _through(boxes, obstacles).sum(axis=1)
+        others = [k for k in crowded if k != i and not np.isnan(boxes[k, 0])]
+        found = np.column_stack([tried, tried + (sizes[i].width, sizes[i].height)])
+        ends = np.clip(points[i], found[:, :2], found[:, 2:])
         lines = np.column_stack([np.broadcast_to(points[i], ends.shape), ends])
-        cost += 200 * (_through(taken, lines).sum(axis=0) + _meetings(lines, leaders)) * (cost > FAR)
-        best = int(cost.argmin())
-        corners[i] = tried[best]
-        taken = np.vstack([taken, boxes[best]])
-        leaders = np.vstack([leaders, lines[best]])
-    return corners
+        length = np.hypot(*(ends - points[i]).T)
+        cost = length + 1e4 * (_overlaps(found, boxes[others], APART) + _overlaps(found, dots, 0.5))
+        cost += 300 * _through(found, leaders[others]).sum(axis=1) + 40 * _through(found, obstacles).sum(axis=1)
+        met = _through(boxes[others], lines).sum(axis=0) + _meetings(lines, leaders[others])
+        best = int((cost + 200 * met * (length > FAR)).argmin())
+        boxes[i], leaders[i] = found[best], lines[best]
+    return boxes[:, :2]
 
 
 def _around(point: Array, size: Extent, within: Box) -> Array:

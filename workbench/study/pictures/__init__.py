@@ -1,9 +1,11 @@
 """What many runs say as figures; each caption ends with its note: runs, failed runs, seed, step error."""
 
+from workbench.study.pictures.bands import quantile_bands
+from workbench.study.pictures.budgets import budget_curves
+from workbench.study.pictures.fronts import pareto_fronts
 from workbench.study.pictures.morris import morris_plane
-from workbench.study.pictures.over_time import indices_over_time, quantile_bands
+from workbench.study.pictures.over_time import indices_over_time
 from workbench.study.pictures.rank import rank_figure
-from workbench.study.pictures.searches import budget_curves, pareto_fronts
 from workbench.study.pictures.second_order import second_order_map
 from workbench.study.pictures.sobol import sobol_bars
 from workbench.study.pictures.tornado import tornado_figure

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from workbench.notation.formula import Relation, Symbol
@@ -13,6 +15,8 @@ from workbench.study.sensitivity import Estimate, MorrisEffects
 
 MU_STAR, SIGMA = Symbol("mu", mark="*"), Symbol("sigma")
 LEAST = 0.02  # of the other axis that an axis spans: below lies rounding
+MOST = 1.6  # of the largest number that an axis spans: intervals that are wider are cut
+NEAR = 0.03  # of both axes: factors as near to 0 are named in the caption
 LETTERS = 200  # of names that the plane has room for
 
 
@@ -43,13 +47,45 @@ def morris_plane(
     names, key = _names(single[0], labels)
     titles = [written(one.names[0], labels) if len(effects.names) > 1 else "" for one in single]
     panels = tuple(_panel(one, unit, names, title) for one, title in zip(single, titles, strict=True))
+    near = [_near(panel, names) for panel in panels]
     beyond = any(map(_goes_on, single, panels))
     return Figure(
         name,
-        captioned("morris_plane", caption, note, *refusals(effects), *key, *([BEYOND] * beyond)),
-        panels,
+        captioned(
+            "morris_plane", caption, note, *refusals(effects), *key, *_said_near(near, names), *([BEYOND] * beyond)
+        ),
+        tuple(_without(panel, places) for panel, places in zip(panels, near, strict=True)),
         numbers=_numbers(name, caption, single, unit),
     )
+
+
+def _near(panel: Panel, names: tuple[Label, ...]) -> list[int]:
+    """The factors that crowd next to 0, two or more, where names would hide one another."""
+    points = panel.series[0]
+    assert isinstance(points, Points)
+    shares = [
+        np.asarray(part) / (lim or (0.0, 1.0))[1] for part, lim in ((points.x, panel.xlim), (points.y, panel.ylim))
+    ]
+    near = np.flatnonzero(np.max(shares, axis=0) < NEAR).tolist()
+    return near if 2 <= len(near) < len(names) else []
+
+
+def _said_near(near: list[list[int]], names: tuple[Label, ...]) -> tuple[Phrase, ...]:
+    """A sentence for each panel whose factors next to 0 are named here."""
+    said: list[Phrase] = []
+    for letter, places in zip("abcdefghijklmnopqrstuvwxyz", near, strict=False):
+        if places:
+            listed = [part for k, i in enumerate(places) for part in (*([", "] if k else []), *parts(names[i]))]
+            said.append(("Next to 0", f" in ({letter})" if len(near) > 1 else "", " lie ", *listed, "."))
+    return tuple(said)
+
+
+def _without(panel: Panel, places: list[int]) -> Panel:
+    """A panel whose points at these places have no name."""
+    points = panel.series[0]
+    assert isinstance(points, Points)
+    names = tuple("" if i in places else name for i, name in enumerate(points.names))
+    return replace(panel, series=(replace(points, names=names), *panel.series[1:]))
 
 
 def _goes_on(effects: MorrisEffects, panel: Panel) -> bool:
@@ -97,7 +133,7 @@ def _interval(estimate: Estimate) -> tuple[Array, Array, float]:
     low, high = np.maximum(estimate.low, 0.0), estimate.high
     largest = float(estimate.value.max())
     ends = high[np.isfinite(high)]
-    reach = min(float(ends.max(initial=largest)), 2 * largest)
+    reach = min(float(ends.max(initial=largest)), MOST * largest)
     return low, high, 1.06 * reach if reach > 0 else 1.0
 
 

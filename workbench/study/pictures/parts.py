@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, TypeAlias, TypeVar
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -11,9 +11,10 @@ from workbench.core.numbers import Integers
 from workbench.core.sockets import described
 from workbench.study.cells import Cell, Part, Phrase, check_phrase, parts, raised
 from workbench.study.curves import Array, Label
-from workbench.study.sensitivity import MorrisEffects, SobolIndices, Tornado
+from workbench.study.sensitivity import Estimate, MorrisEffects, SobolIndices, Tornado
 
 Labels: TypeAlias = Mapping[str, Label] | None
+DECADES = 50.0  # the ratio of the largest number to the least from which on an axis is logarithmic
 BEYOND = "An interval with an arrow goes on beyond the axes."
 Found = TypeVar("Found", SobolIndices, MorrisEffects, Tornado)
 
@@ -87,3 +88,33 @@ def require_array(call: str, given: Any, *, columns: int | None = None) -> Array
         shape = "at least one number" if columns is None else f"an array (B, {columns}) of numbers, B >= 1"
         raise ValueError(f"`{call}` must be {shape}; got the shape {array.shape}.")
     return array
+
+
+def times_of(call: str, t: Any, outputs: int) -> Array:
+    """The times of outputs, one each."""
+    times = require_array(f"{call}(t)", t)
+    if times.shape != (outputs,):
+        raise ValueError(f"`{call}(t)` must be the time of each of the {outputs} outputs; got the shape {times.shape}.")
+    return times
+
+
+def by_law(call: str, argument: str, given: Any) -> dict[str, Any]:
+    """What is given for each law."""
+    if not isinstance(given, Mapping) or not given:
+        raise ValueError(f"`{call}({argument}=...)` must map each law to its numbers; got {described(given)}.")
+    return dict(given)
+
+
+def scale_of(values: Array) -> Literal["linear", "log"]:
+    """The scale of an axis: logarithmic if its numbers are positive and far apart."""
+    return "log" if values.min() > 0 and values.max() > DECADES * values.min() else "linear"
+
+
+def scale_of_shares(estimates: Sequence[Estimate]) -> tuple[float, float]:
+    """From 0 as far as parts of a variance reach, and their intervals if they are not much wider than what can be."""
+    values = np.concatenate([np.ravel(part.value) for part in estimates])
+    ends = np.concatenate([np.ravel(end) for part in estimates for end in (part.low, part.high)])
+    ends = np.clip(ends[np.isfinite(ends)], -0.25, 1.25)
+    low = min(0.0, ends.min(initial=0.0), float(np.nanmin(values)))
+    high = max(0.1, ends.max(initial=0.1), float(np.nanmax(values)))
+    return float(low - 0.02 * (high - low) * (low < 0)), float(high + 0.02 * (high - low))

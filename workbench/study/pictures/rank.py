@@ -7,10 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from workbench.core.sockets import described
 from workbench.study.cells import Column, Phrase, Table
 from workbench.study.document import Bars, Figure, Panel
-from workbench.study.pictures.parts import captioned, require_array
+from workbench.study.pictures.parts import by_law, captioned, require_array
 
 ROUNDING = 1e-9  # by which probabilities may miss a sum of 1
 
@@ -30,11 +29,7 @@ def rank_figure(name: str, caption: Phrase, ranks: Mapping[str, npt.ArrayLike], 
     ValueError
         If the note is empty, or these are no probabilities.
     """
-    if not isinstance(ranks, Mapping) or not ranks:
-        raise ValueError(
-            f"`rank_figure(ranks=...)` must map each law to the probabilities of its ranks; got {described(ranks)}."
-        )
-    held = np.array([_checked(law, given, ranks) for law, given in ranks.items()])
+    held = np.array([_checked(law, given, ranks) for law, given in by_law("rank_figure", "ranks", ranks).items()])
     order = np.argsort(held @ np.arange(1, held.shape[1] + 1), kind="stable")
     laws, held = [list(ranks)[i] for i in order], held[order]
     ends = np.minimum(held.cumsum(axis=1), 1.0)

@@ -7,7 +7,7 @@ import numpy as np
 from workbench.core.numbers import Integers
 from workbench.study.cells import Column, Phrase, Table
 from workbench.study.document import Bars, Figure, Panel
-from workbench.study.pictures.parts import BEYOND, Labels, captioned, each, number, refusals, written
+from workbench.study.pictures.parts import BEYOND, Labels, captioned, each, number, refusals, scale_of_shares, written
 from workbench.study.sensitivity import SobolIndices
 
 UNKNOWN = "Of a bar without an interval none is known."
@@ -35,7 +35,7 @@ def sobol_bars(name: str, caption: Phrase, indices: SobolIndices, note: Phrase, 
     single = each(indices)
     total = np.max([one.ST.value for one in single], axis=0)
     order = np.argsort(-total, kind="stable")
-    scale = _scale(single)
+    scale = scale_of_shares([part for one in single for part in (one.S1, one.ST)])
     return Figure(
         name,
         captioned("sobol_bars", caption, note, *refusals(indices), *_intervals(single, scale)),
@@ -63,15 +63,6 @@ def _panel(one: SobolIndices, order: Integers, scale: tuple[float, float], label
         vlines=(0.0,),
         ynames=tuple(written(one.factors[i], labels) for i in order),
     )
-
-
-def _scale(single: list[SobolIndices]) -> tuple[float, float]:
-    """From 0 as far as values reach, and intervals if they are not much wider than what can be."""
-    values = np.concatenate([part.value for one in single for part in (one.S1, one.ST)])
-    ends = np.concatenate([end for one in single for part in (one.S1, one.ST) for end in (part.low, part.high)])
-    ends = np.clip(ends[np.isfinite(ends)], -0.25, 1.25)
-    low, high = min(0.0, ends.min(initial=0.0), values.min()), max(0.1, ends.max(initial=0.1), values.max())
-    return float(low - 0.02 * (high - low) * (low < 0)), float(high + 0.02 * (high - low))
 
 
 def _intervals(single: list[SobolIndices], scale: tuple[float, float]) -> tuple[str, ...]:

@@ -1,9 +1,9 @@
-"""What searches found: Pareto fronts of two measures, and the best so far against what it cost."""
+"""Budget curves: the best that searches found against what it cost."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -12,74 +12,7 @@ from workbench.core.sockets import described
 from workbench.study.cells import Column, Phrase, Table
 from workbench.study.curves import STYLES, Array
 from workbench.study.document import Band, Figure, Label, Panel, Series
-from workbench.study.pictures.parts import captioned, require_array, stretches
-
-DECADES = 50.0  # the ratio of the largest number to the least from which on an axis is logarithmic
-
-
-def pareto_fronts(
-    name: str,
-    caption: Phrase,
-    fronts: Mapping[str, npt.ArrayLike],
-    note: Phrase,
-    xlabel: Label,
-    ylabel: Label,
-) -> Figure:
-    """Fronts of two measures that should be small: what is up and right of the steps is worse than a point of them.
-
-    Of the points given only those that no other of the same law dominates are drawn. An axis whose numbers are
-    positive and far apart is logarithmic.
-
-    Parameters
-    ----------
-    fronts
-        By law, points (B, 2); one with a NaN or an infinite number is left out, and counted in the caption.
-    note
-        Evaluations, failed ones, seeds and step error.
-
-    Raises
-    ------
-    ValueError
-        If the note is empty, or a front is no such table.
-    """
-    held = _held("pareto_fronts", "fronts", fronts)
-    found, said = {}, []
-    for law, given in held.items():
-        points = require_array(f"pareto_fronts(fronts={{'{law}': ...}})", given, columns=2)
-        known = points[np.isfinite(points).all(axis=1)]
-        found[law] = _front(known)
-        if lost := len(points) - len(known):
-            said.append(f"{law}: {lost:,} of {len(points):,} points have no numbers and are not drawn.")
-    marks: list[Series] = []
-    for k, (law, front) in enumerate(found.items()):
-        if len(front) > 1:
-            marks.append(Series(law, front[:, 0], front[:, 1], k % STYLES, "steps"))
-        if len(front):
-            marks.append(Series("" if len(front) > 1 else law, front[:, 0], front[:, 1], k % STYLES, "marks"))
-    if not marks:
-        raise ValueError(f"`pareto_fronts('{name}')` needs a point with two finite numbers; got none.")
-    scales = [_scale(np.concatenate([front[:, axis] for front in found.values()])) for axis in (0, 1)]
-    panel = Panel(ylabel, tuple(marks), xlabel=xlabel, xscale=scales[0], yscale=scales[1])
-    rows = tuple((law, float(x), float(y)) for law, front in found.items() for x, y in front)
-    table = Table(name, caption, (Column("law"), Column(xlabel), Column(ylabel)), rows)
-    return Figure(name, captioned("pareto_fronts", caption, note, *said), (panel,), numbers=table)
-
-
-def _held(call: str, argument: str, given: Any) -> dict[str, Any]:
-    if not isinstance(given, Mapping) or not given:
-        raise ValueError(f"`{call}({argument}=...)` must map each law to its numbers; got {described(given)}.")
-    return dict(given)
-
-
-def _front(points: Array) -> Array:
-    """The points that no other dominates, in rising order of the first measure."""
-    ordered = points[np.lexsort(points.T[::-1])]
-    least = np.minimum.accumulate(np.concatenate([[np.inf], ordered[:, 1]]))[:-1]
-    return np.asarray(ordered[ordered[:, 1] < least])
-
-
-def _scale(values: Array) -> Literal["linear", "log"]:
-    return "log" if values.min() > 0 and values.max() > DECADES * values.min() else "linear"
+from workbench.study.pictures.parts import by_law, captioned, require_array, scale_of, stretches
 
 
 def budget_curves(
@@ -106,7 +39,7 @@ def budget_curves(
     ValueError
         If the note is empty, or a curve has no such shapes.
     """
-    held = {law: _curve(law, pair) for law, pair in _held("budget_curves", "curves", curves).items()}
+    held = {law: _curve(law, pair) for law, pair in by_law("budget_curves", "curves", curves).items()}
     finite = np.concatenate([best[np.isfinite(best)] for _, best in held.values()])
     if not finite.size:
         raise ValueError(f"`budget_curves('{name}')` needs a law that found something admissible; got none.")
@@ -119,7 +52,7 @@ def budget_curves(
         marks += [_band(spent[j], low[j], high[j], k % STYLES) for j in stretches(spread)]
     several = any(len(best) > 1 for _, best in held.values())
     said = ["Lines are medians of searches from different seeds; bands reach from the best to the worst."] * several
-    panel = Panel(ylabel, tuple(marks), xlabel="evaluations", yscale=_scale(finite))
+    panel = Panel(ylabel, tuple(marks), xlabel="evaluations", yscale=scale_of(finite))
     return Figure(
         name, captioned("budget_curves", caption, note, *said), (panel,), numbers=_numbers(name, caption, held, ylabel)
     )
