@@ -10,7 +10,9 @@ from fair_evidence import ratio
 from fair_laws import Entrant
 from fair_objective import TERMS
 
-from workbench.study.document import Cell, Column, Emphasis, Measured, Table
+from workbench.notation.formula import symbol
+from workbench.study.cells import raised
+from workbench.study.document import Cell, Column, Emphasis, Measured, Phrase, Table
 from workbench.study.evidence import Comparison, Ranks
 from workbench.study.tuning import Tuned
 
@@ -77,10 +79,17 @@ def numbers(found: Mapping[str, Tuned], entrants: Sequence[Entrant]) -> Table:
     for entrant in entrants:
         best = found[entrant.key].best
         for one in entrant.tuned:
-            row = (one.name, one.unit, f"{one.low:g} to {one.high:g}", f"{one.card:.4g}", f"{best[one.name]:.4g}")
+            spread = f"{one.low:g} to {one.high:g}"
+            row = (_letter(one.name), raised(one.unit), spread, f"{one.card:.4g}", f"{best[one.name]:.4g}")
             rows.append((entrant.name, *row))
     heads = tuple(map(Column, ("law", "number", "unit", "range", "as assumed", "as tuned")))
     return Table("numbers", "The numbers as tuned.", heads, tuple(rows), ("Sought on a scale of logarithms.",))
+
+
+def _letter(name: str) -> Phrase:
+    """A number's name as it is printed: K(0) by its letter too."""
+    letter, bracket, rest = name.partition("(")
+    return (symbol(letter), bracket + rest) if bracket else name if name == "lag" else symbol(name)
 
 
 def margins(held: Mapping[str, Comparison], chances: Mapping[str, Ranks]) -> Table:
