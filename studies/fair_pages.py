@@ -16,7 +16,7 @@ from fair_published import order_kept, published_section
 
 from workbench.core.layout import Array
 from workbench.study.document import Paragraph, Reference, Section, Table
-from workbench.study.evidence import ablation_table, comparison_table
+from workbench.study.evidence import ablation_table, comparison_table, rank_table
 from workbench.study.factors import Space
 from workbench.study.pictures import budget_curves, pareto_fronts, rank_figure
 from workbench.study.sample import Sample
@@ -168,6 +168,7 @@ def held_out(found: Found) -> Section:
                 dict(zip(runs[0].laws, mean, strict=True)),
                 note,
             ),
+            rank_table("ranks_paper", "Probability of each rank by cost, scenario 'paper'.", found.chances["paper"]),
             tables.weights(found.weighted),
         ),
     )

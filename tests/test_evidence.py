@@ -82,16 +82,16 @@ def test_one_interval_at_a_time_would_miss_some_of_many_more_often():
 
 def test_a_single_mean_has_students_interval():
     y = RNG.normal(size=(400, 1))
-    found = means(y, 0.95, 20000, 3)
+    found = means(y, 0.95, 6000, 3)
     half = stats.t.ppf(0.975, 399) * y.std(ddof=1) / 400**0.5
-    # the quantile of 20,000 resamples is known to 1.5 %, and 400 draws are not quite normal
+    # the quantile of 6,000 resamples is known to 2.5 %, and 400 draws are not quite normal
     assert (found.high - found.low)[0] / 2 == pytest.approx(half, rel=0.05)
 
 
 @pytest.mark.parametrize("runs", [50, 51])
 def test_a_single_median_has_the_interval_of_the_sign_test(runs):
     y = np.arange(1.0, runs + 1)[:, None]
-    found = medians(RNG.permutation(y), 0.95, 20000, 4)
+    found = medians(RNG.permutation(y), 0.95, 6000, 4)
     exact = stats.binom.ppf([0.025, 0.975], runs, 0.5)
     # order statistics are whole draws: the bootstrap may end one further out
     assert abs(found.low[0] - exact[0]) <= 1
@@ -174,11 +174,11 @@ def test_laws_that_fail_in_the_same_draws_are_equal_there():
 
 
 def test_the_same_seed_gives_the_same_intervals_in_blocks_of_any_size(monkeypatch):
-    one = compare(paired(LAWS, metric="error"), "mean", seed=5)
+    one = compare(paired(LAWS, metric="error"), "mean", resamples=800, seed=5)
     monkeypatch.setattr("workbench.study.evidence.bootstrap.BLOCK", 700)
-    two = compare(paired(LAWS, metric="error"), "mean", seed=5)
+    two = compare(paired(LAWS, metric="error"), "mean", resamples=800, seed=5)
     np.testing.assert_allclose(one.difference.low, two.difference.low, rtol=1e-12)  # sums in another order
-    other = compare(paired(LAWS, metric="error"), "mean", seed=6)
+    other = compare(paired(LAWS, metric="error"), "mean", resamples=800, seed=6)
     assert (one.difference.low[0, 1:] != other.difference.low[0, 1:]).all()
 
 
