@@ -135,6 +135,13 @@ def test_several_outputs_share_rows_and_scale_and_a_refused_one_is_named_instead
     assert "Not drawn is 'tv': 1 of 320 runs failed" in words(figure.caption)
 
 
+@pytest.mark.parametrize(("outputs", "columns"), [(1, 1), (2, 2), (3, 3), (4, 2), (5, 3)])
+def test_outputs_stand_side_by_side_without_a_straggler_where_that_can_be(outputs, columns):
+    names = tuple("abcde"[:outputs])
+    found = indices(lambda u: np.stack([u @ [1, -4, k] for k in range(outputs)], axis=1), names=names)
+    assert sobol_bars("f", "", found, NOTE).columns == columns
+
+
 def test_a_wide_interval_does_not_squeeze_the_bars():
     found = indices(lambda u: u @ [1, -4, 2])
     wide = replace(found, S1=replace(found.S1, half=np.array([[50.0, 0.01, 0.01]])))

@@ -118,6 +118,13 @@ def test_an_endless_interval_ends_in_an_arrow_and_an_unknown_one_is_not_drawn(mo
     assert heads(-5, 5) == heads(-np.inf, np.inf) == least + 2
 
 
+def test_a_point_beyond_the_limits_is_neither_drawn_nor_named(monkeypatch):
+    points = Points("", [0.5, 2.0, np.nan], [0.5, 0.5, 0.5], ("inside", "outside", "nowhere"))
+    names = [said for said, _ in told(Figure("f", "", (Panel("", (points,), xlim=(0, 1)),)), monkeypatch)]
+    assert "inside" in names
+    assert not {"outside", "nowhere"} & set(names)
+
+
 def test_a_bar_that_is_not_known_leaves_its_row_empty(monkeypatch):
     def outlines(end):
         return strokes(

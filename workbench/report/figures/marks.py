@@ -96,7 +96,8 @@ def _share(ruler: Ruler, end: float, beyond: float) -> float:
 def draw_points(pen: Pen, box: Box, points: Points, x: Ruler, y: Ruler, beside: Sequence[tuple[Array, Array]]) -> None:
     """Points with their intervals, then their names where there is room, off the lines beside them."""
     at = np.column_stack([box.left + box.width * x.share(points.x), box.bottom + box.height * y.share(points.y)])
-    there = np.flatnonzero(np.isfinite(at).all(axis=1))
+    corner, room = np.array([box.left, box.bottom]), np.array([box.width, box.height])
+    there = np.flatnonzero(((at >= corner - 1) & (at <= corner + room + 1)).all(axis=1))  # neither NaN nor beyond
     segments = [ends for line in beside for ends in _segments(*line)]
     for k in there.tolist():
         segments.append(_draw_interval(pen, box, x, (points.xlow, points.xhigh), k, at[k, 1]))
@@ -107,11 +108,11 @@ def draw_points(pen: Pen, box: Box, points: Points, x: Ruler, y: Ruler, beside: 
         sizes = [extent(name, SMALL_LETTERS) for name in names]
         lines = np.array([segment for segment in segments if segment]).reshape(-1, 4)
         corners = placed(at[named], sizes, at[there], lines, box)
-        for name, size, corner, point in zip(names, sizes, corners, at[named], strict=True):
-            end = np.clip(point, corner, corner + (size.width, size.height))
+        for name, size, foot, point in zip(names, sizes, corners, at[named], strict=True):
+            end = np.clip(point, foot, foot + (size.width, size.height))
             if np.hypot(*(end - point)) > FAR:
                 pen.line(np.array([point[0], end[0]]), np.array([point[1], end[1]]), LEADER)
-            pen.words(name, corner[0], corner[1] + size.descent, SMALL_LETTERS)
+            pen.words(name, foot[0], foot[1] + size.descent, SMALL_LETTERS)
     pen.marks(at[there, 0], at[there, 1], LINES[points.style] | POINTS_LOOK)
 
 

@@ -40,7 +40,7 @@ def sobol_bars(name: str, caption: Phrase, indices: SobolIndices, note: Phrase, 
         name,
         captioned("sobol_bars", caption, note, *refusals(indices), *_intervals(single, scale)),
         tuple(_panel(one, order, scale, labels, titled=len(indices.names) > 1) for one in single),
-        columns=min(len(single), 3),
+        columns=2 if len(single) == 4 else min(len(single), 3),
         numbers=_numbers(name, caption, single, order),
     )
 
