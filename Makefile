@@ -1,4 +1,5 @@
 # make paper   the report on the paper, from a fresh clone, with the installation
+# make reports the reports of all studies, which takes some ten minutes
 # make test    everything that must hold before a change is kept
 # make env     the environment of both, without running anything
 # make check   the paper's study in a new environment that holds only what users install
@@ -12,11 +13,14 @@ CODE = workbench studies tests
 RUN = .venv/bin/python
 PIP = -m pip -qq --disable-pip-version-check install --no-compile --constraint constraints.txt
 
-.PHONY: paper test env check clean python
+.PHONY: paper reports test env check clean python
 .DEFAULT_GOAL := paper
 
 paper: .venv/.runtime
 	@set -e; for study in $(STUDIES); do $(RUN) -m workbench run $$study; done
+
+reports: .venv/.dev
+	@set -e; for study in studies/[ab][0-9]_*.py; do $(RUN) -m workbench run $$study; done
 
 test: .venv/.dev
 	@echo "ruff";   $(RUN) -m ruff check --quiet $(CODE)

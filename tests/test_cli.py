@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench import __version__
+from workbench import __version__, study
 from workbench.core import Dynamics
 from workbench.derivation import FORMS
 from workbench.robots import named
@@ -96,6 +96,23 @@ def test_the_first_study_of_the_readme_runs(command, tmp_path):
     done = command("run", "first.py")
     assert (done.exit_code, done.stderr) == (0, "")
     assert (tmp_path / "reports" / "first" / "tables" / "tracking.csv").is_file()
+
+
+def test_the_study_of_the_readers_own_runs_and_has_twenty_lines(command, tmp_path):
+    readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+    own = readme.split("```python\n")[4].split("```")[0]
+    assert len([line for line in own.splitlines() if line and not line.startswith("from ")]) == 20
+    (tmp_path / "own.py").write_text(own, encoding="utf-8")
+    done = command("run", "own.py")
+    assert done.exit_code == 0
+    assert "1,280 runs" in (tmp_path / "reports" / "own" / "index.html").read_text(encoding="utf-8")
+
+
+def test_one_import_finds_all_that_a_study_is_written_with():
+    for name in study.__all__:
+        assert getattr(study, name).__name__ == name
+    with pytest.raises(AttributeError, match="no attribute 'Sweeep'"):
+        _ = study.Sweeep
 
 
 @pytest.mark.parametrize("block", [2, 3], ids=["a thousand loops", "a gain in ten lines"])
