@@ -98,6 +98,15 @@ def test_a_name_stands_beside_its_point_where_there_is_room():
     assert np.hypot(*(np.clip([50, 50], corner, corner + (20, 8)) - [50, 50])) < 8
 
 
+def test_a_name_stands_nearer_to_its_own_point_than_to_its_neighbour():
+    points = np.array([[50.0, 50.0], [56.0, 50.0]])
+    sizes = [Extent(8.0, 6.0, 2.0)] * 2
+    corners = placed(points, sizes, points, np.zeros((0, 4)), Box(0, 0, 100, 100))
+    for corner, own, other in zip(corners, points, points[::-1], strict=True):
+        away = [np.hypot(*(np.clip(at, corner, corner + (8, 8)) - at)) for at in (own, other)]
+        assert away[0] < away[1]
+
+
 def strokes(figure, monkeypatch):
     """How often the pen drew a line of each number of points."""
     drawn = []

@@ -15,11 +15,11 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 GAP = 4.0  # points between a mark and its name
 MARK = 3.0  # points: half of the room that a mark takes
-ROUNDS = 3
+ROUNDS = 2  # of placing all names
 APART = 2.5  # points between two names
 EDGE = 1.5  # points between a name and the edge of the panel
-FAR = 14.0  # points from a mark, beyond which a line leads from it to its name
-TURNS = np.linspace(0, 2 * np.pi, 24, endpoint=False)
+FAR = 10.0  # points from a mark, beyond which a line leads from it to its name
+TURNS = np.linspace(0, 2 * np.pi, 16, endpoint=False)
 REACHES = np.array([0.0, 3.0, 7.0, 12.0, 18.0, 26.0, 36.0, 48.0, 64.0, 84.0, 108.0, 140.0, 180.0, 230.0, 290.0])
 
 
@@ -50,6 +50,7 @@ def placed(points: Array, sizes: Sequence[Extent], marks: Array, obstacles: Arra
         length = np.hypot(*(ends - points[i]).T)
         cost = length + 1e4 * (_overlaps(found, boxes[others], APART) + _overlaps(found, dots, 0.5))
         cost += 300 * _through(found, leaders[others]).sum(axis=1) + 40 * _through(found, obstacles).sum(axis=1)
+        cost += 60 * (_nearest(found, marks[np.any(marks != points[i], axis=1)]) < length)
         met = _through(boxes[others], lines).sum(axis=0) + _meetings(lines, leaders[others])
         best = int((cost + 200 * met * (length > FAR)).argmin())
         boxes[i], leaders[i] = found[best], lines[best]
@@ -64,6 +65,12 @@ def _around(point: Array, size: Extent, within: Box) -> Array:
     low = np.array([within.left, within.bottom]) + EDGE
     high = low + (within.width - size.width - 2 * EDGE, within.height - size.height - 2 * EDGE)
     return np.asarray(np.clip(middle - (size.width / 2, size.height / 2), low, np.maximum(low, high)))
+
+
+def _nearest(boxes: Array, marks: Array) -> Array:
+    """How near the next of the marks is to each box: a name should stand nearest to its own."""
+    off = np.clip(marks, boxes[:, np.newaxis, :2], boxes[:, np.newaxis, 2:]) - marks
+    return np.asarray(np.hypot(off[..., 0], off[..., 1]).min(axis=1, initial=np.inf))
 
 
 def _overlaps(boxes: Array, others: Array, gap: float) -> Array:
