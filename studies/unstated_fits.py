@@ -1,0 +1,105 @@
+"""How near the runs of a law come to its printed cells, whatever the horizon, and which of them come nearest."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from paper_card import CARD, PUBLISHED
+from unstated_draws import LONGEST, RMSE, SHORTEST, factors_of, slug
+from unstated_loops import SCENARIOS, STEPS, loop, searched
+
+from workbench.core.layout import Array
+from workbench.core.numbers import Integers
+from workbench.study.sample import Sample
+from workbench.study.sampling import Listed
+from workbench.study.sweep import Sweep
+from workbench.study.tuning import Trial, Tuned, Tuning
+
+CLOSE = 0.01
+EVALUATIONS, POPULATION = 960, 48
+FINE = 1e-3 / 12  # s
+FINE_TIMES = 0.05  # s
+SAMPLE = float(CARD["sample time of (43)"])
+EVERY = {"FS": 1.0, "SS": 0.5}  # s
+# The joints of each scenario that are to be met together.
+TARGETS: Mapping[str, Mapping[str, tuple[int, ...]]] = {
+    **{f"{scenario} q{joint}": {scenario: (joint,)} for scenario in SCENARIOS for joint in (1, 2)},
+    **{scenario: {scenario: (1, 2)} for scenario in SCENARIOS},
+    "both": {scenario: (1, 2) for scenario in SCENARIOS},
+}
+
+
+def off(law: str, scenario: str, values: Array) -> Array:
+    """By what part RMSE (..., 2) is off the printed cells of a law."""
+    printed = np.array([PUBLISHED[scenario, joint].values[law] for joint in (1, 2)])
+    return np.asarray(values / printed - 1)
+
+
+def horizons(sample: Sample) -> tuple[Array, Array]:
+    """Horizons (H,) every `FINE_TIMES` from the shortest on, and RMSE (N, H, 2) there: its sum of squares grows by
+    straight lines between the times of the sample."""
+    t = np.arange(round(SHORTEST / FINE_TIMES), round(LONGEST / FINE_TIMES) + 1) * FINE_TIMES
+    right = np.clip(np.searchsorted(sample.t, t - 1e-9), 1, len(sample.t) - 1)
+    share = ((t - sample.t[right - 1]) / (sample.t[right] - sample.t[right - 1]))[:, np.newaxis]
+    sums = sample.values**2 * (sample.t + SAMPLE)[:, np.newaxis]
+    between = sums[:, right - 1] * (1 - share) + sums[:, right] * share
+    return t, np.asarray(np.sqrt(between / (t + SAMPLE)[:, np.newaxis]))
+
+
+def misses(law: str, scenario: str, rmse: Array, joints: tuple[int, ...] = (1, 2)) -> Array:
+    """The largest of |off| of RMSE (..., 2) over some joints; infinite for a run that diverged."""
+    size = np.abs(off(law, scenario, rmse))[..., [joint - 1 for joint in joints]].max(axis=-1)
+    return np.where(np.isnan(size), np.inf, size)
+
+
+def nearest(law: str, target: str, samples: Mapping[str, Sample]) -> Array:
+    """The miss (N,) of the cells of a target, each scenario at its best horizon, from its runs by scenario."""
+    parts = [
+        misses(law, scenario, horizons(samples[scenario])[1], joints).min(axis=1)
+        for scenario, joints in TARGETS[target].items()
+    ]
+    return np.asarray(np.max(parts, axis=0))
+
+
+@dataclass(frozen=True)
+class Objective:
+    """The misses of both rows of a law together: each is made small even where the other cannot be."""
+
+    law: str
+
+    def __call__(self, samples: Mapping[str, Sample]) -> Array:
+        """(n,)."""
+        named = {scenario: samples[scenario.lower()] for scenario in SCENARIOS}
+        return np.asarray(sum(nearest(self.law, scenario, named) for scenario in SCENARIOS))
+
+
+def search(law: str) -> Tuning:
+    """The search for the numbers and readings of a law: one set of gains for both scenarios."""
+    trials = tuple(
+        Trial(scenario.lower(), searched(law, scenario), (RMSE,), STEPS[law], LONGEST, every=EVERY[scenario])
+        for scenario in SCENARIOS
+    )
+    return Tuning(f"search_{slug(law)}", trials, factors_of(law, "SS"), Objective(law), EVALUATIONS, POPULATION)
+
+
+def runs(tuned: Tuned) -> dict[str, Sample]:
+    """All runs of a search, by scenario."""
+    return {scenario: tuned.samples[scenario.lower()] for scenario in SCENARIOS}
+
+
+def picked(law: str, tuned: Tuned) -> dict[str, int]:
+    """The point of a search that comes nearest to each target."""
+    return {target: int(np.argmin(nearest(law, target, runs(tuned)))) for target in TARGETS}
+
+
+def checked(law: str, tuned: Tuned, scenario: str) -> Integers:
+    """The points of a search that are run again in a scenario, each once."""
+    return np.unique([place for target, place in picked(law, tuned).items() if scenario in TARGETS[target]])
+
+
+def check(law: str, tuned: Tuned, scenario: str) -> Sweep:
+    """The nearest points again, with the boundary layer of the paper, at a fine step and at half of it."""
+    factors = factors_of(law, "SS")
+    design = Listed(tuned.points[checked(law, tuned, scenario)])
+    name = f"check_{slug(law, scenario)}"
+    return Sweep(name, loop(law, scenario), (RMSE,), factors, design, FINE, LONGEST, FINE_TIMES, halved=1)
