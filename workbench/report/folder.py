@@ -19,7 +19,7 @@ from workbench.study.durable import sync_folder
 from workbench.study.store import FOLDER
 
 _OURS = re.compile(
-    r"index\.html|report\.pdf|tables|figures|runs|tables/[a-z0-9_]+\.(csv|tex)|figures/[a-z0-9_]+\.svg|"
+    r"index\.html|report\.pdf|tables|figures|runs|tables/[a-z0-9_]+\.(csv|tex)|figures/[a-z0-9_]+\.(svg|csv)|"
     rf"runs/[a-z0-9_]+\.(csv|parquet|mat)|({FOLDER}|\.partial-[0-9a-f]{{8}})(/.*)?"
 )
 
@@ -29,7 +29,9 @@ class ReportError(ValueError):
 
 
 def write(document: Document, folder: Path | str, beside: Mapping[str, bytes] | None = None) -> Path:
-    """Write `index.html`, `report.pdf`, `tables/*.csv`, `tables/*.tex` and `figures/*.svg`; return the folder.
+    """Write `index.html`, `report.pdf`, `tables/*.csv`, `tables/*.tex`, `figures/*.svg`; return the folder.
+
+    A figure that has its `numbers` gets a `figures/*.csv` too.
 
     Everything is made first, in memory, then written to a hidden folder beside the target, and put
     in its place by a rename. An earlier report there is replaced whole. A ledger there is not moved: the
@@ -69,6 +71,9 @@ def _contents(document: Document) -> dict[str, bytes]:
         printed = beside.submit(pdf, document, drawings)
         texts = {"index.html": html(document, drawings)}
         texts |= {f"figures/{name}.svg": drawing for name, drawing in drawings.items()}
+        for figure in document.figures:
+            if figure.numbers is not None:
+                texts[f"figures/{figure.name}.csv"] = to_csv(figure.numbers)
         for table in document.tables:
             texts[f"tables/{table.name}.csv"] = to_csv(table)
             texts[f"tables/{table.name}.tex"] = to_latex(table)

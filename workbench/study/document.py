@@ -32,10 +32,13 @@ from workbench.study.cells import (
     several,
     texts,
 )
-from workbench.study.curves import Band, Label, Panel, Series, Style
+from workbench.study.curves import Band, Label, Series, Style
+from workbench.study.panel import Panel
+from workbench.study.shapes import Bars, HeatMap, Mark, Points
 
 __all__ = [
     "Band",
+    "Bars",
     "Block",
     "Cell",
     "Code",
@@ -46,13 +49,16 @@ __all__ = [
     "Emphasis",
     "Equation",
     "Figure",
+    "HeatMap",
     "Itemize",
     "Label",
+    "Mark",
     "Measured",
     "Panel",
     "Paragraph",
     "Part",
     "Phrase",
+    "Points",
     "Reference",
     "Section",
     "Series",
@@ -67,12 +73,16 @@ __all__ = [
 
 @dataclass(frozen=True)
 class Figure:
-    """One or more panels below a common legend, laid out row by row in so many `columns`."""
+    """One or more panels below a common legend, laid out row by row in so many `columns`.
+
+    `numbers` are what it shows, for a reader who goes on with them: a table of its own file, not printed.
+    """
 
     name: str
     caption: Phrase
     panels: tuple[Panel, ...]
     columns: int = 1
+    numbers: Table | None = None
 
     def __post_init__(self) -> None:
         check_name("Figure", self.name)
@@ -84,6 +94,8 @@ class Figure:
                 f"`Figure('{self.name}')` must have at least one panel, in 1 to 3 columns, to fit a page; "
                 f"got {len(self.panels)} panels in {self.columns!r} columns."
             )
+        if not isinstance(self.numbers, Table | None):
+            raise ValueError(f"`Figure('{self.name}', numbers=...)` must be a `Table`; got {self.numbers!r}.")
 
 
 @dataclass(frozen=True)

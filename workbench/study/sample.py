@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.core.layout import Array, nearest
 from workbench.core.numbers import Integers
+from workbench.study.cells import raised
 from workbench.study.chunk import Chunk
 from workbench.study.sampling import AbstractDesign
 from workbench.study.sweep import again
@@ -95,6 +96,17 @@ class Sample:
         half = f", and half of it in {len(self.again):,} runs" if len(self.again) else ""
         return f"{runs}; seed {self.seed}; step {self.h:g} s{half}"
 
+    def note_of(self, metric: str, joint: int = 0) -> str:
+        """The note with the step error of a metric: what must stand below a figure of that metric."""
+        error, unit = self.step_error(metric, joint), self.columns[self._column(metric, joint)][2]
+        several = sum(name == metric for name, _, _ in self.columns) > 1
+        of = f"step error of {metric}{f' of joint {joint + 1}' if several else ''}"
+        if np.isnan(error):
+            return f"{self.note}; {of} not known"
+        if np.isinf(error):
+            return f"{self.note}; {of} not bounded, as a run diverges at half of the step alone"
+        return f"{self.note}; {of} at most {_plain(error)}{f' {raised(unit)}' if unit not in ('', '1') else ''}"
+
     def _column(self, metric: str, joint: int) -> int:
         known = [(name, place) for name, place, _ in self.columns]
         if (metric, joint) not in known:
@@ -106,6 +118,12 @@ class Sample:
                 f"{'' if joints else nearest(metric, names)}"
             )
         return known.index((metric, joint))
+
+
+def _plain(number: float) -> str:
+    """Two digits of a number as one writes it: 0.0021, and 2.1×10⁻⁵."""
+    digits, power = f"{number:.1e}".split("e")
+    return f"{number:.2g}" if -4 < int(power) < 4 or not number else f"{digits}×{raised(f'10^({int(power)})')}"
 
 
 def sample_of(said: dict[str, Any], chunks: Iterable[Chunk]) -> Sample:

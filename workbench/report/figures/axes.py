@@ -14,22 +14,30 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from workbench.report.cleaning import cleaned
+from workbench.report.figures.axes_marks import add_bars, add_map, add_points
 from workbench.report.figures.labels import written
 from workbench.report.figures.legend import across, entries
 from workbench.report.figures.looks import (
     LINES,
     MARKS,
+    POINTS_LOOK,
     house_style,
     layer_of,
     letter_of,
     line_of,
     points_of,
     shares_abscissa,
-    size_of,
 )
+from workbench.report.figures.marks import EDGE, tint
+from workbench.report.figures.rulers import rulers
+from workbench.report.figures.sizes import size_of
 from workbench.report.thinning import thinned, windowed
-from workbench.study.curves import Array, Band, Panel, Series
+from workbench.study.curves import Array, Band, Series
 from workbench.study.document import Figure
+from workbench.study.panel import Panel
+from workbench.study.shapes import Bars, HeatMap, Mark, Points
+
+CROWDED = 60  # letters of names side by side below a panel
 
 
 def plot(figure: Figure, axes: Axes | Sequence[Axes] | npt.NDArray[Any] | None = None) -> Canvas:
@@ -54,8 +62,8 @@ def plot(figure: Figure, axes: Axes | Sequence[Axes] | npt.NDArray[Any] | None =
                 f"`plot('{figure.name}', axes)` needs one pair of axes for each of {len(figure.panels)} "
                 f"panels; got {len(given)}."
             )
-        for panel, ax in zip(figure.panels, given, strict=True):
-            _draw_panel(panel, ax, points_of(figure))
+        for i, ax in enumerate(given):
+            _draw_panel(figure, i, ax)
         return _canvas_of(given[0])
     with house_style():
         return _plot_alone(figure)
@@ -67,7 +75,7 @@ def _plot_alone(figure: Figure) -> Canvas:
     canvas = Canvas(figsize=size_of(figure), layout=engine)
     for i, panel in enumerate(figure.panels):
         ax = canvas.add_subplot(rows, figure.columns, i + 1)
-        _draw_panel(panel, ax, points_of(figure))
+        _draw_panel(figure, i, ax)
         if len(figure.panels) > 1:
             ax.set_title(f"{letter_of(figure, i)} {written(panel.title)}".rstrip(), loc="left")
         if i + figure.columns < len(figure.panels) and shares_abscissa(figure):
@@ -76,20 +84,18 @@ def _plot_alone(figure: Figure) -> Canvas:
     return canvas
 
 
-def _draw_panel(panel: Panel, ax: Axes, points: int) -> None:
+def _draw_panel(figure: Figure, i: int, ax: Axes) -> None:
+    panel = figure.panels[i]
     ax.set_xscale(panel.xscale)
     ax.set_yscale(panel.yscale)
     for at in panel.hlines:
         ax.axhline(at, color="#555555", linewidth=0.6, zorder=1.5)
     for at in panel.vlines:
         ax.axvline(at, color="#555555", linewidth=0.6, zorder=1.5)
-    for i, series in enumerate(panel.series):
-        layer = layer_of(i, panel)
-        curves = thinned(windowed(series.curves, panel.xlim), points)
-        if isinstance(series, Band):
-            _draw_band(series, ax, curves, layer)
-        else:
-            _draw_series(series, ax, curves, layer)
+    if any(isinstance(mark, Bars | Points | HeatMap) for mark in panel.series):
+        _set_limits(figure, i, ax)
+    for k, mark in enumerate(panel.series):
+        _draw_mark(mark, ax, panel, points_of(figure), layer_of(k, panel))
     if panel.xlim:
         ax.set_xlim(*panel.xlim)
     if panel.ylim:
@@ -98,6 +104,36 @@ def _draw_panel(panel: Panel, ax: Axes, points: int) -> None:
     ax.set_ylabel(written(panel.ylabel))
     if panel.title:
         ax.set_title(written(panel.title), loc="left")
+
+
+def _set_limits(figure: Figure, i: int, ax: Axes) -> None:
+    """What a drawing spans, with its names: matplotlib would choose limits of its own around bars and cells."""
+    x, y = rulers(figure, i, [() for _ in figure.panels[i].series])
+    ax.set_xlim(x.low, x.high)
+    ax.set_ylim(y.low, y.high)
+    if x.names:
+        upright = max(map(len, x.names)) * len(x.names) > CROWDED
+        ax.set_xticks(range(len(x.names)), x.names, rotation=90 if upright else 0)
+    if y.names:
+        ax.set_yticks(range(len(y.names)), y.names)
+    for axis, ruler in ((ax.xaxis, x), (ax.yaxis, y)):
+        if ruler.names:
+            axis.set_tick_params(length=0)
+            axis.grid(False)
+
+
+def _draw_mark(mark: Mark, ax: Axes, panel: Panel, points: int, layer: float) -> None:
+    match mark:
+        case Band():
+            _draw_band(mark, ax, thinned(windowed(mark.curves, panel.xlim), points), layer)
+        case Series():
+            _draw_series(mark, ax, thinned(windowed(mark.curves, panel.xlim), points), layer)
+        case Bars():
+            add_bars(mark, ax, layer)
+        case Points():
+            add_points(mark, ax, layer)
+        case HeatMap():
+            add_map(mark, ax, layer)
 
 
 def _draw_series(series: Series, ax: Axes, curves: tuple[Array, ...], zorder: float) -> None:
@@ -115,8 +151,8 @@ def _draw_series(series: Series, ax: Axes, curves: tuple[Array, ...], zorder: fl
 def _draw_band(band: Band, ax: Axes, curves: tuple[Array, ...], zorder: float) -> None:
     x, low, high = curves
     look = LINES[band.style]
-    ax.fill_between(x, low, high, color=look["color"], alpha=0.22, linewidth=0, zorder=zorder - 0.9)
-    edge = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 0.5, "zorder": zorder - 0.85}
+    ax.fill_between(x, low, high, color=look["color"], alpha=0.22, linewidth=0, zorder=zorder)
+    edge = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 0.5, "zorder": zorder + 0.05}
     ax.plot(x, low, label="_", **edge)
     ax.plot(x, high, label="_", **edge)
 
@@ -132,12 +168,18 @@ def _add_legend(canvas: Canvas, figure: Figure) -> None:
     canvas.legend([_handle(names[name]) for name in order], order, loc="outside upper center", ncols=columns)
 
 
-def _handle(series: Series | Band) -> Any:
-    look = dict(LINES[series.style])
-    if isinstance(series, Band):
-        return Patch(facecolor=look["color"], alpha=0.3, linewidth=0)
-    marks = series.look == "marks"
-    return Line2D([], [], **(look | MARKS if marks else look | {"marker": "none"}))
+def _handle(mark: Mark) -> Any:
+    look = dict(LINES[mark.style])
+    match mark:
+        case Band():
+            return Patch(facecolor=look["color"], alpha=0.3, linewidth=0)
+        case Bars():
+            return Patch(facecolor=tint(mark.style, mark.shade), edgecolor=look["color"], linewidth=EDGE)
+        case Points():
+            return Line2D([], [], **(look | MARKS | POINTS_LOOK))
+        case Series() if mark.look == "marks":
+            return Line2D([], [], **(look | MARKS))
+    return Line2D([], [], **(look | {"marker": "none"}))
 
 
 def _canvas_of(ax: Axes) -> Canvas:

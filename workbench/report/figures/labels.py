@@ -71,6 +71,32 @@ def extent(label: str, size: float) -> Extent:
     return Extent(width, max(height - descent, ASCENT * size), max(descent, DESCENT * size))
 
 
+def block_of(label: str, size: float) -> Extent:
+    """What a label of several lines takes: its widest line, and all of its height."""
+    lines = [extent(line, size) for line in label.split("\n")]
+    height = sum(line.height for line in lines)
+    return Extent(max(line.width for line in lines), lines[0].ascent, height - lines[0].ascent)
+
+
+@cache
+def folded(label: str, size: float, width: float) -> str:
+    """A label in lines of at most a width, broken behind a space, a dot, a comma or a bracket; a formula is not broken.
+
+    A word that is wider still is broken between its letters.
+    """
+    if extent(label, size).width <= width or readable(label)[1]:
+        return label
+    lines = [""]
+    for word in re.findall(r".+?(?:[ .,_/\])]+|$)", label):
+        if lines[-1] and extent(lines[-1] + word.rstrip(), size).width > width:
+            lines.append("")
+        for letter in re.findall(r"\\?.", word):
+            if lines[-1] and extent(lines[-1] + letter.rstrip(), size).width > width:
+                lines.append("")
+            lines[-1] += letter
+    return "\n".join(line.strip() for line in lines if line.strip())
+
+
 def unmarked(number: str) -> str:
     r"""The number at an axis as plain text, '0.5' for r'$\mathdefault{0.5}$', if it needs no formula: much faster."""
     plain = re.fullmatch(r"\$\\mathdefault\{([^\\^{}]*)\}\$", number)

@@ -6,13 +6,12 @@ import re
 
 from workbench.report.figures.labels import written
 from workbench.report.figures.looks import WIDTH
-from workbench.study.curves import Band, Series
-from workbench.study.document import Figure
+from workbench.study.document import Figure, Mark
 
 
-def entries(figure: Figure) -> dict[str, Series | Band]:
+def entries(figure: Figure) -> dict[str, Mark]:
     """Each name with the first series of that name; what is named by the title of its panel needs no line in it."""
-    found: dict[str, Series | Band] = {}
+    found: dict[str, Mark] = {}
     for panel in figure.panels:
         for series in panel.series:
             if series.label and series.label != panel.title:
@@ -20,7 +19,7 @@ def entries(figure: Figure) -> dict[str, Series | Band]:
     return found
 
 
-def across(names: dict[str, Series | Band]) -> int:
+def across(names: dict[str, Mark]) -> int:
     """How many names stand side by side."""
     letters = [len(re.sub(r"[\\${}]", "", name)) for name in names]
     rows = -(-sum(0.065 * n + 0.5 for n in letters) // WIDTH)

@@ -9,8 +9,10 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 
-from workbench.study.curves import Array, Panel, Series, Style
+from workbench.study.curves import Array, Band, Series, Style
 from workbench.study.document import Figure
+from workbench.study.panel import Panel
+from workbench.study.shapes import Bars, HeatMap
 
 WIDTH = 6.3  # inches: the text width of an A4 page with margins of 25 mm
 LETTERS, SMALL_LETTERS, LEGEND_LETTERS = 9.0, 8.0, 8.5  # points
@@ -87,6 +89,10 @@ MARKS: dict[str, Any] = {
     "markeredgewidth": 0.8,
 }
 
+POINTS_LOOK: dict[str, Any] = {"markersize": 4.2, "markeredgewidth": 1.2}
+GREY = "#aaaaaa"  # the lines between cells
+NAMED = 0.36  # of a figure's width, at most, for the names of its rows
+
 
 @contextmanager
 def house_style() -> Iterator[None]:
@@ -95,13 +101,6 @@ def house_style() -> Iterator[None]:
         mpl.rcdefaults()
         mpl.rcParams.update(RULES)
         yield
-
-
-def size_of(figure: Figure) -> tuple[float, float]:
-    """Width and height of a figure in inches."""
-    rows = -(-len(figure.panels) // figure.columns)
-    height = {1: 2.4, 2: 2.0, 3: 1.8}[figure.columns] * (1 if rows == 1 else 0.86)
-    return WIDTH, rows * height + 0.35
 
 
 def points_of(figure: Figure) -> int:
@@ -115,10 +114,19 @@ def shares_abscissa(figure: Figure) -> bool:
     return len({(str(panel.xlabel), panel.xlim, panel.xscale) for panel in figure.panels}) == 1
 
 
+def shares_rows(figure: Figure) -> bool:
+    """Whether all panels name the same rows, which is then done beside the first column alone."""
+    return len({str(panel.ynames) for panel in figure.panels}) == 1
+
+
 def layer_of(i: int, panel: Panel) -> float:
-    """Where a series lies: what is wanted below all laws, what is promised above them, the first law on top."""
-    below = {"reference": 2.0, "bound": 3.5}
-    return below.get(str(panel.series[i].style), 3.0 - i / len(panel.series))
+    """Where a mark lies: what is wanted below all laws, what is promised above them, the first law on top.
+
+    Areas lie below lines.
+    """
+    mark, below = panel.series[i], {"reference": 2.0, "bound": 3.5}
+    layer = below.get(str(mark.style), 3.0 - i / len(panel.series))
+    return layer - 0.9 if isinstance(mark, Band | Bars | HeatMap) else layer
 
 
 def chatters(y: Array) -> bool:

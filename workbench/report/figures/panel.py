@@ -7,10 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.report.figures.labels import NUMBER, extent
-from workbench.report.figures.looks import LINES, MARKS, PAD, RULES, SMALL_LETTERS, TICK, layer_of, line_of
+from workbench.report.figures.looks import LINES, MARKS, PAD, POINTS_LOOK, RULES, SMALL_LETTERS, TICK, layer_of, line_of
+from workbench.report.figures.marks import draw_bars, draw_map, draw_points, fill_box
 from workbench.report.figures.pen import Box, Pen
 from workbench.report.figures.ruler import Ruler, Ticks
-from workbench.study.curves import Array, Band, Panel, Series
+from workbench.study.curves import Array, Band, Series
+from workbench.study.panel import Panel
+from workbench.study.shapes import Bars, HeatMap, Mark, Points
 
 GRID = {"color": RULES["grid.color"], "linewidth": RULES["grid.linewidth"]}
 RULED = {"color": "#555555", "linewidth": 0.6}
@@ -24,22 +27,44 @@ def draw_axes(pen: Pen, box: Box, x: tuple[Ruler, Ticks], y: tuple[Ruler, Ticks]
     """The grid, the two axes, their marks, and the numbers at them."""
     across, up = _along(box, *x), _along(box, *y, upwards=True)
     left, right, bottom, top = box.left, box.left + box.width, box.bottom, box.bottom + box.height
+    none = np.zeros(0)  # a name has no mark and no line of the grid
+    across, up = (none if x[1].named else across[0], across[1]), (none if y[1].named else up[0], up[1])
     _strokes(pen, across[0], across[0], bottom, top, GRID)
     _strokes(pen, left, right, up[0], up[0], GRID)
-    pen.line(np.array([left, left, right]), np.array([top, bottom, bottom]), AXIS)
+    if not x[1].named:
+        pen.line(np.array([left, left, right]), np.array([top, bottom, bottom]), AXIS)
     _strokes(pen, across[0], across[0], bottom - TICK, bottom, MARK)
     _strokes(pen, left - TICK, left, up[0], up[0], MARK)
     _strokes(pen, across[1], across[1], bottom - 2 * TICK / 3, bottom, FINE)
     _strokes(pen, left - 2 * TICK / 3, left, up[1], up[1], FINE)
-    for at, number in zip(across[0], x[1].numbers, strict=True):
-        width = extent(number, SMALL_LETTERS).width
-        pen.words(number, at - width / 2, bottom - TICK - PAD - NUMBER.ascent, SMALL_LETTERS)
-    for at, number in zip(up[0], y[1].numbers, strict=True):
-        width = extent(number, SMALL_LETTERS).width
-        pen.words(number, left - TICK - PAD - width, at - DIGIT / 2, SMALL_LETTERS)
+    _write_below(pen, box, *x)
+    _write_beside(pen, box, *y)
     pen.words(y[1].power, left, top + 3, SMALL_LETTERS)
     power = extent(x[1].power, SMALL_LETTERS)
     pen.words(x[1].power, right - power.width, bottom - TICK - PAD - NUMBER.height - 3 - power.ascent, SMALL_LETTERS)
+
+
+def _write_below(pen: Pen, box: Box, ruler: Ruler, ticks: Ticks) -> None:
+    """The numbers or names at an abscissa."""
+    head = box.bottom - TICK - PAD
+    for at, number in zip(_along(box, ruler, ticks)[0], ticks.numbers, strict=True):
+        lines = number.split("\n")
+        for k, line in enumerate(lines):
+            width = extent(line, SMALL_LETTERS).width
+            if ticks.upright:
+                beside = at + DIGIT / 2 + (k - (len(lines) - 1) / 2) * NUMBER.height
+                pen.words(line, beside, head - width, SMALL_LETTERS, upwards=True)
+            else:
+                pen.words(line, at - width / 2, head - NUMBER.ascent - k * NUMBER.height, SMALL_LETTERS)
+
+
+def _write_beside(pen: Pen, box: Box, ruler: Ruler, ticks: Ticks) -> None:
+    """The numbers or names at an ordinate."""
+    for at, number in zip(_along(box, ruler, ticks, upwards=True)[0], ticks.numbers, strict=True):
+        lines = number.split("\n")
+        for k, line in enumerate(lines):
+            foot = at - DIGIT / 2 + ((len(lines) - 1) / 2 - k) * NUMBER.height
+            pen.words(line, box.left - TICK - PAD - extent(line, SMALL_LETTERS).width, foot, SMALL_LETTERS)
 
 
 def _along(box: Box, ruler: Ruler, ticks: Ticks, upwards: bool = False) -> tuple[Array, Array]:
@@ -68,15 +93,19 @@ def draw_curves(pen: Pen, box: Box, panel: Panel, curves: Sequence[tuple[Array, 
         pen.line(*placed(np.array([x.low, x.high]), np.array([at, at])), RULED, box)
     for at in panel.vlines:
         pen.line(*placed(np.array([at, at]), np.array([y.low, y.high])), RULED, box)
-    layers = []
-    for i, (series, curve) in enumerate(zip(panel.series, curves, strict=True)):
-        layer = layer_of(i, panel) - (0.9 if isinstance(series, Band) else 0.0)
-        layers.append((layer, i, series, [placed(curve[0], ordinate) for ordinate in curve[1:]], curve[1]))
-    for _, _, series, lines, ordinates in sorted(layers, key=lambda held: held[:2]):
-        if isinstance(series, Band):
-            _draw_band(pen, series, lines, box)
-        else:
-            _draw_series(pen, series, lines[0], ordinates, box)
+    for i in sorted(range(len(panel.series)), key=lambda i: (layer_of(i, panel), i)):
+        lines = [placed(curves[i][0], ordinate) for ordinate in curves[i][1:]]
+        match panel.series[i]:
+            case Band() as band:
+                _draw_band(pen, band, lines, box)
+            case Series() as series:
+                _draw_series(pen, series, lines[0], curves[i][1], box)
+            case Bars() as bars:
+                draw_bars(pen, box, bars, x, y)
+            case Points() as points:
+                draw_points(pen, box, points, x, y)
+            case HeatMap() as cells:
+                draw_map(pen, box, cells, x, y)
 
 
 def _draw_series(pen: Pen, series: Series, line: tuple[Array, Array], ordinates: Array, box: Box) -> None:
@@ -97,14 +126,19 @@ def _draw_band(pen: Pen, band: Band, lines: list[tuple[Array, Array]], box: Box)
         pen.line(x, edge, look | {"linewidth": 0.5}, box)
 
 
-def draw_sample(pen: Pen, series: Series | Band, box: Box) -> None:
+def draw_sample(pen: Pen, series: Mark, box: Box) -> None:
     """How a series looks, for the legend."""
     ends, middle = np.array([box.left, box.left + box.width]), np.full(2, box.bottom + box.height / 2)
     look = LINES[series.style]
     if isinstance(series, Band):
         x, y = np.repeat(ends, 2), box.bottom + box.height * np.array([0.0, 1.0, 1.0, 0.0])
         pen.area(x, y, look["color"], 0.3)
-    elif series.look == "marks":
+    elif isinstance(series, Bars):
+        x, y = ends[[0, 1, 1, 0, 0]], box.bottom + box.height * np.array([0.0, 0.0, 1.0, 1.0, 0.0])
+        fill_box(pen, x, y, series.style, series.shade)
+    elif isinstance(series, Points):
+        pen.marks(ends[:1] + box.width / 2, middle[:1], look | POINTS_LOOK)
+    elif isinstance(series, Series) and series.look == "marks":
         pen.marks(ends[:1] + box.width / 2, middle[:1], look | MARKS)
     else:
         pen.line(ends, middle, look)

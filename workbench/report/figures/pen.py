@@ -20,6 +20,8 @@ from matplotlib.transforms import Affine2D, Bbox, IdentityTransform
 from workbench.report.figures.labels import letters, readable
 from workbench.study.curves import Array
 
+INK = "#000000"
+
 
 @dataclass(frozen=True)
 class Box:
@@ -62,12 +64,13 @@ class Pen:
         places = Path(np.column_stack([x, y]))
         self.renderer.draw_markers(context, style.get_path(), shape, places, IdentityTransform())
 
-    def words(self, label: str, x: float, y: float, size: float, upwards: bool = False) -> None:
+    def words(self, label: str, x: float, y: float, size: float, upwards: bool = False, color: str = INK) -> None:
         """A line of text that begins at (x, y) on its base line."""
         if label:
             text, formula = readable(label)
             angle = 90.0 if upwards else 0.0
             context = GraphicsContextBase()
+            context.set_foreground(color)
             self.renderer.draw_text(context, x, self.height - y, text, letters(size), angle, formula)
 
     def finished(self, name: str) -> str:

@@ -10,34 +10,58 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.ticker import Locator, LogFormatterSciNotation, LogLocator, MaxNLocator, ScalarFormatter
 
-from workbench.report.figures.labels import extent, unmarked
+from workbench.report.figures.labels import NUMBER, block_of, unmarked
 from workbench.report.figures.looks import SMALL_LETTERS
 from workbench.study.curves import Array
 
 
 @dataclass(frozen=True)
 class Ticks:
-    """Marks at their places with their numbers, and the power of ten that all numbers share."""
+    """Marks at their places with their numbers, and the power of ten that all numbers share.
+
+    Names take the place of numbers where things are counted: they have no marks, and stand `upright` where they are
+    too wide to stand side by side.
+    """
 
     places: tuple[float, ...]
     numbers: tuple[str, ...]
     minor: tuple[float, ...] = ()
     power: str = ""
+    named: bool = False
+    upright: bool = False
 
     @property
     def width(self) -> float:
         """The width of the widest number, in points."""
-        return max((extent(number, SMALL_LETTERS).width for number in self.numbers), default=0.0)
+        return max((block_of(number, SMALL_LETTERS).width for number in self.numbers), default=0.0)
+
+    @property
+    def depth(self) -> float:
+        """The room that the numbers take below an abscissa, in points."""
+        if not self.named:
+            return NUMBER.height
+        return self.width if self.upright else max(block_of(name, SMALL_LETTERS).height for name in self.numbers)
 
 
 @dataclass(frozen=True)
 class Ruler:
-    """From low to high, on a linear or a logarithmic scale; with marks at `whole` numbers alone where it counts."""
+    """From low to high, on a linear or a logarithmic scale; with marks at `whole` numbers alone where it counts.
+
+    With `names` it has a place for each of them, 0, 1, ..., and no numbers.
+    """
 
     scale: Literal["linear", "log"]
     low: float
     high: float
     whole: bool = False
+    names: tuple[str, ...] = ()
+
+    @staticmethod
+    def of_names(names: Sequence[str], downwards: bool = False, least: int = 0) -> Ruler:
+        """A ruler with a place for each name, from the left, or from the top down, with room for so many at least."""
+        first, last = -0.5, max(len(names), least) - 0.5
+        low, high = (last, first) if downwards else (first, last)
+        return Ruler("linear", low, high, names=tuple(names))
 
     @staticmethod
     def around(
@@ -63,8 +87,13 @@ class Ruler:
         low, high, at = map(self._straight, (self.low, self.high, numbers))
         return np.asarray((at - low) / (high - low))
 
-    def ticks(self, most: int) -> Ticks:
-        """Marks for as many numbers as there is room, at most 9."""
+    def ticks(self, most: int, length: float = np.inf) -> Ticks:
+        """Marks for as many numbers as there is room, at most 9; all names, on a ruler of a length in points."""
+        if self.names:
+            each = tuple(float(place) for place in range(len(self.names)))
+            room = length / abs(self.high - self.low)
+            wide = Ticks(each, self.names, named=True).width + 0.5 * SMALL_LETTERS > room
+            return Ticks(each, self.names, named=True, upright=wide)
         formatter: Any = LogFormatterSciNotation() if self.scale == "log" else ScalarFormatter(useMathText=True)
         formatter.create_dummy_axis(minpos=self.low)
         formatter.axis.set_view_interval(self.low, self.high)

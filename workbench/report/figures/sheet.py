@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.report.cleaning import cleaned
-from workbench.report.figures.labels import NUMBER, extent, written
+from workbench.report.figures.labels import extent, written
 from workbench.report.figures.legend import across, entries
 from workbench.report.figures.looks import (
     LABEL,
@@ -26,14 +26,17 @@ from workbench.report.figures.looks import (
     letter_of,
     points_of,
     shares_abscissa,
-    size_of,
 )
 from workbench.report.figures.panel import draw_axes, draw_curves, draw_sample
 from workbench.report.figures.pen import Box, Pen
 from workbench.report.figures.ruler import Ruler, Ticks
+from workbench.report.figures.rulers import rulers
+from workbench.report.figures.sizes import size_of
 from workbench.report.thinning import thinned, windowed
-from workbench.study.curves import Array, Panel, Series
+from workbench.study.curves import Array, Band, Series
 from workbench.study.document import Figure
+from workbench.study.panel import Panel
+from workbench.study.shapes import Mark
 
 EDGE = 4.0  # points around each panel with all its letters
 
@@ -73,18 +76,21 @@ def draw(figure: Figure) -> str:
 
 def _plate(figure: Figure, i: int) -> Plate:
     panel = figure.panels[i]
-    curves = tuple(thinned(windowed(series.curves, panel.xlim), points_of(figure)) for series in panel.series)
-    margin = 0.05 if any(isinstance(series, Series) and series.look == "marks" for series in panel.series) else 0.0
+    curves = tuple(_drawn(mark, panel, points_of(figure)) for mark in panel.series)
     last = i + figure.columns >= len(figure.panels)
     return Plate(
         panel,
         curves,
-        Ruler.around(panel.xscale, panel.xlim, [*(curve[0] for curve in curves), panel.vlines], margin),
-        Ruler.around(panel.yscale, panel.ylim, [*(y for curve in curves for y in curve[1:]), panel.hlines], 0.05),
+        *rulers(figure, i, curves),
         f"{letter_of(figure, i)} {written(panel.title)}".strip(),
         written(panel.xlabel) if last or not shares_abscissa(figure) else "",
         written(panel.ylabel),
     )
+
+
+def _drawn(mark: Mark, panel: Panel, points: int) -> tuple[Array, ...]:
+    """The points of a curve that are drawn; what is no curve has none."""
+    return thinned(windowed(mark.curves, panel.xlim), points) if isinstance(mark, Series | Band) else ()
 
 
 def _laid_out(
@@ -94,7 +100,7 @@ def _laid_out(
     rows = -(-len(plates) // columns)
     w, h = width / columns, height / rows
     for _ in range(2):  # the numbers at a ruler depend on its length, which depends on those numbers
-        ticks = [(p.x.ticks(int(w / (3 * SMALL_LETTERS))), p.y.ticks(int(h / (2 * SMALL_LETTERS)))) for p in plates]
+        ticks = [(p.x.ticks(int(w / (3 * SMALL_LETTERS)), w), p.y.ticks(int(h / (2 * SMALL_LETTERS)))) for p in plates]
         held = list(zip(plates, ticks, strict=True))
         left = [max((_left(p, t[1]) for p, t in held[j::columns]), default=0.0) for j in range(columns)]
         right = [max((_right(p, t[0], w) for p, t in held[j::columns]), default=0.0) for j in range(columns)]
@@ -118,7 +124,7 @@ def _left(plate: Plate, ticks: Ticks) -> float:
 
 def _right(plate: Plate, ticks: Ticks, width: float) -> float:
     """How far the last number stands out beyond the end of its ruler."""
-    last = extent(ticks.numbers[-1], SMALL_LETTERS).width if ticks.numbers else 0.0
+    last = extent(ticks.numbers[-1], SMALL_LETTERS).width if ticks.numbers and not ticks.named else 0.0
     return EDGE + max(0.0, last / 2 - width * float(1 - plate.x.share(ticks.places[-1:]).sum()))
 
 
@@ -134,12 +140,12 @@ def _lift(ticks: Ticks) -> float:
 
 def _below(plate: Plate, ticks: Ticks) -> float:
     named = LABEL + extent(plate.xlabel or ticks.power, LETTERS).height if plate.xlabel or ticks.power else 0.0
-    return TICK + PAD + NUMBER.height + named + EDGE / 2
+    return TICK + PAD + ticks.depth + named + EDGE / 2
 
 
 def _write_labels(pen: Pen, plate: Plate, box: Box, ticks: tuple[Ticks, Ticks]) -> None:
     below, beside = extent(plate.xlabel, LETTERS), extent(plate.ylabel, LETTERS)
-    foot = box.bottom - TICK - PAD - NUMBER.height - LABEL - below.ascent
+    foot = box.bottom - TICK - PAD - ticks[0].depth - LABEL - below.ascent
     pen.words(plate.xlabel, box.left + (box.width - below.width) / 2, foot, LETTERS)
     edge = box.left - TICK - PAD - ticks[1].width - LABEL - beside.descent
     pen.words(plate.ylabel, edge, box.bottom + (box.height - beside.width) / 2, LETTERS, upwards=True)

@@ -1,0 +1,54 @@
+"""The two rulers of a panel: around all that it shows, or with the names of its columns and rows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from workbench.report.figures.labels import folded, written
+from workbench.report.figures.looks import NAMED, SMALL_LETTERS, WIDTH, shares_rows
+from workbench.report.figures.ruler import Ruler
+from workbench.study.curves import Array, Label, Series
+from workbench.study.document import Figure
+from workbench.study.panel import Panel
+from workbench.study.shapes import Bars, Points, Spans
+
+COLUMNS = 8  # that a panel has the room for: the cells of fewer are no wider
+UPRIGHT = 0.24  # of a figure's width: the longest line of a name below a column
+
+
+def rulers(figure: Figure, i: int, curves: Sequence[tuple[Array, ...]]) -> tuple[Ruler, Ruler]:
+    """Those of panel i, whose curves have these points; names that stand beside another panel are left out."""
+    panel = figure.panels[i]
+    held = [_held(curve, mark.spans) for curve, mark in zip(curves, panel.series, strict=True)]
+    margin = 0.05 if any(_has_margin(mark) for mark in panel.series) else 0.0
+    if panel.xnames:
+        x = Ruler.of_names([_folded(label, UPRIGHT) for label in panel.xnames], least=COLUMNS)
+    else:
+        x = Ruler.around(
+            panel.xscale, panel.xlim, [*(part for across, _ in held for part in across), panel.vlines], margin
+        )
+    if panel.ynames:
+        beside = shares_rows(figure) and i % figure.columns
+        y = Ruler.of_names(("",) * len(panel.ynames) if beside else row_names(figure, panel), downwards=True)
+    else:
+        y = Ruler.around(panel.yscale, panel.ylim, [*(part for _, up in held for part in up), panel.hlines], 0.05)
+    return x, y
+
+
+def row_names(figure: Figure, panel: Panel) -> tuple[str, ...]:
+    """The names of a panel's rows, folded to the room that they may take."""
+    share = NAMED if shares_rows(figure) else NAMED / figure.columns
+    return tuple(_folded(label, share) for label in panel.ynames)
+
+
+def _held(curve: tuple[Array, ...], spans: Spans) -> Spans:
+    """What the rulers must hold: the points that are drawn of a curve, all of what is no curve."""
+    return (curve[:1], curve[1:]) if curve else spans
+
+
+def _has_margin(mark: object) -> bool:
+    return isinstance(mark, Bars | Points) or (isinstance(mark, Series) and mark.look == "marks")
+
+
+def _folded(label: Label, share: float) -> str:
+    return folded(written(label), SMALL_LETTERS, share * 72 * WIDTH)

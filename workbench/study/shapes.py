@@ -1,0 +1,143 @@
+"""What a figure shows beside curves, as data: bars, points with names, and a map of cells, each with its intervals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from workbench.study.cells import check_phrase, several
+from workbench.study.curves import Array, Band, Label, Series, Style, check_style, store
+
+Spans: TypeAlias = tuple[tuple[Array, ...], tuple[Array, ...]]
+
+
+@dataclass(frozen=True, eq=False)
+class Bars:
+    """Horizontal bars (N,) from `starts` to `ends` in the rows `places` of a panel that names its rows.
+
+    The first row is 0, at the top; a place between two numbers lets several bars share a row. An end that is NaN has
+    no bar. Of `low` and `high`, the ends of intervals, NaN is not known and draws nothing, and an infinite one is
+    drawn as an arrow at the edge of the panel. `shade` says how much of the colour fills a bar, from 0 to 1, `thick`
+    how much of a row it takes, and `texts` what is printed in each that has the room.
+    """
+
+    label: Label
+    places: npt.ArrayLike
+    ends: npt.ArrayLike
+    starts: npt.ArrayLike = 0.0
+    style: Style = 0
+    shade: float = 1.0
+    thick: float = 0.7
+    low: npt.ArrayLike | None = None
+    high: npt.ArrayLike | None = None
+    texts: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        call = f"Bars({self.label!r})"
+        check_phrase("Bars(label)", self.label, label=True)
+        check_style(call, self.style)
+        object.__setattr__(self, "starts", np.broadcast_to(self.starts, np.shape(self.places)))
+        store(self, call, ("places", "ends", "starts"), gaps=("ends",))
+        _store_intervals(self, call, ("low", "high"))
+        if not (0 <= self.shade <= 1 and 0 < self.thick <= 1):
+            raise ValueError(
+                f"`{call}` needs a shade from 0 to 1 and a thickness above 0 up to 1, parts of the colour and of the "
+                f"row; got {self.shade!r} and {self.thick!r}."
+            )
+        object.__setattr__(self, "texts", several(f"{call}, texts=...", self.texts, str, "text"))
+        if len(self.texts) not in (0, len(np.asarray(self.ends))):
+            raise ValueError(f"`{call}` needs a text for each of its bars, or none; got {len(self.texts)}.")
+
+    @property
+    def spans(self) -> Spans:
+        """All numbers along the abscissa, and all along the ordinate."""
+        rows = np.asarray(self.places)
+        ends = tuple(np.asarray(end, dtype=float) for end in (self.starts, self.ends, self.low, self.high))
+        return ends, (rows - self.thick / 2, rows + self.thick / 2)
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Marks at points (N,), each with its name beside it, and with intervals across and upwards.
+
+    The ends of intervals are as in `Bars`. Names are put where they cover neither each other nor a mark.
+    """
+
+    label: Label
+    x: npt.ArrayLike
+    y: npt.ArrayLike
+    names: tuple[Label, ...] = ()
+    style: Style = 0
+    xlow: npt.ArrayLike | None = None
+    xhigh: npt.ArrayLike | None = None
+    ylow: npt.ArrayLike | None = None
+    yhigh: npt.ArrayLike | None = None
+
+    def __post_init__(self) -> None:
+        call = f"Points({self.label!r})"
+        check_phrase("Points(label)", self.label, label=True)
+        check_style(call, self.style)
+        store(self, call, ("x", "y"), gaps=("x", "y"))
+        _store_intervals(self, call, ("xlow", "xhigh", "ylow", "yhigh"))
+        if not isinstance(self.names, tuple | list) or len(self.names) not in (0, len(np.asarray(self.x))):
+            raise ValueError(f"`{call}` needs a tuple of names, one for each of its points, or none.")
+        object.__setattr__(self, "names", tuple(self.names))
+        for name in self.names:
+            check_phrase(f"{call}, names=...", name, label=True)
+
+    @property
+    def spans(self) -> Spans:
+        """All numbers along the abscissa, and all along the ordinate."""
+        across = tuple(np.asarray(part, dtype=float) for part in (self.x, self.xlow, self.xhigh))
+        return across, tuple(np.asarray(part, dtype=float) for part in (self.y, self.ylow, self.yhigh))
+
+
+@dataclass(frozen=True, eq=False)
+class HeatMap:
+    """Numbers (r, c) printed in cells that are the darker the larger they are, in a panel that names both its sides.
+
+    A NaN leaves its cell empty. A cell that is `faint`, as one whose interval holds zero, is printed in grey on white.
+    `most` is the number of the darkest cell, without it the largest that is not faint.
+    """
+
+    values: npt.ArrayLike
+    faint: npt.ArrayLike = False
+    digits: int = 2
+    most: float | None = None
+    label: Label = ""
+    style: Style = 0
+
+    def __post_init__(self) -> None:
+        values = np.array(self.values, dtype=float)
+        if values.ndim != 2 or not values.size or np.isinf(values).any():
+            raise ValueError(
+                f"`HeatMap(values)` must be numbers (r, c), finite or NaN for an empty cell; got the shape "
+                f"{values.shape}."
+            )
+        object.__setattr__(self, "values", values)
+        object.__setattr__(self, "faint", np.broadcast_to(np.asarray(self.faint, dtype=bool), values.shape))
+
+    @property
+    def spans(self) -> Spans:
+        """All numbers along the abscissa, and all along the ordinate."""
+        rows, columns = np.shape(self.values)
+        return (np.array([-0.5, columns - 0.5]),), (np.array([-0.5, rows - 0.5]),)
+
+
+Mark: TypeAlias = Series | Band | Bars | Points | HeatMap
+MARKS = (Series, Band, Bars, Points, HeatMap)
+
+
+def _store_intervals(mark: Bars | Points, call: str, names: tuple[str, ...]) -> None:
+    """Copy the ends of intervals to read-only arrays as long as the mark; NaN where there are none."""
+    points = np.asarray(mark.ends if isinstance(mark, Bars) else mark.x)
+    for name in names:
+        given = getattr(mark, name)
+        array = np.full(points.shape, np.nan) if given is None else np.array(given, dtype=float)
+        if array.shape != points.shape:
+            raise ValueError(f"`{call}` needs a {name} for each of {len(points)}; got the shape {array.shape}.")
+        array.flags.writeable = False
+        object.__setattr__(mark, name, array)
