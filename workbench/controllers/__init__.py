@@ -1,6 +1,6 @@
 """Control laws, one a file."""
 
-from workbench.controllers.adaptation import AbstractAdaptation, DeadZone, Leakage, Plain
+from workbench.controllers.adaptation import AbstractAdaptation, DeadZone, Frozen, Leakage, Plain
 from workbench.controllers.adaptive_sliding_mode import AdaptiveSlidingMode
 from workbench.controllers.aosmc_rgs import AosmcRgs
 from workbench.controllers.fuzzy import RuleBase
@@ -19,6 +19,7 @@ __all__ = [
     "AdaptiveSlidingMode",
     "AosmcRgs",
     "DeadZone",
+    "Frozen",
     "FuzzyAsmc",
     "Leakage",
     "Plain",

@@ -43,6 +43,20 @@ class Plain(AbstractAdaptation):
 
 
 @block
+class Frozen(AbstractAdaptation):
+    """K_i' = 0: the gain stays what it was, to see what learning is worth."""
+
+    def rate(self, growth: ca.SX, s: ca.SX, K: ca.SX) -> ca.SX:
+        """Nothing."""
+        del growth, s
+        return ca.SX.zeros(K.shape)
+
+    def check(self, dof: int) -> None:
+        """Any number of joints will do."""
+        del dof
+
+
+@block
 class DeadZone(AbstractAdaptation):
     """K_i' = gamma |s_i| where |s_i| > width, 0 elsewhere: no learning from what the layer leaves over.
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 import casadi as ca
@@ -9,7 +11,8 @@ import casadi as ca
 from workbench.controllers.adaptation import AbstractAdaptation, Plain
 from workbench.controllers.checks import gains_that_start_at
 from workbench.controllers.promises import GAINS_STAY_POSITIVE, SURFACE_PULLS_THE_ERROR
-from workbench.controllers.switching import SWITCHINGS, matrices, sliding, switched
+from workbench.controllers.sliding_mode import SlidingMode
+from workbench.controllers.switching import SWITCHINGS, layered, matrices, sliding, switched
 from workbench.core import AbstractArm, Layout, block, initial, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
@@ -96,3 +99,8 @@ class AdaptiveSlidingMode(AbstractController):
         """The sliding variable s."""
         del z
         return {"s": sliding(est, ref, self.Lambda).s}
+
+    def without(self) -> Mapping[str, AbstractController]:
+        """Sliding mode with K(0) for good, and the law less its layer."""
+        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
+        return {"adaptation": SlidingMode(self.model, self.Lambda, self.K, self.phi, self.saturation)} | layer

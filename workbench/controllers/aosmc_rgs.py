@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 import casadi as ca
@@ -9,7 +11,7 @@ import casadi as ca
 from workbench.controllers.algebraic import residual, stabilising
 from workbench.controllers.checks import symmetric
 from workbench.controllers.promises import K_STAYS_DEFINITE, P_STAYS_DEFINITE
-from workbench.controllers.switching import SATURATIONS, matrices, saturation, sliding
+from workbench.controllers.switching import SATURATIONS, layered, matrices, saturation, sliding
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.claim import Claim
@@ -21,9 +23,14 @@ VELOCITIES = {
     "printed": "(28) as printed: qdd_d and qd_d, which leaves Lambda e2 uncancelled in (30)",
     "reference": "qdd_r = qdd_d - Lambda e2 and qd_r = qd_d - Lambda e1: M s' + C s = tau_sw + D_hat - D",
 }
+FEEDFORWARDS = {
+    "model": "(28): M, C and G of the model",
+    "none": "tau_eq = D_hat: no model in the torque, to see what it is worth",
+}
 SIGNS = {
     "printed": "(33) as printed, with a minus",
     "raised": "(33) with a plus: the gain grows with the error",
+    "zero": "K' = 0: K stays K(0), to see what (33) is worth",
 }
 SHAPES = {
     "outer": "the matrix (P s) sign(s)^T; jumps where a component of s changes sign",
@@ -103,6 +110,7 @@ class AosmcRgs(AbstractController):
         default=None, unit="N m/(rad s)", symmetric=True, definite="positive", shape=("n", "n"), symbol="R"
     )
     velocity: str = option(VELOCITIES, default="printed")
+    feedforward: str = option(FEEDFORWARDS, default="model")
     gain_sign: str = option(SIGNS, default="printed")
     gain_shape: str = option(SHAPES, default="outer")
     riccati: str = option(RICCATIS, default="forward")
@@ -157,7 +165,7 @@ class AosmcRgs(AbstractController):
         _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
         if self.velocity == "printed":
             qd_r, qdd_r = ref.qd, ref.qdd
-        tau_eq = M @ qdd_r + C @ qd_r + G + est.d
+        tau_eq = M @ qdd_r + C @ qd_r + G + est.d if self.feedforward == "model" else est.d
         tau_sw = -z["K"] @ saturation(s, self.phi, self.saturation)
         return tau_eq + tau_sw
 
@@ -167,7 +175,13 @@ class AosmcRgs(AbstractController):
         s = sliding(est, ref, self.Lambda).s
         algebraic = self.riccati == "algebraic"
         growth = self._growth(self._algebraic(z, est)[0] if algebraic else z["P"], s)
-        K_rate = {"K": growth if self.gain_sign == "raised" else -growth}
+        match self.gain_sign:
+            case "raised":
+                K_rate = {"K": growth}
+            case "zero":
+                K_rate = {"K": ca.SX.zeros(growth.shape)}
+            case _:
+                K_rate = {"K": -growth}
         return K_rate if algebraic else K_rate | {"P": self._riccati(z, est)}
 
     def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
@@ -177,6 +191,15 @@ class AosmcRgs(AbstractController):
             return s
         P, left = self._algebraic(z, est)
         return s | {"P": P, "residual": left}
+
+    def without(self) -> Mapping[str, AbstractController]:
+        """The law with K(0) for good, with P(0) for good, without its model in the torque, and less its layer."""
+        still = replace(self, riccati="frozen", Q=None, R=None) if self.riccati == "forward" else self
+        adaptation = {"adaptation of K": replace(still, gain_sign="zero")} if self.gain_sign != "zero" else {}
+        riccati = {"Riccati equation": still} if still is not self else {}
+        model = {"model in the torque": replace(self, feedforward="none")} if self.feedforward == "model" else {}
+        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
+        return adaptation | riccati | model | layer
 
     def _growth(self, P: ca.SX, s: ca.SX) -> ca.SX:
         """P s sign(s) of (33), (n, n), in the chosen reading."""

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
 from workbench.controllers.adaptation import AbstractAdaptation, Plain
+from workbench.controllers.adaptive_sliding_mode import AdaptiveSlidingMode
 from workbench.controllers.checks import gains_that_start_at
 from workbench.controllers.fuzzy import RuleBase
 from workbench.controllers.promises import GAINS_STAY_POSITIVE, SURFACE_PULLS_THE_ERROR
-from workbench.controllers.switching import SWITCHINGS, matrices, sliding, switched
+from workbench.controllers.switching import SWITCHINGS, layered, matrices, sliding, switched
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
@@ -104,6 +107,14 @@ class FuzzyAsmc(AbstractController):
         """The sliding variable s, and what the rules say: r."""
         s = sliding(est, ref, self.Lambda).s
         return {"s": s, "r": self.rules.strength(ca.fabs(s), self._trend(z, s))}
+
+    def without(self) -> Mapping[str, AbstractController]:
+        """Adaptive sliding mode without rules, sliding mode with K(0) for good, and the law less its layer."""
+        plain = AdaptiveSlidingMode(
+            self.model, self.Lambda, self.phi, self.gamma, self.K, self.adaptation, self.saturation
+        )
+        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
+        return {"fuzzy rules": plain, "adaptation": plain.without()["adaptation"]} | layer
 
     def _trend(self, z: Parts, s: ca.SX) -> ca.SX:
         v: ca.SX = (ca.fabs(s) - z["s_slow"]) / self.lag

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 
@@ -74,3 +77,10 @@ class PID(AbstractController):
         """Nothing that the loop does not show already."""
         del z, est, ref
         return {}
+
+    def without(self) -> Mapping[str, AbstractController]:
+        """Less either action beside the proportional one that has a gain, and less the weight of the arm."""
+        integral = {"integral action": replace(self, Ki=0 * self.Ki)} if self.Ki.any() else {}
+        derivative = {"derivative action": replace(self, Kd=0 * self.Kd)} if self.Kd.any() else {}
+        gravity = {"gravity compensation": replace(self, model=None)} if self.model is not None else {}
+        return integral | derivative | gravity

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
-from workbench.controllers.adaptation import AbstractAdaptation, Plain
+from workbench.controllers.adaptation import AbstractAdaptation, Frozen, Plain
+from workbench.controllers.adaptive_sliding_mode import AdaptiveSlidingMode
 from workbench.controllers.checks import gains_that_start_at
 from workbench.controllers.promises import GAINS_STAY_POSITIVE, SURFACE_PULLS_THE_ERROR
-from workbench.controllers.switching import SWITCHINGS, matrices, sliding, switched
+from workbench.controllers.switching import SWITCHINGS, layered, matrices, sliding, switched
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.claim import Claim
@@ -122,6 +125,14 @@ class RbfAsmc(AbstractController):
         """The sliding variable s, and the torque that the network has learned: W^T h(x)."""
         e, ed, s, _, _ = sliding(est, ref, self.Lambda)
         return {"s": s, "learned": z["W"].T @ self._h(e, ed)}
+
+    def without(self) -> Mapping[str, AbstractController]:
+        """Adaptive sliding mode without a network, the law with K(0) for good, and the law less its layer."""
+        plain = AdaptiveSlidingMode(
+            self.model, self.Lambda, self.phi, self.gamma, self.K, self.adaptation, self.saturation
+        )
+        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
+        return {"network": plain, "adaptation": replace(self, adaptation=Frozen())} | layer
 
     def _h(self, e: ca.SX, ed: ca.SX) -> ca.SX:
         x = ca.vertcat(e, ed)

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 import casadi as ca
 
 from workbench.controllers.promises import SURFACE_PULLS_THE_ERROR
-from workbench.controllers.switching import SWITCHINGS, matrices, sliding, switched
+from workbench.controllers.switching import SWITCHINGS, layered, matrices, sliding, switched
 from workbench.core import AbstractArm, Layout, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
@@ -84,3 +86,8 @@ class SlidingMode(AbstractController):
         """The sliding variable s."""
         del z
         return {"s": sliding(est, ref, self.Lambda).s}
+
+    def without(self) -> Mapping[str, AbstractController]:
+        """Less the switching torque, and less its layer."""
+        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
+        return {"switching torque": replace(self, K=0 * self.K)} | layer

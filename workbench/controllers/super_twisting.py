@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 import casadi as ca
@@ -9,7 +11,7 @@ import numpy as np
 
 from workbench.controllers.promises import SWITCHED_RATE_IS_BOUNDED
 from workbench.controllers.relay import clip
-from workbench.controllers.switching import SWITCHINGS, matrices, sampling_period, saturation, sliding
+from workbench.controllers.switching import SWITCHINGS, layered, matrices, sampling_period, saturation, sliding
 from workbench.core import AbstractArm, Entry, Layout, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
@@ -103,6 +105,12 @@ class SuperTwisting(AbstractController):
         """The sliding variable s."""
         del z
         return {"s": sliding(est, ref, self.Lambda).s}
+
+    def without(self) -> Mapping[str, AbstractController]:
+        """Less either line of u, and less its layer."""
+        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
+        lines = {"integral part": replace(self, k2=0 * self.k2), "root part": replace(self, k1=0 * self.k1)}
+        return lines | layer
 
     def _switched(self, s: ca.SX, w: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
         """|s|^(1/2), sat(s / phi) and the integral part that go into u; "implicit" those at the end of the period."""

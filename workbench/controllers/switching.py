@@ -65,6 +65,11 @@ def saturation(s: ca.SX, phi: Scalar, kind: str) -> ca.SX:
     return ca.tanh(x) if kind == "tanh" else ca.fmax(ca.fmin(x, 1), -1)
 
 
+def layered(law: Switching) -> bool:
+    """Whether the law has a boundary layer to be left out."""
+    return law.saturation in ("clip", "tanh")
+
+
 def switched(law: Switching, K: Vector, s: ca.SX, M: ca.SX) -> ca.SX:
     """K o sat(s / phi) as the law has it, (n, 1) in N m; "implicit" the torque of `relay` for M s' = -K o sign(s).
 

@@ -40,6 +40,26 @@ class ClosedLoop:
         """Whether the observer needs what no instrument can give it."""
         return self.observer.uses_truth
 
+    def ablations(self) -> dict[str, ClosedLoop]:
+        """The loop less each part that its observer and its controller are made of, by the name of the part.
+
+        A loop without the state observer is given exact positions and velocities. Parts that are one number of the
+        equations, as an integral gain is, are gone where that is zero.
+
+        Raises
+        ------
+        ValueError
+            If observer and controller call a part of theirs by one name.
+        """
+        observers, controllers = self.observer.without(), self.controller.without()
+        if both := sorted(set(observers) & set(controllers)):
+            raise ValueError(
+                f"`ClosedLoop.ablations()` needs one name for each part; the observer and the controller both have "
+                f"'{both[0]}'."
+            )
+        less_observer = {name: replace(self, observer=block) for name, block in observers.items()}
+        return less_observer | {name: replace(self, controller=block) for name, block in controllers.items()}
+
     def ode(self, name: str = "loop") -> Ode:
         """The closed loop as x' = f(t, x, p), every parameter a symbol keyed by its path.
 

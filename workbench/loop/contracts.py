@@ -6,6 +6,7 @@ A block's own states are its `memory` (a `Layout`); its `rate` returns a part fo
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from copy import copy
 from typing import Self
 
@@ -103,6 +104,10 @@ class AbstractObserver(ABC):
     def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
         """The derivative of each state, when the torque `tau` is commanded."""
 
+    def without(self) -> Mapping[str, AbstractObserver]:
+        """The observer less each of its parts, by the name of the part; none where it has no parts."""
+        return {}
+
 
 class AbstractController(ABC):
     """From estimates and the wanted motion to a torque command.
@@ -136,6 +141,10 @@ class AbstractController(ABC):
     @abstractmethod
     def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """What is worth watching besides the memory: the sliding variable s, say."""
+
+    def without(self) -> Mapping[str, AbstractController]:
+        """The law less each of its parts, by the name of the part; none where it has no parts."""
+        return {}
 
     def run_every(self, period: float) -> Self:
         """The same law, run by a computer once in `period` seconds."""

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import replace
 
 import casadi as ca
 
@@ -90,6 +92,11 @@ class WithDisturbance(AbstractObserver):
         y_d = _seen(y, self.disturbance.uses_truth)
         disturbance = self.disturbance.rate(t, _below(DISTURBANCE, z), y_d, est, tau)
         return _above(STATE, state) | _above(DISTURBANCE, disturbance)
+
+    def without(self) -> Mapping[str, AbstractObserver]:
+        """The observer of the state alone, and both with each part of that one left out."""
+        less = {name: replace(self, state=state) for name, state in self.state.without().items()}
+        return {"disturbance estimate": self.state} | less
 
 
 def _above(prefix: str, parts: Parts) -> dict[str, ca.SX]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import casadi as ca
@@ -11,6 +12,7 @@ from workbench.core.block import Matrix, Vector
 from workbench.core.claim import Claim
 from workbench.loop.contracts import AbstractObserver
 from workbench.loop.ports import Estimate, Measurement, Parts
+from workbench.observers.full_state import FullState
 from workbench.observers.promises import THEOREM_1
 
 
@@ -86,3 +88,7 @@ class Luenberger(AbstractObserver):
             "q_hat": qd_hat + self.L1 @ (y.q - q_hat),
             "qd_hat": self.model.acceleration(q_hat, qd_hat, torque) + self.L2 @ (y.q - q_hat),
         }
+
+    def without(self) -> Mapping[str, AbstractObserver]:
+        """The instruments themselves, with a velocity that is measured too."""
+        return {"state observer": FullState(self.dof)}

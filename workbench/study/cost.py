@@ -15,6 +15,7 @@ PATIENCE = 3600.0  # s
 MEMORY = 4 * 2**30  # bytes
 COPIES = 4  # of all results, while a report is written
 CHUNKS = 4  # in memory at once: two that are marched, one that waits, one that is written
+SECONDS_OF_CHUNK = 0.01  # beside its runs: it is named, written, and forced to the disk
 PROGRAM = 200 * 2**20  # bytes of the workbench itself
 
 
@@ -41,6 +42,7 @@ def cost_of(sweeps: Sequence[Prepared], workers: int | None = None) -> Cost:
     runs = sum(one.sweep.design.size for one in sweeps)
     results = 8.0 * sum(one.sweep.design.size * _numbers(one) for one in sweeps)
     seconds = sum(one.sweep.design.size * one.seconds_of_run for one in sweeps) / side
+    seconds += SECONDS_OF_CHUNK * sum(-(-one.sweep.design.size // one.runs_of_chunk) for one in sweeps)
     chunk = max((min(one.runs_of_chunk, one.sweep.design.size) * one.bytes_of_run for one in sweeps), default=0)
     return Cost(runs, side, seconds, PROGRAM + CHUNKS * chunk + COPIES * results, 2 * results)
 

@@ -120,7 +120,7 @@ class Tuning:
         if size < LEAST:
             raise ValueError(f"`{call}, population=...)` must be at least {LEAST}, which make a new point; got {size}.")
         if budget % size:
-            near = f"{budget - budget % size or size} or {budget - budget % size + size}"
+            near = " or ".join(str(near) for near in (budget - budget % size, budget - budget % size + size) if near)
             raise ValueError(
                 f"`{call}, evaluations=...)` must be a multiple of the population, {size}, so that every law gets the "
                 f"same number of them; got {budget}: take {near}."

@@ -15,7 +15,7 @@ from workbench.study.resume import said_of
 from workbench.study.sample import Sample, sample_of
 from workbench.study.sampling import Listed
 from workbench.study.tuning.contract import Ready, Tuning, ready
-from workbench.study.tuning.tuned import Tuned
+from workbench.study.tuning.tuned import Tuned, reasons_of
 from workbench.verify.evolution import Judged, evolve
 
 # Gives the runs first to last - 1 of each sweep, one chunk a sweep.
@@ -79,14 +79,16 @@ def _answer(made: Ready, past: Sequence[_Generation], evaluate: Evaluate) -> Tun
     found = _samples(made, made.trials, [[one.chunks[i] for one in past] for i in range(len(made.trials))])
     samples = {name: replace(one, design=points) for name, one in found.items()}
     tuned = Tuned(made.tuning, points.given, made.trials[0].space.values(points.given), objective, samples)
-    _refuse_nothing(tuned, tuned.objectives, f"at the step of {_steps(made.trials)}")
+    _refuse_nothing(tuned, objective, samples, f"at the step of {_steps(made.trials)}")
     best = _best(objective, made.finalists)
     halves = [one.at(Listed(points.given[best])) for one in made.halves]
     chunks = evaluate(halves, 0, len(best))
     worth = -_judged(made, halves, chunks).value
-    tuned = replace(tuned, finalists=best, halved=worth, halves=_samples(made, halves, [[one] for one in chunks]))
-    _refuse_nothing(tuned, worth, f"at half the step, {_steps(halves)}, though their runs are finite at the step")
-    return tuned
+    finer = _samples(made, halves, [[one] for one in chunks])
+    _refuse_nothing(
+        tuned, worth, finer, f"at half the step, {_steps(halves)}, though their runs are finite at the step"
+    )
+    return replace(tuned, finalists=best, halved=worth, halves=finer)
 
 
 def _best(objective: Array, most: int) -> Integers:
@@ -98,11 +100,11 @@ def _steps(sweeps: Sequence[Prepared]) -> str:
     return ", ".join(f"{h:g} s" for h in dict.fromkeys(one.sweep.h for one in sweeps))
 
 
-def _refuse_nothing(tuned: Tuned, objective: Array, where: str) -> None:
+def _refuse_nothing(tuned: Tuned, objective: Array, samples: Mapping[str, Sample], where: str) -> None:
     """Refuse where no point is admissible, with the reasons."""
     if np.isfinite(objective).any():
         return
-    reasons = ", ".join(f"{reason} in {count:,}" for reason, count in tuned.inadmissible.items() if count)
+    reasons = ", ".join(f"{reason} in {count:,}" for reason, count in reasons_of(objective, samples).items() if count)
     raise ValueError(
         f"`Tuning({tuned.name!r})` has no admissible point among {len(objective):,} {where} ({reasons}): move the "
         "ranges of its factors, or take a shorter step."

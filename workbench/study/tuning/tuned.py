@@ -86,9 +86,7 @@ class Tuned:
     @property
     def inadmissible(self) -> dict[str, int]:
         """How many points are not, by reason; a point may diverge in several trials."""
-        lost = {f"the run in '{name}' diverged": one.failed for name, one in self.samples.items()}
-        stayed = np.all([np.isnan(one.diverged_at) for one in self.samples.values()], axis=0)
-        return lost | {"the objective is infinite": int((stayed & ~np.isfinite(self.objectives)).sum())}
+        return reasons_of(self.objectives, self.samples)
 
     @cached_property
     def curves(self) -> dict[str, tuple[Array, Array]]:
@@ -180,6 +178,13 @@ class Tuned:
         if (spread := _share(float(np.ptp(self.bests)), self.objective)) > SEEDS:
             said.append(f"The bests of the {len(self.bests)} searches differ by {_percent(spread)}.")
         return tuple(said)
+
+
+def reasons_of(objectives: Array, samples: Mapping[str, Sample]) -> dict[str, int]:
+    """How many points are not admissible, by reason, from their objectives (N,) and their runs by trial."""
+    lost = {f"the run in '{name}' diverged": one.failed for name, one in samples.items()}
+    stayed = np.all([np.isnan(one.diverged_at) for one in samples.values()], axis=0)
+    return lost | {"the objective is infinite": int((stayed & ~np.isfinite(objectives)).sum())}
 
 
 def _share(part: float, whole: float) -> float:

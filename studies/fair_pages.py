@@ -1,0 +1,9 @@
+from fair_laws import *
+
+
+def sections(r):
+    return ()
+
+
+def headlines(r):
+    return ()

@@ -1,0 +1,311 @@
+"""Paired comparisons: what their intervals hold, what a failed run does, and who is best."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from workbench.study.cells import Emphasis
+from workbench.study.evidence import (
+    ablation_table,
+    compare,
+    comparison_table,
+    difference_table,
+    paired,
+    rank_table,
+    ranks,
+    same_draws,
+)
+from workbench.study.evidence.bootstrap import means, medians
+from workbench.study.sample import Sample
+from workbench.study.sampling import MonteCarlo, SobolDesign
+
+RNG = np.random.default_rng(7)
+DRAWS = RNG.normal(size=200)  # what all laws of a draw have in common
+LAWS = {
+    "good": 1.0 + DRAWS + 0.1 * RNG.normal(size=200),
+    "twin": 1.0 + DRAWS + 0.1 * RNG.normal(size=200),
+    "poor": 1.2 + DRAWS + 0.1 * RNG.normal(size=200),
+}
+
+
+def with_failed(law: str, count: int) -> dict[str, np.ndarray]:
+    """The laws, of which one failed in the first runs."""
+    return LAWS | {law: np.where(np.arange(200) < count, np.nan, LAWS[law])}
+
+
+def coverage(summary, draw, truth, runs: int) -> float:
+    """How often all intervals at once hold the truth, over 400 samples."""
+    rng = np.random.default_rng(1)
+    held = []
+    for seed in range(400):
+        found = summary(draw(rng, runs), 0.9, 400, seed)
+        held.append(((found.low <= truth) & (truth <= found.high)).all())
+    return float(np.mean(held))
+
+
+NOISE = np.array([[1.0, 0.8, 0.0], [0.0, 0.6, 0.0], [0.0, 0.0, 1.0]])
+
+
+def normal(rng, runs):
+    return np.array([1.0, -1.0, 0.0]) + rng.normal(size=(runs, 3)) @ NOISE
+
+
+def skewed(rng, runs):
+    return rng.exponential(size=(runs, 3)) @ NOISE
+
+
+# 0.9 within three standard errors of a share over 400 samples, 0.045; a median's steps are whole draws, and so wider
+@pytest.mark.parametrize(
+    ("summary", "draw", "truth", "low", "high"),
+    [
+        (means, normal, [1.0, -1.0, 0.0], 0.855, 0.945),
+        (means, skewed, [1.0, 1.4, 1.0], 0.855, 0.945),
+        (medians, normal, [1.0, -1.0, 0.0], 0.855, 0.99),
+    ],
+)
+def test_all_intervals_at_once_hold_the_truth_as_often_as_they_say(summary, draw, truth, low, high):
+    assert low <= coverage(summary, draw, np.array(truth), 60) <= high
+
+
+def test_one_interval_at_a_time_would_miss_some_of_many_more_often():
+    rng, truth = np.random.default_rng(2), np.zeros(10)
+    together, alone = [], []
+    for seed in range(200):
+        y = rng.normal(size=(40, 10))
+        found = means(y, 0.9, 300, seed)
+        together.append(((found.low <= truth) & (truth <= found.high)).all())
+        half = stats.t.ppf(0.95, 39) * y.std(axis=0, ddof=1) / 40**0.5
+        alone.append((np.abs(y.mean(axis=0)) <= half).all())
+    # ten independent intervals of 90 % hold together in 35 %
+    assert np.mean(alone) < 0.5 < 0.84 < np.mean(together)
+
+
+def test_a_single_mean_has_students_interval():
+    y = RNG.normal(size=(400, 1))
+    found = means(y, 0.95, 20000, 3)
+    half = stats.t.ppf(0.975, 399) * y.std(ddof=1) / 400**0.5
+    # the quantile of 20,000 resamples is known to 1.5 %, and 400 draws are not quite normal
+    assert (found.high - found.low)[0] / 2 == pytest.approx(half, rel=0.05)
+
+
+@pytest.mark.parametrize("runs", [50, 51])
+def test_a_single_median_has_the_interval_of_the_sign_test(runs):
+    y = np.arange(1.0, runs + 1)[:, None]
+    found = medians(RNG.permutation(y), 0.95, 20000, 4)
+    exact = stats.binom.ppf([0.025, 0.975], runs, 0.5)
+    # order statistics are whole draws: the bootstrap may end one further out
+    assert abs(found.low[0] - exact[0]) <= 1
+    assert abs(found.high[0] - (exact[1] + 1)) <= 1
+
+
+def test_pairing_sees_what_the_spread_of_the_draws_hides():
+    found = compare(paired(LAWS, metric="error"), "mean")
+    i, j = 0, 2
+    assert found.level.high[i] > found.level.low[j]  # the levels overlap
+    assert found.order("good", "poor") == "below"
+    assert found.order("poor", "good") == "above"
+    assert found.difference.value[i, j] == pytest.approx(np.mean(LAWS["good"] - LAWS["poor"]))
+
+
+def test_nobody_is_best_where_two_are_alike():
+    found = compare(paired(LAWS, metric="error"))
+    assert found.best is None
+    assert found.leaders == ("good", "twin")
+    rest = compare(paired({name: LAWS[name] for name in ("good", "poor")}, metric="error"))
+    assert rest.best == "good"
+
+
+def test_a_difference_within_the_errors_of_the_step_is_open():
+    exact = {"good": 0.0, "twin": 0.0, "poor": 0.0}
+    for error, order in ((0.0, "below"), (0.25, "undecided"), (np.nan, "undecided"), (np.inf, "undecided")):
+        found = compare(paired(LAWS, metric="error", errors=exact | {"poor": error}))
+        assert found.order("good", "poor") == order
+
+
+def test_a_failed_run_leaves_a_law_without_a_mean_and_names_it():
+    found = compare(paired(with_failed("good", 1), metric="error"), "mean")
+    assert "good has no mean, as 1 of its 200 runs failed" in found.refused["good"]
+    assert np.isnan(found.level.value[0])
+    assert found.order("good", "poor") == "undecided"
+    assert found.order("twin", "poor") == "below"
+    assert found.best is None
+
+
+def test_medians_count_a_failed_run_as_worse_than_any_other():
+    few = compare(paired(with_failed("good", 10), metric="error"))
+    assert few.level.value[0] == np.sort(np.where(np.arange(200) < 10, np.inf, LAWS["good"]))[99]
+    assert few.order("good", "poor") == "below"
+    many = compare(paired(with_failed("good", 150), metric="error"))
+    assert many.level.value[0] == np.inf
+    assert many.order("good", "poor") == "above"
+
+
+def test_laws_that_fail_in_the_same_draws_are_equal_there():
+    lost = np.where(np.arange(200) < 120, np.nan, 1.0)
+    found = compare(paired({"a": lost, "b": lost, "c": np.ones(200)}, metric="error"))
+    assert found.difference.value[0, 1] == 0
+    assert found.order("a", "b") == "undecided"
+    assert found.order("c", "a") == "below"
+
+
+def test_the_same_seed_gives_the_same_intervals_in_blocks_of_any_size(monkeypatch):
+    one = compare(paired(LAWS, metric="error"), "mean", seed=5)
+    monkeypatch.setattr("workbench.study.evidence.bootstrap.BLOCK", 700)
+    two = compare(paired(LAWS, metric="error"), "mean", seed=5)
+    np.testing.assert_allclose(one.difference.low, two.difference.low, rtol=1e-12)  # sums in another order
+    other = compare(paired(LAWS, metric="error"), "mean", seed=6)
+    assert (one.difference.low[0, 1:] != other.difference.low[0, 1:]).all()
+
+
+def test_ranks_are_counted_and_failed_runs_are_last():
+    # every place of one law in 20 draws is given by hand
+    values = {
+        "a": np.array([1.0] * 10 + [2.0] * 5 + [np.nan] * 5),
+        "b": np.array([2.0] * 10 + [1.0] * 5 + [np.nan] * 5),
+        "c": np.array([3.0] * 20),
+    }
+    found = ranks(paired(values, metric="error"))
+    np.testing.assert_allclose(found.ranks.value, [[0.5, 0.25, 0.25], [0.25, 0.5, 0.25], [0.25, 0.0, 0.75]])
+    assert found.below.value[0, 1] == 0.5
+    assert found.below.value[1, 0] == 0.25
+    exact = stats.binomtest(10, 20).proportion_ci(0.95, "exact")
+    assert found.ranks.low[0, 0] == pytest.approx(exact.low)
+    assert found.ranks.high[0, 0] == pytest.approx(exact.high)
+
+
+def test_equal_laws_share_the_worse_rank():
+    found = ranks(paired({"a": np.ones(20), "b": np.ones(20), "c": np.full(20, 2.0)}, metric="error"))
+    np.testing.assert_array_equal(found.ranks.value, [[0, 1, 0], [0, 1, 0], [0, 0, 1]])
+    assert found.below.value[0, 1] == 0
+
+
+def test_bold_follows_from_significance():
+    alike = comparison_table("t", "c", (compare(paired(LAWS, metric="error")),))
+    assert not any(isinstance(row[1], Emphasis) for row in alike.rows)
+    apart = comparison_table("t", "c", (compare(paired(LAWS | {"good": LAWS["good"] - 1}, metric="error")),))
+    assert [isinstance(row[1], Emphasis) for row in apart.rows] == [True, False, False]
+    assert any("200 draws; no run failed" in str(note) for note in apart.notes)
+
+
+def test_tables_say_what_failed():
+    held = paired(with_failed("good", 150), metric="error", unit="rad", note="seed 3")
+    table = comparison_table("t", "c", (compare(held), compare(held, "mean")))
+    assert table.rows[0][1:] == ("fails in half of the draws or more", "no mean", 150)
+    assert any("good in 150" in str(note) for note in table.notes)
+    assert "seed 3" in table.notes
+
+
+def test_differences_are_bold_in_both_directions():
+    table = difference_table("t", "c", compare(paired(LAWS, metric="error")))
+    assert isinstance(table.rows[0][3], Emphasis)
+    assert isinstance(table.rows[2][1], Emphasis)
+    assert table.rows[2][1].cell.value == -table.rows[0][3].cell.value
+    assert not isinstance(table.rows[0][2], Emphasis)
+    assert table.rows[1][2] is None
+
+
+def test_a_rank_table_adds_up_to_all_draws():
+    table = rank_table("t", "c", ranks(paired(LAWS, metric="error")))
+    for row in table.rows:
+        assert sum(cell.value for cell in row[1:]) == pytest.approx(100)
+
+
+def test_an_ablation_says_what_a_block_is_worth():
+    values = {"whole": np.abs(LAWS["good"]) + 1, "adaptation": 2 * (np.abs(LAWS["good"]) + 1)}
+    held = paired(values | {"nothing": values["whole"]}, metric="error")
+    table = ablation_table("t", "c", (compare(held),), "whole")
+    assert [row[0] for row in table.rows] == ["whole", "without adaptation", "without nothing"]
+    assert isinstance(table.rows[1][1], Emphasis)
+    assert table.rows[2][1] == "+0 % (+0 to +0)"
+
+
+def sample(design=None, drawn=None, **changes):
+    given = {
+        "name": "s",
+        "factors": ("x",),
+        "columns": (("error", 0, "rad"),),
+        "t": np.ones(1),
+        "h": 0.01,
+        "seed": 0,
+        "fingerprint": "",
+        "drawn": np.arange(30.0)[:, None] if drawn is None else drawn,
+        "values": np.zeros((30, 1, 1)),
+        "again": np.arange(2),
+        "errors": np.zeros((2, 1, 1)),
+        "diverged_at": np.full(30, np.nan),
+        "design": design or MonteCarlo(1, 30, seed=9),
+    }
+    return Sample(**(given | changes))
+
+
+def test_samples_of_the_same_draws_say_so():
+    note = same_draws({"a": sample(), "b": sample(h=0.02)})
+    assert note == (
+        "30 draws of 1 factors, the same for each law; seed 9; steps: 0.01 s for a; 0.02 s for b; each with half of it "
+        "in 2 runs"
+    )
+
+
+@pytest.mark.parametrize(
+    ("other", "why"),
+    [
+        ({"drawn": np.arange(30.0)[::-1, None]}, "'a' and 'b' differ in them"),
+        ({"factors": ("y",)}, "'a' and 'b' differ in them"),
+        ({"design": SobolDesign(1, 8)}, "points of a SobolDesign"),
+    ],
+)
+def test_samples_that_are_not_paired_are_refused(other, why):
+    with pytest.raises(ValueError, match=why):
+        same_draws({"a": sample(), "b": sample(**other)})
+
+
+@pytest.mark.parametrize(
+    ("values", "why"),
+    [
+        ({"a": np.ones(30)}, "two laws or more"),
+        ({"a": np.ones(30), "b": np.ones(29)}, "got 30 of a, 29 of b"),
+        ({"a": np.ones(19), "b": np.ones(19)}, "at least 20 draws"),
+        ({"a": np.ones((30, 1)), "b": np.ones(30)}, "one number a draw for 'a'"),
+        ({"a": ["x"] * 30, "b": np.ones(30)}, "one number a draw for 'a'"),
+        ({"a": np.full(30, -np.inf), "b": np.ones(30)}, "one number a draw for 'a'"),
+    ],
+)
+def test_values_that_cannot_be_compared_are_refused(values, why):
+    with pytest.raises(ValueError, match=why):
+        paired(values, metric="error")
+
+
+@pytest.mark.parametrize(
+    ("errors", "why"), [({"good": 0.1}, "one error for each"), (dict.fromkeys(LAWS, -1.0), "must not be negative")]
+)
+def test_errors_that_fit_no_law_are_refused(errors, why):
+    with pytest.raises(ValueError, match=why):
+        paired(LAWS, metric="error", errors=errors)
+
+
+@pytest.mark.parametrize(
+    ("options", "why"),
+    [
+        ({"statistic": "mode"}, "'mean' or 'median'"),
+        ({"confidence": 1.0}, "between 0 and 1"),
+        ({"resamples": 99}, "at least 100"),
+        ({"seed": -1}, "whole number from 0"),
+    ],
+)
+def test_a_comparison_refuses_what_means_nothing(options, why):
+    with pytest.raises(ValueError, match=why):
+        compare(paired(LAWS, metric="error"), **options)
+
+
+def test_no_mean_at_all_is_refused():
+    with pytest.raises(ValueError, match="no law left: good has no mean"):
+        compare(paired({law: np.where(np.arange(200) < 1, np.nan, y) for law, y in LAWS.items()}, metric="e"), "mean")
+
+
+def test_tables_of_other_laws_are_refused():
+    one = compare(paired(LAWS, metric="error"))
+    other = compare(paired({"x": LAWS["good"], "y": LAWS["twin"]}, metric="error"))
+    with pytest.raises(ValueError, match="comparisons of the same laws"):
+        comparison_table("t", "c", (one, other))
+    with pytest.raises(LookupError, match="no law 'goood' among the 3. Did you mean 'good'"):
+        ablation_table("t", "c", (one,), "goood")

@@ -1,0 +1,279 @@
+"""Tuning: the search finds what a Riccati equation knows, within its budget, and says where it is in doubt."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from scipy.linalg import solve_continuous_are
+from sweeps import Explosion
+from tunings import GAINS, DoubleIntegrator, quadratic, tuning
+
+from workbench.core import Entry, Layout, Ode
+from workbench.metrics import effort, iae, ise
+from workbench.study import cost
+from workbench.study.distributions import LogUniform, Normal, Uniform
+from workbench.study.factors import Factor
+from workbench.study.tuning import Trial, equal_budget, tune
+from workbench.study.tuning.contract import ready
+from workbench.study.tuning.search import here
+
+METRICS = (ise(), effort())
+
+
+@pytest.fixture(scope="module")
+def found():
+    """What two searches of forty generations find."""
+    return tune(tuning(evaluations=640, population=16, seeds=(0, 1)))
+
+
+class Bomb:
+    """x' = rate x^2 from x(0) = 1: infinite at t = 1 / rate."""
+
+    def ode(self, name="loop"):
+        """The equation."""
+        states, parameters = Layout((Entry("x", np.ones(1)),)), Layout((Entry("rate", np.array(1.0)),))
+        t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+        return Ode.of(name, states, parameters, (t, x, p), {"x": p * x**2}, {"e": x})
+
+
+def bomb(low, high, **changes):
+    """A search for the rate at which the integral of |x| comes to 1."""
+    declared = {
+        "name": "bomb",
+        "trials": (Trial("long", Bomb(), (iae(),), 0.01, 1.0),),
+        "factors": (Factor("rate", ("rate",), Uniform(low, high)),),
+        "objective": lambda runs: (runs["long"].outputs("IAE") - 1.0) ** 2 + 1.0,
+    }
+    return tuning(**(declared | changes))
+
+
+def test_the_best_gains_of_a_double_integrator_are_those_of_its_riccati_equation(found):
+    P = solve_continuous_are(np.array([[0.0, 1], [0, 0]]), np.array([[0.0], [1]]), np.diag([1.0, 0]), np.eye(1))
+    assert found.objective == pytest.approx(P[0, 0], rel=1e-5)  # from above: nothing is better
+    assert found.objective >= P[0, 0] * (1 - 1e-9)  # what RK4 at 10 ms and the end after 20 s leave out
+    # the objective is flat there: 1e-5 of it are some 3e-3 of the gains
+    assert [found.best["Kp"], found.best["Kd"]] == pytest.approx(P[1], rel=1e-2)
+    assert (found.failed, found.at_edge, found.settled, found.warnings) == (0, (), True, ())
+
+
+def test_every_search_looks_at_exactly_as_many_points_as_its_budget_has(found):
+    assert found.points.shape == (1280, 2)
+    assert {len(one) for one in found.samples.values()} == {1280}
+    assert list(found.curves) == ["seed 0", "seed 1"]
+    for spent, best in found.curves.values():
+        assert spent.tolist() == list(range(16, 641, 16))
+        assert (np.diff(best) <= 0).all()
+    assert found.bests.min() == found.objectives.min() == min(best[-1] for _, best in found.curves.values())
+    assert not np.array_equal(found.points[:16], found.points[640:656])
+
+
+def test_the_objectives_are_those_of_the_runs_that_are_kept(found):
+    np.testing.assert_array_equal(found.objectives, quadratic(found.samples))
+    np.testing.assert_array_equal(found.halved, quadratic(found.halves))
+    np.testing.assert_array_equal(found.samples["step"].drawn, found.numbers)
+
+
+def test_the_same_seed_gives_the_same_bits_and_whoever_computes_them():
+    alone = tune(tuning(), lambda sweeps, first, last: [_one_by_one(one, first, last) for one in sweeps])
+    again = tune(tuning())
+    assert alone.points.tobytes() == again.points.tobytes()
+    assert alone.objectives.tobytes() == again.objectives.tobytes()
+    assert alone.best == again.best
+    assert tune(tuning(seeds=(1,))).best != again.best
+
+
+def _one_by_one(one, first, last):
+    """The runs of a chunk, each in a march of its own."""
+    from workbench.study.chunk import chunk_of
+
+    parts = [one.chunk(i, i + 1).arrays() for i in range(first, last)]
+    return chunk_of(one.name(first, last), {key: np.concatenate([part[key] for part in parts]) for key in parts[0]})
+
+
+def test_the_best_numbers_go_into_any_loop_that_has_their_places(found):
+    other = found.adjusted(DoubleIntegrator(start=2.0)).ode()
+    assert dict(zip(other.parameters.names, other.parameters.default, strict=True)) == found.best
+    assert other.states.default.tolist() == [2.0, 0.0]
+    with pytest.raises(LookupError, match="There is no 'Kp', which 'Kp' varies"):
+        found.adjusted(Explosion())
+
+
+def test_shares_are_those_of_the_numbers_of_each_loop():
+    share = Factor("gains", ("Kp", "Kd"), Uniform(1.0, 4.0), share=True)
+    found = tune(tuning(factors=(share,)))
+    expected = 0.5 * found.best["gains"]
+    assert found.adjusted(DoubleIntegrator()).ode().parameters.default.tolist() == [expected, expected]
+
+
+def test_all_trials_have_their_say():
+    trials = tuple(Trial(name, DoubleIntegrator(start), METRICS, 0.02, 20.0) for name, start in (("a", 1), ("b", 3)))
+    found = tune(tuning(trials=trials))
+    # the loop is linear: the cost of the second is nine times that of the first, to rounding
+    np.testing.assert_allclose(found.samples["b"].outputs("ISE"), 9 * found.samples["a"].outputs("ISE"), rtol=1e-12)
+    np.testing.assert_allclose(found.objectives, 10 * quadratic({"a": found.samples["a"]}), rtol=1e-12)
+
+
+def test_a_point_whose_run_diverges_is_counted_and_never_the_best():
+    found = tune(bomb(0.5, 1.5, evaluations=160))
+    diverged = found.numbers[:, 0] > 1
+    assert 0 < found.failed == diverged.sum() == found.inadmissible["the run in 'long' diverged"]
+    np.testing.assert_array_equal(np.isinf(found.objectives), diverged)
+    # -log(1 - rate) / rate, which is at least 1.38 here: the least rate is the best, and lies at the edge
+    assert found.best["rate"] == pytest.approx(0.5, abs=1e-3)
+    assert found.at_edge == ("rate",)
+    assert "The best 'rate' lies at an end of its range." in found.warnings
+    assert np.isnan(found.measured(lambda runs: runs["long"].outputs("IAE"))[diverged]).all()
+
+
+def test_points_beyond_a_limit_of_the_objective_are_not_admissible():
+    def limited(runs):
+        cost = quadratic(runs)
+        return np.where(runs["step"].outputs("effort") > 0.1, np.inf, cost)
+
+    free, found = tune(tuning()), tune(tuning(objective=limited))
+    assert found.samples["step"].outputs("effort")[found.place] <= 0.1
+    assert free.samples["step"].outputs("effort")[free.place] > 0.1
+    assert found.inadmissible == {"the run in 'step' diverged": 0, "the objective is infinite": found.failed}
+    assert found.failed > 0
+
+
+@pytest.mark.parametrize(
+    ("asked", "reason"),
+    [
+        (bomb(1.5, 2.0), "the run in 'long' diverged in 80"),
+        (tuning(objective=lambda runs: np.full(len(runs["step"]), np.inf)), "the objective is infinite in 80"),
+    ],
+)
+def test_a_search_without_an_admissible_point_is_refused_with_the_reason(asked, reason):
+    with pytest.raises(ValueError, match=rf"no admissible point among 80 at the step of 0.0\d s \({reason}\)"):
+        tune(asked)
+
+
+def test_a_point_that_only_a_long_step_keeps_finite_is_no_winner():
+    # the pole is at 1 / rate; RK4 goes past it while rate < 1.022 at 10 ms, and while rate < 1.012 at 5 ms
+    found = tune(bomb(1.0, 1.03, objective=lambda runs: -runs["long"].drawn[:, 0], evaluations=8))
+    first = found.numbers[found.finalists[0], 0]
+    assert 1.012 < first < 1.023
+    assert np.isinf(found.halved[0])
+    assert found.best["rate"] < 1.012
+    assert found.objective == -found.best["rate"]
+
+
+def test_a_search_whose_best_points_all_live_by_the_step_alone_is_refused():
+    asked = bomb(1.013, 1.03, objective=lambda runs: -runs["long"].drawn[:, 0])
+    with pytest.raises(ValueError, match=r"at half the step, 0.005 s, .*finite at the step \(the run in 'long' div"):
+        tune(asked)
+
+
+def test_pareto_sets_are_of_all_points_that_were_looked_at(found):
+    error, torque = (lambda runs: runs["step"].outputs("ISE")), (lambda runs: runs["step"].outputs("effort"))
+    front = found.front(error, torque)
+    assert (np.diff(front, axis=0) * [1, -1] >= 0).all()  # equal where a search has come to the same point twice
+    assert len(np.unique(front, axis=0)) > 10
+    table = np.stack([found.measured(error), found.measured(torque)], axis=1)
+    assert not any(((table <= point).all(axis=1) & (table < point).any(axis=1)).any() for point in front)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"evaluations": 81}, "must be a multiple of the population, 8, so that every law gets the same"),
+        ({"evaluations": 81}, "got 81: take 80 or 88."),
+        ({"evaluations": 3}, "got 3: take 8."),
+        ({"population": 3}, "must be at least 4"),
+        ({"evaluations": 0}, "positive whole number"),
+        ({"seeds": ()}, "at least one seed"),
+        ({"seeds": (1, 1)}, "each once"),
+        ({"seeds": (-1,)}, "2^64"),
+        ({"seeds": 3}, "one seed alone is written `(seed,)`"),
+        ({"trials": ()}, "at least one trial"),
+        ({"factors": ()}, "at least one factor"),
+        ({"factors": (GAINS[0], GAINS[0])}, "each of another name"),
+        ({"factors": (Factor("Kp", ("Kp",), Normal(1.0, 0.1)),)}, "two ends"),
+        ({"objective": 3.0}, "must be a function of the runs; got 3.0"),
+        ({"name": "P D"}, "a-z, 0-9 and _"),
+    ],
+)
+def test_a_tuning_that_makes_no_sense_is_refused(changes, said):
+    with pytest.raises(ValueError) as refusal:
+        tuning(**changes)
+    assert said in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"h": 0.0}, "`Trial(h=...)` must be a positive"),
+        ({"until": 0.05}, "`Trial(every=...)` must be a multiple of `h` of 'step', 0.02 s"),
+        ({"metrics": (3,)}, "`Trial(metrics=...)` must be a tuple of metrics"),
+        ({"name": "a/b"}, "`Trial(name)` must be made of a-z"),
+    ],
+)
+def test_a_trial_that_makes_no_sense_is_refused(changes, said):
+    declared = {"name": "step", "loop": DoubleIntegrator(), "metrics": METRICS, "h": 0.02, "until": 20.0}
+    with pytest.raises(ValueError) as refusal:
+        Trial(**(declared | changes))
+    assert said in str(refusal.value)
+
+
+def test_a_factor_that_one_trial_lacks_is_refused_with_the_trial():
+    trials = (*tuning().trials, Trial("bomb", Bomb(), (iae(),), 0.02, 1.0))
+    with pytest.raises(LookupError, match=r"in the trial 'bomb': There is no 'Kp', which 'Kp' varies"):
+        tune(tuning(trials=trials))
+
+
+@pytest.mark.parametrize(
+    ("objective", "said"),
+    [
+        (lambda runs: 1.0, "one number a point, (8,); got shape ()"),
+        (lambda runs: runs["step"].values[:, -1], "one number a point, (8,); got shape (8, 2)"),
+        (lambda runs: np.full(8, np.nan), "got nan at Kp = "),
+        (lambda runs: np.full(8, -np.inf), "got -inf at Kp = "),
+        (lambda runs: "good", "must give numbers, one a point; got 'good'"),
+    ],
+)
+def test_an_objective_that_says_nothing_is_named(objective, said):
+    with pytest.raises(ValueError) as refusal:
+        tune(tuning(objective=objective))
+    assert str(refusal.value).startswith("`Tuning('pd', objective=...)` must give")
+    assert said in str(refusal.value)
+
+
+def test_short_searches_that_end_apart_are_said_to():
+    found = tune(tuning(evaluations=4, population=4, seeds=(0, 1)))
+    assert not found.settled
+    assert any("too short to tell" in said for said in found.warnings)
+    assert any("The bests of the 2 searches differ by" in said for said in found.warnings)
+
+
+def test_a_coarse_step_is_said_beside_the_best():
+    found = tune(tuning(trials=(Trial("step", DoubleIntegrator(), METRICS, 1.0, 20.0),)))
+    assert found.step_error > 0.01 * found.objective
+    assert any("changes by" in said and "at half the step" in said for said in found.warnings)
+    assert "at half of which the best objective changes by" in found.note
+
+
+def test_all_laws_get_the_same_budget_or_are_refused():
+    trial = tuning().trials[0]
+    slower = Trial("step", DoubleIntegrator(), METRICS, 0.01, 20.0)
+    budget = {"evaluations": 80, "population": 8, "seeds": (0, 1)}
+    first, second = equal_budget({"a": ((trial,), GAINS), "b": ((trial,), GAINS[:1])}, quadratic, **budget)
+    assert (first.size, first.objective, first.seeds) == (second.size, second.objective, second.seeds)
+    with pytest.raises(ValueError, match=r"the same trials for every law; 'b' has 'step' .* h = 0.01 s"):
+        equal_budget({"a": ((trial,), GAINS), "b": ((slower,), GAINS)}, quadratic, **budget)
+    with pytest.raises(ValueError, match="'b' has 2, and 'a' has 1"):
+        equal_budget({"a": ((trial,), GAINS), "b": ((trial, bomb(0, 1).trials[0]), GAINS)}, quadratic, **budget)
+
+
+def test_what_a_search_takes_is_known_before_it_begins():
+    made = ready(tuning(evaluations=800, seeds=(0, 1)))
+    needed = cost.cost_of([*made.trials, *made.halves], workers=2)
+    assert needed.runs == 1600 + 8
+    asked = []
+    tune(made, lambda sweeps, first, last: asked.append(last - first) or here(sweeps, first, last))
+    assert sum(asked) == needed.runs
+
+
+def test_a_logarithmic_range_is_searched_by_its_logarithm():
+    given = ready(tuning()).trials[0].space.values(np.array([[0.5, 0.0]]))
+    assert given[0] == pytest.approx([1.0, 0.1])
+    assert isinstance(GAINS[0].distribution, LogUniform)

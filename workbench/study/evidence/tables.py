@@ -1,0 +1,150 @@
+"""Comparisons and ranks as tables: bold, and words, only where a difference is significant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from workbench.study.cells import several
+from workbench.study.document import Cell, Column, Emphasis, Measured, Phrase, Table, Value
+from workbench.study.evidence.bootstrap import Intervals
+from workbench.study.evidence.comparison import Comparison
+from workbench.study.evidence.ranks import Ranks
+
+HALF = "in brackets the half-width of its interval, in units of the last digits"
+FAILS = "fails in half of the draws or more"
+
+
+def comparison_table(
+    name: str, caption: Phrase, comparisons: Sequence[Comparison], notes: tuple[Phrase, ...] = ()
+) -> Table:
+    """One row a law, one column a metric, and the failed runs; the significantly least of a column is bold.
+
+    Raises
+    ------
+    ValueError
+        If there is no comparison, or two are of other laws.
+    """
+    laws = _laws("comparison_table", comparisons)
+    failed = np.max([one.paired.failed for one in comparisons], axis=0)
+    rows: list[tuple[Cell, ...]] = []
+    for i, law in enumerate(laws):
+        cells: list[Cell] = []
+        for one in comparisons:
+            shown = _measured(one.level, (i,))
+            cells.append(Emphasis(shown) if one.best == law else shown)
+        rows.append((law, *cells, int(failed[i])))
+    heads = (Column(one.paired.metric, one.paired.unit, "right") for one in comparisons)
+    columns = (Column("law"), *heads, Column("failed runs", align="right"))
+    bold = f"Bold: significantly less than for each other law. A number is a {_statistics(comparisons)}, {HALF}."
+    return Table(name, caption, columns, tuple(rows), (bold, *_said(comparisons), *notes))
+
+
+def difference_table(name: str, caption: Phrase, comparison: Comparison, notes: tuple[Phrase, ...] = ()) -> Table:
+    """The law of the row minus the law of the column, for all pairs; what is significant is bold."""
+    paired = comparison.paired
+    rows: list[tuple[Cell, ...]] = []
+    for i, law in enumerate(paired.laws):
+        cells: list[Cell] = []
+        for j, other in enumerate(paired.laws):
+            shown = None if i == j else _measured(comparison.difference, (i, j))
+            cells.append(Emphasis(shown) if comparison.order(law, other) != "undecided" else shown)
+        rows.append((law, *cells))
+    heads = (Column(f"- {law}", paired.unit, "right") for law in paired.laws)
+    bold = f"Bold: significant. A number is a {comparison.statistic} of differences within a draw, {HALF}."
+    return Table(name, caption, (Column("law"), *heads), tuple(rows), (bold, comparison.said, *notes))
+
+
+def rank_table(name: str, caption: Phrase, ranks: Ranks, notes: tuple[Phrase, ...] = ()) -> Table:
+    """In how many of a hundred draws each law has each rank."""
+    laws = ranks.paired.laws
+    places = range(len(laws))
+    rows: list[tuple[Cell, ...]] = [(law, *(_percent(ranks.ranks, i, j) for j in places)) for i, law in enumerate(laws)]
+    columns = (Column("law"), *(Column(f"rank {rank}", "%", "right") for rank in range(1, len(laws) + 1)))
+    how = (
+        f"Share of the draws, in brackets half of its own {100 * ranks.confidence:g} % interval (Clopper and Pearson). "
+        "Equal laws share the worse rank; a failed run ranks last."
+    )
+    return Table(name, caption, columns, tuple(rows), (how, ranks.paired.said, *notes))
+
+
+def ablation_table(
+    name: str, caption: Phrase, comparisons: Sequence[Comparison], whole: str, notes: tuple[Phrase, ...] = ()
+) -> Table:
+    """What becomes of each metric as a block is taken out of the law `whole`: the change in percent of the whole law.
+
+    Raises
+    ------
+    ValueError
+        If there is no comparison, or two are of other laws.
+    LookupError
+        If `whole` is none of the laws.
+    """
+    laws = _laws("ablation_table", comparisons)
+    at = comparisons[0].paired.place(whole)
+    failed = np.max([one.paired.failed for one in comparisons], axis=0)
+    rows: list[tuple[Cell, ...]] = [(whole, *(_measured(one.level, (at,)) for one in comparisons), int(failed[at]))]
+    rows += [
+        (f"without {law}", *(_change(one, i, at) for one in comparisons), int(failed[i]))
+        for i, law in enumerate(laws)
+        if i != at
+    ]
+    heads = (Column(one.paired.metric, one.paired.unit, "left") for one in comparisons)
+    columns = (Column("law"), *heads, Column("failed runs", align="right"))
+    how = (
+        f"First row: the {_statistics(comparisons)} of the whole law, {HALF}. Below: how much more the law has without "
+        "a block, in percent of the whole law's, with the interval; less is better. Bold: significant."
+    )
+    return Table(name, caption, columns, tuple(rows), (how, *_said(comparisons), *notes))
+
+
+def _laws(call: str, comparisons: Sequence[Comparison]) -> tuple[str, ...]:
+    held = several(f"{call}(comparisons=...)", comparisons, Comparison, "comparison")
+    kinds = {one.paired.laws for one in held}
+    if len(kinds) != 1:
+        raise ValueError(f"`{call}(comparisons=...)` needs comparisons of the same laws; got {sorted(kinds)}.")
+    laws: tuple[str, ...] = kinds.pop()
+    return laws
+
+
+def _statistics(comparisons: Sequence[Comparison]) -> str:
+    return " or ".join(dict.fromkeys(one.statistic for one in comparisons))
+
+
+def _said(comparisons: Sequence[Comparison]) -> tuple[str, ...]:
+    """What is to be said of each metric, and once what is to be said of all."""
+    return (
+        *(one.said for one in comparisons),
+        *dict.fromkeys(one.paired.note for one in comparisons if one.paired.note),
+    )
+
+
+def _measured(found: Intervals, place: tuple[int, ...]) -> Value:
+    value, low, high = float(found.value[place]), float(found.low[place]), float(found.high[place])
+    if np.isnan(value):
+        return "no mean"
+    if np.isinf(value):
+        return FAILS
+    half = max(high - value, value - low)
+    return Measured(value, half) if np.isfinite(half) else f"{value:.3g}, not bounded"
+
+
+def _change(one: Comparison, i: int, at: int) -> Cell:
+    """The change from the whole law, in percent of it."""
+    d = one.difference
+    size = float(one.level.value[at])
+    value, low, high = (100 * float(part[i, at]) / size + 0.0 for part in (d.value, d.low, d.high))
+    if not np.isfinite(size) or np.isnan(value):
+        return "not known"
+    if np.isinf(value):
+        return Emphasis(FAILS)
+    ends = " to ".join(f"{end:+.3g}" if np.isfinite(end) else "not bounded" for end in (low, high))
+    text = f"{value:+.3g} % ({ends})"
+    laws = one.paired.laws
+    return Emphasis(text) if one.order(laws[i], laws[at]) != "undecided" else text
+
+
+def _percent(found: Intervals, i: int, j: int) -> Measured:
+    value, low, high = (100 * float(part[i, j]) for part in (found.value, found.low, found.high))
+    return Measured(value, max(high - value, value - low))
