@@ -1,27 +1,27 @@
 """Draws of everything that the paper leaves open, at once for all laws: each law is run where its own numbers change."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from paper_card import CARD, LAWS
-from unstated_loops import FACTORS, SCENARIOS, SQUARE, STEPS, Reading, searched
+from unstated_loops import FACTORS, PROPOSED, SCENARIOS, SQUARE, STEPS, Reading, searched
 
 from workbench.core.layout import Array
 from workbench.core.numbers import Integers
 from workbench.metrics import sampled_rmse
 from workbench.study.factors import Factor
-from workbench.study.sampling import AbstractDesign, SobolDesign
+from workbench.study.sampling import AbstractDesign, MonteCarlo, SobolDesign
 from workbench.study.sampling.contract import span
+from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.sweep import Sweep
 
 RMSE = sampled_rmse(CARD["sample time of (43)"])
 SHORTEST, LONGEST = 5, 30  # s, the horizons of the card
-SECONDS = tuple(f"{T} s" for T in range(SHORTEST, LONGEST + 1))
+SECONDS = Reading(tuple(f"{T} s" for T in range(SHORTEST, LONGEST + 1)))
 HORIZONS = {scenario: f"horizon of {scenario}" for scenario in SCENARIOS}
-BASE, SEED = 128, 6
 
 
 def factors_of(law: str, scenario: str) -> tuple[Factor, ...]:
@@ -29,30 +29,28 @@ def factors_of(law: str, scenario: str) -> tuple[Factor, ...]:
     return FACTORS[law] + (SQUARE if scenario == "SS" else ())
 
 
-def _names() -> tuple[str, ...]:
+def all_names() -> tuple[str, ...]:
+    """Everything that is open, each once."""
     every = [factor.name for law in LAWS for factor in factors_of(law, "SS")]
     return (*dict.fromkeys(every), *HORIZONS.values())
 
 
-NAMES = _names()
+NAMES = all_names()
+RANDOM = MonteCarlo(len(NAMES), 512, seed=6)
+PAIRED = SobolDesign(len(NAMES), 128, seed=6)
+KINDS: Mapping[str, MonteCarlo | SobolDesign] = {"random": RANDOM, "paired": PAIRED}
 
 
 @dataclass(frozen=True)
 class Part(AbstractDesign):
-    """Of a Sobol design of all that is open the points that differ in some of its columns."""
+    """Of a design of all that is open the points that differ in some of its columns."""
 
+    whole: MonteCarlo | SobolDesign
     columns: tuple[int, ...]
-    base: int = BASE
-    seed: int = SEED
     dimensions: int = field(init=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "dimensions", len(self.columns))
-
-    @cached_property
-    def whole(self) -> SobolDesign:
-        """The design of all that is open."""
-        return SobolDesign(len(NAMES), self.base, seed=self.seed)
 
     @cached_property
     def _distinct(self) -> tuple[Array, Integers]:
@@ -75,65 +73,55 @@ class Part(AbstractDesign):
         return self._distinct[0][begin:end]
 
 
-def slug(law: str, scenario: str = "") -> str:
+def slug(*words: str) -> str:
     """A name for files."""
-    return "_".join(part for part in (law.lower().replace("-", "_"), scenario.lower()) if part)
+    return "_".join(word.lower().replace("-", "_") for word in words)
 
 
-def draws(law: str, scenario: str) -> Sweep:
+def draws(kind: str, law: str, scenario: str) -> Sweep:
     """A law in a scenario, over all that they leave open."""
     factors = factors_of(law, scenario)
-    design = Part(tuple(NAMES.index(factor.name) for factor in factors))
-    return Sweep(
-        f"draws_{slug(law, scenario)}",
-        searched(law, scenario),
-        (RMSE,),
-        factors,
-        design,
-        h=STEPS[law],
-        until=LONGEST,
-        every=1.0,
-        halved=32,
-    )
+    design = Part(KINDS[kind], tuple(NAMES.index(factor.name) for factor in factors))
+    metrics, h, halved = (RMSE,), STEPS[law], 32 if kind == "random" else None
+    name = slug(kind, law, scenario)
+    return Sweep(name, searched(law, scenario), metrics, factors, design, h, LONGEST, every=1.0, halved=halved)
 
 
-def first_second(t: Array) -> int:
-    """The place of the shortest horizon among the times."""
-    return int(np.argmin(np.abs(t - SHORTEST)))
+def at_draws(results: Results, kind: str, law: str, scenario: str) -> Sample:
+    """The runs of a law in a scenario, one a point of the whole design."""
+    sample = results.sample(slug(kind, law, scenario))
+    assert isinstance(sample.design, Part)
+    places, none = sample.design.places, np.empty(0, dtype=int)
+    held = {name: getattr(sample, name)[places] for name in ("drawn", "values", "diverged_at")}
+    return replace(sample, **held, again=none, errors=sample.errors[:0], design=None)
 
 
 @dataclass(frozen=True, eq=False)
-class Draws:
-    """RMSE (N, 2) by law, in rad, over the same N draws of a scenario; infinite for a run that diverged."""
+class Drawn:
+    """RMSE (N, 2) by law, in rad, over the same N draws of a scenario; NaN for a run that diverged."""
 
-    whole: SobolDesign
     rmse: Mapping[str, Array]
-    failed: Mapping[str, float]
 
     @property
-    def rank(self) -> Array:
-        """The place of the first law among all, (N, 2): 1 is the smallest RMSE; last where its own run diverged."""
-        ours, *rivals = (self.rmse[law] for law in LAWS)
-        below = np.sum([rival <= ours for rival in rivals], axis=0)
-        return np.asarray(1 + np.where(np.isinf(ours), len(rivals), below))
+    def first(self) -> Array:
+        """Whether the proposed law has the smallest RMSE of all, (N, 2); one that diverged has not."""
+        filled = {law: np.where(np.isnan(values), np.inf, values) for law, values in self.rmse.items()}
+        ours = filled.pop(PROPOSED)
+        return np.all([ours < rival for rival in filled.values()], axis=0)
 
-    @property
-    def independent(self) -> Integers:
-        """The draws in which every number is drawn anew, and none is exchanged alone: two a pair of the design."""
-        block = self.whole.block
-        return np.flatnonzero(np.isin(np.arange(self.whole.size) % block, (0, block - 1)))
+    def ordered(self, joint: int, laws: tuple[str, ...]) -> Array:
+        """Whether the laws come in this order, the smallest RMSE first, (N,); none that diverged does."""
+        values = np.stack([self.rmse[law][:, joint - 1] for law in laws], axis=1)
+        return np.asarray((np.diff(values, axis=1) > 0).all(axis=1))
 
 
-def drawn(results: Results, scenario: str) -> Draws:
+def drawn(results: Results, kind: str, scenario: str) -> Drawn:
     """The draws of a scenario, each at its own horizon."""
-    rmse, failed = {}, {}
+    whole = KINDS[kind]
+    u = whole.points()[:, NAMES.index(HORIZONS[scenario])]
+    rmse = {}
     for law in LAWS:
-        sample = results.sample(f"draws_{slug(law, scenario)}")
-        assert isinstance(sample.design, Part)
-        whole, places = sample.design.whole, sample.design.places
-        u = whole.points()[:, NAMES.index(HORIZONS[scenario])]
-        rows = first_second(sample.t) + Reading(SECONDS).quantile(u).astype(int)
-        values = sample.values[places, rows]
-        rmse[law] = np.where(np.isnan(values), np.inf, values)
-        failed[law] = sample.failed / len(sample)
-    return Draws(whole, rmse, failed)
+        sample = at_draws(results, kind, law, scenario)
+        rows = np.round(sample.t).astype(int).searchsorted(SHORTEST + SECONDS.quantile(u))
+        rmse[law] = sample.values[np.arange(len(sample)), rows]
+    return Drawn(rmse)

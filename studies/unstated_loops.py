@@ -117,7 +117,6 @@ FACTORS: Mapping[str, tuple[Factor, ...]] = {
         _card("PID: poles", "controller.poles[0]", words="poles of joint 1"),
         _card("PID: poles", "controller.poles[1]", words="poles of joint 2"),
         _reading("G in PID", "controller.lifted", "without", "with"),
-        MEASURED,
     ),
     "SMC": (
         _card("SMC: K", "controller.K[0]", words="K of joint 1"),
@@ -129,21 +128,38 @@ FACTORS: Mapping[str, tuple[Factor, ...]] = {
 
 def loop(law: str, scenario: str) -> ClosedLoop:
     """A law in a scenario, with all its readings, as the paper has it: with the boundary layer."""
+    ours = law == PROPOSED
     model = EitherArm(ARM, PRINTED_ARM)
     state = Luenberger(model, CARD["L1"], CARD["L2"], CARD["q_hat(0)"], CARD["qd_hat(0)"])
+    observer = EitherObserver(state, CARD["l"], inside=float(ours), d_hat=float(ours))
     reference = EitherReference(REFERENCES["FS"], REFERENCES["SS"], jumps=float(scenario == "SS"))
-    controllers: dict[str, AbstractController] = dict(RIVALS)
-    controllers[PROPOSED] = EitherAosmcRgs(
-        model, CARD["Lambda"], CARD["phi"], CARD["K(0)"], CARD["P(0)"], Q=CARD["Q"][0, 0], R=CARD["R"][0, 0]
-    )
-    controllers[PID] = PlacedPid(ARM, np.full(2, POLES), INERTIA)
-    d_hat = 1.0 if law == PROPOSED else 0.0
-    return ClosedLoop(plant(scenario), EitherObserver(state, CARD["l"], 1.0, d_hat), controllers[law], reference)
+    return ClosedLoop(plant(scenario), observer, _controller(law, model), reference)
+
+
+def _controller(law: str, model: EitherArm) -> AbstractController:
+    if law == PID:
+        return PlacedPid(ARM, np.full(2, POLES), INERTIA)
+    if law != PROPOSED:
+        return RIVALS[law]
+    Q, R = (float(CARD[name][0, 0]) for name in ("Q", "R"))
+    return EitherAosmcRgs(model, CARD["Lambda"], CARD["phi"], CARD["K(0)"], CARD["P(0)"], Q=Q, R=R)
 
 
 def searched(law: str, scenario: str) -> ClosedLoop | Relayed:
-    """The same as the search runs it: rivals that switch as `Relayed`."""
+    """The same as searches and draws run it: the rivals that switch as `Relayed`."""
     found = loop(law, scenario)
     if law in (PROPOSED, PID):
         return found
     return Relayed(replace(found, controller=replace(found.controller, saturation="implicit")))
+
+
+def minus(scenario: str) -> ClosedLoop:
+    """The proposed law with the sign of (33) as printed."""
+    found = loop(PROPOSED, scenario)
+    return replace(found, controller=replace(found.controller, minus=1.0))
+
+
+def observed_pid(scenario: str) -> ClosedLoop:
+    """PID beside observer (10)."""
+    found = loop(PID, scenario)
+    return replace(found, observer=replace(found.observer, inside=1.0))
