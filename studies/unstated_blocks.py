@@ -58,7 +58,7 @@ class EitherArm(AbstractArm):
 class EitherObserver(AbstractObserver):
     """Positions and velocities as measured where `inside` is 0, those of `state` where it is 1; D_hat by `d_hat`:
 
-        eta' = -l (eta - D),    z' = eta,    D_hat = 0, eta or z where `d_hat` is 0, 1 or 2
+    eta' = -l (eta - D),    z' = eta,    D_hat = 0, eta or z where `d_hat` is 0, 1 or 2
     """
 
     state: Luenberger
@@ -97,9 +97,9 @@ class EitherObserver(AbstractObserver):
 class EitherAosmcRgs(AbstractController):
     """AOSMC-RGS in every reading, equations (25) to (34) as `AosmcRgs` has them:
 
-        K' = -P s sign(s) where `minus` is 1, with a plus where it is 0; P s sign(s) outer, elementwise, diagonal or
-             norm where `shape` is 0, 1, 2 or 3                                               (33)
-        tau_eq with qd_d and qdd_d where `printed` is 1, with qd_r and qdd_r where it is 0    (28)
+    K' = -P s sign(s) where `minus` is 1, with a plus where it is 0; P s sign(s) outer, elementwise, diagonal or
+         norm where `shape` is 0, 1, 2 or 3                                               (33)
+    tau_eq with qd_d and qdd_d where `printed` is 1, with qd_r and qdd_r where it is 0    (28)
     """
 
     model: AbstractArm
@@ -136,9 +136,7 @@ class EitherAosmcRgs(AbstractController):
         del t
         s, K, P, n = sliding(est, ref, self.Lambda).s, z["K"], z["P"], self.dof
         Ps, size = P @ s, ca.fabs(s)
-        growth = chosen(
-            self.shape, Ps @ ca.sign(s).T, ca.diag(Ps * ca.sign(s)), P @ ca.diag(size), P * ca.sum1(size)
-        )
+        growth = chosen(self.shape, Ps @ ca.sign(s).T, ca.diag(Ps * ca.sign(s)), P @ ca.diag(size), P * ca.sum1(size))
         A, B = -solve_definite(self.model.mass_matrix(est.q), K), ca.diag(self.Lambda)
         return {
             "K": growth * (1 - 2 * self.minus),
@@ -153,7 +151,7 @@ class EitherAosmcRgs(AbstractController):
 
 @block
 class PlacedPid(AbstractController):
-    """PID whose gains put a triple pole at -p_i on each joint by itself, with the weight of `model` where `lifted` is 1:
+    """PID with a triple pole at -p_i for each joint by itself, and with the weight of `model` where `lifted` is 1:
 
         Kp = 3 p^2 J,   Ki = p^3 J,   Kd = 3 p J
 

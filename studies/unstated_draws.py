@@ -1,4 +1,4 @@
-"""Draws of everything that the paper leaves open, at once for all laws: each law is run where its own numbers change."""
+"""Draws of all that the paper leaves open, at once for all laws: each law is run where its own numbers change."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -12,9 +12,9 @@ from workbench.core.layout import Array
 from workbench.core.numbers import Integers
 from workbench.metrics import sampled_rmse
 from workbench.study.factors import Factor
+from workbench.study.sample import Sample
 from workbench.study.sampling import AbstractDesign, MonteCarlo, SobolDesign
 from workbench.study.sampling.contract import span
-from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.sweep import Sweep
 

@@ -27,7 +27,7 @@ EVERY = {"FS": 1.0, "SS": 0.5}  # s
 TARGETS: Mapping[str, Mapping[str, tuple[int, ...]]] = {
     **{f"{scenario} q{joint}": {scenario: (joint,)} for scenario in SCENARIOS for joint in (1, 2)},
     **{scenario: {scenario: (1, 2)} for scenario in SCENARIOS},
-    "both": {scenario: (1, 2) for scenario in SCENARIOS},
+    "both": dict.fromkeys(SCENARIOS, (1, 2)),
 }
 
 
@@ -39,7 +39,8 @@ def off(law: str, scenario: str, values: Array) -> Array:
 
 def horizons(sample: Sample) -> tuple[Array, Array]:
     """Horizons (H,) every `FINE_TIMES` from the shortest on, and RMSE (N, H, 2) there: its sum of squares grows by
-    straight lines between the times of the sample."""
+    straight lines between the times of the sample.
+    """
     t = np.arange(round(SHORTEST / FINE_TIMES), round(LONGEST / FINE_TIMES) + 1) * FINE_TIMES
     right = np.clip(np.searchsorted(sample.t, t - 1e-9), 1, len(sample.t) - 1)
     share = ((t - sample.t[right - 1]) / (sample.t[right] - sample.t[right - 1]))[:, np.newaxis]

@@ -66,7 +66,9 @@ def _ranking(results: Results, scenario: str, joint: int) -> Rankings:
     laws = tuple(sorted(LAWS, key=printed.__getitem__))
     places = {law: found.paired.place(law) for law in laws}
     pairs = {
-        (a, b): tuple(float(part[places[a], places[b]]) for part in (found.below.value, found.below.low, found.below.high))
+        (a, b): tuple(
+            float(part[places[a], places[b]]) for part in (found.below.value, found.below.low, found.below.high)
+        )
         for i, a in enumerate(laws)
         for b in laws[i + 1 :]
     }
@@ -178,7 +180,10 @@ def deciding_words(found: SobolIndices) -> str:
             continue
         ST = found[name].ST
         top = np.argsort(-ST.value)[:3]
-        said.append(f"{name}: " + ", ".join(f"{found.factors[i]} ({ST.value[i]:.2f} \N{PLUS-MINUS SIGN} {ST.half[i]:.2f})" for i in top))
+        said.append(
+            f"{name}: "
+            + ", ".join(f"{found.factors[i]} ({ST.value[i]:.2f} \N{PLUS-MINUS SIGN} {ST.half[i]:.2f})" for i in top)
+        )
     return "The largest ST are, " + "; ".join(said) + "."
 
 
