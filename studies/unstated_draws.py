@@ -103,11 +103,12 @@ class Drawn:
     rmse: Mapping[str, Array]
 
     @property
-    def first(self) -> Array:
-        """Whether the proposed law has the smallest RMSE of all, (N, 2); one that diverged has not."""
+    def rank(self) -> Array:
+        """The rank of the proposed law, (N, 2), from 1, the smallest RMSE; a run that diverged ranks last."""
         filled = {law: np.where(np.isnan(values), np.inf, values) for law, values in self.rmse.items()}
         ours = filled.pop(PROPOSED)
-        return np.all([ours < rival for rival in filled.values()], axis=0)
+        below = np.sum([rival <= ours for rival in filled.values()], axis=0)
+        return np.asarray(1.0 + np.where(np.isinf(ours), len(filled), below))
 
     def ordered(self, joint: int, laws: tuple[str, ...]) -> Array:
         """Whether the laws come in this order, the smallest RMSE first, (N,); none that diverged does."""

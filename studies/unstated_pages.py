@@ -154,8 +154,8 @@ def trust_section(results: Results, found: Mapping[str, Found]) -> Section:
             Paragraph(
                 "The error of the step is the largest change of RMSE at 30 s from the step to half of it, over one "
                 "draw of 32, and over all checks. Of a rival that switches by a computer it is that of the motion "
-                "between two instants; how far the computer is from the boundary layer the checks show. The chattering of a "
-                "boundary layer makes every method one of first order: the change tells the size of the error, and "
+                "between two instants; how far the computer is from the boundary layer the checks show. The chattering "
+                "of a boundary layer makes every method one of first order: the change tells the size of the error and "
                 "bounds nothing. A choice whose run diverged is no fit, and is counted."
             ),
             Table("steps", "Steps, their errors, and runs that diverged.", columns, tuple(rows)),

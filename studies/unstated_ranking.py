@@ -76,9 +76,9 @@ def _ranking(results: Results, scenario: str, joint: int) -> Rankings:
 
 
 def indices(results: Results) -> SobolIndices:
-    """Of whether the proposed law is first, in each column: a run that diverged is not, so that every draw counts."""
-    first = np.concatenate([drawn(results, "paired", scenario).first for scenario in SCENARIOS], axis=1)
-    return sobol(PAIRED, first.astype(float), [title(*column) for column in COLUMNS], factors=NAMES)
+    """Of the rank of the proposed law in each column: a run that diverged is last, so that every draw counts."""
+    rank = np.concatenate([drawn(results, "paired", scenario).rank for scenario in SCENARIOS], axis=1)
+    return sobol(PAIRED, rank, [title(*column) for column in COLUMNS], factors=NAMES)
 
 
 def winner_verdict(found: Mapping[tuple[str, int], Rankings]) -> Verdict:
@@ -146,24 +146,23 @@ def _pairs(found: Mapping[tuple[str, int], Rankings]) -> Table:
 
 
 def deciding_section(results: Results) -> Section:
-    """Sobol indices of whether the proposed law is first."""
+    """Sobol indices of the rank of the proposed law."""
     found = indices(results)
     runs = sum(len(results.sample(slug("paired", law, scenario))) for law in LAWS for scenario in SCENARIOS)
     note = (
-        f"{PAIRED.size:,} points of a Sobol design, of which {runs:,} runs differ; a run that diverged is not first; "
+        f"{PAIRED.size:,} points of a Sobol design, of which {runs:,} runs differ; a run that diverged ranks last; "
         f"seed {PAIRED.seed}"
     )
     return Section(
         "Which unstated number decides who wins?",
         (
             Paragraph(
-                f"The output is 1 where {PROPOSED} has the smallest RMSE of the six and 0 elsewhere. Its Sobol indices "
-                "say what part of its variance is due to a number by itself (S1) and with all others (ST). "
-                + deciding_words(found)
+                f"The output is the rank of {PROPOSED} among the six, 1 to 6. Its Sobol indices say what part of its "
+                "variance is due to a number by itself (S1) and together with others (ST). " + deciding_words(found)
             ),
             sobol_bars(
                 "deciding",
-                f"What decides whether {PROPOSED} is first, for the {SHOWN} numbers with the largest ST.",
+                f"What decides the rank of {PROPOSED}: the {SHOWN} numbers with the largest ST.",
                 few(found),
                 note,
             ),

@@ -51,9 +51,9 @@ def fits_section(found: Mapping[str, Found]) -> Section:
             Paragraph(
                 f"A search for each law looks at {EVALUATIONS} choices, by differential evolution, for one set of "
                 "gains that brings both rows of the law near the printed ones, each at its own horizon. The rivals "
-                "that switch are searched as a computer with an implicit relay runs them every 2 ms, which does what the "
-                "boundary layer does whatever the gain. The nearest points are then run again in continuous time, with "
-                f"the boundary layer of the paper, at {1e3 * FINE:.3g} ms and at half of it. What stands here are "
+                "that switch are searched as a computer with an implicit relay runs them every 2 ms, which does what "
+                "the boundary layer does whatever the gain. The nearest points are then run again in continuous time, "
+                f"with the boundary layer of the paper, at {1e3 * FINE:.3g} ms and at half of it. What stands here are "
                 "these runs; only they are called fits."
             ),
             Table(
@@ -63,8 +63,8 @@ def fits_section(found: Mapping[str, Found]) -> Section:
                 columns,
                 tuple(cells),
                 (
-                    f"Of draws: within 1 % at some horizon, of {RANDOM.runs} independent draws of everything. Of search: "
-                    f"the same of the {EVALUATIONS} points of the search, which are not independent.",
+                    f"Of draws: within 1 % at some horizon, of {RANDOM.runs} independent draws of everything. Of "
+                    f"search: the same of the {EVALUATIONS} points of the search, which are not independent.",
                     "In brackets the change from the step to half of it.",
                 ),
             ),

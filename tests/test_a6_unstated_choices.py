@@ -147,12 +147,12 @@ def sampled(t, values):
     )
 
 
-def test_a_run_that_diverged_is_never_first_and_is_beaten_by_any_other():
+def test_a_run_that_diverged_ranks_last():
     ours = np.array([[1.0, 1.0], [np.nan, 1.0], [1.0, 3.0]])
     rivals = {law: np.full((3, 2), 2.0) for law in LAWS[1:]}
     rivals["PID"] = np.full((3, 2), np.nan)
     held = draws.Drawn({"AOSMC-RGS": ours} | rivals)
-    assert held.first.tolist() == [[True, True], [False, True], [True, False]]
+    assert held.rank.tolist() == [[1, 1], [6, 1], [1, 5]]
     assert held.ordered(1, ("AOSMC-RGS", "SMC")).tolist() == [True, False, True]
 
 
