@@ -9,10 +9,10 @@ Method    Every unstated number over the range of the card, every reading as lik
 Runs in   about a minute on two cores.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from paper_card import LAWS
-from unstated_draws import KINDS, RANDOM, draws, slug
+from unstated_draws import KINDS, RANDOM, asides, draws, slug
 from unstated_fits import check, search
 from unstated_loops import SCENARIOS
 from unstated_pages import headlines, sections
@@ -22,11 +22,11 @@ from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned
 
 
-def sweeps(tuned: Mapping[str, Tuned]) -> Sequence[Sweep]:
+def sweeps(tuned: Mapping[str, Tuned]) -> tuple[Sweep, ...]:
     """The checks of what was found, and all draws."""
     places = [(law, scenario) for law in LAWS for scenario in SCENARIOS]
     checks = [check(law, tuned[slug("search", law)], scenario) for law, scenario in places]
-    return (*checks, *(draws(kind, law, scenario) for kind in KINDS for law, scenario in places))
+    return (*checks, *asides(), *(draws(kind, law, scenario) for kind in KINDS for law, scenario in places))
 
 
 study = Study(

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 from paper_card import CARD, LAWS
-from unstated_loops import FACTORS, PROPOSED, SCENARIOS, SQUARE, STEPS, Reading, searched
+from unstated_loops import FACTORS, PID, PROPOSED, SCENARIOS, SQUARE, STEPS, Reading, minus, observed_pid, searched
 
 from workbench.core.layout import Array
 from workbench.core.numbers import Integers
@@ -38,6 +38,7 @@ def all_names() -> tuple[str, ...]:
 NAMES = all_names()
 RANDOM = MonteCarlo(len(NAMES), 512, seed=6)
 PAIRED = SobolDesign(len(NAMES), 128, seed=6)
+ASIDE = {law: MonteCarlo(len(FACTORS[law]), 64, seed=6) for law in (PROPOSED, PID)}
 KINDS: Mapping[str, MonteCarlo | SobolDesign] = {"random": RANDOM, "paired": PAIRED}
 
 
@@ -85,6 +86,15 @@ def draws(kind: str, law: str, scenario: str) -> Sweep:
     metrics, h, halved = (RMSE,), STEPS[law], 32 if kind == "random" else None
     name = slug(kind, law, scenario)
     return Sweep(name, searched(law, scenario), metrics, factors, design, h, LONGEST, every=1.0, halved=halved)
+
+
+def asides() -> tuple[Sweep, ...]:
+    """Two readings that are left out of all others, in the first scenario: the minus of (33), and PID beside (10)."""
+    loops = {"minus": (PROPOSED, minus("FS")), "observed_pid": (PID, observed_pid("FS"))}
+    return tuple(
+        Sweep(name, loop, (RMSE,), FACTORS[law], ASIDE[law], STEPS[law], LONGEST, every=1.0, halved=None)
+        for name, (law, loop) in loops.items()
+    )
 
 
 def at_draws(results: Results, kind: str, law: str, scenario: str) -> Sample:

@@ -148,7 +148,8 @@ def fit(law: str, target: str, tuned: Tuned, checks: Mapping[str, Sample]) -> Fi
 
 
 def _at(law: str, target: str, place: int, tuned: Tuned, checks: Mapping[str, Sample]) -> Fit:
-    horizon, values, errors, missed = {}, {}, {}, []
+    horizon, values, errors = {}, {}, {}
+    missed: list[float] = []
     for scenario, joints in TARGETS[target].items():
         sample = checks[scenario]
         row = int(np.flatnonzero(checked(law, tuned, scenario) == place)[0])
