@@ -11,7 +11,9 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
 
 import unstated_draws as draws
 import unstated_fits as fits
+import unstated_found as found
 import unstated_loops as loops
+import unstated_pages as pages
 import unstated_ranking as ranking
 from paper_card import CARD, INERTIA, LAWS
 from paper_laws import ARM, PRINTED_ARM, REFERENCES, plant, rival
@@ -177,3 +179,35 @@ def test_casadi_takes_the_reading_that_is_named():
     reading = ca.SX.sym("reading")
     pick = ca.Function("pick", [reading], [chosen(reading, *parts)])
     assert [float(pick(place)) for place in (0, 1, 2)] == [1.0, 2.0, 3.0]
+
+
+def fitted(law, target, miss, horizon=20.0):
+    """A fit that misses its cells by so much."""
+    values = {scenario: np.full(2, 0.3) for scenario in fits.TARGETS[target]}
+    return fits.Fit(law, target, {}, dict.fromkeys(values, horizon), values, values, miss)
+
+
+def findings(misses, spread):
+    """What was found for each law, with the misses of its targets and the values of its factors that fit."""
+    laws = {}
+    for law in LAWS:
+        width = len(draws.factors_of(law, "SS"))
+        u = np.array([np.full(width, 0.05), np.full(width, 0.05 + spread)])
+        factors = draws.factors_of(law, "SS")
+        close = np.stack([f.distribution.quantile(column) for f, column in zip(factors, u.T, strict=True)], axis=1)
+        every = {target: fitted(law, target, misses) for target in fits.TARGETS}
+        laws[law] = found.Found(law, every, {}, {}, dict.fromkeys(fits.TARGETS, close))
+    return laws
+
+
+def test_the_verdicts_on_the_fits_turn_with_their_misses_and_their_spread():
+    good = [verdict.kind for verdict in pages.verdicts(findings(0.002, 0.9))]
+    assert good == ["holds", "holds", "holds", "fails"]
+    bad = [verdict.kind for verdict in pages.verdicts(findings(0.2, 0.001))]
+    assert bad == ["fails", "fails", "fails", "holds"]
+
+
+def test_what_is_searched_over_orders_of_magnitude_is_spread_over_its_logarithm():
+    factor = next(f for f in draws.factors_of("AOSMC-RGS", "FS") if f.name == "Q")
+    # 0.01 to 1000 are five decades, of which 1 to 100 are two
+    assert abs(found.span_of(factor, np.array([1.0, 100.0])) - 0.4) < 1e-3
