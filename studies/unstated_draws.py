@@ -113,12 +113,15 @@ class Drawn:
     rmse: Mapping[str, Array]
 
     @property
-    def rank(self) -> Array:
-        """The rank of the proposed law, (N, 2), from 1, the smallest RMSE; a run that diverged ranks last."""
+    def margin(self) -> Array:
+        """The RMSE of the proposed law as a share of its sum with that of the best rival, (N, 2).
+
+        Below 1/2 the proposed law is first; 1 where it diverged.
+        """
         filled = {law: np.where(np.isnan(values), np.inf, values) for law, values in self.rmse.items()}
         ours = filled.pop(PROPOSED)
-        below = np.sum([rival <= ours for rival in filled.values()], axis=0)
-        return np.asarray(1.0 + np.where(np.isinf(ours), len(filled), below))
+        best = np.min(list(filled.values()), axis=0)
+        return np.asarray(np.where(np.isinf(ours), 1.0, 1 / (1 + best / ours)))
 
     def ordered(self, joint: int, laws: tuple[str, ...]) -> Array:
         """Whether the laws come in this order, the smallest RMSE first, (N,); none that diverged does."""

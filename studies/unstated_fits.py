@@ -18,7 +18,7 @@ from workbench.study.tuning import Trial, Tuned, Tuning
 
 CLOSE = 0.01
 AGAIN = 2  # points that are run again for a target
-EVALUATIONS, POPULATION = 576, 48
+EVALUATIONS, POPULATION = 864, 48
 FINE = 1e-3 / 12  # s
 FINE_TIMES = 0.1  # s
 SAMPLE = float(CARD["sample time of (43)"])

@@ -52,11 +52,11 @@ def found_for(results: Results, law: str) -> Found:
 
 
 def wide_factors(found: Found) -> tuple[str, ...]:
-    """The factors whose values among the choices that meet all four cells span more than half of their range."""
-    factors, close = factors_of(found.law, "SS"), found.close["both"]
+    """The factors whose values among the choices that meet the first scenario span more than half of their range."""
+    factors, close = factors_of(found.law, "FS"), found.close["FS"]
     if not len(close):
         return ()
-    return tuple(f.name for f, values in zip(factors, close.T, strict=True) if span_of(f, values) > WIDE)
+    return tuple(f.name for f, values in zip(factors, close.T, strict=False) if span_of(f, values) > WIDE)
 
 
 def span_of(factor: Factor, values: Array) -> float:

@@ -6,7 +6,7 @@ import numpy as np
 from paper_card import LAWS
 from unstated_draws import factors_of, slug
 from unstated_fits import CLOSE, EVALUATIONS, horizons, misses, nearest, runs
-from unstated_found import Found, found_for, wide_factors, words
+from unstated_found import Found, found_for, said, wide_factors, words
 from unstated_loops import FACTORS, PROPOSED, SCENARIOS
 from unstated_ranking import deciding_section, ranking_section, rankings, winner_verdict
 from unstated_tables import CELLS, counts_section, fits_section
@@ -44,13 +44,12 @@ def verdicts(found: Mapping[str, Found]) -> tuple[Verdict, ...]:
     both = [found[law].fits["both"] for law in LAWS]
     worst = max(both, key=lambda one: one.miss)
     met = sum(one.met for one in fits)
-    wide = {law: wide_factors(found[law]) for law in LAWS}
     return (
         Verdict(
             "holds" if ours.met else "fails",
             f"Numbers and readings that are not stated give the printed row of {PROPOSED} in the first scenario.",
-            f"The nearest: off by {_percent(ours.miss)} at most, the error of the step included, at a horizon of "
-            f"{ours.horizon['FS']:.2f} s.",
+            f"The nearest is off by {_percent(ours.miss)} at most, the error of the step included: "
+            f"{said(ours, square=False)}, and a horizon of {ours.horizon['FS']:.1f} s.",
         ),
         Verdict(
             "holds" if met == len(fits) else "fails",
@@ -63,18 +62,20 @@ def verdicts(found: Mapping[str, Found]) -> tuple[Verdict, ...]:
             f"So it is for {sum(one.met for one in both)} of {len(both)} laws; {worst.law} misses most, "
             f"by {_percent(worst.miss)}. Each law then has a square wave and horizons of its own.",
         ),
-        Verdict(
-            "fails"
-            if any(wide.values())
-            else "holds"
-            if all(len(one.close["both"]) for one in found.values())
-            else "open",
-            "The printed tables determine the numbers that are not stated.",
-            "Over more than half of its range lies, among the choices that meet all four cells of a law within "
-            f"{_percent(CLOSE)}: "
-            + "; ".join(f"of {law} {', '.join(names) if names else 'none'}" for law, names in wide.items())
-            + ".",
-        ),
+        _determined(found),
+    )
+
+
+def _determined(found: Mapping[str, Found]) -> Verdict:
+    """Whether the choices that meet the first scenario are nearly the same."""
+    wide = {law: wide_factors(one) for law, one in found.items()}
+    known = all(len(one.close["FS"]) > 1 for one in found.values())
+    said_of = "; ".join(f"of {law} {', '.join(names) or 'none'}" for law, names in wide.items())
+    return Verdict(
+        "fails" if any(wide.values()) else "holds" if known else "open",
+        "The printed table of the first scenario determines the numbers that are not stated.",
+        f"Among the choices that meet both joints of a law within {_percent(CLOSE)} these lie over more than half of "
+        f"their ranges: {said_of}.",
     )
 
 

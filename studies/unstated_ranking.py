@@ -76,9 +76,9 @@ def _ranking(results: Results, scenario: str, joint: int) -> Rankings:
 
 
 def indices(results: Results) -> SobolIndices:
-    """Of the rank of the proposed law in each column: a run that diverged is last, so that every draw counts."""
-    rank = np.concatenate([drawn(results, "paired", scenario).rank for scenario in SCENARIOS], axis=1)
-    return sobol(PAIRED, rank, [title(*column) for column in COLUMNS], factors=NAMES)
+    """Of the margin of the proposed law in each column, which a run that diverged has too: every draw counts."""
+    margin = np.concatenate([drawn(results, "paired", scenario).margin for scenario in SCENARIOS], axis=1)
+    return sobol(PAIRED, margin, [title(*column) for column in COLUMNS], factors=NAMES)
 
 
 def winner_verdict(found: Mapping[tuple[str, int], Rankings]) -> Verdict:
@@ -146,23 +146,24 @@ def _pairs(found: Mapping[tuple[str, int], Rankings]) -> Table:
 
 
 def deciding_section(results: Results) -> Section:
-    """Sobol indices of the rank of the proposed law."""
+    """Sobol indices of the margin of the proposed law."""
     found = indices(results)
     runs = sum(len(results.sample(slug("paired", law, scenario))) for law in LAWS for scenario in SCENARIOS)
     note = (
-        f"{PAIRED.size:,} points of a Sobol design, of which {runs:,} runs differ; a run that diverged ranks last; "
-        f"seed {PAIRED.seed}"
+        f"{PAIRED.size:,} points of a Sobol design, of which {runs:,} runs differ; a run that diverged counts as a "
+        f"margin of 1; seed {PAIRED.seed}"
     )
     return Section(
         "Which unstated number decides who wins?",
         (
             Paragraph(
-                f"The output is the rank of {PROPOSED} among the six, 1 to 6. Its Sobol indices say what part of its "
+                f"The margin is the RMSE of {PROPOSED} as a share of its sum with that of the best rival: below 1/2 "
+                f"{PROPOSED} is first, and it is 1 where its run diverged. Its Sobol indices say what part of its "
                 "variance is due to a number by itself (S1) and together with others (ST). " + deciding_words(found)
             ),
             sobol_bars(
                 "deciding",
-                f"What decides the rank of {PROPOSED}: the {SHOWN} numbers with the largest ST.",
+                f"What decides the margin of {PROPOSED}: the {SHOWN} numbers with the largest ST.",
                 few(found),
                 note,
             ),

@@ -149,12 +149,12 @@ def sampled(t, values):
     )
 
 
-def test_a_run_that_diverged_ranks_last():
+def test_the_margin_is_below_one_half_where_the_proposed_law_is_first():
     ours = np.array([[1.0, 1.0], [np.nan, 1.0], [1.0, 3.0]])
     rivals = {law: np.full((3, 2), 2.0) for law in LAWS[1:]}
     rivals["PID"] = np.full((3, 2), np.nan)
     held = draws.Drawn({"AOSMC-RGS": ours} | rivals)
-    assert held.rank.tolist() == [[1, 1], [6, 1], [1, 5]]
+    assert np.allclose(held.margin, [[1 / 3, 1 / 3], [1, 1 / 3], [1 / 3, 3 / 5]], rtol=1e-15)
     assert held.ordered(1, ("AOSMC-RGS", "SMC")).tolist() == [True, False, True]
 
 
@@ -184,7 +184,8 @@ def test_casadi_takes_the_reading_that_is_named():
 def fitted(law, target, miss, horizon=20.0):
     """A fit that misses its cells by so much."""
     values = {scenario: np.full(2, 0.3) for scenario in fits.TARGETS[target]}
-    return fits.Fit(law, target, {}, dict.fromkeys(values, horizon), values, values, miss)
+    numbers = {factor.name: factor.distribution.high for factor in draws.factors_of(law, "SS")}
+    return fits.Fit(law, target, numbers, dict.fromkeys(values, horizon), values, values, miss)
 
 
 def findings(misses, spread):
