@@ -13,7 +13,7 @@ from collections.abc import Mapping
 
 from paper_card import LAWS
 from unstated_draws import KINDS, RANDOM, asides, draws, slug
-from unstated_fits import check, search
+from unstated_fits import check, common_search, search
 from unstated_loops import SCENARIOS
 from unstated_pages import headlines, sections
 
@@ -34,7 +34,7 @@ study = Study(
     title="AOSMC-RGS: what is not stated, and what it decides",
     question=__doc__.split("Question  ")[1].split("Method")[0],
     method=__doc__.split("Method    ")[1].split("Runs in")[0],
-    tunings=tuple(map(search, LAWS)),
+    tunings=(*map(search, LAWS), *map(common_search, LAWS)),
     sweeps=sweeps,
     sections=sections,
     headlines=headlines,

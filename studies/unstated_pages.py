@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from paper_card import LAWS
 from unstated_draws import factors_of, slug
-from unstated_fits import CLOSE, EVALUATIONS, horizons, misses, nearest, runs
+from unstated_fits import CLOSE, COMMON, EVALUATIONS, horizons, misses, nearest
 from unstated_found import Found, found_for, said, wide_factors, words
 from unstated_loops import FACTORS, PROPOSED, SCENARIOS
 from unstated_ranking import deciding_section, ranking_section, rankings, winner_verdict
@@ -84,7 +84,8 @@ def horizon_verdict(results: Results) -> Verdict:
     least = []
     for law in LAWS:
         samples = (results.sample(slug("random", law, "FS")), results.sample(slug("paired", law, "FS")))
-        every = (*samples, runs(results.tuned(slug("search", law)))["FS"])
+        sought = [results.tuned(slug(kind, law)).samples["fs"] for kind in ("search", "common")]
+        every = (*samples, *sought)
         least.append(np.min([misses(law, "FS", horizons(one)[1]).min(axis=0) for one in every], axis=0))
     worst = np.max(least, axis=0)
     at = int(np.argmin(worst))
@@ -94,7 +95,8 @@ def horizon_verdict(results: Results) -> Verdict:
     return Verdict(
         "holds" if worst[at] <= CLOSE else "open",
         "One horizon for all six laws, as one experiment has, gives the table of the first scenario.",
-        f"Over all runs, none of them sought for this, the best is {horizon[at]:.1f} s: {met} of {len(LAWS)} rows come "
+        f"Over all runs, among them a search for each law at {COMMON:g} s, where a longer one by hand had found all laws "
+        f"nearest, the best is {horizon[at]:.1f} s: {met} of {len(LAWS)} rows come "
         f"within {_percent(CLOSE)}, and {law}, the furthest, within {_percent(float(worst[at]))}.",
     )
 
