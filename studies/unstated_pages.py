@@ -95,8 +95,8 @@ def horizon_verdict(results: Results) -> Verdict:
     return Verdict(
         "holds" if worst[at] <= CLOSE else "open",
         "One horizon for all six laws, as one experiment has, gives the table of the first scenario.",
-        f"Over all runs, among them a search for each law at {COMMON:g} s, where a longer one by hand had found all laws "
-        f"nearest, the best is {horizon[at]:.1f} s: {met} of {len(LAWS)} rows come "
+        f"Over all runs, among them a search for each law at {COMMON:g} s, where a longer one by hand had found all "
+        f"laws nearest, the best is {horizon[at]:.1f} s: {met} of {len(LAWS)} rows come "
         f"within {_percent(CLOSE)}, and {law}, the furthest, within {_percent(float(worst[at]))}.",
     )
 
