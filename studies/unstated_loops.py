@@ -145,6 +145,15 @@ def _controller(law: str, model: EitherArm) -> AbstractController:
     return EitherAosmcRgs(model, CARD["Lambda"], CARD["phi"], CARD["K(0)"], CARD["P(0)"], Q=Q, R=R)
 
 
+def unit(law: str, factor: Factor) -> str:
+    """In what a factor of a law is measured; nothing for a reading or a share."""
+    if factor.share:
+        return ""
+    equation = loop(law, "SS").ode()
+    entries = (*equation.parameters.entries, *equation.states.entries)
+    return next(e.unit for e in entries if factor.paths[0] in (e.name, *e.labels()))
+
+
 def searched(law: str, scenario: str) -> ClosedLoop | Relayed:
     """The same as searches and draws run it: the rivals that switch as `Relayed`."""
     found = loop(law, scenario)

@@ -7,10 +7,11 @@ from paper_card import LAWS
 from unstated_draws import factors_of, slug
 from unstated_fits import CLOSE, COMMON, EVALUATIONS, horizons, misses, nearest
 from unstated_found import Found, found_for, said, wide_factors, words
-from unstated_loops import FACTORS, PROPOSED, SCENARIOS
+from unstated_loops import PROPOSED, SCENARIOS, SQUARE, unit
 from unstated_ranking import deciding_section, ranking_section, rankings, winner_verdict
 from unstated_tables import CELLS, counts_section, fits_section
 
+from workbench.study.cells import raised
 from workbench.study.document import Cell, Column, Itemize, Paragraph, Section, Table, Verdict
 from workbench.study.sample import Sample
 from workbench.study.study import Results
@@ -34,7 +35,8 @@ def sections(results: Results) -> Sequence[Section]:
 def headlines(results: Results) -> Sequence[str]:
     """The findings in a line each."""
     found = {law: found_for(results, law) for law in LAWS}
-    return tuple(f"{verdict.statement} {verdict.evidence}" for verdict in verdicts(found))
+    every = (*verdicts(found), horizon_verdict(results), winner_verdict(rankings(results)))
+    return tuple(f"{one.statement} {one.kind.capitalize()}: {one.evidence}" for one in every)
 
 
 def verdicts(found: Mapping[str, Found]) -> tuple[Verdict, ...]:
@@ -108,16 +110,14 @@ def _percent(part: float) -> str:
 def open_section(results: Results) -> Section:
     """What is searched, and what is not."""
     laws: dict[str, list[str]] = {}
-    known = {factor.name: factor for law in LAWS for factor in factors_of(law, "SS")}
+    rows: dict[str, tuple[Cell, ...]] = {}
     for law in LAWS:
-        for factor in FACTORS[law]:
+        for factor in factors_of(law, "SS"):
             laws.setdefault(factor.name, []).append(law)
+            of = "all, in the second scenario" if factor in SQUARE else ", ".join(laws[factor.name])
+            rows[factor.name] = (factor.name, of, words(factor), raised(unit(law, factor)) or None)
     minus, beside = results.sample("minus"), results.sample("observed_pid")
     nearest_minus = float(nearest(PROPOSED, "FS", {"FS": minus}).min())
-    rows = tuple(
-        (name, ", ".join(laws.get(name, ["all, in the second scenario"])), words(factor))
-        for name, factor in known.items()
-    )
     return Section(
         "What is open",
         (
@@ -129,8 +129,8 @@ def open_section(results: Results) -> Section:
             Table(
                 "open",
                 "What the paper leaves open, and over what it is searched and drawn.",
-                (Column("number or reading"), Column("of"), Column("over")),
-                rows,
+                (Column("number or reading"), Column("of"), Column("over"), Column("unit")),
+                tuple(rows.values()),
                 ("RMSE is (43) over samples every 10 ms.",),
             ),
             Paragraph("Taken as given, though the paper does not state it:"),
