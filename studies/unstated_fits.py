@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, reduce
 
 import numpy as np
 from paper_card import CARD, PUBLISHED
@@ -163,8 +163,9 @@ class Fit:
 
 
 def fit(law: str, target: str, tuned: Tuned, checks: Mapping[str, Sample]) -> Fit:
-    """The best of the points that were run again for a target, each scenario at its best horizon."""
-    found = [_at(law, target, int(place), tuned, checks) for place in picked(law, tuned)[target]]
+    """The best of the points that were run again in the scenarios of a target, each scenario at its best horizon."""
+    again = (checked(law, tuned, scenario) for scenario in TARGETS[target])
+    found = [_at(law, target, int(place), tuned, checks) for place in reduce(np.intersect1d, again)]
     return min(found, key=lambda one: one.miss)
 
 

@@ -22,8 +22,10 @@ from workbench.controllers import PID, AosmcRgs
 from workbench.controllers.aosmc_rgs import SHAPES
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
+from workbench.study.prepared import prepared
 from workbench.study.sample import Sample
-from workbench.study.sampling import MonteCarlo, SobolDesign
+from workbench.study.sampling import Listed, MonteCarlo, SobolDesign
+from workbench.study.sweep import Sweep
 
 
 def rates(loop, x, p=None):
@@ -212,3 +214,17 @@ def test_what_is_searched_over_orders_of_magnitude_is_spread_over_its_logarithm(
     factor = next(f for f in draws.factors_of("AOSMC-RGS", "FS") if f.name == "Q")
     # 0.01 to 1000 are five decades, of which 1 to 100 are two
     assert abs(found.span_of(factor, np.array([1.0, 100.0])) - 0.4) < 1e-3
+
+
+def test_a_rival_run_by_a_computer_with_a_relay_has_the_rmse_of_its_boundary_layer():
+    metrics, gentle = (draws.RMSE,), np.array([[0.2, 0.2, 0.1], [0.6, 0.4, 0.1]])
+    factors = draws.factors_of("SMC", "FS")
+
+    def rmse(loop, h):
+        sweep = Sweep("x", loop, metrics, factors, Listed(gentle), h, 4.0, halved=None)
+        return prepared(sweep).chunk(0, 2).arrays()["values"]
+
+    relay = rmse(loops.searched("SMC", "FS"), loops.PERIOD)
+    layer = rmse(loops.loop("SMC", "FS"), 2e-4)
+    # a period of 2 ms holds every torque 1 ms too long, beside the 170 ms of the surface
+    np.testing.assert_allclose(relay, layer, rtol=0.01)
