@@ -13,12 +13,14 @@ from workbench.core import Sampled
 from workbench.core.layout import Array
 from workbench.loop import AbstractController, ClosedLoop
 from workbench.observers import Luenberger
-from workbench.study.distributions import AbstractDistribution, Uniform
+from workbench.study.distributions import AbstractDistribution, LogUniform, Uniform
 from workbench.study.factors import Factor
 
 PROPOSED, PID = "AOSMC-RGS", "PID"
 SCENARIOS = {"FS": "first scenario", "SS": "second scenario"}
 PERIOD = 2e-3  # s
+# N m/(rad s): below it P' = -P Lambda R^-1 Lambda P of (34) falls from P(0) too fast for the step, which then diverges
+STIFF = 0.3
 STEPS = {law: 1e-3 if law == PROPOSED else PERIOD for law in LAWS}  # s
 
 
@@ -87,7 +89,7 @@ SQUARE = (
 FACTORS: Mapping[str, tuple[Factor, ...]] = {
     PROPOSED: (
         _card("Q", "controller.Q", orders=True),
-        _card("R", "controller.R", orders=True),
+        Factor("R", ("controller.R",), LogUniform(STIFF, 1000.0)),
         _card("l", "observer.l", orders=True),
         _reading("shape of (33)", "controller.shape", *SHAPES),
         _reading("velocity in (28)", "controller.printed", "reference", "printed"),

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 from paper_card import LAWS, PUBLISHED
@@ -96,6 +97,10 @@ def _percent(value: float, low: float, high: float) -> str:
     return f"{100 * value:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
 
 
+def _cell(value: float, low: float, high: float) -> str:
+    return f"{100 * value:.0f} ({100 * low:.0f} to {100 * high:.0f})"
+
+
 def ranking_section(results: Results, found: Mapping[tuple[str, int], Rankings]) -> Section:
     """The published rankings, one column of the tables after the other."""
     every = [value for one in found.values() for value, _, _ in one.pairs.values()]
@@ -127,16 +132,17 @@ def ranking_section(results: Results, found: Mapping[tuple[str, int], Rankings])
 
 def _pairs(found: Mapping[tuple[str, int], Rankings]) -> Table:
     rows: list[tuple[Cell, ...]] = []
-    for law in LAWS[1:]:
-        cells = [_percent(*one.pairs[PROPOSED, law]) for one in found.values()]
-        rows.append((f"{PROPOSED} below {law}", *cells))
-    rows.append((f"{PROPOSED} first", *(_percent(*one.first) for one in found.values())))
+    for a, b in combinations(LAWS, 2):
+        # the other laws come in another printed order in every column
+        cells = [_cell(*one.pairs[pair]) for one in found.values() for pair in ((a, b), (b, a)) if pair in one.pairs]
+        rows.append((f"{a} below {b}" if a == PROPOSED else f"{a} and {b}", *cells))
+    rows.append((f"{PROPOSED} first", *(_cell(*one.first) for one in found.values())))
     orders = [one.order for one in found.values()]
-    rows.append(("all six in the printed order", *(_percent(s.value, s.low, s.high) for s in orders)))
+    rows.append(("all six", *(_cell(s.value, s.low, s.high) for s in orders)))
     return Table(
         "rankings",
-        "The published rankings over all that is open: in how many of a hundred draws they hold.",
-        (Column("published"), *(Column(title(*column), "%", "right") for column in found)),
+        "The published rankings over all that is open: of a hundred draws how many have laws in the printed order.",
+        (Column("laws"), *(Column(title(*column), "%", "right") for column in found)),
         tuple(rows),
         (
             "In brackets the 95 % interval of the share (Clopper and Pearson), of each share by itself.",
