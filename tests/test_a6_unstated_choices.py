@@ -207,7 +207,7 @@ def test_the_verdicts_on_the_fits_turn_with_their_misses_and_their_spread():
     good = [verdict.kind for verdict in pages.verdicts(findings(0.002, 0.9))]
     assert good == ["holds", "holds", "holds", "fails"]
     bad = [verdict.kind for verdict in pages.verdicts(findings(0.2, 0.001))]
-    assert bad == ["fails", "fails", "fails", "holds"]
+    assert bad == ["open", "open", "open", "holds"]
 
 
 def test_what_is_searched_over_orders_of_magnitude_is_spread_over_its_logarithm():
