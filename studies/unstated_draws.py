@@ -1,0 +1,141 @@
+"""Draws of all that the paper leaves open, at once for all laws: each law is run where its own numbers change."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from paper_card import CARD, LAWS
+from unstated_loops import FACTORS, PID, PROPOSED, SCENARIOS, SQUARE, STEPS, Reading, minus, observed_pid, searched
+
+from workbench.core.layout import Array
+from workbench.core.numbers import Integers
+from workbench.metrics import sampled_rmse
+from workbench.study.factors import Factor
+from workbench.study.sample import Sample
+from workbench.study.sampling import AbstractDesign, MonteCarlo, SobolDesign
+from workbench.study.sampling.contract import span
+from workbench.study.study import Results
+from workbench.study.sweep import Sweep
+
+RMSE = sampled_rmse(CARD["sample time of (43)"])
+SHORTEST, LONGEST = 5, 30  # s, the horizons of the card
+SECONDS = Reading(tuple(f"{T} s" for T in range(SHORTEST, LONGEST + 1)))
+HORIZONS = {scenario: f"horizon of {scenario}" for scenario in SCENARIOS}
+
+
+def factors_of(law: str, scenario: str) -> tuple[Factor, ...]:
+    """What a law and a scenario leave open, but for the horizon, which needs no run of its own."""
+    return FACTORS[law] + (SQUARE if scenario == "SS" else ())
+
+
+def all_names() -> tuple[str, ...]:
+    """Everything that is open, each once."""
+    every = [factor.name for law in LAWS for factor in factors_of(law, "SS")]
+    return (*dict.fromkeys(every), *HORIZONS.values())
+
+
+NAMES = all_names()
+RANDOM = MonteCarlo(len(NAMES), 512, seed=6)
+PAIRED = SobolDesign(len(NAMES), 128, seed=6)
+ASIDE = {law: MonteCarlo(len(FACTORS[law]), 64, seed=6) for law in (PROPOSED, PID)}
+KINDS: Mapping[str, MonteCarlo | SobolDesign] = {"random": RANDOM, "paired": PAIRED}
+
+
+@dataclass(frozen=True)
+class Part(AbstractDesign):
+    """Of a design of all that is open the points that differ in some of its columns."""
+
+    whole: MonteCarlo | SobolDesign
+    columns: tuple[int, ...]
+    dimensions: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "dimensions", len(self.columns))
+
+    @cached_property
+    def _distinct(self) -> tuple[Array, Integers]:
+        points, places = np.unique(self.whole.points()[:, self.columns], axis=0, return_inverse=True)
+        return points, places.ravel()
+
+    @property
+    def places(self) -> Integers:
+        """(N,): which of its own points stands at each point of the whole design."""
+        return self._distinct[1]
+
+    @property
+    def size(self) -> int:
+        """How many points differ."""
+        return len(self._distinct[0])
+
+    def points(self, first: int = 0, last: int | None = None) -> Array:
+        """The points with the numbers first to last - 1."""
+        begin, end = span(self, first, last)
+        return self._distinct[0][begin:end]
+
+
+def slug(*words: str) -> str:
+    """A name for files."""
+    return "_".join(word.lower().replace("-", "_") for word in words)
+
+
+def draws(kind: str, law: str, scenario: str) -> Sweep:
+    """A law in a scenario, over all that they leave open."""
+    factors = factors_of(law, scenario)
+    design = Part(KINDS[kind], tuple(NAMES.index(factor.name) for factor in factors))
+    metrics, h, halved = (RMSE,), STEPS[law], 32 if kind == "random" else None
+    name = slug(kind, law, scenario)
+    return Sweep(name, searched(law, scenario), metrics, factors, design, h, LONGEST, every=1.0, halved=halved)
+
+
+def asides() -> tuple[Sweep, ...]:
+    """Two readings that are left out of all others, in the first scenario: the minus of (33), and PID beside (10)."""
+    loops = {"minus": (PROPOSED, minus("FS")), "observed_pid": (PID, observed_pid("FS"))}
+    return tuple(
+        Sweep(name, loop, (RMSE,), FACTORS[law], ASIDE[law], STEPS[law], LONGEST, every=1.0, halved=None)
+        for name, (law, loop) in loops.items()
+    )
+
+
+def at_draws(results: Results, kind: str, law: str, scenario: str) -> Sample:
+    """The runs of a law in a scenario, one a point of the whole design."""
+    sample = results.sample(slug(kind, law, scenario))
+    assert isinstance(sample.design, Part)
+    places, none = sample.design.places, np.empty(0, dtype=int)
+    held = {name: getattr(sample, name)[places] for name in ("drawn", "values", "diverged_at")}
+    return replace(sample, **held, again=none, errors=sample.errors[:0], design=None)
+
+
+@dataclass(frozen=True, eq=False)
+class Drawn:
+    """RMSE (N, 2) by law, in rad, over the same N draws of a scenario; NaN for a run that diverged."""
+
+    rmse: Mapping[str, Array]
+
+    @property
+    def margin(self) -> Array:
+        """The RMSE of the proposed law as a share of its sum with that of the best rival, (N, 2).
+
+        Below 1/2 the proposed law is first; 1 where it diverged.
+        """
+        filled = {law: np.where(np.isnan(values), np.inf, values) for law, values in self.rmse.items()}
+        ours = filled.pop(PROPOSED)
+        best = np.min(list(filled.values()), axis=0)
+        return np.asarray(np.where(np.isinf(ours), 1.0, 1 / (1 + best / ours)))
+
+    def ordered(self, joint: int, laws: tuple[str, ...]) -> Array:
+        """Whether the laws come in this order, the smallest RMSE first, (N,); none that diverged does."""
+        values = np.stack([self.rmse[law][:, joint - 1] for law in laws], axis=1)
+        return np.asarray((np.diff(values, axis=1) > 0).all(axis=1))
+
+
+def drawn(results: Results, kind: str, scenario: str) -> Drawn:
+    """The draws of a scenario, each at its own horizon."""
+    whole = KINDS[kind]
+    u = whole.points()[:, NAMES.index(HORIZONS[scenario])]
+    rmse = {}
+    for law in LAWS:
+        sample = at_draws(results, kind, law, scenario)
+        rows = np.round(sample.t).astype(int).searchsorted(SHORTEST + SECONDS.quantile(u))
+        rmse[law] = sample.values[np.arange(len(sample)), rows]
+    return Drawn(rmse)

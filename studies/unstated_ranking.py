@@ -1,0 +1,201 @@
+"""How probable each published ranking is over all that is open, and which open number decides who wins."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from paper_card import LAWS, PUBLISHED
+from unstated_draws import NAMES, PAIRED, RANDOM, drawn, slug
+from unstated_loops import PROPOSED, SCENARIOS
+
+from workbench.study.document import Cell, Column, Paragraph, Section, Table, Verdict
+from workbench.study.evidence import Ranks, paired, ranks
+from workbench.study.pictures import rank_figure, sobol_bars
+from workbench.study.sensitivity import Estimate, Share, SobolIndices, share, sobol
+from workbench.study.study import Results
+
+COLUMNS = tuple((scenario, joint) for scenario in SCENARIOS for joint in (1, 2))
+LIKELY = 0.95
+SHOWN = 8  # factors of a figure
+
+
+def title(scenario: str, joint: int) -> str:
+    """A column of the published tables."""
+    return f"{scenario}, q{joint}"
+
+
+@dataclass(frozen=True, eq=False)
+class Rankings:
+    """What the independent draws say of one published column.
+
+    Attributes
+    ----------
+    pairs
+        The probability that each pair of laws, the smaller printed RMSE first, comes in its printed order.
+    order
+        That all six come in it.
+    """
+
+    ranks: Ranks
+    pairs: Mapping[tuple[str, str], tuple[float, float, float]]
+    order: Share
+
+    @property
+    def first(self) -> tuple[float, float, float]:
+        """The probability that the proposed law is first, with its interval."""
+        found, at = self.ranks.ranks, self.ranks.paired.place(PROPOSED)
+        return float(found.value[at, 0]), float(found.low[at, 0]), float(found.high[at, 0])
+
+
+def rankings(results: Results) -> dict[tuple[str, int], Rankings]:
+    """Those of all four columns."""
+    return {column: _ranking(results, *column) for column in COLUMNS}
+
+
+def _ranking(results: Results, scenario: str, joint: int) -> Rankings:
+    held, printed = drawn(results, "random", scenario), PUBLISHED[scenario, joint].values
+    errors = {law: results.sample(slug("random", law, scenario)).step_error("RMSE (43)", joint - 1) for law in LAWS}
+    found = ranks(
+        paired(
+            {law: values[:, joint - 1] for law, values in held.rmse.items()},
+            metric="RMSE (43)",
+            unit="rad",
+            errors={law: error if np.isfinite(error) else np.nan for law, error in errors.items()},
+        )
+    )
+    laws = tuple(sorted(LAWS, key=printed.__getitem__))
+    places = {law: found.paired.place(law) for law in laws}
+    pairs = {
+        (a, b): tuple(
+            float(part[places[a], places[b]]) for part in (found.below.value, found.below.low, found.below.high)
+        )
+        for i, a in enumerate(laws)
+        for b in laws[i + 1 :]
+    }
+    return Rankings(found, pairs, share(held.ordered(joint, laws)))
+
+
+def indices(results: Results) -> SobolIndices:
+    """Of the margin of the proposed law in each column, which a run that diverged has too: every draw counts."""
+    margin = np.concatenate([drawn(results, "paired", scenario).margin for scenario in SCENARIOS], axis=1)
+    return sobol(PAIRED, margin, [title(*column) for column in COLUMNS], factors=NAMES)
+
+
+def winner_verdict(found: Mapping[tuple[str, int], Rankings]) -> Verdict:
+    """Whether the proposed law wins whatever the open numbers are."""
+    lows, highs = ([one.first[i] for one in found.values()] for i in (1, 2))
+    said = ", ".join(f"{_percent(*one.first)} ({title(*column)})" for column, one in found.items())
+    return Verdict(
+        "holds" if min(lows) > LIKELY else "fails" if min(highs) < LIKELY else "open",
+        f"{PROPOSED} has the smallest RMSE, as published, in nearly all choices of what is not stated.",
+        f"It is first in {said} of the draws; the interval of a share in brackets.",
+    )
+
+
+def _percent(value: float, low: float, high: float) -> str:
+    return f"{100 * value:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
+
+
+def _cell(value: float, low: float, high: float) -> str:
+    return f"{100 * value:.0f} ({100 * low:.0f} to {100 * high:.0f})"
+
+
+def ranking_section(results: Results, found: Mapping[tuple[str, int], Rankings]) -> Section:
+    """The published rankings, one column of the tables after the other."""
+    every = [value for one in found.values() for value, _, _ in one.pairs.values()]
+    likely = sum(value > 0.5 for value in every)
+    orders = max(one.order.value for one in found.values())
+    figures = tuple(
+        rank_figure(
+            f"ranks_{scenario.lower()}_q{joint}",
+            f"How often each law has which rank by RMSE of joint {joint}, {SCENARIOS[scenario]}.",
+            dict(zip(LAWS, one.ranks.ranks.value, strict=True)),
+            f"{one.ranks.paired.said} Seed {RANDOM.seed}.",
+        )
+        for (scenario, joint), one in found.items()
+    )
+    return Section(
+        "Does the published ranking hold whatever is not stated?",
+        (
+            Paragraph(
+                f"{RANDOM.runs} independent draws of everything at once: all numbers over the ranges of the card, all "
+                "readings alike, the same horizon and the same square wave for the six laws of a draw. A run that "
+                f"diverged is worse than any other. Of the {len(every)} printed pairs {likely} come in their printed "
+                f"order in more than half of the draws; all six laws of a column do in at most {100 * orders:.1f} %."
+            ),
+            _pairs(found),
+            *figures,
+        ),
+    )
+
+
+def _pairs(found: Mapping[tuple[str, int], Rankings]) -> Table:
+    rows: list[tuple[Cell, ...]] = []
+    for a, b in combinations(LAWS, 2):
+        # the other laws come in another printed order in every column
+        cells = [_cell(*one.pairs[pair]) for one in found.values() for pair in ((a, b), (b, a)) if pair in one.pairs]
+        rows.append((f"{a} below {b}" if a == PROPOSED else f"{a} and {b}", *cells))
+    rows.append((f"{PROPOSED} first", *(_cell(*one.first) for one in found.values())))
+    orders = [one.order for one in found.values()]
+    rows.append(("all six", *(_cell(s.value, s.low, s.high) for s in orders)))
+    return Table(
+        "rankings",
+        "The published rankings over all that is open: of a hundred draws how many have laws in the printed order.",
+        (Column("laws"), *(Column(title(*column), "%", "right") for column in found)),
+        tuple(rows),
+        (
+            "In brackets the 95 % interval of the share (Clopper and Pearson), of each share by itself.",
+            f"{RANDOM.runs} draws, seed {RANDOM.seed}.",
+        ),
+    )
+
+
+def deciding_section(results: Results) -> Section:
+    """Sobol indices of the margin of the proposed law."""
+    found = indices(results)
+    runs = sum(len(results.sample(slug("paired", law, scenario))) for law in LAWS for scenario in SCENARIOS)
+    note = (
+        f"{PAIRED.size:,} points of a Sobol design, of which {runs:,} runs differ; a run that diverged counts as a "
+        f"margin of 1; seed {PAIRED.seed}"
+    )
+    return Section(
+        "Which unstated number decides who wins?",
+        (
+            Paragraph(
+                f"The margin is the RMSE of {PROPOSED} as a share of its sum with that of the best rival: below 1/2 "
+                f"{PROPOSED} is first, and it is 1 where its run diverged. Its Sobol indices say what part of its "
+                "variance is due to a number by itself (S1) and together with others (ST). " + deciding_words(found)
+            ),
+            sobol_bars(
+                "deciding",
+                f"What decides the margin of {PROPOSED}: the {SHOWN} numbers with the largest ST.",
+                few(found),
+                note,
+            ),
+        ),
+    )
+
+
+def deciding_words(found: SobolIndices) -> str:
+    """The largest total index of each column in a sentence."""
+    said = []
+    for name in found.names:
+        if name in found.refused:
+            said.append(f"{name}: {found.refused[name]}")
+            continue
+        ST = found[name].ST
+        top = np.argsort(-ST.value)[:3]
+        said.append(
+            f"{name}: "
+            + ", ".join(f"{found.factors[i]} ({ST.value[i]:.2f} \N{PLUS-MINUS SIGN} {ST.half[i]:.2f})" for i in top)
+        )
+    return "The largest ST are, " + "; ".join(said) + "."
+
+
+def few(found: SobolIndices) -> SobolIndices:
+    """The same for the factors with the largest ST in any column."""
+    known = [name not in found.refused for name in found.names]
+    order = np.sort(np.argsort(-found.ST.value[known].max(axis=0), kind="stable")[:SHOWN])
+    S1, ST = (Estimate(part.value[:, order], part.half[:, order]) for part in (found.S1, found.ST))
+    return replace(found, factors=tuple(found.factors[i] for i in order), S1=S1, ST=ST)

@@ -1,0 +1,230 @@
+"""The study of what the paper does not state: its readings as numbers, its fits and its words."""
+
+import sys
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
+
+import unstated_draws as draws
+import unstated_fits as fits
+import unstated_found as found
+import unstated_loops as loops
+import unstated_pages as pages
+import unstated_ranking as ranking
+from paper_card import CARD, INERTIA, LAWS
+from paper_laws import ARM, PRINTED_ARM, REFERENCES, plant, rival
+
+from workbench.controllers import PID, AosmcRgs
+from workbench.controllers.aosmc_rgs import SHAPES
+from workbench.loop import ClosedLoop
+from workbench.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
+from workbench.study.prepared import prepared
+from workbench.study.sample import Sample
+from workbench.study.sampling import Listed, MonteCarlo, SobolDesign
+from workbench.study.sweep import Sweep
+
+
+def rates(loop, x, p=None):
+    """x' at t = 0.3 s by the names of the states."""
+    ode = loop.ode()
+    row = ode.parameters.pack(p or {})[0]
+    state = ode.states.pack({name: x[name] for name in ode.states.names})[0]
+    found = np.array(ode.f(0.3, state, row)).ravel()
+    return {name: part[0] for name, part in ode.states.unpack(found[np.newaxis]).items()}
+
+
+def states(seed=3):
+    """Values for all states that any of the loops has."""
+    rng = np.random.default_rng(seed)
+    K, eta = rng.normal(size=(2, 2)) + 6 * np.eye(2), rng.normal(size=2)
+    state = {"q_hat": rng.normal(size=2), "qd_hat": rng.normal(size=2)}
+    z = rng.normal(size=2)
+    wide = {f"observer.{name}": part for name, part in state.items()} | {"observer.eta": eta, "observer.z": z}
+    alone = {f"observer.state.{name}": part for name, part in state.items()}
+    own = {"plant.q": rng.normal(size=2), "plant.qd": rng.normal(size=2), "controller.integral": rng.normal(size=2)}
+    own |= {"controller.K": K, "controller.P": 3 * np.eye(2) + 0.3}
+    return own, wide, alone, eta, z
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("printed", [0, 1])
+def test_each_reading_as_a_number_is_the_law_with_that_reading(shape, printed):
+    own, wide, alone, eta, z = states()
+    model = PRINTED_ARM if printed else ARM
+    law = AosmcRgs(
+        model,
+        CARD["Lambda"],
+        CARD["phi"],
+        CARD["K(0)"],
+        CARD["P(0)"],
+        CARD["Q"],
+        CARD["R"],
+        velocity="printed" if printed else "reference",
+        gain_sign="printed" if printed else "raised",
+        gain_shape=shape,
+    )
+    filter_ = PrintedFilter(2, CARD["l"]) if printed else OracleFilter(2, CARD["l"])
+    seen = Luenberger(model, CARD["L1"], CARD["L2"], CARD["q_hat(0)"], CARD["qd_hat(0)"])
+    genuine = ClosedLoop(plant("SS"), WithDisturbance(seen, filter_), law, REFERENCES["SS"])
+    hidden = {"observer.disturbance.D_hat": z if printed else eta, "observer.disturbance.eta": eta}
+    expected = rates(genuine, own | alone | hidden)
+
+    places = {"controller.shape": list(SHAPES).index(shape), "controller.minus": printed, "controller.printed": printed}
+    places |= {"observer.d_hat": 1 + printed, "observer.inside": 1}
+    places |= {"controller.model.misprint": printed, "observer.state.model.misprint": printed}
+    found = rates(loops.loop(loops.PROPOSED, "SS"), own | wide, places)
+    for ours, theirs in (("plant.qd", "plant.qd"), ("controller.K", "controller.K"), ("controller.P", "controller.P")):
+        # the same operations but for their order; P' has products of some thousands
+        np.testing.assert_allclose(found[ours], expected[theirs], rtol=1e-11, atol=1e-9)
+    np.testing.assert_allclose(found["observer.qd_hat"], expected["observer.state.qd_hat"], rtol=1e-11, atol=1e-9)
+
+
+@pytest.mark.parametrize("law", LAWS[1:])
+def test_a_rival_beside_exact_measurements_is_that_of_a1(law):
+    own, wide, _, _, _ = states()
+    x = own | wide | {"controller.K": np.array([4.0, 7.0]), "controller.s_slow": np.array([0.1, 0.4])}
+    x |= {"controller.W": np.linspace(-1, 1, 10).reshape(5, 2)}
+    found, expected = rates(loops.loop(law, "FS"), x), rates(rival("FS", law), x)
+    for name, part in expected.items():
+        np.testing.assert_allclose(found[name], part, rtol=1e-12, atol=1e-12)
+
+
+def test_pid_lifts_the_arm_where_it_is_told_to():
+    own, wide, _, _, _ = states()
+    gains = (3 * 36.0 * INERTIA, 216.0 * INERTIA, 18.0 * INERTIA)
+    genuine = ClosedLoop(plant("FS"), FullState(2), PID(*gains, model=ARM), REFERENCES["FS"])
+    found = rates(loops.loop(loops.PID, "FS"), own | wide, {"controller.lifted": 1})
+    np.testing.assert_allclose(found["plant.qd"], rates(genuine, own)["plant.qd"], rtol=1e-12)
+
+
+def test_readings_are_equally_likely():
+    spread = loops.Reading(("a", "b", "c", "d"))
+    places = spread.quantile((np.arange(1000) + 0.5) / 1000)
+    assert np.bincount(places.astype(int)).tolist() == [250] * 4
+    assert spread.quantile(np.array([0.0, 1.0])).tolist() == [0.0, 3.0]
+
+
+@pytest.mark.parametrize("whole", [MonteCarlo(6, 40, 1), SobolDesign(6, 8, seed=1)])
+def test_a_part_of_a_design_gives_back_the_whole_of_it(whole):
+    part = draws.Part(whole, (4, 1))
+    np.testing.assert_array_equal(part.points()[part.places], whole.points()[:, [4, 1]])
+    np.testing.assert_array_equal(part.points(3, 9), part.points()[3:9])
+    # of six factors two change a run: A, B and what takes one of the two from the other
+    expected = 40 if isinstance(whole, MonteCarlo) else 8 * (2 + 2)
+    assert part.size == expected
+
+
+def test_an_error_that_dies_out_gives_its_rmse_at_every_horizon():
+    t = np.arange(1.0, 31.0)
+    squares = 7.0 * (1 - np.exp(-3 * t)) / fits.SAMPLE  # the sum over samples: done before the shortest horizon
+    values = np.sqrt(squares / (t / fits.SAMPLE + 1))[np.newaxis, :, np.newaxis] * np.ones(2)
+    times, rmse = fits.horizons(sampled(t, values))
+    exact = np.sqrt(7.0 / (times + fits.SAMPLE))
+    # what is left of the exponential at 5 s is 3e-7
+    np.testing.assert_allclose(rmse[0, :, 0], exact, rtol=1e-6)
+
+
+def test_the_nearest_choice_to_a_row_is_the_one_that_has_it_at_one_horizon():
+    t = np.arange(1.0, 31.0)
+    ends = np.array([[0.3538, 0.3542], [0.3538, 0.40], [np.nan, np.nan]])  # at 20 s
+    values = ends[:, np.newaxis] * np.sqrt((20 + fits.SAMPLE) / (t + fits.SAMPLE))[:, np.newaxis]
+    samples = {"FS": sampled(t, values)}
+    row = fits.nearest("AOSMC-RGS", "FS", samples)
+    assert row[0] < 1e-9
+    assert 0.05 < row[1] < 0.07  # between its joints, 12 % apart
+    assert np.isinf(row[2])
+    assert fits.nearest("AOSMC-RGS", "FS q2", samples)[1] < fits.CLOSE
+
+
+def sampled(t, values):
+    """Runs with these values (N, T, 2) of RMSE."""
+    columns = (("RMSE (43)", 0, "rad"), ("RMSE (43)", 1, "rad"))
+    runs = len(values)
+    lost = np.where(np.isnan(values).any(axis=(1, 2)), 1.0, np.nan)
+    none = np.empty(0, dtype=int)
+    return Sample(
+        "x", (), columns, t, 1e-3, 0, "", np.empty((runs, 0)), values, none, np.empty((0, len(t), 2)), lost, None
+    )
+
+
+def test_the_margin_is_below_one_half_where_the_proposed_law_is_first():
+    ours = np.array([[1.0, 1.0], [np.nan, 1.0], [1.0, 3.0]])
+    rivals = {law: np.full((3, 2), 2.0) for law in LAWS[1:]}
+    rivals["PID"] = np.full((3, 2), np.nan)
+    held = draws.Drawn({"AOSMC-RGS": ours} | rivals)
+    assert np.allclose(held.margin, [[1 / 3, 1 / 3], [1, 1 / 3], [1 / 3, 3 / 5]], rtol=1e-15)
+    assert held.ordered(1, ("AOSMC-RGS", "SMC")).tolist() == [True, False, True]
+
+
+def test_the_verdict_on_the_winner_turns_with_the_draws():
+    for share, kind in ((1.0, "holds"), (0.2, "fails"), (0.96, "open")):
+        wins = np.arange(400) < 400 * share
+        assert ranking.winner_verdict({("FS", 1): made(wins)}).kind == kind
+
+
+def made(wins):
+    """A ranking in which the proposed law is first in these draws."""
+    values = {law: np.full(len(wins), 2.0 + i) for i, law in enumerate(LAWS)}
+    values["AOSMC-RGS"] = np.where(wins, 1.0, 9.0)
+    found = ranking.ranks(ranking.paired(values, metric="RMSE", unit="rad"))
+    return ranking.Rankings(found, {}, ranking.share(wins))
+
+
+def test_casadi_takes_the_reading_that_is_named():
+    parts = [ca.SX(v) for v in (1.0, 2.0, 3.0)]
+    from unstated_blocks import chosen
+
+    reading = ca.SX.sym("reading")
+    pick = ca.Function("pick", [reading], [chosen(reading, *parts)])
+    assert [float(pick(place)) for place in (0, 1, 2)] == [1.0, 2.0, 3.0]
+
+
+def fitted(law, target, miss, horizon=20.0):
+    """A fit that misses its cells by so much."""
+    values = {scenario: np.full(2, 0.3) for scenario in fits.TARGETS[target]}
+    numbers = {factor.name: factor.distribution.high for factor in draws.factors_of(law, "SS")}
+    return fits.Fit(law, target, numbers, dict.fromkeys(values, horizon), values, values, miss)
+
+
+def findings(misses, spread):
+    """What was found for each law, with the misses of its targets and the values of its factors that fit."""
+    laws = {}
+    for law in LAWS:
+        width = len(draws.factors_of(law, "SS"))
+        u = np.array([np.full(width, 0.05), np.full(width, 0.05 + spread)])
+        factors = draws.factors_of(law, "SS")
+        close = np.stack([f.distribution.quantile(column) for f, column in zip(factors, u.T, strict=True)], axis=1)
+        every = {target: fitted(law, target, misses) for target in fits.TARGETS}
+        laws[law] = found.Found(law, every, {}, {}, dict.fromkeys(fits.TARGETS, close))
+    return laws
+
+
+def test_the_verdicts_on_the_fits_turn_with_their_misses_and_their_spread():
+    good = [verdict.kind for verdict in pages.verdicts(findings(0.002, 0.9))]
+    assert good == ["holds", "holds", "holds", "fails"]
+    bad = [verdict.kind for verdict in pages.verdicts(findings(0.2, 0.001))]
+    assert bad == ["open", "open", "open", "holds"]
+
+
+def test_what_is_searched_over_orders_of_magnitude_is_spread_over_its_logarithm():
+    factor = next(f for f in draws.factors_of("AOSMC-RGS", "FS") if f.name == "Q")
+    # 0.01 to 1000 are five decades, of which 1 to 100 are two
+    assert abs(found.span_of(factor, np.array([1.0, 100.0])) - 0.4) < 1e-3
+
+
+def test_a_rival_run_by_a_computer_with_a_relay_has_the_rmse_of_its_boundary_layer():
+    metrics, gentle = (draws.RMSE,), np.array([[0.2, 0.2, 0.1], [0.6, 0.4, 0.1]])
+    factors = draws.factors_of("SMC", "FS")
+
+    def rmse(loop, h):
+        sweep = Sweep("x", loop, metrics, factors, Listed(gentle), h, 4.0, halved=None)
+        return prepared(sweep).chunk(0, 2).arrays()["values"]
+
+    relay = rmse(loops.searched("SMC", "FS"), loops.PERIOD)
+    layer = rmse(loops.loop("SMC", "FS"), 2e-4)
+    # a period of 2 ms holds every torque 1 ms too long, beside the 170 ms of the surface
+    np.testing.assert_allclose(relay, layer, rtol=0.01)
