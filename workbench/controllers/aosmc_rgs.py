@@ -110,12 +110,12 @@ class AosmcRgs(AbstractController):
         default=None, unit="N m/(rad s)", symmetric=True, definite="positive", shape=("n", "n"), symbol="R"
     )
     velocity: str = option(VELOCITIES, default="printed")
-    feedforward: str = option(FEEDFORWARDS, default="model")
     gain_sign: str = option(SIGNS, default="printed")
     gain_shape: str = option(SHAPES, default="outer")
     riccati: str = option(RICCATIS, default="forward")
     # no "implicit": (33) does not keep K such that M s' = -K sign(s) has one solution
     saturation: str = option(SATURATIONS, default="clip")
+    feedforward: str = option(FEEDFORWARDS, default="model")
 
     def __post_init__(self) -> None:
         self._check_start()
