@@ -40,8 +40,8 @@ def sampled(names, design, weights, joint_weights=None):
     grown = np.stack(values, axis=1)[:, np.newaxis] * np.linspace(1 / T, 1, T)[:, np.newaxis]
     again = np.arange(0, len(u), 16)
     lost = np.full(len(u), np.nan)
-    t, zeros = 0.25 * np.arange(1, T + 1), np.zeros((len(again), T, len(columns)))
-    return Sample("made", tuple(names), tuple(columns), t, 1e-3, 0, "", u, grown, again, zeros, lost, design)
+    t, zeros, limits = 0.25 * np.arange(1, T + 1), np.zeros((len(again), T, len(columns))), np.full(len(again), np.inf)
+    return Sample("made", tuple(names), tuple(columns), t, 1e-3, 0, "", u, grown, again, zeros, limits, lost, design)
 
 
 def made(weights, joint_weights=None):

@@ -13,7 +13,9 @@ def sample(errors, diverged=(), columns=(("RMSE", 0, "rad"), ("RMSE", 1, "rad"),
     values = np.where(np.isnan(lost)[:, None, None], np.ones((runs, 1, k)), np.nan)
     held = np.reshape(errors, (-1, 1, k))
     again = np.arange(len(held))
-    return Sample("s", (), columns, np.ones(1), 0.001, 3, "0", np.ones((runs, 0)), values, again, held, lost)
+    return Sample(
+        "s", (), columns, np.ones(1), 0.001, 3, "0", np.ones((runs, 0)), values, again, held, again + 1.0, lost
+    )
 
 
 def test_a_note_says_runs_failures_seed_step_and_the_error_of_the_step_with_its_unit():
