@@ -153,6 +153,19 @@ def test_a_sure_difference_within_the_margin_is_none():
     assert not off.alike("a", "b")
 
 
+def test_errors_of_the_step_and_the_margin_add_up():
+    values = {"a": np.abs(DRAWS) + 1, "b": np.abs(DRAWS) + 1.1}  # 0.1 apart in each draw
+    level = float(np.sort(values["a"])[99])
+    for errors, margin, order in (
+        ((0.0, 0.0), 0.06, "below"),
+        ((0.03, 0.03), 0.0, "below"),
+        ((0.03, 0.03), 0.06, "undecided"),
+    ):
+        assert level * 0.06 < 0.1 < level * 0.06 + 0.06
+        held = paired(values, metric="error", errors=dict(zip(values, errors, strict=True)))
+        assert compare(held, margin=margin).order("a", "b") == order
+
+
 @pytest.mark.parametrize("error", [0.0, np.nan, np.inf])
 def test_a_law_that_always_fails_is_worst_whatever_its_step(error):
     values = LAWS | {"lost": np.full(200, np.nan)}
@@ -265,6 +278,7 @@ def sample(design=None, drawn=None, **changes):
         "values": np.zeros((30, 1, 1)),
         "again": np.arange(2),
         "errors": np.zeros((2, 1, 1)),
+        "limits": np.ones(2),
         "diverged_at": np.full(30, np.nan),
         "design": design or MonteCarlo(1, 30, seed=9),
     }
@@ -280,12 +294,21 @@ def test_samples_of_the_same_draws_say_so():
     )
 
 
+def test_a_step_beyond_the_stability_limit_is_said_beside_a_comparison():
+    note = same_draws({"a": sample(), "b": sample(limits=np.array([0.005, np.nan]))})
+    assert note.endswith(
+        "and half of it in 2 runs; b: stability limit not known of 1; BEYOND the stability limit in 1 of these, down "
+        "to 0.005 s."
+    )
+
+
 @pytest.mark.parametrize(
     ("other", "why"),
     [
         ({"drawn": np.arange(30.0)[::-1, None]}, "'a' and 'b' differ in them"),
         ({"factors": ("y",)}, "'a' and 'b' differ in them"),
         ({"design": SobolDesign(1, 8)}, "points of a SobolDesign"),
+        ({"t": np.full(1, 2.0)}, "'a' runs for 1 s and 'b' for 2 s"),
     ],
 )
 def test_samples_that_are_not_paired_are_refused(other, why):

@@ -110,10 +110,10 @@ class Sample:
         """What must stand below a figure: runs, failed runs, seed, step."""
         runs = f"{len(self):,} runs, {self.failed:,} of them diverged"
         half = f", and half of it in {len(self.again):,} runs" if len(self.again) else ""
-        return f"{runs}; seed {self.seed}; step {self.h:g} s{half}{self._beyond}"
+        return f"{runs}; seed {self.seed}; step {self.h:g} s{half}{self.beyond}"
 
     @property
-    def _beyond(self) -> str:
+    def beyond(self) -> str:
         """Of the runs that were looked at, those whose step is too long to be stable."""
         beyond, unknown = self.limits[self.limits < self.h], int(np.isnan(self.limits).sum())
         said = [f"; stability limit not known of {unknown:,}"] if unknown else []

@@ -44,12 +44,14 @@ class Comparison:
     refused: Mapping[str, str] = field(default_factory=dict)
 
     def order(self, a: str, b: str) -> Literal["below", "above", "undecided"]:
-        """Whether law a is significantly below law b, or above: by an interval beyond the steps' errors and the margin.
+        """Whether law a is significantly below law b, or above: by an interval beyond the margin and the steps' errors.
+
+        Both together, as the errors of the steps may be what carries an interval over the margin.
 
         Where all of the interval is infinite, as one of them fails too often, no error of the step counts.
         """
         low, high, steps, share = self._apart(a, b)
-        off = np.maximum(steps, share)  # NaN where an error of the step is not known
+        off = steps + share  # NaN where an error of the step is not known
         if high < -off or high == -np.inf:
             return "below"
         return "above" if low > off or low == np.inf else "undecided"

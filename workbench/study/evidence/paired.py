@@ -110,7 +110,8 @@ def same_draws(samples: Mapping[str, Sample]) -> str:
     Raises
     ------
     ValueError
-        If two samples differ in factors or their values, or are no independent draws, as those of a grid are not.
+        If two samples differ in factors, their values or the horizon, or are no independent draws, as those of a
+        grid are not.
     """
     if not isinstance(samples, Mapping) or not samples:
         raise ValueError(f"`same_draws(samples)` must map laws to their samples; got {described(samples)}.")
@@ -127,13 +128,19 @@ def same_draws(samples: Mapping[str, Sample]) -> str:
                 f"`same_draws(samples)` compares laws in the same draws of the same factors; '{first}' and '{law}' "
                 "differ in them: give their sweeps the same factors and the same design."
             )
+        if other.t[-1] != held.t[-1]:
+            raise ValueError(
+                f"`same_draws(samples)` compares laws over the same time; '{first}' runs for {held.t[-1]:g} s and "
+                f"'{law}' for {other.t[-1]:g} s: give their sweeps the same `until`."
+            )
     runs = f"{len(held):,} draws of {len(held.factors)} factors, the same for each law"
     seed = f"; seed {held.design.seed}" if isinstance(held.design, MonteCarlo | LatinHypercube) else ""
     by_step = _by_step(samples)
     steps = "; ".join(f"{h:g} s for {', '.join(laws)}" for h, laws in by_step.items())
     step = f"steps {steps}" if len(by_step) > 1 else f"step {held.h:g} s"
     again = min(len(sample.again) for sample in samples.values())
-    return f"{runs}{seed}; {step}, and half of it in {again:,} runs."
+    beyond = "".join(f"; {law}: {said[2:]}" for law, sample in samples.items() if (said := sample.beyond))
+    return f"{runs}{seed}; {step}, and half of it in {again:,} runs{beyond}."
 
 
 def _column(law: str, given: Any) -> Array:
