@@ -8,7 +8,7 @@ import fair_findings as findings
 import fair_tables as tables
 import numpy as np
 from fair_conditions import HELD_OUT, uncertain
-from fair_evidence import ratio
+from fair_evidence import CONFIDENCE, FAMILY, ratio
 from fair_found import Found, found_of
 from fair_laws import ENTRANTS, MAIN, PROPOSALS, PROPOSED, TOLD
 from fair_objective import LATE, both
@@ -154,7 +154,8 @@ def held_out(found: Found) -> Section:
     lost, total = (sum(counts) for counts in zip(*((one.failed.sum(), one.values.size) for one in runs), strict=True))
     note = (
         f"{len(runs[0])} draws in each of {len(runs)} scenarios, {lost} of {total:,} runs diverged and rank last; the "
-        f"step changes the cost of a median run by at most {max(np.nanmax(one.errors) for one in runs):.1g}; "
+        f"step changes the cost of a run by at most {max(np.nanmax(one.errors) for one in runs):.1g}, where that was "
+        "looked at; "
         f"{runs[0].note.removesuffix('.')}"
     )
     shown = {"cost": found.cost, "late_error": found.late, "chattering": found.chattering}
@@ -216,10 +217,14 @@ def trust(results: Results, found: Found) -> Section:
         "How far to trust this",
         (
             Paragraph(
-                "Intervals are those of chance in the draws. They do not hold the chance of a search: in three "
-                "scenarios all laws ran with the numbers of the other search too. Nor do they hold the choice of "
-                "objective, scenarios and ranges. Errors of the step are those of the median run: the arm is "
-                "integrated by RK4 once a period, and in one run of sixteen twice. The laws were tuned for masses 20 % "
+                f"Intervals are those of chance in the draws. Those of a scenario hold at once with "
+                f"{100 * CONFIDENCE:g} %, so that all of a measure do in all {len(HELD_OUT)} scenarios with "
+                f"{100 * FAMILY:g} %; each measure and each weighting is a family of its own. The draws are the same "
+                "in all scenarios, so that these are not as many independent trials. Intervals do not hold the chance "
+                "of a search: in three scenarios all laws ran with the numbers of the other search too. Nor do they "
+                "hold the choice of objective, scenarios and ranges. Errors of the step are the largest of the runs "
+                "that were run again: the arm is integrated by RK4 once a period, and in one run of sixteen twice. A "
+                "run that was not may be farther off. The laws were tuned for masses 20 % "
                 "above the model's and for no others; a tuning over draws would make all of them more robust, at many "
                 "times the cost. AOSMC-RGS has more numbers than any rival, and all got the same budget."
             ),

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from fair_conditions import HELD_OUT, HORIZON, NOISE_Q, NOISE_QD, TRAINING
-from fair_evidence import ratio
+from fair_evidence import FAMILY, ratio
 from fair_laws import Entrant
 from fair_objective import TERMS
 
@@ -107,8 +107,8 @@ def margins(held: Mapping[str, Comparison], chances: Mapping[str, Ranks]) -> Tab
     notes = (
         "Next costs more by: the median over the draws of the ratio of both costs, with its own 95 % interval; where "
         "the medians of both are close it may be negative. First is first: the share of the draws in which that law "
-        "has the least cost, in brackets half of its interval. Significant: against all other laws at once, with 95 %, "
-        f"and by more than {share:g} %.",
+        "has the least cost, in brackets half of its own 95 % interval. Significant: against all other laws and in all "
+        f"scenarios at once, with {100 * FAMILY:g} %, and by more than {share:g} %.",
     )
     return Table("margins", "Who is first in each held-out scenario, and by how much.", columns, rows, notes)
 

@@ -10,7 +10,9 @@ import pytest
 sys.path.append(str(Path(__file__).parents[1] / "studies"))
 
 import fair_findings as findings
+from a8_fair_comparison import SEED, study
 from fair_conditions import HELD_OUT, TRAINING, uncertain
+from fair_evidence import FAMILY, RESAMPLES, cost_of, judged
 from fair_laws import ENTRANTS, MAIN, OBSERVED, PROPOSALS, PROPOSED, TOLD
 from fair_objective import TERMS, cost, metrics, objective
 
@@ -60,6 +62,37 @@ def test_nobody_is_judged_where_it_was_tuned():
     assert len({one.name for one in (*TRAINING, *HELD_OUT)}) == len(TRAINING) + len(HELD_OUT)
 
 
+def test_no_law_is_judged_by_the_noise_that_it_was_tuned_for():
+    training = {trial.seed for tuning in study.tunings for trial in tuning.trials}
+    assert len(training) == len(TRAINING)  # nor is the noise of both scenarios one
+    assert SEED not in training
+
+
+def test_the_error_of_the_step_is_the_largest_of_the_runs_that_were_run_again():
+    held = costed(np.array([0.01, 0.02, 0.05]))
+    assert cost_of({"a": held, "b": held}, "cost").errors == pytest.approx([0.05 / 0.5] * 2)  # RMSE, over 0.5 rad
+    unbounded = costed(np.array([0.01, 0.02, np.nan]))
+    assert np.isinf(cost_of({"a": held, "b": unbounded}, "cost").errors).tolist() == [False, True]
+
+
+def costed(errors):
+    """24 runs of which three were run again, with errors of the RMSE of joint 1; NaN where half of the step fails."""
+    columns = tuple((term.metric, joint, term.unit) for term in TERMS for joint in (0, 1))
+    values, off = np.ones((24, 1, 8)), np.zeros((3, 1, 8))
+    off[:, 0, 0] = errors
+    again, lost = np.array([0, 8, 16]), np.full(24, np.nan)
+    return Sample("s", (), columns, np.ones(1), 1e-3, 0, "", np.empty((24, 0)), values, again, off, np.ones(3), lost)
+
+
+def test_intervals_of_all_scenarios_hold_at_once():
+    values = paired({"a": BASE, "b": 1.001 * BASE}, metric="cost")
+    one = judged(values)
+    assert len(HELD_OUT) * (1 - one.confidence) == pytest.approx(1 - FAMILY)  # the union bound
+    alone = compare(values, confidence=FAMILY, resamples=RESAMPLES, seed=88)
+    assert (one.level.low < alone.level.low).all()
+    assert (one.level.high > alone.level.high).all()
+
+
 def test_the_same_draws_reach_a_law_whatever_it_is_made_of():
     points = RNG.uniform(size=(3, 11))
     loops = [one.loop(PAPER, one.card) for one in MAIN[:2]]
@@ -104,7 +137,8 @@ def test_the_cost_is_the_sum_of_its_terms():
     columns = tuple((term.metric, joint, term.unit) for term in TERMS for joint in (0, 1))
     values = np.array([[[0.3, 0.4, 0.0, 0.01, 300.0, 400.0, 30.0, 40.0]]] * 2)
     held = Sample(
-        "s", (), columns, np.ones(1), 1e-3, 0, "", np.empty((2, 0)), values, np.arange(0), values[:0], [np.nan] * 2
+        *("s", (), columns, np.ones(1), 1e-3, 0, "", np.empty((2, 0)), values),
+        *(np.arange(0), values[:0], np.empty(0), np.full(2, np.nan)),
     )
     by_hand = sum(size / term.acceptable for size, term in zip((0.5, 0.01, 500.0, 50.0), TERMS, strict=True))
     np.testing.assert_allclose(cost(held), [by_hand] * 2)
