@@ -109,6 +109,25 @@ def test_samples_replace_those_of_the_study_and_stand_in_the_command(command, sw
     assert len(digests(command)) == 5
 
 
+def test_a_sweep_whose_design_has_no_number_of_samples_keeps_its_points_and_that_is_said(command, swept, tmp_path):
+    fixed = SWEPT.replace("import MonteCarlo", "import MonteCarlo, OneAtATime").replace(
+        "    ),),\n)\n",
+        """    ), Sweep(
+        "swings", Decay(), (iae(),), (Factor("rate", ("rate",), Uniform(0.5, 3.0)),), OneAtATime(1), h=0.01, until=2.0,
+    ),),\n)\n""",
+    )
+    (tmp_path / "both.py").write_text(fixed, encoding="utf-8")
+    done = command("run", "both.py", "--samples", "16", "--out", "out")
+    assert "16 runs." in done.stdout
+    assert "`--samples` changes nothing of 'swings': their designs have no number of samples." in done.stderr
+    assert (tmp_path / "out" / "runs" / "swings.csv").read_text("utf-8").count("\n") == 3 + 1  # and the heads
+    (tmp_path / "swings.py").write_text(fixed.replace("MonteCarlo(1, 40, seed=3)", "OneAtATime(1)"), encoding="utf-8")
+    refused = command("run", "swings.py", "--samples", "16", "--out", "none")
+    assert refused.exit_code == 2
+    assert "cannot change the study 'swept': the designs of its sweeps, 'decay', 'swings', have no" in refused.stderr
+    assert not (tmp_path / "none").exists()
+
+
 def test_a_run_on_a_folder_that_is_being_written_is_refused_with_the_process(command, swept, tmp_path):
     with opened(tmp_path / "out"):
         done = command("run", swept, "--out", "out")

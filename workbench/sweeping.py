@@ -20,7 +20,7 @@ from workbench.study.resume import Execute, Plan, State, complete, planned, samp
 from workbench.study.sample import Sample
 from workbench.study.store import ABOUT, LATER, Ledger, opened
 from workbench.study.study import Study
-from workbench.study.sweep import whole
+from workbench.study.sweep import Sweep, whole
 from workbench.study.tuning import Tuned, kept
 from workbench.study.tuning.ready import Ready, ready
 
@@ -69,30 +69,49 @@ class Answered:
 
 
 def resized(study: Study, count: int | None) -> Study:
-    """The study with so many samples in the design of each sweep, as far as these are known.
+    """The study with so many samples in the design of each sweep that has a number of them, as far as these are known.
+
+    A design without one, one factor at a time say, keeps its points.
 
     Raises
     ------
     ValueError
-        If the count is no positive whole number, or a design has no such number.
+        If the count is no positive whole number, or no design has such a number.
     """
-    sweeps = study.sweeps
     if count is None:
         return study
     whole("--samples", count)
-    if callable(sweeps):
+    if callable(study.sweeps):
         return study
-    return replace(study, sweeps=tuple(replace(one, design=_resized(one.design, count, one.name)) for one in sweeps))
+    if study.sweeps and not any(map(_count_of, study.sweeps)):
+        raise ValueError(
+            f"`--samples` cannot change the study '{study.name}': the designs of its sweeps, {_named(study.sweeps)}, "
+            "have no number of samples; leave it out."
+        )
+    return replace(study, sweeps=tuple(_resized(one, count) for one in study.sweeps))
 
 
-def _resized(design: Any, count: int, sweep: str) -> Any:
-    names = [field.name for field in fields(design)] if is_dataclass(design) else []
-    for name in COUNTS:
-        if name in names and not isinstance(design, type):
-            return replace(design, **{name: count})
-    raise ValueError(
-        f"`--samples` cannot change the sweep '{sweep}', whose design has no number of samples of its own."
-    )
+def _resized(sweep: Sweep, count: int) -> Sweep:
+    name = _count_of(sweep)
+    return sweep if name is None else replace(sweep, design=replace(sweep.design, **{name: count}))  # type: ignore[type-var]
+
+
+def _count_of(sweep: Sweep) -> str | None:
+    """How the design of a sweep calls its number of samples; None where it has none."""
+    held: Any = fields(sweep.design) if is_dataclass(sweep.design) else ()
+    whole_ones = {field.name for field in held if isinstance(getattr(sweep.design, field.name), int)}
+    return next((name for name in COUNTS if name in whole_ones), None)  # the `base` of `OneAtATime` is a quantile
+
+
+def _say_kept(study: Study, order: Order) -> None:
+    """Say of which sweeps `--samples` changes nothing."""
+    kept = () if callable(study.sweeps) else tuple(one for one in study.sweeps if _count_of(one) is None)
+    if order.samples is not None and kept:
+        order.say(f"`--samples` changes nothing of {_named(kept)}: their designs have no number of samples.")
+
+
+def _named(sweeps: Sequence[Sweep]) -> str:
+    return ", ".join(f"'{one.name}'" for one in sweeps)
 
 
 @contextmanager
@@ -106,6 +125,7 @@ def swept(study: Study, out: Path, order: Order) -> Iterator[Answered]:
     if not (study.sweeps or study.tunings):
         yield Answered(study)
         return
+    _say_kept(study, order)
     tunings = tuple(map(ready, study.tunings))
     sweeps = _prepared(study)
     _afford([*_searches(tunings), *sweeps], out, order)
@@ -121,7 +141,9 @@ def swept(study: Study, out: Path, order: Order) -> Iterator[Answered]:
         try:
             found, said = _tuned(study, tunings, ledger, order, about)
             if callable(study.sweeps):
-                sweeps = _prepared(resized(study.resolved(found), order.samples))
+                resolved = resized(study.resolved(found), order.samples)
+                _say_kept(resolved, order)
+                sweeps = _prepared(resolved)
                 _afford(sweeps, out, order)
             plan = planned(sweeps)
             execute = _executor(sweeps, order, _records(ledger, said) if callable(study.sweeps) else ())
