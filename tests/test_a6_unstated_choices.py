@@ -147,7 +147,7 @@ def sampled(t, values):
     lost = np.where(np.isnan(values).any(axis=(1, 2)), 1.0, np.nan)
     none = np.empty(0, dtype=int)
     return Sample(
-        "x", (), columns, t, 1e-3, 0, "", np.empty((runs, 0)), values, none, np.empty((0, len(t), 2)), lost, None
+        "x", (), columns, t, 1e-3, 0, "", np.empty((runs, 0)), values, none, np.empty((0, len(t), 2)), np.empty(0), lost
     )
 
 
