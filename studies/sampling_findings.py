@@ -142,13 +142,16 @@ def thumb(evidence: Evidence) -> Verdict:
         for law, (rule, safe) in ruled.items()
     }
     over = [law for law, (_, unsafe) in ratios.items() if unsafe < 1]
+    near = [law for law, (quiet, unsafe) in ratios.items() if quiet < 1 <= unsafe]
     late = [law for law, (rule, safe) in ruled.items() if (safe.late_quiet.unsafe or np.inf) < rule]
     listed = ", ".join(f"{law} {low:.2f} to {high:.2f}" for law, (low, high) in ratios.items())
     return Verdict(
-        "fails" if over else "holds",
+        "fails" if over else "open" if near else "holds",
         ("For a computer without delay ", RULE, ", with the least eigenvalue of M, is a safe period."),
         f"The longest quiet period over the rule: {listed}. The rule takes the largest gain at the worst pose, "
-        "which is the limit itself where all gains are equal, and too strict elsewhere. With a period of delay it is "
+        "which is the limit itself where all gains are equal, and too strict elsewhere"
+        + (f"; for {_and(near)} the search leaves it open. " if near else ". ")
+        + "With a period of delay it is "
         + (f"too long for {_and(late)}." if late else "safe too."),
     )
 

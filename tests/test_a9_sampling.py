@@ -202,6 +202,10 @@ def test_a_claim_on_safe_periods_fails_where_they_are_others(name, changes):
     assert getattr(findings, name)(with_safe(calm(), **changes)).kind == "fails"
 
 
+def test_a_rule_within_what_the_search_leaves_open_is_open():
+    assert findings.thumb(with_safe(calm(), rule=1e-3, quiet=Longest(9e-4, 1.1e-3))).kind == "open"
+
+
 def test_the_published_figures_put_in_for_ours_turn_no_printed_pair():
     found = printed(lambda law, scenario, joint: (PUBLISHED[scenario, joint + 1].values[law], 0.0))
     assert len(found.below) + len(found.undecided) == 60

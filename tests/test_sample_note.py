@@ -1,9 +1,15 @@
 """What a sample says of itself below a figure."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from workbench.study.document import Section
 from workbench.study.sample import Sample
+from workbench.study.sampling import MonteCarlo
+from workbench.study.study import Results, Study
+from workbench.study.writeup import document
 
 
 def sample(errors, diverged=(), columns=(("RMSE", 0, "rad"), ("RMSE", 1, "rad"), ("TV", 0, "N*m/s"))):
@@ -45,3 +51,19 @@ def test_a_number_without_a_unit_has_none_in_its_note():
 def test_a_metric_that_was_not_taken_is_refused_by_name():
     with pytest.raises(LookupError, match="no 'RMS' of joint 0"):
         sample([[0.0] * 3]).note_of("RMS")
+
+
+def test_the_seed_of_a_note_is_that_of_the_design_and_the_noise_has_its_own():
+    drawn = replace(sample([[0.0] * 3]), design=MonteCarlo(1, 1200, seed=9))
+    assert "; seed 9, of the noise 3; " in drawn.note
+    assert "; seed 9; " in replace(drawn, seed=0).note
+
+
+def test_the_colophon_of_a_study_without_a_seed_says_those_of_its_samples():
+    drawn = replace(sample([[0.0] * 3]), seed=0, design=MonteCarlo(1, 1200, seed=9))
+    study = Study("s", "t", "q", "m", lambda results: (Section("s", ()),))
+    seeds = [
+        document(study, Results(samples=samples), "again").colophon.seed
+        for samples in ((), (drawn,), (drawn, replace(drawn, name="other", seed=4)))
+    ]
+    assert seeds == [None, "9", "9 of s; 9, of the noise 4 of other"]

@@ -331,7 +331,7 @@ def test_a_sweep_can_leave_out_half_steps(tmp_path):
     with_some, without = sweep(), sweep(halved=None)
     found = sample(tmp_path, without)
     assert (len(found.again), found.errors.shape, np.isnan(found.step_error("IAE"))) == (0, (0, 1, 2), True)
-    assert found.note == "50 runs, 0 of them diverged; seed 0; step 0.01 s"
+    assert found.note == f"50 runs, 0 of them diverged; seed {without.design.seed}; step 0.01 s"
     assert prepared(without).seconds_of_run < prepared(with_some).seconds_of_run
     assert cost.cost_of([prepared(without)]).disk < cost.cost_of([prepared(with_some)]).disk
 

@@ -185,7 +185,7 @@ class Colophon:
     command: str
     version: str
     fingerprints: Mapping[str, str] = field(default_factory=dict)
-    seed: int | None = None
+    seed: int | str | None = None
     packages: Mapping[str, str] = field(default_factory=dict)
     python: str = ""
     again: str = "The same command with the same versions gives this report again, byte for byte."

@@ -110,7 +110,13 @@ class Sample:
         """What must stand below a figure: runs, failed runs, seed, step."""
         runs = f"{len(self):,} runs, {self.failed:,} of them diverged"
         half = f", and half of it in {len(self.again):,} runs" if len(self.again) else ""
-        return f"{runs}; seed {self.seed}; step {self.h:g} s{half}{self.beyond}"
+        return f"{runs}; seed {self.seeds}; step {self.h:g} s{half}{self.beyond}"
+
+    @property
+    def seeds(self) -> str:
+        """The seed that the runs were drawn with, and that of the noise if it is another one."""
+        drawn = getattr(self.design, "seed", self.seed)
+        return f"{drawn}" if drawn == self.seed or self.seed == 0 else f"{drawn}, of the noise {self.seed}"
 
     @property
     def beyond(self) -> str:

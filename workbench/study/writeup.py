@@ -23,7 +23,7 @@ def document(study: Study, results: Results, command: str) -> Document:
         command=command,
         version=__version__,
         fingerprints={**study.fingerprints, **prints},
-        seed=study.seed,
+        seed=_seed(study, results),
         packages={name: version(name) for name in PACKAGES},
         python=platform.python_version(),
     )
@@ -36,6 +36,17 @@ def document(study: Study, results: Results, command: str) -> Document:
         sections=_sections(study, results),
         colophon=colophon,
     )
+
+
+def _seed(study: Study, results: Results) -> int | str | None:
+    """That of the study, or those of its samples and tunings by their names."""
+    if study.seed is not None:
+        return study.seed
+    seeds = {sample.name: str(sample.seeds) for sample in results.samples}
+    seeds |= {found.tuning.name: ", ".join(map(str, found.tuning.seeds)) for found in results.tunings}
+    if len(set(seeds.values())) < 2:
+        return next(iter(seeds.values()), None)
+    return "; ".join(f"{seed} of {name}" for name, seed in seeds.items())
 
 
 def headlines(study: Study, results: Results) -> list[str]:
