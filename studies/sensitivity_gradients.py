@@ -43,7 +43,8 @@ def gap(one: Found, local: Local, metric: str, joint: int) -> Array:
 
 def foretold(found: dict[str, Found], near: dict[str, Local], metric: str = "RMSE") -> Verdict:
     """Whether the derivatives at one point say what the indices over the whole range say."""
-    gaps = {law: max(float(gap(found[law], near[law], metric, joint).max()) for joint in (0, 1)) for law in near}
+    # of NumPy, whose largest value is NaN where one is: without a gradient nothing is foretold
+    gaps = {law: float(np.max([gap(found[law], near[law], metric, joint) for joint in (0, 1)])) for law in near}
     missed = [law for law, far in gaps.items() if not far <= NEAR]
     listed = ", ".join(f"{law} {far:.3f}" for law, far in gaps.items())
     return Verdict(

@@ -99,6 +99,18 @@ def test_the_late_error_belongs_to_the_model_only_as_long_as_gains_do_nothing():
     assert answers.late_error_of(made({"late error": {"m1": 9.0, "Q": 9.0}})).kind == "fails"
 
 
+def test_what_the_intervals_leave_open_is_open():
+    late, rmse = made({"late error": {"m1": 9.0, "Q": 4.0}}), made({"RMSE": {"m1": 9.0, "l": 1.0}})
+    assert answers.late_error_of(late).kind == "fails"
+    assert answers.idle_gains(rmse).kind == "fails"
+    wide = {name: Estimate(getattr(late.shares, name).value, 0 * late.shares.ST.value + 0.2) for name in ("S1", "ST")}
+    vars(late)["shares"] = replace(late.shares, **wide)
+    assert answers.late_error_of(late).kind == "open"
+    size = rmse.effects.mu_star
+    vars(rmse)["effects"] = replace(rmse.effects, mu_star=Estimate(size.value, 0.5 * size.value))
+    assert answers.idle_gains(rmse).kind == "open"
+
+
 def test_chattering_is_that_of_the_model_or_of_the_gains_as_the_figures_say():
     assert answers.chattering(made({"TV": {"model l2": 9.0, "Q": 2.0}})).kind == "holds"
     assert answers.chattering(made({"TV": {"model l2": 2.0, "Q": 9.0}})).kind == "fails"
@@ -165,3 +177,7 @@ def test_gradients_foretell_indices_only_of_metrics_that_are_linear():
     assert gradients.foretold({PROPOSED: one}, {PROPOSED: local({"Q": 5.0, "m1": 3.0})}).kind == "holds"
     assert gradients.foretold({PROPOSED: one}, {PROPOSED: local({"Q": 3.0, "m1": 5.0})}).kind == "fails"
     assert gradients.foretold({PROPOSED: one}, {PROPOSED: local({"Q": np.nan})}).kind == "fails"
+    whole = local({"Q": 5.0, "m1": 3.0})
+    half = {"RMSE": whole.found.gradient["RMSE"] * np.array([[1.0], [np.nan]])}  # joint 2 alone has no gradient
+    second = replace(whole, found=replace(whole.found, gradient=half))
+    assert gradients.foretold({PROPOSED: one}, {PROPOSED: second}).kind == "fails"
