@@ -53,7 +53,9 @@ def searches(found: Mapping[str, Tuned], entrants: Sequence[Entrant]) -> Table:
         bests = ", ".join(f"{best:.4g}" for best in tuned.bests)
         edge = f"; at an end: {', '.join(tuned.at_edge)}" if tuned.at_edge else ""
         least = Measured(tuned.objective, tuned.step_error)
-        remark = f"{'settled' if tuned.settled else 'not settled'}{edge}"
+        unstable = [t.name for t in tuned.tuning.trials if not t.h <= tuned.stable_steps[t.name]]
+        step = f"; step not known to be stable in {', '.join(unstable)}" if unstable else ""
+        remark = f"{'settled' if tuned.settled else 'not settled'}{edge}{step}"
         rows.append((entrant.name, len(entrant.tuned), least, bests, tuned.failed, remark))
     columns = (
         Column("law"),

@@ -283,6 +283,23 @@ def test_a_coarse_step_is_said_beside_the_best():
     assert "at half of which the best objective changes by" in found.note
 
 
+def test_a_step_beyond_the_stability_limit_of_the_best_is_said():
+    # RK4 takes steps up to 2.785 over the fastest rate, which is 8 1/s at the least here
+    fast = (Factor("Kp", ("Kp",), Uniform(64.0, 65.0)), Factor("Kd", ("Kd",), Uniform(16.1, 16.4)))
+    found = tune(tuning(trials=(Trial("step", DoubleIntegrator(), METRICS, 0.4, 20.0),), factors=fast))
+    Kp, Kd = found.best.values()
+    fastest = (Kd + np.sqrt(Kd**2 - 4 * Kp)) / 2
+    assert found.stable_steps["step"] == pytest.approx(2.785293563 / fastest, rel=1e-4)  # of a grid of the region
+    assert any("0.4 s is beyond the stability limit 0.3" in said for said in found.warnings)
+    unknown = replace(found, limits={"step": np.full(8, np.nan)})
+    assert "The stability limit of the step is not known along the best run in 'step'." in unknown.warnings
+
+
+def test_within_the_stability_limit_nothing_is_said_of_it(found):
+    assert found.stable_steps["step"] > 0.02
+    assert not any("stability" in said for said in found.warnings)
+
+
 def test_what_is_said_of_a_search_is_in_plain_numbers(found):
     assert found.note == (
         "640 evaluations a search, 0 of 1,280 not admissible; seeds 0, 1; step 0.02 s, at half of which the best "

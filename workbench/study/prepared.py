@@ -40,7 +40,13 @@ BLOCK = 256  # a chunk is a multiple of so many runs, where it has more: whole v
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
-    """A sweep with its equation and its steps of length h and h / 2, both with the metrics beside the states."""
+    """A sweep with its equation and its steps of length h and h / 2, both with the metrics beside the states.
+
+    Attributes
+    ----------
+    watched
+        Whether the longest stable step is looked for along every run, and not only along those that are run again.
+    """
 
     sweep: Sweep
     equation: Ode | Sampled
@@ -48,6 +54,7 @@ class Prepared:
     coarse: Step
     fine: Step
     space: Space
+    watched: bool = False
 
     @property
     def every(self) -> float:
@@ -121,9 +128,9 @@ class Prepared:
         return other
 
     def at_half(self, name: str) -> Prepared:
-        """The same at h / 2, under another name; none of its runs is run again."""
+        """The same at h / 2, under another name; none of its runs is run again, and all of them are watched."""
         sweep = replace(self.sweep, name=name, h=self.sweep.h / 2, halved=None)
-        return replace(self, sweep=sweep, coarse=self.fine)
+        return replace(self, sweep=sweep, coarse=self.fine, watched=True)
 
     def name(self, first: int, last: int) -> str:
         """What the chunk of some runs is called: sweep, runs, and a digest of all that they depend on."""
@@ -137,7 +144,7 @@ class Prepared:
 
         Values (n, T, k) at the step h; errors (m, T, k), their change to h / 2 in those runs that are run again, and
         limits (m,), the longest stable step along these; and when each run diverged, NaN for none. After that its
-        values are NaN.
+        values are NaN. Where all runs are watched, the longest stable step along each as well, (n,).
         """
         values, p, x0 = self.rows(first, last)
         runs = np.arange(first, last)
@@ -154,6 +161,8 @@ class Prepared:
         errors = np.empty((0, *rough.shape[1:])) if fine is None else self._changes(self._values(fine), rough[few])
         arrays = {"factors": values, "values": rough, "errors": errors, "diverged_at": coarse.diverged_at}
         arrays["limits"] = self._limits(coarse, few)
+        if self.watched:
+            arrays["watched"] = self._limits(coarse, np.arange(len(runs)))
         return chunk_of(self.name(first, last), arrays)
 
     def _march(self, step: Step, runs: Integers, p: Array, x0: Array, tell: Progress) -> Trajectories:

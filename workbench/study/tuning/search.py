@@ -90,7 +90,8 @@ def _answer(made: Ready, past: Sequence[_Generation], evaluate: Evaluate) -> Tun
     finer = _samples(made, halves, [[one] for one in chunks])
     _refuse_nothing(made, worth, finer, f"at half the step, {_steps(halves)}, though their runs are finite at the step")
     values = made.trials[0].space.values(points.given)
-    return Tuned(made.tuning, points.given, values, objective, samples, best, worth, finer)
+    limits = {name: chunk.arrays()["watched"] for name, chunk in zip(made.names, chunks, strict=True)}
+    return Tuned(made.tuning, points.given, values, objective, samples, best, worth, finer, limits)
 
 
 def _steps(sweeps: Sequence[Prepared]) -> str:

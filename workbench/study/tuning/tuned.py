@@ -42,6 +42,9 @@ class Tuned:
     finalists, halved, halves
         The places (K,) of the best points of all searches, their objectives (K,) at h / 2, and the runs of these by
         trial.
+    limits
+        (K,) by trial, the longest step in s that is stable at a few states of these runs; infinite where all are, NaN
+        where that is not known.
     """
 
     tuning: Tuning
@@ -52,6 +55,7 @@ class Tuned:
     finalists: Integers
     halved: Array
     halves: Mapping[str, Sample]
+    limits: Mapping[str, Array]
 
     @property
     def name(self) -> str:
@@ -78,6 +82,12 @@ class Tuned:
     def step_error(self) -> float:
         """By how much the objective of the best point changes from h to h / 2."""
         return abs(float(self.objectives[self.place]) - self.objective)
+
+    @property
+    def stable_steps(self) -> dict[str, float]:
+        """The longest stable step along the run of the best point, in s, by trial: as in `limits`."""
+        best = int(np.argmin(self.halved))
+        return {name: float(limits[best]) for name, limits in self.limits.items()}
 
     @property
     def failed(self) -> int:
@@ -179,12 +189,28 @@ class Tuned:
             said.append(f"A search became better by {_percent(late)} in its last quarter, so it has not settled.")
         if (share := _share(self.step_error, self.objective)) > STEP:
             said.append(f"The objective of the best changes by {_percent(share)} at half the step.")
+        said += self._beyond
         spread = _share(float(np.ptp(self.bests)), self.objective)
         if SEEDS < spread < np.inf:
             said.append(f"The bests of the {len(self.bests)} searches differ by {_percent(spread)}.")
         if np.isinf(late) or np.isinf(spread):
             said.append("A search found an admissible point in its last quarter only, or none.")
         return tuple(said)
+
+    @property
+    def _beyond(self) -> list[str]:
+        """The trials in which the step is longer than is stable along the run of the best, or nobody knows."""
+        said = []
+        for trial in self.tuning.trials:
+            limit = self.stable_steps[trial.name]
+            if np.isnan(limit):
+                said.append(f"The stability limit of the step is not known along the best run in '{trial.name}'.")
+            elif limit < trial.h:
+                said.append(
+                    f"The step of {trial.h:g} s is beyond the stability limit {limit:.3g} s along the best run in "
+                    f"'{trial.name}'."
+                )
+        return said
 
 
 def reasons_of(objectives: Array, samples: Mapping[str, Sample]) -> dict[str, int]:
