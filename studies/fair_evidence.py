@@ -32,9 +32,17 @@ def name_of(scenario: Scenario, key: str) -> str:
 
 
 def of_other_search(tuned: Tuned) -> dict[str, float]:
-    """The best numbers of the searches that the best point of all is not from."""
+    """The best numbers, at the step h, of the searches that the best point of all is not from.
+
+    Raises
+    ------
+    ValueError
+        If these found none that is admissible.
+    """
     searches = np.arange(len(tuned.objectives)) // tuned.tuning.evaluations
     others = np.where(searches == searches[tuned.place], np.inf, tuned.objectives)
+    if not np.isfinite(others).any():
+        raise ValueError(f"The other search of '{tuned.name}' found no admissible point: take more evaluations.")
     names = (factor.name for factor in tuned.tuning.factors)
     return dict(zip(names, map(float, tuned.numbers[int(np.argmin(others))]), strict=True))
 

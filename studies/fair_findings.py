@@ -87,10 +87,12 @@ def fails_nowhere(held: Held, law: str) -> Verdict:
 def by_its_law(held: Held, law: str) -> Verdict:
     """Whether the lead of a law remains where its rivals have its observers."""
     found = standing(held, law)
+    laws = next(iter(held.values())).paired.laws
     return Verdict(
         found.kind,
-        f"Where its rivals have its observers too, {law} has the least cost in every held-out scenario.",
-        f"Among {_and(next(iter(held.values())).paired.laws)} it is {found.sentence}.",
+        f"Where {len(laws) - 1} of its rivals have its observers too, {law} has the least cost in every held-out "
+        "scenario.",
+        f"Among {_and(laws)} it is {found.sentence}.",
     )
 
 

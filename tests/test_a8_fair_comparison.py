@@ -1,6 +1,7 @@
 """What a8 compares: the same conditions for all laws, numbers that reach them, and verdicts that turn with figures."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import casadi as ca
@@ -12,14 +13,16 @@ sys.path.append(str(Path(__file__).parents[1] / "studies"))
 import fair_findings as findings
 from a8_fair_comparison import SEED, study
 from fair_conditions import HELD_OUT, TRAINING, uncertain
-from fair_evidence import FAMILY, RESAMPLES, cost_of, judged
+from fair_evidence import FAMILY, RESAMPLES, cost_of, judged, of_other_search
 from fair_laws import ENTRANTS, MAIN, OBSERVED, PROPOSALS, PROPOSED, TOLD
 from fair_objective import TERMS, cost, metrics, objective
+from tunings import tuning
 
 from workbench.core import lift
 from workbench.study.evidence import compare, paired
 from workbench.study.factors import Space
 from workbench.study.sample import Sample
+from workbench.study.tuning import tune
 
 PAPER, JUMPS = HELD_OUT[0], next(one for one in HELD_OUT if one.jumps)
 RNG = np.random.default_rng(5)
@@ -73,6 +76,17 @@ def test_the_error_of_the_step_is_the_largest_of_the_runs_that_were_run_again():
     assert cost_of({"a": held, "b": held}, "cost").errors == pytest.approx([0.05 / 0.5] * 2)  # RMSE, over 0.5 rad
     unbounded = costed(np.array([0.01, 0.02, np.nan]))
     assert np.isinf(cost_of({"a": held, "b": unbounded}, "cost").errors).tolist() == [False, True]
+
+
+def test_the_other_search_is_not_the_one_of_the_best_and_is_refused_if_it_found_nothing():
+    found = tune(tuning(evaluations=16, seeds=(0, 1)))
+    own = found.place // 16
+    other = 1 - own
+    at = 16 * other + int(np.argmin(found.objectives[16 * other : 16 * other + 16]))
+    assert list(of_other_search(found).values()) == found.numbers[at].tolist()
+    lost = np.where(np.arange(32) // 16 == own, found.objectives, np.inf)
+    with pytest.raises(ValueError, match="The other search of 'pd' found no admissible point"):
+        of_other_search(replace(found, objectives=lost))
 
 
 def costed(errors):
