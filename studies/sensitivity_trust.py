@@ -102,7 +102,7 @@ def trust(found: dict[str, Found], stresses: list[Stress]) -> Section:
     said = (
         f"In {', '.join(beyond)} one of these runs is beyond its limit: its TV is partly that of the step."
         if beyond
-        else "All of them are within their limit, so no chattering here is made by the step."
+        else "All of them are within their limit, so that what chatters most does not by the step."
     )
     return Section(
         "Can the numbers be trusted?",

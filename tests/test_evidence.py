@@ -183,6 +183,7 @@ def test_laws_that_fail_in_the_same_draws_are_equal_there():
     found = compare(paired({"a": lost, "b": lost, "c": np.ones(200)}, metric="error"))
     assert found.difference.value[0, 1] == 0
     assert found.order("a", "b") == "undecided"
+    assert not found.alike("a", "b")
     assert found.order("c", "a") == "below"
 
 

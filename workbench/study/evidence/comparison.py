@@ -57,9 +57,13 @@ class Comparison:
         return "above" if low > off or low == np.inf else "undecided"
 
     def alike(self, a: str, b: str) -> bool:
-        """Whether the interval of the difference of two laws, with the steps' errors, lies within the margin."""
+        """Whether the interval of the difference of two laws, with the steps' errors, lies within the margin.
+
+        Two laws that both fail too often for a level are not alike: nobody knows how far apart they would be.
+        """
         low, high, steps, share = self._apart(a, b)
-        return bool(max(-low, high) + steps <= share)
+        known = np.isfinite([self.level.value[self.paired.place(law)] for law in (a, b)]).all()
+        return bool(known and max(-low, high) + steps <= share)
 
     def _apart(self, a: str, b: str) -> tuple[float, float, float, float]:
         """The interval of a's difference from b, the errors of both by the step, and the margin in their unit."""
