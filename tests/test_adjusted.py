@@ -60,6 +60,11 @@ def test_numbers_that_a_loop_does_not_have_or_allow_are_refused(numbers, kind, s
     assert said in str(refusal.value)
 
 
+def test_what_is_no_loop_is_refused():
+    with pytest.raises(ValueError, match="takes a loop, whose `ode\\(\\)` gives its equations; got 3"):
+        adjusted(3, {"a": 1.0})
+
+
 def test_what_maps_no_paths_is_refused():
     with pytest.raises(ValueError, match="maps paths to numbers"):
         adjusted(Decay(), [1.0])

@@ -326,6 +326,7 @@ def test_samples_that_are_not_paired_are_refused(other, why):
         ({"a": np.ones((30, 1)), "b": np.ones(30)}, "one number a draw for 'a'"),
         ({"a": ["x"] * 30, "b": np.ones(30)}, "one number a draw for 'a'"),
         ({"a": np.full(30, -np.inf), "b": np.ones(30)}, "one number a draw for 'a'"),
+        ({1: np.ones(30), "b": np.ones(30)}, r"name each law by text; got \[1\]"),
     ],
 )
 def test_values_that_cannot_be_compared_are_refused(values, why):
@@ -334,7 +335,14 @@ def test_values_that_cannot_be_compared_are_refused(values, why):
 
 
 @pytest.mark.parametrize(
-    ("errors", "why"), [({"good": 0.1}, "one error for each"), (dict.fromkeys(LAWS, -1.0), "must not be negative")]
+    ("errors", "why"),
+    [
+        ({"good": 0.1}, "one error for each"),
+        ([0.1, 0.1, 0.1], "one error for each"),
+        (dict.fromkeys(LAWS, -1.0), "that are not negative"),
+        (dict.fromkeys(LAWS, "x"), "must be numbers"),
+        (dict.fromkeys(LAWS), "must be numbers"),
+    ],
 )
 def test_errors_that_fit_no_law_are_refused(errors, why):
     with pytest.raises(ValueError, match=why):
@@ -347,6 +355,7 @@ def test_errors_that_fit_no_law_are_refused(errors, why):
         ({"statistic": "mode"}, "'mean' or 'median'"),
         ({"confidence": 1.0}, "between 0 and 1"),
         ({"margin": -0.1}, "a share from 0 to 1"),
+        ({"margin": "2 %"}, "a share from 0 to 1"),
         ({"resamples": 99}, "at least 100"),
         ({"seed": -1}, "whole number from 0"),
     ],
@@ -354,6 +363,20 @@ def test_errors_that_fit_no_law_are_refused(errors, why):
 def test_a_comparison_refuses_what_means_nothing(options, why):
     with pytest.raises(ValueError, match=why):
         compare(paired(LAWS, metric="error"), **options)
+
+
+@pytest.mark.parametrize(
+    ("call", "why"),
+    [
+        (lambda: ranks(paired(LAWS, metric="error"), 2.0), r"`ranks\(confidence=...\)` must be"),
+        (lambda: rank_table("t", "c", 3), r"`rank_table\(ranks\)` must be a `Ranks`"),
+        (lambda: difference_table("t", "c", 3), r"`difference_table\(comparison\)` must be a `Comparison`"),
+        (lambda: same_draws({"a": 3}), r"`same_draws\(samples\)\['a'\]` must be a `Sample`"),
+    ],
+)
+def test_what_is_none_of_its_kind_is_refused(call, why):
+    with pytest.raises(ValueError, match=why):
+        call()
 
 
 def test_no_mean_at_all_is_refused():

@@ -41,11 +41,13 @@ def adjusted(loop: Loop, numbers: Mapping[str, Any]) -> Adjusted:
     Raises
     ------
     ValueError
-        If the numbers are no mapping; where the loop says its equations, if a value has a wrong shape, is out of its
-        bounds, or is given for several runs.
+        If the loop has no equations or the numbers are no mapping; where the loop says its equations, if a value has
+        a wrong shape, is out of its bounds, or is given for several runs.
     LookupError
         There, if a path is neither a parameter's nor a state's; the message names the nearest.
     """
+    if not callable(getattr(loop, "ode", None)):
+        raise ValueError(f"`adjusted(loop, numbers)` takes a loop, whose `ode()` gives its equations; got {loop!r}.")
     if not isinstance(numbers, Mapping):
         raise ValueError(f"`adjusted(loop, numbers)` maps paths to numbers, as a dict does; got {numbers!r}.")
     return Adjusted(loop, dict(numbers))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -139,11 +139,11 @@ def compare(
     )
 
 
-def _check(statistic: str, confidence: float, margin: float, resamples: int, seed: int) -> None:
+def _check(statistic: str, confidence: float, margin: Any, resamples: int, seed: int) -> None:
     if statistic not in ("mean", "median"):
         raise ValueError(f"`compare(statistic=...)` is 'mean' or 'median'; got {statistic!r}.")
     t_quantile("compare", confidence, 1)  # refuses what is no confidence
-    if not 0 <= margin < 1:
+    if isinstance(margin, bool) or not isinstance(margin, int | float) or not 0 <= margin < 1:
         raise ValueError(f"`compare(margin=...)` must be a share from 0 to 1 of the smaller level; got {margin!r}.")
     whole("compare(resamples=...)", resamples, 100, "resamples")
     seeded("compare(seed=...)", seed)

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.core.layout import Array, nearest
 from workbench.core.numbers import Integers, numbers
-from workbench.core.sockets import described
+from workbench.core.sockets import described, require
 from workbench.study.cells import check_text
 from workbench.study.sample import Sample
 from workbench.study.sampling import LatinHypercube, MonteCarlo
@@ -86,6 +86,8 @@ def paired(
         check_text(f"paired({word}=...)", text)
     if not isinstance(values, Mapping) or len(values) < 2:
         raise ValueError(f"`paired(values)` must map two laws or more to their values; got {described(values)}.")
+    if odd := [law for law in values if not isinstance(law, str)]:
+        raise ValueError(f"`paired(values)` must name each law by text; got {odd}.")
     columns = {law: _column(law, column) for law, column in values.items()}
     sizes = {law: len(column) for law, column in columns.items()}
     if len(set(sizes.values())) > 1:
@@ -93,15 +95,24 @@ def paired(
         raise ValueError(f"`paired(values)` compares laws draw by draw, so that each has a value in each; got {said}.")
     if (size := next(iter(sizes.values()))) < LEAST:
         raise ValueError(f"`paired(values)` needs at least {LEAST} draws for intervals that hold; got {size}.")
-    known = {} if errors is None else dict(errors)
-    if errors is not None and set(known) != set(columns):
-        raise ValueError(f"`paired(errors=...)` must have one error for each of {list(columns)}; got {list(known)}.")
-    if any(error < 0 for error in known.values()):
-        raise ValueError(f"`paired(errors=...)` must not be negative; got {known}.")
+    off = np.zeros(len(columns)) if errors is None else _errors(errors, columns)
     table = np.column_stack(list(columns.values()))
     failed = np.isnan(table).sum(axis=0)
-    off = np.array([float(known.get(law, 0.0)) for law in columns])
     return Paired(metric, unit, tuple(columns), np.where(np.isnan(table), np.inf, table), off, failed, note)
+
+
+def _errors(given: Mapping[str, float], columns: Mapping[str, Array]) -> Array:
+    """One error a law, (L,), or a refusal."""
+    if not isinstance(given, Mapping) or set(given) != set(columns):
+        got = list(given) if isinstance(given, Mapping) else described(given)
+        raise ValueError(f"`paired(errors=...)` must have one error for each of {list(columns)}; got {got}.")
+    try:
+        found = numbers([given[law] for law in columns])
+    except (TypeError, ValueError):
+        raise ValueError(f"`paired(errors=...)` must be numbers; got {dict(given)}.") from None
+    if found.ndim != 1 or (found < 0).any():
+        raise ValueError(f"`paired(errors=...)` must be numbers that are not negative; got {dict(given)}.")
+    return found
 
 
 def same_draws(samples: Mapping[str, Sample]) -> str:
@@ -117,6 +128,7 @@ def same_draws(samples: Mapping[str, Sample]) -> str:
         raise ValueError(f"`same_draws(samples)` must map laws to their samples; got {described(samples)}.")
     (first, held), *others = samples.items()
     for law, sample in samples.items():
+        require(f"same_draws(samples)['{law}']", sample, Sample)
         if not isinstance(sample.design, MonteCarlo | LatinHypercube | None):
             raise ValueError(
                 f"`same_draws(samples)` needs independent draws, of `MonteCarlo` or `LatinHypercube`; those of '{law}' "

@@ -10,7 +10,7 @@ from workbench.core.sockets import require
 from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.paired import Paired
 from workbench.study.sensitivity import share
-from workbench.study.sensitivity.outputs import Flags
+from workbench.study.sensitivity.outputs import Flags, t_quantile
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +41,7 @@ def ranks(paired: Paired, confidence: float = 0.95) -> Ranks:
         If these are no paired values, or the confidence is none.
     """
     require("ranks(paired)", paired, Paired)
+    t_quantile("ranks", confidence, 1)  # refuses what is no confidence
     y = paired.values
     places = (y[:, :, None] >= y[:, None, :]).sum(axis=2)  # how many are not above, the law itself among them
     laws = len(paired.laws)

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from workbench.core.sockets import require
 from workbench.study.cells import several
 from workbench.study.document import Cell, Column, Emphasis, Measured, Phrase, Table, Value
 from workbench.study.evidence.bootstrap import Intervals
@@ -43,7 +44,14 @@ def comparison_table(
 
 
 def difference_table(name: str, caption: Phrase, comparison: Comparison, notes: tuple[Phrase, ...] = ()) -> Table:
-    """The law of the row minus the law of the column, for all pairs; what is significant is bold."""
+    """The law of the row minus the law of the column, for all pairs; what is significant is bold.
+
+    Raises
+    ------
+    ValueError
+        If this is no comparison.
+    """
+    require("difference_table(comparison)", comparison, Comparison)
     paired = comparison.paired
     rows: list[tuple[Cell, ...]] = []
     for i, law in enumerate(paired.laws):
@@ -58,7 +66,14 @@ def difference_table(name: str, caption: Phrase, comparison: Comparison, notes: 
 
 
 def rank_table(name: str, caption: Phrase, ranks: Ranks, notes: tuple[Phrase, ...] = ()) -> Table:
-    """In how many of a hundred draws each law has each rank."""
+    """In how many of a hundred draws each law has each rank.
+
+    Raises
+    ------
+    ValueError
+        If these are no ranks.
+    """
+    require("rank_table(ranks)", ranks, Ranks)
     laws = ranks.paired.laws
     places = range(len(laws))
     rows: list[tuple[Cell, ...]] = [(law, *(_percent(ranks.ranks, i, j) for j in places)) for i, law in enumerate(laws)]
