@@ -13,7 +13,7 @@ Runs in   about a minute on two cores.
 from collections.abc import Mapping
 
 from fair_conditions import HELD_OUT, HORIZON, PERIOD, TRAINING, Computed, Scenario, uncertain
-from fair_evidence import ABLATED, CARD, CARDED, OTHER, REPEATED, name_of, of_other_search
+from fair_evidence import ABLATED, CARD, CARDED, OTHER, name_of, of_other_search
 from fair_laws import ENTRANTS, MAIN, PROPOSALS, Entrant
 from fair_objective import metrics, objective
 from fair_pages import headlines, sections
@@ -57,7 +57,7 @@ def proposed_in(scenario: Scenario, tuned: Mapping[str, Tuned]) -> Computed:
 
 
 def sweeps(tuned: Mapping[str, Tuned]) -> tuple[Sweep, ...]:
-    """Every law as tuned in every scenario; in some with other numbers, or AOSMC-RGS less each of its parts."""
+    """Every law as each search tuned it in every scenario; in some by the card, or AOSMC-RGS less each of its parts."""
     everywhere = (
         sweep(name_of(scenario, entrant.key), entrant.loop(scenario, tuned[entrant.key].best), scenario)
         for scenario in HELD_OUT
@@ -72,7 +72,6 @@ def sweeps(tuned: Mapping[str, Tuned]) -> tuple[Sweep, ...]:
     other = (
         sweep(name_of(scenario, entrant.key + OTHER), entrant.loop(scenario, numbers), scenario)
         for scenario in HELD_OUT
-        if scenario.name in REPEATED
         for entrant in MAIN
         for numbers in (of_other_search(tuned[entrant.key]),)
     )

@@ -18,7 +18,6 @@ from workbench.study.tuning import Tuned
 ABLATED = ("paper", "payload")  # the scenarios in which AOSMC-RGS loses its parts
 CARD, OTHER = "_card", "_other"  # kinds of sweeps
 CARDED = "paper"  # that in which the numbers of the card are tried
-REPEATED = ("paper", "payload", "jumps")  # those in which the answers of the other search are tried
 MARGIN = 0.02  # of the smaller value: what is closer is no difference to an engineer, however sure
 FAMILY = 0.95  # that all intervals of a measure hold at once, in all held-out scenarios
 CONFIDENCE = 1 - (1 - FAMILY) / len(HELD_OUT)  # of those of one scenario (Bonferroni)

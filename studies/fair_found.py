@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from fair_conditions import HELD_OUT, Scenario
-from fair_evidence import ABLATED, CARD, CARDED, OTHER, REPEATED, cost_of, judged, metric_of, name_of, samples
+from fair_evidence import ABLATED, CARD, CARDED, OTHER, cost_of, judged, metric_of, name_of, samples
 from fair_findings import Held
 from fair_laws import MAIN, OBSERVED, PROPOSALS, PROPOSED
 from fair_objective import LATE, TERMS
@@ -43,7 +43,7 @@ class Found:
     card
         The cost with the numbers of the card, in one scenario, and with those tuned.
     other
-        The cost of the laws as the other search tuned them, in some scenarios.
+        The cost of the laws as the other search tuned them.
     parts
         By scenario, the cost and each metric of AOSMC-RGS and of what is left of it without a part.
     """
@@ -76,7 +76,7 @@ def found_of(results: Results) -> Found:
         {s.name: judged(cost_of(proposed[s.name] | samples(results, s, OBSERVED), s.name)) for s in HELD_OUT},
         {s.name: judged(cost_of(samples(results, s, PROPOSALS), s.name)) for s in HELD_OUT},
         judged(cost_of(_with_card(results, runs[CARDED]), "cost")),
-        {s.name: judged(cost_of(samples(results, s, MAIN, OTHER), s.name)) for s in HELD_OUT if s.name in REPEATED},
+        {s.name: judged(cost_of(samples(results, s, MAIN, OTHER), s.name)) for s in HELD_OUT},
         {s.name: _parts(results, s, proposed[s.name]) for s in HELD_OUT if s.name in ABLATED},
     )
 

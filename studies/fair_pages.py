@@ -222,7 +222,7 @@ def trust(results: Results, found: Found) -> Section:
                 f"{100 * CONFIDENCE:g} %, so that all of a measure do in all {len(HELD_OUT)} scenarios with "
                 f"{100 * FAMILY:g} %; each measure and each weighting is a family of its own. The draws are the same "
                 "in all scenarios, so that these are not as many independent trials. Intervals do not hold the chance "
-                "of a search: in three scenarios all laws ran with the numbers of the other search too. Nor do they "
+                "of a search: so all laws ran with the numbers of the other search too. Nor do they "
                 "hold the choice of objective, scenarios and ranges. Errors of the step are the largest of the runs "
                 "that were run again: the arm is integrated by RK4 once a period, and in one run of sixteen twice. A "
                 "run that was not may be farther off. The laws were tuned for masses 20 % above the model's and for no "
