@@ -134,8 +134,11 @@ class Prepared:
 
     def name(self, first: int, last: int) -> str:
         """What the chunk of some runs is called: sweep, runs, and a digest of all that they depend on."""
+        return self._name(first, last, self.rows(first, last))
+
+    def _name(self, first: int, last: int, rows: tuple[Array, ...]) -> str:
         digest = hashlib.sha256(self.fingerprint.encode())
-        for part in self.rows(first, last):
+        for part in rows:
             digest.update(part.astype("<f8").tobytes())
         return f"{self.sweep.name}/{first}-{last}/{digest.hexdigest()[:16]}"
 
@@ -146,7 +149,7 @@ class Prepared:
         limits (m,), the longest stable step along these; and when each run diverged, NaN for none. After that its
         values are NaN. Where all runs are watched, the longest stable step along each as well, (n,).
         """
-        values, p, x0 = self.rows(first, last)
+        values, p, x0 = rows = self.rows(first, last)
         runs = np.arange(first, last)
         few = again(first, last, self.sweep.halved) - first
         share = 2 * len(few) / (2 * len(few) + len(runs))
@@ -163,7 +166,7 @@ class Prepared:
         arrays["limits"] = self._limits(coarse, few)
         if self.watched:
             arrays["watched"] = self._limits(coarse, np.arange(len(runs)))
-        return chunk_of(self.name(first, last), arrays)
+        return chunk_of(self._name(first, last, rows), arrays)
 
     def _march(self, step: Step, runs: Integers, p: Array, x0: Array, tell: Progress) -> Trajectories:
         memory = np.tile(step.states.default[x0.shape[1] :], (len(runs), 1))
