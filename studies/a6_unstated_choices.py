@@ -6,7 +6,7 @@ Method    Every unstated number over the range of the card, every reading as lik
           by differential evolution, one set of gains for both scenarios, any horizon; what comes nearest is run again
           with the boundary layer of the paper at 1/12 ms and at half of it. Independent draws of everything at once for
           the probabilities, a Sobol design of the same for the indices.
-Runs in   about a minute on two cores.
+Runs in   about two minutes on two cores.
 """
 
 from collections.abc import Mapping

@@ -7,7 +7,7 @@ Method    All laws run on a computer, with the same noisy readings, torque limit
           taken draw by draw; their intervals hold for all pairs and all scenarios at once. Two things more are tuned
           likewise: rivals behind the observers of AOSMC-RGS, and AOSMC-RGS told the true disturbance. Last, AOSMC-RGS
           as tuned loses each of its parts in turn.
-Runs in   about a minute on two cores.
+Runs in   about a minute and a half on two cores.
 """
 
 from collections.abc import Mapping
