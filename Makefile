@@ -20,7 +20,7 @@ paper: .venv/.runtime
 	@set -e; for study in $(STUDIES); do $(RUN) -m workbench run $$study; done
 
 reports: .venv/.dev
-	@set -e; for study in studies/[ab][0-9]_*.py; do $(RUN) -m workbench run $$study; done
+	@set -e; for study in $(filter-out studies/b2_workload.py,$(wildcard studies/[ab][0-9]_*.py)); do $(RUN) -m workbench run $$study; done
 
 test: .venv/.dev
 	@echo "ruff";   $(RUN) -m ruff check --quiet $(CODE)
