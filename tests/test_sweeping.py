@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 from scipy.io import loadmat
 
+from workbench.script import load
 from workbench.study import cost, store
 from workbench.study.store import DATABASE, FOLDER, opened
 
@@ -98,6 +99,15 @@ def test_chunks_that_an_edited_study_does_not_use_are_said_and_kept(command, swe
     assert len(digests(command)) == 10
     assert said not in command("run", swept, "--out", "out", "--fresh").stderr
     assert len(digests(command)) == 5
+
+
+def test_a_study_edited_within_a_second_is_the_edited_one(swept, tmp_path):
+    script, time = tmp_path / swept, 1e9
+    os.utime(script, (time, time))
+    assert load(script).sweeps[0].design.seed == 3
+    script.write_text(SWEPT.replace("seed=3", "seed=4"), encoding="utf-8")
+    os.utime(script, (time, time))
+    assert load(script).sweeps[0].design.seed == 4
 
 
 def test_samples_replace_those_of_the_study_and_stand_in_the_command(command, swept, tmp_path):

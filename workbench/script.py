@@ -9,6 +9,7 @@ from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_loader
 from pathlib import Path
 from shlex import join
+from typing import NoReturn
 
 from workbench.core.layout import nearest
 from workbench.study.study import Study
@@ -23,9 +24,16 @@ def check_file(file: Path) -> None:
         raise LookupError(f"There is no study file '{file}'.{nearest(str(file), beside)}")
 
 
+class _AsItStands(SourceFileLoader):
+    """Compiles a script each time: what Python has kept is taken for it if it has the same second and size."""
+
+    def path_stats(self, path: str | bytes | os.PathLike[str] | os.PathLike[bytes]) -> NoReturn:
+        raise OSError(f"the time of {path!r} is not asked for")
+
+
 def load(file: Path) -> Study:
     """The `study` of a script, which runs as the user's own program with its folder first on the path."""
-    loader = SourceFileLoader("__study__", str(file))
+    loader = _AsItStands("__study__", str(file))
     spec = spec_from_loader(loader.name, loader)
     assert spec is not None
     module = module_from_spec(spec)
