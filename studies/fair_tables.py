@@ -118,7 +118,7 @@ def margins(held: Mapping[str, Comparison], chances: Mapping[str, Ranks]) -> Tab
 def _margin(scenario: str, one: Comparison, chances: Ranks) -> tuple[Cell, ...]:
     laws, ranks = one.paired.laws, chances.ranks
     first, second = (int(i) for i in np.argsort(one.level.value)[:2])
-    more = [f"{100 * (times - 1):+.3g}" for times in ratio(one.paired, laws[second], laws[first])]
+    more = [f"{100 * (times - 1):+.3g}".replace("-", "−") for times in ratio(one.paired, laws[second], laws[first])]
     value, low, high = (100 * float(part[first, 0]) for part in (ranks.value, ranks.low, ranks.high))
     return (
         scenario,
