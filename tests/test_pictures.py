@@ -74,6 +74,11 @@ def test_levels_between_are_marked_and_one_level_alone_has_one_bar():
     assert len(tornado_figure("f", "", tornado_of(lambda u: u[:, 0], levels=(0.9,)), NOTE).panels[0].series) == 1
 
 
+def test_the_ends_of_a_range_are_called_so():
+    panel = tornado_figure("f", "", tornado_of(lambda u: u[:, 0], levels=(1.0, 0.0)), NOTE).panels[0]
+    assert [mark.label for mark in panel.series] == ["at the low end of its range", "at the high end of its range"]
+
+
 def test_the_plane_of_morris_has_each_factor_at_its_mu_star_and_sigma():
     effects = morris_effects(lambda u: u @ [1, -4, 2] + 5 * u[:, 0] * u[:, 1])
     points, diagonal = morris_plane("f", "", effects, NOTE).panels[0].series

@@ -67,7 +67,8 @@ def _panel(tornado: Tornado, unit: str, labels: Labels) -> Panel:
 
 
 def _level(level: float) -> str:
-    return f"at its {100 * level:g} % quantile"
+    ends = {0.0: "at the low end of its range", 1.0: "at the high end of its range"}
+    return ends.get(float(level), f"at its {100 * level:g} % quantile")
 
 
 def _numbers(name: str, caption: Phrase, tornados: list[Tornado], unit: str) -> Table:
