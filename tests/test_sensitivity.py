@@ -279,6 +279,6 @@ def test_a_pair_that_seems_to_do_more_than_its_factors_can_is_told_of():
     (remark,) = found.remarks
     i, j = found.pairs[beyond[0]]
     assert f"'x{i + 1}, x{j + 1}'" in remark
-    assert remark.endswith("in 'y' is more than ST - S1 leaves: its interval misses.")
+    assert remark.endswith("in 'y' is more than ST - S1 allows: its interval is wrong.")
     there = SobolDesign(3, 4096, True)
     assert sobol(there, over(there, ishigami), ["y"]).remarks == ()

@@ -172,5 +172,5 @@ def _crowded(held: Outputs, factors: tuple[str, ...], indices: tuple[Estimate, E
         pairs = [f"'{factors[i[k]]}, {factors[j[k]]}'" for k in np.flatnonzero(flags)]
         if pairs:
             few = ", ".join(pairs[:3]) + (f" and {len(pairs) - 3} more" if len(pairs) > 3 else "")
-            remarks.append(f"S2 of {few} in '{name}' is more than ST - S1 leaves: its interval misses.")
+            remarks.append(f"S2 of {few} in '{name}' is more than ST - S1 allows: its interval is wrong.")
     return tuple(remarks)
