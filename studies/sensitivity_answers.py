@@ -4,7 +4,7 @@ import numpy as np
 from paper_laws import RIVALS
 from sensitivity_found import Found, named
 from sensitivity_sweeps import HELD, LATE, LAWS, METRICS, PROPOSED
-from sensitivity_words import GROUPS, group_of, leaders, sums, with_interval, written
+from sensitivity_words import GROUPS, group_of, leaders, percent, sums, with_interval, written
 
 from workbench.study.document import Cell, Column, Paragraph, Phrase, Reference, Section, Table, Verdict
 from workbench.study.sample import Sample
@@ -106,8 +106,8 @@ def idle_gains(ours: Found, names: tuple[str, ...] = ("phi", "K(0)", "P(0)", "l"
         "holds" if max(sure) < HARDLY else "fails" if max(least) >= HARDLY else "open",
         f"{', '.join(names[:-1])} and {names[-1]} hardly move the RMSE of {PROPOSED}: less than a tenth of what the "
         "strongest factor does.",
-        f"The largest mu* among them is {highest[0]:.0%} and {highest[1]:.0%} of the largest of all (joints 1 and 2), "
-        f"at most {max(sure):.0%} within the intervals.",
+        f"The largest mu* among them is {percent(highest[0])} and {percent(highest[1])} of the largest of all "
+        f"(joints 1 and 2), at most {percent(max(sure))} within the intervals.",
     )
 
 
@@ -134,15 +134,19 @@ def late_errors(found: dict[str, Found]) -> Verdict:
     best = {law: float(min(one.low[0, -1] for one in ends[law])) for law in LAWS}
     worst = {law: float(max(one.high[0, -1] for one in ends[law])) for law in LAWS}
     learning = [law for law in RIVALS if law.endswith("ASMC")]
-    shown = "; ".join(f"{law} {max(one.value[0, -1] for one in ends[law]):.2g} rad" for law in LAWS)
+    shown = ", ".join(f"{law} {_plain(1e3 * max(one.value[0, -1] for one in ends[law]))}" for law in LAWS)
     small, large = all(worst[law] < SMALL for law in learning), best[PROPOSED] > SMALL
     broken = any(best[law] >= SMALL for law in learning) or worst[PROPOSED] <= SMALL
     return Verdict(
         "holds" if small and large else "fails" if broken else "open",
         f"With the same errors of the model, {', '.join(learning)} keep the late error below {1e3 * SMALL:g} mrad in "
         f"95 % of all cases, and {PROPOSED} does not.",
-        f"The 95 % quantile of the late error (after {LATE:g} s) of the worse joint: {shown}. {EXACT}",
+        f"The 95 % quantile of the late error (after {LATE:g} s) of the worse joint, in mrad: {shown}. {EXACT}",
     )
+
+
+def _plain(value: float) -> str:
+    return f"{float(f'{value:.2g}'):,g}"
 
 
 def chattering(ours: Found) -> Verdict:

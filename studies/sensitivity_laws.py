@@ -1,9 +1,11 @@
 """What a7 says of each law: pictures and tables of its indices, the proposed law at more length than its rivals."""
 
+from dataclasses import replace
+
 import numpy as np
 from sensitivity_found import FLOOR, Found, middles, unit_of
 from sensitivity_sweeps import CLEARED, EVERY, HELD, METRICS, PROPOSED
-from sensitivity_words import group_of, labels, with_interval, written
+from sensitivity_words import group_of, labels, percent, with_interval, written
 
 from workbench.study.document import Block, Cell, Column, Paragraph, Phrase, Reference, Section, Table
 from workbench.study.pictures import (
@@ -34,6 +36,14 @@ def proposed(found: dict[str, Found]) -> Section:
         f"{PROPOSED} in full",
         (
             *law_blocks(one),
+            tornado_figure(
+                f"{key}_tornado",
+                f"The RMSE of joint 1 of {PROPOSED} at the ends of the range of each factor by itself.",
+                one.tornado_of("RMSE", 0),
+                one.swings.note_of("RMSE", 0),
+                unit_of("RMSE"),
+                labels=labels(one.swings.factors),
+            ),
             sobol_bars(
                 f"{key}_sobol_q2",
                 f"Indices of {PROPOSED}, joint 2.",
@@ -97,28 +107,21 @@ def rivals(found: dict[str, Found]) -> tuple[Section, ...]:
 
 
 def law_blocks(one: Found) -> tuple[Block, ...]:
-    """What every law has: effects, indices, a tornado, and what acts in pairs."""
+    """What every law has: effects, indices, and what acts in pairs."""
     law, key = one.law, stem(one.law)
     first = [(metric, 0) for metric in SHOWN]
     effects = one.effects_on("RMSE")
+    plane = morris_plane(
+        f"{key}_morris",
+        f"Elementary effects on the RMSE of {law}.",
+        effects,
+        one.screening.note_of("RMSE", 0),
+        unit_of("RMSE"),
+        labels=labels(effects.factors),
+    )
     return (
         Paragraph(left_out(one)),
-        morris_plane(
-            f"{key}_morris",
-            f"Elementary effects on the RMSE of {law}.",
-            effects,
-            one.screening.note_of("RMSE", 0),
-            unit_of("RMSE"),
-            labels=labels(effects.factors),
-        ),
-        tornado_figure(
-            f"{key}_tornado",
-            f"The RMSE of joint 1 of {law} at the ends of the range of each factor by itself.",
-            one.tornado_of("RMSE", 0),
-            one.swings.note_of("RMSE", 0),
-            unit_of("RMSE"),
-            labels=labels(one.swings.factors),
-        ),
+        plane if law == PROPOSED else replace(plane, columns=2),
         sobol_bars(
             f"{key}_sobol",
             f"Indices of {law}, joint 1.",
@@ -142,7 +145,8 @@ def left_out(one: Found) -> Phrase:
     names = ", ".join(held)
     return (
         f"Left at their values in the Sobol indices: {names}. By the screening the largest mu* among them is that of "
-        f"{worst}, {share[worst]:.0%} of the largest of the same output, {verdict} (less than {CLEARED:.0%}).",
+        f"{worst}, {percent(share[worst])} of the largest of the same output, {verdict} "
+        f"(less than {percent(CLEARED)}).",
     )
 
 

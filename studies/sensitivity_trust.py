@@ -7,7 +7,7 @@ from paper_laws import RIVALS
 from sensitivity_factors import SPAN, TOLERANCE, factors
 from sensitivity_found import Found
 from sensitivity_sweeps import METRICS, PROPOSED, SEED, STEPS, UNTIL, loop, metrics
-from sensitivity_words import written
+from sensitivity_words import percent, written
 
 from workbench.metrics import measure
 from workbench.study.document import Cell, Column, Paragraph, Section, Table
@@ -65,12 +65,12 @@ def varied() -> Section:
         (
             Paragraph(
                 "All factors are shares of the numbers on the card (a1), independent of one another. What the paper "
-                f"states is off by up to {TOLERANCE:.0%} either way. What is assumed lies within a factor of {SPAN:g}, "
-                "evenly on a logarithmic scale, and within the range on the card where that is narrower. The ranges "
-                "of the card are mostly wider, up to a factor of 20. Over those the adaptive laws grow gains of "
-                "several hundred N m, and behind a layer of 0.01 rad/s a gain of 300 N m is stable for steps below "
-                "0.02 ms only: beyond them a run chatters by the step alone. So the indices hold for these ranges, and "
-                "say nothing of wider ones."
+                f"states is off by up to {percent(TOLERANCE)} either way. What is assumed lies within a factor of "
+                f"{SPAN:g}, evenly on a logarithmic scale, and within the range on the card where that is narrower. "
+                "The ranges of the card are mostly wider, up to a factor of 20. Over those the adaptive laws grow "
+                "gains of several hundred N m, and behind a layer of 0.01 rad/s a gain of 300 N m is stable for steps"
+                " below 0.02 ms only: beyond them a run chatters by the step alone. So the indices hold for these "
+                "ranges, and say nothing of wider ones."
             ),
             Paragraph(
                 "The arm and the model of it are factors of their own: where one moves and the other does not, the "

@@ -41,6 +41,11 @@ def labels(factors: Sequence[str]) -> dict[str, Phrase]:
     return {factor: written(factor) for factor in factors}
 
 
+def percent(share: float) -> str:
+    """A share in whole percents."""
+    return f"{100 * share:.0f} %"
+
+
 def with_interval(value: float, half: float) -> str:
     """A part of a variance with half of its interval."""
     return f"{value:.2f} \N{PLUS-MINUS SIGN} {half:.2f}"

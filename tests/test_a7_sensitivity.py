@@ -124,6 +124,7 @@ def test_late_errors_are_judged_by_the_quantiles_of_each_law():
     usual = made({})
     laws = {law: scaled(usual, 1e-4 if law.endswith("ASMC") else 1.0) for law in LAWS}
     assert answers.late_errors(laws).kind == "holds"
+    assert "e-" not in answers.late_errors(laws).evidence  # small errors read as numbers, in mrad
     assert answers.late_errors(laws | {"ASMC": usual}).kind == "fails"
     assert answers.late_errors(laws | {PROPOSED: scaled(usual, 1e-4)}).kind == "fails"
 
