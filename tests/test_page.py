@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from workbench.notation.formula import Matrix, Relation, symbol
+from workbench.report.outline import ROWS, provenance
 from workbench.report.page import html
 from workbench.study.document import (
     Band,
@@ -162,3 +163,17 @@ def test_control_characters_do_not_reach_the_page():
     assert not re.search("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff]", page)
     assert "<h1>a\ufffdb</h1>" in page
     page.encode("utf-8")
+
+
+def test_fingerprints_that_would_fill_pages_stand_in_one_paragraph_and_none_is_lost():
+    def rows(count):
+        prints = {f"run_{k}": f"{k // 3:08x}" for k in range(count)}
+        return [row for row in provenance(Document("t", "q", "m", (), Colophon("c", "0", prints))) if "fing" in row[0]]
+
+    assert rows(ROWS) == [(f"fingerprint of run_{k}", f"{k // 3:08x}") for k in range(ROWS)]
+    ((term, text),) = rows(ROWS + 2)
+    groups = dict(part.split(" of ") for part in text.split("; "))
+    assert term == "fingerprints"
+    assert {name: digest for digest, names in groups.items() for name in names.split(", ")} == {
+        f"run_{k}": f"{k // 3:08x}" for k in range(ROWS + 2)
+    }

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from workbench.report.tables import BRACKETS, measures
 from workbench.study.document import Block, Document, Equation, Figure, Phrase, Reference, Section, Table, parts
 
+ROWS = 40  # of fingerprints, one below the other
+
 
 @dataclass(frozen=True, eq=False)
 class Placed:
@@ -85,10 +87,20 @@ def provenance(document: Document) -> tuple[tuple[str, str], ...]:
         ("command", colophon.command),
         ("control-workbench", colophon.version),
         ("seed", "none: nothing here is random" if colophon.seed is None else str(colophon.seed)),
-        *((f"fingerprint of {name}", digest) for name, digest in colophon.fingerprints.items()),
+        *_fingerprints(colophon.fingerprints),
     ]
     if colophon.python:
         rows.append(("Python", colophon.python))
     if colophon.packages:
         rows.append(("packages", ", ".join(f"{name} {version}" for name, version in colophon.packages.items())))
     return tuple(rows)
+
+
+def _fingerprints(prints: Mapping[str, str]) -> list[tuple[str, str]]:
+    """A row each; many of them in one, each digest once with all that bear it, as they would fill pages."""
+    if len(prints) <= ROWS:
+        return [(f"fingerprint of {name}", digest) for name, digest in prints.items()]
+    bearers: dict[str, list[str]] = {}
+    for name, digest in prints.items():
+        bearers.setdefault(digest, []).append(name)
+    return [("fingerprints", "; ".join(f"{digest} of {', '.join(names)}" for digest, names in bearers.items()))]
