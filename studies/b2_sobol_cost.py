@@ -165,7 +165,7 @@ def peer(one: Prepared) -> tuple[float | None, float | None]:
         return None, None
     design = sweep().design
     noise = np.random.default_rng(0).random((design.size, len(one.columns)))
-    analysis, _ = timed(lambda: sobol_by_salib(design, noise))  # type: ignore[arg-type]
+    analysis, _ = timed(lambda: sobol_by_salib(design, noise))
     run = control.runner(HORIZON)
     _, p, _ = one.rows(0, PEER_RUNS)
     spent, _ = timed(lambda: run(p))

@@ -58,7 +58,7 @@ def sections(results: Results) -> Sequence[Section]:
     values = np.stack([sample.outputs(*output) for output in outputs], axis=1)
     names = [f"{metric}, q{joint + 1}" for metric, joint in outputs]
     errors = np.stack([sample.errors_of(*output) for output in outputs], axis=1)
-    found = sobol(sample.design, values, names, factors=sample.factors, errors=errors)  # type: ignore[arg-type]
+    found = sobol(sample.design, values, names, factors=sample.factors, errors=errors)
     rows = tuple(
         (factor, *(f"{found.ST.value[k, i]:.3f} \N{PLUS-MINUS SIGN} {found.ST.half[k, i]:.3f}" for k in range(4)))
         for i, factor in enumerate(found.factors)

@@ -6,7 +6,7 @@ from sensitivity_found import Found, named
 from sensitivity_sweeps import HELD, LATE, LAWS, METRICS, PROPOSED
 from sensitivity_words import GROUPS, group_of, leaders, percent, sums, with_interval, written
 
-from workbench.study.document import Cell, Column, Paragraph, Phrase, Reference, Section, Table, Verdict
+from workbench.study.document import Cell, Column, Paragraph, Part, Phrase, Reference, Section, Table, Verdict
 from workbench.study.sample import Sample
 from workbench.study.sensitivity import Estimate
 
@@ -192,7 +192,7 @@ def _leading(one: Found, metric: str, joint: int) -> Phrase:
     return (*said, *(part for name in first[1:] for part in (" or ", *_joined((name,)))))
 
 
-def _joined(names: tuple[str, ...]) -> tuple:  # type: ignore[type-arg]
+def _joined(names: tuple[str, ...]) -> tuple[Part, ...]:
     return tuple(part for name in names for part in written(name))
 
 

@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from sensitivity_sweeps import EVERY, called, metrics
+from sensitivity_sweeps import EVERY, called, kinds, metrics
 
 from workbench.core.layout import Array
 from workbench.study.sample import Sample
@@ -28,13 +28,13 @@ FLOOR = 1e-4  # rad: what smaller errors add to an integral that holds the start
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The four samples of a law, and what they say of outputs such as ('RMSE', 0): a metric and a joint."""
+    """The samples of a law, and what they say of outputs such as ('RMSE', 0): a metric and a joint."""
 
     law: str
     screening: Sample
     indices: Sample
-    swings: Sample
     random: Sample
+    swings: Sample | None = None
 
     @property
     def outputs(self) -> tuple[tuple[str, int], ...]:
@@ -43,8 +43,8 @@ class Found:
 
     @property
     def samples(self) -> tuple[Sample, ...]:
-        """All four."""
-        return self.screening, self.indices, self.swings, self.random
+        """All that there are."""
+        return self.screening, self.indices, self.random, *(() if self.swings is None else (self.swings,))
 
     @cached_property
     def effects(self) -> MorrisEffects:
@@ -93,7 +93,7 @@ class Found:
 
 def found(results: Results, law: str) -> Found:
     """What a study found of a law."""
-    return Found(law, *(results.sample(called(law, kind)) for kind in ("screening", "indices", "tornado", "bands")))
+    return Found(law, *(results.sample(called(law, kind)) for kind in kinds(law)))
 
 
 def named(metric: str, joint: int) -> str:

@@ -1,4 +1,4 @@
-"""The runs of a7: of each law a screening, the runs behind its Sobol indices, a tornado, and random ones for bands."""
+"""The runs of a7: of each law a screening, those behind its Sobol indices, and random ones for bands."""
 
 from paper_laws import RIVALS, proposed_repaired, rival
 from sensitivity_factors import factors
@@ -63,13 +63,18 @@ def called(law: str, kind: str) -> str:
     return f"{law.lower().replace('-', '_')}_{kind}"
 
 
+def kinds(law: str) -> tuple[str, ...]:
+    """Of which kinds the sweeps of a law are."""
+    return ("screening", "indices", "bands", *(("tornado",) if law == PROPOSED else ()))
+
+
 def looks(law: str, kind: str) -> bool:
     """Whether a sweep is looked at over time."""
     return kind == "bands" or (kind == "indices" and law == PROPOSED)
 
 
 def sweeps(law: str) -> tuple[Sweep, ...]:
-    """The four sweeps of a law."""
+    """The sweeps of a law; only the proposed one has a tornado."""
     every, some = factors(law), free(law)
     designs = {
         "screening": (every, MorrisDesign(len(every), TRAJECTORIES[law], seed=SEED)),
@@ -90,4 +95,5 @@ def sweeps(law: str) -> tuple[Sweep, ...]:
             SEED,
         )
         for kind, (moved, design) in designs.items()
+        if kind in kinds(law)
     )

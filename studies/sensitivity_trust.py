@@ -130,7 +130,7 @@ def runs_table(found: dict[str, Found]) -> Table:
         rows.append((law, counts, lost, f"{1e3 * STEPS[law]:.4g}", *(f"{error:.1g}" for error in errors)))
     columns = (
         Column("law"),
-        Column("runs: screening + indices + tornado + random"),
+        Column("runs: screening + indices + random + tornado"),
         Column("failed", align="right"),
         Column("step", "ms", "right"),
         *(Column(f"error of {metric.name}", align="right") for metric in METRICS),

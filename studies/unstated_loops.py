@@ -31,12 +31,12 @@ class Reading(AbstractDistribution):
     names: tuple[str, ...]
 
     @property
-    def low(self) -> float:  # type: ignore[override]
+    def low(self) -> float:
         """The first place."""
         return 0.0
 
     @property
-    def high(self) -> float:  # type: ignore[override]
+    def high(self) -> float:
         """The last place."""
         return len(self.names) - 1.0
 

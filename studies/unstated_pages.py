@@ -55,7 +55,7 @@ def verdicts(found: Mapping[str, Found]) -> tuple[Verdict, ...]:
         ),
         Verdict(
             "holds" if met == len(fits) else "open",
-            "So do they for every one of the 24 printed cells.",
+            "Numbers and readings that are not stated give each of the 24 printed cells by itself.",
             f"{met} of {len(fits)} cells are met within {_percent(CLOSE)}.",
         ),
         Verdict(
@@ -171,9 +171,9 @@ def trust_section(results: Results, found: Mapping[str, Found]) -> Section:
                     f"{1e3 * random.h:g}",
                     f"{random.failed} of {len(random)}",
                     f"{failed} of {tuned.tuning.size}",
-                    f"{max(change):.1e}",
+                    max(change),
                     f"{check.failed} of {len(check)}",
-                    f"{max(fine):.1e}",
+                    max(fine),
                 )
             )
     columns = (
@@ -182,9 +182,9 @@ def trust_section(results: Results, found: Mapping[str, Found]) -> Section:
         Column("step", "ms", "right"),
         Column("draws that diverged", align="right"),
         Column("of the search", align="right"),
-        Column("step error of draws", "rad", "right"),
+        Column("step error of draws", "rad", "right", digits=2),
         Column("checks that diverged", align="right"),
-        Column("step error of checks", "rad", "right"),
+        Column("step error of checks", "rad", "right", digits=2),
     )
     return Section(
         "How far these numbers can be trusted",

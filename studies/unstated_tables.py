@@ -98,7 +98,8 @@ def _value(one: Fit, scenario: str, joint: int) -> tuple[Cell, Cell]:
 
 
 def _counts(found: Found, target: str) -> tuple[Cell, Cell]:
-    return tuple(f"{int((part[target] <= CLOSE).sum())}" for part in (found.drawn, found.sought))  # type: ignore[return-value]
+    drawn, sought = (f"{int((part[target] <= CLOSE).sum())}" for part in (found.drawn, found.sought))
+    return drawn, sought
 
 
 def _together(found: Mapping[str, Found]) -> Table:

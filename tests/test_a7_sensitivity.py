@@ -48,10 +48,8 @@ def made(weights, joint_weights=None):
     """A law whose metrics are linear in its factors."""
     every, some = [f.name for f in factors(PROPOSED)], [f.name for f in free(PROPOSED)]
     d = len(every)
-    designs = (every, MorrisDesign(d, 60)), (some, SobolDesign(len(some), 256, True)), (every, OneAtATime(d))
-    return Found(
-        PROPOSED, *(sampled(*each, weights, joint_weights) for each in (*designs, (every, MonteCarlo(d, 128))))
-    )
+    designs = (every, MorrisDesign(d, 60)), (some, SobolDesign(len(some), 256, True)), (every, MonteCarlo(d, 128))
+    return Found(PROPOSED, *(sampled(*each, weights, joint_weights) for each in (*designs, (every, OneAtATime(d)))))
 
 
 @pytest.mark.parametrize("law", LAWS)
