@@ -18,7 +18,7 @@ from workbench.metrics.catalogue import (
     total_variation,
 )
 from workbench.metrics.contract import AbstractMetric
-from workbench.metrics.measure import measure
+from workbench.metrics.measure import measure, measure_alike
 from workbench.metrics.measurement import Measurement, Score
 
 __all__ = [
@@ -32,6 +32,7 @@ __all__ = [
     "itae",
     "late_error",
     "measure",
+    "measure_alike",
     "measured",
     "observer_error",
     "overshoot",

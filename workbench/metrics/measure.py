@@ -15,7 +15,7 @@ from workbench.core.numbers import Integers, positive, seconds
 from workbench.metrics.accumulated import common_grid, maker, resolved
 from workbench.metrics.contract import AbstractMetric
 from workbench.metrics.measurement import Measurement, Score
-from workbench.simulate import StepLimit, Trajectories, choose, run, simulate, simulate_both, step_limit
+from workbench.simulate import StepLimit, Trajectories, choose, run, simulate, simulate_alike, simulate_both, step_limit
 from workbench.simulate.job import Progress
 from workbench.simulate.marches import continued
 from workbench.simulate.request import rows_of
@@ -76,6 +76,33 @@ def measure(
     return _judged(metrics, pair, tolerance)
 
 
+def measure_alike(
+    equations: Sequence[Ode | Sampled],
+    metrics: Sequence[AbstractMetric],
+    *,
+    until: float,
+    h: float,
+    every: float | None = None,
+    tolerance: float | None = None,
+    progress: Progress | None = None,
+) -> list[Measurement]:
+    """What `measure` makes of each of several equations; where they are much alike, in the time of a few of them.
+
+    Variants of one law are alike, and one law with other numbers. What a run gives is what it gives alone, to the
+    last bit.
+
+    Raises
+    ------
+    LookupError, ValueError
+        If `measure` refuses one of them.
+    """
+    wanted = [resolved(equation, metrics, seconds("measure(until=...)", until)) for equation in equations]
+    makers = [maker(equation, of) for equation, of in zip(equations, wanted, strict=True)]
+    steps = [(make("rk4", h), make("rk4", h / 2)) for make in makers]
+    runs = simulate_alike(steps, until=until, every=every or steps[0][0].h, progress=progress)
+    return [_judged(of, _pair(*both), tolerance) for of, both in zip(wanted, runs, strict=True)]
+
+
 @dataclass(frozen=True, eq=False)
 class _Pair:
     """The same runs at some steps, of which `h` [s] is the longest, and at their halves; and the former's limits."""
@@ -103,9 +130,14 @@ def _at_steps(
     make = maker(equation, metrics)
     coarse, fine = make("rk4", h), make("rk4", h / 2)
     rows = {"p": p, "x0": _extended(x0, fine)}
-    b, a = simulate_both(coarse, fine, **rows, until=until, every=every or coarse.h, seed=seed, progress=share)
-    looked_at = _looked_at(b.p, b.x[:, 0])
-    return _Pair(b, a, coarse.h, _limits(b, looked_at), looked_at)
+    every = every or coarse.h
+    return _pair(*simulate_both(coarse, fine, **rows, until=until, every=every, seed=seed, progress=share))
+
+
+def _pair(coarse: Trajectories, fine: Trajectories) -> _Pair:
+    """Runs at a step and at its half, with the limits of the step."""
+    looked_at = _looked_at(coarse.p, coarse.x[:, 0])
+    return _Pair(coarse, fine, coarse.step.h, _limits(coarse, looked_at), looked_at)
 
 
 def _at_choice(

@@ -3,6 +3,7 @@
 The variable-step reference mode for one run of an `Ode` is `workbench.simulate.reference`.
 """
 
+from workbench.simulate.alike import simulate_alike
 from workbench.simulate.batch import simulate, simulate_both
 from workbench.simulate.stepping.accuracy import check_by_halving
 from workbench.simulate.stepping.pilot import choose, pilot_rows
@@ -19,6 +20,7 @@ __all__ = [
     "pilot_rows",
     "run",
     "simulate",
+    "simulate_alike",
     "simulate_both",
     "step_limit",
 ]

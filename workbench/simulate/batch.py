@@ -64,7 +64,7 @@ def simulate(
     x = np.empty((len(x_rows), kept + 1, step.states.size))
     x[:, 0] = x_rows
     march(job, x, progress or (lambda share: None))
-    return _found(job, x, march)
+    return found(job, x, march)
 
 
 def simulate_both(
@@ -95,7 +95,7 @@ def simulate_both(
     stride, kept = plan_of(half, p_rows, until, every)
     keys = keys_of(seed, None, len(p_rows))
     job = Job(half, p_rows, stride, *keys)
-    march = march_of_pairs(job) if whole.rule is half.rule and whole.h == 2 * half.h and stride % 2 == 0 else None
+    march = march_of_pairs(job) if is_pair(whole, half, stride) else None
     if march is None:
         # the longer run first: from it the engine sees how good its code should be
         call = partial(simulate, p=p, x0=x0, until=until, every=every, seed=seed)
@@ -105,10 +105,15 @@ def simulate_both(
     x[:, 0] = np.repeat(x_rows, 2, axis=0)
     pairs = replace(job, p=np.repeat(p_rows, 2, axis=0), runs=np.repeat(job.runs, 2), paired=True)
     march(pairs, x, tell)
-    return _found(replace(job, step=whole, stride=stride // 2), x[1::2], march), _found(job, x[::2], march)
+    return found(replace(job, step=whole, stride=stride // 2), x[1::2], march), found(job, x[::2], march)
 
 
-def _found(job: Job, x: Array, march: March) -> Trajectories:
+def is_pair(whole: Step, half: Step, stride: int) -> bool:
+    """Whether a kernel can go through both steps side by side, with states kept every `stride` half steps."""
+    return whole.rule is half.rule and whole.h == 2 * half.h and stride % 2 == 0
+
+
+def found(job: Job, x: Array, march: March) -> Trajectories:
     """The runs that a march has left in x (B, 1 + kept, nx), with those marked that diverged."""
     divergence = find_divergence(job, x, march)
     return Trajectories(job, np.asarray(np.arange(x.shape[1]) * job.stride * job.step.h), x, divergence)

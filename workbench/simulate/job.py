@@ -15,7 +15,9 @@ import numpy as np
 
 from workbench.core import Step
 from workbench.core.numbers import Array, Integers
+from workbench.simulate.kernel.merging import Merged
 from workbench.simulate.kernel.noise import normals
+from workbench.simulate.kernel.plan import Plan, planned
 
 # Told the share that is done, now and then.
 Progress = Callable[[float], None]
@@ -27,6 +29,14 @@ BLOCKS_OF_A_LOT = 64
 STEPS_OF_A_STAGE = 8_000_000  # of all runs of a lot and 500 operations, between two looks at progress: half a second
 PAIRS = 2  # runs that leave every second lane of the narrowest vector to a step of twice the length
 NUMBERS_OF_A_STAGE = 1_000_000  # of kept states in a lot, which are turned run by run when it is done
+
+
+class Alike(NamedTuple):
+    """Several steps that are run by one graph: the parameters of it that vary, and of which step each run is, (B,)."""
+
+    merged: Merged
+    varied: tuple[int, ...]
+    which: Integers
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +51,8 @@ class Job:
         The keys of their noise: a whole number, and one for each run, (B,).
     paired
         Whether every second run takes steps of twice the length, of which the stride is a whole number.
+    alike
+        For runs that share their march with those of other steps: how; p may have zeros at its end.
     """
 
     step: Step
@@ -50,21 +62,35 @@ class Job:
     runs: Integers
     begin: int = 0
     paired: bool = False
+    alike: Alike | None = None
+
+    @property
+    def plan(self) -> Plan:
+        """The plan of its kernel."""
+        if self.alike is None:
+            return Plan.of_step(self.step, self.varied)
+        return planned(self.alike.merged.graph, self.alike.varied)
+
+    @property
+    def rows(self) -> Array:
+        """The parameters of its kernel, a row a run."""
+        return self.p if self.alike is None else self.alike.merged.rows(self.p, self.alike.which)
 
     @cached_property
     def varied(self) -> tuple[int, ...]:
         """The parameters that are not the same in all runs."""
-        bits = self.p.view(np.uint64)  # 0 and -0 are two numbers
-        return tuple(int(i) for i in np.flatnonzero((bits != bits[:1]).any(axis=0)))
+        return differing(self.p)
 
     def part(self, chosen: Integers, stride: int, begin: int) -> Job:
         """Some of the runs, from another step on."""
-        return replace(self, p=self.p[chosen], runs=self.runs[chosen], stride=stride, begin=begin)
+        alike = self.alike and self.alike._replace(which=self.alike.which[chosen])
+        return replace(self, p=self.p[chosen], runs=self.runs[chosen], stride=stride, begin=begin, alike=alike)
 
     def check(self, x: Array) -> None:
         """Refuse what a march would read or fill beyond its ends."""
         shapes = (self.p.shape, self.runs.shape, x.shape[:1], x.shape[2:])
-        wanted = ((len(x), self.step.parameters.size), (len(x),), (len(x),), (self.step.states.size,))
+        size = self.step.parameters.size if self.alike is None else self.p.shape[1]
+        wanted = ((len(x), size), (len(x),), (len(x),), (self.step.states.size,))
         if shapes != wanted or self.p.dtype != float or x.dtype != float or self.runs.dtype != np.int64:
             raise ValueError(
                 f"`march(job, x)` takes x (B, 1 + kept, {self.step.states.size}) and p (B, "
@@ -75,6 +101,12 @@ class Job:
     def noise(self, steps: Integers) -> Array:
         """The normal numbers of some steps (N,), each by its number: (B, N, nw)."""
         return normals(self.seed, self.runs, steps, self.step.noises)
+
+
+def differing(rows: Array) -> tuple[int, ...]:
+    """The columns in which not all rows (B, n) have the same bits."""
+    bits = rows.view(np.uint64)  # 0 and -0 are two numbers
+    return tuple(int(i) for i in np.flatnonzero((bits != bits[:1]).any(axis=0)))
 
 
 class Piece(NamedTuple):

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from contextlib import suppress
+from dataclasses import fields, is_dataclass
+from functools import partial
 from threading import Lock
+from typing import Any, TypeVar
 
-from workbench.metrics import measure
+from workbench.core import Ode
+from workbench.metrics import Measurement, measure, measure_alike
 from workbench.study.study import Case, Outcome, Results, Study
 
+MOST_ALIKE = 8  # cases that are merged: two of the widest vectors, and time for other cases beside them
+
 Progress = Callable[[float], None]
+T = TypeVar("T")
 
 
 class CaseError(ValueError):
@@ -40,15 +48,16 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
     if callable(cases):
         raise ValueError("`run(study)` needs the cases themselves, not a function: take `study.resolved(tuned)`.")
     tally = _Tally(cases, progress)
-    longest_first = sorted(range(len(cases)), key=lambda i: -_work(cases[i]))
+    groups = sorted(_groups(cases), key=lambda group: -sum(_work(cases[i]) for i in group))
     pool = ThreadPoolExecutor(workers or os.cpu_count() or 1)
     try:
-        futures = {i: pool.submit(_outcome, cases[i], tally.of(i)) for i in longest_first}
+        futures = {g: pool.submit(_outcomes, [cases[i] for i in g], [tally.of(i) for i in g]) for g in groups}
         done, _ = wait(futures.values(), return_when=FIRST_EXCEPTION)
-        failed = [i for i in sorted(futures) if futures[i] in done and futures[i].exception() is not None]
+        failed = [g for g in sorted(futures) if futures[g] in done and futures[g].exception() is not None]
         if failed:
             futures[failed[0]].result()
-        return Results(tuple(futures[i].result() for i in range(len(cases))))
+        outcomes = {i: outcome for g in groups for i, outcome in zip(g, futures[g].result(), strict=True)}
+        return Results(tuple(outcomes[i] for i in range(len(cases))))
     finally:
         tally.stopped = True
         pool.shutdown(cancel_futures=True)
@@ -59,23 +68,53 @@ def _work(case: Case) -> float:
     return case.until / (case.h or case.every)
 
 
-def _outcome(case: Case, progress: Progress) -> Outcome:
+def _groups(cases: Sequence[Case]) -> list[tuple[int, ...]]:
+    """The numbers of the cases, those together that may be alike: loops of the same blocks, asked for the same."""
+    groups: dict[object, list[int]] = {}
+    for i, case in enumerate(cases):
+        asked = (case.h, case.until, case.every, case.tolerance, case.metrics)
+        blocks = [type(getattr(case.loop, f.name)) for f in fields(case.loop)] if is_dataclass(case.loop) else [i]
+        groups.setdefault((*asked, *blocks, i if case.h is None else None), []).append(i)
+    return [tuple(g[k : k + MOST_ALIKE]) for g in groups.values() for k in range(0, len(g), MOST_ALIKE)]
+
+
+def _outcomes(cases: Sequence[Case], tells: Sequence[Progress]) -> list[Outcome]:
+    """The outcomes of cases that may be alike."""
+    odes = [_named(case, partial(_ode, case)) for case in cases]
+    first, found = cases[0], None
+    if first.h is not None and len(cases) > 1:
+        asked: dict[str, Any] = {"until": first.until, "h": first.h, "every": first.every, "tolerance": first.tolerance}
+        with suppress(ValueError, LookupError):  # what is wrong with which of them is told below
+            found = measure_alike(odes, first.metrics, **asked, progress=partial(_tell_all, tells))
+    if found is None:
+        runs = zip(cases, odes, tells, strict=True)
+        found = [_named(case, partial(_measured, case, ode, tell)) for case, ode, tell in runs]
+    return [Outcome(*of) for of in zip(cases, odes, found, strict=True)]
+
+
+def _tell_all(tells: Sequence[Progress], share: float) -> None:
+    for tell in tells:
+        tell(share)
+
+
+def _named(case: Case, call: Callable[[], T]) -> T:
+    """What a call gives, or its error with the name of the case."""
     try:
-        ode = case.loop.ode(case.name)
-        _ = ode.fingerprint  # the report needs it, and here the cases make theirs side by side
-        measurement = measure(
-            ode,
-            case.metrics,
-            until=case.until,
-            h=case.h,
-            every=case.every,
-            tolerance=case.tolerance,
-            progress=progress,
-        )
+        return call()
     except Exception as error:
         kind = "" if type(error) in (ValueError, LookupError) else f"{type(error).__name__}: "
         raise CaseError(f"{case.name}: {kind}{error}") from error
-    return Outcome(case, ode, measurement)
+
+
+def _ode(case: Case) -> Ode:
+    ode = case.loop.ode(case.name)
+    _ = ode.fingerprint  # the report needs it, and here the cases make theirs side by side
+    return ode
+
+
+def _measured(case: Case, ode: Ode, tell: Progress) -> Measurement:
+    asked: dict[str, Any] = {"until": case.until, "h": case.h, "every": case.every, "tolerance": case.tolerance}
+    return measure(ode, case.metrics, **asked, progress=tell)
 
 
 class _Tally:

@@ -59,7 +59,8 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
     Vectors of `width` runs are as wide as the processor's unless it is given; few runs are served faster by half.
     """
     job.check(x)
-    kept, width = x.shape[1] - 1, width or (llvm.lanes() if len(x) > FEW else FEW)
+    few = len(x) <= FEW and job.alike is None
+    kept, width = x.shape[1] - 1, width or (FEW if few else llvm.lanes())
     made, parts = _kernel(job, kept, width), lots(job, width)
     done, total = 0.0, kept * job.stride
     with crew(len(parts)) as each:
@@ -78,12 +79,13 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
 def _kernel(job: Job, kept: int, width: int) -> Kernel:
     """The kernel of a job: in haste as long as its plan has not much to march, behind it or ahead.
 
-    Runs that could be pairs get a kernel of pairs, as their step and its half are most often asked for together.
+    Runs that could be pairs get a kernel of pairs, as their step and its half are most often asked for together; so
+    do those of steps that are alike, which are.
     """
-    plan = Plan.of_step(job.step, job.varied)
+    plan = job.plan
     steps = _marched.get(plan, 0) + -(-len(job.p) // width) * kept * job.stride
     _marched[plan] = steps
-    paired = job.paired or (len(job.p) <= PAIRS and width >= FEW)
+    paired = job.paired or job.alike is not None or (len(job.p) <= PAIRS and width >= FEW)
     return kernel(plan, width, steps < WORTH_COMPILING, paired)
 
 
@@ -98,7 +100,7 @@ def _advance(made: Kernel, job: Job, lot: slice, x: Array, stage: list[Piece]) -
         return _aligned(rows[fill].reshape(blocks, width, -1).transpose(0, 2, 1))
 
     first, end = stage[0].row, stage[-1].row + stage[-1].rows
-    p, state, keys = lanes(job.p[lot][:, list(plan.parameters)]), lanes(x[:, stage[0].start]), job.runs[lot][fill]
+    p, state, keys = lanes(job.rows[lot][:, list(plan.parameters)]), lanes(x[:, stage[0].start]), job.runs[lot][fill]
     times = np.array([(piece.rows, piece.steps, piece.begin, piece.row - first, piece.whole) for piece in stage])
     groups = max(-(-piece.length // width) for piece in stage)
     out = _room(blocks, end - first, nx, width)

@@ -39,7 +39,7 @@ class Plan:
     @staticmethod
     def of_step(step: Step, varied: tuple[int, ...]) -> Plan:
         """The plan of a step's graph, made once for all lengths."""
-        return _plan(graph_of(step), varied)
+        return planned(graph_of(step), varied)
 
     @staticmethod
     def of(graph: Graph, varied: Iterable[int]) -> Plan:
@@ -101,7 +101,8 @@ def _rewritten(graph: Graph) -> Graph:
 
 
 @lru_cache(maxsize=128)
-def _plan(graph: Graph, varied: tuple[int, ...]) -> Plan:
+def planned(graph: Graph, varied: tuple[int, ...]) -> Plan:
+    """The plan of a graph, made once."""
     return Plan.of(graph, varied)
 
 
