@@ -63,4 +63,4 @@ def root() -> Ode:
 
 def with_next(step: Step, after: ca.SX) -> Step:
     """The step with another x+, in the symbols of its rule."""
-    return replace(step, rule=replace(step.rule, next=after))
+    return replace(step, rule=replace(step.rule, rate=ca.SX(0, 1), update=after))

@@ -10,9 +10,10 @@ from workbench.core.dynamics import AbstractArm, Dynamics
 from workbench.core.layout import Entry, Layout
 from workbench.core.lift import Lifted, lift
 from workbench.core.ode import Ode
+from workbench.core.rule import Rule
 from workbench.core.sampled import Sampled
 from workbench.core.stabilised import rkc, stepper
-from workbench.core.step import Rule, Step, rk4
+from workbench.core.step import Step, rk4
 
 __all__ = [
     "AbstractArm",

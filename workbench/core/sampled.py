@@ -12,9 +12,10 @@ import numpy as np
 from workbench.core.layout import Layout
 from workbench.core.numbers import seconds
 from workbench.core.ode import Ode, instructions
+from workbench.core.rule import RK4_AMPLIFICATION, Rule, runge_kutta
 from workbench.core.show import layouts_to_html
 from workbench.core.sockets import require
-from workbench.core.step import RK4_AMPLIFICATION, Rule, Step, runge_kutta
+from workbench.core.step import Step
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +125,7 @@ class Sampled:
         for i in range(substeps):
             x = runge_kutta(f, t + i * h, x, p, h)
         output = ca.substitute(flow.output, ca.vertcat(flow.t, flow.x), ca.vertcat(t, after))
-        rule = Rule(ca.SX.sym("h"), self.k, flow.x, p, self.w, x, output)
+        rule = Rule(ca.SX.sym("h"), self.k, ca.SX.sym("t"), flow.x, p, self.w, ca.SX(0, 1), x, output)
         layouts = (flow.states, flow.parameters, flow.outputs)
         return Step(self.period, *layouts, rule, flow, RK4_AMPLIFICATION, int(substeps))
 

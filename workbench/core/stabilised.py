@@ -12,8 +12,9 @@ from numpy.polynomial import Chebyshev, Polynomial
 
 from workbench.core.numbers import Array, seconds
 from workbench.core.ode import Ode
+from workbench.core.rule import Rule
 from workbench.core.sockets import require
-from workbench.core.step import Rule, Step, rk4
+from workbench.core.step import Step, rk4
 
 DAMPING = 2 / 13
 MOST_STAGES = 12  # beyond, the powers of z in R(z) cancel more digits than a stability limit may lose
@@ -62,7 +63,7 @@ def _rkc(ode: Ode, stages: int) -> Rule:
     for j in range(2, stages + 1):
         pull = mu_f[j] * f(t + c[j - 1] * h, now, p) + gamma[j] * f0
         before, now = now, (1 - mu[j] - nu[j]) * x + mu[j] * now + nu[j] * before + h * pull
-    return replace(rule, next=now)
+    return replace(rule, rate=ca.SX(0, 1), update=now)
 
 
 def stepper(method: str) -> Callable[[Ode, float], Step]:

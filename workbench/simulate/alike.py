@@ -15,7 +15,8 @@ from workbench.core import Step
 from workbench.simulate.batch import found, is_pair, simulate_both
 from workbench.simulate.job import Alike, Job, March, Progress, differing
 from workbench.simulate.kernel.merging import merged
-from workbench.simulate.kernel.plan import graph_of
+from workbench.simulate.kernel.plan import pass_of
+from workbench.simulate.kernel.stages import stepped
 from workbench.simulate.marches import march_of_pairs
 from workbench.simulate.request import keys_of, plan_of, rows_of
 from workbench.simulate.trajectories import Trajectories
@@ -37,7 +38,7 @@ def simulate_alike(
         If `simulate` refuses.
     """
     tell = progress or (lambda share: None)
-    sizes = [(half.h, half.states.size, half.noises) for _, half in pairs]
+    sizes = [(half.h, half.states.size, half.rule.rate.numel(), half.noises) for _, half in pairs]
     runs: dict[int, Both] = {}
     for size in dict.fromkeys(sizes):
         group = [i for i, other in enumerate(sizes) if other == size]
@@ -87,9 +88,10 @@ def _march(pairs: Sequence[Pair], jobs: Sequence[Job]) -> March | None:
 def _shared(jobs: Sequence[Job]) -> tuple[list[Job], Job] | None:
     """The jobs with the graph that they share, and the job of all of them in pairs; None if they are not alike."""
     most = max(job.p.shape[1] for job in jobs)
-    one = merged([graph_of(job.step) for job in jobs], most)
+    one = merged([pass_of(job.step) for job in jobs], most)
     if one is None:
         return None
+    one = replace(one, graph=stepped(one.graph, int(jobs[0].step.rule.rate.numel())))
     p = np.stack([np.pad(job.p[0], (0, most - job.p.shape[1])) for job in jobs])
     which = np.arange(len(jobs))
     alike = Alike(one, differing(one.rows(p, which)), which)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -70,7 +71,7 @@ def _along(step: Step, places: Sequence[int], p: Array, x0: Array) -> tuple[Step
     in_p = ca.SX.zeros(p.size)
     in_p[moved] = direction
     update = ca.jtimes(rule.next, ca.vertcat(rule.x, rule.p), ca.vertcat(S, in_p))
-    extended = step.extended(more, symbols, ca.vertcat(ca.densify(update), direction))
+    extended = replace(step, rule=rule.written_out).extended(more, symbols, ca.vertcat(ca.densify(update), direction))
     start = np.tile(np.concatenate([x0, extended.states.default[x0.size :]]), (m, 1))
     for row, place in zip(start, places, strict=True):
         row[n + (n + moved.index(place) if place < p.size else place - p.size)] = 1.0

@@ -48,7 +48,7 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
     if callable(cases):
         raise ValueError("`run(study)` needs the cases themselves, not a function: take `study.resolved(tuned)`.")
     tally = _Tally(cases, progress)
-    groups = sorted(_groups(cases), key=lambda group: -sum(_work(cases[i]) for i in group))
+    groups = _in_turns(cases, _groups(cases))
     pool = ThreadPoolExecutor(workers or os.cpu_count() or 1)
     try:
         futures = {g: pool.submit(_outcomes, [cases[i] for i in g], [tally.of(i) for i in g]) for g in groups}
@@ -76,6 +76,19 @@ def _groups(cases: Sequence[Case]) -> list[tuple[int, ...]]:
         blocks = [type(getattr(case.loop, f.name)) for f in fields(case.loop)] if is_dataclass(case.loop) else [i]
         groups.setdefault((*asked, *blocks, i if case.h is None else None), []).append(i)
     return [tuple(g[k : k + MOST_ALIKE]) for g in groups.values() for k in range(0, len(g), MOST_ALIKE)]
+
+
+def _in_turns(cases: Sequence[Case], groups: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
+    """Longest first, but groups of several spread among those of one: the former keep the interpreter busy."""
+    shares: list[tuple[float, tuple[int, ...]]] = []
+    for alone in (True, False):
+        kind = [group for group in groups if (len(group) == 1) is alone]
+        work = {group: sum(_work(cases[i]) for i in group) for group in kind}
+        done, total = 0.0, sum(work.values()) or 1.0
+        for group in sorted(kind, key=lambda group: -work[group]):
+            shares.append((done / total, group))
+            done += work[group]
+    return [group for _, group in sorted(shares)]
 
 
 def _outcomes(cases: Sequence[Case], tells: Sequence[Progress]) -> list[Outcome]:

@@ -28,12 +28,13 @@ class Node(NamedTuple):
     entry: int = 0
 
 
-SOURCES = ("h", "k", "x", "p", "w")
+SOURCES = ("h", "k", "t", "x", "p", "w")
 LEVELS = {
     "const": Level.LENGTH,
     "h": Level.LENGTH,
     "p": Level.PARAMETERS,
     "k": Level.TIME,
+    "t": Level.TIME,
     "x": Level.STATE,
     "w": Level.STATE,
 }

@@ -10,6 +10,7 @@ from workbench.core import Step
 from workbench.simulate.kernel.graph import Graph, Level, Node
 from workbench.simulate.kernel.reading import read
 from workbench.simulate.kernel.rewriting import rewritten
+from workbench.simulate.kernel.stages import stepped
 
 # Numbers that stand in the code. All others are handed in, so that a step and its half are one kernel.
 PLAIN = (0.0, 1.0, -1.0, 2.0, 0.5)
@@ -92,12 +93,28 @@ def graph_of(step: Step) -> Graph:
     ValueError
         If the step has an operation that no kernel knows; the message names it and the state it is for.
     """
+    return _stepped(pass_of(step), int(step.rule.rate.numel()))
+
+
+def pass_of(step: Step) -> Graph:
+    """The graph of a step's rates and updates, as every stage of it evaluates them.
+
+    Raises
+    ------
+    ValueError
+        As `graph_of`.
+    """
     return _rewritten(read(step))
 
 
 @lru_cache(maxsize=128)
 def _rewritten(graph: Graph) -> Graph:
     return rewritten(graph)
+
+
+@lru_cache(maxsize=128)
+def _stepped(graph: Graph, rates: int) -> Graph:
+    return stepped(graph, rates)
 
 
 @lru_cache(maxsize=128)

@@ -1,4 +1,4 @@
-"""Reading: the operations of a `Step`, as CasADi holds them, as the nodes of a graph.
+"""Reading: the operations of a rule, as CasADi holds them, as the nodes of a graph.
 
 A division becomes a product with a reciprocal, which is shared and moves out of the loop wherever its
 operand does.
@@ -48,7 +48,7 @@ NAMES = {getattr(ca, name): name.removeprefix("OP_") for name in dir(ca) if name
 
 
 def read(step: Step) -> Graph:
-    """The graph of a step of any length.
+    """The graph of a step's rates and updates, which it goes through once a stage.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def read(step: Step) -> Graph:
 @lru_cache(maxsize=128)
 def _graph(rule: Rule) -> Graph:
     reader = _Reader()
-    results = tuple(reader.read(rule.F))
+    results = tuple(reader.read(rule.parts))
     return Graph(tuple(reader.nodes.held), results)
 
 
@@ -93,19 +93,21 @@ class _Reader:
     def read(self, function: ca.Function) -> list[int]:
         """The places of what the function returns."""
         registers: dict[int, int] = {}
-        results: dict[int, int] = {}
+        results: dict[tuple[int, int], int] = {}
         for line in range(function.n_instructions()):
             code = function.instruction_id(line)
             reads, writes = function.instruction_input(line), function.instruction_output(line)
             if code == ca.OP_OUTPUT:
-                results[writes[1]] = registers[reads[0]]
+                results[writes[0], writes[1]] = registers[reads[0]]
             elif code == ca.OP_INPUT:
                 registers[writes[0]] = self.nodes.add(SOURCES[reads[0]], entry=reads[1])
             elif code == ca.OP_CONST:
                 registers[writes[0]] = self.nodes.constant(function.instruction_constant(line))
             else:
                 registers[writes[0]] = self._operation(code, *(registers[read] for read in reads))
-        return [results[i] if i in results else self.nodes.constant(0.0) for i in range(function.size1_out(0))]
+        zero = self.nodes.constant(0.0)
+        sizes = map(function.size1_out, range(function.n_out()))
+        return [results.get((part, i), zero) for part, size in enumerate(sizes) for i in range(size)]
 
     def _operation(self, code: int, *operands: int) -> int:
         """An operation of CasADi in terms of ours."""

@@ -219,7 +219,8 @@ def movable(step: Step) -> Step:
 @lru_cache(maxsize=128)
 def _movable(rule: Rule) -> Rule:
     begin = ca.SX.sym("begin")
-    return replace(rule, p=ca.vertcat(rule.p, begin), next=ca.substitute(rule.next, rule.k, rule.k + begin))
+    after = ca.substitute(rule.next, rule.k, rule.k + begin)
+    return replace(rule.written_out, p=ca.vertcat(rule.p, begin), update=after)
 
 
 def _search(
