@@ -1,10 +1,13 @@
 """The classical Runge-Kutta step."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
 
 from workbench.core import Entry, Layout, Ode, rk4
+from workbench.simulate import simulate
 
 
 def forced(name: str = "logistic") -> Ode:
@@ -61,6 +64,31 @@ def test_memory_can_be_carried_beside_the_step():
     more = step.extended(extra, z, ca.fmax(z, step.rule.x))
     np.testing.assert_array_equal(np.array(more.F(0, [0.5, 0.3], 1.0, [])).ravel()[1], 0.5)
     assert more.states.names == ("x", "largest")
+
+
+def test_memory_sees_the_state_and_the_time_at_the_beginning_of_the_step():
+    step = rk4(forced(), 0.1)
+    extra = Layout((Entry("seen", np.zeros(2)),))
+    more = step.extended(extra, extra.symbols(), ca.vertcat(step.rule.x, step.rule.t))
+    runs = simulate(more, until=0.3, engine="numpy")
+    np.testing.assert_array_equal(runs.x[0, 1:, 1], runs.x[0, :-1, 0])
+    np.testing.assert_allclose(runs.x[0, 1:, 2], [0, 0.1, 0.2], rtol=1e-15)
+
+
+def test_a_rule_written_out_is_the_same_rule():
+    step = rk4(forced(), 0.1)
+    out = replace(step, rule=step.rule.written_out)
+    x = [np.array(one.F(3, [0.5], 1.0, [])).ravel() for one in (step, out)]
+    np.testing.assert_array_equal(x[0], x[1])
+    runs = [simulate(one, until=1.0).x for one in (step, out)]
+    # the same sums, of which others may be rounded together with their products
+    np.testing.assert_allclose(runs[0], runs[1], rtol=1e-14)
+
+
+def test_a_rule_that_does_not_say_what_each_state_becomes_is_refused():
+    rule = rk4(forced(), 0.1).rule
+    with pytest.raises(ValueError, match=r"one entry for each of the 1 states; got 1 and 2"):
+        replace(rule, update=ca.SX(2, 1))
 
 
 @pytest.mark.parametrize("h", [0.0, -0.1, np.nan, np.inf])

@@ -26,14 +26,17 @@ def stepped(graph: Graph, rates: int) -> Graph:
     for node, ahead, weight in zip(NODES, AHEAD, WEIGHTS, strict=True):
         made = _put(graph, graph.results[:rates] if total else graph.results, nodes, node, now)
         updates += made[rates:]
-        parts = zip(made, total, strict=True) if total else ()
-        total = [add("fma", (constant(weight), rate, so_far)) for rate, so_far in parts] or made[:rates]
+        total = [_plus(nodes, weight, *both) for both in zip(made, total, strict=True)] if total else made[:rates]
         if ahead:
             step = add("mul", (constant(ahead), h))
             now = {i: add("fma", (step, made[i], before[i])) for i in range(rates) if i in needed}
     share = add("div", (h, constant(DIVISOR)))
     after = [add("fma", (share, rate, before[i])) for i, rate in enumerate(total)]
     return Graph(tuple(nodes.held), (*after, *updates))
+
+
+def _plus(nodes: Nodes, weight: float, rate: int, so_far: int) -> int:
+    return nodes.add("add", (so_far, rate)) if weight == 1 else nodes.add("fma", (nodes.constant(weight), rate, so_far))
 
 
 def _put(graph: Graph, results: Sequence[int], nodes: Nodes, node: float, state: Mapping[int, int]) -> list[int]:

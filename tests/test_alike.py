@@ -1,0 +1,187 @@
+"""Loops that are much alike run in one march, and each of them gives the bits that it gives alone."""
+
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from workbench.core import Entry, Layout, Ode
+from workbench.loop.instruments import Instruments
+from workbench.metrics import iae, measure, measure_alike, rmse, total_variation
+from workbench.metrics.accumulated import maker
+from workbench.simulate import alike, marches, simulate_alike, simulate_both
+from workbench.simulate.kernel import merging
+from workbench.simulate.kernel.plan import pass_of
+
+pytest.importorskip("llvmlite")  # there is no wheel of it for some platforms, where each loop runs alone
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
+import paper_laws
+from paper_printed import CHANGES, PLANTS
+
+from workbench.controllers.aosmc_rgs import SHAPES
+
+METRICS = (rmse(), total_variation(1e-3))
+SPAN = {"until": 0.5, "every": 0.05}
+
+
+def pair(equation, h=1e-4, metrics=METRICS):
+    make = maker(equation, metrics)
+    return make("rk4", h), make("rk4", h / 2)
+
+
+def assert_same_bits(together, apart):
+    for ours, alone in zip(together, apart, strict=True):
+        for a, b in zip(ours, alone, strict=True):
+            np.testing.assert_array_equal(a.x, b.x)
+            np.testing.assert_array_equal(a.t, b.t)
+            np.testing.assert_array_equal(a.diverged_at, b.diverged_at)
+            assert a.diverged_in == b.diverged_in
+
+
+def merges(pairs):
+    """Whether steps are alike."""
+    return merging.merged([pass_of(half) for _, half in pairs], max(half.parameters.size for _, half in pairs))
+
+
+READINGS = [paper_laws.proposed_as_printed("FS", shape, arm).ode() for arm in PLANTS.values() for shape in SHAPES]
+VARIANTS = [paper_laws.with_change("FS", change).ode() for change in CHANGES]
+ABLATIONS = [loop.ode() for loop in paper_laws.proposed_repaired("FS").ablations().values()]
+
+
+@pytest.mark.parametrize("odes", [READINGS, READINGS[:3], VARIANTS, ABLATIONS], ids=["8", "3", "changes", "ablations"])
+def test_variants_of_a_law_keep_their_bits_in_company(odes):
+    pairs = [pair(ode) for ode in odes]
+    assert_same_bits(simulate_alike(pairs, **SPAN), [simulate_both(*each, **SPAN) for each in pairs])
+
+
+def test_the_readings_of_the_printed_law_are_alike():
+    one = merges([pair(ode) for ode in READINGS])
+    assert one is not None
+    # eight graphs of nearly 400 nodes
+    assert len(one.graph.nodes) < 600
+
+
+def test_a_loop_that_diverges_leaves_its_company_alone_and_is_marked_as_it_is_alone():
+    span = {"until": 3.0, "every": 0.05}
+    pairs = [pair(READINGS[i]) for i in (0, 1, 4)]
+    apart = [simulate_both(*each, **span) for each in pairs]
+    assert [bool(fine.diverged[0]) for _, fine in apart] == [True, False, True]
+    assert_same_bits(simulate_alike(pairs, **span), apart)
+
+
+def test_one_law_with_other_numbers_is_alike_however_many_numbers_differ():
+    loop = paper_laws.proposed_repaired("FS")
+    loops = [replace(loop, controller=replace(loop.controller, phi=phi)) for phi in (0.05, 0.1, 0.2)]
+    pairs = [pair(one.ode()) for one in loops]
+    # the numbers are parameters: there is nothing to select
+    one = merges(pairs)
+    assert one is not None
+    assert one.columns == ()
+    assert_same_bits(simulate_alike(pairs, **SPAN), [simulate_both(*each, **SPAN) for each in pairs])
+
+
+def test_loops_on_a_computer_with_noise_are_alike():
+    noisy = Instruments(2, noise_q=1e-4)
+    odes = [paper_laws.with_change("FS", change).digital(1e-3, noisy) for change in list(CHANGES)[:3]]
+    pairs = [pair(ode, 5e-4) for ode in odes]
+    assert_same_bits(simulate_alike(pairs, **SPAN), [simulate_both(*each, **SPAN) for each in pairs])
+
+
+def test_loops_that_are_not_alike_run_one_after_the_other():
+    pairs = [pair(paper_laws.rival("FS", law).ode()) for law in ("PID", "SMC", "PID")]
+    assert merges(pairs[:1] + pairs[:1]) is not None
+    seen = []
+    assert_same_bits(
+        simulate_alike(pairs, **SPAN, progress=seen.append), [simulate_both(*each, **SPAN) for each in pairs]
+    )
+    assert seen == sorted(seen)
+    assert seen[-1] == pytest.approx(1.0)
+
+
+def test_where_nothing_can_be_compiled_each_loop_runs_alone(monkeypatch):
+    def missing():
+        raise ImportError("no wheel")
+
+    pairs = [pair(ode) for ode in READINGS[:2]]
+    monkeypatch.setattr(marches, "_native", missing)
+    span = {"until": 0.01, "every": 0.01}
+    assert_same_bits(simulate_alike(pairs, **span), [simulate_both(*each, **span) for each in pairs])
+
+
+def test_an_odd_stride_and_a_single_loop_are_no_reason_to_refuse():
+    pairs = [pair(ode) for ode in READINGS[:2]]
+    span = {"until": 0.05, "every": 5e-5 * 2}
+    assert_same_bits(simulate_alike(pairs, **span), [simulate_both(*each, **span) for each in pairs])
+    assert_same_bits(simulate_alike(pairs[:1], **SPAN), [simulate_both(*pairs[0], **SPAN)])
+
+
+def test_measures_of_loops_that_are_alike_are_those_of_each():
+    ask = {"until": 0.5, "h": 1e-4, "every": 0.05, "tolerance": 1e-3}
+    together = measure_alike(VARIANTS, METRICS, **ask)
+    for ode, found in zip(VARIANTS, together, strict=True):
+        alone = measure(ode, METRICS, **ask)
+        assert found.limits == alone.limits
+        assert str(found.check) == str(alone.check)
+        for name, score in alone.scores.items():
+            np.testing.assert_array_equal(found.scores[name].value, score.value)
+            np.testing.assert_array_equal(found.scores[name].error, score.error)
+
+
+@dataclass(frozen=True)
+class Grower:
+    """Random expressions that share what they can."""
+
+    x: ca.SX
+    p: ca.SX
+    t: ca.SX
+
+    def grow(self, genes):
+        held = [*ca.vertsplit(self.x), *ca.vertsplit(self.p), ca.sin(self.t), ca.SX(0.5), ca.SX(2.0)]
+        for op, a, b in genes:
+            u, v = held[a % len(held)], held[b % len(held)]
+            held.append(
+                (
+                    u + v,
+                    u - v,
+                    u * v,
+                    ca.tanh(u) * v,
+                    ca.fmin(u, v),
+                    u / (1 + v * v),
+                    ca.cos(u + v),
+                    ca.if_else(u < v, u, v),
+                )[op]
+            )
+        return held
+
+
+GENES = st.tuples(st.integers(0, 7), st.integers(0, 40), st.integers(0, 40))
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    common=st.lists(GENES, min_size=1, max_size=8), own=st.lists(st.lists(GENES, max_size=5), min_size=2, max_size=4)
+)
+def test_whatever_graphs_are_merged_each_run_keeps_the_bits_of_its_own(common, own):
+    odes = []
+    for i, genes in enumerate(own):
+        states, parameters = (
+            Layout((Entry("x", np.array([0.3, -0.2])),)),
+            Layout((Entry("p", np.array([0.7, 1.1 + i])),)),
+        )
+        t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+        held = Grower(x, p, t).grow([*common, *genes])
+        rates = {"x": ca.vertcat(held[-1] - x[0], held[-2] * 0.1 - x[1])}
+        odes.append(Ode.of(f"random {i}", states, parameters, (t, x, p), rates, {"e": x}))
+    pairs = [pair(ode, 0.01, (iae(),)) for ode in odes]
+    span = {"until": 0.2, "every": 0.1}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(merging, "WORTH", 1e9)  # alike or not
+        assert merges(pairs) is not None
+        together = alike.simulate_alike(pairs, **span)
+    assert_same_bits(together, [simulate_both(*each, **span) for each in pairs])
