@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from workbench.report import pdf
-from workbench.report.figures.sheet import draw
+from workbench.report.figures import drawn
 from workbench.report.page import GENERATOR, html
 from workbench.report.tables import to_csv, to_latex
 from workbench.study.document import Document
@@ -66,7 +66,7 @@ def write(document: Document, folder: Path | str, beside: Mapping[str, bytes] | 
 
 def _contents(document: Document) -> dict[str, bytes]:
     """Every file of a report by its path below the folder."""
-    drawings = {figure.name: draw(figure) for figure in document.figures}
+    drawings = drawn(document)
     with ThreadPoolExecutor(1) as beside:  # typst lets go of the interpreter's lock; what it reads is made before
         printed = beside.submit(pdf.printed, pdf.data(document, drawings))
         texts = {"index.html": html(document, drawings)}

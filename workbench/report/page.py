@@ -15,7 +15,7 @@ from markupsafe import Markup, escape
 
 from workbench.notation import mathml
 from workbench.report.cleaning import cleaned
-from workbench.report.figures.sheet import draw
+from workbench.report.figures import drawn
 from workbench.report.numbers import Printed
 from workbench.report.outline import Placed, chapters, labels, named, notes, provenance
 from workbench.report.tables import Shown, alignments, grid, plain, short_columns, unit_of
@@ -38,7 +38,7 @@ def html(document: Document, drawings: dict[str, str] | None = None) -> str:
     document = cleaned(document)
     template = _environment().get_template("page.html.j2")
     writer = _Writer(labels(document))
-    figures = drawings or {figure.name: draw(figure) for figure in document.figures}
+    figures = drawings or drawn(document)
     return template.render(
         document=document,
         chapters=chapters(document),

@@ -13,7 +13,7 @@ import typst
 
 from workbench.notation import typst_math
 from workbench.report.cleaning import cleaned
-from workbench.report.figures.sheet import draw
+from workbench.report.figures import drawn
 from workbench.report.numbers import Printed
 from workbench.report.outline import Chapter, Placed, chapters, labels, named, notes, provenance
 from workbench.report.tables import Shown, alignments, grid, length, plain, unit_of
@@ -65,7 +65,7 @@ def pdf(document: Document, drawings: dict[str, str] | None = None) -> bytes:
 def data(document: Document, drawings: dict[str, str] | None = None) -> str:
     """The document as the JSON text that `report.typ` reads."""
     document = cleaned(document)
-    figures = drawings or {figure.name: draw(figure) for figure in document.figures}
+    figures = drawings or drawn(document)
     tree = _Writer(labels(document), figures, notes(document)).document(document)
     return json.dumps(tree, ensure_ascii=False)
 

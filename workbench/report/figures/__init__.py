@@ -2,3 +2,14 @@
 
 `sheet.draw` makes the figures of a report; `axes.plot` draws them on matplotlib's own axes, for a notebook.
 """
+
+from __future__ import annotations
+
+from workbench.study.document import Document
+
+
+def drawn(document: Document) -> dict[str, str]:
+    """The SVG text of each figure by its name."""
+    from workbench.report.figures.sheet import draw  # with matplotlib, which takes longer than all else to import
+
+    return {figure.name: draw(figure) for figure in document.figures}
