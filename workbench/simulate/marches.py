@@ -9,7 +9,7 @@ import numpy as np
 from workbench.core.numbers import Array
 from workbench.simulate.job import PAIRS, Job, March
 from workbench.simulate.kernel import numpy_kernel, virtual_machine
-from workbench.simulate.kernel.plan import Plan
+from workbench.simulate.kernel.plan import pass_of
 
 MOST_COMPILED = 30_000  # operations of a step: LLVM needs minutes for more, and a stack that grows with them
 FEW_RUNS = 64  # up to so many, CasADi's machine is faster than NumPy
@@ -32,7 +32,7 @@ def march_of(job: Job, engine: str | None = None) -> March:
     if engine == "casadi":
         return virtual_machine.march
     try:
-        Plan.of_step(job.step, job.varied)
+        pass_of(job.step)
     except ValueError as error:  # an operation that the graph does not know
         if engine is not None:
             raise ValueError(f"`simulate(engine='{engine}')` cannot run this step: {error}") from error

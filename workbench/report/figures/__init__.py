@@ -10,6 +10,6 @@ from workbench.study.document import Document
 
 def drawn(document: Document) -> dict[str, str]:
     """The SVG text of each figure by its name."""
-    from workbench.report.figures.sheet import draw  # with matplotlib, which takes longer than all else to import
+    from workbench.report.figures.sheet import draw_all  # with matplotlib, which takes longer than all else to import
 
-    return {figure.name: draw(figure) for figure in document.figures}
+    return draw_all(document.figures)

@@ -95,7 +95,7 @@ def _context(look: Mapping[str, Any], within: Box | None) -> Any:
 
 
 def _tidied(svg: str, name: str) -> str:
-    """The SVG element alone, its ids below `name`, its coordinates to a hundredth of a point."""
+    """The SVG element alone, its ids below `name`, its coordinates cut to a hundredth of a point."""
     svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>\s*|<!--.*?-->\s*", "", svg, flags=re.DOTALL)
     svg = re.sub(r"\n\s+", "\n", svg)
@@ -108,5 +108,6 @@ def _tidied(svg: str, name: str) -> str:
 
 def _rounded(path: str) -> str:
     data, quote, rest = path[3:].partition('"')
-    data = re.sub(r"-?\d+\.\d{3,}", lambda number: f"{float(number[0]):.2f}".rstrip("0").rstrip("."), data)
+    data = re.sub(r"(\.\d\d)\d+", r"\1", data)
+    data = re.sub(r"\.00?(?!\d)|(\.\d)0(?!\d)", r"\1", data)
     return f'd="{" ".join(data.split())}{quote}{rest}'

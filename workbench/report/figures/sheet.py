@@ -6,7 +6,7 @@ take ten times as long.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,18 +60,26 @@ def draw(figure: Figure) -> str:
     Its letters are outlines, so it looks the same on every machine; its ids begin with the figure's
     name, so many such figures can stand in one page.
     """
-    figure = cleaned(figure)
+    return draw_all([figure])[figure.name]
+
+
+def draw_all(figures: Iterable[Figure]) -> dict[str, str]:
+    """Figures by their names, as `draw` makes them."""
     with house_style():
-        width, height = (72 * inches for inches in size_of(figure))
-        pen = Pen(width, height)
-        pen.area(width * np.array([0.0, 1.0, 1.0, 0.0]), height * np.array([0.0, 0.0, 1.0, 1.0]), "#ffffff", 1.0)
-        head = _draw_legend(pen, figure, width, height)
-        plates = [_plate(figure, i) for i in range(len(figure.panels))]
-        for plate, box, ticks in _laid_out(plates, figure.columns, width, height - head):
-            draw_axes(pen, box, (plate.x, ticks[0]), (plate.y, ticks[1]))
-            draw_curves(pen, box, plate.panel, plate.curves, plate.x, plate.y)
-            _write_labels(pen, plate, box, ticks)
-        return pen.finished(figure.name)
+        return {figure.name: _draw(cleaned(figure)) for figure in figures}
+
+
+def _draw(figure: Figure) -> str:
+    width, height = (72 * inches for inches in size_of(figure))
+    pen = Pen(width, height)
+    pen.area(width * np.array([0.0, 1.0, 1.0, 0.0]), height * np.array([0.0, 0.0, 1.0, 1.0]), "#ffffff", 1.0)
+    head = _draw_legend(pen, figure, width, height)
+    plates = [_plate(figure, i) for i in range(len(figure.panels))]
+    for plate, box, ticks in _laid_out(plates, figure.columns, width, height - head):
+        draw_axes(pen, box, (plate.x, ticks[0]), (plate.y, ticks[1]))
+        draw_curves(pen, box, plate.panel, plate.curves, plate.x, plate.y)
+        _write_labels(pen, plate, box, ticks)
+    return pen.finished(figure.name)
 
 
 def _plate(figure: Figure, i: int) -> Plate:
