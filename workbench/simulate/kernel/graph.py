@@ -62,9 +62,12 @@ class Graph:
     def levels(self) -> tuple[Level, ...]:
         """What each node changes with at most; what Python cannot fold is made with the parameters."""
         found: list[Level] = []
+        length, parameters = Level.LENGTH, Level.PARAMETERS
         for op, operands, *_ in self.nodes:
-            least = LEVELS.get(op, Level.LENGTH if op in FOLDED else Level.PARAMETERS)
-            found.append(max([least, *[found[i] for i in operands]]))
+            level = LEVELS.get(op, length if op in FOLDED else parameters)
+            for i in operands:
+                level = max(level, found[i])
+            found.append(level)
         return tuple(found)
 
     def numbers(self, h: float) -> dict[int, float]:
@@ -123,10 +126,14 @@ class Nodes:
 
     def add(self, op: str, operands: tuple[int, ...] = (), value: float = 0.0, entry: int = 0) -> int:
         """The place of an operation on the values at earlier places."""
-        if op in FOLDED and all(self.held[i].op == "const" for i in operands):
-            return self.constant(FOLDED[op](*(self.held[i].value for i in operands)))
-        node = Node(op, tuple(sorted(operands)) if op in COMMUTATIVE else operands, value, entry)
-        if node not in self.places:
-            self.places[node] = len(self.held)
+        if op in FOLDED and self.held[operands[0]].op == "const":
+            given = [self.held[i] for i in operands]
+            if all(node.op == "const" for node in given):
+                return self.constant(FOLDED[op](*[node.value for node in given]))
+        if op in COMMUTATIVE and operands[0] > operands[1]:
+            operands = operands[::-1]
+        node = Node(op, operands, value, entry)
+        place = self.places.setdefault(node, len(self.held))
+        if place == len(self.held):
             self.held.append(node)
-        return self.places[node]
+        return place

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
@@ -117,8 +118,9 @@ def modes_at(flow: Ode, t: Array, x: Array, p: Array) -> Array:
     What no rate depends on, an integral say, adds an eigenvalue of zero, which is left out: m <= nx.
     Where the Jacobian or an eigenvalue is not finite, the row is NaN.
     """
-    n, nx = len(t), flow.states.size
-    A = rows(flow.A, t[:, np.newaxis], x[:, :nx], p).reshape(n, nx, nx).transpose(0, 2, 1)
+    n, jacobian = len(t), _jacobian(flow)
+    m = jacobian.size1_out(0)
+    A = rows(jacobian, t[:, np.newaxis], x[:, : flow.states.size], p).reshape(n, m, m).transpose(0, 2, 1)
     acts = np.any(A, axis=(0, 1))
     A = A[:, acts][:, :, acts]
     finite = np.isfinite(A).all(axis=(1, 2))
@@ -126,6 +128,14 @@ def modes_at(flow: Ode, t: Array, x: Array, p: Array) -> Array:
     modes[finite] = np.linalg.eigvals(A[finite])
     modes[~np.isfinite(modes).all(axis=1)] = np.nan  # an eigenvalue of a huge matrix may overflow by itself
     return modes
+
+
+@lru_cache(maxsize=64)
+def _jacobian(flow: Ode) -> ca.Function:
+    """df/dx as a function (t, x, p), of those states alone on which some rate depends."""
+    A = ca.jacobian(flow.rate, flow.x)
+    acts = sorted({column for _, column in zip(*A.sparsity().get_triplet(), strict=True)})
+    return ca.Function("workbench_acting", [flow.t, flow.x, flow.p], [ca.densify(A[acts, acts])])
 
 
 def longest_steps(modes: Array, amplification: tuple[float, ...]) -> Array:
