@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from workbench.core import Entry, Layout, Ode
 from workbench.loop.instruments import Instruments
-from workbench.metrics import iae, measure, measure_alike, rmse, total_variation
+from workbench.metrics import iae, measure, measure_alike, overshoot, rmse, settling_time, total_variation
 from workbench.metrics.accumulated import maker
-from workbench.simulate import alike, marches, simulate_alike, simulate_both
+from workbench.simulate import marches, simulate_alike, simulate_both
 from workbench.simulate.kernel import merging
 from workbench.simulate.kernel.plan import pass_of
 
@@ -45,8 +45,16 @@ def assert_same_bits(together, apart):
 
 
 def merges(pairs):
-    """Whether steps are alike."""
-    return merging.merged([pass_of(half) for _, half in pairs], max(half.parameters.size for _, half in pairs))
+    """What steps are merged to, if they are alike."""
+    halves = [half for _, half in pairs]
+    rates = [half.rule.rate.numel() for half in halves]
+    most, others = max(rates), max(half.states.size - n for half, n in zip(halves, rates, strict=True))
+    graphs = [merging.widened(pass_of(half), n, most, others) for half, n in zip(halves, rates, strict=True)]
+    return merging.merged(graphs, max(half.parameters.size for half in halves))
+
+
+def run_alike(pairs, until, every, progress=None):
+    return simulate_alike(pairs, until=[until] * len(pairs), every=every, progress=progress)
 
 
 READINGS = [paper_laws.proposed_as_printed("FS", shape, arm).ode() for arm in PLANTS.values() for shape in SHAPES]
@@ -57,7 +65,7 @@ ABLATIONS = [loop.ode() for loop in paper_laws.proposed_repaired("FS").ablations
 @pytest.mark.parametrize("odes", [READINGS, READINGS[:3], VARIANTS, ABLATIONS], ids=["8", "3", "changes", "ablations"])
 def test_variants_of_a_law_keep_their_bits_in_company(odes):
     pairs = [pair(ode) for ode in odes]
-    assert_same_bits(simulate_alike(pairs, **SPAN), [simulate_both(*each, **SPAN) for each in pairs])
+    assert_same_bits(run_alike(pairs, **SPAN), [simulate_both(*each, **SPAN) for each in pairs])
 
 
 def test_the_readings_of_the_printed_law_are_alike():
@@ -72,7 +80,7 @@ def test_a_loop_that_diverges_leaves_its_company_alone_and_is_marked_as_it_is_al
     pairs = [pair(READINGS[i]) for i in (0, 1, 4)]
     apart = [simulate_both(*each, **span) for each in pairs]
     assert [bool(fine.diverged[0]) for _, fine in apart] == [True, False, True]
-    assert_same_bits(simulate_alike(pairs, **span), apart)
+    assert_same_bits(run_alike(pairs, **span), apart)
 
 
 def test_one_law_with_other_numbers_is_alike_however_many_numbers_differ():
@@ -83,23 +91,21 @@ def test_one_law_with_other_numbers_is_alike_however_many_numbers_differ():
     one = merges(pairs)
     assert one is not None
     assert one.columns == ()
-    assert_same_bits(simulate_alike(pairs, **SPAN), [simulate_both(*each, **SPAN) for each in pairs])
+    assert_same_bits(run_alike(pairs, **SPAN), [simulate_both(*each, **SPAN) for each in pairs])
 
 
 def test_loops_on_a_computer_with_noise_are_alike():
     noisy = Instruments(2, noise_q=1e-4)
     odes = [paper_laws.with_change("FS", change).digital(1e-3, noisy) for change in list(CHANGES)[:3]]
     pairs = [pair(ode, 5e-4) for ode in odes]
-    assert_same_bits(simulate_alike(pairs, **SPAN), [simulate_both(*each, **SPAN) for each in pairs])
+    assert_same_bits(run_alike(pairs, **SPAN), [simulate_both(*each, **SPAN) for each in pairs])
 
 
 def test_loops_that_are_not_alike_run_one_after_the_other():
     pairs = [pair(paper_laws.rival("FS", law).ode()) for law in ("PID", "SMC", "PID")]
     assert merges(pairs[:1] + pairs[:1]) is not None
     seen = []
-    assert_same_bits(
-        simulate_alike(pairs, **SPAN, progress=seen.append), [simulate_both(*each, **SPAN) for each in pairs]
-    )
+    assert_same_bits(run_alike(pairs, **SPAN, progress=seen.append), [simulate_both(*each, **SPAN) for each in pairs])
     assert seen == sorted(seen)
     assert seen[-1] == pytest.approx(1.0)
 
@@ -111,21 +117,25 @@ def test_where_nothing_can_be_compiled_each_loop_runs_alone(monkeypatch):
     pairs = [pair(ode) for ode in READINGS[:2]]
     monkeypatch.setattr(marches, "_native", missing)
     span = {"until": 0.01, "every": 0.01}
-    assert_same_bits(simulate_alike(pairs, **span), [simulate_both(*each, **span) for each in pairs])
+    assert_same_bits(run_alike(pairs, **span), [simulate_both(*each, **span) for each in pairs])
 
 
 def test_an_odd_stride_and_a_single_loop_are_no_reason_to_refuse():
     pairs = [pair(ode) for ode in READINGS[:2]]
     span = {"until": 0.05, "every": 5e-5 * 2}
-    assert_same_bits(simulate_alike(pairs, **span), [simulate_both(*each, **span) for each in pairs])
-    assert_same_bits(simulate_alike(pairs[:1], **SPAN), [simulate_both(*pairs[0], **SPAN)])
+    assert_same_bits(run_alike(pairs, **span), [simulate_both(*each, **span) for each in pairs])
+    assert_same_bits(run_alike(pairs[:1], **SPAN), [simulate_both(*pairs[0], **SPAN)])
 
 
 def test_measures_of_loops_that_are_alike_are_those_of_each():
-    ask = {"until": 0.5, "h": 1e-4, "every": 0.05, "tolerance": 1e-3}
-    together = measure_alike(VARIANTS, METRICS, **ask)
-    for ode, found in zip(VARIANTS, together, strict=True):
-        alone = measure(ode, METRICS, **ask)
+    # one law in two scenarios and less a slip, each with metrics and a horizon of its own
+    odes = [VARIANTS[0], paper_laws.proposed_repaired("SS").ode(), *VARIANTS[1:]]
+    metrics = [METRICS, (*METRICS, overshoot(), settling_time(band=0.05), iae()), *[METRICS[:1]] * (len(odes) - 2)]
+    until = [0.6, 0.5, 0.6, 0.3, 0.5, 0.5, 0.5]
+    ask = {"h": 1e-4, "every": 0.05, "tolerance": 1e-3}
+    together = measure_alike(odes, metrics, until=until, **ask)
+    for ode, own, end, found in zip(odes, metrics, until, together, strict=True):
+        alone = measure(ode, own, until=end, **ask)
         assert found.limits == alone.limits
         assert str(found.check) == str(alone.check)
         for name, score in alone.scores.items():
@@ -183,5 +193,5 @@ def test_whatever_graphs_are_merged_each_run_keeps_the_bits_of_its_own(common, o
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(merging, "WORTH", 1e9)  # alike or not
         assert merges(pairs) is not None
-        together = alike.simulate_alike(pairs, **span)
+        together = run_alike(pairs, **span)
     assert_same_bits(together, [simulate_both(*each, **span) for each in pairs])

@@ -78,9 +78,9 @@ def measure(
 
 def measure_alike(
     equations: Sequence[Ode | Sampled],
-    metrics: Sequence[AbstractMetric],
+    metrics: Sequence[Sequence[AbstractMetric]],
     *,
-    until: float,
+    until: Sequence[float],
     h: float,
     every: float | None = None,
     tolerance: float | None = None,
@@ -88,15 +88,21 @@ def measure_alike(
 ) -> list[Measurement]:
     """What `measure` makes of each of several equations; where they are much alike, in the time of a few of them.
 
-    Variants of one law are alike, and one law with other numbers. What a run gives is what it gives alone, to the
-    last bit.
+    Variants of one law are alike, and so is one law with other numbers or in another scenario. What a run gives is
+    what it gives alone, to the last bit.
+
+    Parameters
+    ----------
+    metrics, until
+        Of each equation its own.
 
     Raises
     ------
     LookupError, ValueError
         If `measure` refuses one of them.
     """
-    wanted = [resolved(equation, metrics, seconds("measure(until=...)", until)) for equation in equations]
+    asked = zip(equations, metrics, until, strict=True)
+    wanted = [resolved(of, some, seconds("measure(until=...)", end)) for of, some, end in asked]
     makers = [maker(equation, of) for equation, of in zip(equations, wanted, strict=True)]
     steps = [(make("rk4", h), make("rk4", h / 2)) for make in makers]
     runs = simulate_alike(steps, until=until, every=every or steps[0][0].h, progress=progress)

@@ -1,4 +1,4 @@
-"""Steps that are much alike, as those of one law less a part of it at a time: one run of each, in one march.
+"""Steps that are much alike, as those of one law in two scenarios, or less a part of it: one run of each, in one march.
 
 What a run gives is what it gives alone, to the last bit.
 """
@@ -6,31 +6,49 @@ What a run gives is what it gives alone, to the last bit.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from workbench.core import Step
+from workbench.core.numbers import Array
 from workbench.simulate.batch import found, is_pair, simulate_both
 from workbench.simulate.job import Alike, Job, March, Progress, differing
-from workbench.simulate.kernel.merging import merged
+from workbench.simulate.kernel.merging import merged, widened
 from workbench.simulate.kernel.plan import pass_of
 from workbench.simulate.kernel.stages import stepped
 from workbench.simulate.marches import march_of_pairs
 from workbench.simulate.request import keys_of, plan_of, rows_of
 from workbench.simulate.trajectories import Trajectories
 
+LARGEST = 2**28  # bytes of the states of all; what is larger runs one after the other
+
 Pair = tuple[Step, Step]  # a step and its half
 Both = tuple[Trajectories, Trajectories]
 
 
+@dataclass(frozen=True)
+class _Asked:
+    """A pair, the job of its half, and how many times of it are kept."""
+
+    pair: Pair
+    job: Job
+    kept: int
+    until: float
+
+
 def simulate_alike(
-    pairs: Sequence[Pair], *, until: float, every: float, progress: Progress | None = None
+    pairs: Sequence[Pair], *, until: Sequence[float], every: float, progress: Progress | None = None
 ) -> list[Both]:
     """What `simulate_both` makes of each of several pairs, at default parameters and from default states.
 
     Pairs that are much alike march together; others do so one after the other.
+
+    Parameters
+    ----------
+    until
+        The horizon of each, in s.
 
     Raises
     ------
@@ -38,13 +56,48 @@ def simulate_alike(
         If `simulate` refuses.
     """
     tell = progress or (lambda share: None)
-    sizes = [(half.h, half.states.size, half.rule.rate.numel(), half.noises) for _, half in pairs]
-    runs: dict[int, Both] = {}
-    for size in dict.fromkeys(sizes):
-        group = [i for i, other in enumerate(sizes) if other == size]
-        told = partial(_told, tell, len(runs), len(group), len(pairs))
-        runs |= zip(group, _of_one_size([pairs[i] for i in group], until, every, told), strict=True)
-    return [runs[i] for i in range(len(pairs))]
+    asked = []
+    for pair, end in zip(pairs, until, strict=True):
+        p, _ = rows_of("simulate", pair[1], None, None)
+        stride, kept = plan_of(pair[1], p, end, every)
+        asked.append(_Asked(pair, Job(pair[1], p, stride, *keys_of(0, None, 1)), kept, end))
+    march = _march(asked)
+    shared = _shared([one.job for one in asked]) if march else None
+    if march is None or shared is None:
+        return _one_by_one(asked, every, tell)
+    members, joint = shared
+    x = _together(joint, asked, members, march, tell)
+    both = []
+    for i, (one, job) in enumerate(zip(asked, members, strict=True)):
+        fine, coarse = x[2 * i : 2 * i + 2, np.newaxis, : one.kept + 1, job.places]
+        whole = replace(job, step=one.pair[0], stride=job.stride // 2)
+        both.append((found(whole, coarse, march), found(job, fine, march)))
+    return both
+
+
+def _one_by_one(asked: Sequence[_Asked], every: float, tell: Progress) -> list[Both]:
+    both = []
+    for i, one in enumerate(asked):
+        told = partial(_told, tell, i, 1, len(asked))
+        both.append(simulate_both(*one.pair, until=one.until, every=every, progress=told))
+    return both
+
+
+def _together(joint: Job, asked: Sequence[_Asked], members: Sequence[Job], march: March, tell: Progress) -> Array:
+    """The states of all pairs side by side, each until its own horizon: (2 pairs, 1 + kept, nx)."""
+    kept = np.repeat([one.kept for one in asked], 2)
+    x = np.zeros((len(kept), kept.max() + 1, joint.size))
+    for i, (one, job) in enumerate(zip(asked, members, strict=True)):
+        x[2 * i : 2 * i + 2, 0, job.places] = one.pair[1].states.default
+    begin, last = 0, int(kept.max())
+    for end in np.unique(kept).tolist():
+        some = np.flatnonzero(kept >= end)
+        job = replace(joint.part(some, joint.stride, begin * joint.stride), ahead=(last - end) * joint.stride)
+        part = x[some, begin : end + 1]
+        march(job, part, partial(_told, tell, begin, end - begin, last))
+        x[some, begin : end + 1] = part
+        begin = end
+    return x
 
 
 def _told(tell: Progress, done: int, part: int, whole: int, share: float) -> None:
@@ -52,49 +105,36 @@ def _told(tell: Progress, done: int, part: int, whole: int, share: float) -> Non
     tell((done + part * share) / whole)
 
 
-def _of_one_size(pairs: Sequence[Pair], until: float, every: float, tell: Progress) -> list[Both]:
-    """The runs of pairs of one length and with equally many states."""
-    jobs, kept = [], 0
-    for _, half in pairs:
-        p, _ = rows_of("simulate", half, None, None)
-        stride, kept = plan_of(half, p, until, every)
-        jobs.append(Job(half, p, stride, *keys_of(0, None, 1)))
-    march = _march(pairs, jobs)
-    shared = _shared(jobs) if march else None
-    if march is None or shared is None:
-        tells = [partial(_told, tell, i, 1, len(pairs)) for i in range(len(pairs))]
-        return [
-            simulate_both(*pair, until=until, every=every, progress=told)
-            for pair, told in zip(pairs, tells, strict=True)
-        ]
-    members, joint = shared
-    x = np.empty((2 * len(jobs), kept + 1, joint.step.states.size))
-    x[:, 0] = np.repeat([half.states.default for _, half in pairs], 2, axis=0)
-    march(joint, x, tell)
-    return [
-        (found(replace(job, step=whole, stride=job.stride // 2), coarse, march), found(job, fine, march))
-        for (whole, _), job, fine, coarse in zip(pairs, members, x[::2, np.newaxis], x[1::2, np.newaxis], strict=True)
-    ]
-
-
-def _march(pairs: Sequence[Pair], jobs: Sequence[Job]) -> March | None:
+def _march(asked: Sequence[_Asked]) -> March | None:
     """What marches all of them, if they are several that can be paired and compiled."""
-    if len(pairs) < 2 or not all(is_pair(*pair, job.stride) for pair, job in zip(pairs, jobs, strict=True)):
+    steps = [one.job.step for one in asked]
+    same = {
+        (step.h, step.noises, step.rule.rate.numel() > 0, one.job.stride)
+        for step, one in zip(steps, asked, strict=True)
+    }
+    size = 16 * len(asked) * (1 + max(one.kept for one in asked)) * max(step.states.size for step in steps)
+    if len(asked) < 2 or len(same) > 1 or size > LARGEST:
         return None
-    marches = [march_of_pairs(job) for job in jobs]
+    if not all(is_pair(*one.pair, one.job.stride) for one in asked):
+        return None
+    marches = [march_of_pairs(one.job) for one in asked]
     return None if None in marches else marches[0]
 
 
 def _shared(jobs: Sequence[Job]) -> tuple[list[Job], Job] | None:
     """The jobs with the graph that they share, and the job of all of them in pairs; None if they are not alike."""
-    most = max(job.p.shape[1] for job in jobs)
-    one = merged([pass_of(job.step) for job in jobs], most)
+    rates = [int(job.step.rule.rate.numel()) for job in jobs]
+    sizes = [job.step.states.size for job in jobs]
+    most, others = max(rates), max(size - n for size, n in zip(sizes, rates, strict=True))
+    graphs = [widened(pass_of(job.step), n, most, others) for job, n in zip(jobs, rates, strict=True)]
+    one = merged(graphs, max(job.p.shape[1] for job in jobs))
     if one is None:
         return None
-    one = replace(one, graph=stepped(one.graph, int(jobs[0].step.rule.rate.numel())))
-    p = np.stack([np.pad(job.p[0], (0, most - job.p.shape[1])) for job in jobs])
+    one = replace(one, graph=stepped(one.graph, most))
+    places = tuple(np.r_[:n, most : most + size - n] for size, n in zip(sizes, rates, strict=True))
+    p = np.stack([np.pad(job.p[0], (0, one.parameters - job.p.shape[1])) for job in jobs])
     which = np.arange(len(jobs))
-    alike = Alike(one, differing(one.rows(p, which)), which)
+    alike = Alike(one, differing(one.rows(p, which)), places, which)
     twice = np.repeat(which, 2)
     joint = replace(jobs[0], p=p, runs=np.zeros_like(which), alike=alike).part(twice, jobs[0].stride, 0)
     members = [replace(job, alike=alike._replace(which=which[i : i + 1])) for i, job in enumerate(jobs)]

@@ -32,10 +32,21 @@ NUMBERS_OF_A_STAGE = 1_000_000  # of kept states in a lot, which are turned run 
 
 
 class Alike(NamedTuple):
-    """Several steps that are run by one graph: the parameters of it that vary, and of which step each run is, (B,)."""
+    """Several steps that are run by one graph.
+
+    Attributes
+    ----------
+    varied
+        The parameters of the graph that vary.
+    places
+        Where the states of each step are among those of the graph.
+    which
+        Of which step each run is, (B,).
+    """
 
     merged: Merged
     varied: tuple[int, ...]
+    places: tuple[Integers, ...]
     which: Integers
 
 
@@ -51,6 +62,8 @@ class Job:
         The keys of their noise: a whole number, and one for each run, (B,).
     paired
         Whether every second run takes steps of twice the length, of which the stride is a whole number.
+    ahead
+        How many steps are still to come when it is done: the longer, the better its code should be.
     alike
         For runs that share their march with those of other steps: how; p may have zeros at its end.
     """
@@ -63,6 +76,7 @@ class Job:
     begin: int = 0
     paired: bool = False
     alike: Alike | None = None
+    ahead: int = 0
 
     @property
     def plan(self) -> Plan:
@@ -75,6 +89,16 @@ class Job:
     def rows(self) -> Array:
         """The parameters of its kernel, a row a run."""
         return self.p if self.alike is None else self.alike.merged.rows(self.p, self.alike.which)
+
+    @property
+    def size(self) -> int:
+        """How many states its kernel has."""
+        return self.step.states.size if self.alike is None else len(self.alike.merged.graph.results)
+
+    @property
+    def places(self) -> Integers:
+        """Where the states of its step are among them, where all runs are of one step."""
+        return np.arange(self.size) if self.alike is None else self.alike.places[self.alike.which[0]]
 
     @cached_property
     def varied(self) -> tuple[int, ...]:
@@ -90,7 +114,8 @@ class Job:
         """Refuse what a march would read or fill beyond its ends."""
         shapes = (self.p.shape, self.runs.shape, x.shape[:1], x.shape[2:])
         size = self.step.parameters.size if self.alike is None else self.p.shape[1]
-        wanted = ((len(x), size), (len(x),), (len(x),), (self.step.states.size,))
+        states = self.size if self.alike is not None and x.shape[2] == self.size else self.step.states.size
+        wanted = ((len(x), size), (len(x),), (len(x),), (states,))
         if shapes != wanted or self.p.dtype != float or x.dtype != float or self.runs.dtype != np.int64:
             raise ValueError(
                 f"`march(job, x)` takes x (B, 1 + kept, {self.step.states.size}) and p (B, "

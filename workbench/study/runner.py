@@ -69,20 +69,24 @@ def _work(case: Case) -> float:
 
 
 def _groups(cases: Sequence[Case]) -> list[tuple[int, ...]]:
-    """The numbers of the cases, those together that may be alike: loops of the same blocks, asked for the same."""
+    """The numbers of the cases, those together that may be alike: loops of the same blocks, at the same step.
+
+    What a loop follows may differ, and so may metrics and horizon.
+    """
     groups: dict[object, list[int]] = {}
     for i, case in enumerate(cases):
-        asked = (case.h, case.until, case.every, case.tolerance, case.metrics)
-        blocks = [type(getattr(case.loop, f.name)) for f in fields(case.loop)] if is_dataclass(case.loop) else [i]
-        groups.setdefault((*asked, *blocks, i if case.h is None else None), []).append(i)
+        loop: Any = case.loop
+        names = [f.name for f in fields(loop)] if is_dataclass(loop) and case.h is not None else []
+        blocks: list[object] = [type(getattr(loop, name)) for name in names if name != "reference"] or [i]
+        groups.setdefault((case.h, case.every, case.tolerance, *blocks), []).append(i)
     return [tuple(g[k : k + MOST_ALIKE]) for g in groups.values() for k in range(0, len(g), MOST_ALIKE)]
 
 
 def _in_turns(cases: Sequence[Case], groups: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
-    """Longest first, but groups of several spread among those of one: the former keep the interpreter busy."""
+    """Longest first, but groups of many spread among those of a few: the former keep the interpreter busy."""
     shares: list[tuple[float, tuple[int, ...]]] = []
-    for alone in (True, False):
-        kind = [group for group in groups if (len(group) == 1) is alone]
+    for few in (True, False):
+        kind = [group for group in groups if (len(group) <= 2) is few]
         work = {group: sum(_work(cases[i]) for i in group) for group in kind}
         done, total = 0.0, sum(work.values()) or 1.0
         for group in sorted(kind, key=lambda group: -work[group]):
@@ -96,9 +100,16 @@ def _outcomes(cases: Sequence[Case], tells: Sequence[Progress]) -> list[Outcome]
     odes = [_named(case, partial(_ode, case)) for case in cases]
     first, found = cases[0], None
     if first.h is not None and len(cases) > 1:
-        asked: dict[str, Any] = {"until": first.until, "h": first.h, "every": first.every, "tolerance": first.tolerance}
         with suppress(ValueError, LookupError):  # what is wrong with which of them is told below
-            found = measure_alike(odes, first.metrics, **asked, progress=partial(_tell_all, tells))
+            found = measure_alike(
+                odes,
+                [case.metrics for case in cases],
+                until=[case.until for case in cases],
+                h=first.h,
+                every=first.every,
+                tolerance=first.tolerance,
+                progress=partial(_tell_all, tells),
+            )
     if found is None:
         runs = zip(cases, odes, tells, strict=True)
         found = [_named(case, partial(_measured, case, ode, tell)) for case, ode, tell in runs]

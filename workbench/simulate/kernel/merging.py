@@ -17,7 +17,7 @@ from workbench.simulate.kernel.graph import COMMUTATIVE, Graph, Node, Nodes
 from workbench.simulate.kernel.rewriting import ordered
 
 FUSED = {"fma", "fms", "fnma"}  # of which the first two operands may change places
-WORTH = 0.5  # of all nodes, if no more of them are left the graphs are alike
+WORTH = 0.65  # of all nodes: if no more are left, the graphs are alike
 
 Row = tuple[int | None, ...]  # a place in each graph, or None in those that have no part in it
 Column = tuple[float | int | None, ...]  # what each graph has there: a number, or the index (int) of a parameter
@@ -54,12 +54,26 @@ class Merged:
 
 
 def merged(graphs: Sequence[Graph], parameters: int) -> Merged | None:
-    """The graphs as one, or None if they are not alike: they have equally many results and at most `parameters`."""
+    """The graphs, of equally many results and at most so many parameters, as one; None if they are not alike."""
     merger = _Merger(graphs, parameters)
     results = [merger.place(row) for row in zip(*(graph.results for graph in graphs), strict=True)]
     if len(merger.nodes.held) > WORTH * sum(len(graph.nodes) for graph in graphs):
         return None
     return Merged(ordered(Graph(tuple(merger.nodes.held), tuple(results))), parameters, tuple(merger.columns))
+
+
+def widened(graph: Graph, rates: int, most: int, others: int) -> Graph:
+    """The graph of rates and updates with as many of each as the largest of several; what it lacks stays zero.
+
+    Its first `rates` results become the first of `most`, all others the first of `others` behind those.
+    """
+    nodes = [
+        node._replace(entry=node.entry + most - rates) if node.op == "x" and node.entry >= rates else node
+        for node in graph.nodes
+    ]
+    zero, own = len(nodes), graph.results
+    lacking = (zero,) * (most - rates), (zero,) * (others - len(own) + rates)
+    return Graph((*nodes, Node("const")), (*own[:rates], *lacking[0], *own[rates:], *lacking[1]))
 
 
 class _Merger:

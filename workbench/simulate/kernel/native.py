@@ -59,8 +59,14 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
     Vectors of `width` runs are as wide as the processor's unless it is given; few runs are served faster by half.
     """
     job.check(x)
-    few = len(x) <= FEW and job.alike is None
-    kept, width = x.shape[1] - 1, width or (FEW if few else llvm.lanes())
+    if x.shape[2] < job.size:  # one of several steps that are alike: the states that it has not stay zero
+        wide = np.zeros((*x.shape[:2], job.size))
+        wide[:, 0, job.places] = x[:, 0]
+        march(job, wide, tell, width)
+        x[:, 1:] = wide[:, 1:, job.places]
+        return
+    runs = len(x) if job.alike is None else PAIRS * len(job.alike.places)
+    kept, width = x.shape[1] - 1, width or (FEW if runs <= FEW else llvm.lanes())
     made, parts = _kernel(job, kept, width), lots(job, width)
     done, total = 0.0, kept * job.stride
     with crew(len(parts)) as each:
@@ -85,6 +91,7 @@ def _kernel(job: Job, kept: int, width: int) -> Kernel:
     plan = job.plan
     steps = _marched.get(plan, 0) + -(-len(job.p) // width) * kept * job.stride
     _marched[plan] = steps
+    steps += job.ahead
     paired = job.paired or job.alike is not None or (len(job.p) <= PAIRS and width >= FEW)
     return kernel(plan, width, steps < WORTH_COMPILING, paired)
 
