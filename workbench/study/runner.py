@@ -15,7 +15,8 @@ from workbench.core import Ode
 from workbench.metrics import Measurement, measure, measure_alike
 from workbench.study.study import Case, Outcome, Results, Study
 
-MOST_ALIKE = 8  # cases that are merged: two of the widest vectors, and time for other cases beside them
+FULL = 4  # cases and their half steps fill one of the widest vectors
+FEW_WORKERS = 4  # up to so many gain more by two vectors of one kernel than by another kernel beside it
 
 Progress = Callable[[float], None]
 T = TypeVar("T")
@@ -48,8 +49,9 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
     if callable(cases):
         raise ValueError("`run(study)` needs the cases themselves, not a function: take `study.resolved(tuned)`.")
     tally = _Tally(cases, progress)
-    groups = _in_turns(cases, _groups(cases))
-    pool = ThreadPoolExecutor(workers or os.cpu_count() or 1)
+    workers = workers or os.cpu_count() or 1
+    groups = _in_turns(cases, _groups(cases, 2 * FULL if workers <= FEW_WORKERS else FULL))
+    pool = ThreadPoolExecutor(workers)
     try:
         futures = {g: pool.submit(_outcomes, [cases[i] for i in g], [tally.of(i) for i in g]) for g in groups}
         done, _ = wait(futures.values(), return_when=FIRST_EXCEPTION)
@@ -68,8 +70,8 @@ def _work(case: Case) -> float:
     return case.until / (case.h or case.every)
 
 
-def _groups(cases: Sequence[Case]) -> list[tuple[int, ...]]:
-    """The numbers of the cases, those together that may be alike: loops of the same blocks, at the same step.
+def _groups(cases: Sequence[Case], most: int) -> list[tuple[int, ...]]:
+    """The numbers of the cases, at most so many together that may be alike: loops of the same blocks, at one step.
 
     What a loop follows may differ, and so may metrics and horizon.
     """
@@ -79,7 +81,7 @@ def _groups(cases: Sequence[Case]) -> list[tuple[int, ...]]:
         names = [f.name for f in fields(loop)] if is_dataclass(loop) and case.h is not None else []
         blocks: list[object] = [type(getattr(loop, name)) for name in names if name != "reference"] or [i]
         groups.setdefault((case.h, case.every, case.tolerance, *blocks), []).append(i)
-    return [tuple(g[k : k + MOST_ALIKE]) for g in groups.values() for k in range(0, len(g), MOST_ALIKE)]
+    return [tuple(g[k : k + most]) for g in groups.values() for k in range(0, len(g), most)]
 
 
 def _in_turns(cases: Sequence[Case], groups: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
