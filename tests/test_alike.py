@@ -143,6 +143,20 @@ def test_measures_of_loops_that_are_alike_are_those_of_each():
             np.testing.assert_array_equal(found.scores[name].error, score.error)
 
 
+def test_a_parameter_and_the_number_of_its_place_are_two_things():
+    # what differs is a parameter, 0 or 1, and which way is taken, told by the numbers 0 and 1
+    states, parameters = Layout((Entry("x", np.array([0.3])),)), Layout((Entry("p", np.array([0.7, 1.9])),))
+    t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+    rates = (p[0] * x - ca.exp(x), p[1] * x - ca.tanh(x))
+    odes = [Ode.of(f"{i}", states, parameters, (t, x, p), {"x": rate}, {"e": x}) for i, rate in enumerate(rates)]
+    pairs = [pair(ode, 0.01, ()) for ode in odes]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(merging, "WORTH", 1e9)
+        assert len(merges(pairs).columns) == 2
+        together = run_alike(pairs, until=1.0, every=0.1)
+    assert_same_bits(together, [simulate_both(*each, until=1.0, every=0.1) for each in pairs])
+
+
 @dataclass(frozen=True)
 class Grower:
     """Random expressions that share what they can."""

@@ -20,7 +20,7 @@ FUSED = {"fma", "fms", "fnma"}  # of which the first two operands may change pla
 WORTH = 0.65  # of all nodes: if no more are left, the graphs are alike
 
 Row = tuple[int | None, ...]  # a place in each graph, or None in those that have no part in it
-Column = tuple[float | int | None, ...]  # what each graph has there: a number, or the index (int) of a parameter
+Column = tuple[Node | None, ...]  # what each graph has there: a number or a parameter
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +48,8 @@ class Merged:
         for i in np.unique(which):
             of = which == i
             for place, column in enumerate(self.columns, self.parameters):
-                value = column[i]
-                rows[of, place] = p[of, value] if isinstance(value, int) else value or 0.0
+                if node := column[i]:
+                    rows[of, place] = p[of, node.entry] if node.op == "p" else node.value
         return rows
 
 
@@ -164,18 +164,13 @@ class _Merger:
         if len(ways) > 1:
             chosen = below[0]
             for way, place in zip(ways[1:], below[1:], strict=True):
-                own = self._column(tuple([float(i in way) for i in range(len(row))]))
+                own = self._column(tuple([Node("const", value=float(i in way)) for i in range(len(row))]))
                 chosen = self.nodes.add("if_else", (own, place, chosen))
             return chosen
         if node.op not in ("const", "p"):
             return self.nodes.add(node.op, tuple(below), entry=node.entry)
-        column = tuple([None if place is None else self._number(i, place) for i, place in enumerate(row)])
-        known = {(type(value), value) for value in column if value is not None}
-        return self.nodes.add(*node) if len(known) == 1 else self._column(column)
-
-    def _number(self, i: int, place: int) -> float | int:
-        node = self._node(i, place)
-        return node.entry if node.op == "p" else node.value
+        column = tuple([None if place is None else self._node(i, place) for i, place in enumerate(row)])
+        return self.nodes.add(*node) if len(set(column) - {None}) == 1 else self._column(column)
 
     def _column(self, column: Column) -> int:
         return self.nodes.add("p", entry=self.parameters + self.columns.setdefault(column, len(self.columns)))
