@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 
 from workbench.study.curves import Array
@@ -33,14 +31,16 @@ def thinned(curves: tuple[Array, ...], points: int) -> tuple[Array, ...]:
     if n <= points:
         return curves
     sources = curves if (np.diff(curves[0]) < 0).any() else curves[1:]
-    kept = {0, n - 1}
     ends = np.linspace(0, n, max(1, points // (2 * len(sources))) + 1).astype(int)
+    begin, last = ends[:-1], ends[1:, np.newaxis] - 1
+    # the places of each stretch, a row each; those of a shorter one end with its last place again and again
+    within = np.minimum(begin[:, np.newaxis] + np.arange(np.diff(ends).max()), last)
+    kept = [np.array([0, n - 1])]
     for source in sources:
         gaps = np.isnan(source)
         low, high = np.where(gaps, np.inf, source), np.where(gaps, -np.inf, source)
-        for a, b in pairwise(ends.tolist()):
-            kept |= {a + int(low[a:b].argmin()), a + int(high[a:b].argmax())}
-            if gaps[a:b].any():
-                kept.add(a + int(gaps[a:b].argmax()))
-    places = np.array(sorted(kept))
+        gap = gaps[within]
+        kept += [begin + low[within].argmin(axis=1), begin + high[within].argmax(axis=1)]
+        kept.append((begin + gap.argmax(axis=1))[gap.any(axis=1)])
+    places = np.unique(np.concatenate(kept))
     return tuple(curve[places] for curve in curves)
