@@ -22,6 +22,7 @@ def survival(exam: Loaded) -> tuple[bool, str]:
     dump = f"{workbench} results {{out}} --digests"
     report = exam.module.main(Namespace(run=run, dump=dump, **ASKED))
     counts = [f"{report[key]} {said}" for key, said in COUNTED.items()]
+    counts += [" ".join(map(str, words)) for words in report["fail"]]
     return bool(report["passed"]) and report["kills"] >= 50, ", ".join(counts)
 
 
