@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.core import Entry, Layout, Ode
+from workbench.core import Entry, Layout, Ode, rk4
 from workbench.loop.instruments import Instruments
 from workbench.metrics import iae, measure, measure_alike, overshoot, rmse, settling_time, total_variation
 from workbench.metrics.accumulated import maker
-from workbench.simulate import marches, simulate_alike, simulate_both
+from workbench.simulate import alike, marches, simulate_alike, simulate_both
 from workbench.simulate.kernel import merging
 from workbench.simulate.kernel.plan import pass_of
 
@@ -62,6 +62,17 @@ VARIANTS = [paper_laws.with_change("FS", change).ode() for change in CHANGES]
 ABLATIONS = [loop.ode() for loop in paper_laws.proposed_repaired("FS").ablations().values()]
 
 
+@pytest.fixture
+def none_alone(monkeypatch):
+    """Lets no loop run alone within `simulate_alike`."""
+
+    def alone(*pair, **span):
+        raise AssertionError("this loop ran alone")
+
+    monkeypatch.setattr(alike, "simulate_both", alone)
+
+
+@pytest.mark.usefixtures("none_alone")
 @pytest.mark.parametrize("odes", [READINGS, READINGS[:3], VARIANTS, ABLATIONS], ids=["8", "3", "changes", "ablations"])
 def test_variants_of_a_law_keep_their_bits_in_company(odes):
     pairs = [pair(ode) for ode in odes]
@@ -94,16 +105,31 @@ def test_one_law_with_other_numbers_is_alike_however_many_numbers_differ():
     assert_same_bits(run_alike(pairs, **SPAN), [simulate_both(*each, **SPAN) for each in pairs])
 
 
-def test_loops_on_a_computer_with_noise_are_alike():
+@pytest.mark.usefixtures("none_alone")
+def test_the_noise_of_a_run_is_its_own_in_company():
+    pairs = []
+    for ode in READINGS[:2]:
+        step = rk4(ode, 1e-4)
+        walk = Layout((Entry("walk", np.zeros(2)),))
+        rule = replace(step.rule, w=ca.SX.sym("w", 2))
+        symbols = walk.symbols()
+        noisy = replace(step, rule=rule).extended(walk, symbols, symbols + rule.w * ca.sin(rule.x[0]))
+        pairs.append((noisy, replace(noisy, h=5e-5)))
+    together = run_alike(pairs, **SPAN)
+    assert (np.ptp(together[0][1].x[0, :, -2:], axis=0) > 0).all()
+    assert_same_bits(together, [simulate_both(*each, **SPAN) for each in pairs])
+
+
+def test_loops_beneath_a_computer_whose_step_and_half_are_two_rules_run_alone():
     noisy = Instruments(2, noise_q=1e-4)
-    odes = [paper_laws.with_change("FS", change).digital(1e-3, noisy) for change in list(CHANGES)[:3]]
-    pairs = [pair(ode, 5e-4) for ode in odes]
-    assert_same_bits(run_alike(pairs, **SPAN), [simulate_both(*each, **SPAN) for each in pairs])
+    pairs = [pair(paper_laws.with_change("FS", change).digital(1e-3, noisy), 5e-4) for change in list(CHANGES)[:2]]
+    span = {"until": 0.1, "every": 0.05}
+    assert_same_bits(run_alike(pairs, **span), [simulate_both(*each, **span) for each in pairs])
 
 
 def test_loops_that_are_not_alike_run_one_after_the_other():
-    pairs = [pair(paper_laws.rival("FS", law).ode()) for law in ("PID", "SMC", "PID")]
-    assert merges(pairs[:1] + pairs[:1]) is not None
+    pairs = [pair(paper_laws.rival("FS", law).ode()) for law in ("PID", "Fuzzy-ASMC")]
+    assert merges(pairs) is None
     seen = []
     assert_same_bits(run_alike(pairs, **SPAN, progress=seen.append), [simulate_both(*each, **SPAN) for each in pairs])
     assert seen == sorted(seen)
@@ -120,11 +146,12 @@ def test_where_nothing_can_be_compiled_each_loop_runs_alone(monkeypatch):
     assert_same_bits(run_alike(pairs, **span), [simulate_both(*each, **span) for each in pairs])
 
 
-def test_an_odd_stride_and_a_single_loop_are_no_reason_to_refuse():
+def test_every_step_kept_a_single_loop_and_none_are_no_reason_to_refuse():
     pairs = [pair(ode) for ode in READINGS[:2]]
-    span = {"until": 0.05, "every": 5e-5 * 2}
+    span = {"until": 0.05, "every": 1e-4}
     assert_same_bits(run_alike(pairs, **span), [simulate_both(*each, **span) for each in pairs])
     assert_same_bits(run_alike(pairs[:1], **SPAN), [simulate_both(*pairs[0], **SPAN)])
+    assert run_alike([], **SPAN) == []
 
 
 def test_measures_of_loops_that_are_alike_are_those_of_each():
@@ -155,6 +182,20 @@ def test_a_parameter_and_the_number_of_its_place_are_two_things():
         assert len(merges(pairs).columns) == 2
         together = run_alike(pairs, until=1.0, every=0.1)
     assert_same_bits(together, [simulate_both(*each, until=1.0, every=0.1) for each in pairs])
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        ({"until": [0.5]}, "a horizon for each of the 2 equations; got 1"),
+        ({"tolerance": -1.0}, r"`measure_alike\(tolerance=...\)` must be a positive"),
+        ({"until": [0.5, float("nan")]}, "must be a positive, finite number of seconds"),
+    ],
+)
+def test_what_does_not_fit_the_equations_is_refused(change, why):
+    ask = {"until": [0.5, 0.5], "h": 1e-4} | change
+    with pytest.raises(ValueError, match=why):
+        measure_alike(READINGS[:2], [METRICS] * 2, **ask)
 
 
 @dataclass(frozen=True)

@@ -119,8 +119,8 @@ def _run(study: Path, out: Path | None, asked: dict[str, Any]) -> None:
         from workbench import script
 
         script.check_file(study)
-        # All that a report needs comes before the study, whose folder goes first on the path: a file beside the
-        # study may have the name of a module that is used here.
+        # What a report needs comes before the study, whose folder goes first on the path: a file beside the study may
+        # have the name of a module that is used here. Matplotlib comes behind it, when that folder is the last.
         with suppress(ImportError):  # llvmlite has no wheel here, and the other engine serves
             import workbench.simulate.kernel.native  # noqa: F401
         from concurrent.futures import ThreadPoolExecutor

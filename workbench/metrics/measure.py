@@ -101,6 +101,15 @@ def measure_alike(
     LookupError, ValueError
         If `measure` refuses one of them.
     """
+    for name, given, of in (("metrics", metrics, "metrics"), ("until", until, "a horizon")):
+        if len(given) != len(equations):
+            raise ValueError(
+                f"`measure_alike({name}=...)` needs {of} for each of the {len(equations)} equations; got {len(given)}."
+            )
+    if tolerance is not None:
+        tolerance = positive("measure_alike(tolerance=...)", tolerance)
+    if not equations:
+        return []
     asked = zip(equations, metrics, until, strict=True)
     wanted = [resolved(of, some, seconds("measure(until=...)", end)) for of, some, end in asked]
     makers = [maker(equation, of) for equation, of in zip(equations, wanted, strict=True)]

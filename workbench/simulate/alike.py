@@ -112,10 +112,10 @@ def _march(asked: Sequence[_Asked]) -> March | None:
         (step.h, step.noises, step.rule.rate.numel() > 0, one.job.stride)
         for step, one in zip(steps, asked, strict=True)
     }
-    size = 16 * len(asked) * (1 + max(one.kept for one in asked)) * max(step.states.size for step in steps)
-    if len(asked) < 2 or len(same) > 1 or size > LARGEST:
+    if len(asked) < 2 or len(same) > 1:
         return None
-    if not all(is_pair(*one.pair, one.job.stride) for one in asked):
+    size = 16 * len(asked) * (1 + max(one.kept for one in asked)) * max(step.states.size for step in steps)
+    if size > LARGEST or not all(is_pair(*one.pair, one.job.stride) for one in asked):
         return None
     marches = [march_of_pairs(one.job) for one in asked]
     return None if None in marches else marches[0]
