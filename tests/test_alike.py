@@ -14,7 +14,7 @@ from workbench.core import Entry, Layout, Ode, rk4
 from workbench.loop.instruments import Instruments
 from workbench.metrics import iae, measure, measure_alike, overshoot, rmse, settling_time, total_variation
 from workbench.metrics.accumulated import maker
-from workbench.simulate import alike, marches, simulate_alike, simulate_both
+from workbench.simulate import alike, arithmetic, simulate_alike, simulate_both
 from workbench.simulate.kernel import merging
 from workbench.simulate.kernel.plan import pass_of
 
@@ -137,11 +137,11 @@ def test_loops_that_are_not_alike_run_one_after_the_other():
 
 
 def test_where_nothing_can_be_compiled_each_loop_runs_alone(monkeypatch):
-    def missing():
+    def missing(name):
         raise ImportError("no wheel")
 
     pairs = [pair(ode) for ode in READINGS[:2]]
-    monkeypatch.setattr(marches, "_native", missing)
+    monkeypatch.setattr(arithmetic, "native", missing)
     span = {"until": 0.01, "every": 0.01}
     assert_same_bits(run_alike(pairs, **span), [simulate_both(*each, **span) for each in pairs])
 

@@ -7,8 +7,8 @@ import pytest
 from equations import decay, explosion, oscillator
 
 from workbench.core import rk4
-from workbench.simulate import job, marches, request, simulate
-from workbench.simulate.kernel import virtual_machine
+from workbench.simulate import arithmetic, job, marches, request, simulate
+from workbench.simulate.kernel import numpy_kernel, virtual_machine
 
 
 def test_the_oscillator_follows_its_closed_form_in_every_run():
@@ -222,9 +222,13 @@ def test_the_stages_of_a_march_follow_on_and_keep_no_more_rows_than_there_is_roo
 
 def test_a_step_of_very_many_operations_is_compiled_only_when_asked(monkeypatch):
     step = rk4(oscillator(), 0.01)
-    asked = job.Job(step, np.tile(step.parameters.default, (2, 1)), 1, 0, np.arange(2))
+    p = np.tile(step.parameters.default, (2, 1))
+    asked = job.Job(step, p, 1, 0, np.arange(2), arithmetic="fused")
     compiled = marches.march_of(asked, "native")
     assert marches.march_of(asked) is compiled
-    monkeypatch.setattr(marches, "MOST_COMPILED", step.operations - 1)
-    assert marches.march_of(asked) is virtual_machine.march
+    assert simulate(step, p, until=0.1).arithmetic == arithmetic.default_for(step) == "fused"
+    monkeypatch.setattr(arithmetic, "MOST_COMPILED", step.operations - 1)
+    assert simulate(step, p, until=0.1).arithmetic == "casadi"
+    assert arithmetic.default_for(step) == "portable"
+    assert marches.march_of(asked) is numpy_kernel.march
     assert marches.march_of(asked, "native") is compiled

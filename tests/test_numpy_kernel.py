@@ -11,7 +11,7 @@ from equations import with_next
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.metrics import measured, rmse, total_variation
 from workbench.metrics.measure import final_values
-from workbench.simulate import marches, simulate
+from workbench.simulate import arithmetic, simulate
 from workbench.simulate.kernel import numpy_kernel
 from workbench.simulate.kernel.plan import Plan
 
@@ -121,10 +121,10 @@ def test_the_lots_of_the_march_change_no_bit(size, monkeypatch):
 
 
 def test_without_a_compiler_many_runs_go_to_numpy_and_few_to_casadi(monkeypatch):
-    def missing():
+    def missing(name):
         raise ImportError("No module named 'llvmlite'")
 
-    monkeypatch.setattr(marches, "_native", missing)
+    monkeypatch.setattr(arithmetic, "native", missing)
     step = measured(LOOPS["PID"].ode(), METRICS, 1e-3)
     few, many = (np.tile(step.states.default, (n, 1)) for n in (3, 100))
     for starts, engine in ((few, "casadi"), (many, "numpy")):

@@ -11,7 +11,7 @@ from workbench.core import Step
 from workbench.core.numbers import Array, Integers
 from workbench.simulate.divergence import find_divergence
 from workbench.simulate.job import Job, March, Progress
-from workbench.simulate.marches import march_of, march_of_pairs
+from workbench.simulate.marches import arithmetic_of, march_of, march_of_pairs
 from workbench.simulate.request import keys_of, plan_of, rows_of
 from workbench.simulate.trajectories import Trajectories
 
@@ -26,12 +26,13 @@ def simulate(
     seed: int = 0,
     runs: Integers | None = None,
     progress: Progress | None = None,
+    arithmetic: str | None = None,
     engine: str | None = None,
 ) -> Trajectories:
     """Run B copies of `step` from time 0 to `until`, each with its own parameters and initial state.
 
-    What a run gives depends on its own rows of p and x0, its key in `runs` and the seed alone: not on its
-    neighbours, its place, the number of threads or the width of this processor's vectors.
+    What a run gives depends on its own rows of p and x0, its key in `runs`, the seed and the arithmetic alone: not on
+    its neighbours, its place, the number of threads or the width of this processor's vectors.
 
     Parameters
     ----------
@@ -45,21 +46,27 @@ def simulate(
         The keys of the noise: a whole number, and (B,) that name the runs, 0, 1, 2, ... if not given.
     progress
         Called now and then with the share that is done.
+    arithmetic
+        "fused" rounds a product together with the sum that it is for, "portable" each for itself; both have the same
+        bits on every machine. "casadi" has those of CasADi's virtual machine and of this platform's library. Without
+        a name it is that of the engine; `Trajectories.arithmetic` says which.
     engine
-        "native" is compiled for this processor; "numpy" runs everywhere, some twenty times slower;
-        "casadi" is CasADi's virtual machine, several times slower for one run, a hundred times for many.
-        Without a name it is the first that can run the step, "native" up to 30,000 operations alone. What
-        that calls diverged, "casadi" judges, and continues if finite: it knows no sine beyond 1e12 rad.
+        "native" is compiled for this processor; "numpy" runs everywhere, some twenty times slower in "portable" and
+        hundreds of times in "fused"; "casadi" is CasADi's virtual machine, several times slower for one run, a
+        hundred times for many. Without a name it is the first that has the arithmetic, and without that too the
+        fastest that can run the step: "native" alone up to 30,000 operations.
 
     Raises
     ------
     ValueError
-        If `step` is none, a number is out of its bounds, a shape is wrong, a time is no multiple of the
-        step, or the runs would take too much memory or time. A run that diverges is no error: it is marked.
+        If `step` is none, a number is out of its bounds, a shape is wrong, a time is no multiple of the step, the
+        runs would take too much memory or time, or the step has operations that the arithmetic or the engine does not
+        know. A run that diverges is no error: it is marked.
     """
     p_rows, x_rows = rows_of("simulate", step, p, x0, least=1 if runs is None else np.size(runs))
     stride, kept = plan_of(step, p_rows, until, every)
-    job = Job(step, p_rows, stride, *keys_of(seed, runs, len(p_rows)))
+    rounding = arithmetic_of(step, len(p_rows), arithmetic, engine)
+    job = Job(step, p_rows, stride, *keys_of(seed, runs, len(p_rows)), arithmetic=rounding)
     march = march_of(job, engine)
     x = np.empty((len(x_rows), kept + 1, step.states.size))
     x[:, 0] = x_rows
@@ -77,6 +84,7 @@ def simulate_both(
     every: float,
     seed: int = 0,
     progress: Progress | None = None,
+    arithmetic: str | None = None,
 ) -> tuple[Trajectories, Trajectories]:
     """What `simulate` makes of a step and of its half; of few runs in one march, which takes as long as the half alone.
 
@@ -93,12 +101,12 @@ def simulate_both(
     tell = progress or (lambda share: None)
     p_rows, x_rows = rows_of("simulate", half, p, x0)
     stride, kept = plan_of(half, p_rows, until, every)
-    keys = keys_of(seed, None, len(p_rows))
-    job = Job(half, p_rows, stride, *keys)
+    rounding = arithmetic_of(half, len(p_rows), arithmetic)
+    job = Job(half, p_rows, stride, *keys_of(seed, None, len(p_rows)), arithmetic=rounding)
     march = march_of_pairs(job) if is_pair(whole, half, stride) else None
     if march is None:
         # the longer run first: from it the engine sees how good its code should be
-        call = partial(simulate, p=p, x0=x0, until=until, every=every, seed=seed)
+        call = partial(simulate, p=p, x0=x0, until=until, every=every, seed=seed, arithmetic=rounding)
         fine = call(half, progress=lambda done: tell(2 * done / 3))
         return call(whole, progress=lambda done: tell((2 + done) / 3)), fine
     x = np.empty((2 * len(x_rows), kept + 1, half.states.size))

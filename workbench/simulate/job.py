@@ -66,6 +66,8 @@ class Job:
         How many steps are still to come when it is done: the longer, the better its code should be.
     alike
         For runs that share their march with those of other steps: how; p may have zeros at its end.
+    arithmetic
+        How the operations are rounded: 'fused', 'portable' or 'casadi'.
     """
 
     step: Step
@@ -77,6 +79,7 @@ class Job:
     paired: bool = False
     alike: Alike | None = None
     ahead: int = 0
+    arithmetic: str = "fused"
 
     @property
     def plan(self) -> Plan:
