@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from workbench.simulate.kernel import noise_lanes
-from workbench.simulate.kernel.functions import literal
+from workbench.simulate.kernel.emission import Emission
+from workbench.simulate.kernel.graph import Graph
 from workbench.simulate.kernel.noise import normals, pair
 
 
@@ -82,28 +83,14 @@ def test_every_bit_is_that_of_exact_arithmetic_rounded_once_an_operation():
     assert one_by_one(*keys, 4)[:, 2:].tolist() == [[first.value, second.value] for first, second in expected]
 
 
-class Lines:
-    """A writer of IR that keeps its lines."""
-
-    def __init__(self, width):
-        self.width = width
-        self.type, self.integers = f"<{width} x double>", f"<{width} x i64>"
-        self.lines = []
-
-    def line(self, text):
-        self.lines.append(f"  %v{len(self.lines)} = {text}")
-        return f"%v{len(self.lines) - 1}"
-
-    def vector(self, value):
-        return f"<{', '.join([f'double {literal(value)}'] * self.width)}>"
-
-    def whole(self, value):
-        return f"<{', '.join([f'i64 {value}'] * self.width)}>"
+def lines(width):
+    """A writer of IR that has no graph."""
+    return Emission(Graph((), ()), width, True, "v", lambda emission, place: "")
 
 
 def function_of_normals(width, entries):
     """IR of a function (seeds, runs, steps, out), all pointers, of one vector of keys."""
-    w = Lines(width)
+    w = lines(width)
     keys = (w.line(f"load {w.integers}, ptr %{name}, align 8") for name in ("seeds", "runs", "steps"))
     for i, name in enumerate(noise_lanes.normals(w, *keys, entries)):
         place = w.line(f"getelementptr {w.type}, ptr %out, i64 {i}")
@@ -152,7 +139,7 @@ def test_the_lanes_hold_the_bits_of_the_arrays(width, processor, from_arrays):
 
 
 def test_the_lanes_know_only_operations_that_round_in_one_way():
-    w = Lines(8)
+    w = lines(8)
     noise_lanes.normals(w, "%seed", "%runs", "%step", 3)
     operations = {line.split()[2] if "call" not in line else line.split()[6].split("(")[0] for line in w.lines}
     whole = {"add", "mul", "and", "or", "xor", "shl", "lshr", "icmp", "bitcast", "select"}

@@ -12,7 +12,7 @@ from workbench.core.numbers import Array, Integers
 from workbench.simulate.divergence import find_divergence
 from workbench.simulate.job import Job, March, Progress
 from workbench.simulate.marches import arithmetic_of, march_of, march_of_pairs
-from workbench.simulate.request import keys_of, plan_of, rows_of
+from workbench.simulate.request import keys_of, least_of, plan_of, rows_of
 from workbench.simulate.trajectories import Trajectories
 
 
@@ -62,8 +62,13 @@ def simulate(
         If `step` is none, a number is out of its bounds, a shape is wrong, a time is no multiple of the step, the
         runs would take too much memory or time, or the step has operations that the arithmetic or the engine does not
         know. A run that diverges is no error: it is marked.
+
+    Notes
+    -----
+    "fused" and "portable" know no sine of more than 1e12 rad and no remainder of a quotient beyond 2^52: a run that
+    comes to need one has diverged there.
     """
-    p_rows, x_rows = rows_of("simulate", step, p, x0, least=1 if runs is None else np.size(runs))
+    p_rows, x_rows = rows_of("simulate", step, p, x0, least=least_of(runs))
     stride, kept = plan_of(step, p_rows, until, every)
     rounding = arithmetic_of(step, len(p_rows), arithmetic, engine)
     job = Job(step, p_rows, stride, *keys_of(seed, runs, len(p_rows)), arithmetic=rounding)

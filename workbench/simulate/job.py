@@ -103,6 +103,11 @@ class Job:
         """Where the states of its step are among them, where all runs are of one step."""
         return np.arange(self.size) if self.alike is None else self.alike.places[self.alike.which[0]]
 
+    @property
+    def fused(self) -> bool:
+        """Whether a product is rounded together with the sum that it is for."""
+        return self.arithmetic == "fused"
+
     @cached_property
     def varied(self) -> tuple[int, ...]:
         """The parameters that are not the same in all runs."""
