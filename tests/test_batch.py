@@ -108,6 +108,9 @@ def test_one_run_becomes_a_data_frame_indexed_by_time():
         ({"until": 1.0, "every": 0.015}, "multiple of the step"),
         ({"until": 1.0, "every": 0.03}, "must be a multiple of `every`"),
         ({"until": 1e9}, "would need 745 GB"),
+        ({"until": 1.7e308}, r"`simulate\(until=...\)` must be less than 2\^53 steps of 0.01 s"),
+        ({"until": 1.0, "every": 1.7e308}, r"`simulate\(every=...\)` must be less than 2\^53 steps of 0.01 s"),
+        ({"until": 1e14, "every": 1e14}, "must be less than"),
     ],
 )
 def test_a_bad_time_is_refused_in_one_sentence(times, sentence):

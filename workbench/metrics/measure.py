@@ -52,10 +52,8 @@ def measure(
     tolerance
         Of the relative change of each metric as the steps are halved: `check` of the result says by which
         metric it is met, and by which it is not. Without h, also that of the pilot's local errors.
-    seed
-        Of the noise, which is the same at both steps.
-    arithmetic
-        As of `simulate`, the same at both steps.
+    seed, arithmetic
+        Of the noise and of all runs, as `simulate` takes them.
 
     Raises
     ------

@@ -5,7 +5,8 @@
     casadi      as CasADi's machine does it, with the elementary functions of this platform's library
 
 The first two are those of a step's graph. Their operations are those that IEEE 754 rounds in one way, so that they
-have the same bits on every machine, compiled or in NumPy. The third is for steps that no graph can hold.
+have the same bits on every machine, compiled or in NumPy. They know no sine of more than 1e12 rad and no remainder of
+a quotient beyond 2^52: a run that comes to need one has diverged. The third is for steps that no graph can hold.
 """
 
 from __future__ import annotations
@@ -67,7 +68,7 @@ def has_graph(step: Step) -> bool:
 
 
 def is_compiled(step: Step, name: str) -> bool:
-    """Whether this machine compiles the step in this arithmetic, unless it is told to."""
+    """Whether this machine compiles the step in this arithmetic without being asked to."""
     if step.operations > MOST_COMPILED:
         return False
     try:

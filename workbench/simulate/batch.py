@@ -37,36 +37,23 @@ def simulate(
     Parameters
     ----------
     p, x0
-        (B, np) and (B, nx), as `pack` of their layouts makes them; one row serves all. An array of more
-        than 64 MB is not copied: leave it as it is while the trajectories are in use.
+        (B, np) and (B, nx), as `pack` of their layouts makes them; one row serves all. An array of more than 64 MB
+        is not copied: leave it as it is while the trajectories are in use.
     until, every
-        The horizon and the distance of the kept times, in s: multiples of the step. With `every=until`
-        only the end is kept, and memory does not grow with the horizon.
+        The horizon and the distance of the kept times, in s: multiples of the step. With `every=until` only the end
+        is kept, and memory does not grow with the horizon.
     seed, runs
         The keys of the noise: a whole number, and (B,) that name the runs, 0, 1, 2, ... if not given.
-    progress
-        Called now and then with the share that is done.
-    arithmetic
-        "fused" rounds a product together with the sum that it is for, "portable" each for itself; both have the same
-        bits on every machine. "casadi" has those of CasADi's virtual machine and of this platform's library. Without
-        a name it is that of the engine; `Trajectories.arithmetic` says which.
-    engine
-        "native" is compiled for this processor; "numpy" runs everywhere, some twenty times slower in "portable" and
-        hundreds of times in "fused"; "casadi" is CasADi's virtual machine, several times slower for one run, a
-        hundred times for many. Without a name it is the first that has the arithmetic, and without that too the
-        fastest that can run the step: "native" alone up to 30,000 operations.
+    arithmetic, engine
+        "fused" and "portable" have the same bits in the engine "native", compiled for this processor, as in "numpy",
+        many times slower; "casadi" is an engine with an arithmetic of its own. Without names it is what runs the step
+        fastest, "native" up to 30,000 operations; `Trajectories.arithmetic` says which arithmetic that was.
 
     Raises
     ------
     ValueError
-        If `step` is none, a number is out of its bounds, a shape is wrong, a time is no multiple of the step, the
-        runs would take too much memory or time, or the step has operations that the arithmetic or the engine does not
-        know. A run that diverges is no error: it is marked.
-
-    Notes
-    -----
-    "fused" and "portable" know no sine of more than 1e12 rad and no remainder of a quotient beyond 2^52: a run that
-    comes to need one has diverged there.
+        If `step` is none, a number is out of its bounds, a shape is wrong, a time is no multiple of the step, the runs
+        would take too much memory or time, or what is named cannot run the step. A run that diverges is only marked.
     """
     p_rows, x_rows = rows_of("simulate", step, p, x0, least=least_of(runs))
     stride, kept = plan_of(step, p_rows, until, every)

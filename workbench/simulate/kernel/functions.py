@@ -16,12 +16,12 @@ NAN, INFINITY = float("nan"), float("inf")
 
 def smaller(a: Number, b: Number) -> Number:
     """The smaller of two numbers; of a number and NaN the number, of two zeros the first."""
-    return select(a.compare("ne", a), b, select(b < a, b, a))
+    return select(b.compare("ne", b), a, select(a <= b, a, b))
 
 
 def larger(a: Number, b: Number) -> Number:
     """The larger of two numbers; of a number and NaN the number, of two zeros the first."""
-    return select(a.compare("ne", a), b, select(b > a, b, a))
+    return select(b.compare("ne", b), a, select(a >= b, a, b))
 
 
 def sign(x: Number) -> Number:
@@ -37,36 +37,19 @@ def polynomial(x: Number, coefficients: Sequence[float]) -> Number:
     return result
 
 
-SPLIT = 2.0**27 + 1
-
-
-def halves(x: Any) -> tuple[Any, Any]:
-    """Two numbers of 26 digits whose sum is the number x of a machine or of Python, up to 2^996 (Veltkamp)."""
-    large = x * SPLIT
-    high = large - (large - x)
-    return high, x - high
-
-
-def less(x: Number, k: Number, y: Number | float) -> Number:
-    """x - k y with one rounding; where products are not fused, k y must be near x or zero, as of a remainder.
-
-    Then x less the rounded product is exact (Sterbenz), and so is what that product lacks (Dekker), if it is no less
-    than 2^-1074.
-    """
-    if x.machine.fused:
-        return fma(-k, y, x)
-    product = k * y
-    (a, b), (c, d) = halves(k), halves(y)
-    lacking = (a * c - product) + a * d + b * c + b * d
-    rest: Number = (x - product) - lacking
-    return rest
-
-
 # pi / 2 and what its double lacks: fma makes exact use of all bits, so k times the first part leaves no error.
-HALF_PI = (1.5707963267948966, 6.123233995736766e-17)
+FUSED_HALF_PI = (1.5707963267948966, 6.123233995736766e-17)
+# The same in parts of 13 bits and a rest: without fma, k < 2^40 times such a part is exact, and so is what is left.
+SHORT_HALF_PI = (
+    1.570556640625,
+    0.0002396702766418457,
+    1.5890691429376602e-08,
+    2.5632829192545614e-12,
+    6.123233995736766e-17,
+)
 TWO_OVER_PI = 6.36619772367581382433e-01
 ROUND = 6755399441055744.0  # 1.5 * 2^52: adding it leaves the nearest whole number in the last bits
-LARGEST_ANGLE = 1e12  # rad: beyond it what these two parts lack of pi / 2 begins to count, and the answer is NaN
+LARGEST_ANGLE = 1e12  # rad: beyond it what these parts lack of pi / 2 begins to count, and the answer is NaN
 SINE = (
     1.58969099521155010221e-10,
     -2.50507602534068634195e-08,
@@ -98,7 +81,9 @@ def reduce_angle(x: Number) -> Angle:
     """The quadrant of x, and sine and cosine of its rest within pi / 4 of a multiple of pi / 2."""
     shifted = fma(x, TWO_OVER_PI, ROUND)
     turns = shifted - ROUND
-    r = fma(-turns, HALF_PI[1], less(x, turns, HALF_PI[0]))
+    minus, r = -turns, x
+    for part in FUSED_HALF_PI if x.machine.fused else SHORT_HALF_PI:
+        r = fma(minus, part, r)
     r = select(abs(x) <= LARGEST_ANGLE, r, NAN)
     square = r * r
     sine = fma(square * r, polynomial(square, SINE), r)
@@ -204,14 +189,32 @@ def remainder(x: Number, y: Number) -> Number:
     return select(abs(x) < size, x, rest)
 
 
+SPLIT = 2.0**27 + 1
+
+
+def halves(x: Any) -> tuple[Any, Any]:
+    """Two numbers of 26 digits whose sum is x, of a machine or of NumPy, up to 2^996 (Veltkamp)."""
+    large = x * SPLIT
+    high = large - (large - x)
+    return high, x - high
+
+
 def _rest(x: Number, turns: Number, y: Number) -> Number:
-    """x - turns y, which is exact; without fused products amid the range, where nothing of it is lost."""
+    """x - turns y, which is a double.
+
+    Without fused products x less the rounded product is exact (Sterbenz), and so is what that product lacks (Dekker):
+    amid the range of a double, where nothing of it is lost.
+    """
     if x.machine.fused:
-        return less(x, turns, y)
+        return fma(-turns, y, x)
     large, tiny = abs(x) > 2.0**900, abs(x) < 2.0**-900
     scale = select(large, 2.0**-200, select(tiny, 2.0**200, 1.0))
     back = select(large, 2.0**200, select(tiny, 2.0**-200, 1.0))
-    return less(x * scale, turns, y * scale) * back
+    x, y = x * scale, y * scale
+    product = turns * y
+    (a, b), (c, d) = halves(turns), halves(y)
+    rest: Number = (x - product) - ((a * c - product) + a * d + b * c + b * d)
+    return rest * back
 
 
 LOG_P = (

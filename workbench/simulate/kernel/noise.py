@@ -5,8 +5,8 @@ u in (0, 1) and a point (c, s) on the unit circle, and these a pair of independe
 
     r c,  r s          with  r = sqrt(-2 ln u)
 
-The definition stands here once, in Python's operators: on NumPy's arrays they compute, on the lanes of
-`noise_lanes.py` they write LLVM IR. It uses whole numbers and + - * / sqrt, which IEEE 754 rounds in one way, and no
+The definition stands here once, in Python's operators: on NumPy's arrays they compute, on the words and numbers of
+a machine they do what it does. It uses whole numbers and + - * / sqrt, which IEEE 754 rounds in one way, and no
 fused product, so a number has the same bits on every machine. The error of a number is below 1e-15 of it; none
 exceeds 8.58, where u is 2^-53.
 

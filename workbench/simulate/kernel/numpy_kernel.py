@@ -1,6 +1,6 @@
 """The march in NumPy: the same graph, one operation on all runs after the other, in buffers used again and again.
 
-It serves where nothing can be compiled, and it is what the compiled march is tested against.
+It serves where nothing can be compiled, with the bits of the compiled march, which is tested against it.
 """
 
 from __future__ import annotations

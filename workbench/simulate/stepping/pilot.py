@@ -100,10 +100,9 @@ def choose(
     until, cell
         The horizon, and the length of what a method and a step are chosen for, in s; without it the
         horizon has about a hundred cells.
-    grid
-        The sample time in s of metrics that look at the loop at times of their own: every step divides it.
-    arithmetic
-        As of `simulate`.
+    grid, arithmetic
+        The sample time in s of metrics that look at the loop at times of their own, which every step divides; and as
+        of `simulate`.
 
     Raises
     ------

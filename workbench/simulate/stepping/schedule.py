@@ -114,10 +114,8 @@ def run(
     ----------
     every
         After how many cells a state is kept; without it only the first and the last are.
-    progress
-        Called now and then with the share that is done.
-    arithmetic
-        As of `simulate`, the same in all segments.
+    progress, arithmetic
+        As of `simulate`; the arithmetic is one for all segments.
 
     Raises
     ------
