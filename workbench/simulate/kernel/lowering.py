@@ -22,7 +22,7 @@ from functools import reduce
 from workbench.simulate.kernel import pairs
 from workbench.simulate.kernel.emission import Emission, declarations
 from workbench.simulate.kernel.machine import Number
-from workbench.simulate.kernel.noise_lanes import normals
+from workbench.simulate.kernel.noise import normals_on
 from workbench.simulate.kernel.plan import Plan
 
 
@@ -222,7 +222,7 @@ def _place(group_size: int, width: int, paired: bool) -> str:
 def _noise(e: Emission, place: int, steps: str) -> str:
     """A normal number of the steps with these numbers, and with it all others of theirs."""
     noise = {i: node.entry for i, node in enumerate(e.evaluation.graph.nodes) if node.op == "w"}
-    names: list[str] = normals(e, e.splat("%seed", "i64"), "%key", steps, 1 + max(noise.values()))
+    names: list[str] = normals_on(e, e.splat("%seed", "i64"), "%key", steps, 1 + max(noise.values()))
     e.evaluation.numbers |= {i: Number(e, names[entry]) for i, entry in noise.items()}
     return names[noise[place]]
 
