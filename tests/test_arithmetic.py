@@ -156,6 +156,20 @@ def test_the_code_of_the_portable_arithmetic_has_no_fused_product_and_no_call_of
     assert not any(flag in lower(plan, 4, False) for flag in ("contract", "fast", "reassoc", "fmuladd"))
 
 
+def test_a_browser_needs_no_library_for_the_portable_arithmetic():
+    llvm = pytest.importorskip("llvmlite.binding")
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    browser = llvm.Target.from_triple("wasm32-unknown-unknown").create_target_machine(opt=2, features="+simd128")
+    module = llvm.parse_assembly(
+        lower(Plan.of(graph_of(STEP), ()), 2, False).replace('alignstack(64) "stackrealign"', "")
+    )
+    module.triple, module.data_layout = browser.triple, str(browser.target_data)
+    calls = {line.split()[1] for line in browser.emit_assembly(module).splitlines() if line.split()[:1] == ["call"]}
+    assert calls
+    assert all(name.startswith("workbench_") for name in calls)
+
+
 @pytest.mark.parametrize("name", GRAPH)
 def test_what_follows_a_run_has_its_arithmetic(name):
     runs = simulate(STEP, arithmetic=name, **SPAN)
