@@ -14,7 +14,7 @@ from workbench.core import Entry, Layout, Ode, rk4
 from workbench.loop.instruments import Instruments
 from workbench.metrics import iae, measure, measure_alike, overshoot, rmse, settling_time, total_variation
 from workbench.metrics.accumulated import maker
-from workbench.simulate import alike, marches, simulate_alike, simulate_both
+from workbench.simulate import alike, arithmetic, simulate, simulate_alike, simulate_both
 from workbench.simulate.kernel import merging
 from workbench.simulate.kernel.plan import pass_of
 
@@ -53,8 +53,8 @@ def merges(pairs):
     return merging.merged(graphs, max(half.parameters.size for half in halves))
 
 
-def run_alike(pairs, until, every, progress=None):
-    return simulate_alike(pairs, until=[until] * len(pairs), every=every, progress=progress)
+def run_alike(pairs, until, **asked):
+    return simulate_alike(pairs, until=[until] * len(pairs), **asked)
 
 
 READINGS = [paper_laws.proposed_as_printed("FS", shape, arm).ode() for arm in PLANTS.values() for shape in SHAPES]
@@ -137,11 +137,11 @@ def test_loops_that_are_not_alike_run_one_after_the_other():
 
 
 def test_where_nothing_can_be_compiled_each_loop_runs_alone(monkeypatch):
-    def missing():
+    def missing(name):
         raise ImportError("no wheel")
 
     pairs = [pair(ode) for ode in READINGS[:2]]
-    monkeypatch.setattr(marches, "_native", missing)
+    monkeypatch.setattr(arithmetic, "native", missing)
     span = {"until": 0.01, "every": 0.01}
     assert_same_bits(run_alike(pairs, **span), [simulate_both(*each, **span) for each in pairs])
 
@@ -230,9 +230,11 @@ GENES = st.tuples(st.integers(0, 7), st.integers(0, 40), st.integers(0, 40))
 
 @settings(max_examples=25, deadline=None)
 @given(
-    common=st.lists(GENES, min_size=1, max_size=8), own=st.lists(st.lists(GENES, max_size=5), min_size=2, max_size=4)
+    common=st.lists(GENES, min_size=1, max_size=8),
+    own=st.lists(st.lists(GENES, max_size=5), min_size=2, max_size=4),
+    arithmetic=st.sampled_from(["fused", "portable"]),
 )
-def test_whatever_graphs_are_merged_each_run_keeps_the_bits_of_its_own(common, own):
+def test_whatever_graphs_are_merged_each_run_keeps_the_bits_of_its_own_in_every_kernel(common, own, arithmetic):
     odes = []
     for i, genes in enumerate(own):
         states, parameters = (
@@ -244,9 +246,11 @@ def test_whatever_graphs_are_merged_each_run_keeps_the_bits_of_its_own(common, o
         rates = {"x": ca.vertcat(held[-1] - x[0], held[-2] * 0.1 - x[1])}
         odes.append(Ode.of(f"random {i}", states, parameters, (t, x, p), rates, {"e": x}))
     pairs = [pair(ode, 0.01, (iae(),)) for ode in odes]
-    span = {"until": 0.2, "every": 0.1}
+    span = {"until": 0.2, "every": 0.1, "arithmetic": arithmetic}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(merging, "WORTH", 1e9)  # alike or not
         assert merges(pairs) is not None
         together = run_alike(pairs, **span)
     assert_same_bits(together, [simulate_both(*each, **span) for each in pairs])
+    by_numpy = [tuple(simulate(step, engine="numpy", **span) for step in each) for each in pairs]
+    assert_same_bits(together, by_numpy)

@@ -7,8 +7,8 @@ import pytest
 from equations import decay, explosion, oscillator
 
 from workbench.core import rk4
-from workbench.simulate import job, marches, request, simulate
-from workbench.simulate.kernel import virtual_machine
+from workbench.simulate import arithmetic, job, marches, request, simulate
+from workbench.simulate.kernel import numpy_kernel, virtual_machine
 
 
 def test_the_oscillator_follows_its_closed_form_in_every_run():
@@ -108,6 +108,9 @@ def test_one_run_becomes_a_data_frame_indexed_by_time():
         ({"until": 1.0, "every": 0.015}, "multiple of the step"),
         ({"until": 1.0, "every": 0.03}, "must be a multiple of `every`"),
         ({"until": 1e9}, "would need 745 GB"),
+        ({"until": 1.7e308}, r"`simulate\(until=...\)` must be less than 2\^53 steps of 0.01 s"),
+        ({"until": 1.0, "every": 1.7e308}, r"`simulate\(every=...\)` must be less than 2\^53 steps of 0.01 s"),
+        ({"until": 1e14, "every": 1e14}, "must be less than"),
     ],
 )
 def test_a_bad_time_is_refused_in_one_sentence(times, sentence):
@@ -222,9 +225,13 @@ def test_the_stages_of_a_march_follow_on_and_keep_no_more_rows_than_there_is_roo
 
 def test_a_step_of_very_many_operations_is_compiled_only_when_asked(monkeypatch):
     step = rk4(oscillator(), 0.01)
-    asked = job.Job(step, np.tile(step.parameters.default, (2, 1)), 1, 0, np.arange(2))
+    p = np.tile(step.parameters.default, (2, 1))
+    asked = job.Job(step, p, 1, 0, np.arange(2), arithmetic="fused")
     compiled = marches.march_of(asked, "native")
     assert marches.march_of(asked) is compiled
-    monkeypatch.setattr(marches, "MOST_COMPILED", step.operations - 1)
-    assert marches.march_of(asked) is virtual_machine.march
+    assert simulate(step, p, until=0.1).arithmetic == arithmetic.default_for(step) == "fused"
+    monkeypatch.setattr(arithmetic, "MOST_COMPILED", step.operations - 1)
+    assert simulate(step, p, until=0.1).arithmetic == "casadi"
+    assert arithmetic.default_for(step) == "portable"
+    assert marches.march_of(asked) is numpy_kernel.march
     assert marches.march_of(asked, "native") is compiled

@@ -89,6 +89,17 @@ def test_a_file_larger_than_all_of_the_cache_is_not_even_read(kernels, monkeypat
     assert cache.load(KEY) is None
 
 
+@posix
+@pytest.mark.parametrize("make", [os.mkfifo, os.mkdir], ids=["a pipe", "a folder"])
+def test_what_is_no_file_counts_as_absent_and_is_not_waited_for(kernels, make):
+    cache.store(KEY, CODE)
+    (kernels / f"{KEY}.kernel").unlink()
+    make(kernels / f"{KEY}.kernel", 0o600)
+    text = f"from workbench.simulate.kernel import cache; assert cache.load({KEY!r}) is None"
+    # a pipe that nobody writes to would keep its reader for ever
+    subprocess.run([sys.executable, "-c", text], check=True, timeout=60)
+
+
 # a folder that cannot or must not be used
 
 

@@ -8,11 +8,18 @@ import pytest
 from scipy import special, stats
 
 from workbench.simulate.kernel import noise
+from workbench.simulate.kernel.machine import Word
 from workbench.simulate.kernel.noise import BLOCK, circle, logarithm, normals, philox, uniform
 
 # The chance that a test refuses numbers that are as they should be. The seeds are fixed, so its answer never changes.
 SIGNIFICANCE = 1e-5
-ARRAYS = noise._Arrays()
+
+
+def words(bits):
+    """Words of 64 bits on the machine that `normals` uses."""
+    return Word(noise.ARRAYS, bits)
+
+
 # Bits at the ends and in the middle of the range, where u is next to 0, to 1, or the angle next to nought.
 EDGES = np.array([0, 1, 2, 3, 2**12, 2**63 - 1, 2**63, 2**63 + 2**12, 2**64 - 2**12, 2**64 - 1], dtype=np.uint64)
 
@@ -30,20 +37,20 @@ def some_bits(count):
 
 
 @pytest.mark.parametrize(
-    ("counter", "key", "words"),
+    ("counter", "key", "answer"),
     [
         ("00000000 00000000 00000000 00000000", "00000000 00000000", "6627e8d5 e169c58d bc57ac4c 9b00dbd8"),
         ("ffffffff ffffffff ffffffff ffffffff", "ffffffff ffffffff", "408f276d 41c83b0e a20bc7c6 6d5451fd"),
         ("243f6a88 85a308d3 13198a2e 03707344", "a4093822 299f31d0", "d16cfe09 94fdcceb 5001e420 24126ea1"),
     ],
 )
-def test_philox_gives_the_known_answers_of_its_authors(counter, key, words):
+def test_philox_gives_the_known_answers_of_its_authors(counter, key, answer):
     # Random123 1.14, tests/kat_vectors, the lines "philox4x32 10"
     def hexadecimal(text):
         return [int(word, 16) for word in text.split()]
 
-    made = philox(tuple(np.array([word], dtype=np.uint64) for word in hexadecimal(counter)), hexadecimal(key))
-    assert [int(word[0]) for word in made] == hexadecimal(words)
+    asked = [[words(np.array([word], dtype=np.uint64)) for word in hexadecimal(text)] for text in (counter, key)]
+    assert [int(word.value[0]) for word in philox(*asked)] == hexadecimal(answer)
 
 
 def test_no_two_keys_share_their_numbers():
@@ -68,8 +75,8 @@ def sine(x):
 
 def test_a_number_is_right_to_1e_15_of_itself_out_to_the_last_tail():
     bits = some_bits(400)
-    radius = np.sqrt(logarithm(ARRAYS, uniform(ARRAYS, bits)) * -2.0)
-    turned = circle(ARRAYS, bits[::-1])
+    radius = np.sqrt(logarithm(uniform(words(bits))).value * -2.0)
+    turned = [number.value for number in circle(words(bits[::-1]))]
     with localcontext() as context:
         context.prec = 50
         pi = Decimal("3.14159265358979323846264338327950288419716939937511")
@@ -83,10 +90,10 @@ def test_a_number_is_right_to_1e_15_of_itself_out_to_the_last_tail():
 
 
 def test_no_bits_give_nought_or_an_infinite_number():
-    ends = uniform(ARRAYS, EDGES)
-    assert (ends.min(), ends.max()) == (2**-53, 1 - 2**-53)
-    assert np.sqrt(-2 * logarithm(ARRAYS, ends)).max() == pytest.approx(math.sqrt(2 * 53 * math.log(2)), rel=1e-15)
-    assert np.abs(circle(ARRAYS, EDGES)).min() > 1e-16
+    ends = uniform(words(EDGES))
+    assert (ends.value.min(), ends.value.max()) == (2**-53, 1 - 2**-53)
+    assert np.sqrt(-2 * logarithm(ends).value).max() == pytest.approx(math.sqrt(2 * 53 * math.log(2)), rel=1e-15)
+    assert min(np.abs(number.value).min() for number in circle(words(EDGES))) > 1e-16
 
 
 def test_a_number_depends_on_its_own_key_only():

@@ -1,17 +1,18 @@
 """The bits of normal numbers: from arrays, from lanes of every width, and from exact arithmetic."""
 
 import ctypes
+import operator
 import struct
-from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
-from workbench.simulate.kernel import noise_lanes
-from workbench.simulate.kernel.functions import literal
-from workbench.simulate.kernel.noise import normals, pair
+from workbench.simulate.kernel.emission import Emission
+from workbench.simulate.kernel.graph import Graph
+from workbench.simulate.kernel.machine import Word
+from workbench.simulate.kernel.noise import normals, normals_on, pair
 
 
 def some_keys(count):
@@ -30,82 +31,66 @@ def one_by_one(seeds, runs, steps, entries):
     return np.array([normals(int(s), [int(r)], [int(k)], entries)[0, 0] for s, r, k in keys])
 
 
-@dataclass(frozen=True)
-class Rounded:
-    """A double whose every operation is exact arithmetic of fractions, rounded once."""
-
-    value: float
-
-    def __add__(self, other):
-        return Rounded(float(self.fraction + fraction(other)))
-
-    def __sub__(self, other):
-        return Rounded(float(self.fraction - fraction(other)))
-
-    def __mul__(self, other):
-        return Rounded(float(self.fraction * fraction(other)))
-
-    def __truediv__(self, other):
-        return Rounded(float(self.fraction / fraction(other)))
-
-    @property
-    def fraction(self):
-        return Fraction(self.value)
+def bits(number):
+    return struct.unpack("<Q", struct.pack("<d", number))[0]
 
 
-def fraction(number):
-    return Fraction(number.value if isinstance(number, Rounded) else number)
+def root(number):
+    with localcontext() as context:
+        context.prec = 60  # a root of a double is never so near the middle between two
+        return float(Decimal(number).sqrt())
 
 
-class ExactArithmetic:
-    """What `noise.Arithmetic` asks for, in Python's whole numbers."""
+class ExactMachine:
+    """A machine in Python's whole numbers and fractions, each of whose operations is rounded once."""
 
-    def number(self, bits):
-        return Rounded(struct.unpack("<d", struct.pack("<Q", bits % 2**64))[0])
+    fused = True  # so that a fused product would be noticed: there is none below
+    operations = {
+        "add": lambda a, b: float(Fraction(a) + Fraction(b)),
+        "sub": lambda a, b: float(Fraction(a) - Fraction(b)),
+        "mul": lambda a, b: float(Fraction(a) * Fraction(b)),
+        "div": lambda a, b: float(Fraction(a) / Fraction(b)),
+        "sqrt": root,
+        "bits": bits,
+        "number": lambda word: struct.unpack("<d", struct.pack("<Q", word))[0],
+        "select": lambda truth, a, b: a if truth else b,
+        "nonzero": lambda word: word != 0,
+        "word_add": lambda a, b: (a + b) % 2**64,
+        "word_mul": lambda a, b: a * b % 2**64,
+        "word_and": operator.and_,
+        "word_or": operator.or_,
+        "word_xor": operator.xor,
+        "shl": lambda a, b: (a << b) % 2**64,
+        "lshr": operator.rshift,
+    }
 
-    def bits(self, number):
-        return struct.unpack("<Q", struct.pack("<d", number.value))[0]
+    def do(self, operation, *operands):
+        return self.operations[operation](*operands)
 
-    def sqrt(self, number):
-        with localcontext() as context:
-            context.prec = 60  # a root of a double is never so near the middle between two
-            return Rounded(float(Decimal(number.value).sqrt()))
+    def constant(self, value):
+        return float(value)
 
-    def select(self, bits, a, b):
-        return a if bits else b
+    def word(self, value):
+        return value
 
 
 def test_every_bit_is_that_of_exact_arithmetic_rounded_once_an_operation():
     keys = some_keys(100)
-    exact = ExactArithmetic()
-    expected = [pair(exact, *map(int, key), index=1) for key in zip(*keys, strict=True)]
+    exact = ExactMachine()
+    expected = [pair(*(Word(exact, int(word)) for word in (*key, 1))) for key in zip(*keys, strict=True)]
     assert one_by_one(*keys, 4)[:, 2:].tolist() == [[first.value, second.value] for first, second in expected]
 
 
-class Lines:
-    """A writer of IR that keeps its lines."""
-
-    def __init__(self, width):
-        self.width = width
-        self.type, self.integers = f"<{width} x double>", f"<{width} x i64>"
-        self.lines = []
-
-    def line(self, text):
-        self.lines.append(f"  %v{len(self.lines)} = {text}")
-        return f"%v{len(self.lines) - 1}"
-
-    def vector(self, value):
-        return f"<{', '.join([f'double {literal(value)}'] * self.width)}>"
-
-    def whole(self, value):
-        return f"<{', '.join([f'i64 {value}'] * self.width)}>"
+def lines(width):
+    """A writer of IR that has no graph."""
+    return Emission(Graph((), ()), width, True, "v", lambda emission, place: "")
 
 
 def function_of_normals(width, entries):
     """IR of a function (seeds, runs, steps, out), all pointers, of one vector of keys."""
-    w = Lines(width)
+    w = lines(width)
     keys = (w.line(f"load {w.integers}, ptr %{name}, align 8") for name in ("seeds", "runs", "steps"))
-    for i, name in enumerate(noise_lanes.normals(w, *keys, entries)):
+    for i, name in enumerate(normals_on(w, *keys, entries)):
         place = w.line(f"getelementptr {w.type}, ptr %out, i64 {i}")
         w.lines.append(f"  store {w.type} {name}, ptr {place}, align 8")
     head = "define void @workbench_normals(ptr %seeds, ptr %runs, ptr %steps, ptr %out) {"
@@ -152,8 +137,8 @@ def test_the_lanes_hold_the_bits_of_the_arrays(width, processor, from_arrays):
 
 
 def test_the_lanes_know_only_operations_that_round_in_one_way():
-    w = Lines(8)
-    noise_lanes.normals(w, "%seed", "%runs", "%step", 3)
+    w = lines(8)
+    normals_on(w, "%seed", "%runs", "%step", 3)
     operations = {line.split()[2] if "call" not in line else line.split()[6].split("(")[0] for line in w.lines}
     whole = {"add", "mul", "and", "or", "xor", "shl", "lshr", "icmp", "bitcast", "select"}
     assert operations == whole | {"fadd", "fsub", "fmul", "fdiv", "@llvm.sqrt.v8f64"}

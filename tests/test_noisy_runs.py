@@ -105,7 +105,7 @@ def test_a_seed_that_is_none_is_refused(seed):
         simulate(STEP, until=0.1, seed=seed)
 
 
-@pytest.mark.parametrize("runs", [[0], [0, -1], [0.0, 1.0], "ab"])
+@pytest.mark.parametrize("runs", [[0], [0, -1], [0.0, 1.0], "ab", [], [[0], [1, 2]], [0, 10**400]])
 def test_keys_that_name_no_runs_are_refused(runs):
     with pytest.raises(ValueError, match=r"`simulate\(runs=...\)` must be 2 whole numbers from 0 on"):
         simulate(STEP, x0=np.tile(STEP.states.default, (2, 1)), until=0.1, runs=runs)

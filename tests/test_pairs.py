@@ -11,7 +11,7 @@ from workbench.core import Entry, Layout, Ode, rk4
 from workbench.loop import Instruments
 from workbench.metrics import measured, rmse, total_variation
 from workbench.metrics.accumulated import maker
-from workbench.simulate import job, marches, simulate, simulate_both
+from workbench.simulate import arithmetic, job, simulate, simulate_both
 from workbench.simulate.job import Job
 from workbench.simulate.marches import march_of_pairs
 
@@ -82,10 +82,10 @@ def test_more_runs_go_one_step_after_the_other():
 
 
 def test_where_nothing_can_be_compiled_there_are_two_marches(monkeypatch):
-    def missing():
+    def missing(name):
         raise ImportError("there is no compiler")
 
-    monkeypatch.setattr(marches, "_native", missing)
+    monkeypatch.setattr(arithmetic, "native", missing)
     same(simulate_both(WHOLE, HALF, until=0.02, every=0.01), apart(None, None, until=0.02, every=0.01))
 
 

@@ -17,7 +17,7 @@ from workbench.metrics.contract import AbstractMetric
 from workbench.metrics.measurement import Measurement, Score
 from workbench.simulate import StepLimit, Trajectories, choose, run, simulate, simulate_alike, simulate_both, step_limit
 from workbench.simulate.job import Progress
-from workbench.simulate.marches import continued
+from workbench.simulate.marches import arithmetic_of, continued
 from workbench.simulate.request import rows_of
 from workbench.simulate.stepping.accuracy import Check, accuracy, change
 from workbench.simulate.stepping.cells import COUNT
@@ -37,6 +37,7 @@ def measure(
     tolerance: float | None = None,
     seed: int = 0,
     progress: Progress | None = None,
+    arithmetic: str | None = None,
 ) -> Measurement:
     """Simulate `equation` at the step h and at h / 2 and score both; without h, at steps that a pilot chooses.
 
@@ -51,8 +52,8 @@ def measure(
     tolerance
         Of the relative change of each metric as the steps are halved: `check` of the result says by which
         metric it is met, and by which it is not. Without h, also that of the pilot's local errors.
-    seed
-        Of the noise, which is the same at both steps.
+    seed, arithmetic
+        Of the noise and of all runs, as `simulate` takes them.
 
     Raises
     ------
@@ -69,9 +70,9 @@ def measure(
         tolerance = positive("measure(tolerance=...)", tolerance)
     share = progress or (lambda done: None)
     pair = (
-        _at_steps(equation, metrics, p, x0, until, h, every, seed, share)
+        _at_steps(equation, metrics, p, x0, until, h, every, seed, share, arithmetic)
         if h is not None
-        else _at_choice(equation, metrics, p, x0, until, every, tolerance, share)
+        else _at_choice(equation, metrics, p, x0, until, every, tolerance, share, arithmetic)
     )
     return _judged(metrics, pair, tolerance)
 
@@ -85,6 +86,7 @@ def measure_alike(
     every: float | None = None,
     tolerance: float | None = None,
     progress: Progress | None = None,
+    arithmetic: str | None = None,
 ) -> list[Measurement]:
     """What `measure` makes of each of several equations; where they are much alike, in the time of a few of them.
 
@@ -114,7 +116,8 @@ def measure_alike(
     wanted = [resolved(of, some, seconds("measure(until=...)", end)) for of, some, end in asked]
     makers = [maker(equation, of) for equation, of in zip(equations, wanted, strict=True)]
     steps = [(make("rk4", h), make("rk4", h / 2)) for make in makers]
-    runs = simulate_alike(steps, until=until, every=every or steps[0][0].h, progress=progress)
+    every = every or steps[0][0].h
+    runs = simulate_alike(steps, until=until, every=every, progress=progress, arithmetic=arithmetic)
     return [_judged(of, _pair(*both), tolerance) for of, both in zip(wanted, runs, strict=True)]
 
 
@@ -140,13 +143,13 @@ def _at_steps(
     every: float | None,
     seed: int,
     share: Progress,
+    arithmetic: str | None,
 ) -> _Pair:
     """At the step h and at its half."""
     make = maker(equation, metrics)
     coarse, fine = make("rk4", h), make("rk4", h / 2)
-    rows = {"p": p, "x0": _extended(x0, fine)}
-    every = every or coarse.h
-    return _pair(*simulate_both(coarse, fine, **rows, until=until, every=every, seed=seed, progress=share))
+    call = partial(simulate_both, coarse, fine, p, _extended(x0, fine), until=until, every=every or coarse.h)
+    return _pair(*call(seed=seed, progress=share, arithmetic=arithmetic))
 
 
 def _pair(coarse: Trajectories, fine: Trajectories) -> _Pair:
@@ -164,6 +167,7 @@ def _at_choice(
     every: float | None,
     tolerance: float | None,
     share: Progress,
+    arithmetic: str | None,
 ) -> _Pair:
     """Through the schedule that a pilot chooses for the tolerance, and through its half."""
     if isinstance(equation, Sampled):
@@ -180,13 +184,15 @@ def _at_choice(
     step = make("rk4", grid or until)
     p, x0 = rows_of("measure", step, p, _extended(x0, step))
     few = pilot_runs(p, x0)
-    choice = choose(make, p[few], x0[few], until, tolerance, cell=_cell(until, every, grid), grid=grid)
+    arithmetic = arithmetic_of(step, len(p), arithmetic)  # one for the pilot, both schedules and their limits
+    cell = _cell(until, every, grid)
+    choice = choose(make, p[few], x0[few], until, tolerance, cell=cell, grid=grid, arithmetic=arithmetic)
     schedule = choice.schedule
     kept = 1 if every is None else round(every / schedule.cell)
-    b = run(schedule, make, p, x0, kept, progress=lambda d: share(d / 3))
-    a = run(schedule.halved, make, p, x0, kept, progress=lambda d: share((1 + 2 * d) / 3))
+    b = run(schedule, make, p, x0, kept, lambda d: share(d / 3), arithmetic)
+    a = run(schedule.halved, make, p, x0, kept, lambda d: share((1 + 2 * d) / 3), arithmetic)
     looked_at = _looked_at(p, x0)
-    limits = schedule_limits(schedule, make, p[looked_at], x0[looked_at])
+    limits = schedule_limits(schedule, make, p[looked_at], x0[looked_at], arithmetic)
     return _Pair(b, a, schedule.longest, limits, looked_at, choice)
 
 
@@ -238,6 +244,7 @@ def _limits(runs: Trajectories, looked_at: Integers) -> tuple[StepLimit, ...]:
         job, h = runs.job, runs.step.h
         keys: Any = job.runs[looked_at]
         few = partial(simulate, job.step, job.p[looked_at], runs.x[looked_at, 0], seed=job.seed, runs=keys)
+        few = partial(few, arithmetic=job.arithmetic)
         runs, looked_at = few(until=kept * stride * h, every=finer * h), np.arange(len(looked_at))
     return tuple(step_limit(runs, int(i)) for i in looked_at)
 

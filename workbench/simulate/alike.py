@@ -18,7 +18,7 @@ from workbench.simulate.job import Alike, Job, March, Progress, differing
 from workbench.simulate.kernel.merging import merged, widened
 from workbench.simulate.kernel.plan import pass_of
 from workbench.simulate.kernel.stages import stepped
-from workbench.simulate.marches import march_of_pairs
+from workbench.simulate.marches import arithmetic_of, march_of_pairs
 from workbench.simulate.request import keys_of, plan_of, rows_of
 from workbench.simulate.trajectories import Trajectories
 
@@ -39,7 +39,12 @@ class _Asked:
 
 
 def simulate_alike(
-    pairs: Sequence[Pair], *, until: Sequence[float], every: float, progress: Progress | None = None
+    pairs: Sequence[Pair],
+    *,
+    until: Sequence[float],
+    every: float,
+    progress: Progress | None = None,
+    arithmetic: str | None = None,
 ) -> list[Both]:
     """What `simulate_both` makes of each of several pairs, at default parameters and from default states.
 
@@ -60,7 +65,8 @@ def simulate_alike(
     for pair, end in zip(pairs, until, strict=True):
         p, _ = rows_of("simulate", pair[1], None, None)
         stride, kept = plan_of(pair[1], p, end, every)
-        asked.append(_Asked(pair, Job(pair[1], p, stride, *keys_of(0, None, 1)), kept, end))
+        rounding = arithmetic_of(pair[1], 1, arithmetic)
+        asked.append(_Asked(pair, Job(pair[1], p, stride, *keys_of(0, None, 1), arithmetic=rounding), kept, end))
     march = _march(asked)
     shared = _shared([one.job for one in asked]) if march else None
     if march is None or shared is None:
@@ -79,7 +85,8 @@ def _one_by_one(asked: Sequence[_Asked], every: float, tell: Progress) -> list[B
     both = []
     for i, one in enumerate(asked):
         told = partial(_told, tell, i, 1, len(asked))
-        both.append(simulate_both(*one.pair, until=one.until, every=every, progress=told))
+        rounding = one.job.arithmetic
+        both.append(simulate_both(*one.pair, until=one.until, every=every, progress=told, arithmetic=rounding))
     return both
 
 
@@ -109,7 +116,7 @@ def _march(asked: Sequence[_Asked]) -> March | None:
     """What marches all of them, if they are several that can be paired and compiled."""
     steps = [one.job.step for one in asked]
     same = {
-        (step.h, step.noises, step.rule.rate.numel() > 0, one.job.stride)
+        (step.h, step.noises, step.rule.rate.numel() > 0, one.job.stride, one.job.arithmetic)
         for step, one in zip(steps, asked, strict=True)
     }
     if len(asked) < 2 or len(same) > 1:

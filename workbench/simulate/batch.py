@@ -11,8 +11,8 @@ from workbench.core import Step
 from workbench.core.numbers import Array, Integers
 from workbench.simulate.divergence import find_divergence
 from workbench.simulate.job import Job, March, Progress
-from workbench.simulate.marches import march_of, march_of_pairs
-from workbench.simulate.request import keys_of, plan_of, rows_of
+from workbench.simulate.marches import arithmetic_of, march_of, march_of_pairs
+from workbench.simulate.request import keys_of, least_of, plan_of, rows_of
 from workbench.simulate.trajectories import Trajectories
 
 
@@ -26,40 +26,39 @@ def simulate(
     seed: int = 0,
     runs: Integers | None = None,
     progress: Progress | None = None,
+    arithmetic: str | None = None,
     engine: str | None = None,
 ) -> Trajectories:
     """Run B copies of `step` from time 0 to `until`, each with its own parameters and initial state.
 
-    What a run gives depends on its own rows of p and x0, its key in `runs` and the seed alone: not on its
-    neighbours, its place, the number of threads or the width of this processor's vectors.
+    What a run gives depends on its own rows of p and x0, its key in `runs`, the seed and the arithmetic alone: not on
+    its neighbours, its place, the number of threads or the width of this processor's vectors.
 
     Parameters
     ----------
     p, x0
-        (B, np) and (B, nx), as `pack` of their layouts makes them; one row serves all. An array of more
-        than 64 MB is not copied: leave it as it is while the trajectories are in use.
+        (B, np) and (B, nx), as `pack` of their layouts makes them; one row serves all. An array of more than 64 MB
+        is not copied: leave it as it is while the trajectories are in use.
     until, every
-        The horizon and the distance of the kept times, in s: multiples of the step. With `every=until`
-        only the end is kept, and memory does not grow with the horizon.
+        The horizon and the distance of the kept times, in s: multiples of the step. With `every=until` only the end
+        is kept, and memory does not grow with the horizon.
     seed, runs
         The keys of the noise: a whole number, and (B,) that name the runs, 0, 1, 2, ... if not given.
-    progress
-        Called now and then with the share that is done.
-    engine
-        "native" is compiled for this processor; "numpy" runs everywhere, some twenty times slower;
-        "casadi" is CasADi's virtual machine, several times slower for one run, a hundred times for many.
-        Without a name it is the first that can run the step, "native" up to 30,000 operations alone. What
-        that calls diverged, "casadi" judges, and continues if finite: it knows no sine beyond 1e12 rad.
+    arithmetic, engine
+        "fused" and "portable" have the same bits in the engine "native", compiled for this processor, as in "numpy",
+        many times slower; "casadi" is an engine with an arithmetic of its own. Without names it is what runs the step
+        fastest, "native" up to 30,000 operations; `Trajectories.arithmetic` says which arithmetic that was.
 
     Raises
     ------
     ValueError
-        If `step` is none, a number is out of its bounds, a shape is wrong, a time is no multiple of the
-        step, or the runs would take too much memory or time. A run that diverges is no error: it is marked.
+        If `step` is none, a number is out of its bounds, a shape is wrong, a time is no multiple of the step, the runs
+        would take too much memory or time, or what is named cannot run the step. A run that diverges is only marked.
     """
-    p_rows, x_rows = rows_of("simulate", step, p, x0, least=1 if runs is None else np.size(runs))
+    p_rows, x_rows = rows_of("simulate", step, p, x0, least=least_of(runs))
     stride, kept = plan_of(step, p_rows, until, every)
-    job = Job(step, p_rows, stride, *keys_of(seed, runs, len(p_rows)))
+    rounding = arithmetic_of(step, len(p_rows), arithmetic, engine)
+    job = Job(step, p_rows, stride, *keys_of(seed, runs, len(p_rows)), arithmetic=rounding)
     march = march_of(job, engine)
     x = np.empty((len(x_rows), kept + 1, step.states.size))
     x[:, 0] = x_rows
@@ -77,6 +76,7 @@ def simulate_both(
     every: float,
     seed: int = 0,
     progress: Progress | None = None,
+    arithmetic: str | None = None,
 ) -> tuple[Trajectories, Trajectories]:
     """What `simulate` makes of a step and of its half; of few runs in one march, which takes as long as the half alone.
 
@@ -93,12 +93,12 @@ def simulate_both(
     tell = progress or (lambda share: None)
     p_rows, x_rows = rows_of("simulate", half, p, x0)
     stride, kept = plan_of(half, p_rows, until, every)
-    keys = keys_of(seed, None, len(p_rows))
-    job = Job(half, p_rows, stride, *keys)
+    rounding = arithmetic_of(half, len(p_rows), arithmetic)
+    job = Job(half, p_rows, stride, *keys_of(seed, None, len(p_rows)), arithmetic=rounding)
     march = march_of_pairs(job) if is_pair(whole, half, stride) else None
     if march is None:
         # the longer run first: from it the engine sees how good its code should be
-        call = partial(simulate, p=p, x0=x0, until=until, every=every, seed=seed)
+        call = partial(simulate, p=p, x0=x0, until=until, every=every, seed=seed, arithmetic=rounding)
         fine = call(half, progress=lambda done: tell(2 * done / 3))
         return call(whole, progress=lambda done: tell((2 + done) / 3)), fine
     x = np.empty((2 * len(x_rows), kept + 1, half.states.size))

@@ -66,6 +66,8 @@ class Job:
         How many steps are still to come when it is done: the longer, the better its code should be.
     alike
         For runs that share their march with those of other steps: how; p may have zeros at its end.
+    arithmetic
+        How the operations are rounded: 'fused', 'portable' or 'casadi'.
     """
 
     step: Step
@@ -77,6 +79,7 @@ class Job:
     paired: bool = False
     alike: Alike | None = None
     ahead: int = 0
+    arithmetic: str = "fused"
 
     @property
     def plan(self) -> Plan:
@@ -99,6 +102,11 @@ class Job:
     def places(self) -> Integers:
         """Where the states of its step are among them, where all runs are of one step."""
         return np.arange(self.size) if self.alike is None else self.alike.places[self.alike.which[0]]
+
+    @property
+    def fused(self) -> bool:
+        """Whether a product is rounded together with the sum that it is for."""
+        return self.arithmetic == "fused"
 
     @cached_property
     def varied(self) -> tuple[int, ...]:

@@ -6,13 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from workbench.core import Step
 from workbench.core.numbers import Array
+from workbench.simulate import arithmetic as of
+from workbench.simulate.arithmetic import CASADI, FUSED, PORTABLE
 from workbench.simulate.job import PAIRS, Job, March
 from workbench.simulate.kernel import numpy_kernel, virtual_machine
 from workbench.simulate.kernel.plan import pass_of
 
-MOST_COMPILED = 30_000  # operations of a step: LLVM needs minutes for more, and a stack that grows with them
 FEW_RUNS = 64  # up to so many, CasADi's machine is faster than NumPy
+ENGINES = {"native": (FUSED, PORTABLE), "numpy": (PORTABLE, FUSED), "casadi": (CASADI,)}  # the first if none is named
 
 
 def continued(job: Job, x: Array, begin: int, steps: int) -> Array:
@@ -23,48 +26,51 @@ def continued(job: Job, x: Array, begin: int, steps: int) -> Array:
     return np.asarray(rows[:, 1])
 
 
-def march_of(job: Job, engine: str | None = None) -> March:
-    """The compiled march where it can be had, another elsewhere; by name, that one or a refusal."""
-    if engine not in (None, "native", "numpy", "casadi"):
+def arithmetic_of(step: Step, runs: int, name: str | None = None, engine: str | None = None) -> str:
+    """The arithmetic for some runs of a step: the named one, else that of the engine, else of what runs them fastest.
+
+    Raises
+    ------
+    ValueError
+        If there is none of that name, the engine has not got it, or the step cannot be run in it.
+    """
+    if engine not in (None, *ENGINES):
         raise ValueError(
             f"`simulate(engine=...)` is 'native', 'numpy', 'casadi' or None for the best of them; got {engine!r}."
         )
-    if engine == "casadi":
+    if name is not None and engine is not None and of.check(name) not in ENGINES[engine]:
+        raise ValueError(
+            f"`simulate(arithmetic='{name}', engine='{engine}')` must name an arithmetic that the engine has: "
+            f"{' or '.join(map(repr, ENGINES[engine]))}. Leave one of the two names out."
+        )
+    if name is None and engine is None:
+        default = of.default_for(step)
+        return CASADI if runs <= FEW_RUNS and not of.is_compiled(step, default) else default
+    chosen = ENGINES[engine][0] if name is None and engine is not None else of.check(name)
+    if chosen != CASADI:
+        asked = f"engine='{engine}'" if name is None else f"arithmetic='{name}'"
+        try:
+            pass_of(step)
+        except ValueError as error:  # an operation that the graph does not know
+            raise ValueError(f"`simulate({asked})` cannot run this step: {error}") from error
+    return chosen
+
+
+def march_of(job: Job, engine: str | None = None) -> March:
+    """The march of this engine; without a name the compiled one where it has the job's arithmetic, else another."""
+    if job.arithmetic == CASADI:
         return virtual_machine.march
-    try:
-        pass_of(job.step)
-    except ValueError as error:  # an operation that the graph does not know
-        if engine is not None:
-            raise ValueError(f"`simulate(engine='{engine}')` cannot run this step: {error}") from error
-        return virtual_machine.march
-    if engine == "numpy":
-        return numpy_kernel.march
-    elsewhere = virtual_machine.march if len(job.p) <= FEW_RUNS else numpy_kernel.march
-    if engine is None and job.step.operations > MOST_COMPILED:
-        return elsewhere
-    try:
-        return _native()
-    except ImportError as error:
-        if engine == "native":
+    if engine == "native":
+        try:
+            return of.native(job.arithmetic)
+        except ImportError as error:
             raise ValueError(f"`simulate(engine='native')` cannot run here: {error}.") from error
-        return elsewhere
+    compiled = engine is None and of.is_compiled(job.step, job.arithmetic)
+    return of.native(job.arithmetic) if compiled else numpy_kernel.march
 
 
 def march_of_pairs(job: Job) -> March | None:
     """What marches few runs at their step and at twice of it side by side; None where there is nothing that does."""
-    if len(job.p) > PAIRS:
+    if len(job.p) > PAIRS or job.arithmetic == CASADI or not of.is_compiled(job.step, job.arithmetic):
         return None
-    try:
-        native = _native()
-    except ImportError:
-        return None
-    return native if march_of(job) is native else None
-
-
-def _native() -> March:
-    """The compiled march; an ImportError where nothing can be compiled."""
-    from workbench.simulate.kernel import llvm, native
-
-    if not llvm.has_fma():
-        raise ImportError("this processor has no fused multiply-add")
-    return native.march
+    return of.native(job.arithmetic)

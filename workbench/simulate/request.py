@@ -15,6 +15,7 @@ HOW = {"Sampled": "Take its `.step(substeps)`.", "ClosedLoop": "Take `rk4(loop.o
 LARGEST_COPY = 64 * 2**20  # bytes of rows that are copied; larger ones are taken as they are, for want of room
 LARGEST = 4 * 2**30  # bytes of trajectories, and of what is needed beside them, that are not refused
 LONGEST = 100 * 3600.0  # s of one processor's time, by a cautious estimate, that are not refused
+MOST_STEPS = 2.0**53
 SECONDS_PER_OPERATION = 1e-10  # of one run in the compiled march, to be told before the start
 
 
@@ -24,13 +25,24 @@ def keys_of(seed: Any, runs: Any, count: int) -> tuple[int, Integers]:
         raise ValueError(f"`simulate(seed=...)` must be a whole number from 0 to 2^64 - 1; got {seed!r}.")
     if runs is None:
         return int(seed), np.arange(count)
-    keys = np.asarray(runs)
+    try:
+        keys = np.asarray(runs)
+    except ValueError:  # rows of unequal length
+        keys = np.zeros(())
     if keys.shape != (count,) or keys.dtype.kind not in "iu" or (keys < 0).any() or (keys > 2**63 - 1).any():
         raise ValueError(
             f"`simulate(runs=...)` must be {count} whole numbers from 0 on, one to name each run, below 2^63; "
             f"got {runs!r}."
         )
     return int(seed), keys.astype(np.int64)
+
+
+def least_of(runs: Any) -> int:
+    """How many runs these keys ask for at least."""
+    try:
+        return max(1, np.size(runs))
+    except ValueError:  # rows of unequal length, which `keys_of` refuses
+        return 1
 
 
 def rows_of(call: str, step: Step, p: Array | None, x0: Array | None, least: int = 1) -> tuple[Array, Array]:
@@ -104,4 +116,9 @@ def afford(call: str, step: Step, p_rows: Array, count: int, kept: int) -> None:
 def _count_of(name: str, span: Any, h: float) -> int:
     """How many steps make up a span of time."""
     call = f"simulate({name}=...)"
-    return multiple(call, seconds(call, span), h, "the step")
+    span = seconds(call, span)
+    if span / h >= MOST_STEPS:
+        raise ValueError(
+            f"`{call}` must be less than 2^53 steps of {h:g} s, as doubles count no further; got {span:g} s."
+        )
+    return multiple(call, span, h, "the step")

@@ -45,6 +45,11 @@ class Trajectories:
         return self.job.step
 
     @property
+    def arithmetic(self) -> str:
+        """How their operations were rounded: 'fused', 'portable' or 'casadi'."""
+        return self.job.arithmetic
+
+    @property
     def p(self) -> Array:
         """The parameters of each run, (B, np)."""
         return self.job.p

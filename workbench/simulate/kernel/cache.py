@@ -13,6 +13,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
+import stat
 import struct
 import sys
 import time
@@ -57,10 +58,11 @@ def load(key: str) -> bytes | None:
         return None
     file = place / f"{key}.kernel"
     try:
-        with file.open("rb") as stream:
+        with open(file, "rb", opener=_at_once) as stream:
             # the file itself is asked too, as the folder could have been exchanged since it was looked at
             status = os.fstat(stream.fileno())
-            content = stream.read() if _private(status) and status.st_size <= LARGEST else b""
+            usable = stat.S_ISREG(status.st_mode) and _private(status) and status.st_size <= LARGEST
+            content = stream.read() if usable else b""
     except OSError:
         return None
     code = content[HEADER.size :]
@@ -102,6 +104,11 @@ def _of_the_user() -> Path:
 def _private(status: os.stat_result) -> bool:
     """Whether only this user can have written what has this status; Windows keeps its own lists of that."""
     return os.name != "posix" or (status.st_uid == os.geteuid() and not status.st_mode & 0o022)
+
+
+def _at_once(path: str, flags: int) -> int:
+    """Open a file to be read; what has no writer yet, as a named pipe may, is not waited for."""
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
 def _for_the_user(path: str, flags: int) -> int:

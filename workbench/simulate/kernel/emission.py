@@ -1,59 +1,69 @@
-"""Emission: the nodes of a graph as lines of LLVM IR, every value a vector of doubles."""
+"""Emission: the operations of a machine as lines of LLVM IR, every value a vector of doubles, words or truths."""
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Iterable, Mapping
+from functools import lru_cache
 
-from workbench.simulate.kernel import functions as f
-from workbench.simulate.kernel.graph import Graph, Node
-from workbench.simulate.kernel.plan import PLAIN
+from workbench.simulate.kernel.evaluation import Evaluation
+from workbench.simulate.kernel.graph import Graph
 
-TRUTHS = {"lt": "olt", "le": "ole", "eq": "oeq", "ne": "une"}
-BINARY = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
-UNARY = {"sqrt": "sqrt", "fabs": "fabs", "floor": "floor"}
-COMPOSED: Mapping[str, Callable[..., str]] = {
-    "exp": f.exponential,
-    "tanh": f.hyperbolic_tangent,
-    "log": f.logarithm,
-    "atan2": f.arc_tangent,
-    "fmod": f.remainder,
-    "fmin": f.smaller,
-    "fmax": f.larger,
+INTRINSICS = {"sqrt": 1, "fabs": 1, "floor": 1, "trunc": 1, "copysign": 2, "fma": 3}  # of so many operands
+INSTRUCTIONS = {
+    **{op: f"f{op} DOUBLES {{0}}, {{1}}" for op in ("add", "sub", "mul", "div")},
+    **{op: f"fcmp o{op} DOUBLES {{0}}, {{1}}" for op in ("lt", "le", "gt", "ge", "eq")},
+    **{f"word_{op}": f"{op} WORDS {{0}}, {{1}}" for op in ("add", "mul", "and", "or", "xor")},
+    **{op: f"{op} WORDS {{0}}, {{1}}" for op in ("shl", "lshr")},
+    **{op: f"{op} TRUTHS {{0}}, {{1}}" for op in ("and", "or")},
+    "ne": "fcmp une DOUBLES {0}, {1}",
+    "neg": "fneg DOUBLES {0}",
+    "not": "xor TRUTHS {0}, TRUE",
+    "nonzero": "icmp ne WORDS {0}, zeroinitializer",
+    "select": "select TRUTHS {0}, DOUBLES {1}, DOUBLES {2}",
+    "bits": "bitcast DOUBLES {0} to WORDS",
+    "number": "bitcast WORDS {0} to DOUBLES",
+    "signed": "sitofp WORDS {0} to DOUBLES",
 }
 
 
 class Emission:
-    """Writes one straight line of code, each value once, and loads what it does not make when it is first needed."""
+    """Writes one straight line of code: the machine that its evaluation runs on."""
 
-    def __init__(self, graph: Graph, width: int, prefix: str, load: Callable[[Emission, int], str]) -> None:
-        self.graph = graph
+    def __init__(
+        self, graph: Graph, width: int, fused: bool, prefix: str, load: Callable[[Emission, int], str]
+    ) -> None:
         self.width = width
+        self.fused = fused
         self.prefix = prefix
-        self.load = load
-        self.type = f"<{width} x double>"
-        self.integers = f"<{width} x i64>"
+        self.type, self.integers, self.flags = (f"<{width} x {kind}>" for kind in ("double", "i64", "i1"))
         self.lines: list[str] = []
-        self.values: dict[int, str] = {}
-        self.truths: dict[int, str] = {}
-        self.angles: dict[int, f.Angle] = {}
+        self.evaluation = Evaluation(graph, self, lambda place: load(self, place))
 
-    # what `functions` needs of a writer
+    def __str__(self) -> str:
+        return "\n".join(self.lines)
+
+    # the machine
+
+    def do(self, operation: str, *operands: str) -> str:
+        """One instruction; its name."""
+        return self.line(instructions(self.width)[operation].format(*operands))
+
+    def constant(self, value: float) -> str:
+        """A constant in every lane."""
+        return f"<{', '.join([f'double {literal(value)}'] * self.width)}>"
+
+    def word(self, value: int) -> str:
+        """A whole number in every lane."""
+        return f"<{', '.join([f'i64 {value - (value >> 63 << 64)}'] * self.width)}>"
+
+    # its lines
 
     def line(self, text: str) -> str:
         """One instruction; its name."""
         name = f"%{self.prefix}{len(self.lines)}"
         self.lines.append(f"  {name} = {text}")
         return name
-
-    def vector(self, value: float) -> str:
-        """A constant in every lane."""
-        return f"<{', '.join([f'double {f.literal(value)}'] * self.width)}>"
-
-    def whole(self, value: int) -> str:
-        """A whole number in every lane."""
-        return f"<{', '.join([f'i64 {value}'] * self.width)}>"
-
-    # loads
 
     def lane(self, base: str, place: int) -> str:
         """The vector at a place of an array of vectors."""
@@ -77,82 +87,31 @@ class Emission:
             pointer = self.line(f"getelementptr {self.type}, ptr {base}, i64 {place}")
             self.lines.append(f"  store {self.type} {name}, ptr {pointer}")
 
-    def __str__(self) -> str:
-        return "\n".join(self.lines)
 
-    # nodes
+@lru_cache
+def instructions(width: int) -> Mapping[str, str]:
+    """The instruction of each operation for vectors of a width, with places for its operands."""
+    doubles = f"<{width} x double>"
+    kinds = {"DOUBLES": doubles, "WORDS": f"<{width} x i64>", "TRUTHS": f"<{width} x i1>"}
+    kinds["TRUE"] = f"<{', '.join(['i1 true'] * width)}>"
+    found = dict(INSTRUCTIONS)
+    for name, count in INTRINSICS.items():
+        operands = ", ".join(f"DOUBLES {{{i}}}" for i in range(count))
+        found[name] = f"call DOUBLES @llvm.{name}.v{width}f64({operands})"
+    for kind, text in kinds.items():
+        found = {operation: line.replace(kind, text) for operation, line in found.items()}
+    return found
 
-    def emit(self, places: Iterable[int]) -> None:
-        """The values of these nodes, whose operands are made before them or loaded."""
-        for place in places:
-            self._node(place, self.graph.nodes[place])
 
-    def value(self, place: int) -> str:
-        """The name of a value, loaded if it was made elsewhere."""
-        node = self.graph.nodes[place]
-        if node.op == "const" and node.value in PLAIN:
-            return self.vector(node.value)
-        if place not in self.values:
-            truth = self.truths.get(place)
-            one, zero = self.vector(1.0), self.vector(0.0)
-            self.values[place] = f.select(self, truth, one, zero) if truth else self.load(self, place)
-        return self.values[place]
+def declarations(width: int) -> list[str]:
+    """What is said of the intrinsics before they are called."""
+    vector = f"<{width} x double>"
+    return [
+        f"declare {vector} @llvm.{name}.v{width}f64({', '.join([vector] * count)})"
+        for name, count in INTRINSICS.items()
+    ]
 
-    def _truth(self, place: int) -> str:
-        """A value as a vector of truths: what is not zero is true."""
-        if place not in self.truths:
-            self.truths[place] = f.compare(self, "une", self.value(place), self.vector(0.0))
-        return self.truths[place]
 
-    def _node(self, place: int, node: Node) -> None:
-        op, operands = node.op, node.operands
-        if not operands:
-            self.value(place)
-        elif op in TRUTHS:
-            self.truths[place] = f.compare(self, TRUTHS[op], *map(self.value, operands))
-        elif op in ("and", "or", "not"):
-            self.truths[place] = self._logic(op, operands)
-        elif op in ("sin", "cos"):
-            if operands[0] not in self.angles:
-                self.angles[operands[0]] = f.reduce_angle(self, self.value(operands[0]))
-            self.values[place] = f.sine_or_cosine(self, self.angles[operands[0]], int(op == "cos"))
-        elif op == "if_else":
-            condition, *branches = operands
-            self.values[place] = f.select(self, self._truth(condition), *map(self.value, branches))
-        else:
-            self.values[place] = self._arithmetic(op, [self.value(i) for i in operands])
-
-    def _logic(self, op: str, operands: tuple[int, ...]) -> str:
-        flags = f.flags(self)
-        if op == "not":
-            ones = f"<{', '.join(['i1 true'] * self.width)}>"
-            return self.line(f"xor {flags} {self._truth(operands[0])}, {ones}")
-        a, b = map(self._truth, operands)
-        return self.line(f"{op} {flags} {a}, {b}")
-
-    def _arithmetic(self, op: str, values: list[str]) -> str:
-        if op in BINARY:
-            return f.binary(self, BINARY[op], *values)
-        if op in UNARY:
-            return f.unary(self, UNARY[op], *values)
-        if op in COMPOSED:
-            return COMPOSED[op](self, *values)
-        match op:
-            case "fma":
-                return f.fma(self, values[0], values[1], values[2])
-            case "fnma":  # c - a b
-                return f.fma(self, f.negative(self, values[0]), values[1], values[2])
-            case "fms":  # a b - c
-                return f.fma(self, values[0], values[1], f.negative(self, values[2]))
-            case "neg":
-                return f.negative(self, values[0])
-            case "inv":
-                return f.binary(self, "fdiv", self.vector(1.0), values[0])
-            case "sign":
-                return self._sign(values[0])
-        raise ValueError(f"The operation '{op}' has no lowering in the batch engine.")
-
-    def _sign(self, x: str) -> str:
-        zero = self.vector(0.0)
-        below = f.select(self, f.compare(self, "olt", x, zero), self.vector(-1.0), x)
-        return f.select(self, f.compare(self, "ogt", x, zero), self.vector(1.0), below)
+def literal(value: float) -> str:
+    """A double as LLVM reads it to the last bit."""
+    return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"

@@ -1,4 +1,4 @@
-"""Elementary functions as straight lines of LLVM IR over vectors of doubles, without a branch or a call.
+"""Elementary functions without a branch or a call, over the operations of a machine.
 
 Each is a polynomial or a rational function on a reduced argument. The coefficients are those of the
 Cephes library (Moshier, 1989) and of fdlibm (Sun Microsystems, 1993), the reductions are theirs too.
@@ -6,91 +6,50 @@ Cephes library (Moshier, 1989) and of fdlibm (Sun Microsystems, 1993), the reduc
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
+
+from workbench.simulate.kernel.machine import Number, Truth, Word, fma, number, select
+
+NAN, INFINITY = float("nan"), float("inf")
 
 
-class Writer(Protocol):
-    """What writes a line of IR and names its value."""
-
-    def line(self, text: str) -> str: ...  # noqa: D102
-    def vector(self, value: float) -> str: ...  # noqa: D102
-    @property
-    def type(self) -> str: ...  # noqa: D102
-    @property
-    def integers(self) -> str: ...  # noqa: D102
-    def whole(self, value: int) -> str: ...  # noqa: D102
+def smaller(a: Number, b: Number) -> Number:
+    """The smaller of two numbers; of a number and NaN the number, of two zeros the first."""
+    return select(b.compare("ne", b), a, select(a <= b, a, b))
 
 
-def fma(w: Writer, a: str, b: str, c: str) -> str:
-    """a b + c with one rounding."""
-    return w.line(f"call {w.type} @llvm.fma.{mangled(w)}({w.type} {a}, {w.type} {b}, {w.type} {c})")
+def larger(a: Number, b: Number) -> Number:
+    """The larger of two numbers; of a number and NaN the number, of two zeros the first."""
+    return select(b.compare("ne", b), a, select(a >= b, a, b))
 
 
-def mangled(w: Writer) -> str:
-    """The vector type as it stands in the name of an intrinsic: v8f64."""
-    return "v" + w.type[1:-1].replace(" x double", "f64")
+def sign(x: Number) -> Number:
+    """-1, 1, or x itself where it is zero or NaN."""
+    return select(x > 0.0, 1.0, select(x < 0.0, -1.0, x))
 
 
-def binary(w: Writer, op: str, a: str, b: str) -> str:
-    """fadd, fsub, fmul or fdiv."""
-    return w.line(f"{op} {w.type} {a}, {b}")
-
-
-def negative(w: Writer, a: str) -> str:
-    """Minus a."""
-    return w.line(f"fneg {w.type} {a}")
-
-
-def unary(w: Writer, intrinsic: str, a: str) -> str:
-    """An intrinsic of one operand: fabs, sqrt, floor, trunc."""
-    return w.line(f"call {w.type} @llvm.{intrinsic}.{mangled(w)}({w.type} {a})")
-
-
-def smaller(w: Writer, a: str, b: str) -> str:
-    """The smaller of two numbers, as C has it: of a number and NaN the number."""
-    return w.line(f"call {w.type} @llvm.minnum.{mangled(w)}({w.type} {a}, {w.type} {b})")
-
-
-def larger(w: Writer, a: str, b: str) -> str:
-    """The larger of two numbers, as C has it: of a number and NaN the number."""
-    return w.line(f"call {w.type} @llvm.maxnum.{mangled(w)}({w.type} {a}, {w.type} {b})")
-
-
-def copysign(w: Writer, a: str, b: str) -> str:
-    """The size of a with the sign of b."""
-    return w.line(f"call {w.type} @llvm.copysign.{mangled(w)}({w.type} {a}, {w.type} {b})")
-
-
-def compare(w: Writer, predicate: str, a: str, b: str) -> str:
-    """A comparison: oeq, olt, ole, une, ..."""
-    return w.line(f"fcmp {predicate} {w.type} {a}, {b}")
-
-
-def select(w: Writer, condition: str, a: str, b: str) -> str:
-    """A where the condition holds, b elsewhere."""
-    return w.line(f"select {flags(w)} {condition}, {w.type} {a}, {w.type} {b}")
-
-
-def flags(w: Writer) -> str:
-    """The type of a vector of truths."""
-    return w.type.replace("double", "i1")
-
-
-def polynomial(w: Writer, x: str, coefficients: Sequence[float]) -> str:
+def polynomial(x: Number, coefficients: Sequence[float]) -> Number:
     """By Horner's rule, highest power first."""
-    result = w.vector(coefficients[0])
-    for coefficient in coefficients[1:]:
-        result = fma(w, result, x, w.vector(coefficient))
+    result = fma(x, coefficients[0], coefficients[1])
+    for coefficient in coefficients[2:]:
+        result = fma(result, x, coefficient)
     return result
 
 
 # pi / 2 and what its double lacks: fma makes exact use of all bits, so k times the first part leaves no error.
-HALF_PI = (1.5707963267948966, 6.123233995736766e-17)
+FUSED_HALF_PI = (1.5707963267948966, 6.123233995736766e-17)
+# The same in parts of 13 bits and a rest: without fma, k < 2^40 times such a part is exact, and so is what is left.
+SHORT_HALF_PI = (
+    1.570556640625,
+    0.0002396702766418457,
+    1.5890691429376602e-08,
+    2.5632829192545614e-12,
+    6.123233995736766e-17,
+)
 TWO_OVER_PI = 6.36619772367581382433e-01
 ROUND = 6755399441055744.0  # 1.5 * 2^52: adding it leaves the nearest whole number in the last bits
-LARGEST_ANGLE = 1e12  # rad: beyond it what these two parts lack of pi / 2 begins to count, and the answer is NaN
+LARGEST_ANGLE = 1e12  # rad: beyond it what these parts lack of pi / 2 begins to count, and the answer is NaN
 SINE = (
     1.58969099521155010221e-10,
     -2.50507602534068634195e-08,
@@ -110,40 +69,35 @@ COSINE = (
 
 
 class Angle(NamedTuple):
-    """A reduced angle: its quadrant as an integer, whether that is odd, and sine and cosine of what is left."""
+    """A reduced angle: its quadrant as a word, whether that is odd, and sine and cosine of what is left."""
 
-    quadrant: str
-    odd: str
-    sine: str
-    cosine: str
+    quadrant: Word
+    odd: Truth
+    sine: Number
+    cosine: Number
 
 
-def reduce_angle(w: Writer, x: str) -> Angle:
+def reduce_angle(x: Number) -> Angle:
     """The quadrant of x, and sine and cosine of its rest within pi / 4 of a multiple of pi / 2."""
-    shifted = fma(w, x, w.vector(TWO_OVER_PI), w.vector(ROUND))
-    quadrant = w.line(f"bitcast {w.type} {shifted} to {w.integers}")
-    turns = binary(w, "fsub", shifted, w.vector(ROUND))
-    minus, r = negative(w, turns), x
-    for part in HALF_PI:
-        r = fma(w, minus, w.vector(part), r)
-    r = select(w, compare(w, "ole", unary(w, "fabs", x), w.vector(LARGEST_ANGLE)), r, w.vector(float("nan")))
-    square = binary(w, "fmul", r, r)
-    sine = fma(w, binary(w, "fmul", square, r), polynomial(w, square, SINE), r)
-    head = fma(w, square, w.vector(-0.5), w.vector(1.0))
-    fourth = binary(w, "fmul", square, square)
-    cosine = fma(w, fourth, polynomial(w, square, COSINE), head)
-    odd = w.line(f"icmp ne {w.integers} {w.line(f'and {w.integers} {quadrant}, {w.whole(1)}')}, {w.whole(0)}")
-    return Angle(quadrant, odd, sine, cosine)
+    shifted = fma(x, TWO_OVER_PI, ROUND)
+    turns = shifted - ROUND
+    minus, r = -turns, x
+    for part in FUSED_HALF_PI if x.machine.fused else SHORT_HALF_PI:
+        r = fma(minus, part, r)
+    r = select(abs(x) <= LARGEST_ANGLE, r, NAN)
+    square = r * r
+    sine = fma(square * r, polynomial(square, SINE), r)
+    head = fma(square, -0.5, 1.0)
+    cosine = fma(square * square, polynomial(square, COSINE), head)
+    quadrant = shifted.bits
+    return Angle(quadrant, (quadrant & 1).nonzero, sine, cosine)
 
 
-def sine_or_cosine(w: Writer, angle: Angle, quarter: int) -> str:
+def sine_or_cosine(angle: Angle, quarter: int) -> Number:
     """The sine (quarter 0) or cosine (quarter 1) from a reduced angle: cos x is sin (x + pi / 2)."""
     sizes = (angle.cosine, angle.sine) if quarter == 0 else (angle.sine, angle.cosine)
-    bits = w.line(f"bitcast {w.type} {select(w, angle.odd, *sizes)} to {w.integers}")
-    turned = w.line(f"add {w.integers} {angle.quadrant}, {w.whole(1)}") if quarter else angle.quadrant
-    half = w.line(f"shl {w.integers} {turned}, {w.whole(62)}")
-    sign = w.line(f"and {w.integers} {half}, {w.whole(-(2**63))}")
-    return w.line(f"bitcast {w.integers} {w.line(f'xor {w.integers} {bits}, {sign}')} to {w.type}")
+    turned = angle.quadrant + 1 if quarter else angle.quadrant
+    return (select(angle.odd, *sizes).bits ^ ((turned << 62) & 2**63)).number
 
 
 EXP_P = (1.26177193074810590878e-4, 3.02994407707441961300e-2, 9.99999999999999999910e-1)
@@ -152,42 +106,32 @@ LOG2_E = 1.4426950408889634073599
 LN_2 = (6.93145751953125e-1, 1.42860682030941723212e-6)
 
 
-def exponential(w: Writer, x: str) -> str:
+def exponential(x: Number) -> Number:
     """exp x: 2^n (1 + 2 r P(r^2) / (Q(r^2) - r P(r^2))) with r = x - n ln 2; 0 below -708, infinite above 709."""
-    low, high = w.vector(-708.0), w.vector(709.0)
-    bounded = select(w, compare(w, "olt", x, low), low, x)
-    bounded = select(w, compare(w, "ogt", bounded, high), high, bounded)
-    shifted = fma(w, bounded, w.vector(LOG2_E), w.vector(ROUND))
-    n = binary(w, "fsub", shifted, w.vector(ROUND))
-    minus = negative(w, n)
-    r = fma(w, minus, w.vector(LN_2[1]), fma(w, minus, w.vector(LN_2[0]), bounded))
-    square = binary(w, "fmul", r, r)
-    numerator = binary(w, "fmul", r, polynomial(w, square, EXP_P))
-    denominator = binary(w, "fsub", polynomial(w, square, EXP_Q), numerator)
-    ratio = binary(w, "fdiv", numerator, denominator)
-    size = fma(w, w.vector(2.0), ratio, w.vector(1.0))
-    bits = w.line(f"bitcast {w.type} {shifted} to {w.integers}")
-    power = w.line(f"shl {w.integers} {w.line(f'add {w.integers} {bits}, {w.whole(1023)}')}, {w.whole(52)}")
-    result = binary(w, "fmul", size, w.line(f"bitcast {w.integers} {power} to {w.type}"))
-    infinite = select(w, compare(w, "ogt", x, w.vector(709.0)), w.vector(float("inf")), result)
-    return select(w, compare(w, "olt", x, w.vector(-708.0)), w.vector(0.0), infinite)
+    bounded = select(x < -708.0, -708.0, x)
+    bounded = select(bounded > 709.0, 709.0, bounded)
+    shifted = fma(bounded, LOG2_E, ROUND)
+    minus = -(shifted - ROUND)
+    r = fma(minus, LN_2[1], fma(minus, LN_2[0], bounded))
+    square = r * r
+    numerator = r * polynomial(square, EXP_P)
+    ratio = numerator / (polynomial(square, EXP_Q) - numerator)
+    size = fma(ratio, 2.0, 1.0)
+    result = size * ((shifted.bits + 1023) << 52).number
+    return select(x < -708.0, 0.0, select(x > 709.0, INFINITY, result))
 
 
 TANH_P = (-9.64399179425052238628e-1, -9.92877231001918586564e1, -1.61468768441708447952e3)
 TANH_Q = (1.0, 1.12811678491632931402e2, 2.23548839060100448583e3, 4.84406305325125486048e3)
 
 
-def hyperbolic_tangent(w: Writer, x: str) -> str:
+def hyperbolic_tangent(x: Number) -> Number:
     """tanh x: rational near zero, from the exponential elsewhere."""
-    square = binary(w, "fmul", x, x)
-    ratio = binary(w, "fdiv", polynomial(w, square, TANH_P), polynomial(w, square, TANH_Q))
-    near = fma(w, binary(w, "fmul", x, square), ratio, x)
-    size = unary(w, "fabs", x)
-    grown = exponential(w, binary(w, "fadd", size, size))
-    far = binary(w, "fdiv", w.vector(2.0), binary(w, "fadd", grown, w.vector(1.0)))
-    far = binary(w, "fsub", w.vector(1.0), far)
-    signed = copysign(w, far, x)
-    return select(w, compare(w, "olt", size, w.vector(0.625)), near, signed)
+    square, size = x * x, abs(x)
+    ratio = polynomial(square, TANH_P) / polynomial(square, TANH_Q)
+    near = fma(x * square, ratio, x)
+    far = 1.0 - 2.0 / (exponential(size + size) + 1.0)
+    return select(size < 0.625, near, far.do("copysign", x))
 
 
 ATAN_P = (
@@ -208,44 +152,69 @@ ATAN_Q = (
 PI = (3.141592653589793, 1.2246467991473532e-16)  # and what its double lacks
 
 
-def arc_tangent(w: Writer, y: str, x: str) -> str:
+def arc_tangent(y: Number, x: Number) -> Number:
     """atan2(y, x): the smaller side over the larger one, folded at 0.66 once more; then octant by octant."""
-    height, width, zero, one = unary(w, "fabs", y), unary(w, "fabs", x), w.vector(0.0), w.vector(1.0)
-    steep = compare(w, "ogt", height, width)
-    large, small = select(w, steep, height, width), select(w, steep, width, height)
-    a = binary(w, "fdiv", small, large)
-    a = select(w, compare(w, "oeq", large, zero), zero, a)
-    a = select(w, compare(w, "oeq", small, w.vector(float("inf"))), one, a)
-    high = compare(w, "ogt", a, w.vector(0.66))
-    r = select(w, high, binary(w, "fdiv", binary(w, "fsub", a, one), binary(w, "fadd", a, one)), a)
-    square = binary(w, "fmul", r, r)
-    ratio = binary(w, "fdiv", polynomial(w, square, ATAN_P), polynomial(w, square, ATAN_Q))
-    angle = fma(w, binary(w, "fmul", r, square), ratio, r)
+    height, width, one = abs(y), abs(x), number(x.machine, 1.0)
+    steep = height > width
+    large, small = select(steep, height, width), select(steep, width, height)
+    a = select(large.compare("eq", 0.0), 0.0, small / large)
+    a = select(small.compare("eq", INFINITY), one, a)
+    high = a > 0.66
+    r = select(high, (a - one) / (a + one), a)
+    square = r * r
+    ratio = polynomial(square, ATAN_P) / polynomial(square, ATAN_Q)
+    angle = fma(r * square, ratio, r)
 
-    def beyond(share: float, of: str) -> str:
-        rest = binary(w, "fadd", of, w.vector(PI[1] * share))
-        return binary(w, "fadd", w.vector(PI[0] * share), rest)
+    def beyond(share: float, of: Number) -> Number:
+        return number(x.machine, PI[0] * share) + (of + PI[1] * share)
 
-    angle = select(w, high, beyond(0.25, angle), angle)
-    angle = select(w, steep, beyond(0.5, negative(w, angle)), angle)
-    back = compare(w, "olt", copysign(w, one, x), zero)  # minus zero is behind too
-    angle = select(w, back, beyond(1.0, negative(w, angle)), angle)
-    lost = compare(w, "uno", x, y)
-    return select(w, lost, w.vector(float("nan")), copysign(w, angle, y))
+    angle = select(high, beyond(0.25, angle), angle)
+    angle = select(steep, beyond(0.5, -angle), angle)
+    back = one.do("copysign", x) < 0.0  # minus zero is behind too
+    angle = select(back, beyond(1.0, -angle), angle)
+    lost = x.compare("ne", x) | y.compare("ne", y)
+    return select(lost, NAN, angle.do("copysign", y))
 
 
-def remainder(w: Writer, x: str, y: str) -> str:
+def remainder(x: Number, y: Number) -> Number:
     """x - trunc(x / y) y with the sign of x; the quotient may round to the next whole number. NaN from 2^52 on."""
-    size, turns = unary(w, "fabs", y), unary(w, "trunc", binary(w, "fdiv", x, y))
-    rest = fma(w, negative(w, turns), y, x)
-    signed, zero = copysign(w, size, x), w.vector(0.0)
-    beyond = compare(w, "olt", binary(w, "fmul", rest, copysign(w, w.vector(1.0), x)), zero)
-    rest = select(w, beyond, binary(w, "fadd", rest, signed), rest)
-    short = compare(w, "oge", unary(w, "fabs", rest), size)
-    rest = copysign(w, select(w, short, binary(w, "fsub", rest, signed), rest), x)
-    known = compare(w, "olt", unary(w, "fabs", turns), w.vector(2.0**52))
-    rest = select(w, known, rest, w.vector(float("nan")))
-    return select(w, compare(w, "olt", unary(w, "fabs", x), size), x, rest)
+    size, turns = abs(y), (x / y).do("trunc")
+    rest = _rest(x, turns, y)
+    signed = size.do("copysign", x)
+    beyond = rest * number(x.machine, 1.0).do("copysign", x) < 0.0
+    rest = select(beyond, rest + signed, rest)
+    short = abs(rest) >= size
+    rest = select(short, rest - signed, rest).do("copysign", x)
+    rest = select(abs(turns) < 2.0**52, rest, NAN)
+    return select(abs(x) < size, x, rest)
+
+
+SPLIT = 2.0**27 + 1
+
+
+def halves(x: Any) -> tuple[Any, Any]:
+    """Two numbers of 26 digits whose sum is x, of a machine or of NumPy, up to 2^996 (Veltkamp)."""
+    large = x * SPLIT
+    high = large - (large - x)
+    return high, x - high
+
+
+def _rest(x: Number, turns: Number, y: Number) -> Number:
+    """x - turns y, which is a double.
+
+    Without fused products x less the rounded product is exact (Sterbenz), and so is what that product lacks (Dekker):
+    amid the range of a double, where nothing of it is lost.
+    """
+    if x.machine.fused:
+        return fma(-turns, y, x)
+    large, tiny = abs(x) > 2.0**900, abs(x) < 2.0**-900
+    scale = select(large, 2.0**-200, select(tiny, 2.0**200, 1.0))
+    back = select(large, 2.0**200, select(tiny, 2.0**-200, 1.0))
+    x, y = x * scale, y * scale
+    product = turns * y
+    (a, b), (c, d) = halves(turns), halves(y)
+    rest: Number = (x - product) - ((a * c - product) + a * d + b * c + b * d)
+    return rest * back
 
 
 LOG_P = (
@@ -268,31 +237,21 @@ ROOT_HALF = 7.07106781186547524401e-1
 SMALLEST_NORMAL = 2.2250738585072014e-308
 
 
-def logarithm(w: Writer, x: str) -> str:
+def logarithm(x: Number) -> Number:
     """log x from mantissa and exponent; NaN below zero, minus infinity at zero."""
-    tiny = compare(w, "olt", x, w.vector(SMALLEST_NORMAL))  # its bits hold no mantissa of 53 digits: 2^54 x does
-    given, x = x, select(w, tiny, binary(w, "fmul", x, w.vector(2.0**54)), x)
-    bits = w.line(f"bitcast {w.type} {x} to {w.integers}")
-    mantissa = w.line(f"and {w.integers} {bits}, {w.whole(0x000FFFFFFFFFFFFF)}")
-    half = w.line(f"or {w.integers} {mantissa}, {w.whole(0x3FE0000000000000)}")
-    m = w.line(f"bitcast {w.integers} {half} to {w.type}")
-    biased = w.line(f"lshr {w.integers} {bits}, {w.whole(52)}")
-    n = w.line(f"sitofp {w.integers} {w.line(f'sub {w.integers} {biased}, {w.whole(1022)}')} to {w.type}")
-    n = select(w, tiny, binary(w, "fsub", n, w.vector(54.0)), n)
-    low = compare(w, "olt", m, w.vector(ROOT_HALF))
-    n = select(w, low, binary(w, "fsub", n, w.vector(1.0)), n)
-    m = binary(w, "fsub", select(w, low, binary(w, "fadd", m, m), m), w.vector(1.0))
-    square = binary(w, "fmul", m, m)
-    ratio = binary(w, "fdiv", polynomial(w, m, LOG_P), polynomial(w, m, LOG_Q))
-    tail = binary(w, "fmul", m, binary(w, "fmul", square, ratio))
-    tail = fma(w, n, w.vector(-2.121944400546905827679e-4), tail)
-    tail = fma(w, square, w.vector(-0.5), tail)
-    result = fma(w, n, w.vector(0.693359375), binary(w, "fadd", m, tail))
-    result = select(w, compare(w, "oeq", given, w.vector(float("inf"))), given, result)
-    result = select(w, compare(w, "oeq", given, w.vector(0.0)), w.vector(float("-inf")), result)
-    return select(w, compare(w, "oge", given, w.vector(0.0)), result, w.vector(float("nan")))
-
-
-def literal(value: float) -> str:
-    """A double as LLVM reads it to the last bit."""
-    return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"
+    tiny = x < SMALLEST_NORMAL  # its bits hold no mantissa of 53 digits: 2^54 x does
+    bits = select(tiny, x * 2.0**54, x).bits
+    m = ((bits & 0x000FFFFFFFFFFFFF) | 0x3FE0000000000000).number
+    n = ((bits >> 52) + -1022).signed
+    n = select(tiny, n - 54.0, n)
+    low = m < ROOT_HALF
+    n = select(low, n - 1.0, n)
+    m = select(low, m + m, m) - 1.0
+    square = m * m
+    ratio = polynomial(m, LOG_P) / polynomial(m, LOG_Q)
+    tail = fma(n, -2.121944400546905827679e-4, m * (square * ratio))
+    tail = fma(square, -0.5, tail)
+    result = fma(n, 0.693359375, m + tail)
+    result = select(x.compare("eq", INFINITY), x, result)
+    result = select(x.compare("eq", 0.0), -INFINITY, result)
+    return select(x >= 0.0, result, NAN)

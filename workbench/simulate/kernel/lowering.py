@@ -19,39 +19,25 @@ from __future__ import annotations
 
 from functools import reduce
 
-from workbench.simulate.kernel import functions as f
 from workbench.simulate.kernel import pairs
-from workbench.simulate.kernel.emission import Emission
-from workbench.simulate.kernel.noise_lanes import normals
+from workbench.simulate.kernel.emission import Emission, declarations
+from workbench.simulate.kernel.machine import Number
+from workbench.simulate.kernel.noise import normals_on
 from workbench.simulate.kernel.plan import Plan
 
-INTRINSICS = {1: ("sqrt", "fabs", "floor", "trunc"), 2: ("copysign", "minnum", "maxnum"), 3: ("fma",)}
 
-
-def lower(plan: Plan, width: int, paired: bool = False) -> str:
-    """The IR of a plan for vectors of `width` runs, or of half as many pairs.
-
-    Raises
-    ------
-    ValueError
-        If an operation has no lowering; the message names it.
-    """
-    writer = Emission(plan.graph, width, "v", lambda emission, place: "")
-    declarations = (
-        f"declare {writer.type} @llvm.{name}.{f.mangled(writer)}({', '.join([writer.type] * count)})"
-        for count, names in INTRINSICS.items()
-        for name in names
-    )
-    truth = f"declare i1 @llvm.vector.reduce.or.v{width}i1({f.flags(writer)})"
+def lower(plan: Plan, width: int, fused: bool = True, paired: bool = False) -> str:
+    """The IR of a plan for vectors of `width` runs, or of half as many pairs, with `fused` products or without."""
+    truth = f"declare i1 @llvm.vector.reduce.or.v{width}i1(<{width} x i1>)"
     tables = [CALL.format(which="")] if plan.table else []
     if paired:
-        tables.insert(0, pairs.table(plan, writer))
+        tables.insert(0, pairs.table(plan, width))
     if paired and plan.table:
         tables.append(CALL.format(which="wide_"))
     wide = "%wide_table" if paired else "%table"
     march = MARCH.format(width=width, less=width - 1, tables="\n".join(tables), wide=wide)
-    functions = [march, _piece(plan, width, paired), *([_table(plan, width)] if plan.table else ())]
-    return "\n".join([*declarations, truth, *functions])
+    functions = [march, _piece(plan, width, fused, paired), *([_table(plan, width, fused)] if plan.table else ())]
+    return "\n".join([*declarations(width), truth, *functions])
 
 
 MARCH = """
@@ -176,7 +162,7 @@ end:
 }}"""
 
 
-def _piece(plan: Plan, width: int, paired: bool) -> str:
+def _piece(plan: Plan, width: int, fused: bool, paired: bool) -> str:
     nx, graph = len(plan.graph.results), plan.graph
     lane = {place: i for i, place in enumerate(plan.lanes)}
     row = {place: i for i, place in enumerate(plan.table)}
@@ -198,19 +184,18 @@ def _piece(plan: Plan, width: int, paired: bool) -> str:
         if node.op == "x":
             return f"%x{node.entry}"
         steps = pairs.steps(e) if paired else e.splat("%k", "i64")
-        return _noise(e, place, steps) if node.op == "w" else e.line(f"sitofp {e.integers} {steps} to {e.type}")
+        return _noise(e, place, steps) if node.op == "w" else e.do("signed", steps)
 
-    before, body = Emission(graph, width, "u", outside), Emission(graph, width, "v", inside)
-    before.emit(plan.per_run)
-    before.store("%scratch", map(before.value, plan.lanes))
-    body.emit(plan.inside)
-    ends = [body.value(place) for place in graph.results]
+    before, body = Emission(graph, width, fused, "u", outside), Emission(graph, width, fused, "v", inside)
+    before.evaluation.make(plan.per_run)
+    before.store("%scratch", map(before.evaluation.value, plan.lanes))
+    body.evaluation.make(plan.inside)
+    ends = [body.evaluation.value(place) for place in graph.results]
     ends = pairs.taken(body, ends) if paired else ends
-    enter, keep = (Emission(graph, width, prefix, inside) for prefix in ("s", "t"))
+    enter, keep, last = (Emission(graph, width, fused, prefix, inside) for prefix in ("s", "t", "w"))
     starts = [enter.lane("%x_here", i) for i in range(nx)]
     keep.store("%x_here", ends)
     keep.store("%out_here", ends)
-    last = Emission(graph, width, "w", inside)
     _any_finite(last, ends)
     return PIECE.format(
         width=width,
@@ -236,20 +221,20 @@ def _place(group_size: int, width: int, paired: bool) -> str:
 
 def _noise(e: Emission, place: int, steps: str) -> str:
     """A normal number of the steps with these numbers, and with it all others of theirs."""
-    noise = {i: node.entry for i, node in enumerate(e.graph.nodes) if node.op == "w"}
-    names = normals(e, e.splat("%seed", "i64"), "%key", steps, 1 + max(noise.values()))
-    e.values |= {i: names[entry] for i, entry in noise.items()}
-    return e.values[place]
+    noise = {i: node.entry for i, node in enumerate(e.evaluation.graph.nodes) if node.op == "w"}
+    names: list[str] = normals_on(e, e.splat("%seed", "i64"), "%key", steps, 1 + max(noise.values()))
+    e.evaluation.numbers |= {i: Number(e, names[entry]) for i, entry in noise.items()}
+    return names[noise[place]]
 
 
 def _any_finite(e: Emission, states: list[str]) -> None:
     """Whether this or an earlier block has a run with finite states: of a finite number, x - x is 0."""
-    sums = reduce(lambda total, part: f.binary(e, "fadd", total, part), [f.binary(e, "fsub", x, x) for x in states])
-    some = e.line(f"call i1 @llvm.vector.reduce.or.v{e.width}i1({f.flags(e)} {f.compare(e, 'ord', sums, sums)})")
+    total = reduce(Number.__add__, [Number(e, x) - Number(e, x) for x in states])
+    some = e.line(f"call i1 @llvm.vector.reduce.or.v{e.width}i1({e.flags} {total.compare('eq', total).value})")
     e.lines.append(f"  %alive1 = or i1 %alive, {some}")
 
 
-def _table(plan: Plan, width: int) -> str:
+def _table(plan: Plan, width: int, fused: bool) -> str:
     graph = plan.graph
 
     def outside(e: Emission, place: int) -> str:
@@ -259,12 +244,12 @@ def _table(plan: Plan, width: int) -> str:
         return e.spread("%p", plan.parameters[node.entry] * width)
 
     def inside(e: Emission, place: int) -> str:
-        return "%time" if graph.nodes[place].op == "k" else before.value(place)
+        return "%time" if graph.nodes[place].op == "k" else before.evaluation.value(place)
 
-    before, body = Emission(graph, width, "u", outside), Emission(graph, width, "v", inside)
-    before.emit(plan.behind_table)
-    body.emit(plan.per_step)
-    body.store("%table_here", map(body.value, plan.table))
+    before, body = Emission(graph, width, fused, "u", outside), Emission(graph, width, fused, "v", inside)
+    before.evaluation.make(plan.behind_table)
+    body.evaluation.make(plan.per_step)
+    body.store("%table_here", map(body.evaluation.value, plan.table))
     return TABLE.format(
         width=width,
         vector=body.type,

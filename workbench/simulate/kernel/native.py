@@ -37,20 +37,20 @@ class Kernel:
 
 
 @lru_cache(maxsize=256)
-def kernel(plan: Plan, width: int, haste: bool = False, paired: bool = False) -> Kernel:
-    """The kernel of a plan, `width` runs side by side, or half as many pairs.
+def kernel(plan: Plan, width: int, haste: bool = False, fused: bool = True, paired: bool = False) -> Kernel:
+    """The kernel of a plan, `width` runs side by side, or half as many pairs, with `fused` products or without.
 
     In `haste` it is slower code with the same results.
     """
-    module = llvm.compiled(_ir(plan, width, paired), haste)
+    module = llvm.compiled(_ir(plan, width, fused, paired), haste)
     number, pointer = ctypes.c_int64, ctypes.c_void_p
     march = module.function("workbench_march", pointer, *[number] * 4, *[pointer] * 7, result=number)
     return Kernel(plan, width, paired, march)
 
 
 @lru_cache(maxsize=16)
-def _ir(plan: Plan, width: int, paired: bool) -> str:
-    return lower(plan, width, paired)
+def _ir(plan: Plan, width: int, fused: bool, paired: bool) -> str:
+    return lower(plan, width, fused, paired)
 
 
 def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
@@ -93,7 +93,7 @@ def _kernel(job: Job, kept: int, width: int) -> Kernel:
     _marched[plan] = steps
     steps += job.ahead
     paired = job.paired or job.alike is not None or (len(job.p) <= PAIRS and width >= FEW)
-    return kernel(plan, width, steps < WORTH_COMPILING, paired)
+    return kernel(plan, width, steps < WORTH_COMPILING, job.fused, paired)
 
 
 def _advance(made: Kernel, job: Job, lot: slice, x: Array, stage: list[Piece]) -> None:

@@ -5,10 +5,9 @@ u in (0, 1) and a point (c, s) on the unit circle, and these a pair of independe
 
     r c,  r s          with  r = sqrt(-2 ln u)
 
-The definition stands here once, in Python's operators: on NumPy's arrays they compute, on the lanes of
-`noise_lanes.py` they write LLVM IR. It uses whole numbers and + - * / sqrt, which IEEE 754 rounds in one way, and no
-fused product, so a number has the same bits on every machine. The error of a number is below 1e-15 of it; none
-exceeds 8.58, where u is 2^-53.
+The definition stands here once, on the words and numbers of a machine. It uses whole numbers and + - * / sqrt, which
+IEEE 754 rounds in one way, and no fused product, so a number has the same bits on every machine. The error of a number
+is below 1e-15 of it; none exceeds 8.58, where u is 2^-53.
 
 References
 ----------
@@ -19,15 +18,17 @@ Box and Muller (1958), A note on the generation of random normal deviates, Annal
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from workbench.core.numbers import Array, Integers
+from workbench.simulate.kernel.arrays import Arrays
 from workbench.simulate.kernel.functions import COSINE, SINE
+from workbench.simulate.kernel.machine import Machine, Number, Value, Word, select
 
-Value = Any  # 64 bits, or a double, in every element of an array or every lane of a vector
-Words = tuple[Value, Value, Value, Value]
+ARRAYS = Arrays(fused=False)
+Words = tuple[Word, Word, Word, Word]
 
 SEED_BITS, RUN_BITS, STEP_BITS = 64, 63, 32  # beyond 2^32 steps a counter would repeat an earlier one
 BLOCK = 2**14  # counters at a time: what is made of them stays in the cache
@@ -54,15 +55,6 @@ LOGARITHM = (
     3.999999999940941908e-01,
     6.666666666666735130e-01,
 )
-
-
-class Arithmetic(Protocol):
-    """What the definition needs beyond Python's operators."""
-
-    def number(self, bits: Value) -> Value: ...  # noqa: D102
-    def bits(self, number: Value) -> Value: ...  # noqa: D102
-    def sqrt(self, number: Value) -> Value: ...  # noqa: D102
-    def select(self, bits: Value, a: Value, b: Value) -> Value: ...  # noqa: D102
 
 
 def normals(seed: int, runs: Integers, steps: Integers, entries: int) -> Array:
@@ -95,20 +87,31 @@ def normals(seed: int, runs: Integers, steps: Integers, entries: int) -> Array:
     size = max(1, BLOCK // max(1, len(pairs)))
     for first in range(0, len(out), size):
         run, step = np.divmod(np.arange(first, min(first + size, len(out))), len(steps))
-        made = pair(_Arrays(), seed, run_words[run, np.newaxis], step_words[step, np.newaxis], pairs)
-        out[first : first + size, :, 0], out[first : first + size, :, 1] = made
+        of_run, of_step = run_words[run, np.newaxis], step_words[step, np.newaxis]
+        key, one, k, index = (Word(ARRAYS, word) for word in (np.uint64(seed), of_run, of_step, pairs))
+        made = pair(key, one, k, index)
+        out[first : first + size, :, 0], out[first : first + size, :, 1] = (number.value for number in made)
     return out.reshape(len(runs), len(steps), 2 * len(pairs))[:, :, :entries]
 
 
-def pair(a: Arithmetic, seed: Value, run: Value, step: Value, index: Value) -> tuple[Value, Value]:
+def normals_on(machine: Machine, seed: Value, run: Value, step: Value, entries: int) -> list[Value]:
+    """The first entries of a step of a run on a machine, from its words of seed, run and step, in their ranges."""
+    first, second, third = (Word(machine, word) for word in (seed, run, step))
+    made: list[Value] = []
+    for index in range((entries + 1) // 2):
+        made += (number.value for number in pair(first, second, third, Word(machine, machine.word(index))))
+    return made[:entries]
+
+
+def pair(seed: Word, run: Word, step: Word, index: Word) -> tuple[Number, Number]:
     """The entries 2 index and 2 index + 1 of a step of a run."""
     words = philox((run & LOW, run >> 32, step, index), (seed & LOW, seed >> 32))
-    radius = a.sqrt(logarithm(a, uniform(a, words[1] << 32 | words[0])) * -2.0)
-    c, s = circle(a, words[3] << 32 | words[2])
+    radius = (logarithm(uniform(words[1] << 32 | words[0])) * -2.0).do("sqrt")
+    c, s = circle(words[3] << 32 | words[2])
     return radius * c, radius * s
 
 
-def philox(counter: Words, key: tuple[Value, Value]) -> Words:
+def philox(counter: Words, key: tuple[Word, Word]) -> Words:
     """Philox4x32-10: four words of 32 bits from four, one to one under every key."""
     x0, x1, x2, x3 = counter
     for i in range(ROUNDS):
@@ -119,57 +122,42 @@ def philox(counter: Words, key: tuple[Value, Value]) -> Words:
     return x0 & LOW, x1 & LOW, x2 & LOW, x3 & LOW
 
 
-def uniform(a: Arithmetic, bits: Value) -> Value:
+def uniform(bits: Word) -> Number:
     """(k + 1/2) / 2^52 from the first 52 bits k: never 0, never 1, and exact."""
-    return a.number(bits >> 12 | ONE) - (1 - 2**-53)
+    return (bits >> 12 | ONE).number - (1 - 2**-53)
 
 
-def circle(a: Arithmetic, bits: Value) -> tuple[Value, Value]:
+def circle(bits: Word) -> tuple[Number, Number]:
     """A point on the unit circle: 52 bits make an angle within pi / 4, two more reflect it into all quarters."""
-    angle = (uniform(a, bits) - 0.5) * HALF_PI
+    angle = (uniform(bits) - 0.5) * HALF_PI
     square = angle * angle
     sine = angle * square * polynomial(square, SINE) + angle
     cosine = square * square * polynomial(square, COSINE) + (square * -0.5 + 1.0)
-    cosine = a.number(a.bits(cosine) ^ bits << 63)
-    return a.select(bits & 2, sine, cosine), a.select(bits & 2, cosine, sine)
+    cosine = (cosine.bits ^ bits << 63).number
+    turned = (bits & 2).nonzero
+    return select(turned, sine, cosine), select(turned, cosine, sine)
 
 
-def logarithm(a: Arithmetic, x: Value) -> Value:
+def logarithm(x: Number) -> Number:
     """ln x for normal x > 0, to the last bit or two: x = 2^n m with m within a factor sqrt(2) of one.
 
     With f = m - 1 and s = f / (2 + f) it is ln m = f - (f^2/2 - s (f^2/2 + R(s^2))), as in fdlibm.
     """
-    shifted = a.bits(x) + (ONE - ROOT_HALF)
-    n = a.number(shifted >> 52 | TWO_52) - (2.0**52 + 1023)
-    f = a.number((shifted & FRACTION) + ROOT_HALF) - 1.0
+    shifted = x.bits + (ONE - ROOT_HALF)
+    n = (shifted >> 52 | TWO_52).number - (2.0**52 + 1023)
+    f = ((shifted & FRACTION) + ROOT_HALF).number - 1.0
     s = f / (f + 2.0)
     square, half = s * s, f * f * 0.5
     tail = s * (square * polynomial(square, LOGARITHM) + half) + n * LN_2[1]
     return n * LN_2[0] - ((half - tail) - f)
 
 
-def polynomial(x: Value, coefficients: Sequence[float]) -> Value:
+def polynomial(x: Number, coefficients: Sequence[float]) -> Number:
     """By Horner's rule, highest power first, every product and every sum rounded."""
     result = x * coefficients[0] + coefficients[1]
     for coefficient in coefficients[2:]:
         result = result * x + coefficient
     return result
-
-
-class _Arrays:
-    """The arithmetic of NumPy's arrays of 64-bit words and doubles."""
-
-    def number(self, bits: Value) -> Value:
-        return bits.view(np.float64)
-
-    def bits(self, number: Value) -> Value:
-        return number.view(np.uint64)
-
-    def sqrt(self, number: Value) -> Value:
-        return np.sqrt(number)
-
-    def select(self, bits: Value, a: Value, b: Value) -> Value:
-        return np.where(bits != 0, a, b)
 
 
 def _whole(name: str, value: Any, last: int, why: str) -> int:

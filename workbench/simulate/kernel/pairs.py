@@ -6,7 +6,6 @@ taken two, and keeps its state until then. Its constants lie behind those of the
 
 from __future__ import annotations
 
-from workbench.simulate.kernel import functions as f
 from workbench.simulate.kernel.emission import Emission
 from workbench.simulate.kernel.plan import Plan
 
@@ -25,9 +24,9 @@ PLACE = """
   %wide_here = sub i64 %wide_k, %wide_begin"""
 
 
-def table(plan: Plan, e: Emission) -> str:
+def table(plan: Plan, width: int) -> str:
     """Where the table of the odd lanes lies, and which of their steps are in it."""
-    return TABLE.format(rows=len(plan.table), vector=e.type, numbers=len(plan.numbers))
+    return TABLE.format(rows=len(plan.table), vector=f"<{width} x double>", numbers=len(plan.numbers))
 
 
 def groups(even: int) -> int:
@@ -52,8 +51,8 @@ def steps(e: Emission) -> str:
 
 def taken(e: Emission, states: list[str]) -> list[str]:
     """The states after this step of the even lanes, and after that of the odd ones if it ends now."""
-    now = e.line(f"or {f.flags(e)} {e.splat('%odd', 'i1')}, {_alternating(e, 'i1 true', 'i1 false')}")
-    return [f.select(e, now, state, f"%x{i}") for i, state in enumerate(states)]
+    now = e.do("or", e.splat("%odd", "i1"), _alternating(e, "i1 true", "i1 false"))
+    return [e.do("select", now, state, f"%x{i}") for i, state in enumerate(states)]
 
 
 def _apart(e: Emission, even: str, place: int, odd: str, other: int) -> str:

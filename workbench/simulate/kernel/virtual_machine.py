@@ -1,4 +1,4 @@
-"""The march through CasADi's own machine: simple, exact, and there on every platform."""
+"""The march through CasADi's own machine, for steps with operations that no graph knows, and on every platform."""
 
 from __future__ import annotations
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.numbers import Array
+from workbench.simulate.marches import arithmetic_of
 from workbench.simulate.stepping.pilot import NOTHING, pilot_runs
 from workbench.simulate.stepping.schedule import Make, Schedule, run
 from workbench.simulate.stepping.stability import StepLimit, schedule_limits, tightest
@@ -107,9 +108,10 @@ def check_by_halving(
     p, x0
         (B, np) and (B, nx).
     """
-    coarse, fine = (score(run(each, make, p, x0)) for each in (schedule, schedule.halved))
+    rounding = arithmetic_of(make(schedule.segments[0].method, schedule.cell), len(p))
+    coarse, fine = (score(run(each, make, p, x0, arithmetic=rounding)) for each in (schedule, schedule.halved))
     few = pilot_runs(p, x0, looked_at)
-    limits = schedule_limits(schedule, make, p[few], x0[few])
+    limits = schedule_limits(schedule, make, p[few], x0[few], rounding)
     metrics = tuple(accuracy(name, change(fine[name], coarse[name]), fine[name], tolerance) for name in fine)
     return Check(metrics, tightest(limits), len(few), len(p))
 

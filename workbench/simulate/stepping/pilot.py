@@ -86,6 +86,7 @@ def choose(
     cell: float | None = None,
     grid: float | None = None,
     methods: Sequence[str] = METHODS,
+    arithmetic: str | None = None,
 ) -> Choice:
     """The cheapest schedule whose local errors, as a few runs find them, add up to no more than the tolerance.
 
@@ -99,8 +100,9 @@ def choose(
     until, cell
         The horizon, and the length of what a method and a step are chosen for, in s; without it the
         horizon has about a hundred cells.
-    grid
-        The sample time in s of metrics that look at the loop at times of their own: every step divides it.
+    grid, arithmetic
+        The sample time in s of metrics that look at the loop at times of their own, which every step divides; and as
+        of `simulate`.
 
     Raises
     ------
@@ -114,7 +116,7 @@ def choose(
     p, x0 = _checked(finest, p, x0, methods)
     found = None
     for place, fine in enumerate(cells.references):
-        pilot = _Pilot.of(make, p, x0, cells.length, cells.count, fine)
+        pilot = _Pilot.of(make, p, x0, cells.length, cells.count, fine, arithmetic)
         found = pilot and _search(pilot, methods, cells.divisors, cells.references[place:], tolerance)
         if pilot and found and found[1] <= tolerance:
             return Choice(Schedule.of(cells.length, found[0]), tolerance, found[1], len(pilot.p))
@@ -146,15 +148,18 @@ class _Pilot:
     x: Array
     cell: float
     fine: int
+    arithmetic: str | None
 
     @staticmethod
-    def of(make: Make, p: Array, x0: Array, cell: float, cells: int, fine: int) -> _Pilot | None:
+    def of(
+        make: Make, p: Array, x0: Array, cell: float, cells: int, fine: int, arithmetic: str | None
+    ) -> _Pilot | None:
         """The runs that stay finite, if any does."""
         x = np.empty((len(x0), cells + 1, x0.shape[1]))
         x[:, 0] = x0
-        march(make("rk4", cell / fine), x, p, fine)
+        march(make("rk4", cell / fine), x, p, fine, arithmetic)
         finite = np.isfinite(x).all(axis=(1, 2))
-        return _Pilot(make, p[finite], x[finite], cell, fine) if finite.any() else None
+        return _Pilot(make, p[finite], x[finite], cell, fine, arithmetic) if finite.any() else None
 
     def step(self, candidate: Candidate) -> Step:
         """The step of a candidate."""
@@ -173,7 +178,8 @@ class _Pilot:
         p = np.column_stack([np.repeat(self.p, len(at), axis=0), np.tile(at * float(candidate[1]), runs)])
         # one run more at another time, so that time always differs from run to run: that is one kernel
         rows[-1, 0] = rows[0, 0]
-        march(movable(self.step(candidate)), rows, np.vstack([p, [*p[0, :-1], p[0, -1] + 1]]), candidate[1])
+        p = np.vstack([p, [*p[0, :-1], p[0, -1] + 1]])
+        march(movable(self.step(candidate)), rows, p, candidate[1], self.arithmetic)
         return np.asarray(rows[:-1, 1].reshape(runs, len(at), nx))
 
     def errors(self, candidate: Candidate, at: Integers, ends: Array) -> Array:

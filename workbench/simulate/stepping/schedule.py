@@ -12,7 +12,7 @@ from workbench.core import Step
 from workbench.core.numbers import Array, Integers
 from workbench.simulate.divergence import Divergence, find_divergence
 from workbench.simulate.job import Job, Progress
-from workbench.simulate.marches import march_of
+from workbench.simulate.marches import arithmetic_of, march_of
 from workbench.simulate.request import afford, rows_of
 from workbench.simulate.trajectories import Trajectories
 
@@ -102,6 +102,7 @@ def run(
     x0: Array | None,
     every: int | None = None,
     progress: Progress | None = None,
+    arithmetic: str | None = None,
 ) -> Trajectories:
     """Run B copies through a schedule, each with its own parameters p (B, np) from its own state x0 (B, nx).
 
@@ -113,8 +114,8 @@ def run(
     ----------
     every
         After how many cells a state is kept; without it only the first and the last are.
-    progress
-        Called now and then with the share that is done.
+    progress, arithmetic
+        As of `simulate`; the arithmetic is one for all segments.
 
     Raises
     ------
@@ -133,14 +134,16 @@ def run(
     x = np.full((len(x0), 1 + schedule.cells // kept, x0.shape[1]), np.nan)
     x[:, 0] = x0
     now, found = np.array(x0), Divergence(np.full(len(x0), np.nan), np.full(len(x0), -1))
+    dearest = max(steps.values(), key=lambda step: step.operations)
+    rounding = arithmetic_of(dearest, len(x0), arithmetic)
     for part in _parts(schedule, steps, kept):
         left = slice(None) if np.isnan(found.at).all() else np.flatnonzero(np.isnan(found.at))
-        rows = _advance(part, left, now, p, found, progress or (lambda share: None))
+        rows = _advance(part, left, now, p, found, progress or (lambda share: None), rounding)
         now[left] = rows[:, -1]
         if part.end % kept == 0:
             last = part.end // kept
             x[left, last - part.rows + 1 : last + 1] = rows[:, 1:]
-    job = Job(part.step, p, kept * schedule.segments[-1].steps, 0, np.arange(len(x0)))
+    job = Job(part.step, p, kept * schedule.segments[-1].steps, 0, np.arange(len(x0)), arithmetic=rounding)
     return Trajectories(job, np.asarray(np.arange(x.shape[1]) * kept * schedule.cell), x, found)
 
 
@@ -186,11 +189,14 @@ def _parts(schedule: Schedule, steps: dict[tuple[str, int], Step], kept: int) ->
             done, spent = stop, after
 
 
-def _advance(part: _Part, left: slice | Integers, x: Array, p: Array, found: Divergence, tell: Progress) -> Array:
+def _advance(
+    part: _Part, left: slice | Integers, x: Array, p: Array, found: Divergence, tell: Progress, arithmetic: str
+) -> Array:
     """The runs `left` of the states x (B, nx) through a part of the schedule: (b, 1 + rows, nx)."""
     rows = np.repeat(x[left][:, np.newaxis], part.rows + 1, axis=1)
     if len(rows):
-        job = Job(part.step, p[left], part.count, 0, np.arange(len(x))[left], part.first)
+        keys = np.arange(len(x))[left]
+        job = Job(part.step, p[left], part.count, 0, keys, part.first, arithmetic=arithmetic)
         engine = march_of(job)
         engine(job, rows, lambda share: tell(min(part.low + share * (part.high - part.low), part.high)))
         lost = find_divergence(job, rows, engine)
@@ -199,7 +205,7 @@ def _advance(part: _Part, left: slice | Integers, x: Array, p: Array, found: Div
     return rows
 
 
-def march(step: Step, x: Array, p: Array, stride: int) -> None:
+def march(step: Step, x: Array, p: Array, stride: int, arithmetic: str | None) -> None:
     """Fill x (B, 1 + kept, nx) behind x[:, 0], the states at time 0, with those every `stride` steps."""
-    job = Job(step, p, stride, 0, np.arange(len(x)))
+    job = Job(step, p, stride, 0, np.arange(len(x)), arithmetic=arithmetic_of(step, len(x), arithmetic))
     march_of(job)(job, x, lambda share: None)

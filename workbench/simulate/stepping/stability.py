@@ -106,9 +106,11 @@ def schedule_limit(schedule: Schedule, make: Make, trajectories: Trajectories, r
     return nearest
 
 
-def schedule_limits(schedule: Schedule, make: Make, p: Array, x0: Array) -> tuple[StepLimit, ...]:
+def schedule_limits(
+    schedule: Schedule, make: Make, p: Array, x0: Array, arithmetic: str | None = None
+) -> tuple[StepLimit, ...]:
     """The stability limit of a schedule along each of the runs of p (R, np) and x0 (R, nx), which go through it."""
-    runs = run(schedule, make, p, x0, every=1)
+    runs = run(schedule, make, p, x0, every=1, arithmetic=arithmetic)
     return tuple(schedule_limit(schedule, make, runs, i) for i in range(len(runs)))
 
 

@@ -1,0 +1,169 @@
+"""Machine: the operations that a target has, all of them rounded by IEEE 754 in one way, and numbers that use them.
+
+Elementary functions, noise and the nodes of a graph are written in Python's operators on these numbers. What an
+operator does is up to the machine: one writes LLVM IR, another computes on NumPy's arrays, a third notes down what is
+to be computed later. So there is one definition, and the same bits wherever it runs.
+
+    numbers     add sub mul div neg fabs sqrt floor trunc copysign, and fma where products are fused
+    truths      lt le gt ge eq ne of numbers; and or not of truths; nonzero of a word
+    words       of 64 bits, which wrap around: word_add word_mul word_and word_or word_xor shl lshr
+    between     select by a truth; bits of a number, number of bits; signed: the number that a signed word is
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+Value = Any  # what a machine has for a number, a truth or a word
+
+
+class Machine(Protocol):
+    """A target: whether it rounds a product together with the sum that it is for, and what it can do."""
+
+    @property
+    def fused(self) -> bool: ...  # noqa: D102
+    def do(self, operation: str, *operands: Value) -> Value: ...  # noqa: D102
+    def constant(self, value: float) -> Value: ...  # noqa: D102
+    def word(self, value: int) -> Value: ...  # noqa: D102
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """A truth on a machine."""
+
+    machine: Machine
+    value: Value
+
+    def __and__(self, other: Truth) -> Truth:
+        return Truth(self.machine, self.machine.do("and", self.value, other.value))
+
+    def __or__(self, other: Truth) -> Truth:
+        return Truth(self.machine, self.machine.do("or", self.value, other.value))
+
+    def __invert__(self) -> Truth:
+        return Truth(self.machine, self.machine.do("not", self.value))
+
+
+@dataclass(frozen=True, eq=False)
+class Word:
+    """A word of 64 bits on a machine."""
+
+    machine: Machine
+    value: Value
+
+    def __add__(self, other: Word | int) -> Word:
+        return self._with("word_add", other)
+
+    def __mul__(self, other: Word | int) -> Word:
+        return self._with("word_mul", other)
+
+    def __and__(self, other: Word | int) -> Word:
+        return self._with("word_and", other)
+
+    def __or__(self, other: Word | int) -> Word:
+        return self._with("word_or", other)
+
+    def __xor__(self, other: Word | int) -> Word:
+        return self._with("word_xor", other)
+
+    def __lshift__(self, other: int) -> Word:
+        return self._with("shl", other)
+
+    def __rshift__(self, other: int) -> Word:
+        return self._with("lshr", other)
+
+    @property
+    def nonzero(self) -> Truth:
+        """Whether a bit is set."""
+        return Truth(self.machine, self.machine.do("nonzero", self.value))
+
+    @property
+    def number(self) -> Number:
+        """The number that has these bits."""
+        return Number(self.machine, self.machine.do("number", self.value))
+
+    @property
+    def signed(self) -> Number:
+        """The number that it counts as a signed word."""
+        return Number(self.machine, self.machine.do("signed", self.value))
+
+    def _with(self, operation: str, other: Word | int) -> Word:
+        operand = other.value if isinstance(other, Word) else self.machine.word(other)
+        return Word(self.machine, self.machine.do(operation, self.value, operand))
+
+
+@dataclass(frozen=True, eq=False)
+class Number:
+    """A double on a machine."""
+
+    machine: Machine
+    value: Value
+
+    def __add__(self, other: Number | float) -> Number:
+        return self.do("add", other)
+
+    def __sub__(self, other: Number | float) -> Number:
+        return self.do("sub", other)
+
+    def __rsub__(self, other: float) -> Number:
+        return number(self.machine, other) - self
+
+    def __mul__(self, other: Number | float) -> Number:
+        return self.do("mul", other)
+
+    def __truediv__(self, other: Number | float) -> Number:
+        return self.do("div", other)
+
+    def __rtruediv__(self, other: float) -> Number:
+        return number(self.machine, other) / self
+
+    def __neg__(self) -> Number:
+        return self.do("neg")
+
+    def __abs__(self) -> Number:
+        return self.do("fabs")
+
+    def __lt__(self, other: Number | float) -> Truth:
+        return self.compare("lt", other)
+
+    def __le__(self, other: Number | float) -> Truth:
+        return self.compare("le", other)
+
+    def __gt__(self, other: Number | float) -> Truth:
+        return self.compare("gt", other)
+
+    def __ge__(self, other: Number | float) -> Truth:
+        return self.compare("ge", other)
+
+    @property
+    def bits(self) -> Word:
+        """Its bits."""
+        return Word(self.machine, self.machine.do("bits", self.value))
+
+    def do(self, operation: str, *others: Number | float) -> Number:
+        """The number that an operation makes of this one and others."""
+        return Number(self.machine, self.machine.do(operation, self.value, *map(self._value, others)))
+
+    def compare(self, operation: str, other: Number | float) -> Truth:
+        """A comparison with another one; NaN differs from all numbers, and is neither smaller nor larger."""
+        return Truth(self.machine, self.machine.do(operation, self.value, self._value(other)))
+
+    def _value(self, other: Number | float) -> Value:
+        return other.value if isinstance(other, Number) else self.machine.constant(other)
+
+
+def number(machine: Machine, value: Number | float) -> Number:
+    """A number as one of the machine's."""
+    return value if isinstance(value, Number) else Number(machine, machine.constant(value))
+
+
+def select(truth: Truth, a: Number | float, b: Number | float) -> Number:
+    """The first where it holds, the second elsewhere."""
+    machine = truth.machine
+    return Number(machine, machine.do("select", truth.value, number(machine, a).value, number(machine, b).value))
+
+
+def fma(a: Number, b: Number | float, c: Number | float) -> Number:
+    """a b + c, with one rounding where the machine fuses products."""
+    return a.do("fma", b, c) if a.machine.fused else a * b + c
