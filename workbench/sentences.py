@@ -49,7 +49,7 @@ def shown(file: str) -> str:
 
 
 def printable(text: str) -> str:
-    """A text in one line that a terminal only shows: what it would act upon, as ESC, stands there as \\x1b.
+    r"""A text in one line that a terminal only shows: what it would act upon, as ESC, stands there as \x1b.
 
     Letters of all scripts stay. Line ends, marks that turn the direction of writing, and halves of characters are
     escaped too: a file's name may hold them, and none may look like more than what it is.
