@@ -239,7 +239,7 @@ def _dynamics(robot: str, symbolic: bool = True) -> Dynamics:
 
 
 def _aside(said: str) -> None:
-    click.echo(said, err=True)
+    click.echo(sentences.printable(said), err=True)
 
 
 @contextmanager
@@ -286,5 +286,5 @@ def _of_the_study(script: Path, function: Callable[..., object]) -> Iterator[Non
 
 
 def _leave(sentence: str, status: int) -> NoReturn:
-    click.echo(f"workbench: {sentence}", err=True)
+    click.echo(sentences.printable(f"workbench: {sentence}"), err=True)
     sys.exit(status)

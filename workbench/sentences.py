@@ -46,3 +46,12 @@ def shown(file: str) -> str:
     """A file as the user would name it."""
     path = Path(file)
     return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
+
+
+def printable(text: str) -> str:
+    r"""A text in one line that a terminal only shows: what it would act upon, as ESC, stands there as \x1b.
+
+    Letters of all scripts stay. Line ends, marks that turn the direction of writing, and halves of characters are
+    escaped too: a file's name may hold them, and none may look like more than what it is.
+    """
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
