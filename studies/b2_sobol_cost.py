@@ -130,13 +130,11 @@ def timed(work: Callable[[], object]) -> tuple[float, float]:
 def march(one: Prepared) -> None:
     """All rows by the engine alone, those at half of the step among them, with as many kept times."""
     for first, last in one.chunks:
-        _, p, x0 = one.rows(first, last)
+        p, x0 = one.rows(first, last)
         runs = np.arange(first, last)
         again = runs % one.sweep.halved == 0
         for step, some in ((one.fine, again), (one.coarse, runs >= 0)):
-            memory = np.tile(step.states.default[x0.shape[1] :], (int(some.sum()), 1))
-            start = np.hstack([x0[some], memory])
-            simulate(step, p[some], start, until=one.sweep.until, every=one.every, runs=runs[some])
+            simulate(step, p[some], x0[some], until=one.sweep.until, every=one.every, runs=runs[some])
 
 
 def keep(one: Prepared) -> Sample:

@@ -13,7 +13,7 @@ from workbench.core import Sampled
 from workbench.core.layout import Array
 from workbench.loop import ClosedLoop, Instruments
 from workbench.metrics import AbstractMetric, late_error, measured, sampled_rmse, total_variation
-from workbench.metrics.measure import final_values
+from workbench.metrics.final import final_values
 from workbench.simulate import simulate
 
 RMSE, TV, LATE_ERROR = "RMSE (43)", "TV", "late error"

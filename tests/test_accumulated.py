@@ -10,7 +10,7 @@ from equations import decay, oscillator, staircase
 from workbench.core import Sampled
 from workbench.metrics import ise, measured, sampled_rmse, settling_time, total_variation
 from workbench.metrics.accumulated import common_grid
-from workbench.metrics.measure import final_values
+from workbench.metrics.final import final_values
 from workbench.simulate import run, simulate
 from workbench.simulate.stepping.schedule import Schedule, Segment
 

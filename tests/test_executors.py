@@ -12,13 +12,14 @@ from pathlib import Path
 
 import pytest
 from sweeps import sweep
+from test_sweeping import SWEPT
 
+from workbench.script import Script, digest_of
 from workbench.study import executors
 from workbench.study.executors import ClusterError, on_cluster, on_threads
 from workbench.study.prepared import prepared
 from workbench.study.resume import planned
 from workbench.study.sampling import MonteCarlo
-from workbench.sweeping import Script, digest_of
 
 ROOT = Path(executors.__file__).parents[2]
 STUDY = Path(__file__).parent / "exams" / "small_study.py"
@@ -68,8 +69,9 @@ def cluster(tmp_path):
     pytest.importorskip("distributed", exc_type=ImportError)
     started = []
 
-    def start(module, *words, root=ROOT):
-        call = [sys.executable, "-m", f"distributed.cli.{module}", *map(str, words), "--no-dashboard"]
+    def start(module, *words, root=ROOT, first="pass"):
+        code = f"import sys; {first}; from distributed.cli.{module} import main; main()"
+        call = [sys.executable, "-c", code, *map(str, words), "--no-dashboard"]
         quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
         started.append(subprocess.Popen(call, cwd=tmp_path, env=environment(root), **quiet))
         return started[-1]
@@ -87,8 +89,8 @@ def cluster(tmp_path):
         process.wait(30)
 
 
-def command(out, *words):
-    call = [sys.executable, "-m", "workbench", "run", str(STUDY), "--out", str(out), "--ack", *words]
+def command(out, *words, study=STUDY):
+    call = [sys.executable, "-m", "workbench", "run", str(study), "--out", str(out), "--ack", *words]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     return subprocess.Popen(call, cwd=out.parent, env=environment(), **pipes)
 
@@ -116,6 +118,22 @@ def test_a_cluster_that_loses_a_worker_gives_every_chunk_with_the_bits_of_one_ma
     assert len(there) == 20
 
 
+def test_workers_with_and_without_a_compiler_give_the_same_bits(cluster, tmp_path):
+    address, worker, _ = cluster
+    worker(first="sys.modules['llvmlite'] = None")
+    study = tmp_path / "swept.py"
+    study.write_text(SWEPT, encoding="utf-8")
+    done = []
+    for out, words in (("plain", ["--cluster", address]), ("both", ["--cluster", address]), ("here", [])):
+        with command(tmp_path / out, *words, study=study) as process:
+            stdout, said = process.communicate(timeout=300)
+        assert process.returncode == 0, said
+        done.append(acknowledged(stdout))
+        worker()
+    assert done[0] == done[1] == done[2]
+    assert len(done[0]) == 5
+
+
 def test_a_worker_with_another_version_is_refused_with_both(cluster, tmp_path):
     address, worker, _ = cluster
     shutil.copytree(ROOT / "workbench", tmp_path / "old" / "workbench", ignore=shutil.ignore_patterns("__pycache__"))
@@ -126,7 +144,27 @@ def test_a_worker_with_another_version_is_refused_with_both(cluster, tmp_path):
     with command(tmp_path / "out", "--cluster", address) as process:
         stdout, said = process.communicate(timeout=300)
     assert (process.returncode, acknowledged(stdout)) == (2, {})
-    assert "has workbench 0.0.1, and this is" in said.splitlines()[-1]
+    assert "has workbench 0.0.1, CasADi" in said.splitlines()[-1]
+
+
+def test_a_worker_that_comes_later_with_another_version_is_told_both(monkeypatch):
+    ours = executors.version()
+    monkeypatch.setattr(executors, "__version__", "9.9")
+    with pytest.raises(ClusterError, match=f"later has workbench 9.9, .*, and this is {ours}: chunks of two versions"):
+        executors.compute(lambda: (), (0, 0, 8, "x"), ours)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL")
+def test_the_death_of_a_scheduler_is_said_in_one_sentence(cluster, tmp_path):
+    address, worker, scheduler = cluster
+    worker()
+    with command(tmp_path / "out", "--cluster", address) as process:
+        assert process.stdout.readline().startswith("ACK ")
+        scheduler.kill()
+        _, said = process.communicate(timeout=300)
+    cost, sentence = said.splitlines()
+    assert cost.startswith("small_study: 5,120 runs")
+    assert sentence.startswith(f"workbench: The scheduler at '{address}' has gone. What was done is kept.")
 
 
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL")

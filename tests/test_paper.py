@@ -14,7 +14,7 @@ from paper_laws import ARM, proposed_as_printed, proposed_repaired
 
 from workbench.core.layout import Array
 from workbench.metrics import measured, sampled_rmse
-from workbench.metrics.measure import final_values
+from workbench.metrics.final import final_values
 from workbench.robots import paper_arm
 from workbench.simulate import simulate, step_limit
 

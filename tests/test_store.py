@@ -1,9 +1,7 @@
 """The ledger: what is acknowledged stays, whatever happens to the process, the file or the disk."""
 
 import os
-import shutil
 import signal
-import sqlite3
 import subprocess
 import sys
 from pathlib import Path
@@ -11,26 +9,27 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.study import store
-from workbench.study.chunk import Chunk, chunk_of
+from workbench.study import about, store
+from workbench.study.about import About, SweepAbout, about_of
+from workbench.study.chunk import FORMAT, Chunk, chunk_of, parsed
 from workbench.study.durable import HeldError
-from workbench.study.store import DATABASE, FOLDER, LedgerError, chunks, opened
+from workbench.study.store import FOLDER, LedgerError, chunks, file_of, opened
 
 COUNT = 20
-CHUNKS = [Chunk(f"s/{i}", b'{"i":%d}' % i, bytes([i]) * 8 * 500) for i in range(COUNT)]
+CHUNKS = [chunk_of(f"s/{i:02d}-{i}/f", {"a": np.full(500, float(i))}) for i in range(COUNT)]
 
 
 def filled(out):
-    """A closed ledger with all chunks."""
+    """The folder of a closed ledger with all chunks."""
     with opened(out) as ledger:
-        ledger.describe({"sweeps": []})
+        ledger.describe(About("s", "s.py"))
         for chunk in CHUNKS:
             ledger.add(chunk)
-    return out / FOLDER / DATABASE
+    return out / FOLDER
 
 
 def held(out):
-    return [chunk for chunk in chunks(out) if chunk.name != store.ABOUT]
+    return [chunk for chunk in chunks(out) if chunk.name != about.NAME]
 
 
 def completed(out):
@@ -65,10 +64,46 @@ def test_a_digest_is_of_name_head_and_data_and_of_where_one_ends():
     assert one not in {Chunk("a", b"bc", b"d").digest, Chunk("ab", b"cd", b"").digest, Chunk("ab", b"c", b"e").digest}
 
 
-def test_a_transaction_is_on_the_disk_before_it_is_acknowledged(tmp_path):
+def test_a_record_is_four_lines_and_its_numbers():
+    chunk = chunk_of("s/0-2/f", {"a": np.array([[1.0], [2.0]])})
+    form, digest, name, head, data = bytes(chunk).split(b"\n", 4)
+    assert (form, digest.decode(), name, head) == (FORMAT, chunk.digest.hex(), b"s/0-2/f", b'{"arrays":[["a",[2,1]]]}')
+    assert np.frombuffer(data, "<f8").tolist() == [1.0, 2.0]
+    assert parsed(bytes(chunk)) == chunk
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        b"",
+        b"null",
+        b"[]",
+        b"{",
+        b'{"arrays":3}',
+        b'{"arrays":[["a"]]}',
+        b'{"arrays":[["a",[2]]]}',
+        b'{"arrays":[["a",[-1,-1]]]}',
+        b'{"arrays":[["a",[1.0]]]}',
+        b'{"arrays":[["a",[true]]]}',
+        b'{"arrays":[["a",["x"]]]}',
+        b'{"arrays":[[7,[1]]]}',
+        b"[" * 100_000,
+    ],
+)
+def test_a_record_that_was_never_written_so_is_none(head):
+    assert parsed(bytes(Chunk("s", head, bytes(8)))) is None
+
+
+def test_a_chunk_is_on_the_disk_before_it_is_acknowledged(tmp_path, monkeypatch):
+    calls = []
+    for name in ("fsync", "replace"):
+        call = getattr(os, name)
+        monkeypatch.setattr(os, name, lambda *given, name=name, call=call: (calls.append(name), call(*given)))
     with opened(tmp_path) as ledger:
-        assert ledger.connection.execute("PRAGMA journal_mode").fetchone() == ("wal",)
-        assert ledger.connection.execute("PRAGMA synchronous").fetchone() == (2,)  # FULL
+        calls.clear()
+        ledger.add(CHUNKS[0])
+        # the file, then its name
+        assert calls == ["fsync", "replace", "fsync"] if os.name == "posix" else ["fsync", "replace"]
 
 
 def test_a_reader_sees_what_is_acknowledged_while_another_process_writes(tmp_path):
@@ -82,27 +117,43 @@ def test_a_reader_sees_what_is_acknowledged_while_another_process_writes(tmp_pat
 def test_a_folder_without_a_ledger_holds_nothing(tmp_path):
     assert held(tmp_path / "none") == []
     (tmp_path / FOLDER).mkdir()
-    (tmp_path / FOLDER / DATABASE).touch()
     assert held(tmp_path) == []
 
 
 def test_to_begin_anew_empties_the_ledger(tmp_path):
-    filled(tmp_path)
-    file = tmp_path / FOLDER / DATABASE
-    shutil.copy(file, file.with_name(store.RENEWED))  # as a repair leaves it that was cut off
+    folder = filled(tmp_path)
+    (folder / "x.record.1234.part").touch()  # as a writer leaves it that was killed
+    (folder / "x.damaged").touch()
     with opened(tmp_path, fresh=True) as ledger:
-        assert ledger.places == {}
-    assert held(tmp_path) == []
+        assert ledger.names == set()
+    assert [file.name for file in folder.iterdir()] == ["lock"]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with a name")
+def test_no_pipe_is_waited_for(tmp_path):
+    folder = filled(tmp_path)
+    (folder / file_of(CHUNKS[0].name)).unlink()
+    os.mkfifo(folder / file_of(CHUNKS[0].name))
+    assert held(tmp_path) == CHUNKS[1:]
+    completed(tmp_path)
+    assert held(tmp_path) == CHUNKS
+
+
+def test_a_record_counts_under_its_own_name_alone(tmp_path):
+    folder = filled(tmp_path)
+    (folder / file_of(CHUNKS[0].name)).replace(folder / file_of(CHUNKS[1].name))
+    assert held(tmp_path) == CHUNKS[2:]
 
 
 WRITER = """
 import sys
 from pathlib import Path
-from workbench.study.chunk import Chunk
+import numpy as np
+from workbench.study.chunk import chunk_of
 from workbench.study.store import opened
 with opened(Path(sys.argv[1])) as ledger:
     for i in range(20):
-        chunk = Chunk(f"s/{i}", b'{"i":%d}' % i, bytes([i]) * 8 * 500)
+        chunk = chunk_of(f"s/{i:02d}-{i}/f", {"a": np.full(500, float(i))})
         if chunk.name not in ledger:
             ledger.add(chunk)
             print(chunk.name, flush=True)
@@ -139,6 +190,7 @@ def test_no_kill_loses_or_repeats_what_was_acknowledged(tmp_path):
             assert all(chunk in CHUNKS for chunk in there)
         assert completed(out) == ()
         assert held(out) == CHUNKS
+        assert {file.suffix for file in (out / FOLDER).iterdir()} == {"", ".record"}
     assert kills == 50
 
 
@@ -171,58 +223,74 @@ def test_the_lock_of_a_process_that_was_killed_is_free(tmp_path):
 
 
 def test_no_bit_flipped_anywhere_delivers_a_wrong_chunk_and_a_later_run_mends_it(tmp_path):
-    good = filled(tmp_path / "good").read_bytes()
-    file = tmp_path / "bad" / FOLDER / DATABASE
+    folder = filled(tmp_path)
+    file, good = folder / file_of(CHUNKS[3].name), bytes(CHUNKS[3])
     rng = np.random.default_rng(7)
-    places = [*range(0, 100, 7), *rng.integers(100, len(good), 60)]  # the header is small and matters most
-    for place in map(int, places):
-        file.parent.mkdir(parents=True)
+    for place in map(int, [*range(150), *rng.integers(150, len(good), 50)]):
         bad = bytearray(good)
         bad[place] ^= 1 << int(rng.integers(8))
         file.write_bytes(bad)
-        assert all(chunk in CHUNKS for chunk in held(tmp_path / "bad"))
-        completed(tmp_path / "bad")
-        assert sorted(held(tmp_path / "bad"), key=lambda c: int(c.name[2:])) == CHUNKS
-        shutil.rmtree(tmp_path / "bad")
+        assert held(tmp_path) == [*CHUNKS[:3], *CHUNKS[4:]]
+        (remark,) = completed(tmp_path)
+        assert remark.startswith("1 damaged records in the ledger of")
+        assert held(tmp_path) == CHUNKS
 
 
-@pytest.mark.parametrize("keep", [1, 50, 4096, 20_000, -4096])
-def test_a_database_that_was_cut_off_is_put_aside_and_said(tmp_path, keep):
-    file = filled(tmp_path)
+@pytest.mark.parametrize("keep", [0, 1, 50, 1000, -1])
+def test_a_record_that_was_cut_off_is_put_aside_said_and_done_again(tmp_path, keep):
+    file = filled(tmp_path) / file_of(CHUNKS[3].name)
     file.write_bytes(file.read_bytes()[:keep])
-    (remark,) = completed(tmp_path)
-    assert "damaged-1.sqlite" in remark
-    assert (tmp_path / FOLDER / "damaged-1.sqlite").is_file()
-    assert {chunk.name for chunk in held(tmp_path)} == {chunk.name for chunk in CHUNKS}
-
-
-def test_a_damaged_record_is_taken_out_said_and_done_again(tmp_path):
-    file = filled(tmp_path)
-    with sqlite3.connect(file) as connection:
-        connection.execute("UPDATE record SET data = zeroblob(4000) WHERE name = ?", (b"s/3",))
-    connection.close()
-    assert CHUNKS[3].name not in {chunk.name for chunk in held(tmp_path)}
-    (remark,) = completed(tmp_path)
-    assert remark.startswith("Damaged records were found")
-    assert remark.endswith("1 of them; they are computed again.")
-    assert len(held(tmp_path)) == COUNT
-
-
-def test_a_repair_that_was_cut_off_between_its_renames_goes_on(tmp_path):
-    file = filled(tmp_path)
-    file.rename(file.with_name(store.RENEWED))
-    file.with_name(f"{DATABASE}-wal").write_bytes(b"of the damaged one")
+    assert CHUNKS[3] not in held(tmp_path)
+    assert len(completed(tmp_path)) == 1
+    assert [path.name for path in file.parent.glob("*.damaged")] == ["s.03-3.f.damaged"]
     assert completed(tmp_path) == ()
     assert held(tmp_path) == CHUNKS
 
 
+def test_damage_costs_the_records_that_it_hit_and_no_other(tmp_path):
+    folder = filled(tmp_path)
+    for i in range(0, COUNT, 2):
+        with (folder / file_of(CHUNKS[i].name)).open("r+b") as stream:
+            stream.seek(100)
+            stream.write(bytes(16))
+    assert held(tmp_path) == CHUNKS[1::2]
+
+
 def test_what_is_damaged_while_it_is_open_is_refused_when_it_is_read(tmp_path):
-    filled(tmp_path)
+    folder = filled(tmp_path)
     with opened(tmp_path) as ledger:
-        with ledger.connection:
-            ledger.connection.execute("UPDATE record SET head = ? WHERE name = ?", (b"{}", b"s/3"))
-        with pytest.raises(LedgerError, match=r"'s/3' .* has been damaged"):
-            ledger.read("s/3")
+        (folder / file_of(CHUNKS[3].name)).write_bytes(bytes(4000))
+        with pytest.raises(LedgerError, match=r"'s/03-3/f' .* has been damaged"):
+            ledger.read("s/03-3/f")
+
+
+ABOUT = About("s", "../s.py", 16, (SweepAbout("a", 40, "fused 1", ("a/0-40/f",)), SweepAbout("b", 0, "casadi", ())))
+
+
+def test_what_a_ledger_says_of_its_study_is_read_again(tmp_path):
+    with opened(tmp_path) as ledger:
+        assert ledger.about is None
+        ledger.describe(ABOUT)
+        assert ledger.about == ABOUT
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"study": 3},
+        {"script": None},
+        {"samples": -1},
+        {"samples": True},
+        {"sweeps": 3},
+        {"sweeps": [3]},
+        {"sweeps": [{"name": "a"}]},
+        {"sweeps": [{"name": "a", "runs": "4", "arithmetic": "", "chunks": []}]},
+        {"sweeps": [{"name": "a", "runs": 4, "arithmetic": "", "chunks": [4]}]},
+    ],
+)
+def test_a_description_that_says_something_else_is_none(change):
+    assert about_of(chunk_of("about", {}, ABOUT.chunk.said)) == ABOUT
+    assert about_of(chunk_of("about", {}, ABOUT.chunk.said | change)) is None
 
 
 @pytest.mark.skipif(os.name != "posix", reason="elsewhere no file is removed that is open")
@@ -241,26 +309,18 @@ def test_nothing_is_acknowledged_into_a_ledger_that_was_removed(tmp_path, replac
     assert held(out) == CHUNKS
 
 
-def test_a_ledger_of_another_version_is_refused_and_stays(tmp_path, monkeypatch):
-    monkeypatch.setattr(store, "__version__", "0.0.1")
-    before = filled(tmp_path).read_bytes()
-    monkeypatch.undo()
-    with pytest.raises(LedgerError, match=r"written by workbench 0\.0\.1.*begin anew with `--fresh`"):
-        completed(tmp_path)
-    assert (tmp_path / FOLDER / DATABASE).read_bytes() == before
-
-
 FULL = """
 import resource, sys
-resource.setrlimit(resource.RLIMIT_FSIZE, (60_000, 60_000))
+resource.setrlimit(resource.RLIMIT_FSIZE, (9_000, 9_000))
 from pathlib import Path
-from workbench.study.chunk import Chunk
+import numpy as np
+from workbench.study.chunk import chunk_of
 from workbench.study.store import LedgerError, opened
 try:
     with opened(Path(sys.argv[1])) as ledger:
         for i in range(20):
-            ledger.add(Chunk(f"s/{i}", b'{"i":%d}' % i, bytes([i]) * 8 * 500))
-            print(f"s/{i}", flush=True)
+            ledger.add(chunk_of(f"s/{i:02d}-{i}/f", {"a": np.full(500 if i < 5 else 5000, float(i))}))
+            print(f"s/{i:02d}-{i}/f", flush=True)
 except LedgerError as error:
     raise SystemExit(str(error))
 """
@@ -291,17 +351,6 @@ def test_a_folder_that_may_not_be_written_is_refused_and_can_be_read(tmp_path):
             pass
     finally:
         (tmp_path / FOLDER).chmod(0o700)
-
-
-@pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL")
-def test_what_only_the_log_holds_is_read_where_nothing_may_be_written(tmp_path, monkeypatch):
-    with writer(tmp_path, waits=1) as process:
-        while process.stdout.readline() != "end\n":
-            pass
-        process.send_signal(signal.SIGKILL)
-        process.communicate(timeout=30)
-    monkeypatch.setattr(os, "access", lambda place, mode: False)  # no permission binds root
-    assert {chunk.name for chunk in held(tmp_path)} == {chunk.name for chunk in CHUNKS}
 
 
 def test_a_place_below_a_file_is_refused_in_a_sentence(tmp_path):

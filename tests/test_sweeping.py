@@ -13,8 +13,11 @@ import pytest
 from scipy.io import loadmat
 
 from workbench.script import load
-from workbench.study import cost, store
-from workbench.study.store import DATABASE, FOLDER, opened
+from workbench.study import cost
+from workbench.study.about import About, SweepAbout
+from workbench.study.chunk import chunk_of
+from workbench.study.sample import Sample, table_of
+from workbench.study.store import FOLDER, opened
 
 SWEPT = """
 import casadi as ca
@@ -58,6 +61,13 @@ def acknowledged(stdout):
     return {line.split()[1]: line.split()[2] for line in stdout.splitlines() if line.startswith("ACK ")}
 
 
+def forget(out, *chunks):
+    """Remove some chunks of the sweep, by their numbers."""
+    for i in chunks:
+        (file,) = (out / FOLDER).glob(f"decay.{8 * i}-*.record")
+        file.unlink()
+
+
 def digests(command, out="out"):
     done = command("results", out, "--digests")
     assert (done.exit_code, done.stderr) == (0, "")
@@ -82,8 +92,7 @@ def test_what_it_takes_is_told_before_it_starts(command, swept):
 
 def test_only_what_is_missing_is_done_and_begun_anew_where_that_is_asked(command, swept, tmp_path):
     first = acknowledged(command("run", swept, "--out", "out", "--ack").stdout)
-    with opened(tmp_path / "out") as ledger, ledger.connection:
-        ledger.connection.execute("DELETE FROM record WHERE id IN (3, 4)")
+    forget(tmp_path / "out", 2, 3)
     again = command("run", swept, "--out", "out", "--ack")
     assert len(acknowledged(again.stdout)) == 2
     assert "3 of 5 chunks are there already" in again.stderr
@@ -94,7 +103,7 @@ def test_only_what_is_missing_is_done_and_begun_anew_where_that_is_asked(command
 def test_chunks_that_an_edited_study_does_not_use_are_said_and_kept(command, swept, tmp_path):
     command("run", swept, "--out", "out")
     (tmp_path / swept).write_text(SWEPT.replace("seed=3", "seed=4"), encoding="utf-8")
-    said = "5 chunks in 'out' are of other samples, numbers or code than the study has now: they are kept, and not used"
+    said = "5 chunks in 'out' are of other samples or equations than the study has now: they are kept, and not used"
     assert said in command("run", swept, "--out", "out").stderr
     assert len(digests(command)) == 10
     assert said not in command("run", swept, "--out", "out", "--fresh").stderr
@@ -219,28 +228,38 @@ def test_a_study_that_was_killed_goes_on_and_ends_as_if_it_had_not_been(command,
 
 def test_the_status_says_how_far_a_study_is(command, swept, tmp_path):
     command("run", swept, "--out", "out")
-    head = "decay: 40 of 40 runs in 5 of 5 chunks, 0 failed.\n"
+    head = "decay: 40 of 40 runs in 5 of 5 chunks, 0 failed; fused 1.\n"
     assert command("status", "out").stdout == f"{head}The study is 'swept' in 'swept.py'. Nothing is missing.\n"
-    with opened(tmp_path / "out") as ledger, ledger.connection:
-        ledger.connection.execute("DELETE FROM record WHERE id = 3")
-    assert command("status", "out").stdout.startswith("decay: 32 of 40 runs in 4 of 5 chunks, 0 failed.\n")
+    forget(tmp_path / "out", 2)
+    assert command("status", "out").stdout.startswith("decay: 32 of 40 runs in 4 of 5 chunks, 0 failed; fused 1.\n")
 
 
-def test_a_report_is_written_again_from_the_ledger_alone(command, swept, tmp_path):
+def test_a_report_is_written_again_from_the_ledger_and_the_study_that_is_named(command, swept, tmp_path):
     command("run", swept, "--out", "out", "--samples", "16")
     pages = {name: (tmp_path / "out" / name).read_bytes() for name in ("index.html", "report.pdf", "runs/decay.csv")}
     for name in pages:
         (tmp_path / "out" / name).unlink()
-    done = command("report", "out")
+    done = command("report", "out", "--study", swept)
     assert (done.exit_code, done.stderr) == (0, "")
     assert {name: (tmp_path / "out" / name).read_bytes() for name in pages} == pages
+
+
+@pytest.mark.parametrize("words", [["report"], ["results"], ["results", "--digests"], ["status"]])
+def test_to_read_a_folder_runs_nothing_of_it(command, swept, tmp_path, words):
+    command("run", swept, "--out", "out")
+    (tmp_path / swept).write_text("open('ran', 'w').close()", encoding="utf-8")
+    done = command(words[0], "out", *words[1:])
+    assert done.exit_code == (2 if words == ["report"] else 0)
+    assert not (tmp_path / "ran").exists()
+    if words == ["report"]:
+        assert "names 'swept.py', which is not run unasked: if you trust it, add `--study swept.py`" in done.stderr
 
 
 def test_a_report_is_written_again_of_what_was_too_much_without_being_asked_for(command, swept, monkeypatch):
     monkeypatch.setattr(cost, "PATIENCE", 1e-9)
     assert "or say `--yes`" in command("run", swept, "--out", "out").stderr
     assert command("run", swept, "--out", "out", "--yes").exit_code == 0
-    assert command("report", "out").exit_code == 0
+    assert command("report", "out", "--study", swept).exit_code == 0
 
 
 def test_what_results_left_unfinished_does_not_stand_in_the_way(command, swept, tmp_path):
@@ -249,23 +268,111 @@ def test_what_results_left_unfinished_does_not_stand_in_the_way(command, swept, 
     assert command("run", swept, "--out", "out").exit_code == 0
 
 
+HOSTILE = "\x1b]0;owned\x07\u202e"
+
+
 @pytest.mark.parametrize("words", [["status"], ["results"], ["report"]])
-def test_a_ledger_of_another_version_is_named_with_it(command, tmp_path, monkeypatch, words):
-    monkeypatch.setattr(store, "__version__", "0.0.1")
+def test_no_word_of_a_folder_reaches_the_terminal_as_more_than_text(command, tmp_path, words):
+    sweep = SweepAbout(f"../../{HOSTILE}", 3, HOSTILE, (HOSTILE,))
     with opened(tmp_path / "out") as ledger:
-        ledger.describe({"what": "another version says something else"})
-    monkeypatch.undo()
-    monkeypatch.chdir(tmp_path)
-    done = command(*words, "out")
+        ledger.describe(About(HOSTILE, f"../{HOSTILE}.py", None, (sweep,)))
+    said = command(*words, "out")
+    shown = said.stdout + said.stderr
+    assert shown
+    assert not {"\x1b", "\x07", "\u202e"} & set(shown)
+
+
+def table(**changes):
+    """The record of a table of two runs, with a word or an array of it changed."""
+    columns = (("IAE", 0, "rad s"),)
+    numbers = {"t": np.ones(1), "drawn": np.ones((2, 1)), "values": np.ones((2, 1, 1)), "again": np.zeros(1, int)}
+    errors = {"errors": np.ones((1, 1, 1)), "limits": np.ones(1), "diverged_at": np.full(2, np.nan)}
+    one = table_of(Sample("decay", ("rate",), columns, h=0.1, seed=0, fingerprint="f", **numbers, **errors))
+    arrays = {name: changes.pop(name, array) for name, array in one.arrays().items()}
+    return chunk_of(
+        "table/decay", arrays, {name: value for name, value in (one.said | changes).items() if name != "arrays"}
+    )
+
+
+def results_of(command, out, record):
+    with opened(out) as ledger:
+        ledger.describe(About("swept", "swept.py", None, (SweepAbout("decay", 2, "fused 1", ()),)))
+        ledger.add(record)
+    return command("results", "out")
+
+
+def test_a_table_of_a_ledger_becomes_a_file_below_its_folder(command, tmp_path):
+    assert results_of(command, tmp_path / "out", table()).exit_code == 0
+    assert (tmp_path / "out" / "runs" / "decay.csv").read_text("utf-8").startswith("run,rate,IAE[0] [rad s],")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"name": "../../x"},
+        {"name": "/tmp/x"},
+        {"name": 3},
+        {"factors": 3},
+        {"columns": [["IAE", 0]]},
+        {"columns": [["IAE", "a", ""]]},
+        {"h": "x"},
+        {"seed": None},
+        {"t": np.ones((1, 1))},
+        {"drawn": np.ones((2, 2))},
+        {"values": np.ones((3, 1, 1))},
+        {"again": np.array([7.0])},
+        {"again": np.array([-1.0])},
+        {"again": np.array([np.nan])},
+        {"errors": np.ones((2, 1, 1))},
+        {"limits": np.ones(2)},
+        {"diverged_at": np.ones(())},
+    ],
+)
+def test_a_table_that_is_none_is_refused_in_a_sentence_and_writes_nothing(command, tmp_path, change):
+    done = results_of(command, tmp_path / "out", table(**change))
     assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
-    assert "The ledger in 'out' was written by workbench 0.0.1, and this is" in done.stderr
+    assert "The record 'table/decay' is no table of runs" in done.stderr
+    assert not (tmp_path / "out" / "runs").exists()
+
+
+@pytest.mark.parametrize("arrays", [{}, {"diverged_at": np.ones(())}, {"diverged_at": np.ones((2, 2))}])
+def test_a_chunk_that_holds_something_else_is_refused_in_a_sentence(command, swept, tmp_path, arrays):
+    command("run", swept, "--out", "out")
+    (name, *_) = digests(command)
+    with opened(tmp_path / "out") as ledger:
+        ledger.add(chunk_of(name, arrays))
+    assert command("status", "out").exit_code == 0
+    done = command("run", swept, "--out", "out")
+    assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
+    assert f"The chunk '{name}' does not hold the runs of its name" in done.stderr
+
+
+def test_results_of_a_run_that_did_not_end_are_not_those_of_the_run_before(command, swept, tmp_path):
+    command("run", swept, "--out", "out")
+    (tmp_path / swept).write_text(SWEPT.replace("until=2.0", "until=2.0 / 0"), encoding="utf-8")
+    assert command("run", swept, "--out", "out").exit_code == 2
+    assert "decay.csv: 40 runs" in command("results", "out").stdout  # that run had no word
+    (tmp_path / swept).write_text(
+        SWEPT.replace("(iae(), ise())", "(iae(), wrong)").replace("class Decay", WRONG), "utf-8"
+    )
+    assert command("run", swept, "--out", "out").exit_code == 2
+    assert command("results", "out").stdout == "decay is not complete: `workbench status out` says how far it is.\n"
+
+
+WRONG = """
+def finish(integral, horizon):
+    raise ValueError("no value")
+
+from dataclasses import replace
+wrong = replace(ise(), finish=finish)
+
+class Decay"""
 
 
 def test_a_report_of_a_study_that_lacks_chunks_is_refused(command, swept, tmp_path):
     command("run", swept, "--out", "out")
-    with opened(tmp_path / "out") as ledger, ledger.connection:
-        ledger.connection.execute("DELETE FROM record WHERE id IN (3, 4)")
-    done = command("report", "out")
+    forget(tmp_path / "out", 2, 3)
+    done = command("report", "out", "--study", swept)
     assert (done.exit_code, done.stdout.splitlines()[-1]) == (2, "started")
     said = "workbench: 2 of 5 chunks are missing in 'out': `workbench run swept.py --out out` computes them.\n"
     assert done.stderr == said
@@ -318,13 +425,12 @@ def test_a_folder_without_a_ledger_has_no_digests_and_no_status(command, tmp_pat
 
 def test_a_damaged_ledger_is_said_kept_and_mended(command, swept, tmp_path):
     first = acknowledged(command("run", swept, "--out", "out", "--ack").stdout)
-    file = tmp_path / "out" / FOLDER / DATABASE
-    file.write_bytes(file.read_bytes()[:5000])
-    assert digests(command).items() <= first.items()
+    for file in (tmp_path / "out" / FOLDER).glob("decay.*.record"):
+        file.write_bytes(file.read_bytes()[:200])
+    assert digests(command) == {}
     done = command("run", swept, "--out", "out")
     assert done.exit_code == 0
-    assert done.stderr.startswith("The ledger in 'out' was damaged (")
-    assert "it is kept as 'damaged-1.sqlite'" in done.stderr
+    assert done.stderr.startswith("5 damaged records in the ledger of 'out' are put aside, and computed again")
     assert digests(command) == first
 
 

@@ -69,6 +69,9 @@ def cli() -> None:
 @click.option("--samples", type=int, help="Samples of each sweep, in place of those in STUDY.")
 @click.option("--workers", type=int, help="Threads, or workers of a local cluster; one a processor if not given.")
 @click.option("--cluster", metavar="ADDRESS", help="The scheduler of a Dask cluster; 'local' starts one here.")
+@click.option(
+    "--arithmetic", type=click.Choice(("fused", "portable")), help="That of the sweeps; the ledger's if not given."
+)
 @click.option("--fresh", is_flag=True, help="Compute again what the ledger holds.")
 @click.option("--ack", is_flag=True, help="Print each chunk and its SHA-256 once it is on the disk.")
 @click.option("--yes", is_flag=True, help="Begin, however much time, memory and disk it takes.")
@@ -82,13 +85,17 @@ def run(study: Path, out: Path | None, ack: bool, **asked: Any) -> None:
 
 @cli.command()
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
-def report(folder: Path) -> None:
-    """Write the report in DIR again: sweeps from its ledger, single cases run anew."""
+@click.option("--study", type=click.Path(path_type=Path), help="The file of the study, which is run as you named it.")
+def report(folder: Path, study: Path | None) -> None:
+    """Write the report in DIR again: sweeps from its ledger, single cases run anew.
+
+    A folder may come from anywhere, so the file that it names is never run: name it yourself.
+    """
     with _one_sentence():
         from workbench import ledgers
 
-        study, samples = ledgers.script_of(folder)
-        _run(study, folder, {"samples": samples, "only_report": True})
+        named, samples = ledgers.study_of(folder, study)
+        _run(named, folder, {"samples": samples, "only_report": True})
 
 
 @cli.command()
@@ -134,7 +141,7 @@ def _run(study: Path, out: Path | None, asked: dict[str, Any]) -> None:
         from workbench.study.runner import run as run_all
         from workbench.study.writeup import document, headlines
 
-        loaded = sweeping.resized(script.load(study), asked["samples"])
+        loaded = script.resized(script.load(study), asked["samples"])
         target = out or Path("reports") / loaded.name
         script.refuse_place(target)
         folder.check_free(target.resolve())
@@ -147,7 +154,7 @@ def _run(study: Path, out: Path | None, asked: dict[str, Any]) -> None:
                 gc.set_threshold(50_000)
                 with ThreadPoolExecutor(1) as beside:
                     beside.submit(import_module, "workbench.report.figures.sheet")  # 0.3 s, for the end
-                    found = replace(run_all(loaded, progress), samples=answered.samples, tunings=answered.tunings)
+                    found = replace(answered.results, outcomes=run_all(loaded, progress).outcomes)
             with _of_the_study(study, loaded.headlines):
                 findings = headlines(loaded, found)
             with _of_the_study(study, loaded.sections):

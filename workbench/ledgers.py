@@ -1,87 +1,85 @@
-"""What the command line says of a folder from its ledger alone, without the study."""
+"""The command line's view of a folder from its ledger alone: read as data, without the study."""
 
 from __future__ import annotations
 
 import json
 import os
 from pathlib import Path
-from typing import Any
 
-from workbench import __version__
+from workbench.sentences import printable
+from workbench.study import about
+from workbench.study.about import About, about_of
 from workbench.study.chunk import Chunk
-from workbench.study.store import ABOUT, chunks
+from workbench.study.store import TABLE, chunks, is_chunk
 
 
 def digests(folder: Path) -> str:
     """The SHA-256 of every whole chunk by its name, as JSON: none where there is no ledger, as before the first one."""
-    return json.dumps({chunk.name: chunk.digest.hex() for chunk in chunks(folder) if chunk.name != ABOUT})
+    return json.dumps({chunk.name: chunk.digest.hex() for chunk in chunks(folder) if is_chunk(chunk.name)})
 
 
 def status(folder: Path) -> list[str]:
     """How much of each sweep is done, and how many of its runs diverged."""
-    from workbench.study.resume import lost
+    from workbench.study.resume import lost, runs_of
 
-    held, about = _read(folder)
+    held, said = _read(folder)
     lines = []
-    for sweep in about["sweeps"]:
-        there = [held[name] for name in sweep["chunks"] if name in held]
-        done = sum(_runs(chunk) for chunk in there)
-        failed = sum(map(lost, there))
+    for sweep in said.sweeps:
+        there = [held[name] for name in sweep.chunks if name in held]
         lines.append(
-            f"{sweep['name']}: {done:,} of {sweep['runs']:,} runs in {len(there)} of {len(sweep['chunks'])} chunks, "
-            f"{failed:,} failed."
+            f"{sweep.name}: {sum(map(runs_of, there)):,} of {sweep.runs:,} runs in {len(there)} of "
+            f"{len(sweep.chunks)} chunks, {sum(map(lost, there)):,} failed; {sweep.arithmetic}."
         )
-    missing = any(name not in held for sweep in about["sweeps"] for name in sweep["chunks"])
-    rest = "Its command goes on with the rest." if missing else "Nothing is missing."
-    return [*lines, f"The study is '{about['study']}' in '{_script(folder, about)}'. {rest}"]
+    complete = all(name in held for sweep in said.sweeps for name in sweep.chunks)
+    rest = "Nothing is missing." if complete else "Its command goes on with the rest."
+    return [printable(line) for line in (*lines, f"The study is '{said.study}' in '{_script(folder, said)}'. {rest}")]
 
 
 def write(folder: Path, form: str) -> list[str]:
     """Write the runs of each complete sweep to a file, and say which, and what is missing."""
     from workbench.study import rows
-    from workbench.study.resume import samples_of
+    from workbench.study.sample import sample_of
 
-    held, about = _read(folder)
-    samples = samples_of(about["sweeps"], held)
+    held, said = _read(folder)
+    tables = {sweep.name: held.get(f"{TABLE}/{sweep.name}") for sweep in said.sweeps}
+    samples = [sample_of(table) for table in tables.values() if table is not None]
     lines = [f"{rows.write(sample, folder / 'runs', form)}: {sample.note}." for sample in samples]
-    written = {sample.name for sample in samples}
-    left_out = (sweep["name"] for sweep in about["sweeps"] if sweep["name"] not in written)
-    return [*lines, *(f"{name} is not complete: `workbench status {folder}` says how far it is." for name in left_out)]
+    left_out = (name for name, table in tables.items() if table is None)
+    lines += (f"{name} is not complete: `workbench status {folder}` says how far it is." for name in left_out)
+    return [printable(line) for line in lines]
 
 
-def script_of(folder: Path) -> tuple[Path, int | None]:
-    """The script of the study whose ledger is in a folder, and the number of samples it was run with."""
-    _, about = _read(folder)
-    return _script(folder, about), about["samples"]
+def study_of(folder: Path, study: Path | None) -> tuple[Path, int | None]:
+    """The script that was named for the study whose ledger is in a folder, and the samples it was run with.
+
+    Raises
+    ------
+    LookupError
+        If none was named: a folder may come from anywhere, so what it names itself is shown, and never run.
+    """
+    said = _read(folder)[1]
+    if study is None:
+        there = _script(folder, said)
+        raise LookupError(
+            f"`workbench report {folder}` needs the study, whose code makes a report of the runs. The folder names "
+            f"'{there}', which is not run unasked: if you trust it, add `--study {there}`."
+        )
+    return study, said.samples
 
 
-def _script(folder: Path, about: dict[str, Any]) -> Path:
-    return Path(os.path.relpath((folder / about["script"]).resolve()))
+def _script(folder: Path, said: About) -> str:
+    return os.path.relpath((folder / said.script).absolute())
 
 
-def _read(folder: Path) -> tuple[dict[str, Chunk], dict[str, Any]]:
+def _read(folder: Path) -> tuple[dict[str, Chunk], About]:
     """The whole records by name, and what the ledger says of them."""
-    _check_folder(folder)
+    if not folder.is_dir():
+        raise LookupError(f"There is no folder '{folder}': name the one that `workbench run` has written.")
     held = {chunk.name: chunk for chunk in chunks(folder)}
-    if ABOUT not in held:
+    said = about_of(held[about.NAME]) if about.NAME in held else None
+    if said is None:
         raise LookupError(
             f"There is no ledger in '{folder}', or its head is damaged: a study with sweeps has one as soon as it "
             "runs, and `workbench run STUDY --out DIR` mends it."
         )
-    about = held[ABOUT].said
-    if (theirs := about["workbench"]) != __version__:
-        raise LookupError(
-            f"The ledger in '{folder}' was written by workbench {theirs}, and this is {__version__}: ask that version. "
-            "Nothing of it is lost."
-        )
-    return held, about
-
-
-def _check_folder(folder: Path) -> None:
-    if not folder.is_dir():
-        raise LookupError(f"There is no folder '{folder}': name the one that `workbench run` has written.")
-
-
-def _runs(chunk: Chunk) -> int:
-    """How many runs a chunk has."""
-    return next(int(shape[0]) for name, shape in chunk.said["arrays"] if name == "diverged_at")
+    return held, said

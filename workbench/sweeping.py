@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from workbench.progress import runs, shown_of
-from workbench.script import load
+from workbench.script import Record, Script, count_of, digest_of, named, resized, sweeps_of
 from workbench.study import cost
+from workbench.study.about import About, SweepAbout
 from workbench.study.chunk import Chunk
-from workbench.study.executors import LOCAL, ClusterError, on_cluster, on_threads
-from workbench.study.prepared import Prepared, prepared
-from workbench.study.resume import Execute, Plan, State, complete, planned, samples
-from workbench.study.sample import Sample
-from workbench.study.store import ABOUT, LATER, Ledger, opened
-from workbench.study.study import Study
-from workbench.study.sweep import Sweep, whole
+from workbench.study.executors import LOCAL, on_cluster, on_threads
+from workbench.study.prepared import Prepared
+from workbench.study.resume import Execute, Plan, State, complete, in_arithmetic, planned, samples
+from workbench.study.sample import table_of
+from workbench.study.store import LATER, Ledger, is_chunk, opened
+from workbench.study.study import Results, Study
+from workbench.study.sweep import whole
 from workbench.study.tuning import Tuned, kept
 from workbench.study.tuning.ready import Ready, ready
-
-Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
-COUNTS = ("runs", "base", "trajectories")  # how designs call the number that `--samples` sets
 
 
 class Stopped(KeyboardInterrupt):
@@ -42,6 +38,8 @@ class Order:
         The study's file, which the ledger remembers.
     samples
         In place of the numbers of the designs.
+    arithmetic
+        That of all sweeps; None for that of the ledger, or of this machine.
     acknowledge
         Told each chunk once it is durable.
     only_report
@@ -52,6 +50,7 @@ class Order:
     samples: int | None = None
     workers: int | None = None
     cluster: str | None = None
+    arithmetic: str | None = None
     fresh: bool = False
     yes: bool = False
     only_report: bool = False
@@ -61,57 +60,17 @@ class Order:
 
 @dataclass(frozen=True)
 class Answered:
-    """A study whose cases are known, the samples of its sweeps, and what its tunings found."""
+    """A study whose cases are known, with the results of its sweeps and tunings."""
 
     study: Study
-    samples: tuple[Sample, ...] = ()
-    tunings: tuple[Tuned, ...] = ()
-
-
-def resized(study: Study, count: int | None) -> Study:
-    """The study with so many samples in the design of each sweep that has a number of them, as far as these are known.
-
-    A design without one, one factor at a time say, keeps its points.
-
-    Raises
-    ------
-    ValueError
-        If the count is no positive whole number, or no design has such a number.
-    """
-    if count is None:
-        return study
-    whole("--samples", count)
-    if callable(study.sweeps):
-        return study
-    if study.sweeps and not any(map(_count_of, study.sweeps)):
-        raise ValueError(
-            f"`--samples` cannot change the study '{study.name}': the designs of its sweeps, {_named(study.sweeps)}, "
-            "have no number of samples; leave it out."
-        )
-    return replace(study, sweeps=tuple(_resized(one, count) for one in study.sweeps))
-
-
-def _resized(sweep: Sweep, count: int) -> Sweep:
-    name = _count_of(sweep)
-    return sweep if name is None else replace(sweep, design=replace(sweep.design, **{name: count}))  # type: ignore[type-var]
-
-
-def _count_of(sweep: Sweep) -> str | None:
-    """How the design of a sweep calls its number of samples; None where it has none."""
-    held: Any = fields(sweep.design) if is_dataclass(sweep.design) else ()
-    whole_ones = {field.name for field in held if isinstance(getattr(sweep.design, field.name), int)}
-    return next((name for name in COUNTS if name in whole_ones), None)  # the `base` of `OneAtATime` is a quantile
+    results: Results
 
 
 def _say_kept(study: Study, order: Order) -> None:
     """Say of which sweeps `--samples` changes nothing."""
-    kept = () if callable(study.sweeps) else tuple(one for one in study.sweeps if _count_of(one) is None)
+    kept = () if callable(study.sweeps) else tuple(one for one in study.sweeps if count_of(one) is None)
     if order.samples is not None and kept:
-        order.say(f"`--samples` changes nothing of {_named(kept)}: their designs have no number of samples.")
-
-
-def _named(sweeps: Sequence[Sweep]) -> str:
-    return ", ".join(f"'{one.name}'" for one in sweeps)
+        order.say(f"`--samples` changes nothing of {named(kept)}: their designs have no number of samples.")
 
 
 @contextmanager
@@ -123,45 +82,57 @@ def swept(study: Study, out: Path, order: Order) -> Iterator[Answered]:
     whole("--workers", order.workers, optional=True)
     _refuse_idle(study, order)
     if not (study.sweeps or study.tunings):
-        yield Answered(study)
+        yield Answered(study, Results())
         return
     _say_kept(study, order)
     tunings = tuple(map(ready, study.tunings))
-    sweeps = _prepared(study)
+    sweeps = sweeps_of(study)
     _afford([*_searches(tunings), *sweeps], out, order)
     with opened(out, order.fresh) as ledger:
         for remark in ledger.remarks:
             order.say(remark)
-        about: dict[str, Any] = {
-            "study": study.name,
-            "script": os.path.relpath(order.script.resolve(), ledger.out.resolve()),
-            "samples": order.samples,
-        }
+        tunings = tuple(_settled_tuning(one, ledger, order) for one in tunings)
+        sweeps = _settled(sweeps, ledger, order)
+        for name, times in {one.arithmetic: cost.slower(one) for one in (*_searches(tunings), *sweeps)}.items():
+            if times > 1:
+                order.say(
+                    f"The arithmetic '{name}' is not compiled here: the same bits take some {times:,} times longer."
+                )
+        ledger.drop_tables()
+        script = os.path.relpath(order.script.resolve(), ledger.out.resolve())
+        about = About(study.name, script, order.samples)
         plan = None
         try:
-            found, said = _tuned(study, tunings, ledger, order, about)
+            found, searched = _tuned(study, tunings, ledger, order, about)
             if callable(study.sweeps):
                 resolved = resized(study.resolved(found), order.samples)
                 _say_kept(resolved, order)
-                sweeps = _prepared(resolved)
+                sweeps = _settled(sweeps_of(resolved), ledger, order)
                 _afford(sweeps, out, order)
             plan = planned(sweeps)
-            execute = _executor(sweeps, order, _records(ledger, said) if callable(study.sweeps) else ())
-            _complete(plan, ledger, execute, order, about | {"sweeps": [*said, *plan.said]})
-            yield Answered(study.resolved(found), samples(plan, ledger), tuple(found.values()))
+            execute = _executor(sweeps, order, *_searched(tunings, ledger, searched) if callable(study.sweeps) else ())
+            _complete(plan, ledger, execute, order, replace(about, sweeps=(*searched, *plan.about)))
+            results = Results(samples=samples(plan, ledger), tunings=tuple(found.values()))
+            for sample in results.all_samples:  # for those who only read the folder
+                ledger.add(table_of(sample))
+            yield Answered(study.resolved(found), results)
         except KeyboardInterrupt:
             raise Stopped(f"stopped; {_held(plan, ledger)} are kept in '{out}'. {LATER}") from None
 
 
 def _held(plan: Plan | None, ledger: Ledger) -> str:
     if plan is None:
-        return f"{len(ledger.places) - (ABOUT in ledger)} chunks"
+        return f"{sum(map(is_chunk, ledger.names))} chunks"
     return f"{sum(task.name in ledger for task in plan.tasks)} of {len(plan.tasks)} chunks"
 
 
-def _prepared(study: Study) -> tuple[Prepared, ...]:
-    """The sweeps that are known."""
-    return () if callable(study.sweeps) else tuple(map(prepared, study.sweeps))
+def _settled(sweeps: Sequence[Prepared], ledger: Ledger, order: Order) -> tuple[Prepared, ...]:
+    """The sweeps in the arithmetic of the ledger, or in the one that is asked for."""
+    return tuple(in_arithmetic(one, ledger, order.arithmetic) for one in sweeps)
+
+
+def _settled_tuning(made: Ready, ledger: Ledger, order: Order) -> Ready:
+    return replace(made, trials=_settled(made.trials, ledger, order), halves=_settled(made.halves, ledger, order))
 
 
 def _searches(tunings: Sequence[Ready]) -> list[Prepared]:
@@ -192,8 +163,8 @@ def _refuse_idle(study: Study, order: Order) -> None:
 
 
 def _tuned(
-    study: Study, tunings: Sequence[Ready], ledger: Ledger, order: Order, about: dict[str, Any]
-) -> tuple[dict[str, Tuned], list[dict[str, Any]]]:
+    study: Study, tunings: Sequence[Ready], ledger: Ledger, order: Order, about: About
+) -> tuple[dict[str, Tuned], tuple[SweepAbout, ...]]:
     """What each tuning finds, by threads of this machine, and what the ledger says of them."""
     with ExitStack() as bar:
 
@@ -214,11 +185,11 @@ def _tuned(
             lambda sweeps, tasks: on_threads(sweeps, tasks, order.workers),
             begin,
             order.acknowledge,
-            lambda said: ledger.describe(about | {"sweeps": said}),
+            lambda sweeps: ledger.describe(replace(about, sweeps=sweeps)),
         )
 
 
-def _complete(plan: Plan, ledger: Ledger, execute: Execute, order: Order, about: dict[str, Any]) -> None:
+def _complete(plan: Plan, ledger: Ledger, execute: Execute, order: Order, about: About) -> None:
     missing = [task for task in plan.tasks if task.name not in ledger]
     if order.only_report and missing:
         raise LookupError(
@@ -226,73 +197,38 @@ def _complete(plan: Plan, ledger: Ledger, execute: Execute, order: Order, about:
             f"`workbench run {order.script} --out {ledger.out}` computes them."
         )
     ledger.describe(about)
-    wanted = {ABOUT, *(name for said in about["sweeps"] for name in said["chunks"])}
-    if unused := len(ledger.places.keys() - wanted):
+    wanted = {name for sweep in about.sweeps for name in sweep.chunks}
+    if unused := sum(is_chunk(name) and name not in wanted for name in ledger.names):
         order.say(
-            f"{unused} chunks in '{ledger.out}' are of other samples, numbers or code than the study has now: they are "
+            f"{unused} chunks in '{ledger.out}' are of other samples or equations than the study has now: they are "
             "kept, and not used; `--fresh` removes them."
         )
     if not missing:
         return
     needed, there = cost.cost_of(plan.sweeps, order.workers), len(plan.tasks) - len(missing)
     order.say(
-        f"{about['study']}: {needed}" + (f"; {there} of {len(plan.tasks)} chunks are there already." if there else ".")
+        f"{about.study}: {needed}" + (f"; {there} of {len(plan.tasks)} chunks are there already." if there else ".")
     )
-    with shown_of(about["study"], order.say) as tell:
+    with shown_of(about.study, order.say) as tell:
         told = runs(tell)
         complete(plan, ledger, execute, lambda state: told(*state), order.acknowledge)
 
 
-def _records(ledger: Ledger, said: Sequence[dict[str, Any]]) -> tuple[Record, ...]:
-    """The chunks of all tunings, from which a worker finds the same sweeps."""
-    chunks = (ledger.read(name) for one in said for name in one["chunks"])
-    return tuple((chunk.name, chunk.head, chunk.data) for chunk in chunks)
-
-
-def _executor(sweeps: Sequence[Prepared], order: Order, records: tuple[Record, ...]) -> Execute:
+def _executor(
+    sweeps: Sequence[Prepared], order: Order, searches: Sequence[Prepared] = (), records: tuple[Record, ...] = ()
+) -> Execute:
+    """Threads of this machine, or a cluster whose workers find the same sweeps from the tunings' sweeps and chunks."""
     if order.cluster is None:
         return lambda tasks: on_threads(sweeps, tasks, order.workers)
-    source = Script(str(order.script.resolve()), digest_of(order.script), order.samples, records)
+    arithmetics = tuple((one.sweep.name, one.arithmetic) for one in (*searches, *sweeps))
+    source = Script(str(order.script.resolve()), digest_of(order.script), order.samples, arithmetics, records)
     address = order.cluster
     return lambda tasks: on_cluster(address, source, tasks, order.workers)
 
 
-@dataclass(frozen=True)
-class Script:
-    """A study's file, at the same place on every worker, with its digest; called, it is loaded and its sweeps prepared.
-
-    Attributes
-    ----------
-    records
-        The chunks of the tunings, from which sweeps follow: name, head and data of each.
-
-    Raises
-    ------
-    ClusterError
-        If there is no such file, or another one, or its tunings ask there for other points than here.
-    """
-
-    file: str
-    digest: str
-    samples: int | None
-    records: tuple[Record, ...] = ()
-
-    def __call__(self) -> tuple[Prepared, ...]:
-        """The sweeps, in the process of a worker."""
-        file = Path(self.file)
-        if not file.is_file() or digest_of(file) != self.digest:
-            raise ClusterError(f"A worker finds no '{self.file}', or another one: the study must be where it is here.")
-        study = load(file)
-        if callable(study.sweeps):
-            chunks = {name: Chunk(name, head, data) for name, head, data in self.records}
-            try:
-                found = {one.name: kept.replayed(ready(one), chunks) for one in study.tunings}
-            except KeyError as error:
-                raise ClusterError(f"A worker asks in a tuning for {error}, which is not here: it differs.") from None
-            study = replace(study, sweeps=study.sweeps(found))
-        return _prepared(resized(study, self.samples))
-
-
-def digest_of(file: Path) -> str:
-    """The SHA-256 of a file."""
-    return hashlib.sha256(file.read_bytes()).hexdigest()
+def _searched(
+    tunings: Sequence[Ready], ledger: Ledger, searched: Sequence[SweepAbout]
+) -> tuple[list[Prepared], tuple[Record, ...]]:
+    """The sweeps of all tunings, and their chunks."""
+    chunks = (ledger.read(name) for one in searched for name in one.chunks)
+    return _searches(tunings), tuple((chunk.name, chunk.head, chunk.data) for chunk in chunks)

@@ -14,10 +14,11 @@ from workbench.core.layout import Array, numbers
 from workbench.core.numbers import Integers, positive, seconds
 from workbench.metrics.accumulated import common_grid, maker, resolved
 from workbench.metrics.contract import AbstractMetric
+from workbench.metrics.final import final_values
 from workbench.metrics.measurement import Measurement, Score
 from workbench.simulate import StepLimit, Trajectories, choose, run, simulate, simulate_alike, simulate_both, step_limit
 from workbench.simulate.job import Progress
-from workbench.simulate.marches import arithmetic_of, continued
+from workbench.simulate.marches import arithmetic_of
 from workbench.simulate.request import rows_of
 from workbench.simulate.stepping.accuracy import Check, accuracy, change
 from workbench.simulate.stepping.cells import COUNT
@@ -210,25 +211,6 @@ def _judged(metrics: Sequence[AbstractMetric], pair: _Pair, tolerance: float | N
     return Measurement(
         pair.fine, scores, pair.limits, pair.looked_at, pair.coarse.diverged_at, check=check, choice=pair.choice
     )
-
-
-def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int = -1) -> dict[str, Array]:
-    """Each metric of each run, (B, k), from the start to a kept time, the last if none is named.
-
-    The last look is taken at that time. NaN for a run that had diverged by then.
-    """
-    step, horizon, state = runs.step, float(runs.t[row]), runs.x[:, row]
-    x = step.states.unpack(state)
-    # the memory was last updated one step before the horizon: look once more
-    z = step.states.unpack(continued(runs.job, state, round(horizon / step.h), 1))
-    lost = runs.diverged_at <= horizon
-    values = {}
-    for m in metrics:
-        integral = x.get(f"integral of {m.name}", np.zeros((len(runs), 0)))
-        memory = {name.removeprefix(f"{m.name}."): part for name, part in z.items() if name.startswith(f"{m.name}.")}
-        value = m.value(integral, memory, horizon)
-        values[m.name] = np.where(lost[:, np.newaxis], np.nan, value)
-    return values
 
 
 def _looked_at(p: Array, x0: Array) -> Integers:

@@ -87,6 +87,7 @@ def provenance(document: Document) -> tuple[tuple[str, str], ...]:
         ("command", colophon.command),
         ("control-workbench", colophon.version),
         ("seed", "none: nothing here is random" if colophon.seed is None else str(colophon.seed)),
+        *([("arithmetic", colophon.arithmetic)] if colophon.arithmetic else []),
         *_fingerprints(colophon.fingerprints),
     ]
     if colophon.python:

@@ -1,14 +1,16 @@
-"""Chunk: numbers under a name, as bytes that are the same on every machine, and their digest."""
+"""Chunk: numbers under a name, as bytes that are the same on every machine, with their digest before them."""
 
 from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
-FORMAT = b"workbench ledger 1\n"  # counts up when the meaning of a record changes
+FORMAT = b"workbench record 2"  # the first line of a record; counts up when its meaning changes
 
 
 @dataclass(frozen=True)
@@ -22,43 +24,65 @@ class Chunk:
     head: bytes
     data: bytes = b""
 
-    @property
+    @cached_property
     def digest(self) -> bytes:
-        """The SHA-256 of the format, the name, the head and the data, each with its length."""
-        found = hashlib.sha256(FORMAT)
-        for part in (self.name.encode(), self.head, self.data):
-            found.update(len(part).to_bytes(8, "little"))
-            found.update(part)
-        return found.digest()
+        """The SHA-256 of the lines of name and head, and of the data behind them."""
+        return hashlib.sha256(b"\n".join((self.name.encode(), self.head, self.data))).digest()
+
+    def __bytes__(self) -> bytes:
+        """The record: a line each of format, digest, name and head, and then the data."""
+        lines = (FORMAT, self.digest.hex().encode(), self.name.encode(), self.head, self.data)
+        return b"\n".join(lines)
 
     @property
-    def said(self) -> Any:
-        """What the head says."""
-        return json.loads(self.head)
+    def said(self) -> dict[str, Any]:
+        """The content of the head."""
+        return dict(json.loads(self.head))
 
     def arrays(self) -> dict[str, Any]:
         """The arrays by name."""
         import numpy as np
 
         found, start = {}, 0
-        for name, shape in self.said["arrays"]:
-            size = int(np.prod(shape, dtype=int))
+        for name, shape in self.said.get("arrays", []):
+            size = math.prod(shape)
             found[name] = np.frombuffer(self.data, "<f8", size, start).reshape(shape).astype(float)
             start += 8 * size
         return found
 
 
-def chunk_of(name: str, arrays: Mapping[str, Any]) -> Chunk:
-    """Arrays of floats as a chunk."""
+def chunk_of(name: str, arrays: Mapping[str, Any], said: Mapping[str, Any] | None = None) -> Chunk:
+    """Arrays of floats as a chunk, with plain data beside them."""
     import numpy as np
 
-    head, data = [], []
+    shapes, data = [], []
     for key, array in arrays.items():
-        head.append([key, list(array.shape)])
+        shapes.append([key, list(array.shape)])
         data.append(np.where(np.isnan(array), np.nan, array).astype("<f8").tobytes())
-    return Chunk(name, written({"arrays": head}), b"".join(data))
+    return Chunk(name, plain({**(said or {}), "arrays": shapes}), b"".join(data))
 
 
-def written(said: Any) -> bytes:
+def parsed(record: bytes) -> Chunk | None:
+    """The chunk of a record; None if a byte of it is not as it was written, or it was never written by `Chunk`."""
+    form, *lines = record.split(b"\n", 4)
+    if form != FORMAT or len(lines) != 4:
+        return None
+    digest, name, head, data = lines
+    chunk = Chunk(name.decode(errors="replace"), head, data)
+    return chunk if chunk.digest.hex().encode() == digest and _is_whole(chunk) else None
+
+
+def _is_whole(chunk: Chunk) -> bool:
+    """Whether the head is plain data whose arrays fill the data."""
+    try:
+        shapes = [shape for name, shape in chunk.said.get("arrays", []) if isinstance(name, str)]
+        sizes = [size for shape in shapes for size in shape]
+        whole = all(type(size) is int and size >= 0 for size in sizes)
+        return whole and 8 * sum(map(math.prod, shapes)) == len(chunk.data)
+    except (ValueError, TypeError, RecursionError):  # no JSON, or another one than ours
+        return False
+
+
+def plain(said: Any) -> bytes:
     """Plain data as JSON that is the same in every process."""
     return json.dumps(said, sort_keys=True, separators=(",", ":")).encode()

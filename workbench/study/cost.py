@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 
+from workbench.simulate.arithmetic import is_compiled
 from workbench.simulate.job import threads
 from workbench.study.prepared import Prepared
 
@@ -17,6 +18,9 @@ COPIES = 8  # of all results, while a report is written: in two kinds of arrays,
 ON_DISK = 6  # the ledger, and the text of the earlier report and of the new one
 CHUNKS = 4  # in memory at once: two that are marched, one that waits, one that is written
 SECONDS_OF_CHUNK = 0.01  # beside its runs: it is named, written, and forced to the disk
+SECONDS_OF_NUMBER = 2e-6  # of a table: it is drawn or measured, and written as text by one thread
+# How many times longer a step takes where it is not compiled: NumPy makes a fused product of some fifty operations.
+SLOWER = {"fused": 2500, "portable": 100, "casadi": 100}
 PROGRAM = 200 * 2**20  # bytes of the workbench itself
 
 
@@ -42,10 +46,16 @@ def cost_of(sweeps: Sequence[Prepared], workers: int | None = None) -> Cost:
     side = workers or threads()
     runs = sum(one.sweep.design.size for one in sweeps)
     results = 8.0 * sum(one.sweep.design.size * _numbers(one) for one in sweeps)
-    seconds = sum(one.sweep.design.size * one.seconds_of_run for one in sweeps) / side
+    seconds = sum(one.sweep.design.size * one.seconds_of_run * slower(one) for one in sweeps) / side
+    seconds += SECONDS_OF_NUMBER * sum(one.sweep.design.size * _cells(one) for one in sweeps)
     seconds += SECONDS_OF_CHUNK * sum(-(-one.sweep.design.size // one.runs_of_chunk) for one in sweeps)
     chunk = max((min(one.runs_of_chunk, one.sweep.design.size) * one.bytes_of_run for one in sweeps), default=0)
     return Cost(runs, side, seconds, PROGRAM + CHUNKS * chunk + COPIES * results, ON_DISK * results)
+
+
+def slower(one: Prepared) -> int:
+    """How many times longer the runs of a sweep take here than compiled."""
+    return 1 if is_compiled(one.coarse, one.arithmetic) else SLOWER[one.arithmetic]
 
 
 def check(cost: Cost, out: Path) -> None:
@@ -73,8 +83,13 @@ def check(cost: Cost, out: Path) -> None:
 
 def _numbers(one: Prepared) -> float:
     """How many numbers of a run are kept."""
-    values = len(one.columns) * round(one.sweep.until / one.every)
+    values = len(one.columns) * one.times
     return len(one.sweep.factors) + 1 + values * (1 + 1 / (one.sweep.halved or inf))
+
+
+def _cells(one: Prepared) -> int:
+    """How many cells of its table a run fills."""
+    return one.times * (3 + len(one.sweep.factors) + 2 * len(one.columns))
 
 
 def _time(seconds: float) -> str:

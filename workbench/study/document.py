@@ -179,7 +179,8 @@ class Colophon:
     """How to get this report again: the command, the seed, and what the numbers were made of.
 
     `fingerprints` maps the name of a set of equations to its hexadecimal digest, `packages` the name
-    of a package to its version; `again` says what the same command would give.
+    of a package to its version; `arithmetic` is the signature of that in which the loops were run; `again` says what
+    the same command would give.
     """
 
     command: str
@@ -188,6 +189,7 @@ class Colophon:
     seed: int | str | None = None
     packages: Mapping[str, str] = field(default_factory=dict)
     python: str = ""
+    arithmetic: str = ""
     again: str = "The same command with the same versions gives this report again, byte for byte."
 
 

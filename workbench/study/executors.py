@@ -12,7 +12,10 @@ from queue import Empty, Queue
 from threading import Event, Lock
 from typing import Any, Protocol
 
+import casadi as ca
+
 from workbench import __version__
+from workbench.simulate.arithmetic import VERSION
 from workbench.simulate.job import threads, use_threads
 from workbench.study.chunk import Chunk
 from workbench.study.prepared import Prepared
@@ -84,12 +87,15 @@ def on_cluster(address: str, source: Source, tasks: Sequence[Task], workers: int
     """
     try:
         import distributed
+        from distributed.comm.core import CommClosedError
     except ImportError as error:
         raise ClusterError("`--cluster` needs the extra `cluster`: install `control-workbench[cluster]`.") from error
     with _client(distributed, address, workers) as client:
-        _check_versions(client, address)
         try:
+            _check_versions(client, address)
             yield from _gathered(client, address, source, tasks)
+        except CommClosedError as error:
+            raise ClusterError(f"The scheduler at '{address}' has gone. {KEPT}") from error
         except distributed.KilledWorker as error:
             raise ClusterError(
                 f"A chunk was lost with several workers of the cluster at '{address}', one after the other: {error} "
@@ -103,7 +109,7 @@ def _gathered(client: Any, address: str, source: Source, tasks: Sequence[Task]) 
 
     def submit(count: int) -> None:
         for _, task in zip(range(count), rest, strict=False):
-            future = client.submit(compute, source, tuple(task), __version__, key=task.name)
+            future = client.submit(compute, source, tuple(task), version(), key=task.name)
             waiting[future.key] = future
             future.add_done_callback(done.put)
 
@@ -125,8 +131,9 @@ def _gathered(client: Any, address: str, source: Source, tasks: Sequence[Task]) 
 def _client(distributed: Any, address: str, workers: int | None) -> Iterator[Any]:
     """A client of the cluster, which has at least one worker."""
     local: dict[str, Any] = {"host": "127.0.0.1", "dashboard_address": None, "silence_logs": 50}
-    for name in ("distributed", "asyncio"):  # a connection that ends is said in one sentence, not in a log
-        logging.getLogger(name).setLevel(logging.CRITICAL)
+    for name in ("distributed", "asyncio", *logging.root.manager.loggerDict):
+        if name.partition(".")[0] in ("distributed", "asyncio"):  # each has a level of its own
+            logging.getLogger(name).setLevel(logging.CRITICAL)  # a connection that ends is said in one sentence
     with ExitStack() as held:
         try:
             cluster = address
@@ -156,16 +163,18 @@ def _check_versions(client: Any, address: str) -> None:
     """Refuse workers whose workbench is another one: their bits could be too."""
     try:
         found: dict[str, str] = client.run(version)
+    except OSError:  # the scheduler has gone
+        raise
     except Exception as error:  # a worker that cannot import the workbench raises whatever its import raises
         raise ClusterError(f"A worker of the cluster at '{address}' cannot load the workbench: {error}.") from error
     for worker, theirs in found.items():
-        if theirs != __version__:
-            raise ClusterError(_another(worker, theirs))
+        if theirs != version():
+            raise ClusterError(_another(f"The worker {worker}", theirs, version()))
 
 
 def version() -> str:
-    """The version of the workbench, asked of a worker."""
-    return __version__
+    """The version of all that a bit can depend on, asked of a worker."""
+    return f"workbench {__version__}, CasADi {ca.CasadiMeta.version()}, arithmetic {VERSION}"
 
 
 def compute(source: Source, task: tuple[int, int, int, str], asked: str) -> tuple[str, bytes, bytes]:
@@ -176,8 +185,8 @@ def compute(source: Source, task: tuple[int, int, int, str], asked: str) -> tupl
     ClusterError
         If this is another version of the workbench, or of the study, than the one that asks.
     """
-    if asked != __version__:
-        raise ClusterError(_another("that has come later", __version__))
+    if asked != version():
+        raise ClusterError(_another("A worker that has come later", version(), asked))
     sweep, first, last, name = task
     with _ALONE:
         use_threads(_threads_of_worker())
@@ -213,8 +222,5 @@ def _threads_of_worker() -> int:
     return int(distributed.get_worker().state.nthreads)
 
 
-def _another(worker: str, theirs: str) -> str:
-    return (
-        f"The worker {worker} has workbench {theirs}, and this is {__version__}: chunks of two versions do not mix. "
-        "Install the same version there."
-    )
+def _another(worker: str, theirs: str, ours: str) -> str:
+    return f"{worker} has {theirs}, and this is {ours}: chunks of two versions do not mix. Install the same there."

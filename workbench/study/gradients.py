@@ -11,7 +11,7 @@ import numpy as np
 from workbench.core import Entry, Layout, Step
 from workbench.core.layout import Array
 from workbench.metrics import AbstractMetric
-from workbench.metrics.measure import final_values
+from workbench.metrics.final import final_values
 from workbench.simulate import simulate
 from workbench.simulate.marches import continued
 

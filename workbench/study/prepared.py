@@ -1,37 +1,34 @@
-"""A sweep ready to run: its equation, its steps, and what each chunk is called and gives."""
+"""A sweep with its equation and its steps: the names of its chunks, the numbers in them, and their meaning."""
 
 from __future__ import annotations
 
 import hashlib
-import inspect
-from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
-from functools import cache, cached_property, partial
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from itertools import pairwise
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from workbench import __version__
 from workbench.core import Ode, Sampled, Step
 from workbench.core.layout import Array
 from workbench.core.numbers import Integers, multiple
 from workbench.core.ode import instructions
 from workbench.metrics import AbstractMetric
 from workbench.metrics.accumulated import maker, resolved
-from workbench.metrics.measure import final_values
+from workbench.metrics.final import accumulated, accumulators, values
 from workbench.simulate import Trajectories, simulate
+from workbench.simulate.arithmetic import default_for, signature
 from workbench.simulate.job import Progress
 from workbench.simulate.request import SECONDS_PER_OPERATION
 from workbench.simulate.stepping.accuracy import change
 from workbench.simulate.stepping.stability import longest_steps, modes_at
-from workbench.study.chunk import Chunk, chunk_of, written
+from workbench.study.chunk import Chunk, chunk_of, plain
 from workbench.study.factors import Space
+from workbench.study.sample import Sample
 from workbench.study.sampling import AbstractDesign
 from workbench.study.sweep import Sweep, again
 
-ROOT = Path(__file__).parents[1]
 SECONDS = 2.0  # of one processor, by the cautious estimate of the engine, that a chunk takes: in truth about a third
 BYTES = 64 * 2**20  # of kept states that a chunk may hold
 STATES = 4  # of a run at which its modes are looked at: the first, the last, and kept ones between them
@@ -44,6 +41,8 @@ class Prepared:
 
     Attributes
     ----------
+    arithmetic
+        That of its runs, by its name.
     watched
         Whether the longest stable step is looked for along every run, and not only along those that are run again.
     """
@@ -54,6 +53,7 @@ class Prepared:
     coarse: Step
     fine: Step
     space: Space
+    arithmetic: str
     watched: bool = False
 
     @property
@@ -61,26 +61,31 @@ class Prepared:
         """The distance of the times at which metrics are taken, in s."""
         return self.sweep.until if self.sweep.every is None else self.sweep.every
 
+    @property
+    def times(self) -> int:
+        """The number of these times, T."""
+        return round(self.sweep.until / self.every)
+
     @cached_property
     def columns(self) -> tuple[tuple[str, int, str], ...]:
-        """What a value belongs to: a metric, its joint counted from 0, and its unit."""
+        """The metric, its joint counted from 0, and its unit, of each column of values."""
         sizes = ((m, self.coarse.outputs[m.watches[0]].size) for m in self.metrics)
         return tuple((m.name, joint, m.unit) for m, size in sizes for joint in range(size))
 
     @property
     def seconds_of_run(self) -> float:
-        """What a run takes of one processor, by a cautious estimate."""
+        """The time that a run takes of one processor, by a cautious estimate."""
         steps = self.sweep.until / self.coarse.h
         return SECONDS_PER_OPERATION * steps * self.coarse.operations * (1 + 2 / (self.sweep.halved or np.inf))
 
     @property
     def bytes_of_run(self) -> int:
         """The memory of a run's kept states."""
-        return 8 * self.coarse.states.size * (1 + round(self.sweep.until / self.every))
+        return 8 * self.coarse.states.size * (1 + self.times)
 
     @property
     def runs_of_chunk(self) -> int:
-        """How many runs are computed together: the same on every machine."""
+        """The number of runs that are computed together: the same on every machine."""
         if self.sweep.runs_of_chunk is not None:
             return self.sweep.runs_of_chunk
         most = max(1, min(int(SECONDS / self.seconds_of_run), BYTES // self.bytes_of_run))
@@ -94,32 +99,30 @@ class Prepared:
 
     @cached_property
     def fingerprint(self) -> str:
-        """A name of all that a run depends on but its own numbers."""
+        """A name of all that the numbers of a run depend on but its own rows: equations, times, seed, arithmetic."""
         sweep = self.sweep
         said = {
-            "code": code(),
-            "equation": self.equation.fingerprint,
-            "metrics": [written_of(metric) for metric in self.metrics],
+            "arithmetic": signature(self.arithmetic),
             "times": [float(time).hex() for time in (sweep.h, sweep.until, self.every)],
             "seed": [sweep.seed, sweep.common],
-            "halved": sweep.halved,
+            "kept": [sweep.halved, self.watched, accumulators(self.coarse, self.metrics).size],
+            "rates": self.coarse.rule.rate.numel(),
         }
-        digest = hashlib.sha256(written(said))
-        for line in instructions(self.coarse.rule.F):
+        digest = hashlib.sha256(plain(said))
+        for line in instructions(self.coarse.rule.parts):
             digest.update(repr(line).encode())
         return digest.hexdigest()
 
-    def rows(self, first: int, last: int) -> tuple[Array, Array, Array]:
-        """The values of the factors (n, d), and the parameters (n, np) and initial states (n, nx) of some runs.
+    def rows(self, first: int, last: int) -> tuple[Array, Array]:
+        """The parameters (n, np) and the initial states (n, nx) of some runs, those of their metrics among them.
 
         Raises
         ------
         ValueError
             If a value is not finite, or a row is out of the bounds of its numbers.
         """
-        points = self.sweep.design.points(first, last)
-        p, x0 = map(np.ascontiguousarray, self.space.rows(points))
-        return self.space.values(points), p, x0
+        p, x0 = map(np.ascontiguousarray, self.space.rows(self.sweep.design.points(first, last)))
+        return p, np.hstack([x0, np.tile(self.coarse.states.default[x0.shape[1] :], (last - first, 1))])
 
     def at(self, design: AbstractDesign) -> Prepared:
         """The same for other runs."""
@@ -133,7 +136,7 @@ class Prepared:
         return replace(self, sweep=sweep, coarse=self.fine, watched=True)
 
     def name(self, first: int, last: int) -> str:
-        """What the chunk of some runs is called: sweep, runs, and a digest of all that they depend on."""
+        """The name of the chunk of some runs: sweep, runs, and a digest of all that their numbers depend on."""
         return self._name(first, last, self.rows(first, last))
 
     def _name(self, first: int, last: int, rows: tuple[Array, ...]) -> str:
@@ -143,62 +146,127 @@ class Prepared:
         return f"{self.sweep.name}/{first}-{last}/{digest.hexdigest()[:16]}"
 
     def chunk(self, first: int, last: int, progress: Progress | None = None) -> Chunk:
-        """The numbers of the runs first to last - 1.
+        """The numbers of the runs first to last - 1, as the kernel computed them.
 
-        Values (n, T, k) at the step h; errors (m, T, k), their change to h / 2 in those runs that are run again, and
-        limits (m,), the longest stable step along these; and when each run diverged, NaN for none. After that its
-        values are NaN. Where all runs are watched, the longest stable step along each as well, (n,).
+        The accumulators of the metrics (n, T, a) at the step h, and at h / 2 those (m, T, a) of the runs that are
+        run again; when each diverged, NaN for none; and some states of runs whose stability is looked at.
         """
-        values, p, x0 = rows = self.rows(first, last)
+        p, x0 = rows = self.rows(first, last)
         runs = np.arange(first, last)
         few = again(first, last, self.sweep.halved) - first
         share = 2 * len(few) / (2 * len(few) + len(runs))
         tell = progress or (lambda done: None)
 
-        # the longer run first: from it the engine sees how good its code should be
-        fine = None
-        if len(few):
+        arrays = {}
+        if len(few):  # the longer run first: from it the engine sees how good its code should be
             fine = self._march(self.fine, runs[few], p[few], x0[few], lambda done: tell(share * done))
+            arrays = {"again": self._accumulated(fine), "again_diverged_at": fine.diverged_at}
         coarse = self._march(self.coarse, runs, p, x0, lambda done: tell(share + (1 - share) * done))
-        rough = self._values(coarse)
-        errors = np.empty((0, *rough.shape[1:])) if fine is None else self._changes(self._values(fine), rough[few])
-        arrays = {"factors": values, "values": rough, "errors": errors, "diverged_at": coarse.diverged_at}
-        arrays["limits"] = self._limits(coarse, few)
-        if self.watched:
-            arrays["watched"] = self._limits(coarse, np.arange(len(runs)))
+        arrays |= {"accumulated": self._accumulated(coarse), "diverged_at": coarse.diverged_at}
+        seen = runs - first if self.watched else few
+        arrays["states"] = coarse.x[seen][:, self._kept, : self.coarse.flow.states.size]
         return chunk_of(self._name(first, last, rows), arrays)
 
     def _march(self, step: Step, runs: Integers, p: Array, x0: Array, tell: Progress) -> Trajectories:
-        memory = np.tile(step.states.default[x0.shape[1] :], (len(runs), 1))
-        start, sweep = np.hstack([x0, memory]), self.sweep
-        call = partial(simulate, step, p, start, until=sweep.until, every=self.every, seed=sweep.seed)
-        return call(runs=np.zeros_like(runs) if sweep.common else runs, progress=tell)
+        sweep = self.sweep
+        call = partial(simulate, step, p, x0, until=sweep.until, every=self.every, seed=sweep.seed)
+        keys = np.zeros_like(runs) if sweep.common else runs
+        return call(runs=keys, progress=tell, arithmetic=self.arithmetic)
 
-    def _values(self, runs: Trajectories) -> Array:
+    def _accumulated(self, runs: Trajectories) -> Array:
+        return np.stack([accumulated(runs, self.metrics, row) for row in range(1, len(runs.t))], axis=1)
+
+    @cached_property
+    def _kept(self) -> Integers:
+        """The kept times at which the stability of a run is looked at, by their numbers."""
+        return np.unique(np.linspace(0, self.times, STATES).round().astype(int))
+
+    def sample(self, chunks: Iterable[Chunk], first: int = 0) -> Sample:
+        """The runs of some chunks that follow one another from the run `first` on, with the values of their metrics.
+
+        Nothing of it is kept, so it is what the metrics say now. An error is the change of a value to h / 2.
+
+        Raises
+        ------
+        ValueError
+            If a chunk holds other arrays than `chunk` makes.
+        """
+        parts = [self._arrays(chunk) for chunk in chunks]
+        held = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        found = self._values(held["accumulated"], held["diverged_at"])
+        last = first + len(found)
+        some = again(first, last, self.sweep.halved) - first
+        errors, limits = np.empty((0, *found.shape[1:])), np.empty(0)
+        if len(some):
+            errors = self._changes(self._values(held["again"], held["again_diverged_at"]), found[some])
+        points = self.sweep.design.points(first, last)
+        if not self.watched:
+            limits = self._limits(held["states"], self.space.rows(points)[0][some])
+        return Sample(
+            name=self.sweep.name,
+            factors=tuple(factor.name for factor in self.sweep.factors),
+            columns=self.columns,
+            t=np.asarray(self.every * np.arange(1, self.times + 1)),
+            h=self.sweep.h,
+            seed=self.sweep.seed,
+            arithmetic=signature(self.arithmetic),
+            fingerprint=self.fingerprint,
+            drawn=self.space.values(points),
+            values=found,
+            again=some,
+            errors=errors,
+            limits=limits,
+            diverged_at=held["diverged_at"],
+            design=self.sweep.design,
+        )
+
+    def watched_limits(self, chunk: Chunk) -> Array:
+        """The longest stable step along each run of a chunk whose runs are all watched, (n,) in s."""
+        first, last = map(int, chunk.name.split("/")[1].split("-"))
+        return self._limits(self._arrays(chunk)["states"], self.rows(first, last)[0])
+
+    def _arrays(self, chunk: Chunk) -> dict[str, Array]:
+        """The arrays of a chunk, where they have the shapes of those that were computed."""
+        arrays = chunk.arrays()
+        n, m = (np.size(arrays.get(name, ())) for name in ("diverged_at", "again_diverged_at"))
+        a = accumulators(self.coarse, self.metrics).size
+        shapes = {"accumulated": (n, self.times, a), "diverged_at": (n,)}
+        shapes |= {"again": (m, self.times, a), "again_diverged_at": (m,)} if m else {}
+        shapes["states"] = (n if self.watched else m, len(self._kept), self.coarse.flow.states.size)
+        if {name: array.shape for name, array in arrays.items()} != shapes:
+            raise ValueError(f"The chunk '{chunk.name}' does not hold the runs of its name: `--fresh` begins anew.")
+        none = {"again": np.empty((0, self.times, a)), "again_diverged_at": np.empty(0)}
+        return none | arrays
+
+    def _values(self, accumulated: Array, diverged_at: Array) -> Array:
+        """The metrics (n, T, k) from their accumulators (n, T, a); NaN from the time at which a run diverged."""
+        held, stride = accumulators(self.coarse, self.metrics), round(self.every / self.coarse.h)
         rows = []
-        for row in range(1, len(runs.t)):
-            found = final_values(runs, self.metrics, row)
-            rows.append(np.hstack([found[m.name] for m in self.metrics]))
+        for row in range(self.times):
+            horizon = (row + 1) * stride * self.coarse.h
+            found = values(self.metrics, held, accumulated[:, row], horizon)
+            lost = (diverged_at <= horizon)[:, np.newaxis]
+            rows.append(np.where(lost, np.nan, np.hstack([found[m.name] for m in self.metrics])))
         return np.stack(rows, axis=1)
 
-    def _limits(self, runs: Trajectories, few: Integers) -> Array:
-        """The longest step that is stable at some states of a few runs, (m,); NaN where no state has a Jacobian."""
-        if not len(few):
+    def _limits(self, states: Array, p: Array) -> Array:
+        """The longest step that is stable at some states (m, S, nx) of runs, (m,); NaN where none has a Jacobian."""
+        if not len(states):
             return np.empty(0)
-        kept = np.unique(np.linspace(0, len(runs.t) - 1, STATES).round().astype(int))
-        t, rows = np.tile(runs.t[kept], len(few)), np.repeat(few, len(kept))
-        modes = modes_at(self.coarse.flow, t, runs.x[few][:, kept].reshape(len(t), -1), runs.p[rows])
+        t = np.tile(self._kept * self.every, len(states))
+        rows = np.repeat(p, len(self._kept), axis=0)
+        modes = modes_at(self.coarse.flow, t, states.reshape(len(t), -1), rows)
         longest = np.min(longest_steps(modes, self.coarse.amplification), axis=1, initial=np.inf)
         longest[np.isnan(modes).any(axis=1)] = np.nan
-        return np.asarray(np.fmin.reduce(longest.reshape(len(few), len(kept)), axis=1))
+        return np.asarray(np.fmin.reduce(longest.reshape(len(states), -1), axis=1))
 
     def _changes(self, fine: Array, rough: Array) -> Array:
         floors = [self.coarse.h if unit == "s" else 0.0 for _, _, unit in self.columns]
         return np.stack([change(fine[..., i], rough[..., i], floor) for i, floor in enumerate(floors)], axis=-1)
 
 
-def prepared(sweep: Sweep) -> Prepared:
-    """The sweep with its equation.
+def prepared(sweep: Sweep, arithmetic: str | None = None) -> Prepared:
+    """The sweep with its equation, in an arithmetic by its name, or else in the one that serves best here.
 
     Raises
     ------
@@ -214,45 +282,5 @@ def prepared(sweep: Sweep) -> Prepared:
     coarse = make("rk4", sweep.h)
     every = sweep.until if sweep.every is None else sweep.every
     multiple(f"Sweep({sweep.name!r}, every=...)", every, coarse.h, "the step")
-    return Prepared(sweep, equation, metrics, coarse, make("rk4", sweep.h / 2), space)
-
-
-def written_of(metric: AbstractMetric) -> list[str]:
-    """A metric as it was written: its class and functions, which may be the user's own, as text, and its numbers."""
-    return [_source(type(metric)), *(_written(getattr(metric, field.name)) for field in fields(metric))]
-
-
-def _written(value: Any, above: tuple[Any, ...] = ()) -> str:
-    """A value as text that is the same in every process; a function with its source and all the values that it uses."""
-    if isinstance(value, (str, int, float, type(None))):
-        return repr(value)
-    if isinstance(value, (np.ndarray, np.generic)):
-        return repr(value.tolist())
-    if isinstance(value, (tuple, list)):
-        return repr([_written(part, above) for part in value])
-    if isinstance(value, partial):
-        return _written((value.func, value.args, sorted(value.keywords.items())), above)
-    if not inspect.isfunction(value) or value in above:
-        return value.__name__ if inspect.ismodule(value) else _source(value)
-    held = inspect.getclosurevars(value)
-    uses = sorted({**held.globals, **held.nonlocals}.items())
-    return repr([_source(value), _written((value.__defaults__, uses), (*above, value))])
-
-
-def _source(thing: Any) -> str:
-    try:
-        return inspect.getsource(thing)
-    except (OSError, TypeError):  # typed into a console, or no code, which would print its place in memory
-        return str(getattr(thing, "__qualname__", type(thing).__qualname__))
-
-
-@cache
-def code() -> str:
-    """A name of the code that a number depends on: version and sources of the rooms between a loop and its metrics."""
-    digest = hashlib.sha256(__version__.encode())
-    for room in ("core", "metrics", "simulate", "study/sampling", "study/distributions.py", "study/factors.py"):
-        place = ROOT / room
-        for file in sorted(place.rglob("*.py")) or [place]:
-            digest.update(file.read_bytes())
-    digest.update(Path(__file__).read_bytes())
-    return digest.hexdigest()
+    fine = make("rk4", sweep.h / 2)
+    return Prepared(sweep, equation, metrics, coarse, fine, space, arithmetic or default_for(coarse))

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from workbench.simulate.arithmetic import signature
+from workbench.study.about import SweepAbout
 from workbench.study.chunk import Chunk
 from workbench.study.prepared import Prepared
-from workbench.study.sample import Sample, sample_of
-from workbench.study.store import Ledger
+from workbench.study.sample import Sample
+from workbench.study.store import Ledger, LedgerError
 
 
 class Task(NamedTuple):
@@ -43,26 +45,35 @@ class Plan:
     tasks: tuple[Task, ...]
 
     @property
-    def said(self) -> list[dict[str, Any]]:
-        """What the ledger says of each sweep, enough to put its sample together."""
+    def about(self) -> tuple[SweepAbout, ...]:
+        """The sweeps as a ledger describes them."""
         names = ([task.name for task in self.tasks if task.sweep == i] for i in range(len(self.sweeps)))
-        return list(map(said_of, self.sweeps, names))
+        return tuple(map(about_of_sweep, self.sweeps, names))
 
 
-def said_of(one: Prepared, chunks: Sequence[str]) -> dict[str, Any]:
-    """What the ledger says of a sweep whose chunks have these names."""
-    return {
-        "name": one.sweep.name,
-        "runs": one.sweep.design.size,
-        "factors": [factor.name for factor in one.sweep.factors],
-        "columns": one.columns,
-        "every": one.every,
-        "h": one.sweep.h,
-        "seed": one.sweep.seed,
-        "halved": one.sweep.halved,
-        "fingerprint": one.fingerprint,
-        "chunks": list(chunks),
-    }
+def about_of_sweep(one: Prepared, chunks: Sequence[str]) -> SweepAbout:
+    """A sweep whose chunks have these names, as a ledger describes it."""
+    return SweepAbout(one.sweep.name, one.sweep.design.size, signature(one.arithmetic), tuple(chunks))
+
+
+def in_arithmetic(one: Prepared, ledger: Ledger, asked: str | None) -> Prepared:
+    """The sweep in the arithmetic that is asked for, or else in that of its chunks in a ledger.
+
+    Raises
+    ------
+    LedgerError
+        If its chunks are of another one: two do not mix.
+    """
+    held = {sweep.name: sweep.arithmetic for sweep in ledger.about.sweeps} if ledger.about else {}
+    kept = held.get(one.sweep.name)
+    name = asked or (kept.partition(" ")[0] if kept else one.arithmetic)
+    if kept is not None and kept != signature(name):
+        raise LedgerError(
+            f"The ledger in '{ledger.out}' holds runs of '{one.sweep.name}' in the arithmetic '{kept}', and this run "
+            f"would compute in '{signature(name)}': two do not mix. Take the other one by `--arithmetic` or its own "
+            "version, name another folder with `--out`, or begin anew with `--fresh`."
+        )
+    return replace(one, arithmetic=name)
 
 
 def planned(sweeps: Sequence[Prepared]) -> Plan:
@@ -96,18 +107,17 @@ def complete(
         raise ValueError(f"{len(missing)} chunks were asked for and never came, such as '{next(iter(missing))}'.")
 
 
+def runs_of(chunk: Chunk) -> int:
+    """How many runs a chunk has."""
+    return int(np.size(chunk.arrays().get("diverged_at", ())))
+
+
 def lost(chunk: Chunk) -> int:
     """How many runs of a chunk diverged."""
-    return int(np.isfinite(chunk.arrays()["diverged_at"]).sum())
+    return int(np.isfinite(chunk.arrays().get("diverged_at", np.nan)).sum())
 
 
 def samples(plan: Plan, ledger: Ledger) -> tuple[Sample, ...]:
-    """What each sweep of a plan gave, when nothing of it is missing."""
-    found = (sample_of(said, map(ledger.read, said["chunks"])) for said in plan.said)
-    return tuple(replace(one, design=of.sweep.design) for one, of in zip(found, plan.sweeps, strict=True))
-
-
-def samples_of(said: Iterable[dict[str, Any]], chunks: dict[str, Chunk]) -> tuple[Sample, ...]:
-    """The same from what a ledger says and holds; sweeps of which a chunk is missing are left out."""
-    whole = (one for one in said if all(name in chunks for name in one["chunks"]))
-    return tuple(sample_of(one, [chunks[name] for name in one["chunks"]]) for one in whole)
+    """The runs of each sweep of a plan, when nothing of it is missing."""
+    pairs = zip(plan.sweeps, plan.about, strict=True)
+    return tuple(one.sample(map(ledger.read, about.chunks)) for one, about in pairs)

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from workbench.core.layout import Array, nearest
 from workbench.core.numbers import Integers
-from workbench.study.cells import raised
-from workbench.study.chunk import Chunk
+from workbench.study.cells import check_name, raised
+from workbench.study.chunk import Chunk, chunk_of
 from workbench.study.sampling import AbstractDesign
-from workbench.study.sweep import again
+from workbench.study.store import TABLE, LedgerError
+
+SAID = ("name", "factors", "columns", "h", "seed", "fingerprint", "arithmetic")  # in a table, and beside them
+ARRAYS = ("t", "drawn", "values", "again", "errors", "limits", "diverged_at")
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +39,8 @@ class Sample:
     design
         What the runs were drawn from, with the number of samples that was asked for; None where a ledger was read
         without its study.
+    arithmetic
+        The signature of that of the runs.
     """
 
     name: str
@@ -54,6 +57,7 @@ class Sample:
     limits: Array
     diverged_at: Array
     design: AbstractDesign | None = None
+    arithmetic: str = ""
 
     def __len__(self) -> int:
         return len(self.values)
@@ -157,24 +161,44 @@ def _plain(number: float) -> str:
     return f"{number:.2g}" if -4 < int(power) < 4 or not number else f"{digits}×{raised(f'10^({int(power)})')}"
 
 
-def sample_of(said: dict[str, Any], chunks: Iterable[Chunk]) -> Sample:
-    """The sample of a sweep from what the ledger says of it and all its chunks, in the order of their runs."""
-    parts = [chunk.arrays() for chunk in chunks]
-    names = ("factors", "values", "errors", "limits", "diverged_at")
-    whole = {name: np.concatenate([part[name] for part in parts]) for name in names}
-    runs = len(whole["values"])
-    return Sample(
-        name=said["name"],
-        factors=tuple(said["factors"]),
-        columns=tuple((metric, joint, unit) for metric, joint, unit in said["columns"]),
-        t=said["every"] * np.arange(1, whole["values"].shape[1] + 1),
-        h=said["h"],
-        seed=said["seed"],
-        fingerprint=said["fingerprint"],
-        drawn=whole["factors"],
-        values=whole["values"],
-        again=again(0, runs, said["halved"]),
-        errors=whole["errors"],
-        limits=whole["limits"],
-        diverged_at=whole["diverged_at"],
-    )
+def table_of(sample: Sample) -> Chunk:
+    """The sample as a record, which can be read without its study."""
+    said = {name: getattr(sample, name) for name in SAID}
+    arrays = {name: getattr(sample, name).astype(float) for name in ARRAYS}
+    return chunk_of(f"{TABLE}/{sample.name}", arrays, said)
+
+
+def sample_of(table: Chunk) -> Sample:
+    """The sample of such a record.
+
+    Raises
+    ------
+    LedgerError
+        If the record is none.
+    """
+    try:
+        said, arrays = table.said, table.arrays()
+        check_name("Sample", said["name"])
+        factors = tuple(map(str, said["factors"]))
+        columns = tuple((str(metric), int(joint), str(unit)) for metric, joint, unit in said["columns"])
+        runs, times, m = (arrays[name].size for name in ("diverged_at", "t", "again"))
+        shapes = ((times,), (runs, len(factors)), (runs, times, len(columns)), (m,), (m, times, len(columns)), (m,))
+        if tuple(arrays[name].shape for name in ARRAYS) != (*shapes, (runs,)):
+            raise ValueError(table.name)
+        again = arrays.pop("again")
+        if not ((again >= 0) & (again < runs)).all():
+            raise ValueError(table.name)
+        h, seed, arithmetic = float(said["h"]), int(said["seed"]), str(said["arithmetic"])
+        return Sample(
+            said["name"],
+            factors,
+            columns,
+            h=h,
+            seed=seed,
+            fingerprint=str(said["fingerprint"]),
+            again=again.astype(int),
+            arithmetic=arithmetic,
+            **arrays,
+        )
+    except (LookupError, TypeError, ValueError, OverflowError):
+        raise LedgerError(f"The record '{table.name}' is no table of runs: `workbench run` writes it again.") from None

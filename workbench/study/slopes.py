@@ -9,7 +9,7 @@ import numpy as np
 from workbench.core import Ode, Step
 from workbench.core.layout import Array
 from workbench.metrics import AbstractMetric
-from workbench.metrics.measure import final_values
+from workbench.metrics.final import final_values
 from workbench.simulate import simulate
 
 

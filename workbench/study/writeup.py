@@ -8,6 +8,7 @@ from dataclasses import replace
 from importlib.metadata import version
 
 from workbench import __version__
+from workbench.simulate.arithmetic import signature
 from workbench.study.cells import several, texts
 from workbench.study.document import Colophon, Document, Section
 from workbench.study.study import Results, Study
@@ -19,6 +20,8 @@ def document(study: Study, results: Results, command: str) -> Document:
     """What the study says, with all that is needed to get it again: command, versions, fingerprints."""
     prints = {outcome.case.name: outcome.ode.fingerprint[:16] for outcome in results.outcomes}
     prints |= {sample.name: sample.fingerprint[:16] for sample in results.all_samples}
+    runs = (outcome.measurement.trajectories for outcome in results.outcomes)
+    arithmetics = {signature(one.arithmetic) for one in runs} | {sample.arithmetic for sample in results.all_samples}
     colophon = Colophon(
         command=command,
         version=__version__,
@@ -26,6 +29,7 @@ def document(study: Study, results: Results, command: str) -> Document:
         seed=_seed(study, results),
         packages={name: version(name) for name in PACKAGES},
         python=platform.python_version(),
+        arithmetic=", ".join(sorted(arithmetics)),
     )
     if study.measures_time:
         colophon = replace(colophon, again="The same command measures again: times differ from run to run.")

@@ -13,7 +13,7 @@ from workbench.core import Ode, Step
 from workbench.core.claim import Declared
 from workbench.core.layout import Array
 from workbench.metrics import AbstractMetric, measured
-from workbench.metrics.measure import final_values
+from workbench.metrics.final import final_values
 from workbench.simulate import simulate
 from workbench.verify.ascent import slope_of
 from workbench.verify.box import Box

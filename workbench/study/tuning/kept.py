@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from time import monotonic
-from typing import Any
 
+from workbench.study.about import SweepAbout
 from workbench.study.chunk import Chunk
 from workbench.study.prepared import Prepared
-from workbench.study.resume import State, Task, lost, said_of
+from workbench.study.resume import State, Task, about_of_sweep, lost
 from workbench.study.store import Ledger
 from workbench.study.tuning.ready import Ready
 from workbench.study.tuning.search import tune
@@ -28,9 +29,9 @@ def complete(
     execute: Execute,
     begin: Callable[[], Callable[[State], None]],
     acknowledge: Callable[[Chunk], None] = lambda chunk: None,
-    describe: Callable[[list[dict[str, Any]]], None] = lambda said: None,
-) -> tuple[dict[str, Tuned], list[dict[str, Any]]]:
-    """What each tuning finds, by its name, and what the ledger says of their runs; what it holds is not run again.
+    describe: Callable[[tuple[SweepAbout, ...]], None] = lambda sweeps: None,
+) -> tuple[dict[str, Tuned], tuple[SweepAbout, ...]]:
+    """The answer of each tuning, by its name, and its runs as a ledger describes them; none is run twice.
 
     A search asks for the same points again after it was stopped, and finds its generations by their names.
 
@@ -47,7 +48,7 @@ def complete(
     tell: Callable[[State], None] | None = None
 
     def describe_now() -> None:
-        describe(said(tunings, names))
+        describe(about_of_tunings(tunings, names))
 
     describe_seldom = _seldom(describe_now)
 
@@ -71,7 +72,7 @@ def complete(
     finally:
         if tell:
             describe_now()
-    return found, said(tunings, names)
+    return found, about_of_tunings(tunings, names)
 
 
 def _tasks(sweeps: Sequence[Prepared], first: int, last: int, names: Names) -> list[Task]:
@@ -110,20 +111,20 @@ def replayed(made: Ready, chunks: Mapping[str, Chunk]) -> Tuned:
     return tune(made, evaluate)
 
 
-def said(tunings: Sequence[Ready], names: Names) -> list[dict[str, Any]]:
-    """What the ledger says of the runs of tunings; a chunk that nobody knows yet has a name that none has."""
-    lines = []
+def about_of_tunings(tunings: Sequence[Ready], names: Names) -> tuple[SweepAbout, ...]:
+    """The runs of tunings as a ledger describes them; a chunk that nobody knows yet has a name that none has."""
+    sweeps = []
     for made in tunings:
         size = made.tuning.population
         for one in made.trials:
             known = names[one.sweep.name]
             coming = range(len(known) * size, made.tuning.size, size)
-            lines.append(said_of(one, [*known, *(f"{one.sweep.name}/{i}-{i + size}/" for i in coming)]))
+            sweeps.append(about_of_sweep(one, [*known, *(f"{one.sweep.name}/{i}-{i + size}/" for i in coming)]))
         for one in made.halves:
             known = names[one.sweep.name]
             runs = int(known[0].split("/")[1].split("-")[1]) if known else one.sweep.design.size
-            lines.append(said_of(one, known or [f"{one.sweep.name}/0-{runs}/"]) | {"runs": runs})
-    return lines
+            sweeps.append(replace(about_of_sweep(one, known or [f"{one.sweep.name}/0-{runs}/"]), runs=runs))
+    return tuple(sweeps)
 
 
 def _sweeps(made: Ready) -> tuple[Prepared, ...]:

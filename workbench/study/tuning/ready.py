@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from workbench.core.layout import Array
@@ -55,21 +56,21 @@ class Ready:
         return min(FINALISTS, self.tuning.size)
 
 
-def ready(tuning: Tuning) -> Ready:
-    """The tuning with its equations.
+def ready(tuning: Tuning, arithmetics: Mapping[str, str] | None = None) -> Ready:
+    """The tuning with its equations, in arithmetics by the names of its sweeps.
 
     Raises
     ------
     LookupError, ValueError
         As `prepared`, with the name of the trial: if a factor varies what its loop does not have, say.
     """
-    trials = tuple(_prepared(tuning, trial) for trial in tuning.trials)
+    trials = tuple(_prepared(tuning, trial, arithmetics or {}) for trial in tuning.trials)
     few = Awaited(len(tuning.factors), min(FINALISTS, tuning.size))
     halves = tuple(one.at_half(f"{one.sweep.name}_half").at(few) for one in trials)
     return Ready(tuning, trials, halves)
 
 
-def _prepared(tuning: Tuning, trial: Trial) -> Prepared:
+def _prepared(tuning: Tuning, trial: Trial, arithmetics: Mapping[str, str]) -> Prepared:
     """A trial as a sweep, whose points are only known as the search goes on."""
     try:
         sweep = Sweep(
@@ -86,7 +87,7 @@ def _prepared(tuning: Tuning, trial: Trial) -> Prepared:
             halved=None,
             runs_of_chunk=tuning.population,
         )
-        return prepared(sweep)
+        return prepared(sweep, arithmetics.get(sweep.name))
     except (LookupError, ValueError) as error:
         if type(error) not in (LookupError, ValueError):
             raise

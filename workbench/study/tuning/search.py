@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,8 +11,7 @@ from workbench.core.layout import Array
 from workbench.core.numbers import numbers
 from workbench.study.chunk import Chunk
 from workbench.study.prepared import Prepared
-from workbench.study.resume import said_of
-from workbench.study.sample import Sample, sample_of
+from workbench.study.sample import Sample
 from workbench.study.sampling import Listed
 from workbench.study.tuning.contract import Tuning
 from workbench.study.tuning.ready import Ready, ready
@@ -65,8 +64,10 @@ def tune(tuning: Tuning | Ready, evaluate: Evaluate = here) -> Tuned:
     def judge(u: Array) -> Judged:
         points = Listed(np.vstack([*(one.points for one in past), u]))
         first = len(points.given) - len(u)
-        chunks = tuple(evaluate([one.at(points) for one in made.trials], first, first + len(u)))
-        past.append(_Generation(u, chunks, _judged(made, made.trials, chunks)))
+        trials = [one.at(points) for one in made.trials]
+        chunks = tuple(evaluate(trials, first, first + len(u)))
+        runs = _samples(made, trials, [[one] for one in chunks], first)
+        past.append(_Generation(u, chunks, _judged(made.tuning, runs)))
         return past[-1].worth
 
     for seed in asked.seeds:
@@ -79,18 +80,19 @@ def _answer(made: Ready, past: Sequence[_Generation], evaluate: Evaluate) -> Tun
     """All generations put together, and the best points of them at half the step."""
     objective = np.concatenate([-one.worth.value for one in past])
     points = Listed(np.vstack([one.points for one in past]))
-    found = _samples(made, made.trials, [[one.chunks[i] for one in past] for i in range(len(made.trials))])
-    samples = {name: replace(one, design=points) for name, one in found.items()}
+    trials = [one.at(points) for one in made.trials]
+    samples = _samples(made, trials, [[one.chunks[i] for one in past] for i in range(len(trials))])
     _refuse_nothing(made, objective, samples, f"at the step of {_steps(made.trials)}")
     _refuse_dependent(made, samples, objective)
     best = np.argsort(objective, kind="stable")[: min(made.finalists, int(np.isfinite(objective).sum()))]
     halves = [one.at(Listed(points.given[best])) for one in made.halves]
     chunks = evaluate(halves, 0, len(best))
-    worth = -_judged(made, halves, chunks).value
     finer = _samples(made, halves, [[one] for one in chunks])
+    worth = -_judged(made.tuning, finer).value
     _refuse_nothing(made, worth, finer, f"at half the step, {_steps(halves)}, though their runs are finite at the step")
     values = made.trials[0].space.values(points.given)
-    limits = {name: chunk.arrays()["watched"] for name, chunk in zip(made.names, chunks, strict=True)}
+    watched = zip(made.names, halves, chunks, strict=True)
+    limits = {name: half.watched_limits(chunk) for name, half, chunk in watched}
     return Tuned(made.tuning, points.given, values, objective, samples, best, worth, finer, limits)
 
 
@@ -100,7 +102,7 @@ def _steps(sweeps: Sequence[Prepared]) -> str:
 
 def _refuse_dependent(made: Ready, samples: Mapping[str, Sample], objective: Array) -> None:
     """Refuse an objective whose value for one point depends on the others, which no search could make least."""
-    together = -_judged_of(made.tuning, samples).value
+    together = -_judged(made.tuning, samples).value
     apart = together != objective
     apart[apart] = ~np.isclose(together[apart], objective[apart], rtol=ROUNDING, atol=0.0)
     if apart.any():
@@ -123,19 +125,16 @@ def _refuse_nothing(made: Ready, objective: Array, samples: Mapping[str, Sample]
     )
 
 
-def _samples(made: Ready, sweeps: Sequence[Prepared], chunks: Sequence[Sequence[Chunk]]) -> dict[str, Sample]:
-    """The chunks of each trial as one sample, by its name."""
-    found = (sample_of(said_of(one, ()), held) for one, held in zip(sweeps, chunks, strict=True))
+def _samples(
+    made: Ready, sweeps: Sequence[Prepared], chunks: Sequence[Sequence[Chunk]], first: int = 0
+) -> dict[str, Sample]:
+    """The chunks of each trial, from a first run on, as one sample by its name."""
+    found = (one.sample(held, first) for one, held in zip(sweeps, chunks, strict=True))
     return dict(zip(made.names, found, strict=True))
 
 
-def _judged(made: Ready, sweeps: Sequence[Prepared], chunks: Sequence[Chunk]) -> Judged:
-    """What points are worth, larger being better, from a chunk of their runs for each trial."""
-    return _judged_of(made.tuning, _samples(made, sweeps, [[one] for one in chunks]))
-
-
-def _judged_of(tuning: Tuning, samples: Mapping[str, Sample]) -> Judged:
-    """The same from their runs by trial."""
+def _judged(tuning: Tuning, samples: Mapping[str, Sample]) -> Judged:
+    """What points are worth, larger being better, from their runs by trial."""
     ends = np.stack([one.diverged_at / one.t[-1] for one in samples.values()])
     missed = np.where(np.isnan(ends), 0.0, 1 - ends).sum(axis=0)
     good = np.flatnonzero(np.all([have_values(one) for one in samples.values()], axis=0))
