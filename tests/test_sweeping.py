@@ -12,12 +12,13 @@ import pandas as pd
 import pytest
 from scipy.io import loadmat
 
+from workbench import sweeping
 from workbench.script import load
 from workbench.study import cost
 from workbench.study.about import About, SweepAbout
 from workbench.study.chunk import chunk_of
 from workbench.study.sample import Sample, table_of
-from workbench.study.store import FOLDER, opened
+from workbench.study.store import FOLDER, LedgerError, file_of, opened
 
 SWEPT = """
 import casadi as ca
@@ -432,6 +433,21 @@ def test_a_damaged_ledger_is_said_kept_and_mended(command, swept, tmp_path):
     assert done.exit_code == 0
     assert done.stderr.startswith("5 damaged records in the ledger of 'out' are put aside, and computed again")
     assert digests(command) == first
+
+
+def test_a_chunk_that_is_overwritten_after_it_was_acknowledged_is_told_and_done_again(swept, tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    study = load(tmp_path / swept)
+
+    def overwrite(chunk):
+        (tmp_path / "out" / FOLDER / file_of(chunk.name)).write_bytes(bytes(500))
+
+    order = sweeping.Order(tmp_path / swept, acknowledge=overwrite)
+    with pytest.raises(LedgerError, match="has been damaged: the same command computes it again"):
+        with sweeping.swept(study, tmp_path / "out", order):
+            pass
+    with sweeping.swept(study, tmp_path / "out", sweeping.Order(tmp_path / swept)) as answered:
+        assert len(answered.results.samples[0]) == 40
 
 
 def test_a_study_whose_report_fails_keeps_its_ledger(command, swept, tmp_path):
