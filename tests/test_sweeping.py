@@ -443,9 +443,9 @@ def test_a_chunk_that_is_overwritten_after_it_was_acknowledged_is_told_and_done_
         (tmp_path / "out" / FOLDER / file_of(chunk.name)).write_bytes(bytes(500))
 
     order = sweeping.Order(tmp_path / swept, acknowledge=overwrite)
-    with pytest.raises(LedgerError, match="has been damaged: the same command computes it again"):
-        with sweeping.swept(study, tmp_path / "out", order):
-            pass
+    told = pytest.raises(LedgerError, match="has been damaged: the same command computes it again")
+    with told, sweeping.swept(study, tmp_path / "out", order):
+        pass
     with sweeping.swept(study, tmp_path / "out", sweeping.Order(tmp_path / swept)) as answered:
         assert len(answered.results.samples[0]) == 40
 
