@@ -1,5 +1,6 @@
 """A sweep: its runs, their errors, and the chunks that are the same wherever they are computed."""
 
+import csv
 import io
 from dataclasses import replace
 from functools import partial
@@ -308,6 +309,18 @@ def test_a_table_is_the_same_in_whatever_blocks_it_is_written(tmp_path, monkeypa
     table = pd.read_csv(io.BytesIO(whole))
     np.testing.assert_array_equal(table["IAE[0] [rad s]"], found.over_time("IAE").ravel())
     assert len(table) == 50 * 4
+
+
+def test_no_name_of_a_column_is_run_by_a_spreadsheet_and_its_numbers_are_as_they_were(tmp_path):
+    found = sample(tmp_path, sweep())
+    names = tuple(f"=HYPERLINK({i},\ud800)" for i in range(len(found.factors)))
+    told = rows.to_csv(replace(found, factors=names, columns=tuple(("-x", *rest) for _, *rest in found.columns)))
+    head, numbers = rows.to_csv(found).split(b"\r\n", 1)
+    assert told.split(b"\r\n", 1)[1] == numbers
+    (read,) = csv.reader([told.decode().split("\r\n")[0]], strict=True)
+    assert len(read) == len(head.split(b","))
+    assert [name[:2] for name in read if "HYPERLINK" in name] == ["'="] * len(names)
+    assert [name[:4] for name in read if "-x" in name] == ["'-x["] * 2 * len(found.columns)
 
 
 @pytest.mark.parametrize(("needs", "word"), [({"memory": 5e9}, "4.0 GB"), ({"disk": 1e18}, "half of what is free")])

@@ -226,6 +226,19 @@ def texts(call: str, given: Iterable[object]) -> tuple[str, ...]:
     return cast(tuple[str, ...], found)
 
 
+def spreadsheet_text(text: str) -> str:
+    """A text as a cell or head of a CSV file, after an apostrophe where spreadsheets would run it as a formula.
+
+    They run what begins with =, +, - or @, also in full width, and some of them look behind blanks and signs that
+    are not seen; a tab or line break before anything else may end the cell before it. A plain number stays one.
+    """
+    return f"'{text}" if _FORMULA.match(text) and not _NUMBER.fullmatch(text) else text
+
+
+_FORMULA = re.compile("[\t\r\n]|[\\s\x00-\x1f\x7f-\x9f\xad\u200b-\u200f\u2060\ufeff]*[=+@＝＋－＠-]")
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+
+
 def raised(unit: str) -> str:
     """A unit as it is printed, its whole powers raised: m/s^2 as m/s\N{SUPERSCRIPT TWO}; a root stays as typed."""
     powers = r"\^(?:\((-?\d+)\)|(-?\d+)(?![\d.]))"

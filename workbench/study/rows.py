@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.core.layout import Array
+from workbench.study.cells import spreadsheet_text
 from workbench.study.sample import Sample
 from workbench.study.sweep import COLUMNS
 
@@ -30,11 +31,11 @@ def to_frame(sample: Sample) -> pd.DataFrame:
 
 
 def to_csv(sample: Sample) -> bytes:
-    """The table after RFC 4180, numbers with all their digits; what does not exist is empty."""
+    """The table after RFC 4180, numbers with all their digits; what does not exist is empty, no head is a formula."""
     names, columns = zip(*_columns(sample), strict=True)
     head, out = io.StringIO(), io.BytesIO()
-    csv.writer(head).writerow(names)
-    out.write(head.getvalue().encode())
+    csv.writer(head).writerow(map(spreadsheet_text, names))
+    out.write(head.getvalue().encode(errors="replace"))
     for first in range(0, len(columns[0]), BLOCK):  # as text a number takes ten times its place in memory
         texts = ([_written(value) for value in column[first : first + BLOCK].tolist()] for column in columns)
         out.write("".join(",".join(row) + "\r\n" for row in zip(*texts, strict=True)).encode())
