@@ -56,7 +56,6 @@ def write(document: Document, folder: Path | str, beside: Mapping[str, bytes] | 
     try:
         _earlier(target)
         contents = _contents(document) | dict(beside or {})
-        target.mkdir(parents=True, exist_ok=True)
         _replace(target, contents)
     except OSError as error:
         raise ReportError(
@@ -147,6 +146,7 @@ def _replace(target: Path, contents: Mapping[str, bytes]) -> None:
     """Write all files hidden within the target, and let them take the places of the earlier ones."""
     partial = target / f".partial-{secrets.token_hex(4)}"
     before, after = _earlier(target), sorted(contents, key=lambda name: ("/" not in name, name == "index.html"))
+    was_there = target.exists()
     try:
         for name in after:
             _write_through(partial / "new" / name, contents[name])
@@ -159,6 +159,9 @@ def _replace(target: Path, contents: Mapping[str, bytes]) -> None:
                 (target / folder).rmdir()
         for left in target.glob(".partial-*"):
             shutil.rmtree(left, ignore_errors=True)
+        if not was_there:
+            with suppress(OSError):  # the report stands there
+                target.rmdir()
 
 
 def _switch(target: Path, partial: Path, before: Sequence[str], after: Sequence[str]) -> None:

@@ -13,7 +13,7 @@ from typing import Any, Literal
 from workbench.notation import latex, text
 from workbench.report.cleaning import cleaned
 from workbench.report.numbers import Padding, Printed, measured, paddings, printed
-from workbench.study.cells import raised, spreadsheet_text
+from workbench.study.cells import raised
 from workbench.study.document import (
     Cell,
     Code,
@@ -29,6 +29,7 @@ from workbench.study.document import (
     Value,
     parts,
 )
+from workbench.study.rows import spreadsheet_text
 
 BRACKETS = (
     "A number in brackets is the error of the digits before it: 0.3532(2) is 0.3532 with an estimated error of "
