@@ -1,7 +1,11 @@
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
 from workbench.notation.formula import symbol
+from workbench.report.page import html
+from workbench.report.tables import to_csv, to_latex
 from workbench.study.document import (
     Band,
     Code,
@@ -22,6 +26,7 @@ from workbench.study.document import (
     Table,
     Verdict,
 )
+from workbench.study.study import Study
 
 COLOPHON = Colophon("workbench run a1", "0.1.0")
 
@@ -35,7 +40,7 @@ def document(*blocks, **more):
     return Document(sections=(Section("Results", blocks),), colophon=COLOPHON, **words)
 
 
-@pytest.mark.parametrize("name", ["../rmse", "a/b", "", "RMSE", "a.b", "a b", "rmse\n"])
+@pytest.mark.parametrize("name", ["../rmse", "a/b", "", "RMSE", "a.b", "a b", "rmse\n", "a" * 81, None, b"a", 1.0])
 def test_a_name_that_could_leave_its_folder_is_refused(name):
     with pytest.raises(ValueError, match="becomes the name of a file"):
         table(name)
@@ -163,7 +168,7 @@ def test_a_list_serves_where_a_tuple_is_asked_for():
         (lambda: Paragraph(("a", ["b"])), r"`Paragraph\(text\)` must be text.*got list"),
         (lambda: Itemize("ab"), r"`Itemize\(items\)` must be a tuple of texts; got str 'ab'"),
         (lambda: Code(3), r"`Code\(text\)` must be text; got int 3"),
-        (lambda: Column("a", digits=0), r"`Column\(digits=...\)` counts significant digits.*got 0"),
+        (lambda: Column("a", digits=0), r"`Column\(digits=...\)` counts significant digits.*got int 0"),
         (lambda: Column("a", digits=2.0), "counts significant digits"),
         (lambda: Column("a", align="middle"), "'middle'"),
         (lambda: table(rows=(("PID", 1 + 2j),)), r"column 'RMSE', row 1.*got complex"),
@@ -185,3 +190,98 @@ def test_a_list_serves_where_a_tuple_is_asked_for():
 def test_what_cannot_be_printed_is_refused_where_it_is_said(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+class Nameless:
+    """An object that cannot be printed, compared or asked whether it is true."""
+
+    def __repr__(self):
+        raise RuntimeError("no name")
+
+    def __eq__(self, other):
+        raise RuntimeError("no equal")
+
+    def __bool__(self):
+        raise RuntimeError("no truth")
+
+    __hash__ = None
+
+
+class Endless(list):
+    def __iter__(self):
+        raise ZeroDivisionError("no items")
+
+
+ODD = [
+    None, True, float("nan"), float("inf"), 5e-324, 10**400, 10**5000, -1, 2.0, np.int8(3), np.int64(2),
+    np.float32(0.5), np.array([1, 2]), np.datetime64("2020-01-01"), b"x", int, Table, [], (), {}, [[1], [2]], "x" * 999,
+    "a\x00\x1b\n",
+    "\ud800", "", Nameless(), Endless([1]), Fraction(1, 3), 1j, symbol("q"), Measured(1, 2), Code("c"), ("a", ()),
+    Reference("t"), "-1",
+]  # fmt: skip
+PANELS = (Panel("y", (Series("a", [0, 1], [0, 1]),)),)
+ONE = (Column("a"),)
+MAKERS = [
+    Code, Reference, Diverged, Paragraph, Itemize, Equation,
+    lambda x: Measured(x, 0.1), lambda x: Measured(1.0, x), lambda x: Table("t", "", ONE, ((Emphasis(x),),)),
+    Column, lambda x: Column("a", x), lambda x: Column("a", align=x), lambda x: Column("a", digits=x),
+    lambda x: Table(x, "", ONE, ((1,),)), lambda x: Table("t", x, ONE, ((1,),)), lambda x: Table("t", "", x, ((1,),)),
+    lambda x: Table("t", "", ONE, x), lambda x: Table("t", "", ONE, (x,)), lambda x: Table("t", "", ONE, ((x,),)),
+    lambda x: Table("t", "", ONE, ((1,),), x), lambda x: Figure(x, "", PANELS), lambda x: Figure("f", x, PANELS),
+    lambda x: Figure("f", "", x), lambda x: Figure("f", "", PANELS, x), lambda x: Figure("f", "", PANELS, 1, x),
+    lambda x: Itemize((x,)), lambda x: Equation(symbol("q"), x), lambda x: Equation(symbol("q"), "e", x),
+    lambda x: Verdict(x, "s"), lambda x: Verdict("open", x), lambda x: Section(x, ()), lambda x: Section("s", x),
+    lambda x: Section("s", (x,)), lambda x: Colophon(x, "0"), lambda x: Colophon("c", "0", x),
+    lambda x: Colophon("c", "0", {"a": x}), lambda x: Colophon("c", "0", seed=x),
+    lambda x: Document(x, "q", "m", (), COLOPHON), lambda x: Document("t", x, "m", (), COLOPHON),
+    lambda x: Document("t", "q", "m", x, COLOPHON), lambda x: Document("t", "q", "m", (), x),
+    lambda x: document(authors=x), lambda x: document(subtitle=x),
+]  # fmt: skip
+
+
+def printed(made):
+    """The page and the files of tables that hold what was made."""
+    if isinstance(made, (Code, Reference)):
+        made = Paragraph(made)
+    if isinstance(made, (Measured, Diverged)):
+        made = Table("t", "", ONE, ((made,),))
+    if isinstance(made, Column):
+        made = Table("t", "", (made,), ((1.25,), ("w",)))
+    if isinstance(made, Colophon):
+        made = Document("t", "q", "m", (), made)
+    if not isinstance(made, (Document, Section)):
+        blocks = (made,) if getattr(made, "name", "") == "t" else (made, Table("t", "", ONE, ((1,),)))
+        made = Section("s", blocks)
+    made = made if isinstance(made, Document) else Document("t", "q", "m", (made,), COLOPHON)
+    return [html(made), *(write(table) for table in made.tables for write in (to_csv, to_latex))]
+
+
+@pytest.mark.parametrize("number", range(len(ODD)))
+def test_whatever_comes_is_refused_in_one_sentence_or_printed(number):
+    said = []
+    for maker in MAKERS:
+        try:
+            said += [text.encode() for text in printed(maker(ODD[number]))]
+        except (ValueError, LookupError) as refusal:
+            said.append(refusal)
+    refusals = [refusal for refusal in said if not isinstance(refusal, bytes)]
+    assert {type(refusal) for refusal in refusals} <= {ValueError, LookupError}
+    assert all(str(refusal).startswith("`") and len(str(refusal)) < 700 for refusal in refusals)
+    assert len(said) >= len(MAKERS)
+
+
+def test_whole_numbers_of_numpy_count_digits_and_columns():
+    assert type(Column("a", digits=np.int64(3)).digits) is int
+    assert type(Figure("f", "", PANELS, np.int8(2)).columns) is int
+    with pytest.raises(ValueError, match="1 to 3 columns"):
+        Figure("f", "", PANELS, True)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [lambda name: Study(name, "t", "q", "m", lambda results: []), table, lambda name: Figure(name, "", PANELS)],
+)
+def test_one_rule_for_names_says_how_long_they_may_be(make):
+    make("a" * 80)
+    with pytest.raises(ValueError, match=r"\(name\)` must be made of a-z, 0-9 and _, 1 to 80.*of 300 letters"):
+        make("a" * 300)

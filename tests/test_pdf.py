@@ -12,8 +12,8 @@ from workbench.notation.formula import Relation, Sum, System, symbol
 from workbench.report import pdf as module
 from workbench.report.figures.sheet import draw
 from workbench.report.outline import labels, notes
-from workbench.report.pdf import pdf
-from workbench.study.document import Code, Column, Equation, Measured, Paragraph, Section, Table
+from workbench.report.pdf import LONGEST, REST, data, pdf
+from workbench.study.document import Code, Colophon, Column, Document, Equation, Measured, Paragraph, Section, Table
 
 
 def compiled(doc):
@@ -107,3 +107,14 @@ def test_a_formula_that_typst_cannot_read_is_named_as_the_cause(monkeypatch):
     monkeypatch.setattr(module.typst_math, "emit", lambda formula, **more: "frac(1")
     with pytest.raises(ValueError, match=r"`pdf\(document\)` could not set 'Six laws on one arm'.*formulas"):
         pdf(document())
+
+
+@pytest.mark.parametrize("text", ["x" * 10**6, "word " * 200_000], ids=["a word", "words"])
+def test_a_million_letters_are_set_as_far_as_they_are_printed(text):
+    """Without the cut, and where their width was measured, typst took many minutes for each."""
+    held = Table("t", text, (Column("a"),), ((text,),), (text,))
+    long = Document("T", "q", "m", (Section("s", (Paragraph(text), held)),), Colophon("c", "0"))
+    (paragraph, table) = json.loads(data(long))["chapters"][0]["blocks"]
+    assert paragraph["text"] == [{"kind": "text", "text": text[:LONGEST]}, {"kind": "text", "text": REST}]
+    assert table["caption"] == table["rows"][0][0]["phrase"] == table["notes"][0] == paragraph["text"]
+    assert pdf(long).startswith(b"%PDF")

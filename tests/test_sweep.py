@@ -1,5 +1,6 @@
 """A sweep: its runs, their errors, and the chunks that are the same wherever they are computed."""
 
+import csv
 import io
 from dataclasses import replace
 
@@ -305,6 +306,18 @@ def test_the_time_to_write_many_short_runs_is_foreseen():
     # a million runs of 50 steps: half a second to march, and some ten to write seven million numbers as text
     made = prepared(sweep(design=MonteCarlo(2, 10**6), until=0.5, runs_of_chunk=None))
     assert 10 < cost.cost_of([made]).seconds < 40
+
+
+def test_no_name_of_a_column_is_run_by_a_spreadsheet_and_its_numbers_are_as_they_were(tmp_path):
+    found = sample(tmp_path, sweep())
+    names = tuple(f"=HYPERLINK({i},\ud800)" for i in range(len(found.factors)))
+    told = rows.to_csv(replace(found, factors=names, columns=tuple(("-x", *rest) for _, *rest in found.columns)))
+    head, numbers = rows.to_csv(found).split(b"\r\n", 1)
+    assert told.split(b"\r\n", 1)[1] == numbers
+    (read,) = csv.reader([told.decode().split("\r\n")[0]], strict=True)
+    assert len(read) == len(head.split(b","))
+    assert [name[:2] for name in read if "HYPERLINK" in name] == ["'="] * len(names)
+    assert [name[:4] for name in read if "-x" in name] == ["'-x["] * 2 * len(found.columns)
 
 
 @pytest.mark.parametrize(("needs", "word"), [({"memory": 5e9}, "4.0 GB"), ({"disk": 1e18}, "half of what is free")])

@@ -13,6 +13,7 @@ from workbench.report.numbers import measured, paddings, printed
 from workbench.report.outline import notes
 from workbench.report.tables import BRACKETS, alignments, grid, to_csv, to_latex
 from workbench.study.document import Code, Colophon, Column, Diverged, Document, Emphasis, Measured, Section, Table
+from workbench.study.rows import spreadsheet_text
 
 LAW_AND_RMSE = (Column("law"), Column("RMSE", "rad"))
 PLAIN = Column("x")
@@ -162,6 +163,54 @@ def test_csv_reads_back_with_every_digit():
     assert rows[1] == ["line break", "diverged at 3.125 s", "", ""]
     assert rows[2] == ["a.b", "", "", "yes"]
     assert text.count("\r\n") == 4
+
+
+RUN = [
+    "=1+1",
+    "+cmd|' /C calc'!A0",
+    "-2+3",
+    "@SUM(A1)",
+    " =1",
+    "\u00a0=1",
+    "\u200b=1",
+    "＝1+1",
+    "－1",
+    "-1e5 %",
+    "-",
+    "--1",
+]
+NUMBERS = ["-0.233", "+12.5", "-.5", "-1e-5", "0.2330"]
+
+
+def columns_of(text):
+    return list(zip(*csv.reader(io.StringIO(text, newline=""), strict=True), strict=True))
+
+
+def test_texts_that_spreadsheets_run_come_after_an_apostrophe_and_numbers_stay_numbers():
+    """Behind blanks and unseen signs no text begins with = + - @, also in full width, unless it is a number."""
+    typed = [*RUN, *NUMBERS, "a=b", "1-2", "−1", ""]
+    ((head, *cells),) = columns_of(to_csv(table(*((cell,) for cell in typed), columns=(Column("=a", "rad"),))))
+    assert head == "'=a [rad]"
+    assert cells == [f"'{cell}" for cell in RUN] + [*NUMBERS, "a=b", "1-2", "−1", ""]
+    pair = to_csv(table((-1.5, Measured(-0.25, 0.5)), (-7, Emphasis("=1")), (-math.inf, ("=", symbol("q")))))
+    assert columns_of(pair) == [
+        ("law", "-1.5", "-7", "-inf"),
+        ("RMSE [rad]", "-0.25", "'=1", "'=q"),
+        ("RMSE (error) [rad]", "0.5", "", ""),
+    ]
+
+
+def test_a_line_break_or_tab_before_a_text_does_not_hide_what_it_begins_with():
+    for hidden in ("\t=1", "\r=1", "\n=1", "\tword", "\x00=1", "\ufeff@x"):
+        assert spreadsheet_text(hidden) == f"'{hidden}"
+
+
+@given(st.text(max_size=6) | st.text("=+-@＝ \t\n1a.", max_size=6))
+def test_no_text_of_a_table_is_run_and_none_is_changed_but_for_its_apostrophe(typed):
+    cell = columns_of(to_csv(table((typed,), columns=(PLAIN,))))[0][1]
+    assert cell.removeprefix("'") == cleaned(typed).removeprefix("'")
+    runs = cell.strip()[:1] in tuple("=+-@＝＋－＠")
+    assert not runs or math.isfinite(float(cell))
 
 
 def test_latex_leaves_nothing_of_the_text_to_be_read_as_commands():

@@ -201,6 +201,7 @@ def test_pareto_sets_are_of_all_points_that_were_looked_at(found):
     [
         ({"evaluations": 81}, "must be a multiple of the population, 8, so that every law gets the same"),
         ({"evaluations": 81}, "got 81: take 80 or 88."),
+        ({"name": "a" * 80}, "_half' of 90 letters"),
         ({"evaluations": 3}, "got 3: take 8."),
         ({"population": 3}, "must be at least 4"),
         ({"evaluations": 0}, "positive whole number"),

@@ -143,9 +143,7 @@ def _run(study: Path, out: Path | None, asked: dict[str, Any]) -> None:
 
         loaded = script.resized(script.load(study), asked["samples"])
         target = out or Path("reports") / loaded.name
-        script.refuse_place(target)
-        folder.check_free(target.resolve())
-        folder.check_place(target.resolve())
+        folder.check_place(target)
         with sweeping.swept(loaded, target, sweeping.Order(study, say=_aside, **asked)) as answered:
             loaded = answered.study
             with _of_the_study(study, loaded.sections), shown(loaded.name, _aside) as progress:

@@ -68,14 +68,6 @@ def load(file: Path) -> Study:
     return study
 
 
-def refuse_place(folder: Path) -> None:
-    """Refuse a folder that could not be written, before the run and not after it."""
-    there = next(path for path in (folder, *folder.absolute().parents) if path.exists())
-    if not there.is_dir() or not os.access(there, os.W_OK):
-        why = "may not be written" if there.is_dir() else "is not a folder"
-        raise ValueError(f"The report cannot go to '{folder}': '{there}' {why}. Name another folder with `--out`.")
-
-
 def command(study: Path, out: Path | None, samples: int | None = None) -> str:
     """The command that makes this report, with no more of this machine's folders than the user typed."""
     below = study.is_absolute() and study.is_relative_to(Path.cwd())

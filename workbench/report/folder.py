@@ -1,4 +1,4 @@
-"""A report as a folder that is there whole or not at all; beside a ledger, as files that are replaced one by one."""
+"""A report as a folder whose page and PDF are whole at every moment: the old ones, or the new ones."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import os
 import re
 import secrets
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 
 from workbench.report import pdf
@@ -18,9 +19,10 @@ from workbench.study.document import Document
 from workbench.study.durable import sync_folder
 from workbench.study.store import FOLDER
 
+PARTS = ("figures", "runs", "tables")
 _OURS = re.compile(
-    r"index\.html|report\.pdf|tables|figures|runs|tables/[a-z0-9_]+\.(csv|tex)|figures/[a-z0-9_]+\.(svg|csv)|"
-    rf"runs/[a-z0-9_]+\.(csv|parquet|mat)(\.part)?|({FOLDER}|\.partial-[0-9a-f]{{8}})(/.*)?"
+    r"index\.html|report\.pdf|tables/[a-z0-9_]+\.(csv|tex)|figures/[a-z0-9_]+\.(svg|csv)|"
+    rf"runs/[a-z0-9_]+\.(csv|parquet|mat)(\.part)?|{'|'.join(PARTS)}|{FOLDER}|\.partial-[0-9a-f]{{8}}"
 )
 
 
@@ -33,10 +35,11 @@ def write(document: Document, folder: Path | str, beside: Mapping[str, bytes] | 
 
     A figure that has its `numbers` gets a `figures/*.csv` too.
 
-    Everything is made first, in memory, then written to a hidden folder beside the target, and put
-    in its place by a rename. An earlier report there is replaced whole. A ledger there is not moved: the
-    hidden folder is then within the target, and its files and folders replace those of the earlier report
-    one by one, `index.html` last.
+    Everything is made first, in memory, then written to a hidden folder within the target. From there each file
+    takes the place of the earlier one by a rename, `index.html` last, and what the new report lacks goes. So at every
+    moment each file is whole, and the page, which needs no other file, is the earlier or the new one. If a step fails,
+    all earlier files come back. If the process is killed among the renames, files of both reports stand side by side
+    until the next report, which replaces them all and clears what is left hidden. A ledger there is not touched.
 
     Parameters
     ----------
@@ -49,12 +52,11 @@ def write(document: Document, folder: Path | str, beside: Mapping[str, bytes] | 
         If the target holds anything but an earlier report, or if it cannot be written: the disk is
         full, or the place is not ours to write. Nothing half-written is left behind.
     """
-    target = Path(folder).resolve()
+    target = Path(os.path.realpath(folder))
     try:
-        check_free(target)
+        _earlier(target)
         contents = _contents(document) | dict(beside or {})
-        target.parent.mkdir(parents=True, exist_ok=True)
-        (_replace_within if (target / FOLDER).is_dir() else _replace)(target, contents)
+        _replace(target, contents)
     except OSError as error:
         raise ReportError(
             f"`write(document, '{folder}')` could not write the report: {error.strerror or error}"
@@ -80,41 +82,60 @@ def _contents(document: Document) -> dict[str, bytes]:
         return {path: text.encode("utf-8") for path, text in texts.items()} | {"report.pdf": printed.result()}
 
 
-def check_free(target: Path) -> None:
-    """Refuse, before anything long is begun, a target that holds what `write` did not put there."""
-    if not target.exists():
-        return
-    if not target.is_dir():
-        raise ReportError(f"`write(document, '{target}')` needs a folder; there is a file of that name.")
-    found = sorted(path.relative_to(target).as_posix() for path in target.rglob("*"))
-    foreign = [path for path in found if not _OURS.fullmatch(path)]
-    if found and (foreign or not (_is_report(target) or (target / FOLDER).is_dir())):
-        held = f"'{foreign[0]}'" if foreign else "files"
-        raise ReportError(
-            f"`write(document, '{target}')` replaces only a report that it wrote itself; that folder holds {held} "
-            "from elsewhere, which would be lost. Name a new folder, or move what is there."
-        )
+def check_place(folder: Path) -> None:
+    """Refuse, before anything long is begun, a place that `write` would refuse, or where no folder can be made.
 
+    That is found by making one, which is taken away at once.
 
-def check_place(target: Path) -> None:
-    """Refuse a place where no folder can be made, by making one beside the target, and taking it away at once."""
-    probe = target.with_name(f".{target.name}.partial-{secrets.token_hex(4)}")
+    Raises
+    ------
+    ReportError
+        As `write`.
+    """
+    target = Path(os.path.realpath(folder))
     made: list[Path] = []
     try:
-        for folder in [path for path in (*reversed(probe.parents), probe) if not path.exists()]:
-            folder.mkdir()
-            made.append(folder)
+        _earlier(target)
+        for path in (*reversed(target.parents), target, target / f".partial-{secrets.token_hex(4)}"):
+            if not path.exists():
+                path.mkdir()
+                made.append(path)
     except OSError as error:
         raise ReportError(
-            f"The report cannot go to '{target}': {error.strerror or error}. Name a folder that you may write."
+            f"The report cannot go to '{folder}': {error.strerror or error}. Name a folder that you may write."
         ) from error
     finally:
-        for folder in reversed(made):
-            folder.rmdir()
+        for path in reversed(made):
+            with suppress(OSError):  # another run may have begun to write there
+                path.rmdir()
 
 
-def _is_report(target: Path) -> bool:
-    page = target / "index.html"
+def _earlier(target: Path) -> list[str]:
+    """The files of the report that stands in a folder; refuse, at the first name, what `write` did not put there."""
+    if target.exists() and not target.is_dir():
+        raise ReportError(f"`write(document, '{target}')` needs a folder; there is a file of that name.")
+    held: list[str] = []
+    for folder in (target, *(target / name for name in PARTS)):
+        for path in folder.iterdir() if folder.is_dir() else ():
+            name = path.relative_to(target).as_posix()
+            elsewhere = path.is_symlink() and name != FOLDER  # large ledgers may lie on another disk
+            if elsewhere or not _OURS.fullmatch(name) or (name == "index.html" and not _is_report(path)):
+                raise _foreign(target, name)
+            held.append(name)
+    # without a page it is ours if a run is on its way there, or was killed
+    if held and not any(name in ("index.html", FOLDER) or name.startswith(".") for name in held):
+        raise _foreign(target, held[0])
+    return [name for name in held if (target / name).is_file()]
+
+
+def _foreign(target: Path, name: str) -> ReportError:
+    return ReportError(
+        f"`write(document, '{target}')` replaces only a report that it wrote itself; that folder holds '{name}' "
+        "from elsewhere, which would be lost. Name a new folder, or move what is there."
+    )
+
+
+def _is_report(page: Path) -> bool:
     if not page.is_file():
         return False
     with page.open("rb") as file:
@@ -122,53 +143,56 @@ def _is_report(target: Path) -> bool:
 
 
 def _replace(target: Path, contents: Mapping[str, bytes]) -> None:
-    """Write all files beside the target, then let two renames put them in its place."""
-    mark = secrets.token_hex(4)
-    partial = target.with_name(f".{target.name}.partial-{mark}")
-    former = target.with_name(f".{target.name}.former-{mark}")
-    try:
-        _write_all(partial, contents)
-        if target.exists():
-            target.rename(former)
-        partial.rename(target)
-    except BaseException:
-        if former.exists() and not target.exists():
-            former.rename(target)
-        shutil.rmtree(partial, ignore_errors=True)
-        raise
-    shutil.rmtree(former, ignore_errors=True)
-    sync_folder(target.parent)
-
-
-def _replace_within(target: Path, contents: Mapping[str, bytes]) -> None:
-    """Write all files to a hidden folder within the target, then put each part of the report in the place of the old.
-
-    What a run that was killed has left hidden goes too: whoever writes beside a ledger holds its lock.
-    """
-    for left in target.glob(".partial-*"):
-        shutil.rmtree(left, ignore_errors=True)
+    """Write all files hidden within the target, and let them take the places of the earlier ones."""
     partial = target / f".partial-{secrets.token_hex(4)}"
+    before, after = _earlier(target), sorted(contents, key=lambda name: ("/" not in name, name == "index.html"))
+    was_there = target.exists()
     try:
-        _write_all(partial / "new", contents)
-        (partial / "old").mkdir()
-        for part in ("figures", "runs", "tables", "report.pdf", "index.html"):
-            if (target / part).is_dir():
-                (target / part).rename(partial / "old" / part)
-            if (partial / "new" / part).exists():
-                (partial / "new" / part).replace(target / part)
-        sync_folder(target)
+        for name in after:
+            _write_through(partial / "new" / name, contents[name])
+        for name in before:
+            _spare(target / name, partial / "old" / name)
+        _switch(target, partial, before, after)
     finally:
-        shutil.rmtree(partial, ignore_errors=True)
+        for folder in PARTS:
+            with suppress(OSError):  # it is not empty, or not there
+                (target / folder).rmdir()
+        for left in target.glob(".partial-*"):
+            shutil.rmtree(left, ignore_errors=True)
+        if not was_there:
+            with suppress(OSError):  # the report stands there
+                target.rmdir()
 
 
-def _write_all(folder: Path, contents: Mapping[str, bytes]) -> None:
-    for path, content in contents.items():
-        file = folder / path
-        file.parent.mkdir(parents=True, exist_ok=True)
-        with file.open("wb") as out:
-            out.write(content)
-            out.flush()
-            os.fsync(out.fileno())
-    for inner in [path for path in folder.rglob("*") if path.is_dir()]:
-        sync_folder(inner)
-    sync_folder(folder)
+def _switch(target: Path, partial: Path, before: Sequence[str], after: Sequence[str]) -> None:
+    """Rename the new files into their places one by one, and remove the others; if a step fails, put all back."""
+    try:
+        for name in after:
+            (target / name).parent.mkdir(exist_ok=True)
+            os.replace(partial / "new" / name, target / name)
+        for name in set(before).difference(after):
+            (target / name).unlink()
+        for folder in {(target / name).parent for name in after}:
+            sync_folder(folder)
+    except BaseException:
+        for name in {*before, *after}:
+            with suppress(OSError):  # the step that failed, and those behind it, have changed nothing
+                os.replace(partial / "old" / name, target / name) if name in before else (target / name).unlink()
+        raise
+
+
+def _write_through(file: Path, content: bytes) -> None:
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with file.open("wb") as out:
+        out.write(content)
+        out.flush()
+        os.fsync(out.fileno())
+
+
+def _spare(file: Path, place: Path) -> None:
+    """Give a file a second name, or a copy where the disk has no such names."""
+    place.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        os.link(file, place)
+    except OSError:
+        shutil.copyfile(file, place)

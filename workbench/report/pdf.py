@@ -34,6 +34,8 @@ from workbench.study.document import (
 )
 
 RUNNING = 85  # letters of the title that fit in the header of a page
+LONGEST = 20_000  # letters of a phrase that are printed, some seven pages: typst takes minutes for a million
+REST = "… The rest is on the page."
 ROOM = 80  # widths of a digit between an equation's margins
 OTHER_SCRIPTS = "\u2e80"  # from here on the fonts of typst have no letters
 
@@ -45,7 +47,8 @@ def pdf(document: Document, drawings: dict[str, str] | None = None) -> bytes:
 
     Only the fonts that typst brings along are used, so a PDF is the same on every machine; for the
     scripts that they lack, as Chinese, the machine's own fonts are asked. No text of the document is
-    ever read as typst: it all goes in as data.
+    ever read as typst: it all goes in as data. Of a phrase with more than 20 000 letters the PDF has the first ones,
+    and says that the page has them all.
 
     Parameters
     ----------
@@ -104,11 +107,11 @@ class _Writer:
         seed = "" if colophon.seed is None else f" · seed {colophon.seed}"
         prints = "".join(f" · {name} {digest[:12]}" for name, digest in list(colophon.fingerprints.items())[:2])
         return {
-            "title": title,
+            "title": self.short(title),
             "running": title if len(title) <= RUNNING else f"{title[: RUNNING - 1].rstrip()}…",
             "imprint": f"control-workbench {colophon.version}{seed}{prints}",
-            "subtitle": document.subtitle,
-            "authors": list(document.authors),
+            "subtitle": self.short(document.subtitle),
+            "authors": list(map(self.short, document.authors)),
             "question": self.phrase(document.question),
             "method": self.phrase(document.method),
             "chapters": [
@@ -119,7 +122,7 @@ class _Writer:
                 }
                 for chapter in chapters(document)
             ],
-            "provenance": [list(row) for row in provenance(document)],
+            "provenance": [list(map(self.short, row)) for row in provenance(document)],
             "again": document.colophon.again,
         }
 
@@ -186,7 +189,24 @@ class _Writer:
         }
 
     def phrase(self, phrase: Phrase) -> list[Tree]:
-        return [self._part(part) for part in parts(phrase) if part != ""]
+        pieces: list[Tree] = []
+        room = LONGEST
+        for part in parts(phrase):
+            if part == "":
+                continue
+            piece = self._part(part)
+            pieces.append(piece)
+            room -= len(piece["text"])
+            if room < 0:
+                if piece["kind"] != "math":
+                    piece["text"] = piece["text"][:room]
+                return [*pieces, {"kind": "text", "text": REST}]
+        return pieces
+
+    @staticmethod
+    def short(text: str) -> str:
+        """A text of at most so many letters as are printed."""
+        return text if len(text) <= LONGEST else text[:LONGEST] + REST
 
     def _part(self, part: Part) -> Tree:
         match part:

@@ -29,6 +29,7 @@ from workbench.study.document import (
     Value,
     parts,
 )
+from workbench.study.rows import spreadsheet_text
 
 BRACKETS = (
     "A number in brackets is the error of the digits before it: 0.3532(2) is 0.3532 with an estimated error of "
@@ -158,7 +159,8 @@ def _plain_part(part: Part) -> str:
 def to_csv(table: Table) -> str:
     """The table after RFC 4180: numbers with all their digits, values and errors in columns of their own.
 
-    A cell that does not exist is empty, one of a diverged run says so in words.
+    A cell that does not exist is empty, one of a diverged run says so in words. No text is run as a formula: see
+    `spreadsheet_text`.
     """
     table = cleaned(table)
     out = io.StringIO()
@@ -168,7 +170,7 @@ def to_csv(table: Table) -> str:
     for column, pair in zip(table.columns, paired, strict=True):
         name, unit = plain(column.header), f" {unit_of(column)}".rstrip()
         head += [f"{name}{unit}", f"{name} (error){unit}"] if pair else [f"{name}{unit}"]
-    writer.writerow(head)
+    writer.writerow(map(spreadsheet_text, head))
     for row in table.rows:
         writer.writerow([field for cell, pair in zip(row, paired, strict=True) for field in _fields(cell, pair)])
     return out.getvalue()
@@ -190,7 +192,7 @@ def _fields(cell: Cell, pair: bool) -> list[str]:
         case Diverged():
             field = f"diverged at {float(value.at)!r} s"
         case _:
-            field = plain(value)
+            field = spreadsheet_text(plain(value))
     return [field, error] if pair else [field]
 
 

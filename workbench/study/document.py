@@ -6,6 +6,7 @@ No date, no running time and no path of a machine is part of a document: the sam
 from __future__ import annotations
 
 import difflib
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal, TypeAlias, get_args
@@ -24,11 +25,15 @@ from workbench.study.cells import (
     Strong,
     Table,
     Value,
+    check_choice,
     check_name,
     check_phrase,
     check_text,
+    described,
+    is_whole,
     parts,
     phrases,
+    plain_words,
     several,
     texts,
 )
@@ -89,13 +94,14 @@ class Figure:
         check_phrase(f"Figure('{self.name}', caption=...)", self.caption)
         panels = several(f"Figure('{self.name}', panels=...)", self.panels, Panel, "panel")
         object.__setattr__(self, "panels", panels)
-        if not self.panels or self.columns not in (1, 2, 3):
+        if not (self.panels and is_whole(self.columns) and 1 <= self.columns <= 3):
             raise ValueError(
                 f"`Figure('{self.name}')` must have at least one panel, in 1 to 3 columns, to fit a page; "
-                f"got {len(self.panels)} panels in {self.columns!r} columns."
+                f"got {len(self.panels)} panels and for the columns {described(self.columns)}."
             )
+        object.__setattr__(self, "columns", int(self.columns))
         if not isinstance(self.numbers, Table | None):
-            raise ValueError(f"`Figure('{self.name}', numbers=...)` must be a `Table`; got {self.numbers!r}.")
+            raise ValueError(f"`Figure('{self.name}', numbers=...)` must be a `Table`; got {described(self.numbers)}.")
 
 
 @dataclass(frozen=True)
@@ -127,10 +133,11 @@ class Equation:
     note: Phrase = ""
 
     def __post_init__(self) -> None:
-        if self.name:
+        if not (isinstance(self.name, str) and self.name == ""):
             check_name("Equation", self.name)
         check_phrase("Equation(note=...)", self.note)
-        several("Equation(formulas)", self.lines, get_args(Formula), "formula")
+        if not several("Equation(formulas)", self.lines, get_args(Formula), "formula"):
+            raise ValueError("`Equation(formulas)` must have at least one formula to number; got none.")
 
     @property
     def lines(self) -> tuple[Formula, ...]:
@@ -147,8 +154,7 @@ class Verdict:
     evidence: Phrase = ""
 
     def __post_init__(self) -> None:
-        if self.kind not in ("holds", "fails", "open"):
-            raise ValueError(f"`Verdict(kind)` must be 'holds', 'fails' or 'open'; got {self.kind!r}.")
+        check_choice("Verdict(kind)", self.kind, ("holds", "fails", "open"))
         check_phrase("Verdict(statement)", self.statement)
         check_phrase("Verdict(evidence=...)", self.evidence)
 
@@ -165,13 +171,14 @@ class Section:
 
     def __post_init__(self) -> None:
         check_phrase("Section(heading)", self.heading)
-        call = f"Section({self.heading!r}, blocks)"
-        for block in self.blocks if isinstance(self.blocks, tuple | list) else ():
+        call = f"Section({plain_words(self.heading)!r}, blocks)"
+        blocks = several(call, self.blocks, (*get_args(Block), str, tuple), "block")
+        for block in blocks:
             if isinstance(block, (str, tuple)):
                 raise ValueError(
                     f"`{call}` is made of blocks; got {type(block).__name__}: wrap text in `Paragraph(...)`."
                 )
-        object.__setattr__(self, "blocks", several(call, self.blocks, get_args(Block), "block"))
+        object.__setattr__(self, "blocks", blocks)
 
 
 @dataclass(frozen=True)
@@ -191,6 +198,20 @@ class Colophon:
     python: str = ""
     arithmetic: str = ""
     again: str = "The same command with the same versions gives this report again, byte for byte."
+
+    def __post_init__(self) -> None:
+        for name in ("command", "version", "python", "again"):
+            check_text(f"Colophon({name}=...)", getattr(self, name))
+        for name in ("fingerprints", "packages"):
+            given = getattr(self, name)
+            if not isinstance(given, Mapping):
+                raise ValueError(f"`Colophon({name}=...)` must map names to texts; got {described(given)}.")
+            for part in (*given.keys(), *given.values()):
+                check_text(f"Colophon({name}=...)", part)
+        if not (isinstance(self.seed, str | None) or (is_whole(self.seed) and abs(self.seed) < 10**300)):
+            raise ValueError(
+                f"`Colophon(seed=...)` must be a whole number below 1e300, text or None; got {described(self.seed)}."
+            )
 
 
 @dataclass(frozen=True)
@@ -220,14 +241,16 @@ class Document:
         check_phrase("Document(method=...)", self.method)
         object.__setattr__(self, "authors", texts("Document(authors=...)", self.authors))
         object.__setattr__(self, "sections", several("Document(sections=...)", self.sections, Section, "section"))
+        if not isinstance(self.colophon, Colophon):
+            raise ValueError(f"`Document(colophon=...)` must be a `Colophon`; got {described(self.colophon)}.")
         names = [b.name for b in self.blocks if isinstance(b, (Table, Figure, Equation)) and b.name]
-        if twice := sorted({name for name in names if names.count(name) > 1}):
+        if twice := sorted(name for name, count in Counter(names).items() if count > 1):
             raise ValueError(f"`Document(...)` needs distinct names of its blocks; {twice} came more than once.")
         for name in self._references():
             if name not in names:
                 near = difflib.get_close_matches(name, names, n=1)
                 hint = f" Did you mean '{near[0]}'?" if near else f" The names are: {', '.join(names) or 'none'}."
-                raise LookupError(f"`Reference('{name}')` names no table, figure or equation here.{hint}")
+                raise LookupError(f"`Reference('{name[:80]}')` names no table, figure or equation here.{hint}")
 
     @property
     def blocks(self) -> tuple[Block, ...]:

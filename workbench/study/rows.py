@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -30,15 +31,28 @@ def to_frame(sample: Sample) -> pd.DataFrame:
 
 
 def to_csv(sample: Sample) -> bytes:
-    """The table after RFC 4180, numbers with all their digits; what does not exist is empty."""
+    """The table after RFC 4180, numbers with all their digits; what does not exist is empty, no head is a formula."""
     names, columns = zip(*_columns(sample), strict=True)
     head, out = io.StringIO(), io.BytesIO()
-    csv.writer(head).writerow(names)
-    out.write(head.getvalue().encode())
+    csv.writer(head).writerow(map(spreadsheet_text, names))
+    out.write(head.getvalue().encode(errors="replace"))
     for first in range(0, len(columns[0]), BLOCK):  # as text a number takes ten times its place in memory
         texts = ([_written(value) for value in column[first : first + BLOCK].tolist()] for column in columns)
         out.write("".join(",".join(row) + "\r\n" for row in zip(*texts, strict=True)).encode())
     return out.getvalue()
+
+
+def spreadsheet_text(text: str) -> str:
+    """A text as a cell or head of a CSV file, after an apostrophe where spreadsheets would run it as a formula.
+
+    They run what begins with =, +, - or @, also in full width, and some of them look behind blanks and signs that
+    are not seen; a tab or line break before anything else may end the cell before it. A plain number stays one.
+    """
+    return f"'{text}" if _FORMULA.match(text) and not _NUMBER.fullmatch(text) else text
+
+
+_FORMULA = re.compile("[\t\r\n]|[\\s\x00-\x1f\x7f-\x9f\xad\u200b-\u200f\u2060\ufeff]*[=+@＝＋－＠-]")
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 
 def write(sample: Sample, folder: Path, form: str) -> Path:

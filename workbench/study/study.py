@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -13,7 +12,7 @@ from workbench.core import Ode
 from workbench.core.layout import Array, nearest
 from workbench.core.numbers import multiple, positive
 from workbench.metrics import AbstractMetric, Measurement
-from workbench.study.cells import check_text, several
+from workbench.study.cells import check_name, check_text, several
 from workbench.study.contract import Loop
 from workbench.study.document import Section
 from workbench.study.sample import Sample
@@ -243,11 +242,7 @@ class Study:
     tunings: tuple[Tuning, ...] = ()
 
     def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not re.fullmatch(r"[a-z0-9_]{1,80}", self.name):
-            raise ValueError(
-                "`Study(name=...)` becomes a folder, so it is made of lower-case letters, digits and "
-                f"underscores only; got {self.name!r}."
-            )
+        check_name("Study", self.name)
         for name in ("title", "question", "method"):
             check_text(f"Study({name}=...)", getattr(self, name))
         for name in ("sections", "headlines"):

@@ -96,6 +96,8 @@ class Tuning:
                     f"got {names}."
                 )
             object.__setattr__(self, part, given)
+        for trial in self.trials:  # the sweep that it becomes at half the step
+            check_name(f"Tuning({self.name!r}, trials=...): Sweep", f"{self.name}_{trial.name}_half")
         for factor in self.factors:
             spread = factor.distribution
             if not (np.isfinite(spread.low) and np.isfinite(spread.high)):
