@@ -153,7 +153,7 @@ REFUSED = [
     ("9^9^9", "text", "at most 16"),
     ("m1^q1", "text", "got a formula"),
     ("m1^1000", "text", "at most 16"),
-    ("((m1^9)^9)", "text", "powers of powers"),
+    ("((m1^9)^9)", "text", "powers of powers, go up to 16"),
     ("1e999*m1", "text", "between 1e-99 and 1e99"),
     ("1" * 100, "text", "at most 80 characters"),
     ("(" * 60 + "m1" + ")" * 60, "text", "nested more than 50 deep"),
