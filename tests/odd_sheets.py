@@ -1,12 +1,11 @@
-"""Sheets of equations that nobody would print, each of its seed: right ones mutated, and formulas grown at random.
-
-By hand, so many of them: `python -m tests.odd_sheets 3000`.
-"""
+"""Sheets of equations that nobody would print, each of its seed: right ones mutated, and formulas grown at random."""
 
 import random
-import sys
-import time
-from collections.abc import Iterator
+
+
+def _words(said: str) -> list[str]:
+    return said.split()
+
 
 TEXT = """# the arm of section 5
 M[1,1] = m_1*l_1^2 + m_2*(l_1^2 + l_2^2 + 2*l_1*l_2*cos(q_2))
@@ -19,115 +18,115 @@ G = [(m_1 + m_2)*g*l_1*sin(q_1) + 9.81/9.81*m_2*g*l_2*sin(a), m_2*g*l_2*sin(q_1 
 a = q_1 + q_2
 """
 LATEX = r"""
-\\begin{equation}
-M(q) = \\begin{bmatrix}
- m_1 l_1^2 + m_2\\left(l_1^2 + l_2^2 + 2 l_1 l_2 \\cos q_2\\right) & m_2 (l_2^2 + l_1 l_2 \\cos q_2) \\\\
- m_2 (l_2^2 + l_1 l_2 \\cos q_2) & \\frac{m_2 l_2^{2}}{1}
-\\end{bmatrix}, \\label{eq:2}
-\\end{equation}
-\\begin{align}
-C(q,\\dot q) &= \\begin{bmatrix}
-   -m_2l_1l_2 s_2\\dot q_2 & -h (\\dot q_1 + \\dot{\\theta}_2) \\\\ m_2 l_1 l_2 s_2 \\dot{q}_1 & 0 \\end{bmatrix} \\\\
-G(q) &= \\begin{pmatrix} (m_1+m_2) g l_1 \\sin q_1 + m_2 g l_2 \\sin(q_1+q_2) \\\\ m_2 g l_2 \\sin(q_1+q_2) \\end{pmatrix}
-\\end{align}
-\\[ s_2 = \\sin q_2 \\] $h = m_{2} l_{1} l_{2} s_{2}$
-""".replace("\\\\", "\\")
-NAMES = (
-    "m_1 m_2 l_1 l_2 g q_1 q_2 qd_1 qd_2 q_1' theta_2' pi M_11 M[2,2] C_12 G_1 M h a_0 a_1 a_2 x x' M' I_1 links[0].mass "
-    "links[0].length links[9].mass links[-1].mass __class__ m_1.__class__.__mro__ __import__ lambda None nan inf NaN "
-    "e E i j 1j θ_2 θ̇ ℓ_1 µ ß ſ İ 𝑚_1 m₁ q² q³ ٣ ３ ½ _ __ a_ _1 m__1 M_0 M_1 M_111 M[0,0] M[99999999999999999999,1] "
-    "M[1,1] G[1,1] G[3] m_1_1 m_1_1_1 qddd_1 dq_1 qdot_1 theta_1dot"
-).split()
+\begin{equation}
+M(q) = \begin{bmatrix}
+ m_1 l_1^2 + m_2\left(l_1^2 + l_2^2 + 2 l_1 l_2 \cos q_2\right) & m_2 (l_2^2 + l_1 l_2 \cos q_2) \\
+ m_2 (l_2^2 + l_1 l_2 \cos q_2) & \frac{m_2 l_2^{2}}{1}
+\end{bmatrix}, \label{eq:2}
+\end{equation}
+\begin{align}
+C(q,\dot q) &= \begin{bmatrix}
+   -m_2l_1l_2 s_2\dot q_2 & -h (\dot q_1 + \dot{\theta}_2) \\ m_2 l_1 l_2 s_2 \dot{q}_1 & 0 \end{bmatrix} \\
+G(q) &= \begin{pmatrix} (m_1+m_2) g l_1 \sin q_1 + m_2 g l_2 \sin(q_1+q_2) \\ m_2 g l_2 \sin(q_1+q_2) \end{pmatrix}
+\end{align}
+\[ s_2 = \sin q_2 \] $h = m_{2} l_{1} l_{2} s_{2}$
+"""
+NAMES = _words("""
+    m_1 m_2 l_1 l_2 g q_1 q_2 qd_1 qd_2 q_1' theta_2' pi M_11 M[2,2] C_12 G_1 M h a_0 a_1 a_2 x x' M' I_1 links[0].mass
+    links[0].length links[9].mass links[-1].mass __class__ m_1.__class__.__mro__ __import__ lambda None nan inf NaN
+    e E i j 1j θ_2 θ̇ ℓ_1 µ ß ſ İ 𝑚_1 m₁ q² q³ ٣ ３ ½ _ __ a_ _1 m__1 M_0 M_1 M_111 M[0,0] M[99999999999999999999,1]
+    M[1,1] G[1,1] G[3] m_1_1 m_1_1_1 qddd_1 dq_1 qdot_1 theta_1dot
+""")
+KNOWN = _words("m_1 m_2 l_1 l_2 q_1 q_2 qd_1 g h c_2 sin cos M C G")
 ODD = [
     *"\x00\x01\x07\x08\x0b\x0c\r\x1b\x7f\x85\x9b\xa0\xad\u200b\u200d\u202e\u2028\u2066\ufeff\ufffe\ufffd\U0001f600",
     *"^_'\"`~!@#$%&|\\/?<>=;:,.()[]{}+-*·×−′″…–∞∂∫√",
     *("\x1b[2J", "\x1b]0;x\x07", "e\u0301", "\r\n", "\n\n", "**", "^^", "==", ":=", "!=", "..", "//", "{}", "()", "[]"),
 ]
-MACROS = (
-    r"\frac \dfrac \sqrt \sin \cos \tan \dot \ddot \hat \bar \tilde \mathbf{M} \left \right \left( \right) \begin{bmatrix} "
-    r"\end{bmatrix} \begin{align} \end{align} \\ & \theta \ell \pi \input{/etc/passwd} \write18{id} \def\x{y} \csname "
-    r"\ \, \; ^\top ^T ^{T} _{12} _{1,2} ^{16} ^2 ^{-1} ^{1/2} \text{links[0].mass} \label{x} \cdot \times \begin{array}{cc} "
-    r"\frac12 \frac1{q_1} { } {{ }} $ $$ \[ \] \( \) \% % \lbrace \varphi \operatorname{sin} \sin^{2} \sin^2 \sin^{-1} \over"
-).split()
+MACROS = _words(r"""
+    \frac \dfrac \sqrt \sin \cos \tan \dot \ddot \hat \bar \tilde \mathbf{M} \left \right \left( \right) \begin{bmatrix}
+    \end{bmatrix} \begin{align} \end{align} \\ & \theta \ell \pi \input{/etc/passwd} \write18{id} \def\x{y} \csname \, \;
+    ^\top ^T ^{T} _{12} _{1,2} ^{16} ^2 ^{-1} ^{1/2} \text{links[0].mass} \label{x} \cdot \times \begin{array}{cc} \over
+    \frac12 \frac1{q_1} { } {{ }} $ $$ \[ \] \( \) \% % \lbrace \varphi \operatorname{sin} \sin^{2} \sin^2 \sin^{-1} \
+""")
 
 
-def sheet(random: random.Random) -> tuple[str, bytes]:
-    """A name and what is in the file."""
-    latex = random.random() < 0.45
-    if random.random() < 0.35:
-        said = _grown(random)
-        latex = False
+def sheet(seed: int) -> tuple[str, bytes]:
+    """The name of a file, and what is in it."""
+    dice = random.Random(seed)
+    latex = dice.random() < 0.3
+    if not latex and dice.random() < 0.5:
+        said = _grown(dice)
     else:
         said = LATEX if latex else TEXT
-        for _ in range(random.choice((0, 1, 1, 1, 2, 3, 8, 40))):
-            said = random.choice(MUTATIONS)(said, random, latex)
-    name = f"sheet{random.choice(('.tex', '.TEX', '') if latex else ('.txt', '', '.tex' if random.random() < 0.1 else ''))}"
-    return name, _encoded(said, random)
+        for _ in range(dice.choice((0, 1, 1, 1, 2, 3, 8, 40))):
+            said = dice.choice(MUTATIONS)(said, dice, latex)
+    ending = dice.choice((".tex", ".TEX", "") if latex else (".txt", ".txt", "", ".tex"))
+    return f"sheet{ending}", _encoded(said, dice)
 
 
-def _encoded(said: str, random: random.Random) -> bytes:
-    kind = random.random()
+def _encoded(said: str, dice: random.Random) -> bytes:
+    kind = dice.random()
     if kind < 0.03:
         return said.encode("utf-16")
     if kind < 0.05:
         return said.encode("latin-1", "replace")
     if kind < 0.08:
-        return b"\xef\xbb\xbf" * random.choice((1, 2)) + said.encode("utf-8", "surrogatepass")
+        return b"\xef\xbb\xbf" * dice.choice((1, 2)) + said.encode("utf-8", "surrogatepass")
     if kind < 0.11:
-        return said.replace("\n", random.choice(("\r\n", "\r", "\v", "\x85", "\u2028"))).encode()
+        return said.replace("\n", dice.choice(("\r\n", "\r", "\v", "\x85", "\u2028"))).encode()
     if kind < 0.13:
-        return random.randbytes(random.choice((0, 1, 2, 100, 5000)))
+        return dice.randbytes(dice.choice((0, 1, 2, 100, 5000)))
     if kind < 0.15:
         whole = bytearray(said.encode())
-        for _ in range(random.choice((1, 3, 30))):
-            whole[random.randrange(len(whole) or 1) : 0] = random.randbytes(1)
+        for _ in range(dice.choice((1, 3, 30))):
+            whole[dice.randrange(len(whole) or 1) : 0] = dice.randbytes(1)
         return bytes(whole)
     return said.encode("utf-8", "surrogatepass")
 
 
-def _at(said: str, random: random.Random) -> int:
-    return random.randrange(len(said) + 1)
+def _at(said: str, dice: random.Random) -> int:
+    return dice.randrange(len(said) + 1)
 
 
-def _delete(said: str, random: random.Random, latex: bool) -> str:
-    i = _at(said, random)
-    return said[:i] + said[i + random.choice((1, 1, 1, 2, 5, 30, 300)) :]
+def _delete(said: str, dice: random.Random, latex: bool) -> str:
+    i = _at(said, dice)
+    return said[:i] + said[i + dice.choice((1, 1, 1, 2, 5, 30, 300)) :]
 
 
-def _double(said: str, random: random.Random, latex: bool) -> str:
-    i = _at(said, random)
-    j = i + random.choice((1, 1, 2, 5, 30, 300))
-    return said[:j] + said[i:j] * random.choice((1, 1, 2, 10, 100)) + said[j:]
+def _double(said: str, dice: random.Random, latex: bool) -> str:
+    i = _at(said, dice)
+    j = i + dice.choice((1, 1, 2, 5, 30, 300))
+    return said[:j] + said[i:j] * dice.choice((1, 1, 2, 10, 100)) + said[j:]
 
 
-def _swap(said: str, random: random.Random, latex: bool) -> str:
+def _swap(said: str, dice: random.Random, latex: bool) -> str:
     lines = said.splitlines()
-    random.shuffle(lines)
+    dice.shuffle(lines)
     return "\n".join(lines)
 
 
-def _insert(said: str, random: random.Random, latex: bool) -> str:
-    i = _at(said, random)
-    what = random.choice((ODD, NAMES, MACROS if latex or random.random() < 0.1 else NAMES, ODD, [number(random)]))
-    return said[:i] + random.choice(what) + said[i:]
+def _insert(said: str, dice: random.Random, latex: bool) -> str:
+    i = _at(said, dice)
+    what = dice.choice((ODD, NAMES, MACROS if latex or dice.random() < 0.1 else NAMES, ODD, [number(dice)]))
+    return said[:i] + dice.choice(what) + said[i:]
 
 
-def _other_name(said: str, random: random.Random, latex: bool) -> str:
-    known = "m_1 m_2 l_1 l_2 q_1 q_2 qd_1 g h c_2 sin cos M C G".split()
-    return said.replace(random.choice(known), random.choice(NAMES), random.choice((1, -1)))
+def _other_name(said: str, dice: random.Random, latex: bool) -> str:
+    return said.replace(dice.choice(KNOWN), dice.choice(NAMES), dice.choice((1, -1)))
 
 
-def _raise(said: str, random: random.Random, latex: bool) -> str:
-    i = _at(said, random)
-    exponent = random.choice(("2", "16", "-1", "1/2", "0", "-16", "17", "1e9", "(1/2)", "0.5", "q_1", number(random)))
+def _raise(said: str, dice: random.Random, latex: bool) -> str:
+    i = _at(said, dice)
+    exponent = dice.choice(("2", "16", "-1", "1/2", "0", "-16", "17", "1e9", "(1/2)", "0.5", "q_1", number(dice)))
     left, right = ("{", "}") if latex else ("(", ")")
-    once = f"^{left}{exponent}{right}" if latex or random.random() < 0.5 else f"^{exponent}"
-    return said[:i] + once * random.choice((1, 1, 2, 3, 60)) + said[i:]
+    once = f"^{left}{exponent}{right}" if latex or dice.random() < 0.5 else f"^{exponent}"
+    return said[:i] + once * dice.choice((1, 1, 2, 3, 60)) + said[i:]
 
 
-def _nest(said: str, random: random.Random, latex: bool) -> str:
-    i, depth = _at(said, random), random.choice((1, 5, 49, 50, 51, 500, 5000, 100_000))
-    opening, closing = random.choice(
+def _nest(said: str, dice: random.Random, latex: bool) -> str:
+    i, depth = _at(said, dice), dice.choice((1, 5, 49, 50, 51, 500, 5000, 100_000))
+    opening, closing = dice.choice(
         (
             ("(", ")"),
             ("{", "}"),
@@ -143,20 +142,20 @@ def _nest(said: str, random: random.Random, latex: bool) -> str:
             ("[[", "]]"),
         )
     )
-    inner = random.choice(("q_1", "", "m_1 + 1", "0"))
-    return said[:i] + opening * depth + inner + closing * (depth + random.choice((0, 0, 0, 1, -1))) + said[i:]
+    inner = dice.choice(("q_1", "", "m_1 + 1", "0"))
+    return said[:i] + opening * depth + inner + closing * (depth + dice.choice((0, 0, 0, 1, -1))) + said[i:]
 
 
-def _long(said: str, random: random.Random, latex: bool) -> str:
+def _long(said: str, dice: random.Random, latex: bool) -> str:
     i, what = (
-        _at(said, random),
-        random.choice((" ", "1", "m", "+m_1", "*q_1", "\\", "_", "a_1 = 1\n", "%", ",", "\n", "= ", "é")),
+        _at(said, dice),
+        dice.choice((" ", "1", "m", "+m_1", "*q_1", "\\", "_", "a_1 = 1\n", "%", ",", "\n", "= ", "é")),
     )
-    return said[:i] + what * random.choice((100, 5_000, 60_000, 1_000_000)) + said[i:]
+    return said[:i] + what * dice.choice((100, 5_000, 60_000, 1_000_000)) + said[i:]
 
 
-def _cut(said: str, random: random.Random, latex: bool) -> str:
-    return said[: _at(said, random)]
+def _cut(said: str, dice: random.Random, latex: bool) -> str:
+    return said[: _at(said, dice)]
 
 
 MUTATIONS = (
@@ -177,9 +176,9 @@ MUTATIONS = (
 )
 
 
-def number(random: random.Random) -> str:
+def number(dice: random.Random) -> str:
     """A number as nobody writes it."""
-    return random.choice(
+    return dice.choice(
         (
             "0",
             "00",
@@ -213,10 +212,10 @@ def number(random: random.Random) -> str:
     )
 
 
-def _grown(random: random.Random) -> str:
+def _grown(dice: random.Random) -> str:
     """Declarations of declarations, in chains, trees and circles, and entries that use them."""
-    count = random.choice((0, 1, 3, 10, 31, 60, 400, 1000))
-    shape = random.choice(("chain", "chain", "circle", "tree", "any"))
+    count = dice.choice((0, 1, 3, 10, 31, 60, 400, 1000))
+    shape = dice.choice(("chain", "chain", "circle", "tree", "any"))
     leaves = [
         "m_1",
         "l_1",
@@ -229,21 +228,21 @@ def _grown(random: random.Random) -> str:
         "pi",
         "sin(q_2)",
         "1/l_2",
-        *([number(random)] if random.random() < 0.3 else []),
+        *([number(dice)] if dice.random() < 0.3 else []),
     ]
-    growth = random.choice(GROWTHS)
-    lines = [f"a_0 = {_formula(random, leaves, 2)}"]
+    growth = dice.choice(GROWTHS)
+    lines = [f"a_0 = {_formula(dice, leaves, 2)}"]
     for i in range(1, count):
-        before = f"a_{i - 1}" if shape != "any" else f"a_{random.randrange(count)}"
-        step = random.choice(GROWTHS) if random.random() < 0.05 else growth
-        lines.append(f"a_{i} = {step.format(before, random.choice(leaves))}")
+        before = f"a_{i - 1}" if shape != "any" else f"a_{dice.randrange(count)}"
+        step = dice.choice(GROWTHS) if dice.random() < 0.05 else growth
+        lines.append(f"a_{i} = {step.format(before, dice.choice(leaves))}")
     last = f"a_{max(count - 1, 0)}"
     if shape == "circle":
         lines[0] = f"a_0 = {last}"
-    if random.random() < 0.5:
-        random.shuffle(lines)
-    entry = random.choice(("M[1,1]", "M_22", "C_12", "G_1", "G[2]"))
-    lines.append(f"{entry} = {random.choice((last, last, _formula(random, [*leaves, last], 5)))}")
+    if dice.random() < 0.5:
+        dice.shuffle(lines)
+    entry = dice.choice(("M[1,1]", "M_22", "C_12", "G_1", "G[2]"))
+    lines.append(f"{entry} = {dice.choice((last, last, _formula(dice, [*leaves, last], 5)))}")
     return "\n".join(lines)
 
 
@@ -265,15 +264,14 @@ GROWTHS = (
 )
 
 
-def _formula(random: random.Random, leaves: list[str], depth: int) -> str:
-    if depth == 0 or random.random() < 0.1:
-        return random.choice(leaves)
-    one, other = (_formula(random, leaves, depth - 1) for _ in range(2))
-    form = "({0}) + ({1})|({0}) - ({1})|({0})*({1})|({0})/({1})|({0})^2|({0})^16|({0})^(-3)|({0})^(1/2)|sin({0})|sqrt({0})|({0})^0"
-    return random.choice(form.split("|")).format(one, other)
+FORMS = (
+    *("({0}) + ({1})", "({0}) - ({1})", "({0})*({1})", "({0})/({1})", "({0})^2", "({0})^16", "({0})^(-3)"),
+    *("({0})^(1/2)", "({0})^0", "sin({0})", "sqrt({0})"),
+)
 
 
-def sheets(first: int, count: int) -> Iterator[tuple[int, str, bytes]]:
-    """So many sheets, each with its seed."""
-    for seed in range(first, first + count):
-        yield seed, *sheet(random.Random(seed))
+def _formula(dice: random.Random, leaves: list[str], depth: int) -> str:
+    if depth == 0 or dice.random() < 0.1:
+        return dice.choice(leaves)
+    one, other = (_formula(dice, leaves, depth - 1) for _ in range(2))
+    return dice.choice(FORMS).format(one, other)

@@ -27,7 +27,7 @@ from workbench.notation.formula import Formula, Matrix, Number, Symbol, letters,
 from workbench.notation.parsing.assembly import bounded
 from workbench.notation.parsing.evaluate import expanded_size
 from workbench.notation.parsing.grammar import parse
-from workbench.notation.parsing.names import Names, key_of, spelled
+from workbench.notation.parsing.names import Key, Names, key_of, spelled
 from workbench.notation.parsing.statements import Language, Statement, statements
 from workbench.notation.parsing.tokens import FormulaError, Token, refusal
 from workbench.notation.rewrite import parts, substitute
@@ -123,6 +123,7 @@ def _declared(
 ) -> tuple[dict[Symbol, Statement], dict[Symbol, Place], list[tuple[Place | str, Statement]]]:
     """The declarations by their names, the single entries by theirs, and all that is printed."""
     declared: dict[Symbol, Statement] = {}
+    keys: set[Key] = set()
     printed: dict[Symbol, Place] = {}
     rest: list[tuple[Place | str, Statement]] = []
     for statement in found:
@@ -130,8 +131,9 @@ def _declared(
         place = _place(name, statement, n)
         if place is None:
             own = _own(name)
-            if any(key_of(own) == key_of(other) for other in declared):
+            if key_of(own) in keys:
                 raise refusal(statement.name, f"'{statement.name.shown}' is declared twice; keep one of the two.")
+            keys.add(key_of(own))
             declared[own] = statement
         else:
             rest.append((place, statement))
