@@ -45,7 +45,7 @@ ODD = [
 ]
 MACROS = _words(r"""
     \frac \dfrac \sqrt \sin \cos \tan \dot \ddot \hat \bar \tilde \mathbf{M} \left \right \left( \right) \begin{bmatrix}
-    \end{bmatrix} \begin{align} \end{align} \\ & \theta \ell \pi \input{/etc/passwd} \write18{id} \def\x{y} \csname \, \;
+    \end{bmatrix} \begin{align} \end{align} \\ & \theta \ell \pi \input{/etc/passwd} \write18{id} \def\x{y} \csname \,
     ^\top ^T ^{T} _{12} _{1,2} ^{16} ^2 ^{-1} ^{1/2} \text{links[0].mass} \label{x} \cdot \times \begin{array}{cc} \over
     \frac12 \frac1{q_1} { } {{ }} $ $$ \[ \] \( \) \% % \lbrace \varphi \operatorname{sin} \sin^{2} \sin^2 \sin^{-1} \
 """)

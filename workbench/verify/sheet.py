@@ -211,7 +211,7 @@ def _refuse_length(formula: Formula, name: Token) -> None:
     if expanded_size(formula) > MOST_TERMS:
         raise refusal(name, f"multiplied out, this entry has more than {MOST_TERMS} terms; print it in a simpler form.")
     for part in parts(formula):
-        if isinstance(part, Number) and part.value != 0 and not SMALLEST < abs(part.value) < LARGEST:
+        if isinstance(part, Number) and part.value != 0 and not SMALLEST < abs(Fraction(part.value)) < LARGEST:
             raise refusal(name, f"an entry holds numbers between {SMALLEST:g} and {LARGEST:g}, and zero.")
 
 

@@ -30,7 +30,7 @@ def bounded(formula: Formula, place: Token) -> Formula:
                 place, f"more than {MOST_LEVELS} operations are nested in each other; write the formula in parts."
             )
         if isinstance(part, Power) and isinstance(part.exponent, Number):
-            power *= max(abs(Fraction(part.exponent.value)), 1)
+            power *= max(abs(Fraction(part.exponent.value)), Fraction(1))
             if power > HIGHEST_POWER:
                 raise refusal(place, f"powers, also powers of powers, go up to {HIGHEST_POWER}.")
         waiting += [(child, level + 1, power) for child in children(part)]
