@@ -10,6 +10,7 @@ from typing import NamedTuple
 import casadi as ca
 
 from workbench.core import Dynamics
+from workbench.core.doors import door
 from workbench.core.show import formula_of
 from workbench.notation import text
 from workbench.notation.parsing.statements import Language
@@ -40,6 +41,7 @@ class Finding(NamedTuple):
     lines: list[str]
 
 
+@door
 def findings(file: Path, robot: Dynamics) -> list[Finding]:
     """A finding for each entry that a file prints, and one at the end for all of them.
 

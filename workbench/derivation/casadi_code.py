@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from workbench.core import Dynamics
+from workbench.core.doors import door
 from workbench.derivation.code import RESERVED, Routine, about, matrices_of, nominal, torque_of
 from workbench.notation.program import CALLED, Dialect
 
@@ -29,6 +30,7 @@ forward_dynamics = ca.Function(
 )"""
 
 
+@door
 def as_casadi(dynamics: Dynamics) -> str:
     """A module with the CasADi functions `dynamics`, `inverse_dynamics` and `forward_dynamics`."""
     matrices, torque = matrices_of(dynamics, CASADI), torque_of(dynamics, CASADI)

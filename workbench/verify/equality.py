@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
+from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.notation.normal_form import NotInClass, normal_forms
 from workbench.notation.walk import Walk, walk
@@ -37,6 +38,7 @@ class Equality:
     right: Array | None = None
 
 
+@door
 def judge_equal(left: ca.SX, right: ca.SX) -> Equality:
     """Judge `left = right` for all values of the symbols in them.
 

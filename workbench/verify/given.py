@@ -10,7 +10,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.layout import Bounds, Entry, Layout, nearest
+from workbench.core.doors import door
+from workbench.core.layout import Bounds, Entry, Layout
+from workbench.core.validation import finite, known, nearest
 from workbench.notation.formula import Formula, Matrix, Symbol, letters, symbol
 from workbench.notation.normal_form import NotInClass
 from workbench.notation.parsing.grammar import parse
@@ -22,17 +24,29 @@ from workbench.notation.parsing.tokens import refusal
 LARGEST = 10**99  # and one over it: sizes of numbers that a sheet may give
 
 
+@door
 def symbols_of(dynamics: Dynamics) -> dict[Symbol, str]:
     """The symbols by which an arm is printed, with the names of its expressions' symbols."""
     return {symbol(printed): name for name, printed in dynamics.names().items()}
 
 
+@door
 def narrowed(dynamics: Dynamics, fixed: Mapping[str, float]) -> Dynamics:
     """The same arm with some of its parameters, by their paths, held at numbers.
 
     Whole numbers are put into its matrices, as doubles compute with them exactly; other parameters keep their
     letters there. One that is a component of a vector becomes an entry of its own.
+
+    Raises
+    ------
+    LookupError
+        If a path is none of the arm's.
+    ValueError
+        If a number is not finite.
     """
+    for label in fixed:
+        known(label, dynamics.p.labels, f"parameters of '{dynamics.name}'")
+        finite(f"narrowed(fixed={{'{label}': ...}})", fixed[label])
     whole = {label: value for label, value in fixed.items() if float(value).is_integer()}
     places = [dynamics.p.labels.index(label) for label in whole]
     matrices = [dynamics.M, dynamics.C, dynamics.G]

@@ -9,6 +9,7 @@ from typing import Literal
 import casadi as ca
 
 from workbench.core import Dynamics
+from workbench.core.doors import door
 from workbench.core.layout import nearest
 from workbench.notation.normal_form import NormalForm, NotInClass
 from workbench.notation.parsing.evaluate import CASADI, evaluate
@@ -61,6 +62,7 @@ class EntryVerdict:
         return f"G[{self.row}]" if self.matrix == "G" else f"{self.matrix}[{self.row},{self.column}]"
 
 
+@door
 def compare(printed: Dynamics, derived: Dynamics) -> tuple[EntryVerdict, ...]:
     """A verdict for each entry of M, C and G, row by row; parameters are matched by name.
 
@@ -79,6 +81,7 @@ def compare(printed: Dynamics, derived: Dynamics) -> tuple[EntryVerdict, ...]:
     return judged({(name, i + 1, j + 1): theirs[name][i, j] for name, i, j in places}, derived)
 
 
+@door
 def compare_sheet(sheet: Sheet, derived: Dynamics) -> tuple[EntryVerdict, ...]:
     """A verdict for each entry that a sheet prints; its numbers are taken as printed, not as doubles near them."""
     symbols = {symbol.name(): symbol for symbol in ca.vertsplit(ca.vertcat(derived.q, derived.qd, derived.symbols))}
@@ -88,6 +91,7 @@ def compare_sheet(sheet: Sheet, derived: Dynamics) -> tuple[EntryVerdict, ...]:
     return tuple(map(comparison.entry, printed))
 
 
+@door
 def judged(printed: Mapping[Place, ca.SX], derived: Dynamics) -> tuple[EntryVerdict, ...]:
     """A verdict for each of the printed entries, which are expressions in the derived arm's symbols.
 

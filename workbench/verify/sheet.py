@@ -23,6 +23,7 @@ from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 
 from workbench.core import Dynamics
+from workbench.core.doors import door
 from workbench.notation.formula import Formula, Matrix, Number, Symbol, letters, name_of
 from workbench.notation.parsing.assembly import bounded
 from workbench.notation.parsing.evaluate import expanded_size
@@ -43,6 +44,7 @@ Place = tuple[str, int, int]
 
 
 @dataclass(frozen=True)
+@door
 class Sheet:
     """The printed entries by their place (matrix, row, column; counted from 1), declarations written out.
 
@@ -68,6 +70,7 @@ class _Reading:
     meanings: Mapping[Symbol, tuple[Formula, Token]]
 
 
+@door
 def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
     """The entries of M, C and G that a text prints.
 
@@ -105,7 +108,7 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
             f"multiplied out, these entries have more than {MOST_TERMS_IN_ALL} terms; put them into several files."
         )
     numbers = dict(given.values())
-    zeros = unnamed_zeros(written.values(), dynamics) - numbers.keys()
+    zeros = unnamed_zeros(written.values(), dynamics).difference(numbers)
     return Sheet(written, dict.fromkeys(sorted(zeros), Fraction(0)) | numbers, zeros)
 
 

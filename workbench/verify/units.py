@@ -11,6 +11,7 @@ from fractions import Fraction
 import casadi as ca
 
 from workbench.core import Dynamics
+from workbench.core.doors import door
 from workbench.core.show import formula_of
 from workbench.notation import text
 from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters
@@ -118,6 +119,7 @@ class Units:
     symbols: Mapping[Symbol, Unit]
     joints: tuple[Unit, ...]
 
+    @door
     def of_entry(self, place: Place) -> Unit:
         """The unit of an entry of M, C or G."""
         matrix, row, column = place
@@ -126,6 +128,7 @@ class Units:
             return power
         return power * SECOND**2 / self.joints[column - 1] / (SECOND if matrix == "C" else NONE)
 
+    @door
     def mismatch(self, place: Place, printed: Formula) -> str:
         """What is wrong with the units of an entry, in words; empty if nothing is, or if its numbers may have some."""
         numbers = [part for part in parts(printed) if isinstance(part, Number)]
@@ -144,6 +147,7 @@ def _is_plain(number: Number) -> bool:
     return isinstance(number.value, Fraction) and max(abs(number.value.numerator), number.value.denominator) <= PLAIN
 
 
+@door
 def units_of(dynamics: Dynamics) -> Units | None:
     """The units of an arm; None if one of its parameters is given as a number, or has no unit that is known here.
 
@@ -176,6 +180,7 @@ def units_of(dynamics: Dynamics) -> Units | None:
     return None
 
 
+@door
 def read_unit(said: str) -> Unit | None:
     """The unit that a parameter declares, such as kg m^2 or m/s^2; None if a part of it is unknown."""
     result = NONE

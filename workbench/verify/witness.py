@@ -14,6 +14,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
+from workbench.core.doors import door
 from workbench.core.layout import Array
 
 STATES = 200
@@ -23,6 +24,7 @@ PLAIN, FAINT = 1e-3, 1e-9
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Witness:
     """A state (q, qd) of an arm with its parameters p (np,), in words and as a line of Python.
 
@@ -59,6 +61,7 @@ class Search:
     samples: int
 
 
+@door
 @lru_cache(maxsize=4)  # every entry of an arm is searched at the same states
 def candidates(dynamics: Dynamics) -> tuple[Witness, ...]:
     """States in the order of the search: at nominal parameters first, then at varied ones."""
@@ -71,6 +74,7 @@ def candidates(dynamics: Dynamics) -> tuple[Witness, ...]:
     return tuple(nominal + varied if dynamics.p.size else nominal)
 
 
+@door
 def search(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Search:
     """The first candidate at which `expression` (k, 1) is plainly not zero, measured by the size of `terms`.
 
@@ -80,6 +84,10 @@ def search(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Search:
         What the expression is a sum of, any shape: its largest value over all candidates is the
         scale against which a rounding error is told from a difference.
     """
+    known = {symbol.name() for symbol in ca.symvar(ca.vertcat(dynamics.q, dynamics.qd, dynamics.symbols))}
+    for symbol in ca.symvar(ca.veccat(expression, terms)):
+        if symbol.name() not in known:
+            raise ValueError(f"A witness gives numbers to the symbols of an arm; it has none for '{symbol.name()}'.")
     states = candidates(dynamics)
     inputs = [dynamics.q, dynamics.qd, dynamics.symbols]
     function = ca.Function("sought", inputs, [ca.vec(ca.densify(expression)), ca.vec(ca.densify(terms))])
