@@ -98,7 +98,8 @@ class CounterExample:
         try:
             Path(path).write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
         except (OSError, ValueError) as error:  # the second where a name holds what none can
-            raise refusal("CounterExample.write(path=...)", "a file that can be written", path, f": {error}") from None
+            why = error.strerror if isinstance(error, OSError) else error
+            raise refusal("CounterExample.write(path=...)", "a file that can be written", path, f": {why}") from None
 
     @staticmethod
     @door

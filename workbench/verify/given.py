@@ -102,6 +102,28 @@ def label_of(name: Symbol, statement: Statement, dynamics: Dynamics) -> str | No
     return next((label for label in dynamics.p.labels if key_of(symbol(dynamics.names()[label])) == wanted), None)
 
 
+def is_bound(declared: Symbol, statement: Statement, dynamics: Dynamics) -> bool:
+    """Whether a declared name is a letter of the robot; another name for one of its numbers may be."""
+    by_path = len(statement.right) == 1 and statement.right[0].text in dynamics.p.labels
+    return not by_path and label_of(declared, statement, dynamics) is not None
+
+
+def refuse_half_bound(
+    declared: Symbol, statement: Statement, formula: Formula, dynamics: Dynamics, joints: Mapping[Symbol, Symbol]
+) -> None:
+    """Refuse a formula of constants for a letter of the robot.
+
+    It would hold on the sheet and not in the robot. A shorthand such as c_2 = cos(q_2), and another parameter by
+    its path, can be meant for the sheet only.
+    """
+    if not any(letter in joints or letter.dots for letter in letters(formula)):
+        raise refusal(
+            statement.name,
+            f"'{statement.name.shown}' is this robot's letter for {label_of(declared, statement, dynamics)}, to which "
+            "a sheet gives a number or nothing, as a formula would not hold for the robot too; choose another letter.",
+        )
+
+
 def _number(label: str, statement: Statement, dynamics: Dynamics) -> Fraction:
     """The number that a formula without names is."""
     formula = parse(statement.right, Names({}, {}))

@@ -38,6 +38,11 @@ def judge_zero(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Judgement
     ----------
     terms
         What the expression is the difference of: the scale of the search for a witness.
+
+    Raises
+    ------
+    ValueError
+        As `search`.
     """
     zero, why = _zero_by_normal_form(expression)
     if zero:

@@ -10,9 +10,11 @@ import casadi as ca
 
 from workbench.core import Dynamics
 from workbench.core.doors import door
-from workbench.core.layout import nearest
+from workbench.core.validation import described, nearest
+from workbench.notation.formula import letters, name_of
 from workbench.notation.normal_form import NormalForm, NotInClass
 from workbench.notation.parsing.evaluate import CASADI, evaluate
+from workbench.notation.parsing.names import PI
 from workbench.notation.parsing.normal import at_numbers, normal_form
 from workbench.verify.given import symbols_of
 from workbench.verify.identity import Judgement, Kind, judge_zero
@@ -83,10 +85,23 @@ def compare(printed: Dynamics, derived: Dynamics) -> tuple[EntryVerdict, ...]:
 
 @door
 def compare_sheet(sheet: Sheet, derived: Dynamics) -> tuple[EntryVerdict, ...]:
-    """A verdict for each entry that a sheet prints; its numbers are taken as printed, not as doubles near them."""
+    """A verdict for each entry that a sheet prints; its numbers are taken as printed, not as doubles near them.
+
+    Raises
+    ------
+    LookupError
+        If the sheet was read for another arm.
+    ValueError
+        If a printed entry is finite nowhere.
+    """
     symbols = {symbol.name(): symbol for symbol in ca.vertsplit(ca.vertcat(derived.q, derived.qd, derived.symbols))}
     values = {letter: symbols[name] for letter, name in symbols_of(derived).items()}
-    printed = {place: ca.SX(evaluate(f, values, CASADI)) for place, f in sheet.entries.items()}
+    foreign = {letter for f in sheet.entries.values() for letter in letters(f)} - {*values, PI}
+    if foreign:
+        raise LookupError(
+            f"A sheet is compared with the arm it was read for; this one has no '{name_of(foreign.pop())}'."
+        )
+    printed = {place: evaluate(f, values, CASADI) for place, f in sheet.entries.items()}
     comparison = _Comparison(printed, derived, sheet)
     return tuple(map(comparison.entry, printed))
 
@@ -99,8 +114,10 @@ def judged(printed: Mapping[Place, ca.SX], derived: Dynamics) -> tuple[EntryVerd
 
     Raises
     ------
+    LookupError
+        If the arm has no such entry.
     ValueError
-        If a printed entry is finite nowhere.
+        If a printed entry is finite nowhere, or not one expression.
     """
     return tuple(map(_Comparison(printed, derived).entry, printed))
 
@@ -112,6 +129,15 @@ class _Comparison:
     printed: Mapping[Place, ca.SX]
     derived: Dynamics
     sheet: Sheet | None = None
+
+    def __post_init__(self) -> None:
+        n = self.derived.dof
+        for (matrix, row, column), entry in self.printed.items():
+            if matrix not in ("M", "C", "G") or not (1 <= row <= n and 1 <= column <= (1 if matrix == "G" else n)):
+                where = f"{described(matrix)}[{row},{column}]"
+                raise LookupError(f"An arm with {n} joint{'s' if n > 1 else ''} has no entry {where}.")
+            if entry.numel() != 1:
+                raise ValueError(f"An entry is one expression; {matrix}[{row},{column}] has shape {entry.shape}.")
 
     def right(self, place: Place) -> ca.SX:
         """The derived entry."""

@@ -32,7 +32,7 @@ from workbench.notation.parsing.names import Key, Names, key_of, spelled
 from workbench.notation.parsing.statements import Language, Statement, statements
 from workbench.notation.parsing.tokens import FormulaError, Token, refusal
 from workbench.notation.rewrite import parts, substitute
-from workbench.verify.given import label_of, numbers_given, unnamed_zeros
+from workbench.verify.given import is_bound, numbers_given, refuse_half_bound, unnamed_zeros
 from workbench.verify.rates import names_of, rate_of
 
 # Beyond these an entry is no equation that a paper prints, and would take minutes to judge.
@@ -96,10 +96,10 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
     meanings = {name: (parse(statement.right, names), statement.name) for name, statement in declared.items()}
     places = {_own(_entry_symbol(place)): place for place in sorted(entries, key=_order)}
     reading = _Reading(joints, meanings | {letter: entries[place] for letter, place in places.items()})
-    bound = [name for name, statement in declared.items() if _is_bound(name, statement, dynamics)]
+    bound = [name for name, statement in declared.items() if is_bound(name, statement, dynamics)]
     resolved = _resolved(reading, [*places, *bound])
     for name in bound:
-        _refuse_half_bound(name, declared[name], resolved[name], dynamics, joints)
+        refuse_half_bound(name, declared[name], resolved[name], dynamics, joints)
     written = {place: resolved[letter] for letter, place in places.items()}
     for place, formula in written.items():
         _refuse_length(formula, entries[place][1])
@@ -276,28 +276,6 @@ def _rate(reading: _Reading, letter: Symbol, resolved: Mapping[Symbol, Formula])
             f"angles times constants; declare it: `{name_of(letter)} = ...`.",
         )
     return rate
-
-
-def _is_bound(declared: Symbol, statement: Statement, dynamics: Dynamics) -> bool:
-    """Whether a declared name is a letter of the robot; another name for one of its numbers may be."""
-    by_path = len(statement.right) == 1 and statement.right[0].text in dynamics.p.labels
-    return not by_path and label_of(declared, statement, dynamics) is not None
-
-
-def _refuse_half_bound(
-    declared: Symbol, statement: Statement, formula: Formula, dynamics: Dynamics, joints: Mapping[Symbol, Symbol]
-) -> None:
-    """Refuse a formula of constants for a letter of the robot.
-
-    It would hold on the sheet and not in the robot. A shorthand such as c_2 = cos(q_2), and another parameter by
-    its path, can be meant for the sheet only.
-    """
-    if not any(letter in joints or letter.dots for letter in letters(formula)):
-        raise refusal(
-            statement.name,
-            f"'{statement.name.shown}' is this robot's letter for {label_of(declared, statement, dynamics)}, to which "
-            "a sheet gives a number or nothing, as a formula would not hold for the robot too; choose another letter.",
-        )
 
 
 def _length(formula: Formula) -> int:

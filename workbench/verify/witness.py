@@ -18,6 +18,7 @@ from workbench.core.doors import door
 from workbench.core.layout import Array
 
 STATES = 200
+MOST_ENTRIES = 20_000  # two matrices of a hundred joints
 # A difference counts from this share of the largest term it is made of: the first is one that a reader
 # sees at once, the second is far above rounding (1e-15 a term) and far below any misprint.
 PLAIN, FAINT = 1e-3, 1e-9
@@ -83,7 +84,15 @@ def search(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Search:
     terms
         What the expression is a sum of, any shape: its largest value over all candidates is the
         scale against which a rounding error is told from a difference.
+
+    Raises
+    ------
+    ValueError
+        If one of them has no entry or more than any arm's matrices, or holds a symbol that is none of the arm's.
     """
+    for name, sought in (("expression", expression), ("terms", terms)):
+        if not 0 < sought.numel() <= MOST_ENTRIES:
+            raise ValueError(f"`search({name}=...)` must have 1 to {MOST_ENTRIES} entries; got {sought.numel()}.")
     known = {symbol.name() for symbol in ca.symvar(ca.vertcat(dynamics.q, dynamics.qd, dynamics.symbols))}
     for symbol in ca.symvar(ca.veccat(expression, terms)):
         if symbol.name() not in known:
