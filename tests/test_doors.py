@@ -14,9 +14,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from workbench.core import validation as v
-from workbench.core.doors import door
-from workbench.core.validation import Array, Integers
+from workbench.validation import words as v
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers
 
 if TYPE_CHECKING:
     from collections import OrderedDict as SeenByTheTypeChecker

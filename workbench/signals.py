@@ -7,8 +7,8 @@ import numpy as np
 
 from workbench.core import block, parameter
 from workbench.core.block import Scalar, Vector
-from workbench.core.shapes import Number
 from workbench.loop import AbstractDisturbance, AbstractReference, Motion
+from workbench.validation.shapes import Number
 
 
 @block

@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.core import block, parameter
 from workbench.core.block import Matrix, Scalar, Vector
-from workbench.core.shapes import Column
+from workbench.validation.shapes import Column
 
 
 @block

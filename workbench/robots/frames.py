@@ -8,8 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from workbench.core.doors import door
-from workbench.core.validation import Array, described, known, matrix, vector
+from workbench.validation.doors import door
+from workbench.validation.words import Array, described, known, matrix, vector
 
 ORTHONORMAL = 1e-12  # what rounding leaves of a rotation
 

@@ -9,13 +9,13 @@ import numpy as np
 
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Scalar, Vector
-from workbench.core.shapes import Column, Number
-from workbench.core.validation import Array, described, matrix, vector
 from workbench.robots import agreement, composite, newton_euler, poses
 from workbench.robots.frames import Frame, frame_named, refuse_skewed
 from workbench.robots.inertia import about_origin, refuse_impossible, spatial, tensor
 from workbench.robots.motion import sparse, transform
 from workbench.robots.newton_euler import Body
+from workbench.validation.shapes import Column, Number
+from workbench.validation.words import Array, described, matrix, vector
 
 UNIT = 1e-12  # what rounding leaves of a unit axis
 

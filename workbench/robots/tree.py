@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from workbench.core.doors import door
 from workbench.core.layout import Array, nearest
 from workbench.robots.frames import Frame
 from workbench.robots.inertia import Lump, merged, moments, refuse_impossible, tensor
 from workbench.robots.spatial import SpatialArm, SpatialLink
+from workbench.validation.doors import door
 
 EXACT = 1e-15  # of an entry of a rotation: the cosine of a rounded pi / 2 is meant to be zero
 
