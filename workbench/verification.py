@@ -10,11 +10,11 @@ from typing import NamedTuple
 import casadi as ca
 
 from workbench.core import Dynamics
-from workbench.core.doors import door
 from workbench.core.show import formula_of
 from workbench.notation import text
 from workbench.notation.parsing.statements import Language
 from workbench.notation.parsing.tokens import MOST_CHARACTERS
+from workbench.validation.doors import door
 from workbench.verify.diagnosis import Diagnosis, diagnose, in_common
 from workbench.verify.digits import told_apart
 from workbench.verify.factorisation import is_in_full, of_factorisation

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from workbench.core import Dynamics
-from workbench.core.doors import door
 from workbench.derivation.code import RESERVED, Routine, about, matrices_of, nominal, torque_of
 from workbench.notation.program import CALLED, Dialect
+from workbench.validation.doors import door
 
 CASADI = Dialect({name: f"ca.{name}" for name in CALLED.split()} | {"pow": "ca.power"}, RESERVED, width=84)
 

@@ -6,11 +6,11 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode, rk4, with_quadrature, with_sensitivity
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.validation import multiple, seconds, vector
 from workbench.metrics import AbstractMetric
 from workbench.simulate import Trajectories, simulate
+from workbench.validation.doors import door
+from workbench.validation.words import multiple, seconds, vector
 from workbench.verify.box import Box
 from workbench.verify.margins import Largest
 

@@ -14,10 +14,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.validation import refusal, seconds
 from workbench.notation.walk import walk
+from workbench.validation.doors import door
+from workbench.validation.words import refusal, seconds
 from workbench.verify.bounds import Extreme, NoBound, box_of, by_intervals, largest_norm, shown
 from workbench.verify.interval import Interval, evaluate, jumps
 from workbench.verify.spectrum import nominal

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.validation import as_array, described, positive, refusal, whole
+from workbench.validation.doors import door
+from workbench.validation.words import as_array, described, positive, refusal, whole
 from workbench.verify import branch
 from workbench.verify.branch import Proof, prove
 from workbench.verify.elementary import guarantee

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.validation import as_array, described, matrix, nearest, vector
+from workbench.validation.doors import door
+from workbench.validation.words import as_array, described, matrix, nearest, vector
 
 
 @dataclass(frozen=True, eq=False)

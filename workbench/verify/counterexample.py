@@ -12,12 +12,12 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.doors import door
 from workbench.core.layout import Array, Layout
-from workbench.core.validation import described, known, nearest, refusal
 from workbench.metrics import AbstractMetric, measure
 from workbench.simulate import StepLimit
 from workbench.simulate.reference import reference
+from workbench.validation.doors import door
+from workbench.validation.words import described, known, nearest, refusal
 from workbench.verify.margins import Largest
 
 LARGEST_FILE = 1_000_000  # bytes; one with a hundred parameters has ten thousand

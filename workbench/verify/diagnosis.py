@@ -9,12 +9,12 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.core.show import formula_of
 from workbench.notation import text
 from workbench.notation.formula import Sum
 from workbench.notation.normal_form import NormalForm, NotInClass
+from workbench.validation.doors import door
 from workbench.verify.digits import agrees_to_its_digits
 from workbench.verify.factorisation import misprints
 from workbench.verify.printed import EntryVerdict

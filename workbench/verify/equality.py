@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.notation.normal_form import NotInClass, normal_forms
 from workbench.notation.walk import Walk, walk
+from workbench.validation.doors import door
 from workbench.verify.identity import Kind
 from workbench.verify.interval import Interval, NoBound, evaluate
 

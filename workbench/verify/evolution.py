@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.validation import refusal, require, whole
+from workbench.validation.doors import door
+from workbench.validation.words import refusal, require, whole
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 

@@ -11,13 +11,13 @@ import numpy as np
 
 from workbench.core import Ode, Step
 from workbench.core.claim import Declared
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.validation import multiple, seconds, whole
-from workbench.core.validation import seed as key
 from workbench.metrics import AbstractMetric, measured
 from workbench.metrics.measure import final_values
 from workbench.simulate import simulate
+from workbench.validation.doors import door
+from workbench.validation.words import multiple, seconds, whole
+from workbench.validation.words import seed as key
 from workbench.verify.ascent import slope_of
 from workbench.verify.box import Box
 from workbench.verify.counterexample import CounterExample, Pair, Replay, run

@@ -10,9 +10,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.doors import door
 from workbench.core.layout import Bounds, Entry, Layout
-from workbench.core.validation import finite, known, nearest
 from workbench.notation.formula import Formula, Matrix, Symbol, letters, symbol
 from workbench.notation.normal_form import NotInClass
 from workbench.notation.parsing.grammar import parse
@@ -20,6 +18,8 @@ from workbench.notation.parsing.names import Names, key_of
 from workbench.notation.parsing.normal import constant, normal_form
 from workbench.notation.parsing.statements import Statement
 from workbench.notation.parsing.tokens import refusal
+from workbench.validation.doors import door
+from workbench.validation.words import finite, known, nearest
 
 LARGEST = 10**99  # and one over it: sizes of numbers that a sheet may give
 

@@ -10,9 +10,9 @@ from typing import Literal
 import casadi as ca
 
 from workbench.core import Dynamics
-from workbench.core.doors import door
-from workbench.core.validation import finite
 from workbench.notation.normal_form import NotInClass, normal_forms
+from workbench.validation.doors import door
+from workbench.validation.words import finite
 from workbench.verify.witness import Search, search
 
 Kind = Literal["proved", "refuted", "not refuted"]

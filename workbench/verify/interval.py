@@ -18,9 +18,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.notation.walk import NAMES, Walk
+from workbench.validation.doors import door
 from workbench.verify.elementary import at_points
 
 

@@ -9,13 +9,13 @@ from typing import Literal
 import casadi as ca
 
 from workbench.core import Dynamics
-from workbench.core.doors import door
-from workbench.core.validation import described, nearest
 from workbench.notation.formula import letters, name_of
 from workbench.notation.normal_form import NormalForm, NotInClass
 from workbench.notation.parsing.evaluate import CASADI, evaluate
 from workbench.notation.parsing.names import PI
 from workbench.notation.parsing.normal import at_numbers, normal_form
+from workbench.validation.doors import door
+from workbench.validation.words import described, nearest
 from workbench.verify.given import symbols_of
 from workbench.verify.identity import Judgement, Kind, judge_zero
 from workbench.verify.sheet import Place, Sheet

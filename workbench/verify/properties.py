@@ -8,9 +8,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.validation import numbers
+from workbench.validation.doors import door
+from workbench.validation.words import numbers
 from workbench.verify.bounds import TOLERANCE, box_of, by_intervals, extreme_eigenvalue, shown
 from workbench.verify.identity import Kind, judge_zero, zero_at
 from workbench.verify.spectrum import Joints, eigenvalues, free_joints, nominal

@@ -11,10 +11,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.validation import known, vector
 from workbench.notation.walk import walk
+from workbench.validation.doors import door
+from workbench.validation.words import known, vector
 from workbench.verify.bounds import Enclosure, NoBound, enclose, extreme_eigenvalue
 from workbench.verify.exact import characteristic_polynomial, exact_values, unstable_modes
 from workbench.verify.interval import jumps

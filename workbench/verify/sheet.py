@@ -23,7 +23,6 @@ from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 
 from workbench.core import Dynamics
-from workbench.core.doors import door
 from workbench.notation.formula import Formula, Matrix, Number, Symbol, letters, name_of
 from workbench.notation.parsing.assembly import bounded
 from workbench.notation.parsing.evaluate import expanded_size
@@ -32,6 +31,7 @@ from workbench.notation.parsing.names import Key, Names, key_of, spelled
 from workbench.notation.parsing.statements import Language, Statement, statements
 from workbench.notation.parsing.tokens import FormulaError, Token, refusal
 from workbench.notation.rewrite import parts, substitute
+from workbench.validation.doors import door
 from workbench.verify.given import is_bound, numbers_given, refuse_half_bound, unnamed_zeros
 from workbench.verify.rates import names_of, rate_of
 

@@ -8,9 +8,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.validation import matrix
+from workbench.validation.doors import door
+from workbench.validation.words import matrix
 
 Joints = np.ndarray[Any, np.dtype[np.intp]]
 

@@ -11,12 +11,12 @@ from fractions import Fraction
 import casadi as ca
 
 from workbench.core import Dynamics
-from workbench.core.doors import door
 from workbench.core.show import formula_of
 from workbench.notation import text
 from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters
 from workbench.notation.parsing.names import PI
 from workbench.notation.rewrite import parts
+from workbench.validation.doors import door
 from workbench.verify.given import symbols_of
 from workbench.verify.sheet import Place
 
