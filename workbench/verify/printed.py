@@ -15,10 +15,10 @@ from workbench.notation.parsing.evaluate import CASADI, evaluate
 from workbench.notation.parsing.names import PI
 from workbench.notation.parsing.normal import at_numbers, normal_form
 from workbench.validation.doors import door
-from workbench.validation.words import described, nearest
+from workbench.validation.words import nearest
 from workbench.verify.given import symbols_of
 from workbench.verify.identity import Judgement, Kind, judge_zero
-from workbench.verify.sheet import Place, Sheet
+from workbench.verify.sheet import Place, Sheet, refuse_place
 from workbench.verify.witness import Witness, held, search
 
 Sameness = Literal["same", "differs", "not refuted"]
@@ -131,11 +131,8 @@ class _Comparison:
     sheet: Sheet | None = None
 
     def __post_init__(self) -> None:
-        n = self.derived.dof
         for (matrix, row, column), entry in self.printed.items():
-            if matrix not in ("M", "C", "G") or not (1 <= row <= n and 1 <= column <= (1 if matrix == "G" else n)):
-                where = f"{described(matrix)}[{row},{column}]"
-                raise LookupError(f"An arm with {n} joint{'s' if n > 1 else ''} has no entry {where}.")
+            refuse_place((matrix, row, column), self.derived.dof)
             if entry.numel() != 1:
                 raise ValueError(f"An entry is one expression; {matrix}[{row},{column}] has shape {entry.shape}.")
 

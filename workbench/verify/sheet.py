@@ -32,6 +32,7 @@ from workbench.notation.parsing.statements import Language, Statement, statement
 from workbench.notation.parsing.tokens import FormulaError, Token, refusal
 from workbench.notation.rewrite import parts, substitute
 from workbench.validation.doors import door
+from workbench.validation.words import described
 from workbench.verify.given import is_bound, numbers_given, refuse_half_bound, unnamed_zeros
 from workbench.verify.rates import names_of, rate_of
 
@@ -41,6 +42,22 @@ SMALLEST, LARGEST = 1e-99, 1e99
 MOST_NAMES = 8  # of a circle of declarations
 
 Place = tuple[str, int, int]
+
+
+def refuse_place(place: Place, n: int) -> None:
+    """Refuse a place that an arm with n joints has not.
+
+    Raises
+    ------
+    LookupError
+        If M, C and G of so many joints have no such entry.
+    """
+    matrix, row, column = place
+    if matrix not in ("M", "C", "G") or not (1 <= row <= n and 1 <= column <= (1 if matrix == "G" else n)):
+        joints = f"{n} joint{'s' if n > 1 else ''}"
+        raise LookupError(
+            f"An arm with {joints} has no entry {described(matrix)}[{described(row)},{described(column)}]."
+        )
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from workbench.notation.parsing.names import PI
 from workbench.notation.rewrite import parts
 from workbench.validation.doors import door
 from workbench.verify.given import symbols_of
-from workbench.verify.sheet import Place
+from workbench.verify.sheet import Place, refuse_place
 
 MOST_JOINTS = 6  # each may turn or slide: so many guesses are made, and one fits
 MOST_OPERATIONS = 1_500  # of the diagonal of M, as written out
@@ -122,6 +122,7 @@ class Units:
     @door
     def of_entry(self, place: Place) -> Unit:
         """The unit of an entry of M, C or G."""
+        refuse_place(place, len(self.joints))
         matrix, row, column = place
         power = KG * METRE**2 / SECOND**2 / self.joints[row - 1]
         if matrix == "G":

@@ -13,6 +13,7 @@ from workbench import derivation, verification
 from workbench.core import Claim, Dynamics
 from workbench.core.claim import Declared
 from workbench.metrics.integral import Integral
+from workbench.notation.parsing import grammar, names, normal, plain, statements, tex
 from workbench.notation.walk import walk
 from workbench.robots import named
 from workbench.verify import (
@@ -148,7 +149,16 @@ def calls() -> dict[str, Any]:
         "search": partial(witness.search, ARM.M, ARM.M, ARM),
 
 
+        "tokens of text": partial(plain.tokens, "2*m_1"),
+        "tokens of LaTeX": partial(tex.tokens, "2 m_1"),
+        "statements": partial(statements.statements, "M_11 = m_1", "text"),
+        "parse": partial(grammar.parse, plain.tokens("2*m_1"), names.Names.of(given.symbols_of(ARM))),
+        "normal_form": partial(_is_zero, read.entries["M", 1, 1], given.symbols_of(ARM)),
     }  # fmt: skip
+
+
+def _is_zero(formula: Any, letters: Any) -> bool:
+    return normal.normal_form(formula, letters).is_zero
 
 
 def _watching(ode: Any, claims: Any) -> None:

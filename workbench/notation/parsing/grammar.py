@@ -19,11 +19,13 @@ from workbench.notation.formula import Formula, Matrix, Number, Symbol
 from workbench.notation.parsing.assembly import HIGHEST_POWER, bounded, matrix, number, product, total
 from workbench.notation.parsing.names import PI, Names
 from workbench.notation.parsing.tokens import DEEPEST, FUNCTIONS, OPENING, FormulaError, Token, refusal
+from workbench.validation.doors import door
 
 STARTS = {"number", "name", "function", "frac", "begin", *"([{"}
 MINUS_ONE = Number(Fraction(-1))
 
 
+@door
 def parse(tokens: Sequence[Token], names: Names) -> Formula:
     """The formula that all the tokens make.
 
