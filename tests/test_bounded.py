@@ -172,7 +172,10 @@ def test_a_wrong_gravity_breaks_the_constant_of_the_right_one():
     [
         (lambda: bounded(x[0], x, 0, 1, -1.0), "must be a positive number"),
         (lambda: bounded(x[0], x, 0, 1, np.nan), "must be a positive number"),
-        (lambda: disturbance(SINES, t, 0.0), "finite low < high"),
+        (
+            lambda: disturbance(SINES, t, 0.0),
+            r"`disturbance\(until=...\)` must be a positive, finite number of seconds",
+        ),
         (lambda: disturbance(SINES * x[0], t, 1.0), "'x_0' is missing"),
         (lambda: lipschitz_gravity(DERIVED, 1.0, -1.0), "`lipschitz_gravity"),
     ],

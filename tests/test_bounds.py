@@ -111,9 +111,15 @@ def test_a_used_up_budget_is_said_and_what_was_proved_is_kept():
         (lambda: enclose(x, x, 0, 1), "takes one expression"),
         (lambda: enclose(x[0], x, 1, 0), r"`enclose\(low=..., high=...\)` needs finite low < high"),
         (lambda: enclose(x[0], x, 0, np.nan), "finite low < high"),
-        (lambda: enclose(x[0], x, 0, 1, tolerance=0.0), "`tolerance` must be a positive number"),
-        (lambda: enclose(x[0], x, 0, 1, tolerance=np.nan), "`tolerance` must be a positive number"),
-        (lambda: largest_norm(x, x, 0, 1, tolerance=-1e-8), "`tolerance` must be a positive number"),
+        (
+            lambda: enclose(x[0], x, 0, 1, tolerance=0.0),
+            r"`enclose\(tolerance=...\)` must be a positive, finite number",
+        ),
+        (
+            lambda: enclose(x[0], x, 0, 1, tolerance=np.nan),
+            r"`enclose\(tolerance=...\)` must be a positive, finite number",
+        ),
+        (lambda: largest_norm(x, x, 0, 1, tolerance=-1e-8), r"\(tolerance=...\)` must be a positive, finite number"),
         (lambda: extreme_eigenvalue(ca.diag(x), x, 0, 1, 0), "is 1 for the least or -1 for the greatest; got 0"),
         (lambda: extreme_eigenvalue(x, x, 0, 1, 1), r"must be square to have eigenvalues; got shape \(2, 1\)"),
         (lambda: enclose(x[0], x, np.zeros(3), 1), "numbers or vectors of 2"),

@@ -125,7 +125,9 @@ def test_the_same_seed_finds_the_same_run():
 
 
 def test_a_budget_too_small_for_a_trial_is_refused():
-    with pytest.raises(ValueError, match="needs four members at least"):
+    with pytest.raises(
+        ValueError, match=r"`Budget\(population=...\)` must be a whole number of members, .* at least 4; got 3"
+    ):
         Budget(population=3)
 
 

@@ -34,7 +34,9 @@ def test_a_claim_knows_what_it_rests_on_however_far_below():
 
 
 def test_a_claim_that_is_not_there_is_named_with_the_nearest():
-    with pytest.raises(LookupError, match="There is no claim 'theorm' in this ledger. Did you mean 'theorem'?"):
+    with pytest.raises(
+        LookupError, match="There is no 'theorm' among the 1 claims of this ledger. Did you mean 'theorem'?"
+    ):
         ledger(theorem=PROVED)["theorm"]
 
 
@@ -62,7 +64,9 @@ def test_samples_belong_to_what_is_not_refuted():
 
 
 def test_a_verdict_is_one_of_four():
-    with pytest.raises(ValueError, match="is one of 'proved', 'refuted', 'not refuted', 'not checkable'; got 'true'"):
+    with pytest.raises(
+        ValueError, match="must be one of 'proved', 'refuted', 'not refuted', 'not checkable'; got 'true'"
+    ):
         Finding("true", "it is so")
 
 

@@ -11,7 +11,8 @@ from arms import printed_arm
 from workbench.core import Dynamics
 from workbench.robots import PlanarArm, named, paper_arm
 from workbench.robots.description import PointMass
-from workbench.verify.printed import compare
+from workbench.verify.printed import compare, compare_sheet, judged
+from workbench.verify.sheet import read_sheet
 
 DERIVED = Dynamics.of(paper_arm())
 PAPER = Dynamics.of(printed_arm()())
@@ -170,3 +171,11 @@ def test_the_study_names_the_wrong_entry_and_prints_the_right_one():
     assert "right -m_2*l_1*l_2*(qd_1 + qd_2)*sin(q_2)" in first
     assert second.startswith("9 of 10 entries")
     assert len(study.sections(None)) == 4
+
+
+def test_a_sheet_is_compared_with_the_arm_it_was_read_for():
+    one, two = (Dynamics.of(named(name)) for name in ("planar-1r", "planar-2r"))
+    with pytest.raises(LookupError, match="this one has no '._2'"):
+        compare_sheet(read_sheet("M_11 = m_2*l_2^2", two, "text"), one)
+    with pytest.raises(LookupError, match=r"An arm with 1 joint has no entry 'M'\[0,1\]"):
+        judged({("M", 0, 1): ca.SX(1)}, one)

@@ -14,6 +14,7 @@ from workbench.core.show import formula_of
 from workbench.notation import text
 from workbench.notation.parsing.statements import Language
 from workbench.notation.parsing.tokens import MOST_CHARACTERS
+from workbench.validation.doors import door
 from workbench.verify.diagnosis import Diagnosis, diagnose, in_common
 from workbench.verify.digits import told_apart
 from workbench.verify.factorisation import is_in_full, of_factorisation
@@ -40,6 +41,7 @@ class Finding(NamedTuple):
     lines: list[str]
 
 
+@door
 def findings(file: Path, robot: Dynamics) -> list[Finding]:
     """A finding for each entry that a file prints, and one at the end for all of them.
 
@@ -66,10 +68,13 @@ def findings(file: Path, robot: Dynamics) -> list[Finding]:
 def _content(file: Path) -> str:
     if not file.is_file():
         raise LookupError(f"There is no file '{file}'; name a file of equations, .txt or .tex.")
-    if file.stat().st_size > 4 * MOST_CHARACTERS:
+    most = 4 * MOST_CHARACTERS  # bytes
+    with file.open("rb") as handle:  # what is no file of a disk may have a size of 0, and no end
+        content = handle.read(most + 1)
+    if len(content) > most:
         raise ValueError(f"{file}: equations take at most {MOST_CHARACTERS} characters; this file has more.")
-    try:
-        return file.read_text(encoding="utf-8-sig")  # editors may put a mark before the text
+    try:  # editors may put a mark before the text
+        return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
         raise ValueError(f"{file}: it is no text in UTF-8 (byte {error.start}); save the equations as text.") from None
 

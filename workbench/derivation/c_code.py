@@ -5,6 +5,7 @@ from __future__ import annotations
 from workbench.core import Dynamics
 from workbench.derivation.code import RESERVED, Routine, about, matrices_of, nominal, torque_of
 from workbench.notation.program import Dialect
+from workbench.validation.doors import door
 
 C99 = Dialect({}, RESERVED, width=70)
 
@@ -36,6 +37,7 @@ void workbench_forward_dynamics(const double *q, const double *qd, const double 
 """
 
 
+@door
 def as_c(dynamics: Dynamics) -> str:
     """A C file with `workbench_dynamics`, `workbench_inverse_dynamics` and `workbench_forward_dynamics`."""
     said = [*about(dynamics), "", "Vectors have n numbers, matrices n * n, row by row. No memory is allocated."]

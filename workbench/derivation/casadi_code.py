@@ -5,6 +5,7 @@ from __future__ import annotations
 from workbench.core import Dynamics
 from workbench.derivation.code import RESERVED, Routine, about, matrices_of, nominal, torque_of
 from workbench.notation.program import CALLED, Dialect
+from workbench.validation.doors import door
 
 CASADI = Dialect({name: f"ca.{name}" for name in CALLED.split()} | {"pow": "ca.power"}, RESERVED, width=84)
 
@@ -29,6 +30,7 @@ forward_dynamics = ca.Function(
 )"""
 
 
+@door
 def as_casadi(dynamics: Dynamics) -> str:
     """A module with the CasADi functions `dynamics`, `inverse_dynamics` and `forward_dynamics`."""
     matrices, torque = matrices_of(dynamics, CASADI), torque_of(dynamics, CASADI)

@@ -14,13 +14,16 @@ from workbench.core.show import letters, table_to_html, written
 from workbench.derivation.letters import harmless, has_friction, letters_of, title
 from workbench.notation import latex, mathml, text, typst_math
 from workbench.notation.formula import Matrix, Symbol, System, equations
+from workbench.validation.doors import door
 
 
+@door
 def as_text(dynamics: Dynamics) -> str:
     """Plain text, for a terminal."""
     return "\n".join([*_head(dynamics), *("\n" + text.emit(block) for block in _blocks(dynamics))])
 
 
+@door
 def as_latex(dynamics: Dynamics) -> str:
     """Displays for a document with amsmath; the letters as comments above."""
     head = (f"% {line}".rstrip() for line in _head(dynamics))
@@ -28,6 +31,7 @@ def as_latex(dynamics: Dynamics) -> str:
     return "\n".join([*head, "", r"\allowdisplaybreaks", *displays])
 
 
+@door
 def as_typst(dynamics: Dynamics) -> str:
     """A Typst document; the letters as comments above."""
     head = (f"// {line}".rstrip() for line in _head(dynamics))
@@ -35,6 +39,7 @@ def as_typst(dynamics: Dynamics) -> str:
     return "\n".join([*head, "", "#set text(11pt)", "#show math.equation: set block(breakable: true)", *displays])
 
 
+@door
 def as_mathml(dynamics: Dynamics) -> str:
     """A page for a browser."""
     rows = [(letters(letter.name), letter.path, f"{letter.value:g}", letter.unit) for letter in letters_of(dynamics)]

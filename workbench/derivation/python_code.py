@@ -5,6 +5,7 @@ from __future__ import annotations
 from workbench.core import Dynamics
 from workbench.derivation.code import RESERVED, Routine, about, matrices_of, nominal, torque_of
 from workbench.notation.program import Dialect
+from workbench.validation.doors import door
 
 # The sines of `math` are those of the C library, as CasADi's are; NumPy's differ in the last bit on some machines.
 PYTHON = Dialect({"fmin": "min", "fmax": "max"}, RESERVED, width=84)
@@ -16,6 +17,7 @@ FORWARD = '''def forward_dynamics(q, qd, tau, p=NOMINAL):
     return np.linalg.solve(M, tau - inverse_dynamics(q, qd, np.zeros(len(q)), p))'''
 
 
+@door
 def as_python(dynamics: Dynamics) -> str:
     """A module with the functions `dynamics`, `inverse_dynamics` and `forward_dynamics`."""
     matrices, torque = matrices_of(dynamics, PYTHON), torque_of(dynamics, PYTHON)

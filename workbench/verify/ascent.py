@@ -9,12 +9,15 @@ from workbench.core import Ode, rk4, with_quadrature, with_sensitivity
 from workbench.core.layout import Array
 from workbench.metrics import AbstractMetric
 from workbench.simulate import Trajectories, simulate
+from workbench.validation.doors import door
+from workbench.validation.words import multiple, seconds, vector
 from workbench.verify.box import Box
 from workbench.verify.margins import Largest
 
 ROWS = 400  # of the run at which the worst instant is looked for
 
 
+@door
 def slope_of(ode: Ode, metric: AbstractMetric, box: Box, u: Array, until: float, h: float) -> Array | None:
     """d(metric)/du (d,) at a point u (d,) of the unit cube, up to a positive factor; None where there is none.
 
@@ -22,7 +25,10 @@ def slope_of(ode: Ode, metric: AbstractMetric, box: Box, u: Array, until: float,
     signal at the instant where it is largest, by the envelope theorem. Where the equation has jumps the slope
     lacks what they add, so it is good for a direction only.
     """
+    u = vector("slope_of(u=...)", u, len(box.labels), "numbers of the box")
+    steps = multiple("slope_of(until=...)", seconds("slope_of(until=...)", until), seconds("slope_of(h=...)", h), "h")
     y = ode.outputs.view(ode.output)
+    metric.check(ode, until)
     g = metric.integrand(ode.t, y)
     if g is None and not isinstance(metric, Largest):
         return None
@@ -31,8 +37,8 @@ def slope_of(ode: Ode, metric: AbstractMetric, box: Box, u: Array, until: float,
     p, x0 = box.rows(box.at(u[np.newaxis]))
     carried = with_sensitivity(ode, box.labels)
     rest = carried.states.default[x0.shape[1] :]
-    stride = max(1, round(until / h) // ROWS)
-    kept = h * stride if round(until / h) % stride == 0 else h
+    stride = max(1, steps // ROWS)
+    kept = h * stride if steps % stride == 0 else h
     runs = simulate(rk4(carried, h), p, np.hstack([x0, rest[np.newaxis]]), until=until, every=kept)
     if runs.diverged.any():
         return None

@@ -16,6 +16,8 @@ import numpy as np
 from workbench.core import Dynamics
 from workbench.core.layout import Array
 from workbench.notation.walk import walk
+from workbench.validation.doors import door
+from workbench.validation.words import refusal, seconds
 from workbench.verify.bounds import Extreme, NoBound, box_of, by_intervals, largest_norm, shown
 from workbench.verify.interval import Interval, evaluate, jumps
 from workbench.verify.spectrum import nominal
@@ -50,6 +52,7 @@ class BoundVerdict:
     replay: str
 
 
+@door
 def bounded(
     expression: ca.SX,
     symbols: ca.SX,
@@ -77,9 +80,10 @@ def bounded(
     """
     line = 'casadi.Function("f", [symbols], [expression])({x})'
     asked = _Question("|f|", (low, high), limit, unit, line, boxes, statement)
-    return _judge(asked, ca.SX(expression), symbols)
+    return _judge(asked, expression, symbols)
 
 
+@door
 def lipschitz(
     expression: ca.SX,
     symbols: ca.SX,
@@ -102,9 +106,10 @@ def lipschitz(
     """
     line = 'casadi.Function("J", [symbols], [casadi.jacobian(expression, symbols)])({x})'
     asked = _Question("|df/dx|", (low, high), limit, unit, line, boxes, statement)
-    return _slope(asked, ca.SX(expression), symbols)
+    return _slope(asked, expression, symbols)
 
 
+@door
 def disturbance(
     D: ca.SX, t: ca.SX, until: float, D_max: float | None = None, L_D: float | None = None, *, boxes: int | None = None
 ) -> tuple[BoundVerdict, BoundVerdict]:
@@ -115,7 +120,7 @@ def disturbance(
     ValueError
         If `until` is not a positive number, or D holds other symbols than t.
     """
-    D, span = ca.SX(D), (0.0, until)
+    span = 0.0, seconds("disturbance(until=...)", until)
     size = 'casadi.Function("D", [t], [D])({x})'
     slope = 'casadi.Function("D", [t], [casadi.jacobian(D, t)])({x})'
     horizon = f"for t in [0, {until:g}] s"
@@ -124,6 +129,7 @@ def disturbance(
     return _judge(first, D, t), _slope(second, D, t)
 
 
+@door
 def lipschitz_gravity(
     dynamics: Dynamics,
     low: float | Array = -np.pi,
@@ -140,6 +146,7 @@ def lipschitz_gravity(
     return _slope(asked, dynamics.G, dynamics.q)
 
 
+@door
 def lipschitz_coriolis(
     dynamics: Dynamics,
     speed: float | Array,
@@ -158,7 +165,7 @@ def lipschitz_coriolis(
     low, high
         The box of positions, in rad.
     """
-    slow, fast = box_of("lipschitz_coriolis", -np.asarray(speed), np.asarray(speed), dynamics.dof)
+    slow, fast = box_of("lipschitz_coriolis", -1.0 * np.asarray(speed), speed, dynamics.dof)
     first, last = box_of("lipschitz_coriolis", low, high, dynamics.dof)
     state, bias = ca.vertcat(dynamics.q, dynamics.qd), dynamics.C @ dynamics.qd
     box = np.concatenate([first, slow]), np.concatenate([last, fast])
@@ -168,6 +175,7 @@ def lipschitz_coriolis(
     return _slope(_Question("|d(C qd)/dx|", box, limit, unit, line, boxes, said, nominal(dynamics)), bias, state)
 
 
+@door
 def lipschitz_inverse_mass(
     dynamics: Dynamics,
     low: float | Array = -np.pi,
@@ -220,6 +228,8 @@ class _Question:
 
 
 def _slope(asked: _Question, f: ca.SX, symbols: ca.SX) -> BoundVerdict:
+    if not symbols.is_valid_input():
+        raise refusal("symbols=...", "a column of symbols, each of them alone", symbols)
     names = [symbols[i].name() for i in range(symbols.numel())]
     if found := jumps(walk(f), names):
         return asked.open(f"it holds {found[0]}, where it may jump or has no slope")

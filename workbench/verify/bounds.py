@@ -14,8 +14,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.core.sockets import described
-from workbench.verify.branch import Proof, prove, whole
+from workbench.validation.doors import door
+from workbench.validation.words import as_array, described, positive, refusal, whole
+from workbench.verify import branch
+from workbench.verify.branch import Proof, prove
 from workbench.verify.elementary import guarantee
 from workbench.verify.extreme import Enclosure, Extreme
 from workbench.verify.forms import UNIT, AbstractForm, form_of
@@ -41,8 +43,10 @@ TOLERANCE = 1e-8
 # Doubles that all boxes of one side may need if no budget is given, and those of the least of boxes: together
 # some ten seconds on one core.
 WORK, LEAST = 200_000_000, 1000
+LARGEST = 2.0**1000  # in size, of the ends of a box: their sums and differences are doubles too
 
 
+@door
 def enclose(
     expression: ca.SX,
     symbols: ca.SX,
@@ -76,14 +80,15 @@ def enclose(
         If it has an operation of which no interval is known, or no finite value or bound somewhere: the
         place is named. It is a ValueError.
     """
-    if ca.SX(expression).numel() != 1:
-        raise ValueError(f"`enclose(expression=...)` takes one expression; got shape {ca.SX(expression).shape}.")
-    task = _task("enclose", ca.SX(expression), symbols, low, high, numbers)
+    if expression.numel() != 1:
+        raise ValueError(f"`enclose(expression=...)` takes one expression; got shape {expression.shape}.")
+    task = _task("enclose", expression, symbols, low, high, numbers)
     lower, upper = (task.seen(sign) for sign in (1, -1))
     scale = max(abs(lower.value), abs(upper.value)) or 1.0
     return Enclosure(*(task.proved(s, seen, scale, tolerance, boxes) for s, seen in ((1, lower), (-1, upper))))
 
 
+@door
 def extreme_eigenvalue(
     matrix: ca.SX,
     symbols: ca.SX,
@@ -109,7 +114,6 @@ def extreme_eigenvalue(
     """
     if sign not in (1, -1):
         raise ValueError(f"`extreme_eigenvalue(sign=...)` is 1 for the least or -1 for the greatest; got {sign}.")
-    matrix = ca.SX(matrix)
     if matrix.shape[0] != matrix.shape[1]:
         raise ValueError(
             f"`extreme_eigenvalue(matrix=...)` must be square to have eigenvalues; got shape {matrix.shape}."
@@ -119,6 +123,7 @@ def extreme_eigenvalue(
     return task.proved(sign, seen, abs(seen.value) or 1.0, tolerance, boxes)
 
 
+@door
 def largest_norm(
     matrix: ca.SX,
     symbols: ca.SX,
@@ -139,7 +144,7 @@ def largest_norm(
     ValueError, NoBound
         As `enclose`.
     """
-    F = ca.densify(ca.SX(matrix))
+    F = ca.densify(matrix)
     n, m = F.shape
     if 1 in (n, m):
         square = ca.sumsqr(F)
@@ -158,8 +163,11 @@ def _root(square: Extreme) -> Extreme:
     return replace(square, value=float(np.sqrt(max(square.value, 0.0))), reached=reached, beyond=beyond)
 
 
+@door
 def shown(bound: float, side: int) -> str:
     """A proved bound to nine digits, which are rounded so that it stays one: down (side 1) or up (side -1)."""
+    if side not in (1, -1):
+        raise refusal("shown(side=...)", "1 for a bound from below or -1 for one from above", side)
     rounding = decimal.ROUND_FLOOR if side == 1 else decimal.ROUND_CEILING
     return f"{float(decimal.Context(prec=9, rounding=rounding).create_decimal(bound)):.9g}"
 
@@ -171,8 +179,9 @@ def by_intervals(boxes: int) -> str:
 
 @dataclass(frozen=True, eq=False)
 class _Task:
-    """A matrix and its negative as forms over the symbols that it depends on, and the box."""
+    """A matrix and its negative as forms over the symbols that it depends on, the box, and who asked."""
 
+    call: str
     forms: dict[int, AbstractForm]
     free: list[int]
     low: Array
@@ -193,12 +202,9 @@ class _Task:
 
     def proved(self, sign: int, seen: Seen, scale: float, tolerance: float, boxes: int | None) -> Extreme:
         """What was seen, with its proof."""
-        if not 0 < tolerance < np.inf:
-            raise ValueError(
-                f"A bound's `tolerance` must be a positive number, as intervals leave a little room; got {tolerance}."
-            )
-        box = whole(self.low[self.free], self.high[self.free])
-        budget = WORK // (self.forms[sign].cost + LEAST) if boxes is None else boxes
+        positive(f"{self.call}(tolerance=...)", tolerance, ", as intervals leave a little room")
+        box = branch.whole(self.low[self.free], self.high[self.free])
+        budget = WORK // (self.forms[sign].cost + LEAST) if boxes is None else whole(f"{self.call}(boxes=...)", boxes)
         found: Proof = prove(self.forms[sign], box, (seen.value, seen.x), scale, tolerance, budget)
         beyond = None if found.beyond is None else sign * found.beyond
         value, reached = sign * found.value, sign * self._reached(sign, found.x)
@@ -227,6 +233,8 @@ def _task(
     high: float | Array,
     numbers: Mapping[str, float] | None,
 ) -> _Task:
+    if not symbols.is_valid_input():
+        raise refusal(f"{call}(symbols=...)", "a column of symbols, each of them alone", symbols)
     first, last = box_of(call, low, high, symbols.numel())
     given = {symbols[i].name(): i for i in range(symbols.numel())}
     fixed = numbers or {}
@@ -235,7 +243,7 @@ def _task(
         raise ValueError(f"`{call}(symbols=...)` must hold all symbols of the expression; '{foreign[0]}' is missing.")
     free = sorted(given[name] for name in held)
     parts = [symbols[i] for i in free]
-    return _Task({sign: form_of(sign * matrix, parts, fixed) for sign in (1, -1)}, free, first, last)
+    return _Task(call, {sign: form_of(sign * matrix, parts, fixed) for sign in (1, -1)}, free, first, last)
 
 
 def box_of(call: str, low: float | Array, high: float | Array, k: int) -> tuple[Array, Array]:
@@ -246,11 +254,10 @@ def box_of(call: str, low: float | Array, high: float | Array, k: int) -> tuple[
     ValueError
         If they are none of k finite numbers with low < high.
     """
-    try:
-        first, last = (np.broadcast_to(np.asarray(side, dtype=float), k).copy() for side in (low, high))
-    except (TypeError, ValueError):
-        got = f"{described(low)} and {described(high)}"
-        raise ValueError(f"`{call}(low=..., high=...)` must be numbers or vectors of {k}; got {got}.") from None
-    if not (np.isfinite([first, last]).all() and (first < last).all()):
-        raise ValueError(f"`{call}(low=..., high=...)` needs finite low < high; got {low} and {high}.")
+    sides, got = [as_array(side) for side in (low, high)], f"{described(low)} and {described(high)}"
+    if any(side is None or side.shape not in ((), (1,), (k,)) for side in sides):
+        raise ValueError(f"`{call}(low=..., high=...)` must be numbers or vectors of {k}; got {got}.")
+    first, last = (np.broadcast_to(side, k).copy() for side in sides if side is not None)
+    if not (np.abs([first, last]) <= LARGEST).all() or not (first < last).all():
+        raise ValueError(f"`{call}(low=..., high=...)` needs finite low < high; got {got}.")
     return first, last

@@ -9,10 +9,13 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.layout import Array, nearest, numbers
+from workbench.core.layout import Array
+from workbench.validation.doors import door
+from workbench.validation.words import as_array, described, matrix, nearest, vector
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Box:
     """low <= theta <= high for d numbers of an equation, each a parameter or an initial state.
 
@@ -31,7 +34,12 @@ class Box:
     low: Array
     high: Array
 
+    def __post_init__(self) -> None:
+        for side in ("low", "high"):
+            vector(f"Box({side}=...)", getattr(self, side), len(self.labels), "labels")
+
     @staticmethod
+    @door
     def of(ode: Ode, ranges: Mapping[str, tuple[Any, Any]]) -> Box:
         """A box from (low, high) per name: of a number (`plant.q[0]`), or of all numbers of a quantity (`plant.q`).
 
@@ -47,13 +55,13 @@ class Box:
         for name, pair in ranges.items():
             mine = _labels(ode, name)
             labels += mine
-            try:
-                ends.append(np.stack([np.broadcast_to(numbers(end).ravel(), len(mine)) for end in pair]))
-            except (TypeError, ValueError):
+            sides = [as_array(end) for end in pair]
+            if any(side is None or side.size not in (1, len(mine)) for side in sides):
                 raise ValueError(
                     f"`Box.of(ranges=...)` must give (low, high) for '{name}', each a number or {len(mine)} of them; "
-                    f"got {pair!r}."
-                ) from None
+                    f"got {described(pair)}."
+                )
+            ends.append(np.stack([np.broadcast_to(side.ravel(), len(mine)) for side in sides if side is not None]))
         if not labels or len(set(labels)) < len(labels):
             raise ValueError(f"`Box.of(ranges=...)` must give each sought number one range; got {list(ranges)}.")
         low, high = np.concatenate(ends, axis=1)
@@ -64,12 +72,16 @@ class Box:
             box.rows(end[np.newaxis])  # refuses what is out of the bounds of its quantity
         return box
 
+    @door
     def at(self, u: Array) -> Array:
         """theta (B, d) of points u (B, d) of the unit cube."""
+        u = matrix("Box.at(u=...)", u, columns=len(self.labels))
         return np.asarray(self.low + u * (self.high - self.low))
 
+    @door
     def rows(self, theta: Array) -> tuple[Array, Array]:
         """Parameters (B, np) and initial states (B, nx) of theta (B, d)."""
+        theta = matrix("Box.rows(theta=...)", theta, columns=len(self.labels))
         columns = dict(zip(self.labels, theta.T, strict=True))
         parameters = {name: value for name, value in columns.items() if name in self.ode.parameters.labels}
         states = {name: value for name, value in columns.items() if name not in parameters}
@@ -85,5 +97,5 @@ def _labels(ode: Ode, name: str) -> list[str]:
             return layout[name].labels()
         if name in layout.labels:
             return [name]
-    known = (*ode.parameters.names, *ode.states.names)
-    raise LookupError(f"There is no parameter and no state '{name}' in '{ode.name}'.{nearest(name, known)}")
+    names = (*ode.parameters.names, *ode.states.names)
+    raise LookupError(f"There is no parameter and no state {described(name)} in '{ode.name}'.{nearest(name, names)}")

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Literal
 
 from workbench.core.claim import Claim
-from workbench.core.layout import nearest
-from workbench.core.sockets import require
+from workbench.validation.doors import door
+from workbench.validation.words import described, known, require
 
 # How it stands with a claim. A finite simulation can refute one, and never proves one.
 Kind = Literal["proved", "refuted", "not refuted", "not checkable"]
 
 
 @dataclass(frozen=True)
+@door
 class Finding:
     """What a check came to.
 
@@ -42,14 +43,12 @@ class Finding:
     samples: int = 0
 
     def __post_init__(self) -> None:
-        if self.kind not in get_args(Kind):
-            raise ValueError(f"`Finding(kind)` is one of {', '.join(map(repr, get_args(Kind)))}; got {self.kind!r}.")
         if not self.evidence:
             raise ValueError(f"`Finding('{self.kind}', evidence)` must say on what the verdict rests; got nothing.")
         if self.kind == "refuted" and not self.witness:
             raise ValueError(
                 "`Finding('refuted', witness=...)` needs a line of Python with which anyone can see the claim fail; "
-                f"got none for: {self.evidence}"
+                f"got none for: {described(self.evidence)}"
             )
         if (self.kind == "not refuted") != (self.samples > 0):
             raise ValueError(
@@ -67,6 +66,7 @@ Check = Callable[[], Finding]
 
 
 @dataclass(frozen=True)
+@door
 class Line:
     """A claim and what became of it."""
 
@@ -75,6 +75,7 @@ class Line:
 
 
 @dataclass(frozen=True)
+@door
 class Ledger:
     """Claims with their findings, in order; a claim's hypotheses are found among them by name.
 
@@ -92,13 +93,12 @@ class Ledger:
             raise ValueError(f"`Ledger(lines)` holds each claim once; {twice} came more than once.")
 
     @staticmethod
+    @door
     def of(checks: Sequence[tuple[Claim, Check]]) -> Ledger:
         """Check each claim, in order."""
         lines = []
         for claim, check in checks:
-            require("Ledger.of(checks)", claim, Claim)
-            finding = check()
-            require(f"The check of '{claim.name}'", finding, Finding)
+            finding = require(f"The check of '{claim.name}'", check(), Finding)
             lines.append(Line(claim, finding))
         return Ledger(tuple(lines))
 
@@ -109,20 +109,19 @@ class Ledger:
         return len(self.lines)
 
     def __getitem__(self, name: str) -> Line:
-        for line in self.lines:
-            if line.claim.name == name:
-                return line
-        raise LookupError(f"There is no claim '{name}' in this ledger.{nearest(name, self.names)}")
+        return self.lines[self.names.index(known(name, self.names, "claims of this ledger"))]
 
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the claims."""
         return tuple(line.claim.name for line in self.lines)
 
+    @door
     def count(self, kind: Kind) -> int:
         """How many claims have that verdict."""
         return sum(line.finding.kind == kind for line in self.lines)
 
+    @door
     def hypotheses(self, name: str) -> tuple[tuple[str, Kind | None], ...]:
         """What a claim rests on, directly or not, each with its verdict: None for what is not in the ledger."""
         found: dict[str, Kind | None] = {}
@@ -130,6 +129,7 @@ class Ledger:
             found[hypothesis.name] = self[hypothesis.name].finding.kind if hypothesis.name in self.names else None
         return tuple(found.items())
 
+    @door
     def fallen(self, name: str) -> tuple[str, ...]:
         """The refuted hypotheses of a claim: beside one of them, a proof of it says nothing of the case."""
         return tuple(hypothesis for hypothesis, kind in self.hypotheses(name) if kind == "refuted")

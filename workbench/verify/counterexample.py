@@ -13,10 +13,11 @@ import numpy as np
 
 from workbench.core import Ode
 from workbench.core.layout import Array, Layout
-from workbench.core.numbers import nearest
 from workbench.metrics import AbstractMetric, measure
 from workbench.simulate import StepLimit
 from workbench.simulate.reference import reference
+from workbench.validation.doors import door
+from workbench.validation.words import described, known, nearest, refusal
 from workbench.verify.margins import Largest
 
 LARGEST_FILE = 1_000_000  # bytes; one with a hundred parameters has ten thousand
@@ -52,6 +53,7 @@ class Replay:
 
 
 @dataclass(frozen=True)
+@door
 class CounterExample:
     """One run of an equation and what a metric makes of it.
 
@@ -83,29 +85,53 @@ class CounterExample:
     value: float
     error: float
 
+    @door
     def write(self, path: Path | str) -> None:
-        """Store it as JSON."""
+        """Store it as JSON.
+
+        Raises
+        ------
+        ValueError
+            If nothing can be written there; the reason is said.
+        """
         fields = asdict(self) | {"value": float(self.value).hex(), "error": float(self.error).hex()}
-        Path(path).write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
+        try:
+            Path(path).write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
+        except (OSError, ValueError) as error:  # the second where a name holds what none can
+            why = error.strerror if isinstance(error, OSError) else error
+            raise refusal("CounterExample.write(path=...)", "a file that can be written", path, f": {why}") from None
 
     @staticmethod
+    @door
     def read(path: Path | str) -> CounterExample:
         """What `write` has stored.
 
         Raises
         ------
+        LookupError
+            If there is no such file.
         ValueError
-            If the file is too large or does not hold a counter-example.
+            If the file is too large, cannot be read or does not hold a counter-example.
         """
         file = Path(path)
-        call = f"CounterExample.read('{file.name}')"
-        if file.stat().st_size > LARGEST_FILE:
-            raise ValueError(f"`{call}` must be a file of {LARGEST_FILE} bytes at most; got {file.stat().st_size}.")
+        call = f"CounterExample.read({described(file.name)})"
         try:
-            return _made(json.loads(file.read_text(encoding="utf-8")))
+            if not file.is_file():
+                raise LookupError(f"`{call}`: there is no such file.")
+            with file.open("rb") as handle:
+                content = handle.read(LARGEST_FILE + 1)
+        except OSError as error:
+            raise ValueError(f"`{call}` must be a file that can be read: {error.strerror}.") from None
+        if len(content) > LARGEST_FILE:
+            raise ValueError(f"`{call}` must be a file of {LARGEST_FILE} bytes at most; got more.")
+        try:
+            return _made(json.loads(content.decode()))
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError) as error:
-            raise ValueError(f"`{call}` must hold a counter-example as `write` stores it; got {error!r}.") from None
+            raise ValueError(
+                f"`{call}` must hold a counter-example as `write` stores it; got {described(str(error))}."
+            ) from None
 
+    @door
     def rows(self, ode: Ode) -> tuple[Array, Array]:
         """Its parameters (1, np) and initial state (1, nx), as rows of `ode`.
 
@@ -123,6 +149,7 @@ class CounterExample:
             )
         return _row(ode.parameters, self.p), _row(ode.states, self.x0)
 
+    @door
     def replay(
         self, ode: Ode, metric: AbstractMetric, kept: Sequence[Largest] = (), watched: Ode | None = None
     ) -> Replay:
@@ -157,6 +184,7 @@ class Pair(NamedTuple):
     doubt: str
 
 
+@door
 def run(ode: Ode, metric: AbstractMetric, kept: Sequence[Largest], p: Array, x0: Array, until: float, h: float) -> Pair:
     """One run at its step and at half of it, with the violations `kept` of its hypotheses.
 
@@ -201,6 +229,7 @@ def _rough(value: float, error: float, h: float) -> str:
     return f"{TOO_LONG}: from {h:.3g} s to half of it the value changes by {error:.2g} to {value:.4g}"
 
 
+@door
 def in_reference_mode(
     ode: Ode, signal: str, p: Array, x0: Array, times: Sequence[float], rtol: float = 1e-9
 ) -> tuple[Array, Array]:
@@ -212,7 +241,7 @@ def in_reference_mode(
         If `reference` refuses the run.
     """
     found = reference(ode, p, x0, times=times, rtol=rtol)
-    y = ode.outputs.view(ode.output)[signal]
+    y = ode.outputs.view(ode.output)[known(signal, ode.outputs.names, f"outputs of '{ode.name}'")]
     slope = ca.Function("slope", [ode.t, ode.x, ode.p], [ca.vec(y), ca.densify(ca.jacobian(y, ode.x))])
     values = [slope(t, x, p) for t, x in zip(found.t, found.x, strict=True)]
     return (

@@ -14,6 +14,7 @@ from workbench.core.show import formula_of
 from workbench.notation import text
 from workbench.notation.formula import Sum
 from workbench.notation.normal_form import NormalForm, NotInClass
+from workbench.validation.doors import door
 from workbench.verify.digits import agrees_to_its_digits
 from workbench.verify.factorisation import misprints
 from workbench.verify.printed import EntryVerdict
@@ -40,6 +41,7 @@ class Diagnosis:
     instead: str = ""
 
 
+@door
 def diagnose(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics) -> dict[str, Diagnosis]:
     """A diagnosis for each verdict that an entry differs, by its label."""
     wrong = [verdict for verdict in verdicts if verdict.kind == "differs"]
@@ -67,6 +69,7 @@ def diagnose(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics) 
     return diagnoses
 
 
+@door
 def first_wrong(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics) -> EntryVerdict | None:
     """The first misprint: no entry of C that is as legal as the derived one, in its row or once that is corrected."""
     serious = [v for v in verdicts if v.kind == "differs" and v.same_torque != "proved"]
@@ -74,6 +77,7 @@ def first_wrong(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamic
     return next((v for v in serious if v.matrix != "C" or v.row not in rows or rows[v.row].label == v.label), None)
 
 
+@door
 def in_common(verdicts: Sequence[EntryVerdict], diagnoses: Mapping[str, Diagnosis]) -> list[str]:
     """What the wrong entries of a matrix share, in words: a sign of the whole matrix, say."""
     said = []

@@ -10,6 +10,7 @@ import numpy as np
 from workbench.core.layout import Array
 from workbench.notation.normal_form import NotInClass, normal_forms
 from workbench.notation.walk import Walk, walk
+from workbench.validation.doors import door
 from workbench.verify.identity import Kind
 from workbench.verify.interval import Interval, NoBound, evaluate
 
@@ -37,6 +38,7 @@ class Equality:
     right: Array | None = None
 
 
+@door
 def judge_equal(left: ca.SX, right: ca.SX) -> Equality:
     """Judge `left = right` for all values of the symbols in them.
 

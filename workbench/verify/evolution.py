@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 from workbench.core.layout import Array
+from workbench.validation.doors import door
+from workbench.validation.words import refusal, require, whole
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
@@ -18,6 +20,7 @@ WEIGHTS = (0.4, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Judged:
     """What trials are worth: `value` (B,), larger is what is sought; `excess` (B,) by how much each is inadmissible.
 
@@ -27,8 +30,17 @@ class Judged:
     value: Array
     excess: Array
 
+    def __post_init__(self) -> None:
+        if self.value.ndim != 1 or not self.value.size or self.value.shape != self.excess.shape:
+            raise ValueError(
+                "`Judged(value, excess)` must be two vectors of one number a trial, of at least one; got shapes "
+                f"{self.value.shape} and {self.excess.shape}."
+            )
+
+    @door
     def beats(self, other: Judged) -> Flags:
         """Where each trial is no worse than another: admissible first, then by value, among others by excess."""
+        _refuse_others(self, other)
         mine, theirs = self.excess <= 0, other.excess <= 0
         by_value = mine & theirs & (self.value >= other.value)
         by_excess = ~mine & ~theirs & (self.excess <= other.excess)
@@ -40,9 +52,18 @@ class Judged:
 
     def where(self, better: Flags, other: Judged) -> Judged:
         """What they are worth where `better`, and the other ones elsewhere."""
+        _refuse_others(self, require("Judged.where(other=...)", other, Judged))
+        if not isinstance(better, np.ndarray) or better.dtype != bool or better.shape != self.value.shape:
+            raise refusal("Judged.where(better=...)", f"{self.value.size} truths in an array", better)
         return Judged(np.where(better, self.value, other.value), np.where(better, self.excess, other.excess))
 
 
+def _refuse_others(these: Judged, others: Judged) -> None:
+    if these.value.shape != others.value.shape:
+        raise ValueError(f"Trials are compared one by one; got {these.value.size} and {others.value.size} of them.")
+
+
+@door
 def evolve(
     judge: Callable[[Array], Judged], dimensions: int, population: int, generations: int, rng: np.random.Generator
 ) -> tuple[Array, Judged]:
@@ -56,14 +77,22 @@ def evolve(
     judge
         From trials (B, d) to their worth; called once a generation and once before.
 
+    Raises
+    ------
+    ValueError
+        If there is no dimension, or less than four members, three of which make a trial for another one; or if
+        `judge` gives no `Judged` of all of them.
+
     References
     ----------
     Storn and Price (1997), Differential evolution, Journal of Global Optimization 11; Deb (2000), An efficient
     constraint handling method for genetic algorithms, Computer Methods in Applied Mechanics and Engineering 186.
     """
+    dimensions, population = whole("evolve(dimensions=...)", dimensions), whole("evolve(population=...)", population, 4)
+    generations = whole("evolve(generations=...)", generations, 0)
     # one point in every slice of every axis: a Latin hypercube
     u = (np.argsort(rng.random((dimensions, population)), axis=1).T + rng.random((population, dimensions))) / population
-    worth = judge(u)
+    worth = _worth(judge, u)
     for _ in range(generations):
         a, b, c = (rng.permutation(population) for _ in range(3))
         base = np.where((np.arange(population) % 2 == 0)[:, None], u[worth.best()], u[a])
@@ -73,7 +102,14 @@ def evolve(
         trial = np.where(inherited, u, trial)
         back = rng.random((population, dimensions))
         trial = np.where(trial < 0, u * back, np.where(trial > 1, u + (1 - u) * back, trial))
-        found = judge(trial)
+        found = _worth(judge, trial)
         better = found.beats(worth)
         u, worth = np.where(better[:, None], trial, u), found.where(better, worth)
     return u, worth
+
+
+def _worth(judge: Callable[[Array], Judged], trials: Array) -> Judged:
+    worth: Judged = require("evolve(judge=...)", judge(trials), Judged, ", which it gave for trials")
+    if len(worth.value) != len(trials):
+        raise ValueError(f"`evolve(judge=...)` must judge all of {len(trials)} trials; it judged {len(worth.value)}.")
+    return worth

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise
@@ -10,11 +11,16 @@ from typing import TypeAlias
 import casadi as ca
 
 from workbench.notation.walk import NAMES, Operation, walk
+from workbench.validation.doors import door
 
 Rational: TypeAlias = Fraction
 Matrix: TypeAlias = list[list[Fraction]]
 
+HIGHEST_POWER = 1000  # numbers of more than a million digits help nobody
+LONGEST = 40  # digits of a number that a message shows
 
+
+@door
 def exact_values(expression: ca.SX, values: Mapping[str, Fraction]) -> Matrix:
     """A matrix (n, m) of expressions at rational values of its symbols, with no rounding at all.
 
@@ -42,7 +48,7 @@ def _value(node: Operation, of: Sequence[Fraction], values: Mapping[str, Fractio
             raise LookupError(f"`exact_values(values=...)` must give '{node.name}' a value; it has none.")
         return values[node.name]
     match NAMES[node.code], list(of):
-        case "CONST", []:
+        case "CONST", [] if math.isfinite(node.value):
             return Fraction(node.value)
         case "ADD", [a, b]:
             return a + b
@@ -60,19 +66,28 @@ def _value(node: Operation, of: Sequence[Fraction], values: Mapping[str, Fractio
             return a * a
         case "TWICE", [a]:
             return 2 * a
-        case "POW" | "CONSTPOW", [a, b] if b.denominator == 1 and (a or b > 0):
+        case "POW" | "CONSTPOW", [a, b] if b.denominator == 1 and abs(b) <= HIGHEST_POWER and (a or b > 0):
             return a ** int(b)
         case "SIN", [a] if not a:
             return Fraction(0)
         case "COS", [a] if not a:
             return Fraction(1)
-    shown = ", ".join(map(str, of))
+    shown = ", ".join(str(a) if max(abs(a.numerator), a.denominator) < 10**LONGEST else "a long fraction" for a in of)
     raise ValueError(f"`exact_values(expression)` knows no rational value of {NAMES[node.code]} at {shown}.")
 
 
+@door
 def characteristic_polynomial(A: Matrix) -> list[Fraction]:
-    """The coefficients of det(s I - A), highest power first (Faddeev and LeVerrier)."""
+    """The coefficients of det(s I - A), highest power first (Faddeev and LeVerrier).
+
+    Raises
+    ------
+    ValueError
+        If A is not square.
+    """
     n = len(A)
+    if any(len(row) != n for row in A):
+        raise ValueError(f"`characteristic_polynomial(A)` must be square; got {n} rows of {sorted(set(map(len, A)))}.")
     coefficients, M = [Fraction(1)], [[Fraction(0)] * n for _ in range(n)]
     for k in range(1, n + 1):
         for i in range(n):
@@ -82,6 +97,7 @@ def characteristic_polynomial(A: Matrix) -> list[Fraction]:
     return coefficients
 
 
+@door
 def unstable_modes(polynomial: Sequence[Fraction]) -> int | None:
     """How many roots have a positive real part, by Routh's array; None where the array is not regular.
 

@@ -15,6 +15,9 @@ from workbench.core.layout import Array
 from workbench.metrics import AbstractMetric, measured
 from workbench.metrics.final import final_values
 from workbench.simulate import simulate
+from workbench.validation.doors import door
+from workbench.validation.words import multiple, seconds, whole
+from workbench.validation.words import seed as key
 from workbench.verify.ascent import slope_of
 from workbench.verify.box import Box
 from workbench.verify.counterexample import CounterExample, Pair, Replay, run
@@ -27,6 +30,7 @@ HALVINGS = 16  # of the step along a gradient, all tried at once
 
 
 @dataclass(frozen=True)
+@door
 class Budget:
     """How many members a generation has, how many generations follow the first, and how many gradients the best."""
 
@@ -35,12 +39,11 @@ class Budget:
     climbs: int = 4
 
     def __post_init__(self) -> None:
-        if self.population < 4 or min(self.generations, self.climbs) < 0:
-            raise ValueError(
-                "`Budget(population, generations, climbs)` needs four members at least, three of which make a "
-                f"trial for another one, and no negative numbers; got {self.population}, {self.generations} and "
-                f"{self.climbs}."
-            )
+        whole(
+            "Budget(population=...)", self.population, 4, of=" of members, three of which make a trial for another one"
+        )
+        whole("Budget(generations=...)", self.generations, 0)
+        whole("Budget(climbs=...)", self.climbs, 0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +74,7 @@ class Found:
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Hunt:
     """The worst of a metric, or of the violation of a claim, is sought over the runs of `ode` within `ranges`.
 
@@ -92,6 +96,11 @@ class Hunt:
     until: float
     h: float
     hypotheses: tuple[Declared, ...] = ()
+
+    def __post_init__(self) -> None:
+        multiple(
+            "Hunt(until=...)", seconds("Hunt(until=...)", self.until), seconds("Hunt(h=...)", self.h), "the step h"
+        )
 
     @cached_property
     def box(self) -> Box:
@@ -117,6 +126,7 @@ class Hunt:
         """What is to be as large as possible."""
         return violation(self.target.claim) if isinstance(self.target, Declared) else self.target
 
+    @door
     def search(self, seed: int, budget: Budget | None = None) -> Found:
         """A population search, and gradients from its best run where there are any; the same seed, the same run.
 
@@ -128,7 +138,7 @@ class Hunt:
         LookupError
             If a name is not one of the equation's.
         """
-        budget = budget or Budget()
+        seed, budget = key("Hunt.search(seed=...)", seed), budget or Budget()
         seen: list[Judged] = []
 
         def judge(u: Array) -> Judged:
@@ -152,6 +162,7 @@ class Hunt:
             return _found("not checkable", None, seen, pair.doubt or "the worst run is no number")
         return _found("refuted" if broken else "not refuted", self._example(best, pair, seed), seen)
 
+    @door
     def judge(self, u: Array) -> Judged:
         """What the runs at points u (B, d) of the unit cube are worth."""
         p, x0 = self.box.rows(self.box.at(u))
@@ -172,6 +183,7 @@ class Hunt:
             )
         return Judged(value, np.max(excess, axis=0) if excess else np.zeros(len(p)))
 
+    @door
     def replay(self, example: CounterExample) -> Replay:
         """Run a counter-example of this hunt again."""
         return example.replay(self.ode, self.metric, self._violations, self.watched)

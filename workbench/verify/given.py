@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.layout import Bounds, Entry, Layout, nearest
+from workbench.core.layout import Bounds, Entry, Layout
 from workbench.notation.formula import Formula, Matrix, Symbol, letters, symbol
 from workbench.notation.normal_form import NotInClass
 from workbench.notation.parsing.grammar import parse
@@ -18,21 +18,35 @@ from workbench.notation.parsing.names import Names, key_of
 from workbench.notation.parsing.normal import constant, normal_form
 from workbench.notation.parsing.statements import Statement
 from workbench.notation.parsing.tokens import refusal
+from workbench.validation.doors import door
+from workbench.validation.words import finite, known, nearest
 
 LARGEST = 10**99  # and one over it: sizes of numbers that a sheet may give
 
 
+@door
 def symbols_of(dynamics: Dynamics) -> dict[Symbol, str]:
     """The symbols by which an arm is printed, with the names of its expressions' symbols."""
     return {symbol(printed): name for name, printed in dynamics.names().items()}
 
 
+@door
 def narrowed(dynamics: Dynamics, fixed: Mapping[str, float]) -> Dynamics:
     """The same arm with some of its parameters, by their paths, held at numbers.
 
     Whole numbers are put into its matrices, as doubles compute with them exactly; other parameters keep their
     letters there. One that is a component of a vector becomes an entry of its own.
+
+    Raises
+    ------
+    LookupError
+        If a path is none of the arm's.
+    ValueError
+        If a number is not finite.
     """
+    for label in fixed:
+        known(label, dynamics.p.labels, f"parameters of '{dynamics.name}'")
+        finite(f"narrowed(fixed={{'{label}': ...}})", fixed[label])
     whole = {label: value for label, value in fixed.items() if float(value).is_integer()}
     places = [dynamics.p.labels.index(label) for label in whole]
     matrices = [dynamics.M, dynamics.C, dynamics.G]
@@ -86,6 +100,28 @@ def label_of(name: Symbol, statement: Statement, dynamics: Dynamics) -> str | No
         return statement.name.text
     wanted = key_of(replace(name, bold=False))
     return next((label for label in dynamics.p.labels if key_of(symbol(dynamics.names()[label])) == wanted), None)
+
+
+def is_bound(declared: Symbol, statement: Statement, dynamics: Dynamics) -> bool:
+    """Whether a declared name is a letter of the robot; another name for one of its numbers may be."""
+    by_path = len(statement.right) == 1 and statement.right[0].text in dynamics.p.labels
+    return not by_path and label_of(declared, statement, dynamics) is not None
+
+
+def refuse_half_bound(
+    declared: Symbol, statement: Statement, formula: Formula, dynamics: Dynamics, joints: Mapping[Symbol, Symbol]
+) -> None:
+    """Refuse a formula of constants for a letter of the robot.
+
+    It would hold on the sheet and not in the robot. A shorthand such as c_2 = cos(q_2), and another parameter by
+    its path, can be meant for the sheet only.
+    """
+    if not any(letter in joints or letter.dots for letter in letters(formula)):
+        raise refusal(
+            statement.name,
+            f"'{statement.name.shown}' is this robot's letter for {label_of(declared, statement, dynamics)}, to which "
+            "a sheet gives a number or nothing, as a formula would not hold for the robot too; choose another letter.",
+        )
 
 
 def _number(label: str, statement: Statement, dynamics: Dynamics) -> Fraction:

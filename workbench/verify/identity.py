@@ -11,6 +11,8 @@ import casadi as ca
 
 from workbench.core import Dynamics
 from workbench.notation.normal_form import NotInClass, normal_forms
+from workbench.validation.doors import door
+from workbench.validation.words import finite
 from workbench.verify.witness import Search, search
 
 Kind = Literal["proved", "refuted", "not refuted"]
@@ -25,6 +27,7 @@ class Judgement:
     search: Search | None
 
 
+@door
 def judge_zero(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Judgement:
     """Judge whether every element of `expression` is zero for all q, qd and parameters.
 
@@ -35,6 +38,11 @@ def judge_zero(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Judgement
     ----------
     terms
         What the expression is the difference of: the scale of the search for a witness.
+
+    Raises
+    ------
+    ValueError
+        As `search`.
     """
     zero, why = _zero_by_normal_form(expression)
     if zero:
@@ -45,12 +53,14 @@ def judge_zero(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Judgement
     return Judgement("not refuted", f"not refuted in {found.samples} samples, and not proved: {why}", found)
 
 
+@door
 def zero_at(expression: ca.SX, numbers: Mapping[str, float]) -> bool:
     """Whether every element is proved zero where some symbols, by name, are exactly these doubles.
 
     An identity that holds but for the rounding of numbers in the equations is none, however little is left of it.
     """
-    return _zero_by_normal_form(expression, {name: Fraction(number) for name, number in numbers.items()})[0]
+    exact = {name: Fraction(finite("zero_at(numbers=...)", number)) for name, number in numbers.items()}
+    return _zero_by_normal_form(expression, exact)[0]
 
 
 def _zero_by_normal_form(expression: ca.SX, numbers: Mapping[str, Fraction] | None = None) -> tuple[bool, str]:

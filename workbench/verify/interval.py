@@ -20,6 +20,7 @@ import numpy as np
 
 from workbench.core.layout import Array
 from workbench.notation.walk import NAMES, Walk
+from workbench.validation.doors import door
 from workbench.verify.elementary import at_points
 
 
@@ -45,6 +46,7 @@ class Interval:
         return _up(np.maximum(self.high - self.middle, self.middle - self.low))
 
 
+@door
 def evaluate(steps: Walk, boxes: dict[str, Interval]) -> list[Interval]:
     """The interval of each entry of a walked matrix, column by column, over boxes of its symbols by name.
 
@@ -74,6 +76,7 @@ def evaluate(steps: Walk, boxes: dict[str, Interval]) -> list[Interval]:
     return [known[place] for place in places]
 
 
+@door
 def jumps(steps: Walk, names: Collection[str]) -> list[str]:
     """The operations at which a walked matrix may jump, or has no slope, as the symbols of these names change."""
     moves: list[bool] = []

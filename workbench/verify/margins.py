@@ -10,13 +10,16 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Ode
 from workbench.core.claim import Claim, Declared
-from workbench.core.layout import Array, nearest
+from workbench.core.layout import Array
 from workbench.metrics.contract import AbstractMetric, Parts
+from workbench.validation.doors import door
+from workbench.validation.words import known, require, whole
 
 PRIME = "'"
 # Below and above any violation, in the loop's arithmetic, where an infinity would become NaN; the second stands for a
 # margin that is not a number.
 NEVER, UNDEFINED = -1e300, 1e300
+MOST = 10_000  # components of a signal
 
 
 class SignalsOf(Mapping[str, ca.SX]):
@@ -25,6 +28,7 @@ class SignalsOf(Mapping[str, ca.SX]):
     A prime behind a name is the derivative along a solution, d/dt + (d/dx) f.
     """
 
+    @door
     def __init__(self, ode: Ode, path: str = "") -> None:
         states, parameters = ode.states.view(ode.x), ode.parameters.view(ode.p)
         everything = {**parameters, **states, **ode.outputs.view(ode.output)}
@@ -32,11 +36,9 @@ class SignalsOf(Mapping[str, ca.SX]):
         self._ode, self._held = ode, {"t": ode.t, **everything, **own}
 
     def __getitem__(self, name: str) -> ca.SX:
-        if name.endswith(PRIME):
+        if isinstance(name, str) and name.endswith(PRIME):
             return derivative(self._ode, self[name.removesuffix(PRIME)])
-        if name not in self._held:
-            raise LookupError(f"There is no signal '{name}' in '{self._ode.name}'.{nearest(name, self._held)}")
-        return self._held[name]
+        return self._held[known(name, self._held, f"signals of '{self._ode.name}'")]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._held)
@@ -45,6 +47,7 @@ class SignalsOf(Mapping[str, ca.SX]):
         return len(self._held)
 
 
+@door
 def derivative(ode: Ode, value: ca.SX) -> ca.SX:
     """The derivative of an expression (any shape) in t, x, p along the solutions of x' = f(t, x, p)."""
     flat = ca.vec(ca.densify(value))
@@ -53,6 +56,7 @@ def derivative(ode: Ode, value: ca.SX) -> ca.SX:
 
 
 @dataclass(frozen=True)
+@door
 class Largest(AbstractMetric):
     """The largest value of an output over all steps, with its sign, (k, 1); `UNDEFINED` if it ever is no number."""
 
@@ -77,35 +81,41 @@ class Largest(AbstractMetric):
         del t, y
         return None
 
+    @door
     def memory(self, joints: int) -> Layout:
         """The largest so far."""
-        return Layout((Entry("largest", np.full(joints, NEVER)),))
+        return Layout((Entry("largest", np.full(whole("Largest.memory(joints=...)", joints, most=MOST), NEVER)),))
 
+    @door
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """The larger of what was and what is."""
         del k, h
-        value = ca.if_else(ca.fabs(y[self.signal]) < UNDEFINED, y[self.signal], UNDEFINED)
-        return {"largest": ca.fmax(z["largest"], value)}
+        signal = y[known(self.signal, y, "signals")]
+        value = ca.if_else(ca.fabs(signal) < UNDEFINED, signal, UNDEFINED)
+        return {"largest": ca.fmax(z[known("largest", z, "memories")], value)}
 
+    @door
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
         """The largest."""
         del integral, horizon
-        return z["largest"]
+        return z[known("largest", z, "memories")]
 
 
+@door
 def violation(claim: Claim) -> Largest:
     """By how much a claim is broken at worst, over all instants of a run: positive where it is."""
     name = f"violation of {claim.name}"
     return Largest(name, "", f"largest negative margin of {claim.name}", name)
 
 
+@door
 def watching(ode: Ode, claims: Sequence[Declared]) -> Ode:
     """The same equation with one more output for each claim: minus its margin, `violation of ...`.
 
     Raises
     ------
     ValueError
-        If a claim has no margin: no instant of a run can break it.
+        If a claim has no margin, so that no instant of a run can break it, or one that is no expression.
     LookupError
         If its margin asks for a signal that is not there.
     """
@@ -115,7 +125,9 @@ def watching(ode: Ode, claims: Sequence[Declared]) -> Ode:
             raise ValueError(
                 f"`watching(claims=...)` needs margins, which a run can break; the claim '{said.claim.name}' has none."
             )
-        value = -ca.vec(ca.densify(ca.SX(said.claim.margin(SignalsOf(ode, said.path)))))
+        margin = said.claim.margin(SignalsOf(ode, said.path))
+        require(f"The margin of '{said.claim.name}'", margin, ca.SX)
+        value = -ca.vec(ca.densify(margin))
         entries.append(Entry(violation(said.claim).signal, np.zeros(value.numel())))
         columns.append(value)
     return replace(ode, outputs=ode.outputs + Layout(tuple(entries)), output=ca.vertcat(*columns))

@@ -9,13 +9,16 @@ from typing import Literal
 import casadi as ca
 
 from workbench.core import Dynamics
-from workbench.core.layout import nearest
+from workbench.notation.formula import letters, name_of
 from workbench.notation.normal_form import NormalForm, NotInClass
 from workbench.notation.parsing.evaluate import CASADI, evaluate
+from workbench.notation.parsing.names import PI
 from workbench.notation.parsing.normal import at_numbers, normal_form
+from workbench.validation.doors import door
+from workbench.validation.words import nearest
 from workbench.verify.given import symbols_of
 from workbench.verify.identity import Judgement, Kind, judge_zero
-from workbench.verify.sheet import Place, Sheet
+from workbench.verify.sheet import Place, Sheet, refuse_place
 from workbench.verify.witness import Witness, held, search
 
 Sameness = Literal["same", "differs", "not refuted"]
@@ -61,6 +64,7 @@ class EntryVerdict:
         return f"G[{self.row}]" if self.matrix == "G" else f"{self.matrix}[{self.row},{self.column}]"
 
 
+@door
 def compare(printed: Dynamics, derived: Dynamics) -> tuple[EntryVerdict, ...]:
     """A verdict for each entry of M, C and G, row by row; parameters are matched by name.
 
@@ -79,15 +83,30 @@ def compare(printed: Dynamics, derived: Dynamics) -> tuple[EntryVerdict, ...]:
     return judged({(name, i + 1, j + 1): theirs[name][i, j] for name, i, j in places}, derived)
 
 
+@door
 def compare_sheet(sheet: Sheet, derived: Dynamics) -> tuple[EntryVerdict, ...]:
-    """A verdict for each entry that a sheet prints; its numbers are taken as printed, not as doubles near them."""
+    """A verdict for each entry that a sheet prints; its numbers are taken as printed, not as doubles near them.
+
+    Raises
+    ------
+    LookupError
+        If the sheet was read for another arm.
+    ValueError
+        If a printed entry is finite nowhere.
+    """
     symbols = {symbol.name(): symbol for symbol in ca.vertsplit(ca.vertcat(derived.q, derived.qd, derived.symbols))}
     values = {letter: symbols[name] for letter, name in symbols_of(derived).items()}
-    printed = {place: ca.SX(evaluate(f, values, CASADI)) for place, f in sheet.entries.items()}
+    foreign = {letter for f in sheet.entries.values() for letter in letters(f)} - {*values, PI}
+    if foreign:
+        raise LookupError(
+            f"A sheet is compared with the arm it was read for; this one has no '{name_of(foreign.pop())}'."
+        )
+    printed = {place: evaluate(f, values, CASADI) for place, f in sheet.entries.items()}
     comparison = _Comparison(printed, derived, sheet)
     return tuple(map(comparison.entry, printed))
 
 
+@door
 def judged(printed: Mapping[Place, ca.SX], derived: Dynamics) -> tuple[EntryVerdict, ...]:
     """A verdict for each of the printed entries, which are expressions in the derived arm's symbols.
 
@@ -95,8 +114,10 @@ def judged(printed: Mapping[Place, ca.SX], derived: Dynamics) -> tuple[EntryVerd
 
     Raises
     ------
+    LookupError
+        If the arm has no such entry.
     ValueError
-        If a printed entry is finite nowhere.
+        If a printed entry is finite nowhere, or not one expression.
     """
     return tuple(map(_Comparison(printed, derived).entry, printed))
 
@@ -108,6 +129,12 @@ class _Comparison:
     printed: Mapping[Place, ca.SX]
     derived: Dynamics
     sheet: Sheet | None = None
+
+    def __post_init__(self) -> None:
+        for (matrix, row, column), entry in self.printed.items():
+            refuse_place((matrix, row, column), self.derived.dof)
+            if entry.numel() != 1:
+                raise ValueError(f"An entry is one expression; {matrix}[{row},{column}] has shape {entry.shape}.")
 
     def right(self, place: Place) -> ca.SX:
         """The derived entry."""

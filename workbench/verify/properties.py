@@ -9,6 +9,8 @@ import numpy as np
 
 from workbench.core import Dynamics
 from workbench.core.layout import Array
+from workbench.validation.doors import door
+from workbench.validation.words import numbers
 from workbench.verify.bounds import TOLERANCE, box_of, by_intervals, extreme_eigenvalue, shown
 from workbench.verify.identity import Kind, judge_zero, zero_at
 from workbench.verify.spectrum import Joints, eigenvalues, free_joints, nominal
@@ -71,12 +73,14 @@ class DefinitenessVerdict:
         return f"{seen.replay}; numpy.linalg.eigvalsh(M)"
 
 
+@door
 def symmetric(dynamics: Dynamics) -> PropertyVerdict:
     """M(q) = M(q)^T, for all q and all parameters."""
     M = dynamics.M
     return _vanishes("M is symmetric", M - M.T, M, dynamics)
 
 
+@door
 def skew(dynamics: Dynamics) -> PropertyVerdict:
     """N = M' - 2C is skew-symmetric, N + N^T = 0, for all q, qd and all parameters.
 
@@ -89,6 +93,7 @@ def skew(dynamics: Dynamics) -> PropertyVerdict:
     return _vanishes("M' - 2C is skew-symmetric", N + N.T, terms, dynamics)
 
 
+@door
 def passive(dynamics: Dynamics) -> PropertyVerdict:
     """T' + U' = qd^T tau: no power but that of the torque, for all q, qd and all parameters.
 
@@ -126,6 +131,7 @@ def _vanishes(statement: str, residual: ca.SX, terms: ca.SX, dynamics: Dynamics)
     return PropertyVerdict(statement, judgement.kind, judgement.evidence, found.witness, matrix)
 
 
+@door
 def positive_definite(
     dynamics: Dynamics,
     low: float | Array = -np.pi,
@@ -182,6 +188,7 @@ def _where(free: Joints, low: Array, high: Array) -> str:
     return f" over {box}" if box else " (M depends on no joint)"
 
 
+@door
 def eigenvalues_along(dynamics: Dynamics, joint: int, angles: Array) -> Array:
     """The eigenvalues of M, ascending, (N, n), over angles (N,) of joint number `joint` (from 1), others at 0.
 
@@ -192,6 +199,7 @@ def eigenvalues_along(dynamics: Dynamics, joint: int, angles: Array) -> Array:
     """
     if not 1 <= joint <= dynamics.dof:
         raise LookupError(f"`eigenvalues_along(joint=...)` counts joints from 1 to {dynamics.dof}; got {joint}.")
+    angles = numbers("eigenvalues_along(angles=...)", angles, 1)
     q = np.zeros((len(angles), dynamics.dof))
     q[:, joint - 1] = angles
     return eigenvalues(dynamics, q)

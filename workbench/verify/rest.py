@@ -13,6 +13,8 @@ import numpy as np
 from workbench.core import Ode
 from workbench.core.layout import Array
 from workbench.notation.walk import walk
+from workbench.validation.doors import door
+from workbench.validation.words import known, vector
 from workbench.verify.bounds import Enclosure, NoBound, enclose, extreme_eigenvalue
 from workbench.verify.exact import characteristic_polynomial, exact_values, unstable_modes
 from workbench.verify.interval import jumps
@@ -49,6 +51,7 @@ class RestPoint:
     why: str = ""
 
 
+@door
 def rest_point(ode: Ode, near: Array) -> RestPoint:
     """The rest point of `ode` at default parameters that Newton's method finds from a guess (nx,).
 
@@ -65,6 +68,7 @@ def rest_point(ode: Ode, near: Array) -> RestPoint:
     Moore, Kearfott and Cloud (2009), Introduction to Interval Analysis, chapter 8.
     """
     _refuse_time("rest_point", ode)
+    near = vector("rest_point(near=...)", near, ode.states.size, "states")
     x = ode.x
     f, p = ca.densify(ode.rate), ode.parameters.default
     slope = ca.densify(ca.jacobian(f, x))
@@ -81,6 +85,7 @@ def rest_point(ode: Ode, near: Array) -> RestPoint:
     return RestPoint(point, radius, attracts, modes)
 
 
+@door
 def growing_modes(ode: Ode, at: Mapping[str, Fraction] | None = None) -> int | None:
     """How many eigenvalues of df/dx have a positive real part at a rest point with rational numbers: exact.
 
@@ -100,6 +105,8 @@ def growing_modes(ode: Ode, at: Mapping[str, Fraction] | None = None) -> int | N
     _refuse_time("growing_modes", ode)
     labels = (*ode.states.labels, *ode.parameters.labels)
     defaults = np.concatenate([ode.states.default, ode.parameters.default])
+    for label in at or {}:
+        known(label, labels, f"numbers of '{ode.name}'")
     values = {n: Fraction(float(v)) for n, v in zip(labels, defaults, strict=True)} | dict(at or {})
     if any(value for row in exact_values(ode.rate, values) for value in row):
         raise ValueError(

@@ -17,29 +17,51 @@ never printed on the sheet. A formula of constants for a letter of the robot wou
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from graphlib import CycleError, TopologicalSorter
 
 from workbench.core import Dynamics
-from workbench.notation.formula import Formula, Matrix, Number, Power, Symbol, letters, name_of
+from workbench.notation.formula import Formula, Matrix, Number, Symbol, letters, name_of
+from workbench.notation.parsing.assembly import bounded
 from workbench.notation.parsing.evaluate import expanded_size
-from workbench.notation.parsing.grammar import HIGHEST_POWER, parse
-from workbench.notation.parsing.names import Names, key_of, spelled
+from workbench.notation.parsing.grammar import parse
+from workbench.notation.parsing.names import Key, Names, key_of, spelled
 from workbench.notation.parsing.statements import Language, Statement, statements
 from workbench.notation.parsing.tokens import FormulaError, Token, refusal
 from workbench.notation.rewrite import parts, substitute
-from workbench.verify.given import label_of, numbers_given, unnamed_zeros
+from workbench.validation.doors import door
+from workbench.validation.words import described
+from workbench.verify.given import is_bound, numbers_given, refuse_half_bound, unnamed_zeros
 from workbench.verify.rates import names_of, rate_of
 
 # Beyond these an entry is no equation that a paper prints, and would take minutes to judge.
 MOST_SYMBOLS, MOST_TERMS, MOST_TERMS_IN_ALL = 5_000, 1_000, 4_000
 SMALLEST, LARGEST = 1e-99, 1e99
+MOST_NAMES = 8  # of a circle of declarations
 
 Place = tuple[str, int, int]
 
 
+def refuse_place(place: Place, n: int) -> None:
+    """Refuse a place that an arm with n joints has not.
+
+    Raises
+    ------
+    LookupError
+        If M, C and G of so many joints have no such entry.
+    """
+    matrix, row, column = place
+    if matrix not in ("M", "C", "G") or not (1 <= row <= n and 1 <= column <= (1 if matrix == "G" else n)):
+        joints = f"{n} joint{'s' if n > 1 else ''}"
+        raise LookupError(
+            f"An arm with {joints} has no entry {described(matrix)}[{described(row)},{described(column)}]."
+        )
+
+
 @dataclass(frozen=True)
+@door
 class Sheet:
     """The printed entries by their place (matrix, row, column; counted from 1), declarations written out.
 
@@ -59,15 +81,13 @@ class Sheet:
 
 @dataclass(frozen=True)
 class _Reading:
-    """The statements of one sheet, the names they may use, and the joints' velocities by their angles."""
+    """What the names of a sheet stand for and where it is said, and the joints' velocities by their angles."""
 
-    names: Names
     joints: Mapping[Symbol, Symbol]
-    declared: Mapping[Symbol, Statement]
-    printed: Mapping[Symbol, Place]
-    entries: Mapping[Place, tuple[Formula, Token]]
+    meanings: Mapping[Symbol, tuple[Formula, Token]]
 
 
+@door
 def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
     """The entries of M, C and G that a text prints.
 
@@ -90,17 +110,22 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
             "letters M, C and G of M(q) qdd + C(q, qd) qd + G(q) = tau."
         )
     joints = {Symbol("q", str(i)): Symbol("q", str(i), 1) for i in range(1, dynamics.dof + 1)}
-    reading = _Reading(names, joints, declared, printed, entries)
-    resolved: dict[Symbol, Formula] = {}
-    written = {place: _written_out(reading, place, resolved) for place in sorted(entries, key=_order)}
-    for declaration in declared:
-        _refuse_half_bound(reading, declaration, resolved, dynamics)
+    meanings = {name: (parse(statement.right, names), statement.name) for name, statement in declared.items()}
+    places = {_own(_entry_symbol(place)): place for place in sorted(entries, key=_order)}
+    reading = _Reading(joints, meanings | {letter: entries[place] for letter, place in places.items()})
+    bound = [name for name, statement in declared.items() if is_bound(name, statement, dynamics)]
+    resolved = _resolved(reading, [*places, *bound])
+    for name in bound:
+        refuse_half_bound(name, declared[name], resolved[name], dynamics, joints)
+    written = {place: resolved[letter] for letter, place in places.items()}
+    for place, formula in written.items():
+        _refuse_length(formula, entries[place][1])
     if sum(map(expanded_size, written.values())) > MOST_TERMS_IN_ALL:
         raise FormulaError(
             f"multiplied out, these entries have more than {MOST_TERMS_IN_ALL} terms; put them into several files."
         )
     numbers = dict(given.values())
-    zeros = unnamed_zeros(written.values(), dynamics) - numbers.keys()
+    zeros = unnamed_zeros(written.values(), dynamics).difference(numbers)
     return Sheet(written, dict.fromkeys(sorted(zeros), Fraction(0)) | numbers, zeros)
 
 
@@ -118,6 +143,7 @@ def _declared(
 ) -> tuple[dict[Symbol, Statement], dict[Symbol, Place], list[tuple[Place | str, Statement]]]:
     """The declarations by their names, the single entries by theirs, and all that is printed."""
     declared: dict[Symbol, Statement] = {}
+    keys: set[Key] = set()
     printed: dict[Symbol, Place] = {}
     rest: list[tuple[Place | str, Statement]] = []
     for statement in found:
@@ -125,8 +151,9 @@ def _declared(
         place = _place(name, statement, n)
         if place is None:
             own = _own(name)
-            if any(key_of(own) == key_of(other) for other in declared):
+            if key_of(own) in keys:
                 raise refusal(statement.name, f"'{statement.name.shown}' is declared twice; keep one of the two.")
+            keys.add(key_of(own))
             declared[own] = statement
         else:
             rest.append((place, statement))
@@ -199,91 +226,73 @@ def _single_entries(place: Place | str, formula: Formula, n: int, name: Token) -
             yield (place, i, j), entry
 
 
-def _written_out(reading: _Reading, place: Place, resolved: dict[Symbol, Formula]) -> Formula:
-    """An entry with all declarations in place of their names."""
-    formula, name = reading.entries[place]
-    result = _resolve(reading, formula, name, resolved, (_own(_entry_symbol(place)),))
-    if expanded_size(result) > MOST_TERMS:
+def _refuse_length(formula: Formula, name: Token) -> None:
+    """Refuse an entry whose terms or numbers are no paper's."""
+    if expanded_size(formula) > MOST_TERMS:
         raise refusal(name, f"multiplied out, this entry has more than {MOST_TERMS} terms; print it in a simpler form.")
-    for part in parts(result):
-        match part:
-            case Number(value) if value != 0 and not SMALLEST < _size(value) < LARGEST:
-                raise refusal(name, f"an entry holds numbers between {SMALLEST:g} and {LARGEST:g}, and zero.")
-            case Power(_, Number(exponent)) if _size(exponent) > HIGHEST_POWER:
-                raise refusal(name, f"an entry holds powers up to {HIGHEST_POWER}.")
-    return result
+    for part in parts(formula):
+        if isinstance(part, Number) and part.value != 0 and not SMALLEST < abs(Fraction(part.value)) < LARGEST:
+            raise refusal(name, f"an entry holds numbers between {SMALLEST:g} and {LARGEST:g}, and zero.")
 
 
-def _size(value: Fraction | float) -> Fraction | float:
-    return -value if value < 0 else value
+def _resolved(reading: _Reading, wanted: Iterable[Symbol]) -> dict[Symbol, Formula]:
+    """What the wanted names, and all that they need, stand for, with all declarations in place of their names."""
+    needs: dict[Symbol, list[Symbol]] = {}
+    waiting = list(wanted)
+    while waiting:
+        letter = waiting.pop()
+        if letter not in needs:
+            needs[letter] = _needs(reading, letter)
+            waiting += needs[letter]
+    resolved: dict[Symbol, Formula] = {}
+    try:
+        for letter in TopologicalSorter(needs).static_order():
+            resolved[letter] = _written_out(reading, letter, resolved)
+    except CycleError as error:
+        raise _circle(reading, error.args[1]) from None
+    return resolved
 
 
-def _resolve(
-    reading: _Reading, formula: Formula, name: Token, resolved: dict[Symbol, Formula], within: tuple[Symbol, ...]
-) -> Formula:
-    used = list(_own_letters(formula))
-    for letter in dict.fromkeys(used):
-        if letter in within or len(within) > 30:
-            raise refusal(name, f"'{name.shown}' is declared by itself; follow its declarations.")
-        if letter not in resolved:
-            if letter.dots and letter not in reading.declared:
-                resolved[letter] = _rate(reading, letter, name, resolved, (*within, letter))
-            else:
-                inner, place = _meaning(reading, letter)
-                resolved[letter] = _resolve(reading, inner, place, resolved, (*within, letter))
-        if isinstance(resolved[letter], Matrix):
-            raise refusal(name, "a matrix under another name is not read; print it as M, C or G itself.")
-    if _length(formula) + sum(_length(resolved[letter]) for letter in used) > MOST_SYMBOLS:
+def _needs(reading: _Reading, letter: Symbol) -> list[Symbol]:
+    """The names of the sheet in a name's meaning; the rate of an angle needs that angle."""
+    if letter not in reading.meanings:
+        return [replace(letter, dots=0)]
+    return [part for part in letters(reading.meanings[letter][0]) if part.bold]
+
+
+def _circle(reading: _Reading, ring: Sequence[Symbol]) -> FormulaError:
+    """The refusal of names that need each other, each the one before; the first is the last again."""
+    shown = [name_of(letter) for letter in reversed(ring)]
+    if len(shown) > MOST_NAMES:
+        shown[MOST_NAMES // 2 : -MOST_NAMES // 2] = ["..."]
+    place = next(reading.meanings[letter][1] for letter in ring if letter in reading.meanings)
+    return refusal(place, f"'{place.shown}' is declared by itself: {' needs '.join(shown)}.")
+
+
+def _written_out(reading: _Reading, letter: Symbol, resolved: Mapping[Symbol, Formula]) -> Formula:
+    """What a name stands for, given what those stand for that it needs."""
+    if letter not in reading.meanings:
+        return _rate(reading, letter, resolved)
+    formula, name = reading.meanings[letter]
+    used = _needs(reading, letter)
+    if any(isinstance(resolved[part], Matrix) for part in used):
+        raise refusal(name, "a matrix under another name is not read; print it as M, C or G itself.")
+    if _length(formula) + sum(_length(resolved[part]) for part in used) > MOST_SYMBOLS:
         raise refusal(name, f"with its declarations written out, this has more than {MOST_SYMBOLS} symbols.")
-    return substitute(formula, resolved) if used else formula
+    return bounded(substitute(formula, resolved), name) if used else formula
 
 
-def _rate(
-    reading: _Reading, letter: Symbol, name: Token, resolved: dict[Symbol, Formula], within: tuple[Symbol, ...]
-) -> Formula:
+def _rate(reading: _Reading, letter: Symbol, resolved: Mapping[Symbol, Formula]) -> Formula:
     """The rate of a declared angle, in the velocities of the joints."""
     angle = replace(letter, dots=0)
-    rate = rate_of(_resolve(reading, angle, name, resolved, within), reading.joints)
-    if rate is None:
+    if (rate := rate_of(resolved[angle], reading.joints)) is None:
+        name = next(name for formula, name in reading.meanings.values() if letter in letters(formula))
         raise refusal(
             name,
             f"'{name.shown}' takes the rate of '{name_of(angle)}', which is found only where that is a sum of joint "
             f"angles times constants; declare it: `{name_of(letter)} = ...`.",
         )
     return rate
-
-
-def _meaning(reading: _Reading, letter: Symbol) -> tuple[Formula, Token]:
-    if letter in reading.printed:
-        return reading.entries[reading.printed[letter]]
-    statement = reading.declared[letter]
-    return parse(statement.right, reading.names), statement.name
-
-
-def _refuse_half_bound(
-    reading: _Reading, declared: Symbol, resolved: dict[Symbol, Formula], dynamics: Dynamics
-) -> None:
-    """Read a declaration, used or not; refuse a formula of constants for a letter of the robot.
-
-    It would hold on the sheet and not in the robot. A shorthand such as c_2 = cos(q_2), and another parameter by
-    its path, can be meant for the sheet only.
-    """
-    statement = reading.declared[declared]
-    formula = parse(statement.right, reading.names)
-    label = label_of(declared, statement, dynamics)
-    if label is None or (len(statement.right) == 1 and statement.right[0].text in dynamics.p.labels):
-        return
-    found = letters(_resolve(reading, formula, statement.name, resolved, (declared,)))
-    if not any(letter in reading.joints or letter.dots for letter in found):
-        raise refusal(
-            statement.name,
-            f"'{statement.name.shown}' is this robot's letter for {label}, to which a sheet gives a number or nothing, "
-            "as a formula would not hold for the robot too; choose another letter.",
-        )
-
-
-def _own_letters(formula: Formula) -> Iterator[Symbol]:
-    return (letter for letter in letters(formula) if letter.bold)
 
 
 def _length(formula: Formula) -> int:

@@ -152,11 +152,11 @@ class Editor:
         for letter in letters(argument):
             changed += [_with(argument, letter, other) for other in self.values if other.letter == "q"]
         for function in ("sin", "cos"):
-            if function != printed and _near(NUMPY[function](self.value(argument)), part.needed):
+            if function != printed and _near(NUMPY.functions[function](self.value(argument)), part.needed):
                 yield Slip("function", f"{was} stands where {function}({text.emit(argument)}) is right")
         for angle in changed:
             for function in ("sin", "cos"):
-                if _near(NUMPY[function](self.value(angle)), part.needed):
+                if _near(NUMPY.functions[function](self.value(angle)), part.needed):
                     said = f"{was} stands where {function}({text.emit(angle)}) is right"
                     yield Slip("angle" if function == printed else "term", said)
 
@@ -191,7 +191,7 @@ class Editor:
                     yield Slip("missing", f"{part.said} lacks the factor {word}{_said(letter)}")
         for angle in self.angles:
             for function in ("sin", "cos"):
-                if _near(part.needed, part.value * NUMPY[function](self.value(angle))):
+                if _near(part.needed, part.value * NUMPY.functions[function](self.value(angle))):
                     yield Slip("missing", f"{part.said} lacks the factor {function}({text.emit(angle)})")
 
     def _other_number(self, part: _Part) -> Iterator[Slip]:

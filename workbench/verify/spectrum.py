@@ -9,6 +9,8 @@ import numpy as np
 
 from workbench.core import Dynamics
 from workbench.core.layout import Array
+from workbench.validation.doors import door
+from workbench.validation.words import matrix
 
 Joints = np.ndarray[Any, np.dtype[np.intp]]
 
@@ -22,6 +24,7 @@ def nominal(dynamics: Dynamics) -> dict[str, float]:
     return dict(zip(names, dynamics.p.default.tolist(), strict=True))
 
 
+@door
 def eigenvalues(dynamics: Dynamics, q: Array) -> Array:
     """The eigenvalues (N, n), ascending, in kg m^2, of the symmetric part of M at positions q (N, n).
 
@@ -31,6 +34,7 @@ def eigenvalues(dynamics: Dynamics, q: Array) -> Array:
         If M is not finite at one of them.
     """
     n = dynamics.dof
+    q = matrix("eigenvalues(q=...)", q, columns=n)
     mass = ca.Function("mass", [dynamics.q, dynamics.symbols], [ca.vec(ca.densify(dynamics.M))])
     M = np.array(mass(q.T, dynamics.p.default)).T.reshape(-1, n, n)
     if not (finite := np.isfinite(M).all(axis=(1, 2))).all():

@@ -16,8 +16,9 @@ from workbench.notation import text
 from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters
 from workbench.notation.parsing.names import PI
 from workbench.notation.rewrite import parts
+from workbench.validation.doors import door
 from workbench.verify.given import symbols_of
-from workbench.verify.sheet import Place
+from workbench.verify.sheet import Place, refuse_place
 
 MOST_JOINTS = 6  # each may turn or slide: so many guesses are made, and one fits
 MOST_OPERATIONS = 1_500  # of the diagonal of M, as written out
@@ -118,14 +119,17 @@ class Units:
     symbols: Mapping[Symbol, Unit]
     joints: tuple[Unit, ...]
 
+    @door
     def of_entry(self, place: Place) -> Unit:
         """The unit of an entry of M, C or G."""
+        refuse_place(place, len(self.joints))
         matrix, row, column = place
         power = KG * METRE**2 / SECOND**2 / self.joints[row - 1]
         if matrix == "G":
             return power
         return power * SECOND**2 / self.joints[column - 1] / (SECOND if matrix == "C" else NONE)
 
+    @door
     def mismatch(self, place: Place, printed: Formula) -> str:
         """What is wrong with the units of an entry, in words; empty if nothing is, or if its numbers may have some."""
         numbers = [part for part in parts(printed) if isinstance(part, Number)]
@@ -144,6 +148,7 @@ def _is_plain(number: Number) -> bool:
     return isinstance(number.value, Fraction) and max(abs(number.value.numerator), number.value.denominator) <= PLAIN
 
 
+@door
 def units_of(dynamics: Dynamics) -> Units | None:
     """The units of an arm; None if one of its parameters is given as a number, or has no unit that is known here.
 
@@ -176,6 +181,7 @@ def units_of(dynamics: Dynamics) -> Units | None:
     return None
 
 
+@door
 def read_unit(said: str) -> Unit | None:
     """The unit that a parameter declares, such as kg m^2 or m/s^2; None if a part of it is unknown."""
     result = NONE

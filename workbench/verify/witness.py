@@ -15,14 +15,17 @@ import numpy as np
 
 from workbench.core import Dynamics
 from workbench.core.layout import Array
+from workbench.validation.doors import door
 
 STATES = 200
+MOST_ENTRIES = 20_000  # two matrices of a hundred joints
 # A difference counts from this share of the largest term it is made of: the first is one that a reader
 # sees at once, the second is far above rounding (1e-15 a term) and far below any misprint.
 PLAIN, FAINT = 1e-3, 1e-9
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Witness:
     """A state (q, qd) of an arm with its parameters p (np,), in words and as a line of Python.
 
@@ -59,6 +62,7 @@ class Search:
     samples: int
 
 
+@door
 @lru_cache(maxsize=4)  # every entry of an arm is searched at the same states
 def candidates(dynamics: Dynamics) -> tuple[Witness, ...]:
     """States in the order of the search: at nominal parameters first, then at varied ones."""
@@ -71,6 +75,7 @@ def candidates(dynamics: Dynamics) -> tuple[Witness, ...]:
     return tuple(nominal + varied if dynamics.p.size else nominal)
 
 
+@door
 def search(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Search:
     """The first candidate at which `expression` (k, 1) is plainly not zero, measured by the size of `terms`.
 
@@ -79,7 +84,19 @@ def search(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Search:
     terms
         What the expression is a sum of, any shape: its largest value over all candidates is the
         scale against which a rounding error is told from a difference.
+
+    Raises
+    ------
+    ValueError
+        If one of them has no entry or more than any arm's matrices, or holds a symbol that is none of the arm's.
     """
+    for name, sought in (("expression", expression), ("terms", terms)):
+        if not 0 < sought.numel() <= MOST_ENTRIES:
+            raise ValueError(f"`search({name}=...)` must have 1 to {MOST_ENTRIES} entries; got {sought.numel()}.")
+    known = {symbol.name() for symbol in ca.symvar(ca.vertcat(dynamics.q, dynamics.qd, dynamics.symbols))}
+    for symbol in ca.symvar(ca.veccat(expression, terms)):
+        if symbol.name() not in known:
+            raise ValueError(f"A witness gives numbers to the symbols of an arm; it has none for '{symbol.name()}'.")
     states = candidates(dynamics)
     inputs = [dynamics.q, dynamics.qd, dynamics.symbols]
     function = ca.Function("sought", inputs, [ca.vec(ca.densify(expression)), ca.vec(ca.densify(terms))])

@@ -5,10 +5,36 @@ from __future__ import annotations
 from fractions import Fraction
 
 from workbench.notation import build
-from workbench.notation.formula import Formula, Matrix, Number
+from workbench.notation.formula import Formula, Matrix, Number, Power, children
 from workbench.notation.parsing.tokens import Token, refusal
 
 LARGEST_EXPONENT_OF_TEN = 99
+HIGHEST_POWER = 16
+MOST_LEVELS = 100  # of parts within parts: what goes through a formula nests up to four of its calls a level
+
+
+def bounded(formula: Formula, place: Token) -> Formula:
+    """A formula whose parts and powers are not nested beyond what can be gone through and multiplied out.
+
+    Raises
+    ------
+    FormulaError
+        If more than `MOST_LEVELS` parts stand within each other, or the powers within each other make more than
+        `HIGHEST_POWER`.
+    """
+    waiting = [(formula, 1, Fraction(1))]
+    while waiting:
+        part, level, power = waiting.pop()
+        if level > MOST_LEVELS:
+            raise refusal(
+                place, f"more than {MOST_LEVELS} operations are nested in each other; write the formula in parts."
+            )
+        if isinstance(part, Power) and isinstance(part.exponent, Number):
+            power *= max(abs(Fraction(part.exponent.value)), Fraction(1))
+            if power > HIGHEST_POWER:
+                raise refusal(place, f"powers, also powers of powers, go up to {HIGHEST_POWER}.")
+        waiting += [(child, level + 1, power) for child in children(part)]
+    return formula
 
 
 def matrix(rows: list[list[Formula]], opening: Token) -> Formula:

@@ -10,27 +10,29 @@ Nothing is evaluated here, and no name is looked up anywhere but among those tha
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from fractions import Fraction
 
 from workbench.notation import build
-from workbench.notation.formula import Formula, Matrix, Number, Power, Symbol
-from workbench.notation.parsing.assembly import matrix, number, product, total
+from workbench.notation.formula import Formula, Matrix, Number, Symbol
+from workbench.notation.parsing.assembly import HIGHEST_POWER, bounded, matrix, number, product, total
 from workbench.notation.parsing.names import PI, Names
-from workbench.notation.parsing.tokens import FUNCTIONS, OPENING, FormulaError, Token, refusal
+from workbench.notation.parsing.tokens import DEEPEST, FUNCTIONS, OPENING, FormulaError, Token, refusal
+from workbench.validation.doors import door
 
-HIGHEST_POWER = 16
 STARTS = {"number", "name", "function", "frac", "begin", *"([{"}
 MINUS_ONE = Number(Fraction(-1))
 
 
+@door
 def parse(tokens: Sequence[Token], names: Names) -> Formula:
     """The formula that all the tokens make.
 
     Raises
     ------
     FormulaError
-        If they make none, if a name is unknown, or if a power is too high; with the place.
+        If they make none, if a name is unknown, if a power is too high, or if it is nested too deeply; with the place.
     """
     if not tokens:
         raise ValueError("`parse(tokens)` takes at least one token; got none.")
@@ -42,7 +44,7 @@ def parse(tokens: Sequence[Token], names: Names) -> Formula:
         raise
     except ValueError as error:
         raise refusal(reader.tokens[max(reader.at - 1, 0)], str(error)) from None
-    return formula
+    return bounded(formula, tokens[0])
 
 
 class _Reader:
@@ -52,6 +54,16 @@ class _Reader:
         self.tokens = tokens
         self.names = names
         self.at = 0
+        self.level = 0
+
+    @contextmanager
+    def within(self, token: Token) -> Iterator[None]:
+        """Read what belongs to a token, as brackets do to a function: Python nests only so many calls."""
+        self.level += 1
+        if self.level > 2 * DEEPEST:
+            raise refusal(token, f"more than {2 * DEEPEST} parts are nested in each other; write the formula in parts.")
+        yield
+        self.level -= 1
 
     @property
     def kind(self) -> str:
@@ -152,7 +164,8 @@ class _Reader:
 
     def raised(self, base: Formula, sign: Token) -> Formula:
         """A base to a whole power."""
-        exponent = product(self.power(signed=True))
+        with self.within(sign):
+            exponent = product(self.power(signed=True))
         if isinstance(base, Matrix):
             raise refusal(sign, "a matrix has no power here; write its entries.")
         if not isinstance(exponent, Number) or isinstance(exponent.value, float):
@@ -163,11 +176,7 @@ class _Reader:
             raise refusal(sign, f"an exponent is a whole number or a half, of size at most {HIGHEST_POWER}.")
         if base == build.ZERO and exponent.value <= 0:
             raise refusal(sign, "zero has no such power.")
-        result = build.power(base, exponent)
-        match result:
-            case Power(_, Number(Fraction() as raised)) if abs(raised) > HIGHEST_POWER:
-                raise refusal(sign, f"powers of powers go to {HIGHEST_POWER} at most.")
-        return result
+        return build.power(base, exponent)
 
     def rate(self, base: Symbol, prime: Token) -> Symbol:
         """The symbol of a derivative in time, q_1' for q dot 1: found by the spelling that stands before the prime."""
@@ -184,24 +193,25 @@ class _Reader:
     def atom(self) -> list[Formula]:
         """The smallest parts: letters side by side may be several."""
         token = self.take()
-        match token.kind:
-            case "number":
-                return [number(token)]
-            case "name":
-                if token.text == "pi" and not token.index and self.names.find("pi") is None:
-                    return [PI]
-                return list(self.names.split(token))
-            case "function":
-                return [self.call(token)]
-            case "frac":
-                above, below = self.argument(), self.argument()
-                return [product([above, self.inverse(below, token)])]
-            case "(" | "{":
-                inner = self.expression()
-                self.close(token)
-                return [inner]
-            case "[" | "begin":
-                return [self.matrix(token)]
+        with self.within(token):
+            match token.kind:
+                case "number":
+                    return [number(token)]
+                case "name":
+                    if token.text == "pi" and not token.index and self.names.find("pi") is None:
+                        return [PI]
+                    return list(self.names.split(token))
+                case "function":
+                    return [self.call(token)]
+                case "frac":
+                    above, below = self.argument(), self.argument()
+                    return [product([above, self.inverse(below, token)])]
+                case "(" | "{":
+                    inner = self.expression()
+                    self.close(token)
+                    return [inner]
+                case "[" | "begin":
+                    return [self.matrix(token)]
         self.at -= 1
         raise self.unexpected()
 

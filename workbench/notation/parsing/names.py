@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from workbench.notation.formula import Symbol, name_of, symbol
-from workbench.notation.parsing.tokens import Token, refusal
+from workbench.notation.parsing.tokens import Token, cut, refusal
 
 # Letters with their index, without what sets the two apart; dots; accent and mark.
 Key = tuple[str, int, str]
@@ -90,4 +90,4 @@ class Names:
             advice = f" Did you mean '{near[0]}'?"
         else:
             advice = f" Known are {', '.join(known[:20])}{', ...' if len(known) > 20 else ''}."
-        return f"there is no '{said[:60]}' among the names of this robot, nor is it declared here.{advice}"
+        return f"there is no '{cut(said)}' among the names of this robot, nor is it declared here.{advice}"

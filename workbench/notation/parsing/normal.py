@@ -9,16 +9,18 @@ from functools import reduce
 from typing import Literal
 
 from workbench.notation import waves
-from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol
+from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters, name_of
 from workbench.notation.normal_form import NormalForm, NotInClass
 from workbench.notation.parsing.names import PI
 from workbench.notation.waves import Terms
+from workbench.validation.doors import door
 
 MOST_PRODUCTS = 20_000  # of terms at once; a sheet's entries have a thousand terms at most
 PI_NAME = "π"  # the number stands in monomials as a symbol does; no symbol of an arm is so called
 PI_ALONE = ((PI_NAME, 1),)
 
 
+@door
 def normal_form(formula: Formula, names: Mapping[Symbol, str]) -> NormalForm:
     """The normal form of a formula, in the names for which its symbols stand.
 
@@ -29,10 +31,15 @@ def normal_form(formula: Formula, names: Mapping[Symbol, str]) -> NormalForm:
     ------
     NotInClass
         If the formula is not of the class of `NormalForm`, or expands to too many terms.
+    LookupError
+        If a symbol has no name.
     """
+    if foreign := {letter for letter in letters(formula) if letter not in names and letter != PI}:
+        raise LookupError(f"`normal_form(names=...)` must hold all symbols; it lacks '{name_of(foreign.pop())}'.")
     return NormalForm(_terms(formula, names))
 
 
+@door
 def at_numbers(form: NormalForm, numbers: Mapping[str, Fraction]) -> NormalForm:
     """The normal form with numbers in place of some of its symbols.
 

@@ -19,7 +19,8 @@ from workbench.notation.parsing.macros import (
     TIMES,
     UPRIGHT,
 )
-from workbench.notation.parsing.tokens import DEEPEST, FUNCTIONS, Token, checked, refusal, refuse_size
+from workbench.notation.parsing.tokens import DEEPEST, FUNCTIONS, Token, checked, cut, refusal, refuse_size
+from workbench.validation.doors import door
 
 _SPACE = re.compile(r"[ \t\r\f\n~]+|(?<!\\)%[^\n]*|\{\s*\}")
 _COMMAND = re.compile(r"\\([A-Za-z]+|.|\n)", re.DOTALL)
@@ -62,6 +63,7 @@ class _Symbol:
     power: str = ""
 
 
+@door
 def tokens(text: str) -> tuple[Token, ...]:
     r"""The tokens of LaTeX source; displays, blank lines, and rows outside of a matrix are "break"s.
 
@@ -132,7 +134,9 @@ class _Source:
             return at, self.token(what, found.group(), found.start())
         if name not in DISPLAYS:
             known = ", ".join(sorted(MATRICES | {"equation", "align", "aligned"}))
-            raise refusal(self.place(found.start()), f"the environment '{name}' is not read here; known are {known}.")
+            raise refusal(
+                self.place(found.start()), f"the environment '{cut(name)}' is not read here; known are {known}."
+            )
         argument = re.match(r"\s*\{[0-9]+\}", self.text[found.end() :]) if name == "alignat" else None
         return found.end() + (argument.end() if argument else 0), self.token("break", found.group(), found.start())
 
@@ -160,7 +164,8 @@ class _Source:
         if character == "^" and (digits := re.match(r"\^\s*([0-9]{2,})", self.text[at:])):
             first, rest = digits[1][0], digits[1][1:]
             raise refusal(
-                self.place(at), f"'^{digits[1]}' prints {first} above and {rest} behind it; write '^{{{digits[1]}}}'."
+                self.place(at),
+                f"'^{cut(digits[1])}' prints {first} above and {cut(rest)} behind it; write '^{{{cut(digits[1])}}}'.",
             )
         return (self.token(character, character, at),), at + 1
 
@@ -232,7 +237,7 @@ class _Source:
     def macro(self, at: int) -> str:
         r"""A macro as a message quotes it, with the number behind it as in \write18."""
         found = re.match(r"\\?[A-Za-z]+[0-9]*", self.text[at:])
-        return found.group() if found else self.text[at : at + 2]
+        return cut(found.group()) if found else self.text[at : at + 2]
 
     def argument(self, at: int) -> tuple[_Symbol, int]:
         """The symbol that a macro is applied to: one letter, one macro, or what is in braces."""
@@ -251,9 +256,8 @@ class _Source:
         """What stands below a symbol, without its braces."""
         if self.text[at : at + 1] != "{":
             if several := re.match(r"[0-9]{2,}", self.text[at:]):
-                raise refusal(
-                    self.place(at), f"'_{several[0]}' prints only its first digit below; write '_{{{several[0]}}}'."
-                )
+                said = cut(several[0])
+                raise refusal(self.place(at), f"'_{said}' prints only its first digit below; write '_{{{said}}}'.")
             if not re.match(r"[A-Za-z0-9]", self.text[at:]):
                 symbol, end = self.letters(at)
                 return symbol.letters, end
@@ -266,10 +270,10 @@ class _Source:
                 break
         inner = _BELOW.sub(" ", self.text[at:end])
         if unknown := re.search(r"\\[A-Za-z]+", inner):
-            raise refusal(self.place(at), f"'{unknown.group()}' is not read here: {READ}; no macro is run.")
+            raise refusal(self.place(at), f"'{cut(unknown.group())}' is not read here: {READ}; no macro is run.")
         inner = inner.replace(" ", "")
         if depth or not re.fullmatch(r"[A-Za-z0-9,*]*", inner):
-            raise refusal(self.place(at), f"an index is made of letters and digits; got '{self.text[at:end][:40]}'.")
+            raise refusal(self.place(at), f"an index is made of letters and digits; got '{cut(self.text[at:end])}'.")
         return inner, end
 
     def spelled(self, symbol: _Symbol, at: int) -> tuple[Token, ...]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 # Beyond these a text is no equation of a paper; it is refused before any work is done on it.
 MOST_CHARACTERS, MOST_TOKENS, DEEPEST, LONGEST_WORD = 50_000, 20_000, 50, 80
+LONGEST_QUOTE = 40  # of what a message quotes
 
 OPENING = {"(": ")", "[": "]", "{": "}", "begin": "end"}
 FUNCTIONS = ("sin", "cos", "tan", "sqrt")
@@ -34,13 +35,18 @@ class Token:
     @property
     def shown(self) -> str:
         """The token as a message quotes it."""
-        return self.text if not self.index else f"{self.text}_{self.index}"
+        return cut(self.text if not self.index else f"{self.text}_{self.index}")
 
 
 def refusal(place: Token | tuple[int, int], said: str) -> FormulaError:
     """The refusal of what stands at a place, to be raised."""
     line, column = (place.line, place.column) if isinstance(place, Token) else place
     return FormulaError(f"line {line}, column {column}: {said}")
+
+
+def cut(said: str) -> str:
+    """A piece of the text as a message quotes it: no longer than one sees at a glance."""
+    return said if len(said) <= LONGEST_QUOTE else f"{said[:LONGEST_QUOTE]}..."
 
 
 def refuse_size(text: str) -> None:
@@ -60,8 +66,9 @@ def checked(tokens: Iterable[Token]) -> tuple[Token, ...]:
         kept.append(token)
         if len(kept) > MOST_TOKENS:
             raise refusal(token, f"equations of at most {MOST_TOKENS} signs are read; keep only those to be checked.")
-        if len(token.text) + len(token.index) > LONGEST_WORD and token.kind in ("number", "name"):
-            raise refusal(token, f"a {token.kind} has at most {LONGEST_WORD} characters; got {len(token.shown)}.")
+        length = len(token.text) + len(token.index)
+        if length > LONGEST_WORD and token.kind in ("number", "name"):
+            raise refusal(token, f"a {token.kind} has at most {LONGEST_WORD} characters; got {length}.")
         if token.kind in OPENING:
             opened.append(token)
             if len(opened) > DEEPEST:

@@ -1,0 +1,207 @@
+from __future__ import annotations
+
+import tempfile
+from fractions import Fraction
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench import derivation, verification
+from workbench.core import Claim, Dynamics
+from workbench.core.claim import Declared
+from workbench.metrics.integral import Integral
+from workbench.notation.parsing import grammar, names, normal, plain, statements, tex
+from workbench.notation.walk import walk
+from workbench.robots import named
+from workbench.verify import (
+    ascent,
+    bounded,
+    bounds,
+    box,
+    claims,
+    counterexample,
+    diagnosis,
+    equality,
+    evolution,
+    exact,
+    falsify,
+    given,
+    identity,
+    interval,
+    margins,
+    printed,
+    properties,
+    rest,
+    sheet,
+    spectrum,
+    units,
+    witness,
+)  # fmt: skip
+
+from ..parts import ODE
+
+MODULES = tuple(
+    f"workbench.verify.{room}"
+    for room in (
+        "ascent", "bounded", "bounds", "box", "claims", "counterexample", "diagnosis", "equality",
+        "evolution", "exact", "falsify", "identity", "interval", "margins", "printed", "properties", "rest", "sheet",
+        "spectrum", "units", "witness",
+    )
+)  # fmt: skip
+ARM = Dynamics.of(named("planar-1r"), "planar-1r")
+X = ca.SX.sym("x", 2)
+WAVE = ca.sin(X[0]) * X[1]
+MATRIX = ca.blockcat([[2 + ca.cos(X[0]), 0.5], [0.5, X[1]]])
+SHEET = "M_11 = m_1*c_1^2 + 2*I_1\nG_1 = m_1*g*c_1*cos(q_1)"
+STAYS = Claim("it stays", "x stays below 2.", "a book", (), lambda signals: 2 - signals["x"])
+WORTH = Integral("size", "s", "integral of |y|", lambda t, y: ca.fabs(y["y"]), lambda whole, until: whole, ("y",))
+FALLS = Claim("it falls", "x' is never positive.", "a book", (), lambda signals: -signals["x'"])
+RANGES = {"x": (0.5, 1.0), "k": (1.0, 2.0)}
+FOLDER = Path(tempfile.mkdtemp())
+(FOLDER / "sheet.txt").write_text(SHEET, encoding="utf-8")
+
+
+def calls() -> dict[str, Any]:
+    read = sheet.read_sheet(SHEET, ARM, "text")
+    verdicts = printed.compare_sheet(read, ARM)
+    hunt = falsify.Hunt(ODE, Declared(STAYS), RANGES, 0.2, 0.05)
+    example = hunt.search(1, falsify.Budget(4, 1, 1)).worst
+    assert example is not None
+    example.write(FOLDER / "example.json")
+    looked, edge = box.Box.of(ODE, RANGES), ([-1.0, -1.0], [1.0, 1.0])
+    violated, watched = margins.violation(STAYS), margins.watching(ODE, [Declared(STAYS)])
+    seen = witness.candidates(ARM)[0]
+    finding = claims.Finding("refuted", "it fails", "here")
+    row = np.array([[2.0]]), np.array([[1.0]])
+    return {
+        **{f"derivation.{form}": partial(write, ARM) for form, write in derivation.FORMS.items()},
+        "findings": partial(verification.findings, FOLDER / "sheet.txt", ARM),
+        "slope_of": partial(ascent.slope_of, watched, violated, looked, np.array([0.5, 0.5]), 0.2, 0.05),
+        "bounded": partial(bounded.bounded, WAVE, X, *edge, 2.0, statement="s", unit="m", boxes=100),
+        "lipschitz": partial(bounded.lipschitz, WAVE, X, *edge, 2.0, statement="s", unit="m", boxes=100),
+        "disturbance": partial(bounded.disturbance, ca.sin(X[0]), X[0], 1.0, 2.0, 2.0, boxes=100),
+        "lipschitz_gravity": partial(bounded.lipschitz_gravity, ARM, -1.0, 1.0, 100.0, boxes=100),
+        "lipschitz_coriolis": partial(bounded.lipschitz_coriolis, ARM, 1.0, -1.0, 1.0, 100.0, boxes=100),
+        "lipschitz_inverse_mass": partial(bounded.lipschitz_inverse_mass, ARM, -1.0, 1.0, 100.0, boxes=100),
+        "enclose": partial(bounds.enclose, WAVE, X, *edge, tolerance=1e-3, boxes=100, numbers={}),
+        "extreme_eigenvalue": partial(bounds.extreme_eigenvalue, MATRIX, X, *edge, 1, tolerance=1e-3, boxes=100),
+        "largest_norm": partial(bounds.largest_norm, MATRIX, X, *edge, tolerance=1e-3, boxes=100),
+        "guarantee": partial(bounds.guarantee),
+        "shown": partial(bounds.shown, 0.1, 1),
+        "Box.of": partial(box.Box.of, ODE, RANGES),
+        "Finding": partial(claims.Finding, "not refuted", "seen", "", 3),
+        "Line": partial(claims.Line, STAYS, finding),
+        "Ledger": partial(claims.Ledger, (claims.Line(STAYS, finding),)),
+        "Ledger.of": partial(claims.Ledger.of, [(STAYS, lambda: finding)]),
+        "CounterExample": partial(counterexample.CounterExample, **vars(example)),
+        "CounterExample.read": partial(counterexample.CounterExample.read, FOLDER / "example.json"),
+        "run": partial(counterexample.run, watched, violated, (), *row, 0.2, 0.05),
+        "in_reference_mode": partial(counterexample.in_reference_mode, ODE, "y", row[0][0], row[1][0], [0.0, 0.1]),
+        "diagnose": partial(diagnosis.diagnose, read, verdicts, ARM),
+        "first_wrong": partial(diagnosis.first_wrong, read, verdicts, ARM),
+        "in_common": partial(diagnosis.in_common, verdicts, diagnosis.diagnose(read, verdicts, ARM)),
+        "judge_equal": partial(equality.judge_equal, X, 2 * X),
+        "Judged": partial(evolution.Judged, np.ones(4), np.zeros(4)),
+        "evolve": partial(
+            evolution.evolve, lambda u: evolution.Judged(u[:, 0], u[:, 0] - 2), 1, 4, 2, np.random.default_rng(1)
+        ),
+        "exact_values": partial(exact.exact_values, X**2, {"x_0": Fraction(1), "x_1": Fraction(2)}),
+        "characteristic_polynomial": partial(exact.characteristic_polynomial, [[Fraction(1)]]),
+        "unstable_modes": partial(exact.unstable_modes, [Fraction(1), Fraction(-2)]),
+        "Budget": partial(falsify.Budget, 8, 2, 1),
+        "Hunt": partial(falsify.Hunt, ODE, Declared(STAYS), RANGES, 0.2, 0.05, (Declared(FALLS),)),
+        "Hunt of a metric": partial(falsify.Hunt, ODE, WORTH, RANGES, 0.2, 0.05),
+        "Hunt.search": partial(hunt.search, 1, falsify.Budget(4, 1, 1)),
+        "narrowed": partial(_narrowed, ARM, {"links[0].mass": 2.0}),
+        "symbols_of": partial(given.symbols_of, ARM),
+        "judge_zero": partial(identity.judge_zero, ARM.M - ARM.M.T, ARM.M, ARM),
+        "zero_at": partial(identity.zero_at, X[0] - X[0], {"x_0": 1.0}),
+        "Interval": partial(interval.Interval, np.zeros(2), np.ones(2)),
+        "evaluate": partial(
+            interval.evaluate, walk(WAVE), dict.fromkeys(("x_0", "x_1"), interval.Interval(np.zeros(1), np.ones(1)))
+        ),
+        "jumps": partial(interval.jumps, walk(WAVE), ["x_0"]),
+        "SignalsOf": partial(margins.SignalsOf, ODE, "plant."),
+        "derivative": partial(margins.derivative, ODE, ODE.x**2),
+        "Largest": partial(margins.Largest, "largest y", "m", "the largest y", "y"),
+        "violation": partial(margins.violation, STAYS),
+        "watching": partial(_watching, ODE, [Declared(STAYS)]),
+        "compare": partial(printed.compare, ARM, ARM),
+        "compare_sheet": partial(printed.compare_sheet, read, ARM),
+        "judged": partial(printed.judged, {("M", 1, 1): ca.SX(1)}, ARM),
+        "symmetric": partial(properties.symmetric, ARM),
+        "skew": partial(properties.skew, ARM),
+        "passive": partial(properties.passive, ARM),
+        "positive_definite": partial(properties.positive_definite, ARM, -1.0, 1.0, tolerance=1e-3, boxes=100),
+        "eigenvalues_along": partial(properties.eigenvalues_along, ARM, 1, np.zeros(3)),
+        "rest_point": partial(rest.rest_point, ODE, np.array([0.1])),
+        "growing_modes": partial(rest.growing_modes, ODE, {"x": Fraction(0)}),
+        "Sheet": partial(sheet.Sheet, read.entries, read.numbers, read.zeros),
+        "read_sheet": partial(sheet.read_sheet, SHEET, ARM, "text"),
+        "eigenvalues": partial(spectrum.eigenvalues, ARM, np.zeros((3, 1))),
+        "units_of": partial(units.units_of, ARM),
+        "read_unit": partial(units.read_unit, "kg m^2"),
+        "Witness": partial(witness.Witness, seen.q, seen.qd, seen.p, {"links[0].mass": 2.0}),
+        "candidates": partial(witness.candidates, ARM),
+        "search": partial(witness.search, ARM.M, ARM.M, ARM),
+
+
+        "tokens of text": partial(plain.tokens, "2*m_1"),
+        "tokens of LaTeX": partial(tex.tokens, "2 m_1"),
+        "statements": partial(statements.statements, "M_11 = m_1", "text"),
+        "parse": partial(grammar.parse, plain.tokens("2*m_1"), names.Names.of(given.symbols_of(ARM))),
+        "normal_form": partial(_is_zero, read.entries["M", 1, 1], given.symbols_of(ARM)),
+    }  # fmt: skip
+
+
+def _is_zero(formula: Any, letters: Any) -> bool:
+    return normal.normal_form(formula, letters).is_zero
+
+
+def _watching(ode: Any, claims: Any) -> None:
+    """What it gives is of `core`, where it is called too."""
+    margins.watching(ode, claims)
+
+
+def _narrowed(dynamics: Any, fixed: Any) -> None:
+    """What it gives is of `core`, where it is called too."""
+    given.narrowed(dynamics, fixed)
+
+
+def arguments() -> dict[str, Any]:
+    return {
+        "Box.at.u": lambda box: np.array([[0.5, 0.5]]),
+        "Box.rows.theta": lambda box: np.array([[0.5, 1.5]]),
+        "Box.of.ranges": lambda box: RANGES,
+        "ode": lambda thing: ODE,
+        "horizon": lambda metric: 1.0,
+        "Ledger.count.kind": lambda ledger: "refuted",
+        "Ledger.of.checks": lambda ledger: [],
+        "name": lambda ledger: "it stays",
+        "CounterExample.write.path": lambda example: FOLDER / "written.json",
+        "CounterExample.read.path": lambda example: FOLDER / "example.json",
+        "metric": lambda example: WORTH,
+        "Judged.beats.other": lambda judged: judged,
+        "Judged.where.other": lambda judged: judged,
+        "Judged.where.better": lambda judged: np.ones(4, dtype=bool),
+        "Hunt.search.seed": lambda hunt: 1,
+        "Hunt.judge.u": lambda hunt: np.array([[0.5, 0.5]]),
+        "Hunt.replay.example": lambda hunt: counterexample.CounterExample.read(FOLDER / "example.json"),
+        "Largest.memory.joints": lambda metric: 1,
+        "Largest.update.k": lambda metric: X[0],
+        "Largest.update.h": lambda metric: X[0],
+        "Largest.update.z": lambda metric: {"largest": X[0]},
+        "y": lambda metric: {metric.signal: X[0]},
+        "Largest.value.integral": lambda metric: np.zeros((1, 0)),
+        "Largest.value.z": lambda metric: {"largest": np.ones((1, 1))},
+        "t": lambda metric: X[0],
+        "key": lambda signals: "x",
+        "Units.mismatch.printed": lambda units: sheet.read_sheet(SHEET, ARM, "text").entries["M", 1, 1],
+        "place": lambda units: ("M", 1, 1),
+        **{name: lambda thing: [0.1] for name in ("q", "qd", "qdd", "tau", "x")},
+        "Ode.rate_at.t": lambda ode: 0.0,
+        "Ode.outputs_at.t": lambda ode: 0.0,
+    }
