@@ -190,3 +190,13 @@ def test_a_note_laid_beside_a_ledger_keeps_the_report_from_being_written(tmp_pat
     (target / "notes.txt").write_text("mine")
     with pytest.raises(ReportError, match=r"'notes\.txt'"):
         write(document("Second"), target)
+
+
+def test_a_damaged_page_beside_a_ledger_is_written_again(tmp_path):
+    write(document(), tmp_path / "out")
+    (tmp_path / "out" / "index.html").write_bytes(b"")
+    with pytest.raises(ReportError, match="that folder holds 'index.html' from elsewhere"):
+        check_place(tmp_path / "out")
+    (tmp_path / "out" / "ledger").mkdir()
+    write(document(), tmp_path / "out")
+    assert (tmp_path / "out" / "index.html").stat().st_size > 1000

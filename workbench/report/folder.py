@@ -119,7 +119,8 @@ def _earlier(target: Path) -> list[str]:
         for path in folder.iterdir() if folder.is_dir() else ():
             name = path.relative_to(target).as_posix()
             elsewhere = path.is_symlink() and name != FOLDER  # large ledgers may lie on another disk
-            if elsewhere or not _OURS.fullmatch(name) or (name == "index.html" and not _is_report(path)):
+            damaged = name == "index.html" and not (_is_report(path) or (target / FOLDER).is_dir())
+            if elsewhere or damaged or not _OURS.fullmatch(name):
                 raise _foreign(target, name)
             held.append(name)
     # without a page it is ours if a run is on its way there, or was killed
