@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.validation.doors import door
 from workbench.validation.words import Array, described, known, matrix, vector
+from workbench.validation.words import name as check_name
 
 ORTHONORMAL = 1e-12  # what rounding leaves of a rotation
 
@@ -33,6 +34,7 @@ class Frame:
     position: Array
 
     def __post_init__(self) -> None:
+        check_name("Frame(name=...)", self.name)
         refuse_skewed(f"Frame({described(self.name)}, rotation=...)", self.rotation)
         vector(f"Frame({described(self.name)}, position=...)", self.position, 3, "coordinates")
 
