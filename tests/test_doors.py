@@ -16,6 +16,7 @@ import pytest
 
 from workbench.controllers import PID
 from workbench.loop import Estimate, Instruments, Measurement, Motion
+from workbench.notation.formula import Symbol
 from workbench.plants import FirstOrderLag, Friction
 from workbench.robots import paper_arm
 from workbench.validation import words as v
@@ -320,3 +321,8 @@ def test_a_method_of_a_block_takes_expressions_in_the_shapes_that_it_declares(ca
 def test_numbers_do_for_expressions():
     assert LAW.torque(0.0, MEMORY, HERE, WANTED).shape == (2, 1)
     assert ARM.mass_matrix([0.1, np.float16(0.2)]).shape == (2, 2)
+
+
+def test_a_symbol_is_text_that_can_be_written():
+    with pytest.raises(ValueError, match=r"`Symbol\(letter=...\)` must be text; got '\\ud800'"):
+        Symbol("\ud800")

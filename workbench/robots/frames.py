@@ -78,4 +78,4 @@ def frame_named(name: str, links: Sequence[Named], frames: Sequence[Frame]) -> F
     own = [link.name for link in links]
     if name:
         known(name, [*(frame.name for frame in frames), *own], "frames of this arm")
-    return Frame(name, own.index(name) if name else len(own) - 1, np.eye(3), np.zeros(3))
+    return Frame(name or own[-1], own.index(name) if name else len(own) - 1, np.eye(3), np.zeros(3))
