@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import casadi as ca
 import numpy as np
 
@@ -120,9 +122,9 @@ class SineTorque(AbstractDisturbance):
     @property
     def D_max(self) -> float:
         """The norm of the amplitudes: reached if all sines peak at once."""
-        return float(np.linalg.norm(self.amplitude))
+        return math.hypot(*map(float, self.amplitude))
 
     @property
     def L_D(self) -> float:
         """The norm of amplitude times frequency: reached if all slopes peak at once."""
-        return float(np.linalg.norm(np.asarray(self.amplitude) * np.asarray(self.frequency)))
+        return math.hypot(*(float(a) * float(w) for a, w in zip(self.amplitude, self.frequency, strict=True)))

@@ -9,6 +9,7 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from workbench.validation.doors import door
+from workbench.validation.words import described, one_of
 
 _NAMES = (
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi "
@@ -47,7 +48,7 @@ class Symbol:
         if self.dots not in (0, 1, 2) or self.accent not in ("", *ACCENTS):
             raise ValueError(
                 f"`Symbol(dots=..., accent=...)` takes 0 to 2 dots, and one of {ACCENTS} or none; "
-                f"got {self.dots!r} and {self.accent!r}."
+                f"got {described(self.dots)} and {described(self.accent)}."
             )
 
 
@@ -121,8 +122,7 @@ class Relation:
     right: Formula
 
     def __post_init__(self) -> None:
-        if self.sign not in SIGNS:
-            raise ValueError(f"`Relation(sign=...)` is one of {', '.join(SIGNS)}; got {self.sign!r}.")
+        one_of("Relation(sign=...)", self.sign, SIGNS)
 
 
 @dataclass(frozen=True)

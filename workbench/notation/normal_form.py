@@ -32,6 +32,7 @@ from workbench.validation.doors import door
 
 # Beyond so many products at once, terms in all, or such a power, an expansion would take minutes; it is given up.
 MOST_PRODUCTS, MOST_TERMS, HIGHEST_POWER = 500_000, 200_000, 64
+MOST_ENTRIES = 10_000  # of a matrix
 
 
 class NotInClass(ValueError):  # noqa: N818
@@ -150,6 +151,8 @@ def normal_forms(matrix: ca.SX, numbers: Mapping[str, Fraction] | None = None) -
     NotInClass
         As `NormalForm.of`.
     """
+    if matrix.numel() > MOST_ENTRIES:
+        raise NotInClass(f"A matrix of {matrix.numel()} entries is not expanded; {MOST_ENTRIES} are the most.")
     try:
         steps = walk(matrix)
     except ValueError as error:

@@ -18,6 +18,7 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 Integers = np.ndarray[Any, np.dtype[np.signedinteger[Any]]]
 
 LONGEST = 60  # how much of a value a message shows
+LONGEST_NAME = 200
 MOST = 2**53  # beyond it whole numbers are no longer exact as doubles
 WORDS = {int: "a whole number", float: "a number", bool: "True or False", str: "text", type(None): "None"}
 
@@ -61,6 +62,14 @@ def text(call: str, value: object, *, empty: bool = True) -> str:
         surrogates = isinstance(value, str) and clean is None
         must = "text in characters that can be written, no lone surrogates" if surrogates else "text"
         raise refusal(call, must if empty else f"{must} that says something", value)
+    return clean
+
+
+def name(call: str, value: object) -> str:
+    """A name: text that can be printed in one line, as messages and tables print it."""
+    clean = as_text(value)
+    if not clean or not clean.isprintable() or len(clean) > LONGEST_NAME:
+        raise refusal(call, f"a name, at most {LONGEST_NAME} characters that can be printed in a line", value)
     return clean
 
 
