@@ -18,7 +18,7 @@ from workbench.design.matrices import Complex
 from workbench.design.riccati.equation import Data
 from workbench.design.riccati.hamiltonian import hamiltonian
 
-NEAR = 1e-8  # half the digits: eigenvalues that meet on the boundary are found no better
+NEAR = 1e-7  # half the digits and a little more: eigenvalues that meet on the boundary are found no better
 LOST = 1e-12  # a relative distance from a loss of rank that rounding may have made
 MOST_MODES = 40  # each asks for singular values
 

@@ -24,6 +24,7 @@ from workbench.design.riccati.equation import norm, size
 from workbench.design.riccati.one_thread import one_thread
 from workbench.design.riccati.operators import AbstractOperator, lyapunov_operator, stein_operator
 from workbench.design.riccati.synthesis import ROUNDING, WORST_ERROR, WORST_RESIDUAL, WORTH_A_WARNING
+from workbench.design.riccati.units import balance
 
 MOST_STEPS = 40  # each gains about as many digits as the first solution has
 POWER_STEPS = 12  # of the iteration for the norm of the inverse, which soon has its first digit
@@ -142,13 +143,8 @@ def _solve(equation: _Equation) -> Lyapunov:
 
 def _good_units(equation: _Equation) -> Array:
     """Powers of two that the states are measured by, (n,): the pencil of the equation has rows and columns alike."""
-    n = len(equation.A)
     A = np.abs(equation.A) + (0.0 if equation.E is None else np.abs(equation.E))
-    pencil = np.block([[A, np.abs(equation.Q)], [np.zeros((n, n)), A.T]])
-    np.fill_diagonal(pencil, 0)
-    _, (scale, _) = linalg.matrix_balance(pencil, permute=False, separate=True)
-    exponent = np.log2(scale)
-    return np.asarray(np.exp2(np.round((exponent[:n] - exponent[n:]) / 2)))
+    return balance(np.block([[A, np.abs(equation.Q)], [np.zeros_like(A), A.T]]), len(A))
 
 
 def _measured(equation: _Equation, scale: Array) -> _Equation:

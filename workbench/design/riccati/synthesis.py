@@ -22,7 +22,7 @@ from workbench.design.riccati.units import Units, good_units
 
 WORST_RESIDUAL = 1e-11
 WORST_ERROR = 1e-4  # four digits of X for the data as given
-WORST_MOVE = 1e-2  # two digits of X when every matrix is rounded to floating-point numbers
+WORST_MOVE = 1e-2  # two digits of X in good units when every matrix is rounded to floating-point numbers
 WORTH_A_WARNING = 1e-6
 UNSURE = 0.01  # of a margin, that rounding may take
 UNSEEN = 2.0**-100  # of the terms of a residual: what sums in twice the working precision may lose
@@ -87,7 +87,7 @@ def stabilising(
 def _judge(equation: AbstractEquation, found: Refined, units: Units) -> _Judged:
     point = found.point
     margin = found.operator.margin
-    known = conditioning(equation, found, units) if margin > 0 else Conditioning(np.inf, 0.0, np.inf)
+    known = conditioning(equation, found, units) if margin > 0 else Conditioning(np.inf, np.inf, 0.0, np.inf)
     # the gain may hang on digits that X has no room for, so it is that of X and the next step together
     beyond = equation.at(twice(point.X) + found.correction)
     still = found.operator.solve(-beyond.left)
@@ -122,8 +122,9 @@ def _against(found: Refined, certificate: Certificate, known: Conditioning) -> s
         )
     if not certificate.error <= WORST_ERROR:
         return f"the relative error of X is about {certificate.error:.1e}, above {WORST_ERROR:g}"
-    if not known.condition * EPS <= WORST_MOVE:
-        return f"rounding the data can change X by {known.condition * EPS:.1e} of its size, so its digits mean nothing"
+    if not known.in_good_units * EPS <= WORST_MOVE:
+        change = f"{known.in_good_units * EPS:.1e}"
+        return f"rounding the data can change X, in good units, by {change} of its size, so its digits mean nothing"
     return ""
 
 
