@@ -8,7 +8,7 @@ import numpy as np
 from scipy import linalg
 
 from workbench.core.layout import Array
-from workbench.design.riccati.equation import Data
+from workbench.design.riccati.equation import Data, norm
 
 UNDER = 1e-6  # so that a half is rounded down in the units of every caller
 
@@ -55,13 +55,19 @@ def good_units(d: Data) -> Units:
     References
     ----------
     Benner (2001), Symplectic balancing of Hamiltonian matrices, SIAM J. Sci. Comput. 22.
+    Kenney, Laub, Wette (1989), A stability-enhancing scaling procedure for Schur-Riccati solvers, Systems
+    Control Lett. 12 (the size of X).
     """
-    m = d.B.shape[1]
+    n, m = d.B.shape
     units = _level(d)
     # the inputs' units come next: they change R by a congruence, which balancing, a similarity, cannot undo
     weight = np.diag(units.into(d).R)
-    units *= Units(np.ones(d.n), np.exp2(-np.round(np.log2(np.where(weight > 0, weight, 1.0)) / 2)))
-    return units * Units(balance(_pencil(units.into(d)), d.n), np.ones(m))
+    units *= Units(np.ones(n), np.exp2(-np.round(np.log2(np.where(weight > 0, weight, 1.0)) / 2)))
+    units *= Units(balance(_pencil(units.into(d)), n), np.ones(m))
+    alike = units.into(d)
+    sizes = norm(alike.Q), norm(alike.B) ** 2
+    whole = np.exp2(np.round(np.log2(sizes[1] / sizes[0]) / 4)) if min(sizes) > 0 else 1.0
+    return Units(whole * units.states, units.inputs)
 
 
 def _pencil(d: Data) -> Array:
@@ -71,7 +77,7 @@ def _pencil(d: Data) -> Array:
 
 
 def _level(d: Data) -> Units:
-    """Units that bring the logarithms of the pencil's entries that are not zero nearest to one number, by least squares.
+    """Units that bring the logarithms of the pencil's entries, but for zeros, nearest to one number by least squares.
 
     References
     ----------
