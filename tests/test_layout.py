@@ -175,7 +175,7 @@ def test_a_name_that_is_no_text_is_refused(look):
 
 def test_values_without_names_are_refused():
     with pytest.raises(
-        ValueError, match=r"`pack\(values=...\)` must map names to numbers, as a dict does; got a `list`"
+        ValueError, match=r"`pack\(values=...\)` must map names to numbers, as a dict does; got \[1.0, 2.0\]"
     ):
         gains().pack([1.0, 2.0])
 

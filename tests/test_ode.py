@@ -187,7 +187,7 @@ X, K = ca.SX.sym("x", 2), ca.SX.sym("stray")
         ({"rate": ca.vertcat(K, 0)}, "got the symbol 'stray' beside them"),
         ({"x": 2 * X}, "must be plain symbols"),
         ({"x": ca.vertcat(K, K)}, "each with one place"),
-        ({"states": ["x", "v"]}, r"`Ode\(states=...\)` must be a `Layout`; got a `list`"),
+        ({"states": ["x", "v"]}, r"`Ode\(states=...\)` must be a `Layout`; got \['x', 'v'\]"),
         ({"rate": np.zeros(2)}, r"`Ode\(rate=...\)` must be a `SX`|`Ode\(rate=...\)` must be an `SX`"),
     ],
 )

@@ -1,0 +1,94 @@
+"""Doors: a public function or class takes what its type hints say, made Python's own, and refuses the rest by name."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from dataclasses import Field, fields
+from typing import Any, TypeVar, cast, get_type_hints
+
+from workbench.core.kinds import Fit, KindError, OutOfSight, fit_of
+
+Door = TypeVar("Door", bound=Callable[..., Any])
+
+
+def door(thing: Door) -> Door:
+    """The same function, or dataclass below `@dataclass`, whose arguments must be of the kinds that its hints name.
+
+    Whole numbers, numbers and truths of NumPy become Python's, numbers on axes arrays of doubles, lists tuples. What a
+    hint does not name, finite numbers, say, is for the words of `workbench.core.validation`.
+    """
+    if isinstance(thing, type):
+        return cast(Door, _door_of_class(thing))
+
+    @functools.wraps(thing)
+    def opened(*args: Any, **kwargs: Any) -> Any:
+        named, places, rest = _plan(thing)
+        fitting = [_fit(*(places[i] if i < len(places) else rest), value) for i, value in enumerate(args)]
+        return thing(*fitting, **{key: _fit(*named[key], v) if key in named else v for key, v in kwargs.items()})
+
+    return cast(Door, opened)
+
+
+def fitted(owner: Any, field: Field[Any]) -> Any:
+    """The value of a field, made to fit the field's type, or a refusal."""
+    value = getattr(owner, field.name)
+    return value if value is field.default else _fit(*_fits(cast(Any, type(owner)))[field.name], value)
+
+
+def _fit(call: str, fit: Fit, value: Any) -> Any:
+    try:
+        return fit(value)
+    except KindError as misfit:
+        where = f" at {misfit.place}" if misfit.place else ""
+        raise ValueError(f"`{call}` must be {misfit.must}; got {misfit.got}{where}.") from None
+
+
+def _door_of_class(cls: type) -> type:
+    own = getattr(cls, "__post_init__", None)
+
+    def __post_init__(self: Any) -> None:
+        for field in fields(self):
+            if field.init:
+                object.__setattr__(self, field.name, fitted(self, field))
+        if own is not None:
+            own(self)
+
+    cls.__post_init__ = __post_init__  # type: ignore[attr-defined]
+    return cls
+
+
+@functools.cache
+def _fits(cls: Any) -> dict[str, tuple[str, Fit]]:
+    hints = _hints(cls)
+    return {f.name: (f"{cls.__name__}({f.name}=...)", fit_of(hints.get(f.name, Any))) for f in fields(cls)}
+
+
+@functools.cache
+def _plan(function: Any) -> tuple[dict[str, tuple[str, Fit]], list[tuple[str, Fit]], tuple[str, Fit]]:
+    """The fits of a function's arguments: by name, by place, and of all beyond the last place."""
+    hints, owner = _hints(function), function.__qualname__.rpartition("<locals>.")[2].removesuffix(".__init__")
+    named, places, rest = {}, [], ("", fit_of(Any))
+    for name, parameter in inspect.signature(function).parameters.items():
+        fit = (f"{owner}({name}=...)", fit_of(hints.get(name, Any)))
+        if parameter.kind in (parameter.POSITIONAL_ONLY, parameter.POSITIONAL_OR_KEYWORD):
+            places.append(fit)
+        if parameter.kind in (parameter.KEYWORD_ONLY, parameter.POSITIONAL_OR_KEYWORD):
+            named[name] = fit
+        if parameter.kind is parameter.VAR_POSITIONAL:
+            rest = fit
+    return named, places, rest
+
+
+@functools.cache
+def _hints(thing: Any) -> dict[str, Any]:
+    """The type hints of a class or a function."""
+    unseen: dict[str, Any] = {}
+    while True:
+        try:
+            return get_type_hints(thing, localns=unseen or None)
+        except NameError as error:
+            if error.name is None or error.name in unseen:
+                raise
+            unseen[error.name] = OutOfSight
