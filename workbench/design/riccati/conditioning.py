@@ -83,18 +83,19 @@ def conditioning(equation: AbstractEquation, found: Refined, units: Units) -> Co
             moved[id(P)] = found.operator.solve(-P.T @ P)
         return moved[id(P)]
 
+    whole, X = size(units.out_of(point.X)), size(point.X)
     total, inside, M = 0.0, 0.0, np.zeros((d.n, d.n))
     for r, P, Z in changes:
-        if r == 0 or not P.any() or not Z.any():
+        by_P, by_Z = size(most(P)), size(most(Z))
+        if not r * by_P * by_Z > 0:
             continue
-        total += 2 * r * np.sqrt(size(units.out_of(most(P))) * size(units.out_of(most(Z))))
-        c = np.sqrt(size(most(P)) / size(most(Z))) / r
-        inside += 2 * r * np.sqrt(size(most(P)) * size(most(Z)))
+        total += 2 * r * np.sqrt(size(units.out_of(most(P)))) * np.sqrt(size(units.out_of(most(Z))))
+        inside += 2 * r * np.sqrt(by_P) * np.sqrt(by_Z)
+        c = np.sqrt(by_P / by_Z) / r
         M += c * r**2 * Z.T @ Z + P.T @ P / c
     reach = _reach(equation, found, M)
     if reach <= EPS**0.75 and isinstance(equation, Continuous):
         reach = max(reach, _distance(d, found))
-    whole, X = size(units.out_of(point.X)), size(point.X)
     response = size(units.out_of(most(one)))
     return Conditioning(total / whole if whole > 0 else 0.0, inside / X if X > 0 else 0.0, reach, response)
 

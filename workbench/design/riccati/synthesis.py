@@ -18,7 +18,7 @@ from workbench.design.riccati.double_double import twice
 from workbench.design.riccati.equation import AbstractEquation, Data, Discrete, norm
 from workbench.design.riccati.newton import Refined, refine
 from workbench.design.riccati.one_thread import one_thread
-from workbench.design.riccati.units import Units, good_units
+from workbench.design.riccati.units import Units, good_units, in_range
 
 WORST_RESIDUAL = 1e-11
 WORST_ERROR = 1e-4  # four digits of X for the data as given
@@ -46,6 +46,7 @@ class _Judged:
 
 
 @one_thread()
+@np.errstate(all="ignore")  # what leaves the range of floats is seen in the certificate
 def stabilising(
     call: str,
     data: Data,
@@ -65,16 +66,16 @@ def stabilising(
     objections = []
     for X in roads(equation.data):
         try:
-            with warnings.catch_warnings(), np.errstate(all="ignore"):
-                warnings.simplefilter("ignore")  # overflow and singular matrices are seen in the certificate
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # singular matrices are seen in the certificate
                 judged = _judge(equation, refine(equation, X), units)
-        except (np.linalg.LinAlgError, ValueError):  # SciPy's answer to what is not finite
+        except (OverflowError, ValueError):  # SciPy's answer to what is not finite, and the parent of LinAlgError
             continue
         if not judged.against:
             point = judged.found.point
-            return Riccati(
-                units.out_of(point.X), units.gain(judged.K), judged.found.operator.poles, judged.certificate
-            )  # fmt: skip
+            X = in_range(call, "X", units.out_of(point.X), point.X)
+            K = in_range(call, "K", units.gain(judged.K), judged.K)
+            return Riccati(X, K, judged.found.operator.poles, judged.certificate)
         objections.append(judged.against)
         if judged.settled:
             break  # every road would end at this X

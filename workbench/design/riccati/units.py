@@ -3,47 +3,72 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import linalg
 
 from workbench.core.layout import Array
+from workbench.design.certificates import Refused
 from workbench.design.riccati.equation import Data, norm
 
+Exponents = np.ndarray[Any, np.dtype[np.int64]]
+LEAST = float(np.finfo(float).tiny / np.finfo(float).eps)  # below it the digits of a sum get lost
 UNDER = 1e-6  # so that a half is rounded down in the units of every caller
 
 
 @dataclass(frozen=True)
 class Units:
-    """Powers of two that states (n,) and inputs (m,) are measured by: x = states z, u = inputs v."""
+    """The exponents of two in the units of states (n,) and inputs (m,): x = 2^states z, u = 2^inputs v."""
 
-    states: Array
-    inputs: Array
+    states: Exponents
+    inputs: Exponents
 
     def into(self, d: Data) -> Data:
         """The data in these units."""
         x, u = self.states, self.inputs
-        E = None if d.E is None else d.E / x[:, None] * x
         return Data(
-            A=d.A / x[:, None] * x,
-            B=d.B / x[:, None] * u,
-            Q=d.Q * x[:, None] * x,
-            R=d.R * u[:, None] * u,
-            S=d.S * x[:, None] * u,
-            E=E,
+            A=times(d.A, -x, x),
+            B=times(d.B, -x, u),
+            Q=times(d.Q, x, x),
+            R=times(d.R, u, u),
+            S=times(d.S, x, u),
+            E=None if d.E is None else times(d.E, -x, x),
         )
 
     def out_of(self, X: Array) -> Array:
         """X (n, n) in the units of the caller."""
-        return X / self.states[:, None] / self.states
+        return times(X, -self.states, -self.states)
 
     def gain(self, K: Array) -> Array:
         """K (m, n) in the units of the caller."""
-        return K * self.inputs[:, None] / self.states
+        return times(K, self.inputs, -self.states)
 
-    def __mul__(self, other: Units) -> Units:
+    def __add__(self, other: Units) -> Units:
         """These units, measured by others."""
-        return Units(self.states * other.states, self.inputs * other.inputs)
+        return Units(self.states + other.states, self.inputs + other.inputs)
+
+
+def times(matrix: Array, rows: Exponents, columns: Exponents) -> Array:
+    """The matrix with its rows and columns times powers of two; what is too small for a float becomes zero."""
+    return np.asarray(np.ldexp(matrix, rows[:, None] + columns))
+
+
+def in_range(call: str, name: str, full: Array, within: Array) -> Array:
+    """A matrix in the units of the caller, whose largest entry must be a float of full accuracy.
+
+    Raises
+    ------
+    Refused
+        If it overflows, or is so small that digits are lost.
+    """
+    largest = float(np.abs(full).max())
+    if not (np.isfinite(largest) and (largest >= LEAST or not within.any())):
+        raise Refused(
+            f"`{call}`: the largest entry of {name} lies beyond the range of floating-point numbers, being "
+            f"{largest:.3g} in their arithmetic. Choose other units."
+        )
+    return full
 
 
 def good_units(d: Data) -> Units:
@@ -59,15 +84,19 @@ def good_units(d: Data) -> Units:
     Control Lett. 12 (the size of X).
     """
     n, m = d.B.shape
+    none = Units(np.zeros(n, dtype=int), np.zeros(m, dtype=int))
     units = _level(d)
     # the inputs' units come next: they change R by a congruence, which balancing, a similarity, cannot undo
     weight = np.diag(units.into(d).R)
-    units *= Units(np.ones(n), np.exp2(-np.round(np.log2(np.where(weight > 0, weight, 1.0)) / 2)))
-    units *= Units(balance(_pencil(units.into(d)), n), np.ones(m))
+    units += Units(none.states, -nearest(np.where(weight > 0, weight, 1.0), 2))
+    units += Units(balance(_pencil(units.into(d)), n), none.inputs)
     alike = units.into(d)
-    sizes = norm(alike.Q), norm(alike.B) ** 2
-    whole = np.exp2(np.round(np.log2(sizes[1] / sizes[0]) / 4)) if min(sizes) > 0 else 1.0
-    return Units(whole * units.states, units.inputs)
+    return units + Units(none.states + nearest(norm(alike.B), 2) - nearest(norm(alike.Q), 4), none.inputs)
+
+
+def nearest(sizes: Any, root: int) -> Any:
+    """The whole numbers nearest to the binary logarithms of the roots of sizes; zero for a size that is zero."""
+    return np.round(np.log2(np.where(np.asarray(sizes) > 0, sizes, 1.0)) / root - UNDER).astype(int)
 
 
 def _pencil(d: Data) -> Array:
@@ -93,13 +122,13 @@ def _level(d: Data) -> Units:
     across = rows.T @ seen @ columns
     normal = across + across.T + rows.T * seen.sum(axis=1) @ rows + columns.T * seen.sum(axis=0) @ columns
     right = rows.T @ logarithm.sum(axis=1) + columns.T @ logarithm.sum(axis=0)
-    exponent = np.linalg.lstsq(normal, -right)[0][:-1]
-    return Units(*np.split(np.exp2(np.round(exponent - UNDER)), [n]))
+    exponent = np.round(np.linalg.lstsq(normal, -right)[0][:-1] - UNDER).astype(int)
+    return Units(*np.split(exponent, [n]))
 
 
-def balance(pencil: Array, n: int) -> Array:
-    """The powers of two (n,) of states that balance a pencil, whose first n rows are theirs and the next n dual."""
+def balance(pencil: Array, n: int) -> Exponents:
+    """The exponents (n,) of units that balance a pencil, whose first n rows are of states and the next n dual."""
     np.fill_diagonal(pencil, 0)
-    _, (scale, _) = linalg.matrix_balance(pencil, permute=False, separate=True)
+    _, _, _, scale, _ = linalg.lapack.dgebal(pencil, scale=1)
     exponent = np.log2(scale)
-    return np.asarray(np.exp2(np.round((exponent[:n] - exponent[n : 2 * n]) / 2)))
+    return np.asarray(np.round((exponent[:n] - exponent[n : 2 * n]) / 2).astype(int))
