@@ -106,7 +106,7 @@ REFUSED = [
     (lambda: v.numbers(CALL, [1.0], 0), "must be a single number; got [1.0]."),
     (lambda: v.vector(CALL, [1.0], 2, "joints"), "must have shape (2,), one number for each of the joints; got (1,)."),
     (lambda: v.matrix(CALL, np.eye(2), columns=3), "must have shape (any, 3); got (2, 2)."),
-    (lambda: v.matrix(CALL, [[np.nan]]), "must be a matrix of finite numbers; got [[nan]]."),
+    (lambda: v.matrix(CALL, [[np.nan]]), "must be a matrix of finite numbers; got nan at [0, 0]."),
     (lambda: v.text(CALL, 3), "must be text; got 3."),
     (lambda: v.text(CALL, " ", empty=False), "must be text that says something; got ' '."),
     (lambda: v.text(CALL, "\ud800"), "no lone surrogates; got '\\ud800'."),

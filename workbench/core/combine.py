@@ -8,10 +8,12 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
+from workbench.core.doors import door
 from workbench.core.layout import Entry, Layout
 from workbench.core.ode import Ode
 
 
+@door
 def with_quadrature(ode: Ode, integrands: Mapping[str, ca.SX], units: Mapping[str, str] | None = None) -> Ode:
     """The same equation with one more state per integrand g(t, x, p): z' = g, z(0) = 0.
 
@@ -31,6 +33,7 @@ def with_quadrature(ode: Ode, integrands: Mapping[str, ca.SX], units: Mapping[st
     )
 
 
+@door
 def with_sensitivity(ode: Ode, names: Sequence[str]) -> Ode:
     """The same equation with S = dx/dtheta carried along: S' = (df/dx) S + df/dtheta.
 

@@ -6,11 +6,23 @@ import functools
 import inspect
 from collections.abc import Callable
 from dataclasses import Field, fields
-from typing import Any, TypeVar, cast, get_type_hints
+from typing import Any, NamedTuple, TypeVar, cast, get_type_hints
 
 from workbench.core.kinds import Fit, KindError, OutOfSight, fit_of
+from workbench.core.shapes import Part, parts_of, refuse_misshapen
 
 Door = TypeVar("Door", bound=Callable[..., Any])
+
+
+class Plan(NamedTuple):
+    """What a function takes: by place, by name, beyond the last place, and what of it has a declared shape."""
+
+    call: str
+    names: list[str]
+    places: list[tuple[str, Fit]]
+    named: dict[str, tuple[str, Fit]]
+    rest: tuple[str, Fit]
+    parts: list[Part]
 
 
 def door(thing: Door) -> Door:
@@ -24,9 +36,14 @@ def door(thing: Door) -> Door:
 
     @functools.wraps(thing)
     def opened(*args: Any, **kwargs: Any) -> Any:
-        named, places, rest = _plan(thing)
-        fitting = [_fit(*(places[i] if i < len(places) else rest), value) for i, value in enumerate(args)]
-        return thing(*fitting, **{key: _fit(*named[key], v) if key in named else v for key, v in kwargs.items()})
+        plan = _plan(thing)
+        rest = len(args) - len(plan.places)
+        fitting = [_fit(*place, value) for place, value in zip(plan.places + [plan.rest] * rest, args, strict=False)]
+        kwargs = {name: _fit(*plan.named[name], v) if name in plan.named else v for name, v in kwargs.items()}
+        if plan.parts:
+            given = dict(zip(plan.names, fitting, strict=False)) | kwargs
+            refuse_misshapen(plan.call, given.get("self"), plan.parts, given)
+        return thing(*fitting, **kwargs)
 
     return cast(Door, opened)
 
@@ -66,19 +83,20 @@ def _fits(cls: Any) -> dict[str, tuple[str, Fit]]:
 
 
 @functools.cache
-def _plan(function: Any) -> tuple[dict[str, tuple[str, Fit]], list[tuple[str, Fit]], tuple[str, Fit]]:
-    """The fits of a function's arguments: by name, by place, and of all beyond the last place."""
-    hints, owner = _hints(function), function.__qualname__.rpartition("<locals>.")[2].removesuffix(".__init__")
-    named, places, rest = {}, [], ("", fit_of(Any))
+def _plan(function: Any) -> Plan:
+    hints, call = _hints(function), function.__qualname__.rpartition("<locals>.")[2].removesuffix(".__init__")
+    plan = Plan(call, [], [], {}, ("", fit_of(Any)), [])
     for name, parameter in inspect.signature(function).parameters.items():
-        fit = (f"{owner}({name}=...)", fit_of(hints.get(name, Any)))
-        if parameter.kind in (parameter.POSITIONAL_ONLY, parameter.POSITIONAL_OR_KEYWORD):
-            places.append(fit)
-        if parameter.kind in (parameter.KEYWORD_ONLY, parameter.POSITIONAL_OR_KEYWORD):
-            named[name] = fit
+        fit = (f"{call}({name}=...)", fit_of(hints.get(name, Any)))
         if parameter.kind is parameter.VAR_POSITIONAL:
-            rest = fit
-    return named, places, rest
+            plan = plan._replace(rest=fit)
+        elif parameter.kind is not parameter.VAR_KEYWORD:
+            plan.named[name] = fit
+        if parameter.kind in (parameter.POSITIONAL_ONLY, parameter.POSITIONAL_OR_KEYWORD):
+            plan.places.append(fit)
+            plan.names.append(name)
+        plan.parts.extend(parts_of(name, hints.get(name, Any)))
+    return plan
 
 
 @functools.cache
@@ -87,7 +105,7 @@ def _hints(thing: Any) -> dict[str, Any]:
     unseen: dict[str, Any] = {}
     while True:
         try:
-            return get_type_hints(thing, localns=unseen or None)
+            return get_type_hints(thing, localns=unseen or None, include_extras=True)
         except NameError as error:
             if error.name is None or error.name in unseen:
                 raise

@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import types
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from typing import Any, Literal, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import casadi as ca
 import numpy as np
@@ -25,7 +25,7 @@ class KindError(Exception):
 
 class _Sight(type):
     def __getattr__(cls, name: str) -> Any:
-        if name.startswith("__"):
+        if name.startswith("_"):
             raise AttributeError(name)
         return Any
 
@@ -42,6 +42,10 @@ def fit_of(hint: Any) -> Fit:
     kind, parts = get_origin(hint) or hint, get_args(hint)
     if isinstance(hint, TypeVar):
         return fit_of(hint.__bound__ or Any)
+    if kind is Annotated:
+        return fit_of(parts[0])
+    if hasattr(kind, "_fields"):
+        return functools.partial(_fit_of_named, kind, tuple(map(fit_of, _hints_of(kind).values())))
     if kind in PLAIN:
         return functools.partial(_plain, PLAIN[kind], words(hint))
     if kind in (Union, types.UnionType):
@@ -49,7 +53,7 @@ def fit_of(hint: Any) -> Fit:
     if kind is Literal:
         return functools.partial(_plain, lambda value: value if _among(value, parts) else None, words(hint))
     if kind is np.ndarray:
-        return functools.partial(_plain, _whole_array if _is_whole(parts) else as_array, words(hint))
+        return functools.partial(_plain, _whole_array if _is_whole(parts) else _array, words(hint))
     if kind in SEVERAL and parts:
         several = kind is not tuple or parts[-1] is Ellipsis
         return functools.partial(
@@ -67,6 +71,8 @@ def words(hint: Any) -> str:
     kind, parts = get_origin(hint) or hint, get_args(hint)
     if kind in (Union, types.UnionType):
         return " or ".join(map(words, parts))
+    if kind is Annotated:
+        return words(parts[0])
     if kind is Literal:
         return f"one of {', '.join(map(repr, parts))}"
     if kind is np.ndarray:
@@ -81,7 +87,8 @@ def words(hint: Any) -> str:
 
 
 def _kinds(hints: Iterable[Any]) -> str:
-    options = [kind for hint in hints for kind in (get_args(hint) if _is_union(hint) else (hint,))]
+    bare = (get_args(hint)[0] if get_origin(hint) is Annotated else hint for hint in hints)
+    options = [kind for hint in bare for kind in (get_args(hint) if _is_union(hint) else (hint,))]
     return " or ".join(dict.fromkeys(name_of(kind) for kind in options))
 
 
@@ -129,6 +136,11 @@ def _expression(value: Any) -> ca.SX | None:
     return ca.SX(array) if array is not None and array.ndim <= 2 else None
 
 
+def _array(value: Any) -> Any:
+    """An array of doubles as it is, as it may be large, and others as a new one."""
+    return value if type(value) is np.ndarray and value.dtype == np.float64 else as_array(value)
+
+
 def _whole_array(value: Any) -> Any:
     array = as_array(value)
     return None if array is None or (array != np.rint(array)).any() else np.array(value).astype(int)
@@ -163,6 +175,11 @@ def _fit_of_union(fits: tuple[Fit, ...], must: str, value: Any) -> Any:
     raise KindError(must, deepest.got if deepest.place else described(value), deepest.place)
 
 
+def _hints_of(kind: Any) -> dict[str, Any]:
+    """The types of a named tuple's fields, of which some have none."""
+    return dict.fromkeys(kind._fields, Any) | get_type_hints(kind)
+
+
 def _fit_of_items(kind: Any, fits: tuple[Fit, ...], several: bool, hint: Any, value: Any) -> Any:
     """A tuple, or the list that is asked for, of items that fit; text is none, though it has letters."""
     try:
@@ -180,6 +197,19 @@ def _fit_of_items(kind: Any, fits: tuple[Fit, ...], several: bool, hint: Any, va
         except KindError as misfit:
             raise KindError(words(hint), misfit.got, f"[{i}]{misfit.place}") from None
     return fitting if kind is list else tuple(fitting)
+
+
+def _fit_of_named(kind: Any, fits: tuple[Fit, ...], value: Any) -> Any:
+    """A named tuple whose fields fit."""
+    if not isinstance(value, kind):
+        raise KindError(a(kind), described(value))
+    fitting = []
+    for name, item, fit in zip(value._fields, value, fits, strict=True):
+        try:
+            fitting.append(fit(item))
+        except KindError as misfit:
+            raise KindError(f"{a(kind)} whose `{name}` is {misfit.must}", misfit.got, misfit.place) from None
+    return kind(*fitting)
 
 
 def _fit_of_mapping(kind: Any, key_fit: Fit, value_fit: Fit, must: str, value: Any) -> Any:

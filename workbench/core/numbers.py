@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from workbench.core.doors import door
 from workbench.core.validation import Array, Integers, multiple, nearest, positive, seconds, vector
 
 __all__ = [
@@ -34,6 +35,7 @@ def numbers(value: Any) -> Array:
 
 
 @dataclass(frozen=True)
+@door
 class Bounds:
     """What a number may be: finite, within [low, high], off both ends if `strict`; a matrix perhaps `symmetric`.
 
@@ -47,6 +49,8 @@ class Bounds:
     definite: Literal["", "semi", "positive"] = ""
 
     def __post_init__(self) -> None:
+        if not self.low <= self.high:
+            raise ValueError(f"`Bounds(low=..., high=...)` must keep low <= high; got {self.low:g} and {self.high:g}.")
         if self.definite not in ("", "semi", "positive") or (self.definite and not self.symmetric):
             raise ValueError(
                 "`Bounds(definite=...)` is one of '', 'semi', 'positive', the last two for `symmetric` matrices, whose "
@@ -62,6 +66,7 @@ class Bounds:
         right = f" {less} {self.high:g}" if self.high < np.inf else ""
         return f"finite, with {left}value{right}"
 
+    @door
     def allow(self, value: Array) -> Array:
         """Elementwise: whether each number is finite and within the bounds (booleans)."""
         inside = (

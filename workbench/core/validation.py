@@ -84,14 +84,14 @@ def known(name: object, names: Iterable[str], of: str) -> str:
     raise LookupError(f"There is no {described(name)} among the {len(held)} {of}.{near}")
 
 
-def whole(call: str, value: object, least: int = 1, most: int | None = None, of: str = "") -> int:
-    """A whole number from `least` to `most`, which is 2^53 where it is not told."""
+def whole(call: str, value: object, least: int = 1, most: int | None = None, of: str = "", why: str = "") -> int:
+    """A whole number from `least` to `most`, which is 2^53 where it is not told; `why` is said behind a comma."""
     clean, top = as_whole(value), MOST if most is None else most
     if clean is None or not least <= clean <= top:
         beyond = most is not None or (clean is not None and clean > top)
         must = f"a whole number{of} from {least} to {'2^53' if top == MOST else top}" if beyond else None
         must = must or (f"a positive whole number{of}" if least == 1 else f"a whole number{of}, at least {least}")
-        raise refusal(call, must, value)
+        raise refusal(call, must + (f", {why}" if why else ""), value)
     return clean
 
 
@@ -158,12 +158,13 @@ def vector(call: str, value: object, size: int, of: str) -> Array:
 
 def matrix(call: str, value: object, rows: int | None = None, columns: int | None = None) -> Array:
     """A matrix of finite numbers, with so many rows and columns where that is told."""
-    array = as_array(value)
-    if array is None or array.ndim != 2 or not np.isfinite(array).all():
-        raise refusal(call, "a matrix of finite numbers", value)
+    array = numbers(call, value, 2)
     if (rows, columns) != (rows if rows is None else array.shape[0], columns if columns is None else array.shape[1]):
         want = tuple("any" if size is None else size for size in (rows, columns))
         raise ValueError(f"`{call}` must have shape ({want[0]}, {want[1]}); got {array.shape}.")
+    if not np.isfinite(array).all():
+        place = tuple(map(int, np.argwhere(~np.isfinite(array))[0]))
+        raise ValueError(f"`{call}` must be a matrix of finite numbers; got {array[place]:g} at {list(place)}.")
     return array
 
 
@@ -205,15 +206,15 @@ def as_array(value: object) -> Array | None:
         return None
 
 
-def described(value: object) -> str:
+def described(value: object, longest: int = LONGEST) -> str:
     """What a value is, short and without control characters: `a PID, which is an AbstractController`."""
     try:
-        return "".join(c if c.isprintable() else " " for c in _described(value))
+        return "".join(c if c.isprintable() else " " for c in _described(value, longest))
     except Exception:  # whatever an object says when it is asked for itself
         return a(type(value))
 
 
-def _described(value: Any) -> str:
+def _described(value: Any, longest: int) -> str:
     if isinstance(value, type):
         return f"the class `{value.__name__}` itself: make one with `{value.__name__}(...)`"
     if callable(value) and hasattr(value, "__name__"):
@@ -222,8 +223,8 @@ def _described(value: Any) -> str:
         return f"an array of shape {value.shape}" + ("" if value.dtype.kind in "iuf" else f" and kind {value.dtype}")
     if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic):
         plain = value.item() if isinstance(value, np.generic) else value
-        shown = repr(plain[:LONGEST] if isinstance(plain, str | bytes) else plain)
-        return shown if len(shown) <= LONGEST else f"{shown[:LONGEST]}..."
+        shown = repr(plain[:longest] if isinstance(plain, str | bytes) else plain)
+        return shown if len(shown) <= longest else f"{shown[:longest]}..."
     if type(value) in (list, tuple, dict, set):
         return _SHORT.repr(value)
     bases = [base for base in type(value).__mro__[1:] if inspect.isabstract(base)]
@@ -252,7 +253,7 @@ def name_of(kind: Any) -> str:
     return f"`{getattr(kind, '__name__', kind)}`"
 
 
-def nearest(name: str, names: Iterable[str]) -> str:
+def nearest(name: object, names: Iterable[str]) -> str:
     """A question that names the known name nearest to a misspelt one; empty if none is near."""
-    close = difflib.get_close_matches(name[:LONGEST], list(names), n=1, cutoff=0.6)
+    close = difflib.get_close_matches(name[:LONGEST], list(names), n=1, cutoff=0.6) if isinstance(name, str) else []
     return f" Did you mean '{close[0]}'?" if close else ""

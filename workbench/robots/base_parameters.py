@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from workbench.core.numbers import Array, Integers
+from workbench.core.doors import door
+from workbench.core.validation import Array, Integers
 from workbench.robots.regressor import names, regressor
 from workbench.robots.spatial import SpatialArm
 
@@ -49,6 +50,7 @@ class BaseParameters:
     condition: float
 
 
+@door
 def base_parameters(arm: SpatialArm, rng: np.random.Generator) -> BaseParameters:
     """The base parameters of an arm, found at random states.
 
