@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array, numbers
+from workbench.core.layout import Array
+from workbench.core.validation import as_array, described
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 EPS = float(np.finfo(float).eps)
@@ -22,10 +23,9 @@ def matrix(call: str, name: str, value: Any, rows: int | None = None, columns: i
     ValueError
         If it is no such matrix, or its largest entry is beyond 1e100 or, not being zero, below 1e-100.
     """
-    try:
-        array = numbers(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"`{call}`: {name} must be a matrix of real numbers; got {_short(value)}.") from None
+    array = as_array(value)
+    if array is None:
+        raise ValueError(f"`{call}`: {name} must be a matrix of real numbers; got {described(value)}.")
     array = array.reshape(1, 1) if array.ndim == 0 else array
     want = f"({_letter(rows)}, {_letter(columns)})"
     if array.ndim != 2 or array.size == 0 or rows not in (None, len(array)) or columns not in (None, array.shape[1]):
@@ -148,8 +148,3 @@ def _levelled(array: Array) -> Array:
 
 def _letter(size: int | None) -> str:
     return "any" if size is None else str(size)
-
-
-def _short(value: Any) -> str:
-    text = repr(value).replace("\n", " ")
-    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode, Step
+from workbench.core.doors import door
 from workbench.core.numbers import Array, positive, vector
 from workbench.core.sockets import require
 from workbench.design.certificates import Refused
@@ -17,6 +18,7 @@ REST = 1e-8  # how far from rest a state may be, by the rate at which the linear
 INSTANTS = (0, 1009)  # at which a rest is asked for; nothing may depend on time
 
 
+@door
 def cut(
     loop: Ode | Step,
     x: Any,

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Layout, Ode
-from workbench.core.layout import Array, numbers
+from workbench.core.layout import Array
 from workbench.core.sockets import require
+from workbench.core.validation import as_array, described
 
 
 def names_of(ode: Ode) -> dict[str, list[str]]:
@@ -53,12 +54,11 @@ def time_of(t: Any) -> float:
 def finite(what: str, value: Any, shape: tuple[int, ...], hint: str = "") -> Array:
     """The value as a new array of that shape, every number finite."""
     want = f"{shape[0]} finite numbers{hint}" if shape else "a finite number of seconds"
-    try:
-        array = numbers(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"`{what}` must be {want}; got {value!r}.") from None
+    array = as_array(value)
+    if array is None:
+        raise ValueError(f"`{what}` must be {want}; got {described(value)}.")
     if array.shape != shape or not np.isfinite(array).all():
-        raise ValueError(f"`{what}` must be {want}; got {array.tolist()} of shape {array.shape}.")
+        raise ValueError(f"`{what}` must be {want}; got {described(array.tolist())} of shape {array.shape}.")
     return array
 
 

@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Dynamics
+from workbench.core.doors import door
 from workbench.core.layout import Array, vector
 from workbench.core.numbers import positive
 from workbench.core.sockets import require as socket
+from workbench.core.validation import whole
 from workbench.design.certificates import Refused
 from workbench.design.lmi import require
 from workbench.design.observer_gains.certificate import RateCertificate, check
@@ -22,8 +24,11 @@ from workbench.design.riccati import lqe
 # The least double pole is found to this factor, and sought up to so many times the rate.
 FINE, FARTHEST = 1.05, 1000.0
 
+MOST_JOINTS = 1000
 
-def by_poles(joints: int, first: complex, second: complex) -> Gains:
+
+@door
+def by_poles(joints: int, first: float | complex, second: float | complex) -> Gains:
     """L1 = -(s1 + s2) I, L2 = s1 s2 I: where the model adds nothing, each joint's error has the poles s1 and s2.
 
     Parameters
@@ -48,6 +53,7 @@ def by_poles(joints: int, first: complex, second: complex) -> Gains:
     return Gains(-total.real * identity, product.real * identity)
 
 
+@door
 def high_gain(joints: int, a1: float, a2: float, epsilon: float) -> Gains:
     """L1 = a1 / epsilon I, L2 = a2 / epsilon^2 I: the poles are the roots of s^2 + a1 s + a2 over epsilon.
 
@@ -67,11 +73,10 @@ def high_gain(joints: int, a1: float, a2: float, epsilon: float) -> Gains:
 
 
 def _identity(call: str, joints: Any) -> Array:
-    if not isinstance(joints, int | np.integer) or joints < 1:
-        raise ValueError(f"`{call}(joints=...)` must be a positive whole number of joints; got {joints!r}.")
-    return np.eye(int(joints))
+    return np.eye(whole(f"{call}(joints=...)", joints, most=MOST_JOINTS, of=" of joints"))
 
 
+@door
 def kalman(dynamics: Dynamics, q: Any, qd: Any, tau: Any, Qn: Any, Rn: Any) -> Gains:
     """The steady Kalman gain of the arm linearised at a state, for accelerations and measurements with white noise.
 
@@ -95,6 +100,7 @@ def kalman(dynamics: Dynamics, q: Any, qd: Any, tau: Any, Qn: Any, Rn: Any) -> G
     return Gains(L[:n], L[n:])
 
 
+@door
 def by_lmi(dynamics: Dynamics, region: Region, rate: float) -> RateCertificate:
     """The gains with the least bound of noise of all that share one P for a rate in a region (extra `lmi`).
 
@@ -111,6 +117,7 @@ def by_lmi(dynamics: Dynamics, region: Region, rate: float) -> RateCertificate:
     return check(mismatch, gains, region, P, rate)
 
 
+@door
 def least_double_pole(dynamics: Dynamics, region: Region, rate: float) -> RateCertificate:
     """L1 = 2 p I, L2 = p^2 I with the least p, to some percent, that is certified a rate in a region (extra `lmi`).
 
@@ -150,6 +157,7 @@ def _bounded(p: float, rate: float) -> float:
     return p
 
 
+@door
 def certify(dynamics: Dynamics, gains: Gains, region: Region, rate: float) -> RateCertificate:
     """A certificate that the error of given gains decays at a rate in a region (extra `lmi`).
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from scipy import linalg
 
+from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.design.certificates import Certificate, Refused
 from workbench.design.matrices import EPS, Complex, invertible, square, symmetric
@@ -37,6 +38,7 @@ MOST_STEPS = 40  # each gains about as many digits as the first solution has
 POWER_STEPS = 12  # of the iteration for the norm of the inverse, which soon has its first digit
 
 
+@door
 def lyapunov(A: Any, Q: Any, E: Any = None) -> Lyapunov:
     """The symmetric X of A X E' + E X A' + Q = 0: the covariance or Gramian of E x' = A x driven by Q.
 
@@ -60,6 +62,7 @@ def lyapunov(A: Any, Q: Any, E: Any = None) -> Lyapunov:
     return _solve(_Equation("lyapunov(A, Q)", *_checked("lyapunov(A, Q)", A, Q, E), discrete=False))
 
 
+@door
 def discrete_lyapunov(A: Any, Q: Any, E: Any = None) -> Lyapunov:
     """The symmetric X of A X A' - E X E' + Q = 0: the covariance or Gramian of E x+ = A x driven by Q.
 
