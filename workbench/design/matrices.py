@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -41,6 +42,21 @@ def matrix(call: str, name: str, value: Any, rows: int | None = None, columns: i
             f"the range of floating-point numbers; {name}[{i}, {j}] is {array[i, j]:g}. Choose other units."
         )
     return array
+
+
+def answer(call: str, name: str, function: Callable[..., Any], *given: Any) -> Any:
+    """What a function of the caller gives.
+
+    Raises
+    ------
+    ValueError
+        If it raises something itself, which is the cause of this one.
+    """
+    try:
+        return function(*given)
+    except Exception as error:
+        text = described(f"{type(error).__name__}: {error}")
+        raise ValueError(f"`{call}`: {name} could not be asked for its answer; it raised {text}.") from error
 
 
 def square(call: str, name: str, value: Any, n: int | None = None) -> Array:

@@ -21,6 +21,7 @@ Complexes = np.ndarray[Any, np.dtype[np.complex128]]
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class LinearPart:
     """W = c (zeta I - A)^-1 b with one input and one output, and what its frequency response is made of.
 
@@ -126,8 +127,11 @@ class LinearPart:
         s = 1j * w
         zeta, rate = (np.exp(s * self.period), self.period) if self.period else (s, 1.0)
         resolvent = zeta[:, np.newaxis, np.newaxis] * np.eye(len(self.c)) - self.A
-        x = np.linalg.solve(resolvent, np.broadcast_to(self.b, (len(s), len(self.c)))[:, :, np.newaxis])
-        y = np.linalg.solve(resolvent, x)
+        try:
+            x = np.linalg.solve(resolvent, np.broadcast_to(self.b, (len(s), len(self.c)))[:, :, np.newaxis])
+            y = np.linalg.solve(resolvent, x)
+        except np.linalg.LinAlgError:
+            raise ValueError("`response(w=...)` is infinite at one of the frequencies, which is a pole of W.") from None
         W, dW = (self.c @ x)[:, 0], -(self.c @ y)[:, 0] * (rate * zeta if self.period else rate)
         wait = np.exp(-s * self.delay)
         return W * wait, (dW - self.delay * W) * wait

@@ -24,7 +24,7 @@ from workbench.design.riccati import lqe
 # The least double pole is found to this factor, and sought up to so many times the rate.
 FINE, FARTHEST = 1.05, 1000.0
 
-MOST_JOINTS = 1000
+MOST_JOINTS, MOST_GAIN = 1000, 1e100
 
 
 @door
@@ -42,11 +42,9 @@ def by_poles(joints: int, first: float | complex, second: float | complex) -> Ga
         If the poles do not decay, or are no pair of a real polynomial, or `joints` is no positive whole number.
     """
     identity = _identity("by_poles", joints)
-    if not all(isinstance(pole, int | float | complex | np.number) for pole in (first, second)):
-        raise ValueError(f"`by_poles(...)` needs two real poles or a conjugate pair; got {first!r} and {second!r}.")
     total, product = complex(first + second), complex(first * second)
-    size = abs(first) + abs(second)
-    if not np.isfinite(size) or abs(total.imag) > 1e-12 * size or abs(product.imag) > 1e-12 * size**2:
+    size = np.hypot(abs(first), abs(second))
+    if not size < MOST_GAIN or abs(total.imag) > 1e-12 * size or abs(product.imag) > 1e-12 * size**2:
         raise ValueError(f"`by_poles(...)` needs two real poles or a conjugate pair; got {first} and {second}.")
     if max(complex(first).real, complex(second).real) >= 0:
         raise ValueError(f"`by_poles(...)` needs poles with a negative real part, in 1/s; got {first} and {second}.")
@@ -69,7 +67,10 @@ def high_gain(joints: int, a1: float, a2: float, epsilon: float) -> Gains:
     for name, value, unit in (("a1", a1, ""), ("a2", a2, ""), ("epsilon", epsilon, " of seconds")):
         positive(f"high_gain({name}=...)", value, unit)
     identity = _identity("high_gain", joints)
-    return Gains(a1 / epsilon * identity, a2 / epsilon**2 * identity)
+    sizes = a1 / epsilon, a2 / epsilon / epsilon
+    if not max(sizes) < MOST_GAIN:
+        raise ValueError(f"`high_gain(a1, a2, epsilon)` must give gains below {MOST_GAIN:g}; got {sizes}.")
+    return Gains(sizes[0] * identity, sizes[1] * identity)
 
 
 def _identity(call: str, joints: Any) -> Array:

@@ -11,6 +11,7 @@ import numpy as np
 from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.design.certificates import Certificate, Refused
+from workbench.design.matrices import answer
 
 Factors = Callable[[Array], tuple[Any, Any]]
 
@@ -79,7 +80,7 @@ def sdre(factors: Factors, states: Array, Q: Any, R: Any) -> StateDependent:
     for i, state in enumerate(x):
         where = f"`{call}`, at state {i}, {state.tolist()}"
         try:
-            answers.append(care(*_pair(factors(state)), Q, R))
+            answers.append(care(*_pair(answer(call, "factors", factors, state)), Q, R))
         except Refused as refusal:
             raise Refused(f"{where}: {refusal}") from refusal
         except ValueError as error:

@@ -12,6 +12,8 @@ from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.core.validation import as_array, described
 from workbench.design.certificates import Refused
+from workbench.design.matrices import EPS, answer
+from workbench.design.riccati.one_thread import one_thread
 
 MOST_TERMS = 1025
 OTHERS, GOLDEN = 13, (np.sqrt(5) - 1) / 2  # times that lie on no grid, for a series to be held against
@@ -51,8 +53,9 @@ class Series:
             If the times are no vector of finite numbers.
         """
         t = np.atleast_1d(times)
-        if t.ndim != 1 or not np.isfinite(t).all():
-            raise ValueError(f"`at(times=...)` must be a vector of finite numbers, in s; got {described(times)}.")
+        if t.ndim != 1 or not t.size or not (np.abs(t) <= self.horizon / EPS).all():
+            must = "a vector of finite times in s that a float can tell from their neighbours"
+            raise ValueError(f"`at(times=...)` must be {must}; got {described(times)}.")
         basis = _chebyshev(t, self.horizon, len(self.coefficients)) if self.kind == "chebyshev" else None
         basis = _fourier(t, self.horizon, len(self.coefficients)) if basis is None else basis
         return np.tensordot(basis, self.coefficients, axes=1)
@@ -106,6 +109,7 @@ def chebyshev(gains: Gains, horizon: float, tolerance: float = 1e-8) -> Series:
 
 
 @door
+@one_thread()
 def fourier(gains: Gains, period: float, tolerance: float = 1e-8) -> Series:
     """The shortest Fourier series found that is within a tolerance of gains that repeat after a period.
 
@@ -168,7 +172,7 @@ def _mixed(t: Array, length: float) -> tuple[Array, Places]:
 
 
 def _asked(call: str, gains: Gains, t: Array) -> Array:
-    K = as_array(gains(t))
+    K = as_array(answer(call, "gains", gains, t))
     if K is None:
         raise ValueError(f"`{call}`: gains must give real matrices (N, m, n) at N = {len(t)} times.")
     if K.ndim != 3 or len(K) != len(t) or not np.isfinite(K).all():
