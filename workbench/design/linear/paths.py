@@ -101,12 +101,13 @@ def along(ode: Ode, t: Any, x: Any, p: Any = None, box: Mapping[str, tuple[float
     if not (np.isfinite(times).all() and np.isfinite(states).all() and (times[1:] > times[:-1]).all()):
         raise ValueError("`along(t, x)` must be finite numbers, and times that increase; a run may have diverged.")
     _refuse_to_leave(ode, times, states, box or {})
-    changing = np.ndim(p) == 2
-    if changing and len(p) != len(times):
-        raise ValueError(f"`along(p=...)` must have a row for each of the {len(times)} times; got {len(p)}.")
-    rows = [row_of(ode, p[k] if changing else p) for k in range(len(times) if changing else 1)]
+    table = as_array(p)
+    table = table if table is not None and table.ndim == 2 else None
+    if table is not None and len(table) != len(times):
+        raise ValueError(f"`along(p=...)` must have a row for each of the {len(times)} times; got {len(table)}.")
+    rows = [row_of(ode, row) for row in ([p] if table is None else table)]
     matrices = [
-        jacobians("along", ode, float(time), state, rows[k if changing else 0])
+        jacobians("along", ode, float(time), state, rows[0 if table is None else k])
         for k, (time, state) in enumerate(zip(times, states, strict=True))
     ]
     A, B, Cy, D = (np.stack(kind) for kind in zip(*matrices, strict=True))
