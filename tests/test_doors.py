@@ -14,9 +14,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from workbench.core import validation as v
-from workbench.core.doors import door
-from workbench.core.validation import Array, Integers
+from workbench.controllers import PID
+from workbench.loop import Estimate, Instruments, Measurement, Motion
+from workbench.notation.formula import Symbol
+from workbench.plants import FirstOrderLag, Friction
+from workbench.robots import paper_arm
+from workbench.validation import words as v
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers
 
 if TYPE_CHECKING:
     from collections import OrderedDict as SeenByTheTypeChecker
@@ -280,3 +285,44 @@ def test_a_dataclass_has_the_same_door_before_its_own_checks():
         Held(1, size="x")
     with pytest.raises(ValueError, match="must be a positive, finite number; got -1.0."):
         Held(1, size=-1)
+
+
+ARM = paper_arm()
+LAW = PID([1.0, 1.0], [0.1, 0.1], [1.0, 1.0], ARM)
+TWO, THREE = ca.SX.sym("x", 2), ca.SX.sym("x", 3)
+MEMORY = {"integral": TWO}
+HERE, WANTED = Estimate(TWO, TWO, TWO), Motion(TWO, TWO, TWO)
+
+MISSHAPEN = [
+    (lambda: LAW.torque(TWO, MEMORY, HERE, WANTED), ValueError, "`PID.torque(t=...)` must have shape (1, 1); got (2, "),
+    (
+        lambda: LAW.torque(0.0, MEMORY, HERE._replace(qd=THREE), WANTED),
+        ValueError,
+        "`PID.torque(est.qd=...)` must have shape (2, 1), one number for each of n = 2; got (3, 1).",
+    ),
+    (lambda: LAW.torque(0.0, {}, HERE, WANTED), LookupError, "the whole memory, integral; got no 'integral'."),
+    (lambda: LAW.torque(0.0, {"integral": THREE}, HERE, WANTED), ValueError, "'integral' in shape (2, 1); got (3, 1)."),
+    (lambda: LAW.torque(0.0, MEMORY, HERE, Motion(TWO, "x", TWO)), ValueError, "whose `qd` is a `SX`; got 'x'."),
+    (lambda: LAW.torque(0.0, MEMORY, WANTED, WANTED), ValueError, "must be an `Estimate`; got a `Motion`."),
+    (lambda: ARM.mass_matrix(np.longdouble(1)), ValueError, "must have shape (2, 1), one number for each of n = 2"),
+    (lambda: Friction([1.0, 1.0], [1.0, 1.0]).torque(THREE), ValueError, "must have shape (2, 1)"),
+    (lambda: Instruments(2).read(Measurement(TWO, TWO, None), TWO), ValueError, "must have shape (4, 1)"),
+    (lambda: FirstOrderLag(0.1).applied({}, TWO), LookupError, "got no 'tau_m'"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("call", "kind", "says"), MISSHAPEN)
+def test_a_method_of_a_block_takes_expressions_in_the_shapes_that_it_declares(call, kind, says):
+    with pytest.raises(kind) as error:
+        call()
+    assert says in str(error.value)
+
+
+def test_numbers_do_for_expressions():
+    assert LAW.torque(0.0, MEMORY, HERE, WANTED).shape == (2, 1)
+    assert ARM.mass_matrix([0.1, np.float16(0.2)]).shape == (2, 2)
+
+
+def test_a_symbol_is_text_that_can_be_written():
+    with pytest.raises(ValueError, match=r"`Symbol\(letter=...\)` must be text; got '\\ud800'"):
+        Symbol("\ud800")

@@ -78,7 +78,7 @@ def test_a_symbol_has_at_most_two_dots_and_a_known_accent():
         Symbol("q", dots=3)
     with pytest.raises(ValueError, match="hat"):
         Symbol("q", accent="ring")
-    with pytest.raises(ValueError, match="one of ="):
+    with pytest.raises(ValueError, match="one of '='"):
         Relation(X, "~", Y)
 
 

@@ -132,7 +132,6 @@ HOSTILE = [
     "line\nbreak",
     "\u202eright to left",
     "\x00",
-    "\ud800",
     "<label>",
     "é",
     "漢",
@@ -145,7 +144,7 @@ def test_a_hostile_name_is_text(tmp_path):
     formulas = [Sum((s, Quotient(Call(s.letter, (s,)), s), Matrix(((s, s),)))) for s in symbols]
     answers = asked(tmp_path, [typst_math.emit(f, width=1e9) for f in formulas], "repr(eq)")
     for formula, answer in zip(formulas, answers, strict=True):
-        shown = formula.terms[0].letter.translate(dict.fromkeys((0, 10, 0x202E, 0xD800), "\ufffd"))
+        shown = formula.terms[0].letter.translate(dict.fromkeys((0, 10, 0x202E), "\ufffd"))
         # Typst's repr shows content as code: text in brackets, or as a string within text(...).
         assert shown in answer or json.dumps(shown, ensure_ascii=False)[1:-1] in answer
 

@@ -1,5 +1,6 @@
 """URDF from friends and from strangers."""
 
+import os
 import subprocess
 import sys
 import time
@@ -119,6 +120,7 @@ STRANGE = {
     ),
     "no axis": (GOOD.replace("0 0 1", "0 0 0"), "must be a unit vector, as q counts along it; its length is 0"),
     "a long axis": (GOOD.replace("0 0 1", "0 0 2"), "its length is 2"),
+    "an axis beyond squares": (GOOD.replace("0 0 1", "0 1e300 1e300"), "its length is 1.41421e+300"),
     "a point on its axis": (robot(BASE, link(x="0", y="0", z="0"), joint()), "M must be positive definite"),
 }
 
@@ -139,7 +141,8 @@ def test_a_strange_file_is_refused_in_one_sentence_and_at_once(tmp_path, case):
 
 
 def test_a_file_that_is_none_and_a_text_that_is_none_are_refused(tmp_path):
-    for file in (tmp_path / "nowhere.urdf", tmp_path):
+    os.mkfifo(tmp_path / "pipe")  # which would wait for a writer
+    for file in (tmp_path / "nowhere.urdf", tmp_path, tmp_path / "pipe", "/dev/zero", "nul\0"):
         with pytest.raises(LookupError, match="There is no file"):
             urdf.read(file)
     with pytest.raises(ValueError, match=r"`read\(file=...\)` must be text or a `Path`; got None"):

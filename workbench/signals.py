@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
+
 import casadi as ca
 import numpy as np
 
 from workbench.core import block, parameter
 from workbench.core.block import Scalar, Vector
-from workbench.core.shapes import Number
 from workbench.loop import AbstractDisturbance, AbstractReference, Motion
+from workbench.validation.shapes import Number
 
 
 @block
@@ -120,9 +122,9 @@ class SineTorque(AbstractDisturbance):
     @property
     def D_max(self) -> float:
         """The norm of the amplitudes: reached if all sines peak at once."""
-        return float(np.linalg.norm(self.amplitude))
+        return math.hypot(*map(float, self.amplitude))
 
     @property
     def L_D(self) -> float:
         """The norm of amplitude times frequency: reached if all slopes peak at once."""
-        return float(np.linalg.norm(np.asarray(self.amplitude) * np.asarray(self.frequency)))
+        return math.hypot(*(float(a) * float(w) for a, w in zip(self.amplitude, self.frequency, strict=True)))

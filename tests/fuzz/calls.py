@@ -97,9 +97,13 @@ def call_of(held: Aims, seed: int, number: int) -> Call:
 
 
 def _use(result: Any) -> None:
-    """Take the first of what an iterator gives: only then is it called."""
+    """Take the first of what an iterator gives, as only then it is called, and all properties of an object."""
     if isinstance(result, Iterator):
         list(islice(result, 3))
+    if type(result).__module__.startswith("workbench"):
+        for name in (name for name in dir(type(result)) if not name.startswith("_")):
+            if isinstance(inspect.getattr_static(type(result), name), property | functools.cached_property):
+                getattr(result, name)
 
 
 def _target(name: str, call: functools.partial[Any]) -> Target:

@@ -11,7 +11,7 @@ import casadi as ca
 
 from workbench.core import block, parameter
 from workbench.core.block import Scalar, Vector
-from workbench.core.shapes import Column
+from workbench.validation.shapes import Column
 
 
 class AbstractAdaptation(ABC):

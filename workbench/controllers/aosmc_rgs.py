@@ -16,9 +16,9 @@ from workbench.core import AbstractArm, Entry, Layout, block, initial, option, p
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.dynamics import solve_definite
-from workbench.core.shapes import Number
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
 
 VELOCITIES = {
     "printed": "(28) as printed: qdd_d and qd_d, which leaves Lambda e2 uncancelled in (30)",

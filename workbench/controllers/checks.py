@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.core import Entry
 from workbench.core.layout import ROUNDING, Array, Bounds
-from workbench.core.validation import as_array, refusal
+from workbench.validation.words import as_array, refusal
 
 
 def gains_that_start_at(law: str, K: Array) -> Entry:

@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.core import block, parameter
 from workbench.core.block import Matrix, Scalar, Vector
-from workbench.core.shapes import Column
+from workbench.validation.shapes import Column
 
 
 @block
@@ -44,7 +44,7 @@ class RuleBase:
     def __post_init__(self) -> None:
         for name in ("sizes", "trends"):
             centres = getattr(self, name)
-            if len(centres) == 0 or np.any(np.diff(centres) <= 0):
+            if len(centres) == 0 or np.any(centres[1:] <= centres[:-1]):
                 raise ValueError(
                     f"`RuleBase({name}=...)` must hold at least one centre, in rising order: the rules of "
                     f"`scale` follow it. Got {np.array2string(centres, separator=', ')}."

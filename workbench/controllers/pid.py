@@ -10,9 +10,9 @@ import numpy as np
 
 from workbench.core import AbstractArm, Entry, Layout, block, parameter
 from workbench.core.block import Vector
-from workbench.core.shapes import Number
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
 
 
 @block

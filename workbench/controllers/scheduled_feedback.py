@@ -10,10 +10,10 @@ import numpy as np
 from workbench.controllers.checks import halves
 from workbench.core import AbstractArm, Layout, block, option, parameter
 from workbench.core.block import Matrix, Scalar
-from workbench.core.shapes import Number
-from workbench.core.validation import numbers, refusal
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
+from workbench.validation.words import numbers, refusal
 
 SERIES = {
     "chebyshev": "sum of c_k T_k(2 t / horizon - 1), k = 0, 1, ...; from the horizon on, its value there",

@@ -12,9 +12,9 @@ from workbench.controllers.switching import matrices
 from workbench.core import AbstractArm, Layout, block, parameter
 from workbench.core.block import Matrix
 from workbench.core.dynamics import solve_definite
-from workbench.core.shapes import Number
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
 
 DOUBLINGS = 9
 

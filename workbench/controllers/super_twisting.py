@@ -15,9 +15,9 @@ from workbench.controllers.switching import SWITCHINGS, layered, matrices, sampl
 from workbench.core import AbstractArm, Entry, Layout, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.core.shapes import Number
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
 
 TINY = np.finfo(float).tiny
 

@@ -14,10 +14,10 @@ from typing import Any, Literal, TypeVar, dataclass_transform
 import casadi as ca
 import numpy as np
 
-from workbench.core.doors import door, fitted
 from workbench.core.layout import Bounds
 from workbench.core.show import Markup, letters, table_to_html
-from workbench.core.validation import numbers, one_of, refusal
+from workbench.validation.doors import door, fitted
+from workbench.validation.words import numbers, one_of, refusal
 
 # What the user gives is a float or an array; in the lifted twin the same field holds an SX.
 Scalar = Any

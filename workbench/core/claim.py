@@ -9,8 +9,8 @@ from typing import Any
 import casadi as ca
 
 from workbench.core.block import is_block
-from workbench.core.doors import door
-from workbench.core.validation import text
+from workbench.validation.doors import door
+from workbench.validation.words import text
 
 Signals = Mapping[str, ca.SX]
 # From signals by name to an expression (k, 1) that is nowhere negative where the claim holds.

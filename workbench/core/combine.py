@@ -8,9 +8,9 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
-from workbench.core.doors import door
 from workbench.core.layout import Entry, Layout
 from workbench.core.ode import Ode
+from workbench.validation.doors import door
 
 
 @door

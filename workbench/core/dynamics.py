@@ -11,12 +11,12 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.block import is_block
-from workbench.core.doors import door
 from workbench.core.layout import Array, Entry, Layout, vector
 from workbench.core.lift import Lifted, lift
-from workbench.core.shapes import Column
 from workbench.core.show import matrices_to_html
 from workbench.core.symbols import refuse_misfit, refuse_unknown
+from workbench.validation.doors import door
+from workbench.validation.shapes import Column
 
 MOST_JOINTS = 1_000  # of a block; the equations of far fewer take minutes
 

@@ -11,10 +11,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core.doors import door
 from workbench.core.numbers import ROUNDING, Array, Bounds, nearest, numbers, vector
 from workbench.core.symbols import refuse_misfit
-from workbench.core.validation import as_array, described, known, refusal
+from workbench.validation.doors import door
+from workbench.validation.words import as_array, described, known, refusal
+from workbench.validation.words import name as check_name
 
 ROWS_AT_ONCE = 65_536  # that are looked at together, so that a look needs little memory
 
@@ -36,6 +37,7 @@ class Entry:
     symbol: str = ""
 
     def __post_init__(self) -> None:
+        check_name("Entry(name=...)", self.name)
         if self.default.ndim > 2:
             raise refusal("Entry(default=...)", "a number, a vector or a matrix", self.default)
         self.__setstate__({**self.__dict__, "default": self.default.copy()})

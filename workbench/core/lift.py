@@ -9,9 +9,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.block import Quantity, is_block
-from workbench.core.doors import door
 from workbench.core.layout import Entry, Layout
-from workbench.core.validation import refusal
+from workbench.validation.doors import door
+from workbench.validation.words import refusal
 
 T = TypeVar("T")
 

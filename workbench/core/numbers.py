@@ -7,8 +7,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from workbench.core.doors import door
-from workbench.core.validation import Array, Integers, multiple, nearest, positive, seconds, vector
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers, multiple, nearest, positive, seconds, vector
 
 __all__ = [
     "ROUNDING",

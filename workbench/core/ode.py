@@ -11,11 +11,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core.doors import door
 from workbench.core.layout import Array, Entry, Layout, vector
 from workbench.core.show import layouts_to_html
 from workbench.core.symbols import refuse_misfit, refuse_unknown
-from workbench.core.validation import finite
+from workbench.validation.doors import door
+from workbench.validation.words import finite
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core.doors import door
-from workbench.core.validation import Array
+from workbench.validation.doors import door
+from workbench.validation.words import Array
 
 AT_ONCE = 64  # points: CasADi writes down the pattern of all that are mapped, for thousands longer than their values
 

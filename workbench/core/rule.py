@@ -7,8 +7,8 @@ from functools import cached_property
 
 import casadi as ca
 
-from workbench.core.doors import door
 from workbench.core.symbols import refuse_misfit, refuse_unknown
+from workbench.validation.doors import door
 
 # The classical fourth-order Runge-Kutta method: its nodes c_j; by how much of h k_j the next stage is ahead of x;
 # and the weights of k_j in x+, in parts of DIVISOR.

@@ -8,14 +8,14 @@ from functools import cached_property
 
 import casadi as ca
 
-from workbench.core.doors import door
 from workbench.core.layout import Layout
 from workbench.core.ode import Ode, instructions
 from workbench.core.rule import RK4_AMPLIFICATION, Rule, runge_kutta
 from workbench.core.show import layouts_to_html
 from workbench.core.step import Step
 from workbench.core.symbols import refuse_misfit, refuse_unknown
-from workbench.core.validation import MOST, seconds, whole
+from workbench.validation.doors import door
+from workbench.validation.words import MOST, seconds, whole
 
 MOST_SUBSTEPS = 10_000  # each is written out, so that more take minutes to be derived
 

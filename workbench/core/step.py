@@ -7,11 +7,11 @@ from functools import cached_property, lru_cache
 
 import casadi as ca
 
-from workbench.core.doors import door
 from workbench.core.layout import Layout
 from workbench.core.ode import Ode
 from workbench.core.rule import RK4_AMPLIFICATION, Rule
-from workbench.core.validation import require, seconds, whole
+from workbench.validation.doors import door
+from workbench.validation.words import require, seconds, whole
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,13 +8,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Sampled, Step, block, lift
-from workbench.core.doors import door
-from workbench.core.validation import seconds
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, AbstractReference
 from workbench.loop.instruments import Instruments
 from workbench.loop.ports import Measurement
 from workbench.loop.sampled import digital
 from workbench.loop.wiring import SOCKETS, UNITS, above, below, dense, memory, notes, outputs, signals, visible
+from workbench.validation.doors import door
+from workbench.validation.words import seconds
 
 
 @block

@@ -13,10 +13,10 @@ from typing import Self
 import casadi as ca
 
 from workbench.core import Layout
-from workbench.core.doors import door
-from workbench.core.shapes import Column, Number
-from workbench.core.validation import seconds
 from workbench.loop.ports import Estimate, Measurement, Motion, Parts
+from workbench.validation.doors import door
+from workbench.validation.shapes import Column, Number
+from workbench.validation.words import seconds
 
 
 class AbstractReference(ABC):

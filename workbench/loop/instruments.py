@@ -8,8 +8,8 @@ import casadi as ca
 
 from workbench.core import block, parameter
 from workbench.core.block import Vector
-from workbench.core.shapes import Column
 from workbench.loop.ports import Measurement
+from workbench.validation.shapes import Column
 
 
 @block

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from workbench.core.shapes import Column, Memory
+from workbench.validation.shapes import Column, Memory
 
 # The memory of a block, or its rate: a name for each quantity.
 Parts = Memory

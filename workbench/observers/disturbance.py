@@ -9,9 +9,9 @@ from dataclasses import replace
 import casadi as ca
 
 from workbench.core import Layout, block
-from workbench.core.shapes import Column, Number
 from workbench.loop.contracts import AbstractObserver
 from workbench.loop.ports import Estimate, Measurement, Parts
+from workbench.validation.shapes import Column, Number
 
 STATE, DISTURBANCE = "state.", "disturbance."
 

@@ -11,11 +11,11 @@ from workbench.core import Entry, Layout, block, parameter
 from workbench.core.block import Scalar
 from workbench.core.claim import Claim
 from workbench.core.dynamics import MOST_JOINTS
-from workbench.core.shapes import Column, Number
-from workbench.core.validation import whole
 from workbench.loop.ports import Estimate, Measurement, Parts
 from workbench.observers.disturbance import AbstractDisturbanceObserver
 from workbench.observers.promises import ORACLE_FOLLOWS, PRINTED_FOLLOWS
+from workbench.validation.shapes import Column, Number
+from workbench.validation.words import whole
 
 
 @block

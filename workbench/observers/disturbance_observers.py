@@ -9,10 +9,10 @@ import casadi as ca
 from workbench.core import AbstractArm, Entry, Layout, block, initial, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.core.shapes import Column, Number
 from workbench.loop.ports import Estimate, Measurement, Parts
 from workbench.observers.disturbance import AbstractDisturbanceObserver
 from workbench.observers.promises import CHEN_DISSIPATES, MOMENTUM_FOLLOWS
+from workbench.validation.shapes import Column, Number
 
 
 @block

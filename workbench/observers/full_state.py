@@ -6,10 +6,10 @@ import casadi as ca
 
 from workbench.core import Layout, block
 from workbench.core.dynamics import MOST_JOINTS
-from workbench.core.shapes import Column, Number
-from workbench.core.validation import whole
 from workbench.loop.contracts import AbstractObserver
 from workbench.loop.ports import Estimate, Measurement, Parts
+from workbench.validation.shapes import Column, Number
+from workbench.validation.words import whole
 
 
 @block

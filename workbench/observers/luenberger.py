@@ -10,11 +10,11 @@ import casadi as ca
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Vector
 from workbench.core.claim import Claim
-from workbench.core.shapes import Column, Number
 from workbench.loop.contracts import AbstractObserver
 from workbench.loop.ports import Estimate, Measurement, Parts
 from workbench.observers.full_state import FullState
 from workbench.observers.promises import THEOREM_1
+from workbench.validation.shapes import Column, Number
 
 
 @block

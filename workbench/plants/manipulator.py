@@ -6,10 +6,10 @@ import casadi as ca
 
 from workbench.core import AbstractArm, Entry, Layout, block, initial, parameter
 from workbench.core.block import Scalar, Vector, quantities
-from workbench.core.shapes import Column, Number
 from workbench.loop.contracts import AbstractDisturbance, AbstractPlant
 from workbench.loop.ports import Measurement, Parts
 from workbench.plants.actuator import AbstractActuator, DirectDrive
+from workbench.validation.shapes import Column, Number
 
 
 @block

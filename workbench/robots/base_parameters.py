@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from workbench.core.doors import door
-from workbench.core.validation import Array, Integers
 from workbench.robots.regressor import names, regressor
 from workbench.robots.spatial import SpatialArm
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers
 
 ROWS = 4  # of torque for each entry of theta
 CLEAR = 1e10  # how many times the last kept singular value must stand above the first dropped one

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.validation import known, whole
 from workbench.robots.description import Link, PlanarArm, PointMass
 from workbench.robots.industrial import panda, ur5
 from workbench.robots.spatial import SpatialArm, SpatialLink
+from workbench.validation.words import known, whole
 
 
 def paper_arm() -> PlanarArm:

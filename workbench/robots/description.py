@@ -6,8 +6,8 @@ import casadi as ca
 
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Scalar
-from workbench.core.shapes import Column
 from workbench.robots import kinematics, lagrange
+from workbench.validation.shapes import Column
 
 
 @block

@@ -8,8 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
-from workbench.core.doors import door
-from workbench.core.validation import Array, described, known, matrix, vector
+from workbench.validation.doors import door
+from workbench.validation.words import Array, described, known, matrix, vector
+from workbench.validation.words import name as check_name
 
 ORTHONORMAL = 1e-12  # what rounding leaves of a rotation
 
@@ -33,6 +34,7 @@ class Frame:
     position: Array
 
     def __post_init__(self) -> None:
+        check_name("Frame(name=...)", self.name)
         refuse_skewed(f"Frame({described(self.name)}, rotation=...)", self.rotation)
         vector(f"Frame({described(self.name)}, position=...)", self.position, 3, "coordinates")
 
@@ -76,4 +78,4 @@ def frame_named(name: str, links: Sequence[Named], frames: Sequence[Frame]) -> F
     own = [link.name for link in links]
     if name:
         known(name, [*(frame.name for frame in frames), *own], "frames of this arm")
-    return Frame(name, own.index(name) if name else len(own) - 1, np.eye(3), np.zeros(3))
+    return Frame(name or own[-1], own.index(name) if name else len(own) - 1, np.eye(3), np.zeros(3))

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Scalar, Vector
-from workbench.core.shapes import Column, Number
-from workbench.core.validation import Array, described, matrix, vector
 from workbench.robots import agreement, composite, newton_euler, poses
 from workbench.robots.frames import Frame, frame_named, refuse_skewed
 from workbench.robots.inertia import about_origin, refuse_impossible, spatial, tensor
 from workbench.robots.motion import sparse, transform
 from workbench.robots.newton_euler import Body
+from workbench.validation.shapes import Column, Number
+from workbench.validation.words import Array, described, matrix, name, vector
 
 UNIT = 1e-12  # what rounding leaves of a unit axis
 
@@ -74,10 +74,10 @@ class SpatialLink:
     gear: Scalar = parameter(default=None, unit="", symbol="k_r")
 
     def __post_init__(self) -> None:
-        me = f"SpatialLink({described(self.name)}"
+        me = f"SpatialLink({described(name('SpatialLink(name=...)', self.name))}"
         object.__setattr__(self, "axis", _frozen(vector(f"{me}, axis=...)", self.axis, 3, "coordinates")))
         object.__setattr__(self, "rotation", _frozen(matrix(f"{me}, rotation=...)", self.rotation, 3, 3)))
-        length = float(np.linalg.norm(self.axis))
+        length = math.hypot(*self.axis)
         if not abs(length - 1) <= UNIT:
             raise ValueError(
                 f"`{me}, axis=...)` must be a unit vector, as q counts angle or length along "

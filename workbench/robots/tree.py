@@ -7,11 +7,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from workbench.core.doors import door
 from workbench.core.layout import Array, nearest
-from workbench.robots.frames import Frame
+from workbench.robots.frames import Frame, refuse_skewed
 from workbench.robots.inertia import Lump, merged, moments, refuse_impossible, tensor
 from workbench.robots.spatial import SpatialArm, SpatialLink
+from workbench.validation.doors import door
+from workbench.validation.words import name as check_name
+from workbench.validation.words import vector
 
 EXACT = 1e-15  # of an entry of a rotation: the cosine of a rounded pi / 2 is meant to be zero
 
@@ -25,6 +27,11 @@ class Solid:
     mass: float = 0.0
     com: Array = field(default_factory=lambda: np.zeros(3))
     inertia: Array = field(default_factory=lambda: np.zeros(6))
+
+    def __post_init__(self) -> None:
+        check_name("Solid(name=...)", self.name)
+        vector("Solid(com=...)", self.com, 3, "coordinates")
+        vector("Solid(inertia=...)", self.inertia, 6, "moments")
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +50,13 @@ class Joint:
     coulomb: float | None = None
     rotor: float | None = None
     gear: float | None = None
+
+    def __post_init__(self) -> None:
+        for end in ("name", "parent", "child"):
+            check_name(f"Joint({end}=...)", getattr(self, end))
+        vector("Joint(position=...)", self.position, 3, "coordinates")
+        refuse_skewed("Joint(rotation=...)", self.rotation)
+        vector("Joint(axis=...)", self.axis, 3, "coordinates")
 
 
 @door

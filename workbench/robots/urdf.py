@@ -9,6 +9,7 @@ The ROS wiki, pages urdf/XML/robot, urdf/XML/link and urdf/XML/joint.
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,13 +17,13 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.validation import described
 from workbench.robots.motion import from_angles
 from workbench.robots.safe_xml import LONGEST_PATH, element_in, element_of
 from workbench.robots.spatial import SpatialArm
 from workbench.robots.tree import Joint, Solid, arm_of
+from workbench.validation.doors import door
+from workbench.validation.words import described
 
 MOST_JOINTS = 64  # that move; the equations of more take minutes
 MOST_LINKS = 2_000
@@ -116,7 +117,7 @@ def _axis(joint: Element, where: str) -> Array:
     if element is None:
         return np.array([1.0, 0.0, 0.0])
     axis = _numbers(_attribute(element, "xyz", f"The <axis> of {where}"), 3, f"the axis of {where}")
-    length = float(np.linalg.norm(axis))
+    length = math.hypot(*axis)
     if abs(length - 1) > UNIT:
         raise ValueError(f"The axis of {where} must be a unit vector, as q counts along it; its length is {length:g}.")
     return np.asarray(axis / length)

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 import casadi as ca
 import numpy as np
 
-from workbench.core.validation import WORDS, a, as_array, as_number, as_text, as_whole, described, name_of
+from workbench.validation.words import WORDS, a, as_array, as_number, as_text, as_whole, described, name_of
 
 Fit = Callable[[Any], Any]  # from a value to the same, made to be of the kind, or a `KindError`
 SEVERAL = (Sequence, Collection, Iterable, list, tuple)
@@ -49,16 +49,15 @@ def fit_of(hint: Any) -> Fit:
     if kind in PLAIN:
         return functools.partial(_plain, PLAIN[kind], words(hint))
     if kind in (Union, types.UnionType):
-        return functools.partial(_fit_of_union, tuple(map(fit_of, parts)), words(hint))
+        return functools.partial(_fit_of_union, _classes(hint), tuple(map(fit_of, parts)), words(hint))
     if kind is Literal:
         return functools.partial(_plain, lambda value: value if _among(value, parts) else None, words(hint))
     if kind is np.ndarray:
         return functools.partial(_plain, _whole_array if _is_whole(parts) else _array, words(hint))
     if kind in SEVERAL and parts:
         several = kind is not tuple or parts[-1] is Ellipsis
-        return functools.partial(
-            _fit_of_items, kind, tuple(map(fit_of, parts[:1] if several else parts)), several, hint
-        )
+        fits = tuple(map(fit_of, parts[:1] if several else parts))
+        return functools.partial(_fit_of_items, kind, _classes(parts[0]) if several else (), fits, several, hint)
     if kind in (Mapping, dict) and parts:
         return functools.partial(_fit_of_mapping, kind, fit_of(parts[0]), fit_of(parts[1]), words(hint))
     if kind is type and parts:
@@ -90,6 +89,12 @@ def _kinds(hints: Iterable[Any]) -> str:
     bare = (get_args(hint)[0] if get_origin(hint) is Annotated else hint for hint in hints)
     options = [kind for hint in bare for kind in (get_args(hint) if _is_union(hint) else (hint,))]
     return " or ".join(dict.fromkeys(name_of(kind) for kind in options))
+
+
+def _classes(hint: Any) -> tuple[type, ...]:
+    """The classes of a hint whose instances fit as they are."""
+    options = get_args(hint) if _is_union(hint) else (hint,)
+    return tuple(k for k in options if isinstance(k, type) and k not in PLAIN and _can_be_asked(k))
 
 
 def _is_union(hint: Any) -> bool:
@@ -164,7 +169,9 @@ PLAIN: dict[Any, Fit] = {
 }
 
 
-def _fit_of_union(fits: tuple[Fit, ...], must: str, value: Any) -> Any:
+def _fit_of_union(asked: tuple[type, ...], fits: tuple[Fit, ...], must: str, value: Any) -> Any:
+    if isinstance(value, asked):
+        return value
     misfits = []
     for fit in fits:
         try:
@@ -180,8 +187,12 @@ def _hints_of(kind: Any) -> dict[str, Any]:
     return dict.fromkeys(kind._fields, Any) | get_type_hints(kind)
 
 
-def _fit_of_items(kind: Any, fits: tuple[Fit, ...], several: bool, hint: Any, value: Any) -> Any:
+def _fit_of_items(
+    kind: Any, asked: tuple[type, ...], fits: tuple[Fit, ...], several: bool, hint: Any, value: Any
+) -> Any:
     """A tuple, or the list that is asked for, of items that fit; text is none, though it has letters."""
+    if type(value) is tuple and asked and kind is not list and all(isinstance(item, asked) for item in value):
+        return value
     try:
         if isinstance(value, str | bytes | Mapping) or (kind is not Iterable and not hasattr(value, "__getitem__")):
             raise TypeError
