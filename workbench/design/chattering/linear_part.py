@@ -120,18 +120,27 @@ class LinearPart:
 
     @door
     def response(self, w: Array | float) -> tuple[Complexes, Complexes]:
-        """W and dW/ds at s = j w, where w is (N,) in rad/s."""
+        """W and dW/ds at s = j w, where w is (N,) in rad/s.
+
+        Raises
+        ------
+        ValueError
+            If w is no such vector, or W is infinite at one of its frequencies.
+        """
         w = np.atleast_1d(w)
         if w.ndim != 1 or not (np.abs(w) < FASTEST).all():
             raise ValueError(f"`response(w=...)` must be a vector of finite frequencies in rad/s; got {described(w)}.")
         s = 1j * w
         zeta, rate = (np.exp(s * self.period), self.period) if self.period else (s, 1.0)
         resolvent = zeta[:, np.newaxis, np.newaxis] * np.eye(len(self.c)) - self.A
-        try:
-            x = np.linalg.solve(resolvent, np.broadcast_to(self.b, (len(s), len(self.c)))[:, :, np.newaxis])
-            y = np.linalg.solve(resolvent, x)
-        except np.linalg.LinAlgError:
-            raise ValueError("`response(w=...)` is infinite at one of the frequencies, which is a pole of W.") from None
+        with np.errstate(all="ignore"):  # what is infinite is refused below
+            try:
+                x = np.linalg.solve(resolvent, np.broadcast_to(self.b, (len(s), len(self.c)))[:, :, np.newaxis])
+                y = np.linalg.solve(resolvent, x)
+            except np.linalg.LinAlgError:
+                y = np.full((1, 1, 1), np.inf)
+        if not np.isfinite(y).all():
+            raise ValueError("`response(w=...)` has a pole of W among its frequencies, or one too near to it.")
         W, dW = (self.c @ x)[:, 0], -(self.c @ y)[:, 0] * (rate * zeta if self.period else rate)
         wait = np.exp(-s * self.delay)
         return W * wait, (dW - self.delay * W) * wait

@@ -16,6 +16,7 @@ from workbench.design.chattering.linear_part import ROUNDING, LinearPart, flow
 
 HALF_PERIODS, DECADES = 1200, 3  # tried, and how far beyond the slowest and the fastest pole
 DENSE = 2001  # instants of a half period at which the sign of s is looked at
+MOST_INSTANTS = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
     Astrom (1995), Oscillations in systems with relay feedback, Adaptive Control, Filtering, and Signal
     Processing, IMA Volumes in Mathematics 74.
     """
-    whole("relay_cycles(most=...)", most, of=" of instants")
+    whole("relay_cycles(most=...)", most, most=MOST_INSTANTS, of=" of instants")
     K, W = positive("relay_cycles(K=...)", K), LinearPart.of(system)
     found = _sampled(W, K, most) if W.period else _continuous(W, K)
     if not found:

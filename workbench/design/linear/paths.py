@@ -200,7 +200,10 @@ def transition(ode: Ode, times: Any, p: Any = None, x0: Any = None, *, rtol: flo
     nx = ode.states.size
     both = with_sensitivity(ode, ode.states.names)
     extended = np.concatenate([start, np.eye(nx).ravel()])
-    run = reference(both, row, extended, times=times, rtol=rtol, atol=rtol * 1e-2)
+    t = np.atleast_1d(numbers("transition(times=...)", times))
+    if not (np.abs(t) < LARGEST).all():
+        raise ValueError(f"`transition(times=...)` must be finite numbers of seconds; got {described(times)}.")
+    run = reference(both, row, extended, times=t, rtol=rtol, atol=rtol * 1e-2)
     Phi = np.swapaxes(run.x[:, nx:].reshape(-1, nx, nx), -1, -2)
     return Transition(run.t, run.x[:, :nx], Phi, run.error[:, nx:].max(axis=1))
 
