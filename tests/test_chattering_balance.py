@@ -131,7 +131,7 @@ def test_numbers_that_are_none_are_refused_by_name():
     with pytest.raises(ValueError, match=r"LinearPart\(b=...\)` must be finite"):
         LinearPart(-np.eye(1), np.array([np.nan]), np.ones(1))
     for A in (np.zeros((2, 3)), np.zeros((0, 0)), [[np.inf]], [[1j]]):
-        with pytest.raises(ValueError, match=r"LinearPart\(A, b, c\)"):
+        with pytest.raises(ValueError, match=r"LinearPart\(A"):
             LinearPart(A, np.ones(2), np.ones(2))
     with pytest.raises(ValueError, match="continuous time"):
         LinearPart(-np.eye(1), np.ones(1), np.ones(1), 0.1, 0.1)

@@ -105,9 +105,9 @@ def test_the_same_seed_gives_the_same_answer():
     [
         ({"q": (-1, 1)}, {}, r"must bound every state.*'qd\[0\]' has no bounds"),
         ({"q": (1, -1), "qd": (-1, 1)}, {}, r"'q' must be \(low, high\), low < high"),
-        ({"q": 3, "qd": (-1, 1)}, {}, r"'q' must be \(low, high\); got 3"),
+        ({"q": 3, "qd": (-1, 1)}, {}, r"must be a mapping .*; got 3 at"),
         ({"q": (-np.inf, 1), "qd": (-1, 1)}, {}, "finite; got"),
-        (BOX, {"starts": 0}, r"`equilibria\(starts=...\)` must be a positive whole number; got 0"),
+        (BOX, {"starts": 0}, r"`equilibria\(starts=...\)` must be a whole number from 1 to 100000; got 0"),
         (BOX, {"u": [1.0]}, "`u` must be 2 finite numbers"),
     ],
 )

@@ -153,6 +153,7 @@ def test_no_bar_of_the_shared_exams_is_missed():
     assert {"equations/text", "equations/latex", "equations/both readings"} <= sat
     assert "durability/survival" in sat
     assert {"carex/care", "carex/dare", "carex/lyapunov", "carex/bad inputs"} <= sat
+    assert {"carex/care in other units", "carex/dare in other units"} <= sat
 
 
 PENDULUMS = """

@@ -193,7 +193,7 @@ def test_a_high_gain_is_a_faster_time():
         (np.ones((2, 3)), 50 * I, "square"),
         (30 * I, 50 * np.eye(3), "one size"),
         (30 * I, np.diag([50.0, np.nan]), r"\[1, 1\] is nan"),
-        ("many", 50 * I, "matrix of numbers"),
+        ("many", 50 * I, "must be numbers, in an array"),
     ],
 )
 def test_gains_that_are_none_are_refused(L1, L2, words):
@@ -285,9 +285,9 @@ def test_an_acceleration_that_bends_is_refused_as_no_polynomial_bounds_its_jacob
 
 
 def test_complex_numbers_are_refused_and_not_cut():
-    with pytest.raises(ValueError, match="must be a matrix of numbers"):
+    with pytest.raises(ValueError, match="must be numbers, in an array"):
         Gains(np.array([[30 + 5j]]), [[50.0]])
-    with pytest.raises(ValueError, match="must be a vector of numbers"):
+    with pytest.raises(ValueError, match="must be numbers, in an array"):
         Region(np.array([1 + 1j]), [1.0])
 
 

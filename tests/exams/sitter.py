@@ -6,13 +6,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import dre, durability, equations, ode, planar, riccati, rigid, sensitivity
+from . import dre, durability, equations, ode, planar, riccati, rigid, scales, sensitivity
 from .graders import Grader, Loaded, find, loaded
 
 # What an exam asks for, by a function that only its grader has.
 PARTS = {
     **ode.PARTS,
     **riccati.PARTS,
+    **scales.PARTS,
     **sensitivity.PARTS,
     **durability.PARTS,
     "grade_dre": ("dre", dre.dre),

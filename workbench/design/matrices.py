@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array, numbers
+from workbench.core.layout import Array
+from workbench.core.validation import as_array, described
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 EPS = float(np.finfo(float).eps)
@@ -22,10 +24,9 @@ def matrix(call: str, name: str, value: Any, rows: int | None = None, columns: i
     ValueError
         If it is no such matrix, or its largest entry is beyond 1e100 or, not being zero, below 1e-100.
     """
-    try:
-        array = numbers(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"`{call}`: {name} must be a matrix of real numbers; got {_short(value)}.") from None
+    array = as_array(value)
+    if array is None:
+        raise ValueError(f"`{call}`: {name} must be a matrix of real numbers; got {described(value)}.")
     array = array.reshape(1, 1) if array.ndim == 0 else array
     want = f"({_letter(rows)}, {_letter(columns)})"
     if array.ndim != 2 or array.size == 0 or rows not in (None, len(array)) or columns not in (None, array.shape[1]):
@@ -41,6 +42,21 @@ def matrix(call: str, name: str, value: Any, rows: int | None = None, columns: i
             f"the range of floating-point numbers; {name}[{i}, {j}] is {array[i, j]:g}. Choose other units."
         )
     return array
+
+
+def answer(call: str, name: str, function: Callable[..., Any], *given: Any) -> Any:
+    """What a function of the caller gives.
+
+    Raises
+    ------
+    ValueError
+        If it raises something itself, which is the cause of this one.
+    """
+    try:
+        return function(*given)
+    except Exception as error:
+        text = described(f"{type(error).__name__}: {error}")
+        raise ValueError(f"`{call}`: {name} could not be asked for its answer; it raised {text}.") from error
 
 
 def square(call: str, name: str, value: Any, n: int | None = None) -> Array:
@@ -148,8 +164,3 @@ def _levelled(array: Array) -> Array:
 
 def _letter(size: int | None) -> str:
     return "any" if size is None else str(size)
-
-
-def _short(value: Any) -> str:
-    text = repr(value).replace("\n", " ")
-    return text if len(text) <= 60 else f"{text[:57]}..."

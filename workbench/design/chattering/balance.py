@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
+from workbench.core.doors import door
 from workbench.core.numbers import Array
 from workbench.core.sockets import require
 from workbench.design.chattering.linear_part import ROUNDING, LinearPart
@@ -66,6 +67,7 @@ class Balance:
     rest: float | None = None
 
 
+@door
 def harmonic_balance(system: Any, switch: AbstractSwitch) -> Balance:
     """The solutions (a, w) of 1 + N(a, j w) W(j w) = 0 for u = -f(s), s = W u, with Loeb's criterion for each.
 

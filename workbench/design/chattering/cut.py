@@ -8,8 +8,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode, Step
+from workbench.core.doors import door
 from workbench.core.numbers import Array, positive, vector
 from workbench.core.sockets import require
+from workbench.core.validation import known
 from workbench.design.certificates import Refused
 from workbench.design.chattering.linear_part import LinearPart
 
@@ -17,6 +19,7 @@ REST = 1e-8  # how far from rest a state may be, by the rate at which the linear
 INSTANTS = (0, 1009)  # at which a rest is asked for; nothing may depend on time
 
 
+@door
 def cut(
     loop: Ode | Step,
     x: Any,
@@ -122,6 +125,4 @@ def _check_rest(after: ca.Function, A: ca.Function, x: Array, p: Array, recursio
 
 
 def _label(labels: tuple[str, ...], name: str) -> int:
-    if name not in labels:
-        raise LookupError(f"There is no '{name}' here; there are: {', '.join(labels)}.")
-    return labels.index(name)
+    return labels.index(known(name, labels, "labels of this loop"))

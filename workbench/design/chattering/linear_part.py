@@ -9,15 +9,19 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eig, eigvals, expm
 
+from workbench.core.doors import door
 from workbench.core.numbers import Array, seconds, vector
+from workbench.core.validation import described, finite
 from workbench.design.certificates import Refused
 from workbench.design.matrices import square
 
+FASTEST = 1e100  # a frequency in rad/s
 ROUNDING = 1e-6  # a threefold integrator has computed poles as far from zero as the cube root of rounding
 Complexes = np.ndarray[Any, np.dtype[np.complex128]]
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class LinearPart:
     """W = c (zeta I - A)^-1 b with one input and one output, and what its frequency response is made of.
 
@@ -58,6 +62,7 @@ class LinearPart:
         self._check_sign()
 
     @staticmethod
+    @door
     def of(system: Any, delay: float = 0.0) -> LinearPart:
         """The linear part from a `StateSpace` or `TransferFunction` of python-control, from u to s.
 
@@ -93,6 +98,7 @@ class LinearPart:
         A, b, c = np.array(system.A), np.array(system.B)[:, 0], np.array(system.C)[0]
         return LinearPart(A, b, c, float(system.dt or 0.0), delay)
 
+    @door
     def held(self, period: float, *, delay: bool = False) -> LinearPart:
         """The same beneath a computer that reads s at k period and holds u; with `delay`, from the next instant on.
 
@@ -112,19 +118,37 @@ class LinearPart:
             b, c = np.append(np.zeros(nx), 1.0), np.append(c, 0.0)
         return LinearPart(A, b, c, period)
 
+    @door
     def response(self, w: Array | float) -> tuple[Complexes, Complexes]:
-        """W and dW/ds at s = j w, where w is (N,) in rad/s."""
-        s = 1j * np.atleast_1d(np.asarray(w, dtype=float))
+        """W and dW/ds at s = j w, where w is (N,) in rad/s.
+
+        Raises
+        ------
+        ValueError
+            If w is no such vector, or W is infinite at one of its frequencies.
+        """
+        w = np.atleast_1d(w)
+        if w.ndim != 1 or not (np.abs(w) < FASTEST).all():
+            raise ValueError(f"`response(w=...)` must be a vector of finite frequencies in rad/s; got {described(w)}.")
+        s = 1j * w
         zeta, rate = (np.exp(s * self.period), self.period) if self.period else (s, 1.0)
         resolvent = zeta[:, np.newaxis, np.newaxis] * np.eye(len(self.c)) - self.A
-        x = np.linalg.solve(resolvent, np.broadcast_to(self.b, (len(s), len(self.c)))[:, :, np.newaxis])
-        y = np.linalg.solve(resolvent, x)
+        with np.errstate(all="ignore"):  # what is infinite is refused below
+            try:
+                x = np.linalg.solve(resolvent, np.broadcast_to(self.b, (len(s), len(self.c)))[:, :, np.newaxis])
+                y = np.linalg.solve(resolvent, x)
+            except np.linalg.LinAlgError:
+                y = np.full((1, 1, 1), np.inf)
+        if not np.isfinite(y).all():
+            raise ValueError("`response(w=...)` has a pole of W among its frequencies, or one too near to it.")
         W, dW = (self.c @ x)[:, 0], -(self.c @ y)[:, 0] * (rate * zeta if self.period else rate)
         wait = np.exp(-s * self.delay)
         return W * wait, (dW - self.delay * W) * wait
 
+    @door
     def integrator(self, w: float) -> tuple[complex, complex]:
         """I and dI/ds at s = j w: 1/s in continuous time, explicit Euler in a computer."""
+        finite("integrator(w=...)", w, " of rad/s, beyond zero", low=1 / FASTEST, high=FASTEST)
         if not self.period:
             return 1 / (1j * w), 1 / w**2 + 0j
         z = np.exp(1j * w * self.period)
@@ -147,6 +171,7 @@ class LinearPart:
         found = found[np.abs(found) > 1e-9]
         return np.asarray(np.log(found) / self.period if self.period else found, dtype=complex)
 
+    @door
     def closed(self, gain: float) -> float:
         """How fast u = -gain s brings s to rest, in 1/s: the negative of the slowest pole's growth.
 
@@ -157,6 +182,7 @@ class LinearPart:
         """
         if self.delay:
             raise ValueError("`closed(gain)` has infinitely many poles where there is a dead time.")
+        finite("closed(gain=...)", gain, low=-FASTEST, high=FASTEST)
         poles = np.linalg.eigvals(self.A - gain * np.outer(self.b, self.c))
         if self.period:
             return float(-np.log(np.abs(poles).max()) / self.period)

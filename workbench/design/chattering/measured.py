@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from workbench.core.numbers import numbers
+from workbench.core.doors import door
+from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 
 FEWEST = 5  # periods from which a frequency is taken
@@ -33,7 +33,8 @@ class Measured:
     scatter: float | None
 
 
-def measured(t: Any, s: Any) -> Measured:
+@door
+def measured(t: Array, s: Array) -> Measured:
     """The oscillation in the record s (N,) at times t (N,) in s, from which its start is left out already.
 
     Raises
@@ -43,10 +44,6 @@ def measured(t: Any, s: Any) -> Measured:
     ValueError
         If t and s are not two vectors of one length, or t does not rise.
     """
-    try:
-        t, s = numbers(t), numbers(s)
-    except (TypeError, ValueError):
-        raise ValueError(f"`measured(t, s)` must be two vectors of numbers; got {t!r} and {s!r}.") from None
     if t.ndim != 1 or t.shape != s.shape or len(t) < 2 or not (np.isfinite(t).all() and (np.diff(t) > 0).all()):
         raise ValueError(
             f"`measured(t, s)` must be two vectors of one length, t rising and finite; got shapes {t.shape} and "

@@ -8,12 +8,15 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
+from workbench.core.doors import door
 from workbench.core.numbers import Array, positive
+from workbench.core.validation import whole
 from workbench.design.certificates import Refused
 from workbench.design.chattering.linear_part import ROUNDING, LinearPart, flow
 
 HALF_PERIODS, DECADES = 1200, 3  # tried, and how far beyond the slowest and the fastest pole
 DENSE = 2001  # instants of a half period at which the sign of s is looked at
+MOST_INSTANTS = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,7 @@ class Cycle:
         return self.contraction <= 1 + ROUNDING
 
 
+@door
 def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
     """All symmetric limit cycles of u = -K sign(s), s = W u, with two switches a period, slowest first; exact.
 
@@ -75,8 +79,7 @@ def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
     Astrom (1995), Oscillations in systems with relay feedback, Adaptive Control, Filtering, and Signal
     Processing, IMA Volumes in Mathematics 74.
     """
-    if not isinstance(most, int) or isinstance(most, bool) or most < 1:
-        raise ValueError(f"`relay_cycles(most=...)` must be a positive whole number of instants; got {most!r}.")
+    whole("relay_cycles(most=...)", most, most=MOST_INSTANTS, of=" of instants")
     K, W = positive("relay_cycles(K=...)", K), LinearPart.of(system)
     found = _sampled(W, K, most) if W.period else _continuous(W, K)
     if not found:

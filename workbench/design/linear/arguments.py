@@ -7,8 +7,10 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Layout, Ode
-from workbench.core.layout import Array, numbers
+from workbench.core.layout import Array
 from workbench.core.sockets import require
+from workbench.core.validation import as_array, described
+from workbench.design.matrices import LARGEST
 
 
 def names_of(ode: Ode) -> dict[str, list[str]]:
@@ -51,14 +53,14 @@ def time_of(t: Any) -> float:
 
 
 def finite(what: str, value: Any, shape: tuple[int, ...], hint: str = "") -> Array:
-    """The value as a new array of that shape, every number finite."""
+    """The value as a new array of that shape, every number finite and its square too."""
     want = f"{shape[0]} finite numbers{hint}" if shape else "a finite number of seconds"
-    try:
-        array = numbers(value)
-    except (TypeError, ValueError):
-        raise ValueError(f"`{what}` must be {want}; got {value!r}.") from None
-    if array.shape != shape or not np.isfinite(array).all():
-        raise ValueError(f"`{what}` must be {want}; got {array.tolist()} of shape {array.shape}.")
+    array = as_array(value)
+    if array is None:
+        raise ValueError(f"`{what}` must be {want}; got {described(value)}.")
+    if array.shape != shape or not (np.abs(array) < LARGEST).all():
+        size = f" below {LARGEST:g} in size" if np.isfinite(array).all() and array.shape == shape else ""
+        raise ValueError(f"`{what}` must be {want}{size}; got {described(array.tolist())} of shape {array.shape}.")
     return array
 
 

@@ -10,7 +10,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode
+from workbench.core.doors import door
 from workbench.core.layout import Array
+from workbench.core.validation import whole
 from workbench.design.linear.arguments import row_of
 from workbench.design.linear.proofs import proved
 
@@ -18,6 +20,8 @@ NEWTON_STEPS, HALVINGS = 40, 12
 CONVERGED = 1e-12  # the last step, relative to the state
 MERGED = 1e-7  # rest points nearer than this, relative to their size, are one
 ISOLATED = 1e10  # a condition of df/dx from which on a rest point may be one of a continuum
+
+MOST_STARTS = 100_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +87,7 @@ class Equilibria:
         return f"{found} found in the box ({tried}); that there is no other is not proved"
 
 
+@door
 def equilibria(
     ode: Ode,
     box: Mapping[str, tuple[float, float]],
@@ -136,18 +141,14 @@ def equilibria(
 
 
 def _refuse_odd_count(boxes: Any) -> None:
-    if not isinstance(boxes, int) or boxes < 0:
-        raise ValueError(f"`equilibria(boxes=...)` must be a whole number of boxes, or 0 for no proof; got {boxes!r}.")
+    whole("equilibria(boxes=...)", boxes, 0, of=" of boxes")
 
 
 def _ends(states: Layout, box: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:
     low, high = np.full(states.size, np.nan), np.full(states.size, np.nan)
     for name, ends in box.items():
         places = states.indices(name)
-        try:
-            low[places], high[places] = map(float, ends)
-        except (TypeError, ValueError):
-            raise ValueError(f"`equilibria(box=...)`: '{name}' must be (low, high); got {ends!r}.") from None
+        low[places], high[places] = ends
         if not (np.isfinite([low[places], high[places]]).all() and (low[places] < high[places]).all()):
             raise ValueError(f"`equilibria(box=...)`: '{name}' must be (low, high), low < high, finite; got {ends!r}.")
     if np.isnan(low).any():
@@ -160,8 +161,7 @@ def _ends(states: Layout, box: Mapping[str, tuple[float, float]]) -> tuple[Array
 
 def _spread(low: Array, high: Array, count: int, seed: int) -> Array:
     """Points (count, nx) that fill a box evenly: Kronecker's sequence of Roberts' generalised golden ratio."""
-    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise ValueError(f"`equilibria(starts=...)` must be a positive whole number; got {count!r}.")
+    whole("equilibria(starts=...)", count, most=MOST_STARTS)
     ratio = 1.5
     for _ in range(60):  # to the root of x^(n + 1) = x + 1
         ratio = (1 + ratio) ** (1 / (len(low) + 1))

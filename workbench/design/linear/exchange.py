@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
+from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.core.sockets import described
 from workbench.design.linear.arguments import names_of, places_of, row_of, time_of, vector_of
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     import control
 
 
+@door
 def to_control(ode: Ode, p: Any = None, name: str | None = None) -> control.NonlinearIOSystem:
     """The system x' = f(t, x, u), y = h(t, x, u) of python-control, with the names of `ode`.
 
@@ -56,6 +58,7 @@ def to_control(ode: Ode, p: Any = None, name: str | None = None) -> control.Nonl
     return control.nlsys(update, output, name=name or ode.name, **names_of(ode))
 
 
+@door
 def forward_differences(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None) -> control.StateSpace:
     """What python-control's own `linearize` makes of the equations, by forward differences: to be held beside ours."""
     import control
@@ -65,6 +68,7 @@ def forward_differences(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None
     return control.linearize(to_control(ode, row), state, row[places_of(ode)], t=time_of(t))
 
 
+@door
 def from_control(system: control.StateSpace) -> Ode:
     """The linear system x' = A x + B u, y = Cy x + D u of python-control as an `Ode` with its names.
 
@@ -88,7 +92,7 @@ def from_control(system: control.StateSpace) -> Ode:
     held = Layout(tuple(Entry(f"{system.name}.{letter}", matrix) for letter, matrix in matrices.items()))
     parameters = held + inputs
     t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
-    A, B, Cy, D = (held.view(p)[name] for name in held.names)
+    A, B, Cy, D = (held.view(p[: held.size])[name] for name in held.names)
     u = p[held.size :]
     ode = Ode(system.name, states, parameters, outputs, t, x, p, A @ x + B @ u, Cy @ x + D @ u)
     return replace(ode, inputs=inputs.names)

@@ -9,8 +9,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode
+from workbench.core.doors import door
 
 
+@door
 def held(ode: Ode, names: Sequence[str]) -> Ode:
     """The same equation with the named states held: parameters of the same names take their places.
 
@@ -28,8 +30,8 @@ def held(ode: Ode, names: Sequence[str]) -> Ode:
     LookupError
         If a name is no state's; the message names the nearest.
     """
-    if isinstance(names, str) or not names:
-        raise ValueError(f"`held(names=...)` must be names of states, at least one; got {names!r}.")
+    if not names:
+        raise ValueError("`held(names=...)` must be names of states, at least one; got none.")
     chosen = [ode.states[name] for name in names]
     rest = Layout(tuple(entry for entry in ode.states.entries if entry.name not in names))
     if not rest.size:

@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Ode
+from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.core.sockets import described
+from workbench.core.validation import refusal
 from workbench.design.linear.arguments import finite, names_of
 from workbench.design.linear.gain import Realisation
 from workbench.design.linear.paths import LinearPath
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
     import control
 
 
+@door
 def broken_loop(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None) -> control.StateSpace:
     """The loop gain L about a state of a loop that is cut: from its inputs to its outputs, with the sign turned.
 
@@ -48,6 +51,7 @@ def broken_loop(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None) -> con
     return control.ss(G.A, G.B, -G.C, -G.D, name=ode.name, **names_of(ode))
 
 
+@door
 def broken_loops(path: LinearPath) -> tuple[control.StateSpace, ...]:
     """The loop gain L at each time of a path of a loop that is cut, as `broken_loop` has it at one point.
 
@@ -67,6 +71,7 @@ def broken_loops(path: LinearPath) -> tuple[control.StateSpace, ...]:
     return tuple(control.ss(A, B, -Cy, -D) for A, B, Cy, D in frozen)
 
 
+@door
 def one_loop(loop: control.StateSpace, place: int) -> control.StateSpace:
     """The gain of one channel of a loop L while all others are closed.
 
@@ -80,13 +85,14 @@ def one_loop(loop: control.StateSpace, place: int) -> control.StateSpace:
     import control
 
     L = matrices_of("one_loop", loop)
-    if not isinstance(place, int) or place not in range(loop.ninputs):
+    if place not in range(loop.ninputs):
         raise LookupError(f"`one_loop(place=...)` counts from 0 to {loop.ninputs - 1}; got {place!r}.")
     own = alone(L, place)
     names = {"states": loop.state_labels, "inputs": [loop.input_labels[place]], "outputs": [loop.output_labels[place]]}
     return control.ss(own.A, own.B, own.C, own.D, **names)
 
 
+@door
 def sensitivity(loop: control.StateSpace) -> control.StateSpace:
     """S = (I + L)^-1, from what is added at the inputs to the inputs; its poles are those of the closed loop.
 
@@ -102,6 +108,7 @@ def sensitivity(loop: control.StateSpace) -> control.StateSpace:
     return control.ss(S.A, S.B, S.C, S.D, **names)
 
 
+@door
 def frequency_response(system: control.StateSpace, frequencies: Array) -> Complex:
     """The response of a system at frequencies (N,) in rad/s, by python-control: (N, ny, nu).
 
@@ -112,6 +119,8 @@ def frequency_response(system: control.StateSpace, frequencies: Array) -> Comple
     """
     import control
 
+    if not isinstance(system, control.StateSpace):
+        raise refusal("frequency_response(system=...)", "a `StateSpace` of python-control", system)
     omega = finite("frequencies", frequencies, (np.size(frequencies),))
     response = control.frequency_response(system, omega, squeeze=False)
     return np.moveaxis(np.asarray(response.frdata), -1, 0)

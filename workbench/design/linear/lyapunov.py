@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode, rk4, with_quadrature, with_sensitivity
+from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.core.numbers import multiple, positive, seconds
 from workbench.design.linear.arguments import row_of, vector_of
@@ -41,6 +42,7 @@ class LyapunovExponents:
     span: float
 
 
+@door
 def lyapunov_exponents(
     ode: Ode, until: float, h: float, p: Any = None, x0: Any = None, *, skip: float = 0.0
 ) -> LyapunovExponents:

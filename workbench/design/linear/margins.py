@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.linear.gain import (
@@ -60,6 +61,7 @@ class DiskMargin:
         return float(np.degrees(2 * np.arctan(min(self.alpha, 2.0) / 2)))
 
 
+@door
 def disk_margin(loop: control.StateSpace) -> DiskMargin:
     """The disk margin of a loop L: 1 / mu of (S - T) / 2, over complex changes of each channel by itself.
 
@@ -114,6 +116,7 @@ class LoopMargins:
     disk: DiskMargin
 
 
+@door
 def loop_margins(loop: control.StateSpace) -> tuple[LoopMargins, ...]:
     """The classical margins of each channel of a loop L, one broken at a time.
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.core.sockets import described
 from workbench.design.matrices import Complex
@@ -48,6 +49,7 @@ class Pole:
     states: tuple[str, ...]
 
 
+@door
 def poles(system: control.StateSpace) -> tuple[Pole, ...]:
     """The poles of a system, the slowest to decay first.
 
@@ -152,6 +154,7 @@ class Hautus:
         return f"not {self.kind}: {what} the mode {modes} (tolerance {self.tolerance:.1g})"
 
 
+@door
 def controllability(system: control.StateSpace, tolerance: float = TOLERANCE) -> Hautus:
     """Whether rank [lambda I - A, B] = nx at every eigenvalue lambda of A: inputs move every mode.
 
@@ -175,6 +178,7 @@ def controllability(system: control.StateSpace, tolerance: float = TOLERANCE) ->
     return _hautus("controllable", system, tolerance)
 
 
+@door
 def stabilisability(system: control.StateSpace, tolerance: float = TOLERANCE) -> Hautus:
     """As `controllability`, of the modes that do not decay: their real part is above -`tolerance` times the norm of A.
 
@@ -183,6 +187,7 @@ def stabilisability(system: control.StateSpace, tolerance: float = TOLERANCE) ->
     return _hautus("stabilisable", system, tolerance)
 
 
+@door
 def observability(system: control.StateSpace, tolerance: float = TOLERANCE) -> Hautus:
     """Whether rank [lambda I - A; Cy] = nx at every eigenvalue lambda of A: outputs show every mode.
 
@@ -191,6 +196,7 @@ def observability(system: control.StateSpace, tolerance: float = TOLERANCE) -> H
     return _hautus("observable", system, tolerance)
 
 
+@door
 def detectability(system: control.StateSpace, tolerance: float = TOLERANCE) -> Hautus:
     """As `observability`, of the modes that do not decay, as `stabilisability` counts them."""
     return _hautus("detectable", system, tolerance)
@@ -198,7 +204,7 @@ def detectability(system: control.StateSpace, tolerance: float = TOLERANCE) -> H
 
 def _hautus(kind: str, system: control.StateSpace, tolerance: float) -> Hautus:
     A, B, Cy = _matrices(kind, system)
-    if not isinstance(tolerance, float) or not ROUNDING < tolerance < 1:
+    if not ROUNDING < tolerance < 1:
         raise ValueError(f"`{kind}(tolerance=...)` must be between rounding, 2e-16, and 1; got {tolerance!r}.")
     by_input, by_all = kind in ("controllable", "stabilisable"), kind in ("controllable", "observable")
     A, B = (A, B) if by_input else (A.T, Cy.T)  # what is observable is controllable of the transpose

@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Ode, with_sensitivity
-from workbench.core.layout import Array, numbers
+from workbench.core.doors import door
+from workbench.core.layout import Array
+from workbench.core.validation import as_array, described, numbers
 from workbench.design.linear.arguments import inputs_of, jacobians, row_of, vector_of
 from workbench.design.linear.smoothness import refuse_jumps
-from workbench.design.matrices import Complex
+from workbench.design.matrices import LARGEST, Complex
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +71,7 @@ class LinearPath:
         return np.asarray(np.linalg.eigvalsh((A + np.swapaxes(A, -1, -2)) / 2)[..., -1])
 
 
+@door
 def along(ode: Ode, t: Any, x: Any, p: Any = None, box: Mapping[str, tuple[float, float]] | None = None) -> LinearPath:
     """The linear models of an `Ode` at the states of a motion.
 
@@ -89,24 +92,22 @@ def along(ode: Ode, t: Any, x: Any, p: Any = None, box: Mapping[str, tuple[float
     LookupError
         If the box names no state.
     """
-    try:
-        times, states = numbers(t), numbers(x)
-    except (TypeError, ValueError):
-        raise ValueError(f"`along(t, x)` must be numbers, times and states; got {t!r} and {x!r}.") from None
+    times, states = numbers("along(t=...)", t), numbers("along(x=...)", x)
     if times.ndim != 1 or states.shape != (len(times), ode.states.size) or not len(times):
         raise ValueError(
             f"`along(t, x)` must be N times and states (N, {ode.states.size}); got shapes {times.shape} and "
             f"{states.shape}."
         )
-    if not (np.isfinite(times).all() and np.isfinite(states).all() and (np.diff(times) > 0).all()):
+    if not (np.isfinite(times).all() and np.isfinite(states).all() and (times[1:] > times[:-1]).all()):
         raise ValueError("`along(t, x)` must be finite numbers, and times that increase; a run may have diverged.")
     _refuse_to_leave(ode, times, states, box or {})
-    changing = np.ndim(p) == 2
-    if changing and len(p) != len(times):
-        raise ValueError(f"`along(p=...)` must have a row for each of the {len(times)} times; got {len(p)}.")
-    rows = [row_of(ode, p[k] if changing else p) for k in range(len(times) if changing else 1)]
+    table = as_array(p)
+    table = table if table is not None and table.ndim == 2 else None
+    if table is not None and len(table) != len(times):
+        raise ValueError(f"`along(p=...)` must have a row for each of the {len(times)} times; got {len(table)}.")
+    rows = [row_of(ode, row) for row in ([p] if table is None else table)]
     matrices = [
-        jacobians("along", ode, float(time), state, rows[k if changing else 0])
+        jacobians("along", ode, float(time), state, rows[0 if table is None else k])
         for k, (time, state) in enumerate(zip(times, states, strict=True))
     ]
     A, B, Cy, D = (np.stack(kind) for kind in zip(*matrices, strict=True))
@@ -132,12 +133,9 @@ def _refuse_to_leave(ode: Ode, t: Array, x: Array, box: Mapping[str, tuple[float
 
 
 def _bounds(name: str, ends: Any) -> tuple[float, float]:
-    try:
-        low, high = map(float, ends)
-    except (TypeError, ValueError):
-        low = high = np.nan
+    low, high = ends
     if not low < high:
-        raise ValueError(f"`along(box=...)`: '{name}' must be (low, high), low < high; got {ends!r}.")
+        raise ValueError(f"`along(box=...)`: '{name}' must be (low, high), low < high; got {described(ends)}.")
     return low, high
 
 
@@ -175,6 +173,7 @@ class Transition:
         return np.asarray(np.linalg.norm(root @ self.Phi @ inverse, 2, axis=(-2, -1)))
 
 
+@door
 def transition(ode: Ode, times: Any, p: Any = None, x0: Any = None, *, rtol: float = 1e-9) -> Transition:
     """Phi(t, 0) along the solution from x0: Phi' = A(t) Phi, Phi(0) = I, by the reference mode.
 
@@ -201,7 +200,10 @@ def transition(ode: Ode, times: Any, p: Any = None, x0: Any = None, *, rtol: flo
     nx = ode.states.size
     both = with_sensitivity(ode, ode.states.names)
     extended = np.concatenate([start, np.eye(nx).ravel()])
-    run = reference(both, row, extended, times=times, rtol=rtol, atol=rtol * 1e-2)
+    t = np.atleast_1d(numbers("transition(times=...)", times))
+    if not (np.abs(t) < LARGEST).all():
+        raise ValueError(f"`transition(times=...)` must be finite numbers of seconds; got {described(times)}.")
+    run = reference(both, row, extended, times=t, rtol=rtol, atol=rtol * 1e-2)
     Phi = np.swapaxes(run.x[:, nx:].reshape(-1, nx, nx), -1, -2)
     return Transition(run.t, run.x[:, :nx], Phi, run.error[:, nx:].max(axis=1))
 
@@ -210,12 +212,10 @@ def _root(metric: Any, nx: int) -> tuple[Array, Array]:
     """A matrix L with W = L' L, and its inverse."""
     if metric is None:
         return np.eye(nx), np.eye(nx)
-    try:
-        W = numbers(metric)
-    except (TypeError, ValueError):
-        W = np.zeros(0)
-    if W.shape != (nx, nx) or not np.isfinite(W).all() or np.abs(W - W.T).max() > 1e-12 * np.abs(W).max():
-        raise ValueError(f"`contraction(metric=...)` must be a symmetric matrix ({nx}, {nx}); got {metric!r}.")
+    W = as_array(metric)
+    fits = W is not None and W.shape == (nx, nx) and np.abs(W).max() < LARGEST
+    if W is None or not fits or np.abs(W - W.T).max() > 1e-12 * np.abs(W).max():
+        raise ValueError(f"`contraction(metric=...)` must be a symmetric matrix ({nx}, {nx}); got {described(metric)}.")
     try:
         lower = np.linalg.cholesky(W)
     except np.linalg.LinAlgError:

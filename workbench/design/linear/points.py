@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.layout import Array, numbers
+from workbench.core.doors import door
+from workbench.core.layout import Array
 from workbench.core.sockets import require
+from workbench.core.validation import as_array, described
 from workbench.design.certificates import Refused
 from workbench.design.linear.arguments import inputs_of, jacobians, names_of, places_of, row_of, time_of, vector_of
 from workbench.design.linear.smoothness import refuse_jump_at
@@ -24,6 +26,7 @@ AT_REST = 1e-8
 GAUSS_NEWTON_STEPS = 50
 
 
+@door
 def linearize(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None, *, at_rest: bool = False) -> control.StateSpace:
     """The linear system dx' = A dx + B du, dy = Cy dx + D du about a state, with the names of `ode`.
 
@@ -110,6 +113,7 @@ class OperatingPoint:
     error: float
 
 
+@door
 def operating_point(
     ode: Ode, wanted: Mapping[str, Any], p: Any = None, t: float = 0.0, u: Any = None
 ) -> OperatingPoint:
@@ -178,14 +182,10 @@ def _wanted(ode: Ode, wanted: Mapping[str, Any]) -> tuple[Array, set[int]]:
     x, fixed = ode.states.default.copy(), set()
     for name, value in wanted.items():
         places = ode.states.indices(name)
-        try:
-            held = numbers(value).ravel(order="F")
-        except (TypeError, ValueError):
-            held = np.zeros(0)
-        if held.shape != (len(places),) or not np.isfinite(held).all():
-            raise ValueError(
-                f"`operating_point(wanted=...)`: '{name}' must be {len(places)} finite numbers; got {value!r}."
-            )
-        x[places] = held
+        held = as_array(value)
+        if held is None or held.size != len(places) or not np.isfinite(held).all():
+            must = f"{len(places)} finite numbers"
+            raise ValueError(f"`operating_point(wanted=...)`: '{name}' must be {must}; got {described(value)}.")
+        x[places] = held.ravel(order="F")
         fixed.update(places)
     return x, fixed

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from workbench.core import Dynamics
+from workbench.core.doors import door
 from workbench.core.numbers import positive
 from workbench.design.certificates import Refused
 from workbench.design.observer_gains.certificate import RateCertificate, Reach, check
@@ -50,6 +51,7 @@ class Audit:
     why: str
 
 
+@door
 def audit(
     dynamics: Dynamics, gains: Gains, region: Region, inner: float, rate: float, known: RateCertificate | None = None
 ) -> Audit:

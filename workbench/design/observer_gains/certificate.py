@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.core.numbers import positive
 from workbench.design.certificates import Refused
@@ -56,6 +57,7 @@ class RateCertificate:
     rate: float
     boxes: int
 
+    @door
     def reach(self, arm: Region) -> Reach:
         """The initial errors with which the estimate stays in the certificate's region while the arm stays in `arm`.
 
@@ -94,6 +96,7 @@ class RateCertificate:
         return room
 
 
+@door
 def check(mismatch: Mismatch, gains: Gains, region: Region, P: Array, rate: float) -> RateCertificate:
     """Prove that P is a certificate of a rate in a region, whoever proposed it.
 

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.layout import Array, numbers
+from workbench.core.doors import door
+from workbench.core.layout import Array
+from workbench.core.validation import whole
 from workbench.design.observer_gains.certificate import refuse_unfit
 from workbench.design.observer_gains.gains import Gains
 from workbench.design.observer_gains.mismatch import Mismatch
@@ -52,6 +54,7 @@ class Frozen:
         return float((self.rates < 0).mean())
 
 
+@door
 def frozen_poles(mismatch: Mismatch, gains: Gains, q: Array, qd: Array, tau: Array) -> Array:
     """The eigenvalues (N, 2n) of the exact error Jacobian [[-L1, I], [df/dq - L2, df/dqd]] at N states, in 1/s.
 
@@ -64,6 +67,7 @@ def frozen_poles(mismatch: Mismatch, gains: Gains, q: Array, qd: Array, tau: Arr
     return np.asarray(np.linalg.eigvals(gains.error_matrix(mismatch.at(q, qd, tau))))
 
 
+@door
 def over(mismatch: Mismatch, gains: Gains, region: Region, samples: int = SAMPLES) -> Frozen:
     """The frozen poles at states spread evenly over a region: what is seen, not a bound.
 
@@ -72,8 +76,7 @@ def over(mismatch: Mismatch, gains: Gains, region: Region, samples: int = SAMPLE
     ValueError
         If region or gains are those of another arm, or there are no samples.
     """
-    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
-        raise ValueError(f"`over(samples=...)` must be a positive whole number; got {samples!r}.")
+    whole("over(samples=...)", samples)
     refuse_unfit("over", mismatch, gains, region)
     n, (low, high) = region.joints, region.box
     u = sequence(samples, 3 * n)
@@ -82,6 +85,7 @@ def over(mismatch: Mismatch, gains: Gains, region: Region, samples: int = SAMPLE
     return Frozen(q, qd, tau, frozen_poles(mismatch, gains, q, qd, tau))
 
 
+@door
 def along(mismatch: Mismatch, gains: Gains, region: Region, q: Array, qd: Array, tau: Array) -> Frozen:
     """The frozen poles along a path (N, n) of positions, velocities and torques.
 
@@ -103,10 +107,7 @@ def along(mismatch: Mismatch, gains: Gains, region: Region, q: Array, qd: Array,
 
 def _rows(call: str, mismatch: Mismatch, *given: Array) -> tuple[Array, Array, Array]:
     """States and torques (N, n), checked."""
-    try:
-        path = [numbers(part) for part in given]
-    except (TypeError, ValueError):
-        raise ValueError(f"`{call}(q, qd, tau)` must be arrays of numbers; got {given!r}.") from None
+    path = list(given)
     shapes = {part.shape for part in path}
     if len(shapes) > 1 or path[0].ndim != 2 or path[0].shape[1] != mismatch.joints or not len(path[0]):
         raise ValueError(

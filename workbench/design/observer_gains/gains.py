@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array, numbers
-from workbench.core.sockets import described
+from workbench.core.doors import door
+from workbench.core.layout import Array
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Gains:
     """L1 (n, n) in 1/s and L2 (n, n) in 1/s^2 of
 
@@ -54,6 +54,7 @@ class Gains:
         """L = [L1; L2], (2n, n)."""
         return np.vstack([self.L1, self.L2])
 
+    @door
     def error_matrix(self, J: Array | None = None) -> Array:
         """A = [[-L1, I], [-L2, 0] + J], (..., 2n, 2n): the error's rate by the error (x1~, x2~).
 
@@ -63,17 +64,16 @@ class Gains:
             [df/dq, df/dqd], (..., n, 2n); none for an f that does not depend on the state.
         """
         n = self.joints
+        if J is not None and J.shape[-2:] != (n, 2 * n):
+            raise ValueError(f"`error_matrix(J=...)` must have shape (..., {n}, {2 * n}); got {J.shape}.")
         lower = np.hstack([-self.L2, np.zeros((n, n))])
         lower = lower if J is None else lower + J
         upper = np.broadcast_to(np.hstack([-self.L1, np.eye(n)]), lower.shape)
         return np.concatenate([upper, lower], axis=-2)
 
 
-def _square(name: str, given: Any) -> Array:
-    try:
-        L = numbers(given)
-    except (TypeError, ValueError):
-        raise ValueError(f"`Gains({name}=...)` must be a matrix of numbers; got {described(given)}.") from None
+def _square(name: str, given: Array) -> Array:
+    L = given.copy()
     if L.ndim != 2 or L.shape[0] != L.shape[1] or not L.size:
         raise ValueError(f"`Gains({name}=...)` must be square, a row and a column a joint; got shape {L.shape}.")
     if not np.isfinite(L).all():

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.observer_gains.certificate import refuse_unfit
@@ -39,6 +40,7 @@ class Lipschitz:
     velocity: Bound
 
 
+@door
 def lipschitz(mismatch: Mismatch, region: Region) -> Lipschitz:
     """The Lipschitz constants of the mismatch (14) over a region.
 

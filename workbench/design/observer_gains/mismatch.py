@@ -20,6 +20,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
+from workbench.core.doors import door
 from workbench.core.dynamics import solve_definite
 from workbench.core.layout import Array
 from workbench.core.sockets import require
@@ -59,6 +60,7 @@ class Mismatch:
     periodic: bool
 
     @staticmethod
+    @door
     def of(dynamics: Dynamics) -> Mismatch:
         """The mismatch of an arm.
 
@@ -97,19 +99,24 @@ class Mismatch:
             _periodic(dynamics),
         )
 
+    @door
     def at(self, q: Array, qd: Array, tau: Array) -> Array:
         """J (N, n, 2n) at states and torques, (N, n) each."""
+        self._refuse_misfit("at", q, qd, tau)
         found = np.array(self.function(q.T, qd.T, tau.T)).T
         return np.asarray(found.reshape(len(q), 2 * self.joints, self.joints).transpose(0, 2, 1))
 
+    @door
     def monomials(self, qd: Array, squares: Array, tau: Array) -> Array:
         """y (N, K) for speeds, their squares and torques, (N, n) each."""
+        self._refuse_misfit("monomials", qd, squares, tau)
         pairs = [
             squares[:, i] if i == j else qd[:, i] * qd[:, j]
             for i, j in itertools.combinations_with_replacement(range(self.joints), 2)
         ]
         return np.column_stack([np.ones(len(qd)), tau, qd, *pairs])
 
+    @door
     def vertices(self, region: Region) -> Array:
         """Points y (V, K) whose hull holds the y of all speeds and torques of a region.
 
@@ -126,6 +133,8 @@ class Mismatch:
         Farouki (2012), The Bernstein polynomial basis: a centennial retrospective, Computer Aided Geometric Design 29.
         """
         n = self.joints
+        if region.joints != n:
+            raise ValueError(f"`vertices(region)` must be of {n} joints, as the mismatch is; got {region.joints}.")
         if n > MOST:
             raise ValueError(
                 f"`vertices(region)` has 10^n vertices for n joints, so it is for {MOST} joints or fewer; got {n}."
@@ -137,16 +146,23 @@ class Mismatch:
         squares = np.array(SQUARES)[places] * region.speed**2
         return np.unique(self.monomials(qd[where], squares[where], corners[which]), axis=0)
 
+    def _refuse_misfit(self, call: str, *parts: Array) -> None:
+        if any(part.shape != (len(np.atleast_1d(parts[0])), self.joints) for part in parts):
+            shapes = ", ".join(str(part.shape) for part in parts)
+            raise ValueError(f"`{call}(...)` must be N rows of {self.joints} numbers each; got shapes {shapes}.")
+
     @cached_property
     def terms(self) -> int:
         """How many coefficients J has, K."""
         return len(self.coefficients.entries) // (2 * self.joints**2)
 
+    @door
     def expand(self, c: Array, r: Array) -> tuple[Array, Array, Array]:
         """A (B, K, n, 2n), L (B, n, K, n, 2n), R (B, K, n, 2n) with |J_k(q) - A_k - sum_l L_lk (q_l - c_l)| <= R_k.
 
         That holds for |q - c| <= r, (B, n) each, by intervals of the J_k at c and of their derivatives over the box.
         """
+        self._refuse_misfit("expand", c, r)
         n, K = self.joints, self.terms
         still = {name: Interval(*[np.full(len(c), number)] * 2) for name, number in self.numbers.items()}
         thin = {name: Interval(c[:, i], c[:, i]) for i, name in enumerate(self.names)}

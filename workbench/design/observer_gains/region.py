@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array, numbers
+from workbench.core.doors import door
+from workbench.core.layout import Array
+from workbench.core.validation import described, finite
+
+MOST_SHARE = 1e6  # of speeds and torques
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Region:
     """low <= q <= high, |qd| <= speed, |tau| <= torque, joint by joint; any position where `low` and `high` are None.
 
@@ -43,9 +47,11 @@ class Region:
                 object.__setattr__(self, name, _vector(name, value, np.size(self.speed)))
         for name in ("speed", "torque"):
             if (getattr(self, name) < 0).any():
-                raise ValueError(f"`Region({name}=...)` bounds a size, so it must not be negative; got {given[name]}.")
+                size = described(getattr(self, name).tolist())
+                raise ValueError(f"`Region({name}=...)` bounds a size, so it must not be negative; got {size}.")
         if self.low is not None and self.high is not None and not (self.low < self.high).all():
-            raise ValueError(f"`Region(low=..., high=...)` must be a box, low < high; got {self.low} and {self.high}.")
+            low, high = (described(end.tolist()) for end in (self.low, self.high))
+            raise ValueError(f"`Region(low=..., high=...)` must be a box, low < high; got {low} and {high}.")
 
     @property
     def joints(self) -> int:
@@ -59,12 +65,18 @@ class Region:
             return np.full(self.joints, -np.pi), np.full(self.joints, np.pi)
         return self.low, self.high
 
+    @door
     def scaled(self, share: float) -> Region:
         """The region with its speeds and torques times a share, and its positions as they are."""
+        share = finite("scaled(share=...)", share, low=0, high=MOST_SHARE)
         return Region(share * self.speed, share * self.torque, self.low, self.high)
 
+    @door
     def outside(self, q: Array, qd: Array, tau: Array) -> Array:
         """Which of N states and torques, (N, n) each, are not in it, (N,)."""
+        if not q.shape == qd.shape == tau.shape == (len(np.atleast_1d(q)), self.joints):
+            shapes = f"{q.shape}, {qd.shape} and {tau.shape}"
+            raise ValueError(f"`outside(q, qd, tau)` must be N rows of {self.joints} numbers each; got {shapes}.")
         low, high = self.box
         beyond = (np.abs(qd) > self.speed) | (np.abs(tau) > self.torque)
         if self.low is not None:
@@ -72,12 +84,10 @@ class Region:
         return np.asarray(beyond.any(axis=1))
 
 
-def _vector(name: str, given: Any, size: int) -> Array:
-    try:
-        value = numbers(given)
-    except (TypeError, ValueError):
-        raise ValueError(f"`Region({name}=...)` must be a vector of numbers; got {given!r}.") from None
+def _vector(name: str, given: Array, size: int) -> Array:
+    value = given.copy()
     if value.shape != (size,) or not size or not np.isfinite(value).all():
-        raise ValueError(f"`Region({name}=...)` must hold one finite number a joint, as `speed` does; got {given!r}.")
+        must = "one finite number a joint, as `speed` does"
+        raise ValueError(f"`Region({name}=...)` must hold {must}; got {described(value.tolist())}.")
     value.flags.writeable = False
     return value

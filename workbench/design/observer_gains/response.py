@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
+from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.matrices import matrix
@@ -35,6 +36,7 @@ class Noise:
     velocity: float
 
 
+@door
 def noise(gains: Gains, J: Array | None = None) -> Noise:
     """The H2 norms from v to q~ and to qd~: the roots of the traces of X, A X + X A' + L L' = 0.
 
@@ -54,6 +56,7 @@ def noise(gains: Gains, J: Array | None = None) -> Noise:
     return Noise(float(np.sqrt(np.trace(X[:n, :n]))), float(np.sqrt(np.trace(X[n:, n:]))))
 
 
+@door
 def peaking(gains: Gains, J: Array | None = None) -> float:
     """The worst transient: the greatest |qd~(t)| for qd~(0) = 0 and |q~(0)| = 1 rad, in 1/s, to 1e-4 of itself.
 
@@ -69,6 +72,7 @@ def peaking(gains: Gains, J: Array | None = None) -> float:
     return float(np.linalg.norm(part, 2, axis=(1, 2)).max())
 
 
+@door
 def tolerated(gains: Gains) -> tuple[float, Array]:
     """The largest rho such that one P (2n, 2n) proves a decay for every Delta with |Delta| <= rho |x~|, and that P.
 

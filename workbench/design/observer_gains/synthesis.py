@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Dynamics
+from workbench.core.doors import door
 from workbench.core.layout import Array, vector
 from workbench.core.numbers import positive
 from workbench.core.sockets import require as socket
+from workbench.core.validation import whole
 from workbench.design.certificates import Refused
 from workbench.design.lmi import require
 from workbench.design.observer_gains.certificate import RateCertificate, check
@@ -22,8 +24,11 @@ from workbench.design.riccati import lqe
 # The least double pole is found to this factor, and sought up to so many times the rate.
 FINE, FARTHEST = 1.05, 1000.0
 
+MOST_JOINTS, MOST_GAIN = 1000, 1e100
 
-def by_poles(joints: int, first: complex, second: complex) -> Gains:
+
+@door
+def by_poles(joints: int, first: float | complex, second: float | complex) -> Gains:
     """L1 = -(s1 + s2) I, L2 = s1 s2 I: where the model adds nothing, each joint's error has the poles s1 and s2.
 
     Parameters
@@ -37,17 +42,16 @@ def by_poles(joints: int, first: complex, second: complex) -> Gains:
         If the poles do not decay, or are no pair of a real polynomial, or `joints` is no positive whole number.
     """
     identity = _identity("by_poles", joints)
-    if not all(isinstance(pole, int | float | complex | np.number) for pole in (first, second)):
-        raise ValueError(f"`by_poles(...)` needs two real poles or a conjugate pair; got {first!r} and {second!r}.")
     total, product = complex(first + second), complex(first * second)
-    size = abs(first) + abs(second)
-    if not np.isfinite(size) or abs(total.imag) > 1e-12 * size or abs(product.imag) > 1e-12 * size**2:
+    size = np.hypot(abs(first), abs(second))
+    if not size < MOST_GAIN or abs(total.imag) > 1e-12 * size or abs(product.imag) > 1e-12 * size**2:
         raise ValueError(f"`by_poles(...)` needs two real poles or a conjugate pair; got {first} and {second}.")
     if max(complex(first).real, complex(second).real) >= 0:
         raise ValueError(f"`by_poles(...)` needs poles with a negative real part, in 1/s; got {first} and {second}.")
     return Gains(-total.real * identity, product.real * identity)
 
 
+@door
 def high_gain(joints: int, a1: float, a2: float, epsilon: float) -> Gains:
     """L1 = a1 / epsilon I, L2 = a2 / epsilon^2 I: the poles are the roots of s^2 + a1 s + a2 over epsilon.
 
@@ -63,15 +67,17 @@ def high_gain(joints: int, a1: float, a2: float, epsilon: float) -> Gains:
     for name, value, unit in (("a1", a1, ""), ("a2", a2, ""), ("epsilon", epsilon, " of seconds")):
         positive(f"high_gain({name}=...)", value, unit)
     identity = _identity("high_gain", joints)
-    return Gains(a1 / epsilon * identity, a2 / epsilon**2 * identity)
+    sizes = a1 / epsilon, a2 / epsilon / epsilon
+    if not max(sizes) < MOST_GAIN:
+        raise ValueError(f"`high_gain(a1, a2, epsilon)` must give gains below {MOST_GAIN:g}; got {sizes}.")
+    return Gains(sizes[0] * identity, sizes[1] * identity)
 
 
 def _identity(call: str, joints: Any) -> Array:
-    if not isinstance(joints, int | np.integer) or joints < 1:
-        raise ValueError(f"`{call}(joints=...)` must be a positive whole number of joints; got {joints!r}.")
-    return np.eye(int(joints))
+    return np.eye(whole(f"{call}(joints=...)", joints, most=MOST_JOINTS, of=" of joints"))
 
 
+@door
 def kalman(dynamics: Dynamics, q: Any, qd: Any, tau: Any, Qn: Any, Rn: Any) -> Gains:
     """The steady Kalman gain of the arm linearised at a state, for accelerations and measurements with white noise.
 
@@ -95,6 +101,7 @@ def kalman(dynamics: Dynamics, q: Any, qd: Any, tau: Any, Qn: Any, Rn: Any) -> G
     return Gains(L[:n], L[n:])
 
 
+@door
 def by_lmi(dynamics: Dynamics, region: Region, rate: float) -> RateCertificate:
     """The gains with the least bound of noise of all that share one P for a rate in a region (extra `lmi`).
 
@@ -111,6 +118,7 @@ def by_lmi(dynamics: Dynamics, region: Region, rate: float) -> RateCertificate:
     return check(mismatch, gains, region, P, rate)
 
 
+@door
 def least_double_pole(dynamics: Dynamics, region: Region, rate: float) -> RateCertificate:
     """L1 = 2 p I, L2 = p^2 I with the least p, to some percent, that is certified a rate in a region (extra `lmi`).
 
@@ -150,6 +158,7 @@ def _bounded(p: float, rate: float) -> float:
     return p
 
 
+@door
 def certify(dynamics: Dynamics, gains: Gains, region: Region, rate: float) -> RateCertificate:
     """A certificate that the error of given gains decays at a rate in a region (extra `lmi`).
 

@@ -36,7 +36,7 @@ def discrete(d: Data) -> Iterator[Array]:
 def _by(d: Data, *roads: Callable[[Data], Array]) -> Iterator[Array]:
     for road in roads:
         try:
-            with warnings.catch_warnings(), np.errstate(all="ignore"):
+            with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # an inaccurate candidate is judged by what Newton makes of it
                 X = road(d)
         except (np.linalg.LinAlgError, ValueError):

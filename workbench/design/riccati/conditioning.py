@@ -42,8 +42,9 @@ class Conditioning:
 
     Parameters
     ----------
-    condition
-        A bound of the relative change of X, in the 2-norm, over that of every matrix in good units.
+    condition, in_good_units
+        Bounds of the relative change of X, in the 2-norm, over that of every matrix in good units: as the caller
+        measures X, and as it is in good units, whatever the caller's.
     reach
         An estimate of the relative change of every matrix up to which there is a stabilising solution.
     response
@@ -51,6 +52,7 @@ class Conditioning:
     """
 
     condition: float
+    in_good_units: float
     reach: float
     response: float
 
@@ -73,26 +75,29 @@ def conditioning(equation: AbstractEquation, found: Refined, units: Units) -> Co
         (size(d.S), one, point.K),
         (0.0 if d.E is None else size(d.E), point.beside_E, one),
     ]
-    moved: dict[int, float] = {}
+    moved: dict[int, Array] = {}
 
-    def most(P: Array) -> float:
-        """The norm of H(P'P), in the units of the caller."""
+    def most(P: Array) -> Array:
+        """H(P'P)."""
         if id(P) not in moved:
-            moved[id(P)] = size(units.out_of(found.operator.solve(-P.T @ P)))
+            moved[id(P)] = found.operator.solve(-P.T @ P)
         return moved[id(P)]
 
-    total, M = 0.0, np.zeros((d.n, d.n))
+    whole, X = size(units.out_of(point.X)), size(point.X)
+    total, inside, M = 0.0, 0.0, np.zeros((d.n, d.n))
     for r, P, Z in changes:
-        if r == 0 or not P.any() or not Z.any():
+        by_P, by_Z = size(most(P)), size(most(Z))
+        if not r * by_P * by_Z > 0:
             continue
-        total += 2 * r * float(np.sqrt(most(P) * most(Z)))
-        c = float(np.sqrt(most(P) / most(Z))) / r
+        total += 2 * r * np.sqrt(size(units.out_of(most(P)))) * np.sqrt(size(units.out_of(most(Z))))
+        inside += 2 * r * np.sqrt(by_P) * np.sqrt(by_Z)
+        c = np.sqrt(by_P / by_Z) / r
         M += c * r**2 * Z.T @ Z + P.T @ P / c
-    whole = size(units.out_of(point.X))
     reach = _reach(equation, found, M)
     if reach <= EPS**0.75 and isinstance(equation, Continuous):
         reach = max(reach, _distance(d, found))
-    return Conditioning(total / whole if whole > 0 else 0.0, reach, most(one))
+    response = size(units.out_of(most(one)))
+    return Conditioning(total / whole if whole > 0 else 0.0, inside / X if X > 0 else 0.0, reach, response)
 
 
 def _reach(equation: AbstractEquation, found: Refined, M: Array) -> float:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from workbench.core.doors import door
 from workbench.design.riccati.answers import Riccati
 from workbench.design.riccati.candidates import continuous
 from workbench.design.riccati.equation import Continuous
@@ -11,6 +12,7 @@ from workbench.design.riccati.given import data
 from workbench.design.riccati.synthesis import stabilising
 
 
+@door
 def care(A: Any, B: Any, Q: Any, R: Any, S: Any = None, E: Any = None) -> Riccati:
     """The stabilising X of A'XE + E'XA - (E'XB + S) R^-1 (B'XE + S') + Q = 0, and K = R^-1 (B'XE + S').
 

@@ -15,10 +15,10 @@ from scipy import linalg
 
 from workbench.core.layout import Array
 from workbench.design.matrices import Complex
-from workbench.design.riccati.equation import Data
+from workbench.design.riccati.equation import Data, norm
 from workbench.design.riccati.hamiltonian import hamiltonian
 
-NEAR = 1e-8  # half the digits: eigenvalues that meet on the boundary are found no better
+NEAR = 1e-7  # half the digits and a little more: eigenvalues that meet on the boundary are found no better
 LOST = 1e-12  # a relative distance from a loss of rank that rounding may have made
 MOST_MODES = 40  # each asks for singular values
 
@@ -90,7 +90,7 @@ def _worst(d: Data, modes: Complex, other: Array, beside: bool) -> tuple[complex
     found = 0j, np.inf
     E = np.eye(d.n) if d.E is None else d.E
     # both parts are made of one size, so that neither hides the other's zeros
-    size = [max(float(np.linalg.norm(matrix)), 1e-300) for matrix in (d.A, other)]
+    size = [max(norm(matrix), 1e-300) for matrix in (d.A, other)]
     for mode in modes[:MOST_MODES]:
         parts = [(d.A - mode * E) / size[0], other / size[1]]
         values = np.linalg.svd(np.hstack(parts) if beside else np.vstack(parts), compute_uv=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from workbench.core.doors import door
 from workbench.design.riccati.answers import Riccati
 from workbench.design.riccati.candidates import discrete
 from workbench.design.riccati.equation import Discrete
@@ -11,6 +12,7 @@ from workbench.design.riccati.given import data
 from workbench.design.riccati.synthesis import stabilising
 
 
+@door
 def dare(A: Any, B: Any, Q: Any, R: Any, S: Any = None, E: Any = None) -> Riccati:
     """The stabilising X of A'XA - E'XE - (A'XB + S) (R + B'XB)^-1 (B'XA + S') + Q = 0, and its gain K.
 

@@ -161,13 +161,13 @@ class Discrete(AbstractEquation):
 
 
 def norm(matrix: Array) -> float:
-    """The norm of Frobenius."""
-    return float(np.linalg.norm(matrix))
+    """The norm of Frobenius, whose squares neither overflow nor vanish."""
+    return float(linalg.norm(matrix.ravel(), check_finite=False))
 
 
 def size(matrix: Array) -> float:
-    """The 2-norm."""
-    return float(np.linalg.norm(matrix, 2))
+    """The 2-norm, infinite where an entry is not finite: LAPACK would print what it thinks of that."""
+    return float(np.linalg.norm(matrix, 2)) if np.isfinite(matrix).all() else np.inf
 
 
 def _gain(W: Twice, right: Twice) -> Array:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.design.certificates import Certificate
 from workbench.design.riccati.answers import Lqg, Riccati
@@ -15,6 +16,7 @@ from workbench.design.riccati.given import is_discrete, is_system
 from workbench.design.riccati.regulators import lqe, lqr
 
 
+@door
 def lqg(system: Any, Q: Any, R: Any, Qn: Any, Rn: Any, N: Any = None, G: Any = None) -> Lqg:
     """The controller u = -K x_hat, x_hat' = A x_hat + B u + L (y - C x_hat - D u), as a python-control `StateSpace`.
 

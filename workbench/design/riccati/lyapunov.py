@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from scipy import linalg
 
+from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.design.certificates import Certificate, Refused
 from workbench.design.matrices import EPS, Complex, invertible, square, symmetric
@@ -23,12 +24,21 @@ from workbench.design.riccati.double_double import twice
 from workbench.design.riccati.equation import norm, size
 from workbench.design.riccati.one_thread import one_thread
 from workbench.design.riccati.operators import AbstractOperator, lyapunov_operator, stein_operator
-from workbench.design.riccati.synthesis import ROUNDING, WORST_ERROR, WORST_RESIDUAL, WORTH_A_WARNING
+from workbench.design.riccati.synthesis import (
+    ROUNDING,
+    UNSEEN,
+    WORST_ERROR,
+    WORST_MOVE,
+    WORST_RESIDUAL,
+    WORTH_A_WARNING,
+)
+from workbench.design.riccati.units import Exponents, balance, in_range, nearest, times
 
 MOST_STEPS = 40  # each gains about as many digits as the first solution has
 POWER_STEPS = 12  # of the iteration for the norm of the inverse, which soon has its first digit
 
 
+@door
 def lyapunov(A: Any, Q: Any, E: Any = None) -> Lyapunov:
     """The symmetric X of A X E' + E X A' + Q = 0: the covariance or Gramian of E x' = A x driven by Q.
 
@@ -52,6 +62,7 @@ def lyapunov(A: Any, Q: Any, E: Any = None) -> Lyapunov:
     return _solve(_Equation("lyapunov(A, Q)", *_checked("lyapunov(A, Q)", A, Q, E), discrete=False))
 
 
+@door
 def discrete_lyapunov(A: Any, Q: Any, E: Any = None) -> Lyapunov:
     """The symmetric X of A X A' - E X E' + Q = 0: the covariance or Gramian of E x+ = A x driven by Q.
 
@@ -94,67 +105,68 @@ class _Equation:
         A, E = (self.A if adjoint else self.A.T), self.E if adjoint or self.E is None else self.E.T
         return stein_operator(A, E) if self.discrete else lyapunov_operator(A, E)
 
+    @property
+    def reach(self) -> float:
+        """How much larger than X the terms with X are."""
+        A, E = norm(self.A), 1.0 if self.E is None else norm(self.E)
+        return A * A + E * E if self.discrete else 2 * A * E
+
     def left(self, X: Array) -> tuple[Array, float]:
         """The residual (n, n), and the norm of its terms."""
         A, E, x = twice(self.A), None if self.E is None else twice(self.E), twice(X)
         beside = x if E is None else x @ E.T
         if self.discrete:
             left = A @ (x @ A.T) - (beside if E is None else E @ beside) + self.Q
-            terms = norm(self.A) ** 2 + (1.0 if self.E is None else norm(self.E) ** 2)
         else:
             half = A @ beside
             left = half + half.T + self.Q
-            terms = 2 * norm(self.A) * (1.0 if self.E is None else norm(self.E))
-        return (left.high + left.high.T) / 2, terms * norm(X) + norm(self.Q)
+        return (left.high + left.high.T) / 2, self.reach * norm(X) + norm(self.Q)
 
 
 @one_thread()
+@np.errstate(all="ignore")  # what leaves the range of floats is seen in residual and error
 def _solve(equation: _Equation) -> Lyapunov:
     """X in good units, refined as long as it settles."""
-    scale = _good_units(equation)
-    scaled = _measured(equation, scale)
+    units = _good_units(equation)
+    scaled = _measured(equation, units)
     try:
         operator = scaled.operator()
-        if _meeting(operator.poles, equation.discrete)[0] <= ROUNDING * len(scale):
-            raise Refused(_not_unique(equation, "is singular within rounding"))
+        if _meeting(operator.poles, equation.discrete)[0] <= ROUNDING * len(units):
+            raise np.linalg.LinAlgError("two eigenvalues meet")
         X, steps, correction = _refined(scaled, operator)
-        full = X * scale[:, None] * scale
-        error = norm(correction * scale[:, None] * scale) / norm(full) if full.any() else 0.0
-        condition = _condition(scaled, operator, X, scale)
-    except np.linalg.LinAlgError:
-        raise Refused(_not_unique(equation, "is singular in floating-point numbers")) from None
+        condition, response = _condition(scaled, operator, X, units)
+    except ValueError:  # SciPy's answer to what is not finite, and the parent of LinAlgError
+        raise Refused(_not_unique(scaled, "is singular within rounding")) from None
     left, terms = scaled.left(X)
+    full = in_range(equation.call, "X", times(X, units, units), X)
     residual = norm(left) / terms if terms > 0 else 0.0
-    if not (error <= WORST_ERROR and residual <= WORST_RESIDUAL):
-        raise Refused(
-            _not_unique(equation, f"leaves X a relative error of {error:.1e} and a residual of {residual:.1e}")
-        )
+    seen = norm(times(correction, units, units)) / norm(full) if full.any() else 0.0
+    error = seen + UNSEEN * terms * response  # a bound of what lies below the digits of the residual
+    if not (seen <= WORST_ERROR and error <= WORST_MOVE and residual <= WORST_RESIDUAL):
+        what = f"leaves X a relative error of up to {error:.1e} and a residual of {residual:.1e}"
+        raise Refused(_not_unique(scaled, what))
     certificate = Certificate(
         residual=residual,
         error=max(error, EPS / 2) if full.any() else 0.0,
         condition=condition,
         margin=operator.margin,
         refined=steps,
-        warnings=tuple(_warnings(operator.margin, condition)),
+        warnings=tuple(_warnings(operator.margin, condition, error)),
     )
     return Lyapunov(full, operator.poles, certificate)
 
 
-def _good_units(equation: _Equation) -> Array:
-    """Powers of two that the states are measured by, (n,): the pencil of the equation has rows and columns alike."""
-    n = len(equation.A)
+def _good_units(equation: _Equation) -> Exponents:
+    """The exponents (n,) of units in which the pencil of the equation has rows and columns alike, and X is near one."""
     A = np.abs(equation.A) + (0.0 if equation.E is None else np.abs(equation.E))
-    pencil = np.block([[A, np.abs(equation.Q)], [np.zeros((n, n)), A.T]])
-    np.fill_diagonal(pencil, 0)
-    _, (scale, _) = linalg.matrix_balance(pencil, permute=False, separate=True)
-    exponent = np.log2(scale)
-    return np.asarray(np.exp2(np.round((exponent[:n] - exponent[n:]) / 2)))
+    alike = balance(np.block([[A, np.abs(equation.Q)], [np.zeros_like(A), A.T]]), len(A))
+    scaled = _measured(equation, alike)
+    return np.asarray(alike + nearest(norm(scaled.Q), 2) - nearest(scaled.reach, 2))
 
 
-def _measured(equation: _Equation, scale: Array) -> _Equation:
-    E = None if equation.E is None else equation.E / scale[:, None] * scale
-    A, Q = equation.A / scale[:, None] * scale, equation.Q / scale[:, None] / scale
-    return replace(equation, A=A, Q=Q, E=E)
+def _measured(equation: _Equation, x: Exponents) -> _Equation:
+    E = None if equation.E is None else times(equation.E, -x, x)
+    return replace(equation, A=times(equation.A, -x, x), Q=times(equation.Q, -x, -x), E=E)
 
 
 def _refined(equation: _Equation, operator: AbstractOperator) -> tuple[Array, int, Array]:
@@ -172,32 +184,32 @@ def _refined(equation: _Equation, operator: AbstractOperator) -> tuple[Array, in
     return X, MOST_STEPS, correction
 
 
-def _condition(equation: _Equation, operator: AbstractOperator, X: Array, scale: Array) -> float:
-    """A bound of the relative change of X over that of A, E and Q, in 2-norms.
+def _condition(equation: _Equation, operator: AbstractOperator, X: Array, units: Exponents) -> tuple[float, float]:
+    """A bound of the relative change of X over that of A, E and Q, and over the norm of a change of the equation.
 
-    If all poles lie on one side of the boundary, it is Kenney's and Hewer's, as for a Riccati equation; if not,
-    it is made of the norm of the operator's inverse.
+    The norms are 2-norms, X in the units of the caller. If all poles lie on one side of the boundary, the bound is
+    Kenney's and Hewer's, as for a Riccati equation; if not, it is made of the norm of the operator's inverse.
     """
     if not X.any():
-        return 0.0
+        return 0.0, 0.0
     beside = X if equation.E is None else X @ equation.E.T
-    ahead = X @ equation.A.T
-    sizes = [0.0 if matrix is None else size(matrix) for matrix in (equation.Q, equation.A, equation.E)]
-    whole = size(X * scale[:, None] * scale)
+    ahead, one = X @ equation.A.T, np.eye(len(X))
+    whole = size(times(X, units, units))
     sides = operator.margins() > 0
     if sides.all() or not sides.any():
-        one, by_A, by_E = (
-            size(operator.solve(P @ P.T) * scale[:, None] * scale)
-            for P in ((np.eye(len(X)), ahead, beside) if equation.discrete else (np.eye(len(X)), beside, ahead))
-        )
-        return float(sizes[0] * one + 2 * sizes[1] * np.sqrt(one * by_A) + 2 * sizes[2] * np.sqrt(one * by_E)) / whole
+        both = (ahead, beside) if equation.discrete else (beside, ahead)
+        moved = [size(times(operator.solve(P @ P.T), units, units)) / whole for P in (one, *both)]
+        E = 0.0 if equation.E is None else size(equation.E)
+        sizes = size(equation.Q), 2 * size(equation.A), 2 * E
+        total = sum(r * np.sqrt(moved[0]) * np.sqrt(by) for r, by in zip(sizes, moved, strict=True) if r)
+        return float(total), moved[0]
     adjoint = equation.operator(adjoint=True)
-    probe, most = np.eye(len(X)) + X / norm(X), 0.0
+    probe, most = one + X / norm(X), 0.0
     for _ in range(POWER_STEPS):  # of power iteration for its largest singular value
-        image = operator.solve(probe / norm(probe))
+        image = times(operator.solve(probe / norm(probe)), units, units)
         most = max(most, norm(image))
-        probe = adjoint.solve(image / norm(image))
-    return most * 2 * equation.left(X)[1] * float(scale.max() ** 2) / whole
+        probe = adjoint.solve(times(image / norm(image), units, units))
+    return 2 * equation.left(X)[1] * most / whole, most / whole
 
 
 def _not_unique(equation: _Equation, what: str) -> str:
@@ -213,13 +225,15 @@ def _meeting(values: Complex, discrete: bool) -> tuple[float, complex, complex]:
     """How near two eigenvalues come to the sum 0, or the product 1, over the largest one or its square; and which."""
     both = np.multiply.outer(values, values) - 1 if discrete else np.add.outer(values, values)
     i, j = np.unravel_index(np.abs(both).argmin(), both.shape)
-    largest = float(np.abs(values).max())
-    near = float(np.abs(both[i, j])) / (max(1.0, largest**2) if discrete else max(largest, np.finfo(float).tiny))
+    largest = np.abs(values).max()
+    near = float(np.abs(both[i, j]) / (max(1.0, largest * largest) if discrete else max(largest, np.finfo(float).tiny)))
     return near, complex(values[i]), complex(values[j])
 
 
-def _warnings(margin: float, condition: float) -> Iterator[str]:
+def _warnings(margin: float, condition: float, error: float) -> Iterator[str]:
     if not margin > 0:
         yield "A is not stable: X solves the equation, but is no covariance and no Gramian"
     if condition * EPS > WORTH_A_WARNING:
         yield f"rounding the data can change X by up to {condition * EPS:.1e} of its size"
+    if error > WORTH_A_WARNING:
+        yield f"X is known to a relative error of about {error:.1e} only"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from workbench.core.doors import door
 from workbench.design.matrices import definite, matrix, semidefinite, square
 from workbench.design.riccati import candidates
 from workbench.design.riccati.answers import Riccati
@@ -14,6 +15,7 @@ from workbench.design.riccati.given import data, is_discrete, is_system, joint
 from workbench.design.riccati.synthesis import stabilising
 
 
+@door
 def lqr(
     A: Any, B: Any = None, Q: Any = None, R: Any = None, N: Any = None, E: Any = None, discrete: bool = False
 ) -> Riccati:
@@ -60,6 +62,7 @@ def lqr(
     return _solved(call, d, discrete)
 
 
+@door
 def lqe(
     A: Any,
     G: Any = None,

@@ -18,11 +18,11 @@ from workbench.design.riccati.double_double import twice
 from workbench.design.riccati.equation import AbstractEquation, Data, Discrete, norm
 from workbench.design.riccati.newton import Refined, refine
 from workbench.design.riccati.one_thread import one_thread
-from workbench.design.riccati.units import Units, good_units
+from workbench.design.riccati.units import Units, good_units, in_range
 
 WORST_RESIDUAL = 1e-11
 WORST_ERROR = 1e-4  # four digits of X for the data as given
-WORST_MOVE = 1e-2  # two digits of X when every matrix is rounded to floating-point numbers
+WORST_MOVE = 1e-2  # two digits of X in good units when every matrix is rounded to floating-point numbers
 WORTH_A_WARNING = 1e-6
 UNSURE = 0.01  # of a margin, that rounding may take
 UNSEEN = 2.0**-100  # of the terms of a residual: what sums in twice the working precision may lose
@@ -46,6 +46,7 @@ class _Judged:
 
 
 @one_thread()
+@np.errstate(all="ignore")  # what leaves the range of floats is seen in the certificate
 def stabilising(
     call: str,
     data: Data,
@@ -65,16 +66,16 @@ def stabilising(
     objections = []
     for X in roads(equation.data):
         try:
-            with warnings.catch_warnings(), np.errstate(all="ignore"):
-                warnings.simplefilter("ignore")  # overflow and singular matrices are seen in the certificate
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # singular matrices are seen in the certificate
                 judged = _judge(equation, refine(equation, X), units)
-        except (np.linalg.LinAlgError, ValueError):  # SciPy's answer to what is not finite
+        except (OverflowError, ValueError):  # SciPy's answer to what is not finite, and the parent of LinAlgError
             continue
         if not judged.against:
             point = judged.found.point
-            return Riccati(
-                units.out_of(point.X), units.gain(judged.K), judged.found.operator.poles, judged.certificate
-            )  # fmt: skip
+            X = in_range(call, "X", units.out_of(point.X), point.X)
+            K = in_range(call, "K", units.gain(judged.K), judged.K)
+            return Riccati(X, K, judged.found.operator.poles, judged.certificate)
         objections.append(judged.against)
         if judged.settled:
             break  # every road would end at this X
@@ -87,7 +88,7 @@ def stabilising(
 def _judge(equation: AbstractEquation, found: Refined, units: Units) -> _Judged:
     point = found.point
     margin = found.operator.margin
-    known = conditioning(equation, found, units) if margin > 0 else Conditioning(np.inf, 0.0, np.inf)
+    known = conditioning(equation, found, units) if margin > 0 else Conditioning(np.inf, np.inf, 0.0, np.inf)
     # the gain may hang on digits that X has no room for, so it is that of X and the next step together
     beyond = equation.at(twice(point.X) + found.correction)
     still = found.operator.solve(-beyond.left)
@@ -122,8 +123,9 @@ def _against(found: Refined, certificate: Certificate, known: Conditioning) -> s
         )
     if not certificate.error <= WORST_ERROR:
         return f"the relative error of X is about {certificate.error:.1e}, above {WORST_ERROR:g}"
-    if not known.condition * EPS <= WORST_MOVE:
-        return f"rounding the data can change X by {known.condition * EPS:.1e} of its size, so its digits mean nothing"
+    if not known.in_good_units * EPS <= WORST_MOVE:
+        change = f"{known.in_good_units * EPS:.1e}"
+        return f"rounding the data can change X, in good units, by {change} of its size, so its digits mean nothing"
     return ""
 
 

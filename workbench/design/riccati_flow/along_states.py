@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array, numbers
+from workbench.core.doors import door
+from workbench.core.layout import Array
 from workbench.design.certificates import Certificate, Refused
+from workbench.design.matrices import answer
 
 Factors = Callable[[Array], tuple[Any, Any]]
 
@@ -41,7 +43,8 @@ class StateDependent:
         return min(certificate.margin for certificate in self.certificates)
 
 
-def sdre(factors: Factors, states: Any, Q: Any, R: Any) -> StateDependent:
+@door
+def sdre(factors: Factors, states: Array, Q: Any, R: Any) -> StateDependent:
     """The solution of the state-dependent Riccati equation at states x of x' = A(x) x + B(x) u:
 
         A(x)'P + P A(x) - P B(x) R^-1 B(x)' P + Q = 0.
@@ -77,7 +80,7 @@ def sdre(factors: Factors, states: Any, Q: Any, R: Any) -> StateDependent:
     for i, state in enumerate(x):
         where = f"`{call}`, at state {i}, {state.tolist()}"
         try:
-            answers.append(care(*_pair(factors(state)), Q, R))
+            answers.append(care(*_pair(answer(call, "factors", factors, state)), Q, R))
         except Refused as refusal:
             raise Refused(f"{where}: {refusal}") from refusal
         except ValueError as error:
@@ -91,11 +94,8 @@ def sdre(factors: Factors, states: Any, Q: Any, R: Any) -> StateDependent:
     return StateDependent(x, P, K, tuple(answer.certificate for answer in answers))
 
 
-def _states(call: str, states: Any) -> Array:
-    try:
-        x = np.atleast_2d(numbers(states))
-    except (TypeError, ValueError):
-        raise ValueError(f"`{call}`: states must be real numbers (N, n); got {states!r}.") from None
+def _states(call: str, states: Array) -> Array:
+    x = np.atleast_2d(states)
     if x.ndim != 2 or x.size == 0 or not np.isfinite(x).all():
         raise ValueError(f"`{call}`: states must be finite numbers (N, n); got shape {x.shape}.")
     return x

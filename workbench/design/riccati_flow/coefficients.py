@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.design.matrices import definite, matrix, square, symmetric
+from workbench.design.matrices import answer, definite, matrix, square, symmetric
 from workbench.design.riccati_flow.moebius import hamiltonian
 
 Coefficient = Array | Callable[[float], Array]
@@ -102,7 +102,7 @@ class Coefficients:
     def _part(self, call: str, name: str, t: float, check: Callable[[str, str, Any], Array]) -> Array:
         given = getattr(self, name)
         if callable(given):
-            return check(call, name, given(t))
+            return check(call, name, answer(call, name, given, t))
         if name not in self._checked:
             self._checked[name] = check(call, name, given)
         return self._checked[name]

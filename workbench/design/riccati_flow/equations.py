@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.doors import door
 from workbench.core.layout import Array
+from workbench.core.validation import as_array, described
 from workbench.design.certificates import Refused
 from workbench.design.matrices import symmetric
 from workbench.design.riccati_flow import constant, varying
@@ -21,6 +23,7 @@ PASSES = 4
 FINEST = 1e-14  # tolerance of a step, below which there is only rounding
 
 
+@door
 def rde(
     A: Coefficient, B: Coefficient, Q: Coefficient, R: Coefficient, P1: Any, times: Any, *, rtol: float = 1e-10
 ) -> RiccatiFlow:
@@ -58,6 +61,7 @@ def rde(
     return _solved("rde(A, B, Q, R, P1, times)", (A, B, Q, R), ("P1", P1), times, rtol, backward=True)
 
 
+@door
 def fpre(
     A: Coefficient, B: Coefficient, Q: Coefficient, R: Coefficient, P0: Any, times: Any, *, rtol: float = 1e-10
 ) -> RiccatiFlow:
@@ -104,7 +108,7 @@ def _solved(
 ) -> RiccatiFlow:
     coefficients = Coefficients(call, *given)
     t = _rising(call, times)
-    if not isinstance(rtol, int | float | np.number) or not 1e-13 <= rtol <= 1e-2:
+    if not 1e-13 <= rtol <= 1e-2:
         raise ValueError(f"`{call}`: rtol must lie between 1e-13, near rounding, and 1e-2; got {rtol!r}.")
     begin, sign = (t[-1], -1.0) if backward else (t[0], 1.0)
     first = coefficients.at(begin)
@@ -168,12 +172,9 @@ def _varying(
 
 
 def _rising(call: str, times: Any) -> Array:
-    try:
-        t = np.array(times, dtype=float)
-    except (TypeError, ValueError):
-        t = np.empty(0)
-    if t.ndim != 1 or t.size == 0 or not np.isfinite(t).all() or (np.diff(t) <= 0).any():
-        raise ValueError(f"`{call}`: times must be a vector of rising finite numbers, in s; got {times!r}.")
+    t = as_array(times)
+    if t is None or t.ndim != 1 or not t.size or not np.isfinite(t).all() or (t[1:] <= t[:-1]).any():
+        raise ValueError(f"`{call}`: times must be a vector of rising finite numbers, in s; got {described(times)}.")
     return t
 
 

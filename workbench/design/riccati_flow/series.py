@@ -8,8 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array, numbers
+from workbench.core.doors import door
+from workbench.core.layout import Array
+from workbench.core.validation import as_array, described
 from workbench.design.certificates import Refused
+from workbench.design.matrices import EPS, answer
+from workbench.design.riccati.one_thread import one_thread
 
 MOST_TERMS = 1025
 OTHERS, GOLDEN = 13, (np.sqrt(5) - 1) / 2  # times that lie on no grid, for a series to be held against
@@ -39,14 +43,25 @@ class Series:
     kind: str
     error: float
 
-    def at(self, times: Any) -> Array:
-        """K (N, m, n) at the times (N,) in s."""
-        t = np.atleast_1d(np.asarray(times, dtype=float))
+    @door
+    def at(self, times: Array) -> Array:
+        """K (N, m, n) at the times (N,) in s, or at one.
+
+        Raises
+        ------
+        ValueError
+            If the times are no vector of finite numbers.
+        """
+        t = np.atleast_1d(times)
+        if t.ndim != 1 or not t.size or not (np.abs(t) <= self.horizon / EPS).all():
+            must = "a vector of finite times in s that a float can tell from their neighbours"
+            raise ValueError(f"`at(times=...)` must be {must}; got {described(times)}.")
         basis = _chebyshev(t, self.horizon, len(self.coefficients)) if self.kind == "chebyshev" else None
         basis = _fourier(t, self.horizon, len(self.coefficients)) if basis is None else basis
         return np.tensordot(basis, self.coefficients, axes=1)
 
 
+@door
 def chebyshev(gains: Gains, horizon: float, tolerance: float = 1e-8) -> Series:
     """The shortest Chebyshev series found that is within a tolerance of gains on [0, horizon].
 
@@ -93,6 +108,8 @@ def chebyshev(gains: Gains, horizon: float, tolerance: float = 1e-8) -> Series:
     raise _refusal(call, tolerance)
 
 
+@door
+@one_thread()
 def fourier(gains: Gains, period: float, tolerance: float = 1e-8) -> Series:
     """The shortest Fourier series found that is within a tolerance of gains that repeat after a period.
 
@@ -155,10 +172,9 @@ def _mixed(t: Array, length: float) -> tuple[Array, Places]:
 
 
 def _asked(call: str, gains: Gains, t: Array) -> Array:
-    try:
-        K = numbers(gains(t))
-    except (TypeError, ValueError):
-        raise ValueError(f"`{call}`: gains must give real matrices (N, m, n) at N = {len(t)} times.") from None
+    K = as_array(answer(call, "gains", gains, t))
+    if K is None:
+        raise ValueError(f"`{call}`: gains must give real matrices (N, m, n) at N = {len(t)} times.")
     if K.ndim != 3 or len(K) != len(t) or not np.isfinite(K).all():
         raise ValueError(
             f"`{call}`: gains must give finite matrices (N, m, n) at N = {len(t)} times; got shape {K.shape}."
@@ -167,9 +183,9 @@ def _asked(call: str, gains: Gains, t: Array) -> Array:
 
 
 def _check(call: str, horizon: float, tolerance: float) -> None:
-    if not isinstance(horizon, int | float | np.number) or not 0 < horizon < np.inf:
+    if not np.finfo(float).tiny <= horizon < np.inf:
         raise ValueError(f"`{call}`: the time must be a positive number of seconds; got {horizon!r}.")
-    if not isinstance(tolerance, int | float | np.number) or not 1e-14 <= tolerance <= 1:
+    if not 1e-14 <= tolerance <= 1:
         raise ValueError(f"`{call}`: tolerance must lie between 1e-14, near rounding, and 1; got {tolerance!r}.")
 
 
