@@ -59,6 +59,9 @@ BANNED_IMPORTS = {
 # What of numpy.random has no hidden global state.
 SEEDED = {"Generator", "BitGenerator", "SeedSequence", "PCG64", "PCG64DXSM", "Philox", "default_rng"}
 
+# Rooms whose public names have doors; the others follow.
+ROOMS_WITH_DOORS = {"controllers", "core", "loop", "observers", "plants", "robots"}
+
 Sources = Mapping[str, str]
 
 
@@ -221,6 +224,39 @@ def inherited_final_classes(held: Sources) -> list[str]:
         for base in _bases(node)
         if base in bases and not extendable(base)
     ]
+
+
+def _has_door(node: ast.AST, words: set[str]) -> bool:
+    """Whether a function or class refuses by its hints, by a word of the vocabulary, or has nothing to refuse."""
+    decorators = {_dotted(d.func if isinstance(d, ast.Call) else d) for d in getattr(node, "decorator_list", [])}
+    if isinstance(node, ast.FunctionDef):
+        called = {_dotted(part.func) for part in ast.walk(node) if isinstance(part, ast.Call)}
+        return bool(decorators & {"door"} or called & words or not node.args.args)
+    if isinstance(node, ast.ClassDef):
+        return bool(decorators & {"door", "block"} or {"NamedTuple"} & set(_bases(node))) or "Abstract" in node.name
+    return True
+
+
+def names_without_door(held: Sources) -> list[str]:
+    """Public names of the rooms with doors, those in `__all__`, that have none."""
+    breaches = []
+    for path, node in _nodes(held):
+        if not path.endswith("/__init__.py") or path.split("/")[1] not in ROOMS_WITH_DOORS:
+            continue
+        if not (isinstance(node, ast.Assign) and _dotted(node.targets[0]) == "__all__"):
+            continue
+        public = set(ast.literal_eval(node.value))
+        for file, text in held.items():
+            if not file.startswith(path.removesuffix("__init__.py")):
+                continue
+            words = {name for _, module, name in _imports(file, text) if "validation" in module} | {"checked"}
+            breaches += [
+                f"{file}:{part.lineno}: `{part.name}` is public and has no door; write `@door` above it."
+                for part in _tree(text).body
+                if isinstance(part, ast.FunctionDef | ast.ClassDef) and part.name in public
+                if not _has_door(part, words)
+            ]
+    return breaches
 
 
 def _bases(node: ast.ClassDef) -> list[str]:

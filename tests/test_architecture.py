@@ -21,6 +21,7 @@ LAWS = [
     rules.global_seeds,
     rules.inherited_final_classes,
     rules.mutable_dataclasses,
+    rules.names_without_door,
 ]
 
 
@@ -69,6 +70,19 @@ def test_a_class_is_abstract_or_final():
 
 def test_every_dataclass_is_frozen():
     holds(rules.mutable_dataclasses(HOUSE))
+
+
+def test_public_names_have_doors():
+    holds(rules.names_without_door(HOUSE))
+
+
+@pytest.mark.parametrize("text", ["def f(x): ...", "@dataclass(frozen=True)\nclass f: ..."])
+def test_a_public_name_without_a_door_is_found(text):
+    room = {"workbench/core/__init__.py": "__all__ = ['f']", "workbench/core/a.py": text}
+    (breach,) = rules.names_without_door(room)
+    assert "workbench/core/a.py:" in breach
+    assert not rules.names_without_door(room | {"workbench/core/a.py": f"@door\n{text}"})
+    assert not rules.names_without_door(room | {"workbench/core/a.py": "def f(): ..."})
 
 
 def test_the_laws_see_the_whole_house():

@@ -167,7 +167,7 @@ def test_a_full_disk_leaves_no_half_written_report(shell, script, tmp_path, size
 
 
 def test_a_robot_that_is_not_in_the_catalogue_is_refused_with_the_nearest(command, tmp_path):
-    refused(command("derive", "planar-2"), tmp_path, "There is no robot 'planar-2' in the catalogue.", "Did you mean")
+    refused(command("derive", "planar-2"), tmp_path, "There is no 'planar-2' among the 12 robots", "Did you mean")
     refused(
         command("derive", "../x"),
         tmp_path,

@@ -238,5 +238,5 @@ def test_a_rate_of_zero_is_refused():
 
 @pytest.mark.parametrize("kind", [PrintedFilter, OracleFilter])
 def test_what_is_no_number_of_joints_is_refused(kind):
-    with pytest.raises(ValueError, match=r"\(joints=...\)` is the number of joints"):
+    with pytest.raises(ValueError, match=r"\(joints=...\)` must be a whole number( of joints from 1 to 1000)?; got"):
         kind(0, l=1.0)

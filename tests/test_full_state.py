@@ -39,5 +39,5 @@ def test_it_does_not_use_the_truth():
 
 @pytest.mark.parametrize("joints", [0, -1, 1.5, True])
 def test_what_is_no_number_of_joints_is_refused(joints):
-    with pytest.raises(ValueError, match=r"`FullState\(joints=...\)` (is the number of joints|must be a whole number)"):
+    with pytest.raises(ValueError, match=r"`FullState\(joints=...\)` must be a whole number"):
         FullState(joints)

@@ -152,7 +152,10 @@ def test_a_symmetric_matrix_is_refused_when_only_one_of_a_pair_is_set():
 
 @pytest.mark.parametrize("default", [None, "1.0", np.zeros((2, 2, 2)), [[1.0], [2.0, 3.0]]])
 def test_a_default_that_is_no_number_vector_or_matrix_is_refused(default):
-    with pytest.raises(ValueError, match=r"`Entry\('a', default=...\)` must be a number, a vector or a matrix; got"):
+    with pytest.raises(
+        ValueError,
+        match=r"`Entry\(default=...\)` must be .*; got",
+    ):
         Entry("a", default)
 
 
@@ -167,7 +170,7 @@ def test_an_entry_keeps_a_frozen_copy_of_its_default():
 
 @pytest.mark.parametrize("look", [lambda at: at[0], lambda at: at.slice(["K"]), lambda at: at.pack({1: 2})])
 def test_a_name_that_is_no_text_is_refused(look):
-    with pytest.raises(LookupError, match="The entries of a layout go by names such as 'plant.q'; got"):
+    with pytest.raises(LookupError, match="The entries of this layout go by names, which are text; got"):
         look(gains())
     assert 0 not in gains()
     assert ["K"] not in gains()
@@ -175,7 +178,8 @@ def test_a_name_that_is_no_text_is_refused(look):
 
 def test_values_without_names_are_refused():
     with pytest.raises(
-        ValueError, match=r"`pack\(values=...\)` must map names to numbers, as a dict does; got a `list`"
+        ValueError,
+        match=r"`pack\(values=...\)` must be a mapping from names to numbers, .*; got .1.0",
     ):
         gains().pack([1.0, 2.0])
 

@@ -7,7 +7,7 @@ from scipy.integrate import quad
 from scipy.signal import cont2discrete
 
 from workbench.controllers import PID
-from workbench.core import Sampled
+from workbench.core import Entry, Layout, Ode, Sampled
 from workbench.loop import ClosedLoop, Instruments
 from workbench.metrics import (
     effort,
@@ -133,7 +133,7 @@ def test_times_that_do_not_fit_the_period_are_refused():
 
 def test_a_jump_of_more_than_its_symbols_is_refused():
     digital = linear().digital(0.1)
-    with pytest.raises(ValueError, match=r"`Sampled\(jump=...\)` must be of k, x, p and w alone, .* symbol 'stranger'"):
+    with pytest.raises(ValueError, match=r"`Sampled\(jump=...\)` must be of k, x, p, w alone, .* symbol 'stranger'"):
         Sampled(digital.flow, 0.1, digital.k, digital.w, digital.jump + ca.SX.sym("stranger"))
     with pytest.raises(
         ValueError, match=r"`Sampled\(jump=...\)` must have shape \(m, 1\), for the first m of 7 states"
@@ -150,3 +150,14 @@ def test_the_fingerprint_tells_loops_of_other_periods_instruments_and_delays_apa
     ]
     assert len({digital.fingerprint for digital in made}) == 4
     assert linear().digital(0.1, Instruments(1, noise_q=0.1)).fingerprint == made[3].fingerprint
+
+
+def test_a_flow_of_a_single_state_jumps_and_flows():
+    states = Layout((Entry("x", 1.0),))
+    t, x, k = ca.SX.sym("t"), states.symbols(), ca.SX.sym("k")
+    flow = Ode.of("decay", states, Layout(), (t, x, ca.SX(0, 1)), {"x": -x}, {"y": x})
+    step = Sampled(flow, 0.1, k, ca.SX(0, 1), x / 2).step(2)
+    assert float(step.y(0, 1.0, [], [])) == 0.5  # after the jump
+    h = 0.05
+    factor = 1 - h + h**2 / 2 - h**3 / 6 + h**4 / 24
+    assert float(step.F(0, 1.0, [], [])) == pytest.approx(0.5 * factor**2, rel=1e-15)  # a few roundings

@@ -216,14 +216,15 @@ def test_a_period_that_is_no_positive_number_is_refused(period):
 @pytest.mark.parametrize("period", [None, "1 ms", True, [1e-3]])
 def test_a_period_that_is_no_number_is_refused(period):
     with pytest.raises(
-        ValueError, match=r"`ClosedLoop.digital\(period=...\)` must be a positive, finite number of seconds; got"
+        ValueError,
+        match=r"`ClosedLoop.digital\(period=...\)` must be a .*number.*; got",
     ):
         loop().digital(period)
 
 
 @pytest.mark.parametrize("substeps", [0, -1, 1.5, 2.0, True, None, "2"])
 def test_substeps_that_are_no_positive_whole_number_are_refused(substeps):
-    with pytest.raises(ValueError, match=r"`step\(substeps=...\)` must be a positive whole number, .*; got "):
+    with pytest.raises(ValueError, match=r"substeps=...\)` must be a whole number.*; got "):
         loop().sampled(1e-3, substeps)
 
 
@@ -235,7 +236,7 @@ def test_instruments_for_other_joints_are_refused():
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"instruments": "x"}, r"`ClosedLoop.digital\(instruments=...\)` must be an `Instruments`; got 'x'\."),
+        ({"instruments": "x"}, r"`ClosedLoop.digital\(instruments=...\)` must be an `Instruments` or None; got 'x'\."),
         ({"delay": "no"}, r"`ClosedLoop.digital\(delay=...\)` must be True or False; got 'no'\."),
     ],
 )

@@ -87,7 +87,7 @@ def test_the_step_keeps_names_outputs_and_flow_of_rk4():
 
 @pytest.mark.parametrize("stages", [1, 0, -3, MOST_STAGES + 1, 2.0, True, "5", None])
 def test_a_number_of_stages_that_gives_no_second_order_is_refused(stages):
-    with pytest.raises(ValueError, match=r"`rkc\(stages=...\)` must be a whole number from 2, .* to 12, .*; got"):
+    with pytest.raises(ValueError, match=r"`rkc\(stages=...\)` must be a whole number from 2 to 12, as .*; got"):
         rkc(forced(), 0.1, stages)
 
 

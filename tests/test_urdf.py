@@ -142,7 +142,7 @@ def test_a_file_that_is_none_and_a_text_that_is_none_are_refused(tmp_path):
     for file in (tmp_path / "nowhere.urdf", tmp_path):
         with pytest.raises(LookupError, match="There is no file"):
             urdf.read(file)
-    with pytest.raises(LookupError, match=r"`read\(file=...\)` must be the path of a URDF file; got None"):
+    with pytest.raises(ValueError, match=r"`read\(file=...\)` must be text or a `Path`; got None"):
         urdf.read(None)
     with pytest.raises(ValueError, match=r"`parse\(text=...\)` must be text; got 3"):
         urdf.parse(3)

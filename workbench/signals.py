@@ -8,6 +8,7 @@ import numpy as np
 from workbench.core import block, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.loop import AbstractDisturbance, AbstractReference, Motion
+from workbench.validation.shapes import Number
 
 
 @block
@@ -23,7 +24,7 @@ class Sines(AbstractReference):
         """The number of joints."""
         return int(self.amplitude.shape[0])
 
-    def at(self, t: ca.SX) -> Motion:
+    def at(self, t: Number) -> Motion:
         """The sines and their exact derivatives."""
         a, w = self.amplitude, self.frequency
         angle = w * t + self.phase
@@ -46,7 +47,7 @@ class SquareWave(AbstractReference):
         """The number of joints."""
         return int(self.amplitude.shape[0])
 
-    def at(self, t: ca.SX) -> Motion:
+    def at(self, t: Number) -> Motion:
         """The wave at t, and zeros for its derivatives."""
         down = ca.fmod(ca.floor(self.frequency * t), 2)
         zero = ca.SX.zeros(self.dof)
@@ -70,7 +71,7 @@ class SmoothSquareWave(AbstractReference):
         """The number of joints."""
         return int(self.amplitude.shape[0])
 
-    def at(self, t: ca.SX) -> Motion:
+    def at(self, t: Number) -> Motion:
         """The wave at t with its derivatives, taken by CasADi."""
         w = np.pi * self.frequency
         time = ca.SX.sym("t")
@@ -91,7 +92,7 @@ class Hold(AbstractReference):
         """The number of joints."""
         return int(self.position.shape[0])
 
-    def at(self, t: ca.SX) -> Motion:
+    def at(self, t: Number) -> Motion:
         """The position, at rest."""
         del t
         zero = ca.SX.zeros(self.dof)
@@ -111,7 +112,7 @@ class SineTorque(AbstractDisturbance):
         """The number of joints."""
         return int(self.amplitude.shape[0])
 
-    def at(self, t: ca.SX) -> ca.SX:
+    def at(self, t: Number) -> ca.SX:
         """The sines."""
         torque: ca.SX = self.amplitude * ca.sin(self.frequency * t + self.phase)
         return torque

@@ -11,13 +11,14 @@ import casadi as ca
 
 from workbench.core import block, parameter
 from workbench.core.block import Scalar, Vector
+from workbench.validation.shapes import Column
 
 
 class AbstractAdaptation(ABC):
     """A rule K' = rate(growth, s, K) for the gains K (n, 1)."""
 
     @abstractmethod
-    def rate(self, growth: ca.SX, s: ca.SX, K: ca.SX) -> ca.SX:
+    def rate(self, growth: Column, s: Column, K: Column) -> ca.SX:
         """K', (n, 1), in N m/s; `growth` (n, 1) in N m/s, `s` (n, 1) in rad/s, `K` (n, 1) in N m."""
 
     @abstractmethod
@@ -32,7 +33,7 @@ class Plain(AbstractAdaptation):
     Inside a boundary layer s does not vanish, so the gain never stops growing either.
     """
 
-    def rate(self, growth: ca.SX, s: ca.SX, K: ca.SX) -> ca.SX:
+    def rate(self, growth: Column, s: Column, K: Column) -> ca.SX:
         """The growth."""
         del s, K
         return growth
@@ -46,7 +47,7 @@ class Plain(AbstractAdaptation):
 class Frozen(AbstractAdaptation):
     """K_i' = 0: the gain stays what it was, to see what learning is worth."""
 
-    def rate(self, growth: ca.SX, s: ca.SX, K: ca.SX) -> ca.SX:
+    def rate(self, growth: Column, s: Column, K: Column) -> ca.SX:
         """Nothing."""
         del growth, s
         return ca.SX.zeros(K.shape)
@@ -66,7 +67,7 @@ class DeadZone(AbstractAdaptation):
 
     width: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="epsilon")
 
-    def rate(self, growth: ca.SX, s: ca.SX, K: ca.SX) -> ca.SX:
+    def rate(self, growth: Column, s: Column, K: Column) -> ca.SX:
         """The growth outside the zone."""
         del K
         return ca.if_else(ca.fabs(s) > self.width, growth, 0)
@@ -96,7 +97,7 @@ class Leakage(AbstractAdaptation):
     sigma: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="sigma")
     level: Vector = parameter(unit="N m", low=0, shape=("n",), symbol="K^*")
 
-    def rate(self, growth: ca.SX, s: ca.SX, K: ca.SX) -> ca.SX:
+    def rate(self, growth: Column, s: Column, K: Column) -> ca.SX:
         """The growth less the leak."""
         del s
         rate: ca.SX = growth - self.sigma * (K - self.level)

@@ -18,6 +18,7 @@ from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
 
 
 @block
@@ -82,14 +83,14 @@ class AdaptiveSlidingMode(AbstractController):
         """The gains."""
         return Layout((gains_that_start_at("AdaptiveSlidingMode", self.K),))
 
-    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
         """The law as it stands above."""
         del t
         M, C, G = matrices(self.model, est)
         _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
         return M @ qdd_r + C @ qd_r + G - switched(self, z["K"], s, M)
 
-    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """K' by the chosen form of adaptation."""
         del t
         s = sliding(est, ref, self.Lambda).s

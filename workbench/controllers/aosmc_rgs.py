@@ -18,6 +18,7 @@ from workbench.core.claim import Claim
 from workbench.core.dynamics import solve_definite
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
 
 VELOCITIES = {
     "printed": "(28) as printed: qdd_d and qd_d, which leaves Lambda e2 uncancelled in (30)",
@@ -158,7 +159,7 @@ class AosmcRgs(AbstractController):
         K = Entry("K", self.K, "N m", symbol="K")
         return Layout((K,) if self.P is None else (K, Entry("P", self.P, "N m/rad", symbol="P")))
 
-    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
         """(27) to (29)."""
         del t
         M, C, G = matrices(self.model, est)
@@ -169,7 +170,7 @@ class AosmcRgs(AbstractController):
         tau_sw = -z["K"] @ saturation(s, self.phi, self.saturation)
         return tau_eq + tau_sw
 
-    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """(33) and (34)."""
         del t
         s = sliding(est, ref, self.Lambda).s

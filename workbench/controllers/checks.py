@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Entry
-from workbench.core.layout import ROUNDING, Array, Bounds, numbers
+from workbench.core.layout import ROUNDING, Array, Bounds
+from workbench.validation.words import as_array, refusal
 
 
 def gains_that_start_at(law: str, K: Array) -> Entry:
@@ -33,10 +34,9 @@ def symmetric(call: str, X: Array, why: str, definite: bool) -> None:
 
 def halves(call: str, K: Any, dof: int) -> tuple[Array, Array]:
     """The gains of e and of ed from K (..., n, 2n), or a refusal."""
-    try:
-        gain = numbers(K)
-    except (TypeError, ValueError):
-        raise ValueError(f"`{call}` must be a matrix of numbers; got {K!r}.") from None
+    gain = as_array(K)
+    if gain is None:
+        raise refusal(call, "a matrix of numbers", K)
     if gain.ndim < 2 or gain.shape[-2:] != (dof, 2 * dof):
         raise ValueError(
             f"`{call}` must have {dof} rows, one a joint, and {2 * dof} columns, for [e; ed]; got shape {gain.shape}."

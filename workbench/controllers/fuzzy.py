@@ -7,6 +7,7 @@ import numpy as np
 
 from workbench.core import block, parameter
 from workbench.core.block import Matrix, Scalar, Vector
+from workbench.validation.shapes import Column
 
 
 @block
@@ -49,7 +50,7 @@ class RuleBase:
                     f"`scale` follow it. Got {np.array2string(centres, separator=', ')}."
                 )
 
-    def strength(self, x: ca.SX, v: ca.SX) -> ca.SX:
+    def strength(self, x: Column, v: Column) -> ca.SX:
         """r(x, v), elementwise for x and v of shape (n, 1)."""
         rows: list[ca.SX] = []
         for x_i, v_i in zip(ca.vertsplit(x), ca.vertsplit(v), strict=True):

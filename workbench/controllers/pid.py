@@ -12,6 +12,7 @@ from workbench.core import AbstractArm, Entry, Layout, block, parameter
 from workbench.core.block import Vector
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
 
 
 @block
@@ -61,14 +62,14 @@ class PID(AbstractController):
         """The integral of the error."""
         return Layout((Entry("integral", np.zeros(self.dof), "rad s", symbol="z"),))
 
-    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
         """Feedback, and the weight of the model if there is one."""
         del t
         e, ed = est.q - ref.q, est.qd - ref.qd
         tau: ca.SX = -(self.Kp * e + self.Ki * z["integral"] + self.Kd * ed)
         return tau if self.model is None else tau + self.model.gravity_vector(est.q)
 
-    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """The integral grows by e."""
         del t, z
         return {"integral": est.q - ref.q}

@@ -19,6 +19,7 @@ from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
 
 
 @block
@@ -104,7 +105,7 @@ class RbfAsmc(AbstractController):
         W = Entry("W", np.zeros((self.centres.shape[0], self.dof)), "N m", symbol="W")
         return Layout((gains_that_start_at("RbfAsmc", self.K), W))
 
-    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
         """The law as it stands above."""
         del t
         M, C, G = matrices(self.model, est)
@@ -112,7 +113,7 @@ class RbfAsmc(AbstractController):
         learned = z["W"].T @ self._h(e, ed)
         return M @ qdd_r + C @ qd_r + G + learned - switched(self, z["K"], s, M)
 
-    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """K' by the chosen form of adaptation; W' with its leak."""
         del t
         e, ed, s, _, _ = sliding(est, ref, self.Lambda)

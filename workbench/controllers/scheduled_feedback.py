@@ -12,6 +12,8 @@ from workbench.core import AbstractArm, Layout, block, option, parameter
 from workbench.core.block import Matrix, Scalar
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
+from workbench.validation.words import numbers, refusal
 
 SERIES = {
     "chebyshev": "sum of c_k T_k(2 t / horizon - 1), k = 0, 1, ...; from the horizon on, its value there",
@@ -80,10 +82,8 @@ class ScheduledFeedback(AbstractController):
         """
         Kp, Kd = halves("ScheduledFeedback.of(coefficients=...)", coefficients, model.dof)
         if Kp.ndim != 3 or not len(Kp):
-            raise ValueError(
-                "`ScheduledFeedback.of(coefficients=...)` must be an array (terms, n, 2n), one matrix for each term; "
-                f"got shape {np.shape(coefficients)}."
-            )
+            must = "an array (terms, n, 2n), one matrix for each term"
+            raise refusal("ScheduledFeedback.of(coefficients=...)", must, numbers("", coefficients))
         return ScheduledFeedback(model, horizon, Kp.reshape(len(Kp), -1), Kd.reshape(len(Kd), -1), series)
 
     @property
@@ -96,7 +96,7 @@ class ScheduledFeedback(AbstractController):
         """None."""
         return Layout()
 
-    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
         """The law as it stands above."""
         del z
         e, ed = est.q - ref.q, est.qd - ref.qd
@@ -104,7 +104,7 @@ class ScheduledFeedback(AbstractController):
         tau: ca.SX = self.model.torque(ref.q, ref.qd, ref.qdd) - Kp @ e - Kd @ ed
         return tau
 
-    def gains(self, t: ca.SX) -> tuple[ca.SX, ca.SX]:
+    def gains(self, t: Number) -> tuple[ca.SX, ca.SX]:
         """Kp(t) and Kd(t), each (n, n)."""
         terms = self.Kp.shape[0]
         kind = _chebyshev if self.series == "chebyshev" else _fourier
@@ -113,7 +113,7 @@ class ScheduledFeedback(AbstractController):
         Kp, Kd = (ca.reshape(basis @ K, n, n).T for K in (self.Kp, self.Kd))
         return Kp, Kd
 
-    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """Nothing to remember."""
         del t, z, est, ref
         return {}

@@ -14,6 +14,7 @@ from workbench.core.block import Matrix
 from workbench.core.dynamics import solve_definite
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
 
 DOUBLINGS = 9
 
@@ -82,7 +83,7 @@ class Sdre(AbstractController):
         """None."""
         return Layout()
 
-    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
         """The law as it stands above."""
         del t, z
         M, C, G = matrices(self.model, est)
@@ -91,7 +92,7 @@ class Sdre(AbstractController):
         u = -ca.solve(self.R, solve_definite(M, P[self.dof :, :] @ x))
         return M @ ref.qdd + C @ ref.qd + G + u
 
-    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """Nothing to remember."""
         del t, z, est, ref
         return {}

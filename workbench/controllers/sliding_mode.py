@@ -15,6 +15,7 @@ from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
 
 
 @block
@@ -69,7 +70,7 @@ class SlidingMode(AbstractController):
         """None."""
         return Layout()
 
-    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
         """The law as it stands above."""
         del t, z
         M, C, G = matrices(self.model, est)
@@ -77,7 +78,7 @@ class SlidingMode(AbstractController):
         tau: ca.SX = M @ qdd_r + C @ qd_r + G - switched(self, self.K, s, M)
         return tau
 
-    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """Nothing to remember."""
         del t, z, est, ref
         return {}

@@ -12,6 +12,7 @@ from workbench.core import AbstractArm, Layout, block, parameter
 from workbench.core.block import Matrix
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
 
 
 @block
@@ -76,14 +77,14 @@ class StateFeedback(AbstractController):
         """None."""
         return Layout()
 
-    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
         """The law as it stands above."""
         del t, z
         e, ed = est.q - ref.q, est.qd - ref.qd
         tau: ca.SX = self.model.torque(ref.q, ref.qd, ref.qdd) - self.Kp @ e - self.Kd @ ed
         return tau
 
-    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """Nothing to remember."""
         del t, z, est, ref
         return {}

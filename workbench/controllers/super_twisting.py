@@ -17,6 +17,7 @@ from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.loop.contracts import AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
 
 TINY = np.finfo(float).tiny
 
@@ -85,7 +86,7 @@ class SuperTwisting(AbstractController):
         """The integral part of u."""
         return Layout((Entry("w", np.zeros(self.dof), "rad/s^2", symbol="w"),))
 
-    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
         """The law as it stands above."""
         del t
         M, C, G = matrices(self.model, est)
@@ -95,7 +96,7 @@ class SuperTwisting(AbstractController):
         tau: ca.SX = M @ (qdd_r + u) + C @ est.qd + G
         return tau
 
-    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """The integral part by -k2 sat(s / phi)."""
         del t
         _, sigma, _ = self._switched(sliding(est, ref, self.Lambda).s, z["w"])

@@ -8,14 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
+from types import FunctionType
 from typing import Any, Literal, TypeVar, dataclass_transform
 
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Bounds, nearest, numbers
+from workbench.core.layout import Bounds
 from workbench.core.show import Markup, letters, table_to_html
-from workbench.core.sockets import fitted
+from workbench.validation.doors import door, fitted
+from workbench.validation.words import numbers, one_of, refusal
 
 # What the user gives is a float or an array; in the lifted twin the same field holds an SX.
 Scalar = Any
@@ -23,6 +25,8 @@ Vector = Any
 Matrix = Any
 
 T = TypeVar("T")
+MADE_IN_PYTHON = 1 << 9  # of a class's flags: others take no new attributes
+LONGEST = 1_000_000  # entries of one axis of a number
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,7 @@ class Quantity:
     lifted: bool
 
 
+@door
 def parameter(
     default: Any = MISSING,
     *,
@@ -58,13 +63,16 @@ def parameter(
     return _quantity(default, Quantity(unit, bounds, shape, symbol, lifted=True))
 
 
+@door
 def initial(default: Any = MISSING, *, unit: str, shape: tuple[str, ...] = (), symbol: str = "") -> Any:
     """The start of a block's memory: a default in the layout of states, not a parameter."""
     return _quantity(default, Quantity(unit, Bounds(), shape, symbol, lifted=False))
 
 
+@door
 def option(choices: Mapping[str, str], default: str) -> Any:
     """A named choice among readings of an equation; `choices` says what each of them means."""
+    one_of("option(default=...)", default, choices)
     return field(default=default, metadata={"option": dict(choices)})
 
 
@@ -89,6 +97,8 @@ def options(owner: Any) -> dict[str, tuple[str, str]]:
 @dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(parameter, initial, option, field))
 def block(cls: type[T]) -> type[T]:
     """Make `cls` a frozen dataclass that refuses, when built, parts of a wrong type and numbers out of bounds."""
+    if not isinstance(cls, type) or not cls.__flags__ & MADE_IN_PYTHON:
+        raise refusal("block(cls)", "a class of your own", cls)
     own: Callable[[T], None] | None = cls.__dict__.get("__post_init__")
 
     def __post_init__(self: T) -> None:
@@ -98,6 +108,10 @@ def block(cls: type[T]) -> type[T]:
         if own is not None:
             own(self)
 
+    for name, method in list(vars(cls).items()):
+        if not name.startswith("_") and isinstance(method, FunctionType | staticmethod):
+            inner = method.__func__ if isinstance(method, staticmethod) else method
+            setattr(cls, name, staticmethod(door(inner)) if isinstance(method, staticmethod) else door(inner))
     cls.__post_init__ = __post_init__  # type: ignore[attr-defined]
     cls.__block__ = True  # type: ignore[attr-defined]
     cls.__setstate__ = _restore  # type: ignore[attr-defined]
@@ -154,13 +168,8 @@ def _check_sockets(owner: Any) -> None:
 
 def _check_options(owner: Any) -> None:
     for f in fields(owner):
-        choices = f.metadata.get("option")
-        value = getattr(owner, f.name)
-        if choices is not None and not (isinstance(value, str) and value in choices):
-            raise ValueError(
-                f"`{type(owner).__name__}({f.name}=...)` is one of {', '.join(map(repr, choices))}; "
-                f"got {value!r}.{nearest(str(value), choices)}"
-            )
+        if (choices := f.metadata.get("option")) is not None:
+            one_of(f"{type(owner).__name__}({f.name}=...)", getattr(owner, f.name), choices)
 
 
 def _check_quantities(owner: Any) -> None:
@@ -172,7 +181,7 @@ def _check_quantities(owner: Any) -> None:
     for f, quantity in quantities(owner):
         if f.default is None and getattr(owner, f.name) is None:
             continue
-        value = _as_array(owner, f.name, getattr(owner, f.name))
+        value = numbers(f"{type(owner).__name__}({f.name}=...)", getattr(owner, f.name))
         value = _fit(owner, f.name, value, quantity, sizes)
         if not quantity.bounds.allow(value).all():
             unit = f" [{quantity.unit}]" if quantity.unit else ""
@@ -191,17 +200,10 @@ def _dof(owner: Any) -> int | None:
         return None
 
 
-def _as_array(owner: Any, name: str, value: Any) -> np.ndarray[Any, Any]:
-    try:
-        return numbers(value)
-    except (TypeError, ValueError):
-        raise ValueError(
-            f"`{type(owner).__name__}({name}=...)` must be a number or an array of numbers; got {value!r}."
-        ) from None
-
-
 def _fit(owner: Any, name: str, value: Any, quantity: Quantity, sizes: dict[str, int]) -> np.ndarray[Any, Any]:
     """The value in its declared shape; one number stands for a whole vector of equal ones."""
+    if max(sizes.values(), default=0) > LONGEST:
+        raise ValueError(f"`{type(owner).__name__}({name}=...)` has at most {LONGEST} numbers; got {sizes}.")
     if len(quantity.shape) == 1 and value.ndim == 0 and quantity.shape[0] in sizes:
         value = np.full(sizes[quantity.shape[0]], float(value))
     if value.ndim == len(quantity.shape):

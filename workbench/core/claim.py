@@ -9,7 +9,8 @@ from typing import Any
 import casadi as ca
 
 from workbench.core.block import is_block
-from workbench.core.sockets import require
+from workbench.validation.doors import door
+from workbench.validation.words import text
 
 Signals = Mapping[str, ca.SX]
 # From signals by name to an expression (k, 1) that is nowhere negative where the claim holds.
@@ -17,6 +18,7 @@ Margin = Callable[[Signals], ca.SX]
 
 
 @dataclass(frozen=True)
+@door
 class Claim:
     """A sentence that can be true or false, with its hypotheses and its source: data, which `verify` judges.
 
@@ -46,15 +48,7 @@ class Claim:
 
     def __post_init__(self) -> None:
         for field in ("name", "statement", "source"):
-            value = getattr(self, field)
-            if not isinstance(value, str) or not value:
-                raise ValueError(f"`Claim({field}=...)` must be text that says something; got {value!r}.")
-        if not isinstance(self.hypotheses, tuple):
-            raise ValueError(f"`Claim('{self.name}', hypotheses=...)` must be a tuple; got {self.hypotheses!r}.")
-        for hypothesis in self.hypotheses:
-            require(f"Claim('{self.name}', hypotheses=...)", hypothesis, Claim)
-        if self.margin is not None and not callable(self.margin):
-            raise ValueError(f"`Claim('{self.name}', margin=...)` must be a function of signals; got {self.margin!r}.")
+            text(f"Claim({field}=...)", getattr(self, field), empty=False)
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,10 @@ import numpy as np
 
 from workbench.core.layout import Entry, Layout
 from workbench.core.ode import Ode
+from workbench.validation.doors import door
 
 
+@door
 def with_quadrature(ode: Ode, integrands: Mapping[str, ca.SX], units: Mapping[str, str] | None = None) -> Ode:
     """The same equation with one more state per integrand g(t, x, p): z' = g, z(0) = 0.
 
@@ -31,6 +33,7 @@ def with_quadrature(ode: Ode, integrands: Mapping[str, ca.SX], units: Mapping[st
     )
 
 
+@door
 def with_sensitivity(ode: Ode, names: Sequence[str]) -> Ode:
     """The same equation with S = dx/dtheta carried along: S' = (df/dx) S + df/dtheta.
 

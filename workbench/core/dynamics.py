@@ -14,7 +14,11 @@ from workbench.core.block import is_block
 from workbench.core.layout import Array, Entry, Layout, vector
 from workbench.core.lift import Lifted, lift
 from workbench.core.show import matrices_to_html
-from workbench.core.sockets import require
+from workbench.core.symbols import refuse_misfit, refuse_unknown
+from workbench.validation.doors import door
+from workbench.validation.shapes import Column
+
+MOST_JOINTS = 1_000  # of a block; the equations of far fewer take minutes
 
 
 class AbstractArm(ABC):
@@ -26,29 +30,32 @@ class AbstractArm(ABC):
         """The number of joints n."""
 
     @abstractmethod
-    def mass_matrix(self, q: ca.SX) -> ca.SX:
+    def mass_matrix(self, q: Column) -> ca.SX:
         """M(q), (n, n), in kg m^2."""
 
     @abstractmethod
-    def coriolis_matrix(self, q: ca.SX, qd: ca.SX) -> ca.SX:
+    def coriolis_matrix(self, q: Column, qd: Column) -> ca.SX:
         """C(q, qd), (n, n), in kg m^2/s."""
 
     @abstractmethod
-    def gravity_vector(self, q: ca.SX) -> ca.SX:
+    def gravity_vector(self, q: Column) -> ca.SX:
         """G(q), (n, 1), in N m."""
 
-    def recursion(self, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> ca.SX | None:
+    @door
+    def recursion(self, q: Column, qd: Column, qdd: Column) -> ca.SX | None:
         """The torque, (n, 1), of an arm that has a recursion, which forms neither M nor C; else None."""
         return None
 
-    def torque(self, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> ca.SX:
+    @door
+    def torque(self, q: Column, qd: Column, qdd: Column) -> ca.SX:
         """tau = M qdd + C qd + G, (n, 1), in N m, and the friction of an arm that has any."""
         tau = self.recursion(q, qd, qdd)
         if tau is None:
             tau = self.mass_matrix(q) @ qdd + self.coriolis_matrix(q, qd) @ qd + self.gravity_vector(q)
         return tau
 
-    def acceleration(self, q: ca.SX, qd: ca.SX, tau: ca.SX) -> ca.SX:
+    @door
+    def acceleration(self, q: Column, qd: Column, tau: Column) -> ca.SX:
         """qdd = M^-1 (tau - C qd - G), (n, 1), in rad/s^2, by the LDL' factors of M."""
         bias = self.recursion(q, qd, ca.SX(self.dof, 1))
         net = tau - self.coriolis_matrix(q, qd) @ qd - self.gravity_vector(q) if bias is None else tau - bias
@@ -62,6 +69,7 @@ def solve_definite(S: ca.SX, b: ca.SX) -> ca.SX:
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Dynamics:
     """The matrices of one arm over symbols q, qd and p: what a user of models sees of a robot.
 
@@ -86,7 +94,21 @@ class Dynamics:
     symbols: ca.SX
     recursion: tuple[ca.SX, ca.SX] | None = None
 
+    def __post_init__(self) -> None:
+        n = self.dof
+        accelerations = self.recursion or (ca.SX.sym("qdd", n), ca.SX(n, 1))
+        qdd, tau = accelerations
+        shapes = {"qd": (n, 1), "M": (n, n), "C": (n, n), "G": (n, 1), "symbols": (self.p.size, 1)}
+        for name, shape in shapes.items():
+            refuse_misfit("Dynamics", name, getattr(self, name), *shape)
+        for part in (self.q, qdd, tau):
+            refuse_misfit("Dynamics", "q" if part is self.q else "recursion", part, n, 1)
+        symbols = {"q": self.q, "qd": self.qd, "symbols": self.symbols}
+        refuse_unknown("Dynamics", symbols, M=self.M, C=self.C, G=self.G)
+        refuse_unknown("Dynamics", {**symbols, "qdd": qdd}, recursion=tau)
+
     @staticmethod
+    @door
     def of(arm: AbstractArm, name: str = "", symbolic: bool = True) -> Dynamics:
         """The dynamics of an arm, each of its numbers a symbol if it is a block and unless `symbolic` is False.
 
@@ -95,7 +117,6 @@ class Dynamics:
         ValueError
             If `arm` is none.
         """
-        require("Dynamics.of(arm=...)", arm, AbstractArm)
         lifted = lift(arm) if symbolic and is_block(arm) else Lifted(arm, Layout(), ca.SX(0, 1))
         q, qd, qdd = (Layout((Entry(letter, np.zeros(arm.dof)),)).symbols() for letter in ("q", "qd", "qdd"))
         M = ca.densify(lifted.block.mass_matrix(q))

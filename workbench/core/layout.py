@@ -12,7 +12,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.numbers import ROUNDING, Array, Bounds, nearest, numbers, vector
-from workbench.core.sockets import described
+from workbench.core.symbols import refuse_misfit
+from workbench.validation.doors import door
+from workbench.validation.words import as_array, described, known, refusal
 
 ROWS_AT_ONCE = 65_536  # that are looked at together, so that a look needs little memory
 
@@ -20,6 +22,7 @@ __all__ = ["ROUNDING", "Array", "Bounds", "Entry", "Layout", "nearest", "numbers
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Entry:
     """One named quantity of a vector: its shape is that of its default.
 
@@ -33,14 +36,9 @@ class Entry:
     symbol: str = ""
 
     def __post_init__(self) -> None:
-        try:
-            default = numbers(self.default)
-        except (TypeError, ValueError):
-            default = None
-        if default is None or default.ndim > 2:
-            got = described(self.default) if default is None else f"shape {default.shape}"
-            raise ValueError(f"`Entry('{self.name}', default=...)` must be a number, a vector or a matrix; got {got}.")
-        self.__setstate__({**self.__dict__, "default": default})
+        if self.default.ndim > 2:
+            raise refusal("Entry(default=...)", "a number, a vector or a matrix", self.default)
+        self.__setstate__({**self.__dict__, "default": self.default.copy()})
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
         state["default"].flags.writeable = False  # a copy, by whatever way, is as frozen as what it copies
@@ -65,6 +63,7 @@ class Entry:
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Layout:
     """Where each named quantity lies in a flat vector. Matrices lie column by column, as in CasADi."""
 
@@ -114,33 +113,23 @@ class Layout:
         return self._slices[self._known(name)]
 
     def _known(self, name: str) -> str:
-        if isinstance(name, str) and name in self._slices:
-            return name
-        if not isinstance(name, str):
-            raise _no_name(name)
-        raise LookupError(
-            f"There is no '{name}' among the {len(self.entries)} entries of this layout."
-            + (nearest(name, self.names) or f" They are: {', '.join(self.names) or 'none'}.")
-        )
+        return known(name, self.names, "entries of this layout")
 
+    @door
     def prefixed(self, prefix: str) -> Layout:
         """The same layout with each name below `prefix`."""
         return Layout(tuple(replace(entry, name=f"{prefix}{entry.name}") for entry in self.entries))
 
     def indices(self, name: str) -> list[int]:
         """The places of a quantity, or of one of its numbers (`K[0,1]`), in the flat vector."""
-        if not isinstance(name, str):
-            raise _no_name(name)
-        if name in self._slices:
-            place = self._slices[name]
+        if not isinstance(name, str) or name in self._slices:
+            place = self.slice(name)
             return list(range(place.start, place.stop))
         if name in self.labels:
             return [self.labels.index(name)]
         base = re.sub(r"\[[\d,]*\]$", "", name)
-        if base in self._slices:
-            raise LookupError(f"'{base}' has shape {self[base].shape}: there is no '{name}'.")
-        self._known(name)
-        raise AssertionError
+        known(base, self.names, "entries of this layout")
+        raise LookupError(f"'{base}' has shape {self[base].shape}: there is no {described(name)}.")
 
     def pack(self, values: Mapping[str, Any] | None = None) -> Array:
         """Rows (B, size) from names: what is not named takes its default, what is out of bounds is refused.
@@ -159,7 +148,7 @@ class Layout:
             If a value is not a number, has the wrong shape, is not finite or is out of bounds.
         """
         if not isinstance(values, Mapping | None):
-            raise ValueError(f"`pack(values=...)` must map names to numbers, as a dict does; got {described(values)}.")
+            raise refusal("pack(values=...)", "a mapping from names to numbers, as a dict is", values)
         columns = {name: self._columns(name, value) for name, value in (values or {}).items()}
         runs = {len(c) for c in columns.values() if len(c) > 1}
         if len(runs) > 1:
@@ -173,10 +162,9 @@ class Layout:
     def _columns(self, name: str, value: Any) -> Array:
         self.indices(name)  # refuses an unknown name
         shape = self[name].shape if name in self._slices else ()
-        try:
-            array = numbers(value)
-        except (TypeError, ValueError):
-            raise ValueError(f"`pack({name}=...)` must be a number or an array; got {value!r}.") from None
+        array = as_array(value)
+        if array is None:
+            raise refusal(f"pack({name}=...)", "a number or an array", value)
         if array.shape == shape:
             array = array[np.newaxis]
         if array.shape[1:] != shape or len(array) == 0:
@@ -193,8 +181,11 @@ class Layout:
                 names[label] = f"{symbol}{index}" if "_" in symbol or not index else f"{symbol}_{index}"
         return names
 
+    @door
     def check(self, rows: Array) -> None:
         """Refuse rows (B, size) with a number that is not finite or out of its bounds, by name."""
+        if rows.ndim != 2 or rows.shape[1] != self.size:
+            raise ValueError(f"`check(rows)` takes rows (B, {self.size}); got shape {rows.shape}.")
         parts = (rows[i : i + ROWS_AT_ONCE] for i in range(0, len(rows), ROWS_AT_ONCE))
         if not any(entry.bounds.symmetric for entry in self.entries) and all(map(self._allows, parts)):
             return
@@ -230,9 +221,9 @@ class Layout:
             np.repeat([b.strict for b in held], sizes),
         )
 
+    @door
     def unpack(self, rows: Array) -> dict[str, Array]:
         """Names to values of shape (..., *shape) from vectors (..., size)."""
-        rows = np.asarray(rows)
         if rows.shape[-1:] != (self.size,):
             raise ValueError(f"`unpack(rows)` takes vectors of {self.size} numbers; got shape {rows.shape}.")
         return {e.name: _unflatten(rows[..., self._slices[e.name]], e.shape) for e in self.entries}
@@ -243,28 +234,28 @@ class Layout:
 
     def view(self, vector: ca.SX) -> dict[str, ca.SX]:
         """Names to the parts of a CasADi vector (size, 1), each in the shape of its quantity."""
+        if not isinstance(vector, ca.SX | ca.DM):
+            raise refusal("Layout.view(vector=...)", "an `SX`", vector)
+        refuse_misfit("Layout.view", "vector", vector, self.size, 1, "one number for each label")
         parts = {}
         for entry in self.entries:
-            part = vector[self._slices[entry.name]]
+            part = vector[self._slices[entry.name], 0]
             parts[entry.name] = ca.reshape(part, *entry.shape) if len(entry.shape) == 2 else part
         return parts
 
+    @door
     def flatten(self, parts: Mapping[str, ca.SX]) -> ca.SX:
         """The CasADi vector (size, 1) of named parts; each must be there in its shape, and no other."""
         if odd := set(parts) ^ set(self.names):
             raise LookupError(f"`flatten(parts)` needs exactly {list(self.names)}; differs in {sorted(odd)}.")
         columns = []
         for entry in self.entries:
-            part = ca.SX(parts[entry.name])
+            part = parts[entry.name]
             want = (entry.shape + (1, 1))[:2]
             if part.shape != want:
                 raise ValueError(f"'{entry.name}' must have shape {want}; got {part.shape}.")
             columns.append(ca.vec(ca.densify(part)))
         return ca.vertcat(*columns) if columns else ca.SX(0, 1)
-
-
-def _no_name(name: object) -> LookupError:
-    return LookupError(f"The entries of a layout go by names such as 'plant.q'; got {described(name)}.")
 
 
 def _refuse_indefinite(entry: Entry, block: Array) -> None:

@@ -10,12 +10,14 @@ import numpy as np
 
 from workbench.core.block import Quantity, is_block
 from workbench.core.layout import Entry, Layout
-from workbench.core.sockets import described
+from workbench.validation.doors import door
+from workbench.validation.words import refusal
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Lifted(Generic[T]):
     """A block whose parameters are symbols, and where each symbol lies in the parameter vector."""
 
@@ -24,6 +26,7 @@ class Lifted(Generic[T]):
     symbols: ca.SX
 
 
+@door
 def lift(block: T, prefix: str = "") -> Lifted[T]:
     """The twin of `block`, of the same class, whose parameters are SX symbols keyed by path.
 
@@ -37,9 +40,7 @@ def lift(block: T, prefix: str = "") -> Lifted[T]:
         If `block` is none, so that nothing says what its numbers are.
     """
     if not is_block(block):
-        raise ValueError(
-            f"`lift(block=...)` must be a block, an instance of a class made by `@block`; got {described(block)}."
-        )
+        raise refusal("lift(block=...)", "a block, an instance of a class made by `@block`", block)
     found: list[tuple[Entry, ca.SX]] = []
     twin = _twin(block, prefix, "", found)
     symbols = [ca.vec(symbol) for _, symbol in found]

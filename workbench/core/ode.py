@@ -13,10 +13,13 @@ import numpy as np
 
 from workbench.core.layout import Array, Entry, Layout, vector
 from workbench.core.show import layouts_to_html
-from workbench.core.sockets import require
+from workbench.core.symbols import refuse_misfit, refuse_unknown
+from workbench.validation.doors import door
+from workbench.validation.words import finite
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Ode:
     """An ordinary differential equation with named states, parameters and outputs.
 
@@ -55,27 +58,18 @@ class Ode:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for field in ("states", "parameters", "outputs"):
-            require(f"Ode({field}=...)", getattr(self, field), Layout)
         of = {"x": "states", "p": "parameters", "rate": "states", "output": "outputs"}
-        for field in ("t", "x", "p", "rate", "output"):
-            value, layout = getattr(self, field), of.get(field)
-            require(f"Ode({field}=...)", value, ca.SX)
-            size = getattr(self, layout).size if layout else 1
-            if value.shape != (size, 1) and (size, value.numel()) != (0, 0):
-                why = f"one number for each of its {layout}" if layout else "the time"
-                raise ValueError(f"`Ode({field}=...)` must have shape ({size}, 1), {why}; got {value.shape}.")
-        known = {symbol.__hash__() for symbol in _symbols("t, x, p", self.t, self.x, self.p)}
-        for symbol in ca.symvar(ca.vertcat(self.rate, self.output)):
-            if symbol.__hash__() not in known:
-                raise ValueError(
-                    f"`Ode('{self.name}', ...)` must have a rate and an output of t, x and p alone, as nothing else "
-                    f"gets a value; got the symbol '{symbol.name()}' beside them."
-                )
+        refuse_misfit("Ode", "t", self.t, 1, 1, "the time")
+        for field, layout in of.items():
+            size = getattr(self, layout).size
+            refuse_misfit("Ode", field, getattr(self, field), size, 1, f"one number for each of its {layout}")
+        symbols = {"t": self.t, "x": self.x, "p": self.p}
+        refuse_unknown("Ode", symbols, rate=self.rate, output=self.output)
         for name in self.inputs:
             self.parameters.slice(name)
 
     @staticmethod
+    @door
     def of(
         name: str,
         states: Layout,
@@ -86,7 +80,6 @@ class Ode:
         units: Mapping[str, str] | None = None,
     ) -> Ode:
         """An `Ode` from named rates and outputs over symbols (t, x, p)."""
-        require("Ode.of(states=...)", states, Layout)
         columns = {key: ca.vec(ca.SX(value)) for key, value in outputs.items()}
         entries = tuple(Entry(key, np.zeros(y.numel()), (units or {}).get(key, "")) for key, y in columns.items())
         output = ca.vertcat(*columns.values()) if columns else ca.SX(0, 1)
@@ -151,10 +144,10 @@ class Ode:
         """
         return self.outputs.unpack(np.array(self.h(*self._point("outputs_at", t, x, p))).ravel())
 
-    def _point(self, call: str, t: float, x: Array, p: Array | None) -> tuple[Array, Array, Array]:
+    def _point(self, call: str, t: float, x: Array, p: Array | None) -> tuple[float, Array, Array]:
         """The arguments as vectors, none of them repeated to fill its place, as CasADi would have it."""
         return (
-            vector(f"{call}(t=...)", np.atleast_1d(np.array(t)), 1, "instants"),
+            finite(f"{call}(t=...)", t, " of seconds"),
             vector(f"{call}(x=...)", x, self.states.size, "states"),
             self.parameters.default if p is None else vector(f"{call}(p=...)", p, self.parameters.size, "parameters"),
         )
@@ -178,18 +171,6 @@ class Ode:
     def _repr_html_(self) -> str:
         """What a notebook shows: the names, units and values of states and parameters."""
         return layouts_to_html(self.name, {"state": self.states, "parameter": self.parameters})
-
-
-def _symbols(call: str, *vectors: ca.SX) -> list[ca.SX]:
-    """The symbols of which the vectors are made; expressions and repeated symbols are refused."""
-    if not all(part.is_valid_input() for part in vectors):
-        raise ValueError(f"`Ode({call})` must be plain symbols, as `Layout.symbols()` makes them; got an expression.")
-    symbols: list[ca.SX] = ca.symvar(ca.vertcat(*map(ca.vec, vectors)))
-    if len(symbols) < (size := sum(part.numel() for part in vectors)):
-        raise ValueError(
-            f"`Ode({call})` must be {size} symbols, each with one place; got {len(symbols)} different ones."
-        )
-    return symbols
 
 
 def instructions(function: ca.Function) -> list[tuple[Any, ...]]:

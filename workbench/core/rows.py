@@ -7,11 +7,13 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core.numbers import Array
+from workbench.validation.doors import door
+from workbench.validation.words import Array
 
 AT_ONCE = 64  # points: CasADi writes down the pattern of all that are mapped, for thousands longer than their values
 
 
+@door
 def rows(function: ca.Function, *arguments: Array) -> Array:
     """The values of a function at n points, each flat, column by column: (n, size).
 
@@ -20,7 +22,13 @@ def rows(function: ca.Function, *arguments: Array) -> Array:
     arguments
         (n, size) each; one of a single row serves all points.
     """
-    n = max(map(len, arguments))
+    sizes = [function.numel_in(i) for i in range(function.n_in())]
+    n = max((len(a) for a in arguments if a.ndim == 2), default=0)
+    if [a.shape[1:] for a in arguments] != [(size,) for size in sizes] or {len(a) for a in arguments} - {n, 1}:
+        raise ValueError(
+            f"`rows(function, ...)` takes arrays (n, {sizes}), or of a single row; got shapes "
+            f"{[a.shape for a in arguments]}."
+        )
     if function.nnz_out(0) < function.numel_out(0):  # a buffer would get what is not zero alone
         symbols = function.sx_in()
         function = ca.Function(function.name(), symbols, [ca.densify(function(*symbols))])

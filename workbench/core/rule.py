@@ -7,6 +7,9 @@ from functools import cached_property
 
 import casadi as ca
 
+from workbench.core.symbols import refuse_misfit, refuse_unknown
+from workbench.validation.doors import door
+
 # The classical fourth-order Runge-Kutta method: its nodes c_j; by how much of h k_j the next stage is ahead of x;
 # and the weights of k_j in x+, in parts of DIVISOR.
 NODES = (0.0, 0.5, 0.5, 1.0)
@@ -18,6 +21,7 @@ RK4_AMPLIFICATION = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Rule:
     """x+ and y of a step of any length, as expressions in its symbols: what steps that differ in length share.
 
@@ -50,6 +54,12 @@ class Rule:
     output: ca.SX
 
     def __post_init__(self) -> None:
+        for name in ("h", "k", "t"):
+            refuse_misfit("Rule", name, getattr(self, name), 1, 1)
+        for name in ("x", "p", "w", "rate", "update", "output"):
+            refuse_misfit("Rule", name, getattr(self, name), getattr(self, name).numel(), 1, "a column")
+        symbols = {name: getattr(self, name) for name in ("h", "k", "t", "x", "p", "w")}
+        refuse_unknown("Rule", symbols, rate=self.rate, update=self.update, output=self.output)
         if self.rate.numel() + self.update.numel() != self.x.numel():
             raise ValueError(
                 f"`Rule(rate=..., update=...)` must together have one entry for each of the {self.x.numel()} states; "
@@ -88,8 +98,11 @@ class Rule:
         """The same rule with every stage of its Runge-Kutta step as a part of one update."""
         return replace(self, rate=ca.SX(0, 1), update=self.next)
 
+    @door
     def extended(self, symbols: ca.SX, update: ca.SX) -> Rule:
         """The same rule with entries z behind those of x, which become update(h, k, t, x, z, p, w)."""
+        refuse_misfit("Rule.extended", "symbols", symbols, symbols.numel(), 1, "a column")
+        refuse_misfit("Rule.extended", "update", update, symbols.numel(), 1, "one entry for each symbol")
         return replace(self, x=ca.vertcat(self.x, symbols), update=ca.vertcat(self.update, update))
 
 

@@ -7,18 +7,21 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import casadi as ca
-import numpy as np
 
 from workbench.core.layout import Layout
-from workbench.core.numbers import seconds
 from workbench.core.ode import Ode, instructions
 from workbench.core.rule import RK4_AMPLIFICATION, Rule, runge_kutta
 from workbench.core.show import layouts_to_html
-from workbench.core.sockets import require
 from workbench.core.step import Step
+from workbench.core.symbols import refuse_misfit, refuse_unknown
+from workbench.validation.doors import door
+from workbench.validation.words import MOST, seconds, whole
+
+MOST_SUBSTEPS = 10_000  # each is written out, so that more take minutes to be derived
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Sampled:
     """x+ = g(k, x, p, w) at the instants t_k = k period, k = 0, 1, ..., and x' = f(t, x, p) from each to the next.
 
@@ -48,21 +51,17 @@ class Sampled:
     jump: ca.SX
 
     def __post_init__(self) -> None:
-        require("Sampled(flow=...)", self.flow, Ode)
-        object.__setattr__(self, "period", seconds("Sampled(period=...)", self.period))
+        seconds("Sampled(period=...)", self.period)
         rows, columns = self.jump.shape
         if columns != 1 or rows > self.flow.states.size:
             raise ValueError(
                 f"`Sampled(jump=...)` must have shape (m, 1), for the first m of {self.flow.states.size} states; "
                 f"got {self.jump.shape}."
             )
-        known = {s.__hash__() for s in ca.symvar(ca.vertcat(self.k, self.flow.x, self.flow.p, self.w))}
-        for symbol in ca.symvar(self.jump):
-            if symbol.__hash__() not in known:
-                raise ValueError(
-                    f"`Sampled(jump=...)` must be of k, x, p and w alone, as nothing else gets a value; got the "
-                    f"symbol '{symbol.name()}' beside them."
-                )
+        refuse_misfit("Sampled", "k", self.k, 1, 1, "the number of the jump")
+        refuse_misfit("Sampled", "w", self.w, self.w.numel(), 1)
+        symbols = {"k": self.k, "x": self.flow.x, "p": self.flow.p, "w": self.w}
+        refuse_unknown("Sampled", symbols, jump=self.jump)
 
     @property
     def name(self) -> str:
@@ -97,14 +96,13 @@ class Sampled:
         ValueError
             If h is no positive finite number, or the period no multiple of it.
         """
-        h = seconds("substeps(h=...)", h)
-        count = round(self.period / h)
-        if count < 1 or abs(self.period / h - count) > 1e-6:
+        count = self.period / seconds("substeps(h=...)", h)
+        if not round(min(count, MOST)) >= 1 or abs(count - round(min(count, MOST))) > 1e-6:
             raise ValueError(
                 f"`substeps(h=...)` must divide the sampling period {self.period:g} s, which belongs to the "
                 f"controller; got {h:g} s."
             )
-        return count
+        return round(count)
 
     def step(self, substeps: int = 1) -> Step:
         """One period as a `Step`: the jump at t_k, then `substeps` Runge-Kutta steps of the flow.
@@ -114,20 +112,17 @@ class Sampled:
         ValueError
             If `substeps` is no positive whole number.
         """
-        if not isinstance(substeps, int | np.integer) or isinstance(substeps, bool) or substeps < 1:
-            raise ValueError(
-                f"`step(substeps=...)` must be a positive whole number, into which the period is cut; got {substeps!r}."
-            )
-        flow, h = self.flow, self.period / int(substeps)
+        substeps = whole("Sampled.step(substeps=...)", substeps, most=MOST_SUBSTEPS)
+        flow, h = self.flow, self.period / substeps
         f = ca.Function("f", [flow.t, flow.x, flow.p], [flow.rate])
         t, p = self.k * self.period, flow.p
-        after = x = ca.vertcat(self.jump, flow.x[self.jump.numel() :])
+        after = x = ca.vertcat(self.jump, flow.x[self.jump.numel() :, 0])
         for i in range(substeps):
             x = runge_kutta(f, t + i * h, x, p, h)
         output = ca.substitute(flow.output, ca.vertcat(flow.t, flow.x), ca.vertcat(t, after))
         rule = Rule(ca.SX.sym("h"), self.k, ca.SX.sym("t"), flow.x, p, self.w, ca.SX(0, 1), x, output)
         layouts = (flow.states, flow.parameters, flow.outputs)
-        return Step(self.period, *layouts, rule, flow, RK4_AMPLIFICATION, int(substeps))
+        return Step(self.period, *layouts, rule, flow, RK4_AMPLIFICATION, substeps)
 
     @cached_property
     def fingerprint(self) -> str:

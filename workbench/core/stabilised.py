@@ -10,11 +10,10 @@ import casadi as ca
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
-from workbench.core.numbers import Array, seconds
 from workbench.core.ode import Ode
 from workbench.core.rule import Rule
-from workbench.core.sockets import require
-from workbench.core.step import Step, rk4
+from workbench.core.step import Step, checked, rk4
+from workbench.validation.words import Array, described, whole
 
 DAMPING = 2 / 13
 MOST_STAGES = 12  # beyond, the powers of z in R(z) cancel more digits than a stability limit may lose
@@ -40,13 +39,9 @@ def rkc(ode: Ode, h: float, stages: int) -> Step:
     Sommeijer, Shampine and Verwer (1998), RKC: an explicit solver for parabolic PDEs, Journal of
     Computational and Applied Mathematics 88, section 2.
     """
-    require("rkc(ode=...)", ode, Ode, ": a loop becomes one by its method `ode()`" if hasattr(ode, "ode") else "")
-    h = seconds("rkc(h=...)", h)
-    if not isinstance(stages, int) or isinstance(stages, bool) or not 2 <= stages <= MOST_STAGES:
-        raise ValueError(
-            f"`rkc(stages=...)` must be a whole number from 2, which the second order needs, to {MOST_STAGES}, "
-            f"beyond which rounding spoils its stability polynomial; got {stages!r}."
-        )
+    ode, h = checked("rkc", ode, h)
+    why = "as the second order needs two, and rounding spoils the stability polynomial of more"
+    stages = whole("rkc(stages=...)", stages, 2, MOST_STAGES, why=why)
     return replace(rk4(ode, h), rule=_rkc(ode, stages), amplification=amplification(stages))
 
 
@@ -74,12 +69,14 @@ def stepper(method: str) -> Callable[[Ode, float], Step]:
     LookupError
         If there is no such method.
     """
+    if not isinstance(method, str):
+        raise LookupError(f"A method goes by its name, which is text: 'rk4', or 'rkc5'; got {described(method)}.")
     if method == "rk4":
         return rk4
     stages = method.removeprefix("rkc")
-    if stages != method and stages.isdecimal() and 2 <= int(stages) <= MOST_STAGES:
+    if stages in map(str, range(2, MOST_STAGES + 1)) and stages != method:
         return partial(rkc, stages=int(stages))
-    raise LookupError(f"There is no method '{method}': it is 'rk4', or 'rkc2' to 'rkc{MOST_STAGES}'.")
+    raise LookupError(f"There is no method {described(method)}: it is 'rk4', or 'rkc2' to 'rkc{MOST_STAGES}'.")
 
 
 def coefficients(stages: int) -> tuple[Array, Array, Array, Array, Array]:

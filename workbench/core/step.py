@@ -8,13 +8,14 @@ from functools import cached_property, lru_cache
 import casadi as ca
 
 from workbench.core.layout import Layout
-from workbench.core.numbers import seconds
 from workbench.core.ode import Ode
 from workbench.core.rule import RK4_AMPLIFICATION, Rule
-from workbench.core.sockets import require
+from workbench.validation.doors import door
+from workbench.validation.words import require, seconds, whole
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Step:
     """One step of length h of a recursion with named states, parameters and outputs.
 
@@ -38,6 +39,10 @@ class Step:
     flow: Ode
     amplification: tuple[float, ...]
     substeps: int = 1
+
+    def __post_init__(self) -> None:
+        seconds("Step(h=...)", self.h)
+        whole("Step(substeps=...)", self.substeps)
 
     def __repr__(self) -> str:
         """One line: a notebook should not print the equations by accident."""
@@ -69,6 +74,7 @@ class Step:
         value = ca.substitute(value, ca.vertcat(rule.t, rule.h), ca.vertcat(rule.k * self.h, self.h))
         return ca.Function(name, [rule.k, rule.x, rule.p, rule.w], [value], {"cse": cse})
 
+    @door
     def extended(self, extra: Layout, symbols: ca.SX, update: ca.SX) -> Step:
         """The same step with memory z that is updated beside it: z+ = update(h, k, t, x, z, p, w)."""
         return replace(self, states=self.states + extra, rule=self.rule.extended(symbols, update))
@@ -86,9 +92,14 @@ def rk4(ode: Ode, h: float) -> Step:
     ----------
     Hairer, Norsett and Wanner (1993), Solving Ordinary Differential Equations I, section II.1.
     """
-    require("rk4(ode=...)", ode, Ode, ": a loop becomes one by its method `ode()`" if hasattr(ode, "ode") else "")
-    layouts = (ode.states, ode.parameters, ode.outputs)
-    return Step(seconds("rk4(h=...)", h), *layouts, _rk4(ode), ode, RK4_AMPLIFICATION)
+    ode, h = checked("rk4", ode, h)
+    return Step(h, ode.states, ode.parameters, ode.outputs, _rk4(ode), ode, RK4_AMPLIFICATION)
+
+
+def checked(call: str, ode: object, h: object) -> tuple[Ode, float]:
+    """An equation and the length of a step in s; of a loop the refusal says how it becomes an equation."""
+    advice = ": a loop becomes one by its method `ode()`" if hasattr(type(ode), "ode") else ""
+    return require(f"{call}(ode=...)", ode, Ode, advice), seconds(f"{call}(h=...)", h)
 
 
 @lru_cache(maxsize=64)

@@ -8,13 +8,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Sampled, Step, block, lift
-from workbench.core.numbers import seconds
-from workbench.core.sockets import require
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, AbstractReference
 from workbench.loop.instruments import Instruments
 from workbench.loop.ports import Measurement
 from workbench.loop.sampled import digital
 from workbench.loop.wiring import SOCKETS, UNITS, above, below, dense, memory, notes, outputs, signals, visible
+from workbench.validation.doors import door
+from workbench.validation.words import seconds
 
 
 @block
@@ -167,6 +167,7 @@ def _around(closed: ClosedLoop, name: str, *, broken: bool) -> Ode:
     return replace(ode, notes=notes(closed), inputs=outside.names)
 
 
+@door
 def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     """The plant alone, driven by the torque 'tau' (n,), which is a parameter and the declared input.
 
@@ -175,7 +176,6 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     ValueError
         If `plant` is none.
     """
-    require("open_loop(plant=...)", plant, AbstractPlant)
     lifted = lift(plant)
     drive = Layout((Entry("tau", np.zeros(plant.dof), "N m"),))
     tau = drive.symbols()

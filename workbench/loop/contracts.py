@@ -14,6 +14,9 @@ import casadi as ca
 
 from workbench.core import Layout
 from workbench.loop.ports import Estimate, Measurement, Motion, Parts
+from workbench.validation.doors import door
+from workbench.validation.shapes import Column, Number
+from workbench.validation.words import seconds
 
 
 class AbstractReference(ABC):
@@ -25,7 +28,7 @@ class AbstractReference(ABC):
         """The number of joints n."""
 
     @abstractmethod
-    def at(self, t: ca.SX) -> Motion:
+    def at(self, t: Number) -> Motion:
         """The wanted motion at time t [s]."""
 
 
@@ -38,7 +41,7 @@ class AbstractDisturbance(ABC):
         """The number of joints n."""
 
     @abstractmethod
-    def at(self, t: ca.SX) -> ca.SX:
+    def at(self, t: Number) -> ca.SX:
         """D(t), (n, 1), in N m."""
 
     @property
@@ -66,15 +69,15 @@ class AbstractPlant(ABC):
         """The states; 'q' and 'qd' are among them."""
 
     @abstractmethod
-    def measure(self, t: ca.SX, z: Parts) -> Measurement:
+    def measure(self, t: Number, z: Parts) -> Measurement:
         """What the instruments say at a state."""
 
     @abstractmethod
-    def applied(self, z: Parts, tau: ca.SX) -> ca.SX:
+    def applied(self, z: Parts, tau: Column) -> ca.SX:
         """The torque that acts on the joints when `tau` is commanded, (n, 1), in N m."""
 
     @abstractmethod
-    def rate(self, t: ca.SX, z: Parts, tau: ca.SX) -> Parts:
+    def rate(self, t: Number, z: Parts, tau: Column) -> Parts:
         """The derivative of each state."""
 
 
@@ -97,11 +100,11 @@ class AbstractObserver(ABC):
         """The observer's own states."""
 
     @abstractmethod
-    def estimate(self, t: ca.SX, z: Parts, y: Measurement) -> Estimate:
+    def estimate(self, t: Number, z: Parts, y: Measurement) -> Estimate:
         """What the observer believes."""
 
     @abstractmethod
-    def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
         """The derivative of each state, when the torque `tau` is commanded."""
 
     def without(self) -> Mapping[str, AbstractObserver]:
@@ -131,11 +134,11 @@ class AbstractController(ABC):
         """The controller's own states."""
 
     @abstractmethod
-    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
         """The torque command, (n, 1), in N m."""
 
     @abstractmethod
-    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """The derivative of each state."""
 
     @abstractmethod
@@ -146,8 +149,9 @@ class AbstractController(ABC):
         """The law less each of its parts, by the name of the part; none where it has no parts."""
         return {}
 
+    @door
     def run_every(self, period: float) -> Self:
         """The same law, run by a computer once in `period` seconds."""
         law = copy(self)
-        object.__setattr__(law, "period", period)
+        object.__setattr__(law, "period", seconds("run_every(period=...)", period))
         return law

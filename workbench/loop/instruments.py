@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import casadi as ca
 
 from workbench.core import block, parameter
 from workbench.core.block import Vector
 from workbench.loop.ports import Measurement
+from workbench.validation.shapes import Column
 
 
 @block
@@ -52,13 +55,13 @@ class Instruments:
         """How many standard normal numbers one reading takes: for each joint one of q, then one of qd."""
         return 2 * self.dof
 
-    def read(self, y: Measurement, w: ca.SX) -> Measurement:
+    def read(self, y: Measurement, w: Annotated[ca.SX, "2n"]) -> Measurement:
         """What the computer reads where y is true, with w (2n, 1); the disturbance is no reading and stays as it is."""
         q = quantised(y.q + self.noise_q * w[: self.dof], self.quantum_q)
         qd = quantised(y.qd + self.noise_qd * w[self.dof :], self.quantum_qd)
         return Measurement(q, qd, y.d)
 
-    def limited(self, tau: ca.SX) -> ca.SX:
+    def limited(self, tau: Column) -> ca.SX:
         """The torque that is asked for where the law commands `tau`, (n, 1), in N m."""
         return tau if self.limit is None else ca.fmin(ca.fmax(tau, -self.limit), self.limit)
 

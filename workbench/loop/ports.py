@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
-import casadi as ca
+from workbench.validation.shapes import Column, Memory
 
 # The memory of a block, or its rate: a name for each quantity.
-Parts = Mapping[str, ca.SX]
+Parts = Memory
 
 
 class Motion(NamedTuple):
     """A wanted motion: positions in rad, with their first and second derivative, each (n, 1)."""
 
-    q: ca.SX
-    qd: ca.SX
-    qdd: ca.SX
+    q: Column
+    qd: Column
+    qdd: Column
 
 
 class Measurement(NamedTuple):
@@ -26,14 +25,14 @@ class Measurement(NamedTuple):
     declare `uses_truth`; to all others it is None.
     """
 
-    q: ca.SX
-    qd: ca.SX
-    d: ca.SX | None
+    q: Column
+    qd: Column
+    d: Column | None
 
 
 class Estimate(NamedTuple):
     """What the observer believes: positions, velocities, and the disturbance in N m, each (n, 1)."""
 
-    q: ca.SX
-    qd: ca.SX
-    d: ca.SX
+    q: Column
+    qd: Column
+    d: Column

@@ -8,7 +8,6 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Lifted, Ode, Sampled, lift
-from workbench.core.sockets import require
 from workbench.loop.instruments import Instruments
 from workbench.loop.ports import Estimate, Parts
 from workbench.loop.wiring import UNITS, Blocks, above, below, dense, memory, notes, outputs, signals, visible
@@ -20,9 +19,6 @@ HELD = {"tau": "N m", "q_hat": "rad", "qd_hat": "rad/s", "d_hat": "N m"} | UNITS
 def digital(loop: Blocks, period: float, instruments: Instruments | None, delay: bool, name: str) -> Sampled:
     """The loop as a flow and a jump, see `ClosedLoop.digital`."""
     joints = loop.plant.dof
-    require("ClosedLoop.digital(delay=...)", delay, bool)
-    if instruments is not None:
-        require("ClosedLoop.digital(instruments=...)", instruments, Instruments)
     if instruments is not None and instruments.dof != joints:
         raise ValueError(
             f"`ClosedLoop.digital(instruments=...)` must be for the {joints} joints of the loop; got instruments for "

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
+from workbench.validation.doors import door
+
 _NAMES = (
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi "
     "omega Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega"
@@ -18,6 +20,7 @@ SIGNS = ("=", "==", "!=", "<", "<=", ">", ">=", "and", "or")
 
 
 @dataclass(frozen=True)
+@door
 class Number:
     """An exact fraction, or a double that stands for itself."""
 
@@ -25,6 +28,7 @@ class Number:
 
 
 @dataclass(frozen=True)
+@door
 class Symbol:
     """A letter with what surrounds it: a letter of the alphabet, a Greek one by name, or else a word.
 
@@ -48,6 +52,7 @@ class Symbol:
 
 
 @dataclass(frozen=True)
+@door
 class Sum:
     """Terms added up; a term that is a negative number, or a product that begins with one, is subtracted."""
 
@@ -55,6 +60,7 @@ class Sum:
 
 
 @dataclass(frozen=True)
+@door
 class Product:
     """Factors in the order in which they are printed; only the first may be a negative number."""
 
@@ -62,6 +68,7 @@ class Product:
 
 
 @dataclass(frozen=True)
+@door
 class Quotient:
     """A fraction."""
 
@@ -70,6 +77,7 @@ class Quotient:
 
 
 @dataclass(frozen=True)
+@door
 class Power:
     """A base with its exponent."""
 
@@ -78,6 +86,7 @@ class Power:
 
 
 @dataclass(frozen=True)
+@door
 class Call:
     """A function of its arguments, under the name it has in mathematics: sin, sqrt, abs, min, sat, ..."""
 
@@ -86,6 +95,7 @@ class Call:
 
 
 @dataclass(frozen=True)
+@door
 class Cases:
     """The value beside the first condition that holds, else `otherwise`."""
 
@@ -94,6 +104,7 @@ class Cases:
 
 
 @dataclass(frozen=True)
+@door
 class Matrix:
     """Rows of entries; a vector is a matrix with one column."""
 
@@ -101,6 +112,7 @@ class Matrix:
 
 
 @dataclass(frozen=True)
+@door
 class Relation:
     """An equation (sign "="), or a condition (any other of `SIGNS`; "==" asks whether two sides are equal)."""
 
@@ -114,6 +126,7 @@ class Relation:
 
 
 @dataclass(frozen=True)
+@door
 class System:
     """Relations one below the other, aligned at their signs."""
 
@@ -127,6 +140,7 @@ _NAME = re.compile(
 )
 
 
+@door
 def symbol(name: str) -> Symbol:
     """The symbol that a name of the code stands for.
 
@@ -173,6 +187,7 @@ def _index(parts: list[str]) -> str:
     return ",".join(re.sub(r"(?<=[A-Za-z]{2})(?=\d)", ",", part) for part in parts)
 
 
+@door
 def name_of(symbol: Symbol) -> str:
     """The name that `symbol` reads as this symbol: the way back."""
     mark = "_star" if symbol.mark == "*" else f"_{symbol.mark}" if symbol.mark else ""
@@ -188,6 +203,7 @@ def name_of(symbol: Symbol) -> str:
     )
 
 
+@door
 def printed(names: Iterable[str], symbols: Mapping[str, Symbol] | None) -> dict[str, Symbol]:
     """How each name of an expression is printed: as `symbols` has it, else as `symbol` reads it.
 
@@ -231,6 +247,7 @@ def letters(formula: Formula) -> Iterator[Symbol]:
         yield from letters(part)
 
 
+@door
 def equations(name: Symbol, matrix: Matrix) -> list[Relation]:
     """One equation for each entry of a matrix, row by row; an entry met before is said to be equal to it.
 
@@ -250,6 +267,7 @@ def equations(name: Symbol, matrix: Matrix) -> list[Relation]:
     return relations
 
 
+@door
 def entry_symbol(name: Symbol, place: str) -> Symbol:
     """The symbol of one entry: the matrix's own, with the place behind its index."""
     index = f"{name.index},{place}" if name.index else place

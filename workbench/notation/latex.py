@@ -8,6 +8,7 @@ from fractions import Fraction
 from workbench.notation.formula import Formula, Relation, Symbol, System
 from workbench.notation.layout import Row, rows
 from workbench.notation.markup import KNOWN, PRINTED, AbstractMarkup, Space, runs, scientific, style, visible
+from workbench.validation.doors import door
 
 SPECIAL = {c: f"\\{c}" for c in "{}$#%&_"} | {
     "\\": r"\textbackslash{}",
@@ -21,6 +22,7 @@ GREEK = {"epsilon": r"\varepsilon"}
 FENCES = {"abs": ("|", "|"), "floor": (r"\lfloor", r"\rfloor"), "ceil": (r"\lceil", r"\rceil")}
 
 
+@door
 def emit(formula: Formula, *, width: float = 80) -> str:
     r"""A formula for display mathematics, without the dollars around it.
 
@@ -36,6 +38,7 @@ def emit(formula: Formula, *, width: float = 80) -> str:
     return f"\\begin{{aligned}}\n{_aligned(lines)}\n\\end{{aligned}}"
 
 
+@door
 def display(relations: Iterable[Relation], *, width: float = 80) -> str:
     r"""Equations one below the other, aligned at their signs, between which a page may end (`\allowdisplaybreaks`)."""
     return f"\\begin{{align*}}\n{_aligned(rows(System(tuple(relations)), LATEX, width))}\n\\end{{align*}}"

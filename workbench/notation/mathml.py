@@ -9,6 +9,7 @@ from html import escape
 from workbench.notation.formula import GREEK, Formula, Symbol
 from workbench.notation.layout import Row, rows
 from workbench.notation.markup import PRINTED, AbstractMarkup, Space, runs, scientific, style, visible
+from workbench.validation.doors import door
 
 SIGNS = {"-": "−", "==": "=", "!=": "≠", "<=": "≤", ">=": "≥", "and": "∧", "or": "∨"}
 # Spacing marks of their own, not combining ones: browsers misplace those.
@@ -23,6 +24,7 @@ APPLY = '<mo lspace="0" rspace="0">&#x2061;</mo>'
 FENCES = {"abs": ("|", "|"), "floor": ("⌊", "⌋"), "ceil": ("⌈", "⌉")}
 
 
+@door
 def emit(formula: Formula, *, width: float = 80, display: bool = True) -> str:
     """A formula as a `<math>` element, on a line of its own unless `display` is False.
 

@@ -28,9 +28,11 @@ from workbench.notation import textbook, waves
 from workbench.notation.formula import Formula, Matrix, Symbol, printed
 from workbench.notation.walk import NAMES, Operation, walk
 from workbench.notation.waves import Key, Terms
+from workbench.validation.doors import door
 
 # Beyond so many products at once, terms in all, or such a power, an expansion would take minutes; it is given up.
 MOST_PRODUCTS, MOST_TERMS, HIGHEST_POWER = 500_000, 200_000, 64
+MOST_ENTRIES = 10_000  # of a matrix
 
 
 class NotInClass(ValueError):  # noqa: N818
@@ -135,6 +137,7 @@ class NormalForm:
         return textbook.written(self.terms, printed(self.names, symbols))
 
 
+@door
 def normal_forms(matrix: ca.SX, numbers: Mapping[str, Fraction] | None = None) -> list[list[NormalForm]]:
     """The normal form of each entry of a matrix, row by row.
 
@@ -148,6 +151,8 @@ def normal_forms(matrix: ca.SX, numbers: Mapping[str, Fraction] | None = None) -
     NotInClass
         As `NormalForm.of`.
     """
+    if matrix.numel() > MOST_ENTRIES:
+        raise NotInClass(f"A matrix of {matrix.numel()} entries is not expanded; {MOST_ENTRIES} are the most.")
     try:
         steps = walk(matrix)
     except ValueError as error:
@@ -165,6 +170,7 @@ def normal_forms(matrix: ca.SX, numbers: Mapping[str, Fraction] | None = None) -
     return [[NormalForm(known[place]) for place in row] for row in steps.entries]
 
 
+@door
 def to_formula(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> Formula:
     """The textbook form of an expression, or of a matrix of them.
 
@@ -181,6 +187,7 @@ def to_formula(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -
     return rows[0][0] if len(rows) == len(rows[0]) == 1 else Matrix(rows)
 
 
+@door
 def simplify(matrix: ca.SX) -> ca.SX:
     """The same matrix, each entry rebuilt from its normal form: what cancels identically is gone.
 

@@ -17,6 +17,7 @@ import casadi as ca
 from workbench.notation.formula import symbol
 from workbench.notation.python import identifier
 from workbench.notation.walk import NAMES, Operation, Walk, walk
+from workbench.validation.doors import door
 
 T = TypeVar("T")
 
@@ -42,6 +43,7 @@ FUNCTIONS = {getattr(ca, f"OP_{name.upper()}"): name for name in CALLED.split()}
 
 
 @dataclass(frozen=True)
+@door
 class Dialect:
     """How a language spells functions whose name is not that of C, which words it keeps, and how long a line may be."""
 
@@ -81,6 +83,7 @@ class _Text:
         return self.text if self.tightness >= least else f"({self.text})"
 
 
+@door
 def straight_line(matrices: Mapping[str, ca.SX], letters: Mapping[str, str], dialect: Dialect) -> Program:
     """The program that computes matrices with equal numbers of rows.
 

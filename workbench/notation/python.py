@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from workbench.notation.flat import AbstractFlat
 from workbench.notation.formula import Formula, Symbol, System, letters, name_of
 from workbench.notation.layout import rows
+from workbench.validation.doors import door
 
 # Functions whose NumPy name is not the one they have in mathematics.
 NUMPY = {
@@ -28,6 +29,7 @@ NUMPY = {
 SAME = {"sin", "cos", "tan", "sinh", "cosh", "tanh", "exp", "log", "sqrt", "abs", "sign", "floor", "ceil", "hypot"}
 
 
+@door
 def emit(formula: Formula, *, width: float = 100, module: str = "np") -> str:
     """A formula as Python over NumPy, which is known as `module`; symbols are variables.
 
@@ -51,6 +53,7 @@ def emit(formula: Formula, *, width: float = 100, module: str = "np") -> str:
     return f"{head}(\n{body}\n)"
 
 
+@door
 def identifier(symbol: Symbol) -> str:
     """The variable for a symbol: its name, with what no variable may hold spelt out in hexadecimal."""
     name = re.sub(r"[^A-Za-z0-9_]", lambda match: f"_x{ord(match[0]):x}_", name_of(symbol))

@@ -12,6 +12,7 @@ from workbench.notation import build
 from workbench.notation.build import ONE, ZERO, number
 from workbench.notation.formula import Cases, Formula, Matrix, Number, Relation, Symbol, printed
 from workbench.notation.walk import NAMES, Operation, Walk, walk
+from workbench.validation.doors import door
 
 # A formula beyond these says nothing to a reader, and would take for ever to typeset.
 MOST_SYMBOLS, DEEPEST = 20_000, 150
@@ -59,6 +60,7 @@ def _function(name: str) -> Callable[..., Formula]:
 OPERATIONS |= {getattr(ca, f"OP_{name.upper()}"): _function(name) for name in FUNCTIONS.split()}
 
 
+@door
 def read(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> Formula:
     """The formula of an expression (a number, or a matrix of them), in the order in which the code has it.
 
@@ -80,6 +82,7 @@ def read(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> Form
     return _matrix(steps, _formulas(steps, symbols, {}))
 
 
+@door
 def read_shared(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> tuple[tuple[Relation, ...], Formula]:
     """The same, with each part that occurs more than once defined by a name of its own.
 

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from workbench.notation.flat import AbstractFlat
 from workbench.notation.formula import Formula, Symbol, name_of
 from workbench.notation.layout import rows
+from workbench.validation.doors import door
 
 
+@door
 def emit(formula: Formula, *, width: float = 100) -> str:
     """A formula in lines of at most `width` characters, the later ones indented."""
     lines = rows(formula, _Text(), width - len(INDENT))

@@ -8,6 +8,7 @@ from fractions import Fraction
 from workbench.notation.formula import Formula, Symbol
 from workbench.notation.layout import rows
 from workbench.notation.markup import KNOWN, PRINTED, AbstractMarkup, Space, runs, scientific, style, visible
+from workbench.validation.doors import door
 
 SIGNS = {"==": "=", "and": "and", "or": "or"}
 GREEK = {"phi": "phi.alt"}
@@ -16,6 +17,7 @@ DOTS = {1: "dot", 2: "dot.double"}
 FENCES = {"sqrt", "abs", "floor", "ceil"}
 
 
+@door
 def emit(formula: Formula, *, width: float = 80) -> str:
     """A formula for an equation, without the dollars around it.
 

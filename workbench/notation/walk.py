@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from workbench.validation.doors import door
+
 NAMES = {int(getattr(ca, name)): name.removeprefix("OP_") for name in dir(ca) if name.startswith("OP_")}
 
 
@@ -31,6 +33,7 @@ class Walk:
     entries: tuple[tuple[int, ...], ...]
 
 
+@door
 def walk(expression: ca.SX, *, cse: bool = False) -> Walk:
     """List the operations of a matrix (n, m) of expressions; with `cse`, equal ones become one.
 

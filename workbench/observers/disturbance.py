@@ -11,6 +11,7 @@ import casadi as ca
 from workbench.core import Layout, block
 from workbench.loop.contracts import AbstractObserver
 from workbench.loop.ports import Estimate, Measurement, Parts
+from workbench.validation.shapes import Column, Number
 
 STATE, DISTURBANCE = "state.", "disturbance."
 
@@ -34,11 +35,11 @@ class AbstractDisturbanceObserver(ABC):
         """The observer's own states."""
 
     @abstractmethod
-    def estimate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
+    def estimate(self, t: Number, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
         """D_hat, (n, 1), in N m; of `est` the state is known so far and d is zero."""
 
     @abstractmethod
-    def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
         """The derivative of each state, when the torque `tau` is commanded; `est` holds D_hat."""
 
 
@@ -80,13 +81,13 @@ class WithDisturbance(AbstractObserver):
         """The states of both, below `state.` and `disturbance.`."""
         return self.state.memory.prefixed(STATE) + self.disturbance.memory.prefixed(DISTURBANCE)
 
-    def estimate(self, t: ca.SX, z: Parts, y: Measurement) -> Estimate:
+    def estimate(self, t: Number, z: Parts, y: Measurement) -> Estimate:
         """The estimated state, with D_hat."""
         est = self.state.estimate(t, _below(STATE, z), _seen(y, self.state.uses_truth))
         y_d = _seen(y, self.disturbance.uses_truth)
         return est._replace(d=self.disturbance.estimate(t, _below(DISTURBANCE, z), y_d, est))
 
-    def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
         """The rates of both."""
         state = self.state.rate(t, _below(STATE, z), _seen(y, self.state.uses_truth), est, tau)
         y_d = _seen(y, self.disturbance.uses_truth)

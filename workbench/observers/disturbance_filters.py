@@ -10,10 +10,12 @@ import numpy as np
 from workbench.core import Entry, Layout, block, parameter
 from workbench.core.block import Scalar
 from workbench.core.claim import Claim
+from workbench.core.dynamics import MOST_JOINTS
 from workbench.loop.ports import Estimate, Measurement, Parts
-from workbench.observers.checks import positive_count
 from workbench.observers.disturbance import AbstractDisturbanceObserver
 from workbench.observers.promises import ORACLE_FOLLOWS, PRINTED_FOLLOWS
+from workbench.validation.shapes import Column, Number
+from workbench.validation.words import whole
 
 
 @block
@@ -42,7 +44,7 @@ class PrintedFilter(AbstractDisturbanceObserver):
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
 
     def __post_init__(self) -> None:
-        positive_count("PrintedFilter(joints=...)", self.joints)
+        whole("PrintedFilter(joints=...)", self.joints, most=MOST_JOINTS, of=" of joints")
 
     @property
     def dof(self) -> int:
@@ -60,12 +62,12 @@ class PrintedFilter(AbstractDisturbanceObserver):
         zero = np.zeros(self.joints)
         return Layout((Entry("eta", zero, "N m", symbol="eta"), Entry("D_hat", zero, "N m s")))
 
-    def estimate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
+    def estimate(self, t: Number, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
         """The integral of eta."""
         del t, y, est
         return z["D_hat"]
 
-    def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
         """(24)."""
         del t, est, tau
         return {"eta": -self.l * (z["eta"] - _truth(y)), "D_hat": z["eta"]}
@@ -92,7 +94,7 @@ class OracleFilter(AbstractDisturbanceObserver):
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
 
     def __post_init__(self) -> None:
-        positive_count("OracleFilter(joints=...)", self.joints)
+        whole("OracleFilter(joints=...)", self.joints, most=MOST_JOINTS, of=" of joints")
 
     @property
     def dof(self) -> int:
@@ -109,12 +111,12 @@ class OracleFilter(AbstractDisturbanceObserver):
         """The estimate."""
         return Layout((Entry("D_hat", np.zeros(self.joints), "N m"),))
 
-    def estimate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
+    def estimate(self, t: Number, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
         """The memory."""
         del t, y, est
         return z["D_hat"]
 
-    def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
         """The filter."""
         del t, est, tau
         return {"D_hat": -self.l * (z["D_hat"] - _truth(y))}

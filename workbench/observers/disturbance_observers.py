@@ -12,6 +12,7 @@ from workbench.core.claim import Claim
 from workbench.loop.ports import Estimate, Measurement, Parts
 from workbench.observers.disturbance import AbstractDisturbanceObserver
 from workbench.observers.promises import CHEN_DISSIPATES, MOMENTUM_FOLLOWS
+from workbench.validation.shapes import Column, Number
 
 
 @block
@@ -68,13 +69,13 @@ class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
         """The sum z = D_hat + l qd."""
         return Layout((Entry("z", self.z, "N m"),))
 
-    def estimate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
+    def estimate(self, t: Number, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
         """D_hat = z - l qd."""
         del t, y
         d: ca.SX = z["z"] - self.l * est.qd
         return d
 
-    def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
         """The rate of z, l M^-1 (tau - C qd - G - D_hat)."""
         del t, z, y
         return {"z": self.l * self.model.acceleration(est.q, est.qd, tau - est.d)}
@@ -126,14 +127,14 @@ class MomentumObserver(AbstractDisturbanceObserver):
         """The momentum as the observer believes it to be."""
         return Layout((Entry("p_hat", self.p_hat, "N m s"),))
 
-    def estimate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
+    def estimate(self, t: Number, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
         """D_hat = l (p_hat - M qd)."""
         del t, y
         p = self.model.mass_matrix(est.q) @ est.qd
         d: ca.SX = self.l * (z["p_hat"] - p)
         return d
 
-    def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
         """The rate of p_hat, tau + C^T qd - G - D_hat."""
         del t, z, y
         C, G = self.model.coriolis_matrix(est.q, est.qd), self.model.gravity_vector(est.q)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import casadi as ca
 
 from workbench.core import Layout, block
+from workbench.core.dynamics import MOST_JOINTS
 from workbench.loop.contracts import AbstractObserver
 from workbench.loop.ports import Estimate, Measurement, Parts
-from workbench.observers.checks import positive_count
+from workbench.validation.shapes import Column, Number
+from workbench.validation.words import whole
 
 
 @block
@@ -28,7 +30,7 @@ class FullState(AbstractObserver):
     joints: int
 
     def __post_init__(self) -> None:
-        positive_count("FullState(joints=...)", self.joints)
+        whole("FullState(joints=...)", self.joints, most=MOST_JOINTS, of=" of joints")
 
     @property
     def dof(self) -> int:
@@ -45,12 +47,12 @@ class FullState(AbstractObserver):
         """None."""
         return Layout()
 
-    def estimate(self, t: ca.SX, z: Parts, y: Measurement) -> Estimate:
+    def estimate(self, t: Number, z: Parts, y: Measurement) -> Estimate:
         """What the instruments say."""
         del t, z
         return Estimate(y.q, y.qd, ca.SX.zeros(self.dof))
 
-    def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
         """Nothing to remember."""
         del t, z, y, est, tau
         return {}

@@ -14,6 +14,7 @@ from workbench.loop.contracts import AbstractObserver
 from workbench.loop.ports import Estimate, Measurement, Parts
 from workbench.observers.full_state import FullState
 from workbench.observers.promises import THEOREM_1
+from workbench.validation.shapes import Column, Number
 
 
 @block
@@ -74,12 +75,12 @@ class Luenberger(AbstractObserver):
         """The estimated positions and velocities."""
         return Layout((Entry("q_hat", self.q_hat, "rad"), Entry("qd_hat", self.qd_hat, "rad/s")))
 
-    def estimate(self, t: ca.SX, z: Parts, y: Measurement) -> Estimate:
+    def estimate(self, t: Number, z: Parts, y: Measurement) -> Estimate:
         """The memory, and no disturbance."""
         del t, y
         return Estimate(z["q_hat"], z["qd_hat"], ca.SX.zeros(self.dof))
 
-    def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
         """(10), with what is known of the disturbance in `est`."""
         del t
         q_hat, qd_hat = z["q_hat"], z["qd_hat"]

@@ -9,7 +9,10 @@ import numpy as np
 
 from workbench.core import Entry, Layout, block, parameter
 from workbench.core.block import Scalar, Vector
+from workbench.core.dynamics import MOST_JOINTS
 from workbench.loop.ports import Parts
+from workbench.validation.shapes import Column
+from workbench.validation.words import whole
 
 
 class AbstractActuator(ABC):
@@ -20,11 +23,11 @@ class AbstractActuator(ABC):
         """The drive's own states for that many joints."""
 
     @abstractmethod
-    def applied(self, z: Parts, tau: ca.SX) -> ca.SX:
+    def applied(self, z: Parts, tau: Column) -> ca.SX:
         """The torque that acts, (n, 1), in N m."""
 
     @abstractmethod
-    def rate(self, z: Parts, tau: ca.SX) -> Parts:
+    def rate(self, z: Parts, tau: Column) -> Parts:
         """The derivative of each state."""
 
 
@@ -39,12 +42,12 @@ class DirectDrive(AbstractActuator):
         del dof
         return Layout()
 
-    def applied(self, z: Parts, tau: ca.SX) -> ca.SX:
+    def applied(self, z: Parts, tau: Column) -> ca.SX:
         """The command, limited."""
         del z
         return _limited(tau, self.limit)
 
-    def rate(self, z: Parts, tau: ca.SX) -> Parts:
+    def rate(self, z: Parts, tau: Column) -> Parts:
         """Nothing to drive."""
         del z, tau
         return {}
@@ -59,14 +62,14 @@ class FirstOrderLag(AbstractActuator):
 
     def memory(self, dof: int) -> Layout:
         """The torque of each motor."""
-        return Layout((Entry("tau_m", np.zeros(dof), "N m"),))
+        return Layout((Entry("tau_m", np.zeros(whole("memory(dof=...)", dof, most=MOST_JOINTS)), "N m"),))
 
-    def applied(self, z: Parts, tau: ca.SX) -> ca.SX:
+    def applied(self, z: Parts, tau: Column) -> ca.SX:
         """The motor's torque, whatever is commanded now."""
         del tau
         return z["tau_m"]
 
-    def rate(self, z: Parts, tau: ca.SX) -> Parts:
+    def rate(self, z: Parts, tau: Column) -> Parts:
         """The lag."""
         return {"tau_m": (_limited(tau, self.limit) - z["tau_m"]) / self.time_constant}
 

@@ -9,6 +9,7 @@ from workbench.core.block import Scalar, Vector, quantities
 from workbench.loop.contracts import AbstractDisturbance, AbstractPlant
 from workbench.loop.ports import Measurement, Parts
 from workbench.plants.actuator import AbstractActuator, DirectDrive
+from workbench.validation.shapes import Column, Number
 
 
 @block
@@ -19,7 +20,7 @@ class Friction:
     coulomb: Vector = parameter(unit="N m", low=0, shape=("n",), symbol="f_c")
     speed: Scalar = parameter(default=0.01, unit="rad/s", low=0, strict=True, symbol="v_s")
 
-    def torque(self, qd: ca.SX) -> ca.SX:
+    def torque(self, qd: Column) -> ca.SX:
         """F(qd), (n, 1), in N m."""
         friction: ca.SX = self.viscous * qd + self.coulomb * ca.tanh(qd / self.speed)
         return friction
@@ -69,15 +70,15 @@ class Manipulator(AbstractPlant):
         motion = Layout((Entry("q", self.q, "rad"), Entry("qd", self.qd, "rad/s")))
         return motion + self.actuator.memory(self.dof)
 
-    def measure(self, t: ca.SX, z: Parts) -> Measurement:
+    def measure(self, t: Number, z: Parts) -> Measurement:
         """Exact positions and velocities, and the true disturbance for those who may see it."""
         return Measurement(z["q"], z["qd"], self._disturbance(t))
 
-    def applied(self, z: Parts, tau: ca.SX) -> ca.SX:
+    def applied(self, z: Parts, tau: Column) -> ca.SX:
         """The torque of the drives."""
         return self.actuator.applied(z, tau)
 
-    def rate(self, t: ca.SX, z: Parts, tau: ca.SX) -> Parts:
+    def rate(self, t: Number, z: Parts, tau: Column) -> Parts:
         """Newton's law solved for the acceleration."""
         q, qd = z["q"], z["qd"]
         friction = self.friction.torque(qd) if self.friction is not None else 0

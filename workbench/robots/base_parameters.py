@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from workbench.core.numbers import Array, Integers
 from workbench.robots.regressor import names, regressor
 from workbench.robots.spatial import SpatialArm
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers
 
 ROWS = 4  # of torque for each entry of theta
 CLEAR = 1e10  # how many times the last kept singular value must stand above the first dropped one
@@ -49,6 +50,7 @@ class BaseParameters:
     condition: float
 
 
+@door
 def base_parameters(arm: SpatialArm, rng: np.random.Generator) -> BaseParameters:
     """The base parameters of an arm, found at random states.
 

@@ -7,11 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import nearest
-from workbench.core.sockets import described
 from workbench.robots.description import Link, PlanarArm, PointMass
 from workbench.robots.industrial import panda, ur5
 from workbench.robots.spatial import SpatialArm, SpatialLink
+from workbench.validation.words import known, whole
 
 
 def paper_arm() -> PlanarArm:
@@ -21,7 +20,8 @@ def paper_arm() -> PlanarArm:
 
 def planar(joints: int) -> PlanarArm:
     """A hanging chain of `joints` equal slender rods of 1 kg and 1 m (inertia m l^2 / 12)."""
-    return PlanarArm(tuple(Link(1.0, 1.0, 0.5, 0.0, 1 / 12) for _ in range(joints)))
+    count = whole("planar(joints=...)", joints, most=1_000)
+    return PlanarArm(tuple(Link(1.0, 1.0, 0.5, 0.0, 1 / 12) for _ in range(count)))
 
 
 def pelican() -> PlanarArm:
@@ -110,9 +110,4 @@ def named(name: str) -> PlanarArm | SpatialArm:
     LookupError
         If there is none; the message names the nearest.
     """
-    if not isinstance(name, str):
-        raise LookupError(f"`named(name=...)` must be the name of a robot, such as 'paper-arm'; got {described(name)}.")
-    if name not in CATALOGUE:
-        known = f" The catalogue holds: {', '.join(CATALOGUE)}."
-        raise LookupError(f"There is no robot '{name}' in the catalogue.{nearest(name, CATALOGUE) or known}")
-    return CATALOGUE[name]()
+    return CATALOGUE[known(name, CATALOGUE, "robots of the catalogue")]()

@@ -7,6 +7,7 @@ import casadi as ca
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Scalar
 from workbench.robots import kinematics, lagrange
+from workbench.validation.shapes import Column
 
 
 @block
@@ -85,30 +86,30 @@ class PlanarArm(AbstractArm):
         """The number of joints."""
         return len(self.links)
 
-    def kinetic_energy(self, q: ca.SX, qd: ca.SX) -> ca.SX:
+    def kinetic_energy(self, q: Column, qd: Column) -> ca.SX:
         """T(q, qd) in J."""
         return kinematics.kinetic_energy(self.links, q, qd)
 
-    def potential_energy(self, q: ca.SX) -> ca.SX:
+    def potential_energy(self, q: Column) -> ca.SX:
         """U(q) in J, zero with all masses at the height of the base."""
         return kinematics.potential_energy(self.links, self.gravity, self.zero, q)
 
-    def mass_matrix(self, q: ca.SX) -> ca.SX:
+    def mass_matrix(self, q: Column) -> ca.SX:
         """M(q), (n, n), in kg m^2: the Hessian of the kinetic energy in the velocities."""
         return lagrange.mass_matrix(self.kinetic_energy, q)
 
-    def coriolis_matrix(self, q: ca.SX, qd: ca.SX) -> ca.SX:
+    def coriolis_matrix(self, q: Column, qd: Column) -> ca.SX:
         """C(q, qd), (n, n), in kg m^2/s: the one of the Christoffel symbols, for which M' - 2C is skew."""
         return lagrange.coriolis_matrix(self.mass_matrix, q, qd)
 
-    def gravity_vector(self, q: ca.SX) -> ca.SX:
+    def gravity_vector(self, q: Column) -> ca.SX:
         """G(q), (n, 1), in N m: the gradient of the potential energy."""
         return lagrange.gravity_vector(self.potential_energy, q)
 
-    def tip(self, q: ca.SX) -> ca.SX:
+    def tip(self, q: Column) -> ca.SX:
         """Where the last link ends, (2, 1) in m: to the right of the base, and above it."""
         return kinematics.positions(self.links, self.zero, q)[-1]
 
-    def tip_jacobian(self, q: ca.SX) -> ca.SX:
+    def tip_jacobian(self, q: Column) -> ca.SX:
         """d tip / dq, (2, n), in m."""
         return lagrange.at(q, lambda symbols: ca.jacobian(self.tip(symbols), symbols))

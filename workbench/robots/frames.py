@@ -8,12 +8,14 @@ from typing import Protocol
 
 import numpy as np
 
-from workbench.core.layout import Array, nearest
+from workbench.validation.doors import door
+from workbench.validation.words import Array, described, known, matrix, vector
 
 ORTHONORMAL = 1e-12  # what rounding leaves of a rotation
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Frame:
     """A frame fixed to a body.
 
@@ -31,22 +33,24 @@ class Frame:
     position: Array
 
     def __post_init__(self) -> None:
-        refuse_skewed(f"`Frame(rotation=...)` of '{self.name}'", self.rotation)
+        refuse_skewed(f"Frame({described(self.name)}, rotation=...)", self.rotation)
+        vector(f"Frame({described(self.name)}, position=...)", self.position, 3, "coordinates")
 
 
 def refuse_skewed(call: str, R: Array) -> None:
-    """Refuse a matrix (3, 3) that is no rotation; `call` names it.
+    """Refuse what is no rotation (3, 3); `call` names it.
 
     Raises
     ------
     ValueError
-        If its columns are not orthonormal, or left-handed.
+        If it is no matrix (3, 3), or its columns are not orthonormal, or left-handed.
     """
+    matrix(call, R, 3, 3)
     gap = float(np.abs(R @ R.T - np.eye(3)).max())
     handed = float(np.cross(R[:, 0], R[:, 1]) @ R[:, 2])
     if not (gap <= ORTHONORMAL and handed > 0):
         raise ValueError(
-            f"{call} must be orthonormal and right-handed, as its columns are the axes of a frame; R R' is {gap:.2g} "
+            f"`{call}` must be orthonormal and right-handed, as its columns are the axes of a frame; R R' is {gap:.2g} "
             f"off the identity, det R {handed:.2g}."
         )
 
@@ -70,8 +74,6 @@ def frame_named(name: str, links: Sequence[Named], frames: Sequence[Frame]) -> F
         if name and frame.name == name:
             return frame
     own = [link.name for link in links]
-    if name and name not in own:
-        known = [*(frame.name for frame in frames), *own]
-        every = f" They are: {', '.join(known)}."
-        raise LookupError(f"There is no frame '{name}' on this arm.{nearest(name, known) or every}")
+    if name:
+        known(name, [*(frame.name for frame in frames), *own], "frames of this arm")
     return Frame(name, own.index(name) if name else len(own) - 1, np.eye(3), np.zeros(3))

@@ -18,15 +18,19 @@ import casadi as ca
 from workbench.robots import newton_euler
 from workbench.robots.inertia import ORDER, about_origin, spatial, tensor
 from workbench.robots.spatial import SpatialArm, SpatialLink
+from workbench.validation.doors import door
+from workbench.validation.shapes import Column
 
 OF_A_BODY = ("m", "mc_x", "mc_y", "mc_z", "I_xx", "I_xy", "I_xz", "I_yy", "I_yz", "I_zz")
 
 
+@door
 def names(arm: SpatialArm) -> tuple[str, ...]:
     """The entries of theta, (k,): `shoulder.m`, `shoulder.mc_x` and so on, along the arm."""
     return tuple(f"{link.name}.{word}" for link in arm.links for word in (*OF_A_BODY, *_extras(link)))
 
 
+@door
 def parameters(arm: SpatialArm) -> ca.SX:
     """theta (k, 1) of an arm: numbers, or expressions in its symbols where it is lifted."""
     entries = []
@@ -37,7 +41,8 @@ def parameters(arm: SpatialArm) -> ca.SX:
     return ca.densify(ca.vertcat(*entries))
 
 
-def regressor(arm: SpatialArm, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> ca.SX:
+@door
+def regressor(arm: SpatialArm, q: Column, qd: Column, qdd: Column) -> ca.SX:
     """Y(q, qd, qdd), (n, k): the derivative of tau by theta, which theta itself does not enter."""
     theta = ca.SX.sym("theta", len(names(arm)))
     held, bodies, extra, place = arm.bodies(q), [], [], 0

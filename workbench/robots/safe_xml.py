@@ -11,9 +11,12 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
+from workbench.validation.words import described
+
 LARGEST = 2_000_000  # bytes of a file
 DEEPEST = 64  # elements within each other
 MOST = 50_000  # elements in all
+LONGEST_PATH = 300  # characters of a path that a message shows
 
 
 class RefusedXmlError(ValueError):
@@ -77,11 +80,12 @@ def element_in(file: Path) -> Element:
     RefusedXmlError
         As `element_of`.
     """
-    if not file.is_file():
-        raise LookupError(f"There is no file '{file}'.")
+    name = described(str(file), LONGEST_PATH)
     try:
+        if not file.is_file():  # a folder, a pipe, which would wait for a writer, or nothing
+            raise LookupError(f"There is no file {name}.")
         with file.open("rb") as handle:
             text = handle.read(LARGEST + 1)
-    except OSError as error:
-        raise LookupError(f"'{file}' cannot be read: {error.strerror}.") from None
-    return element_of(text, f"'{file}'")
+    except (OSError, ValueError) as error:  # of a path with a null character, say
+        raise LookupError(f"{name} cannot be read: {getattr(error, 'strerror', None) or error}.") from None
+    return element_of(text, name)

@@ -9,12 +9,13 @@ import numpy as np
 
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Scalar, Vector
-from workbench.core.layout import Array, numbers
 from workbench.robots import agreement, composite, newton_euler, poses
 from workbench.robots.frames import Frame, frame_named, refuse_skewed
 from workbench.robots.inertia import about_origin, refuse_impossible, spatial, tensor
 from workbench.robots.motion import sparse, transform
 from workbench.robots.newton_euler import Body
+from workbench.validation.shapes import Column, Number
+from workbench.validation.words import Array, described, matrix, vector
 
 UNIT = 1e-12  # what rounding leaves of a unit axis
 
@@ -73,30 +74,21 @@ class SpatialLink:
     gear: Scalar = parameter(default=None, unit="", symbol="k_r")
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "axis", self._shaped("axis", (3,)))
-        object.__setattr__(self, "rotation", self._shaped("rotation", (3, 3)))
+        me = f"SpatialLink({described(self.name)}"
+        object.__setattr__(self, "axis", _frozen(vector(f"{me}, axis=...)", self.axis, 3, "coordinates")))
+        object.__setattr__(self, "rotation", _frozen(matrix(f"{me}, rotation=...)", self.rotation, 3, 3)))
         length = float(np.linalg.norm(self.axis))
-        if abs(length - 1) > UNIT:
+        if not abs(length - 1) <= UNIT:
             raise ValueError(
-                f"`SpatialLink(axis=...)` of '{self.name}' must be a unit vector, as q counts angle or length along "
+                f"`{me}, axis=...)` must be a unit vector, as q counts angle or length along "
                 f"it; got length {length:g}: divide it by that."
             )
-        refuse_skewed(f"`SpatialLink(rotation=...)` of '{self.name}'", self.rotation)
+        refuse_skewed(f"{me}, rotation=...)", self.rotation)
         if self.gear is not None and self.rotor is None:
-            raise ValueError(f"`SpatialLink(gear=...)` of '{self.name}' has no effect without a `rotor`: give both.")
+            raise ValueError(f"`{me}, gear=...)` has no effect without a `rotor`: give both.")
         refuse_impossible(f"link '{self.name}'", self.mass, tensor(self.inertia))
 
-    def _shaped(self, name: str, shape: tuple[int, ...]) -> Array:
-        try:
-            value = numbers(getattr(self, name))
-        except (TypeError, ValueError):
-            value = np.full(0, np.nan)
-        if value.shape != shape or not np.isfinite(value).all():
-            raise ValueError(f"`SpatialLink({name}=...)` of '{self.name}' must be finite numbers of shape {shape}.")
-        value.flags.writeable = False
-        return value
-
-    def body(self, q: ca.SX) -> Body:
+    def body(self, q: Number) -> Body:
         """What the recursions see of it at the position q of its joint."""
         pose, slides = poses.across_joint(self, q), self.joint == "prismatic"
         S = ca.vertcat(ca.SX(3, 1), sparse(self.axis)) if slides else ca.vertcat(sparse(self.axis), ca.SX(3, 1))
@@ -109,10 +101,15 @@ class SpatialLink:
             return 0.0
         return self.rotor if self.gear is None else self.gear**2 * self.rotor
 
-    def friction(self, qd: ca.SX) -> ca.SX:
+    def friction(self, qd: Number) -> ca.SX:
         """F(qd) of its joint."""
         viscous = ca.SX(1, 1) if self.viscous is None else self.viscous * qd
         return viscous if self.coulomb is None else viscous + self.coulomb * ca.sign(qd)
+
+
+def _frozen(value: Array) -> Array:
+    value.flags.writeable = False
+    return value
 
 
 @block
@@ -166,28 +163,28 @@ class SpatialArm(AbstractArm):
         """The number of joints."""
         return len(self.links)
 
-    def bodies(self, q: ca.SX) -> list[Body]:
+    def bodies(self, q: Column) -> list[Body]:
         """What the recursions see at q."""
         return [link.body(q[i]) for i, link in enumerate(self.links)]
 
-    def mass_matrix(self, q: ca.SX) -> ca.SX:
+    def mass_matrix(self, q: Column) -> ca.SX:
         """M(q), (n, n): of composite bodies, with the drives' rotors on its diagonal."""
         return composite.mass_matrix(self.bodies(q)) + ca.diag(self.drive_inertias())
 
-    def coriolis_matrix(self, q: ca.SX, qd: ca.SX) -> ca.SX:
+    def coriolis_matrix(self, q: Column, qd: Column) -> ca.SX:
         """C(q, qd), (n, n): the one of the Christoffel symbols, for which M' - 2C is skew."""
         return composite.coriolis_matrix(self.bodies(q), qd)
 
-    def coriolis_force(self, q: ca.SX, qd: ca.SX) -> ca.SX:
+    def coriolis_force(self, q: Column, qd: Column) -> ca.SX:
         """C(q, qd) qd, (n, 1), without C."""
         return newton_euler.torque(self.bodies(q), ca.SX(1, 1), qd, ca.SX(self.dof, 1))
 
-    def gravity_vector(self, q: ca.SX) -> ca.SX:
+    def gravity_vector(self, q: Column) -> ca.SX:
         """G(q), (n, 1)."""
         rest = ca.SX(self.dof, 1)
         return newton_euler.torque(self.bodies(q), ca.SX(self.gravity), rest, rest)
 
-    def friction(self, qd: ca.SX) -> ca.SX:
+    def friction(self, qd: Column) -> ca.SX:
         """F(qd), (n, 1), with no entry for a joint without friction."""
         return ca.vertcat(*[link.friction(qd[i]) for i, link in enumerate(self.links)])
 
@@ -195,21 +192,21 @@ class SpatialArm(AbstractArm):
         """gear^2 rotor of each joint, (n, 1)."""
         return ca.vertcat(*[sparse(link.drive_inertia()) for link in self.links])
 
-    def recursion(self, q: ca.SX, qd: ca.SX, qdd: ca.SX) -> ca.SX:
+    def recursion(self, q: Column, qd: Column, qdd: Column) -> ca.SX:
         """tau = M qdd + C qd + G + F, (n, 1), by Newton and Euler."""
         tau = newton_euler.torque(self.bodies(q), ca.SX(self.gravity), qd, qdd)
         return ca.densify(tau + self.drive_inertias() * qdd + self.friction(qd))
 
-    def kinetic_energy(self, q: ca.SX, qd: ca.SX) -> ca.SX:
+    def kinetic_energy(self, q: Column, qd: Column) -> ca.SX:
         """T(q, qd) in J, of links and rotors."""
         rotors = ca.dot(self.drive_inertias(), qd**2) / 2
         return ca.densify(newton_euler.kinetic_energy(self.bodies(q), qd) + rotors)
 
-    def potential_energy(self, q: ca.SX) -> ca.SX:
+    def potential_energy(self, q: Column) -> ca.SX:
         """U(q) in J, zero with all masses at the height of the base."""
         return poses.potential_energy(self.links, self.gravity, q)
 
-    def pose(self, q: ca.SX, frame: str = "") -> poses.Pose:
+    def pose(self, q: Column, frame: str = "") -> poses.Pose:
         """Rotation (3, 3) and origin (3, 1) of a frame seen from the base; of the last link without a name.
 
         Raises
@@ -221,7 +218,7 @@ class SpatialArm(AbstractArm):
         fixed = poses.Pose(sparse(place.rotation), sparse(place.position))
         return fixed if place.link < 0 else poses.from_base(self.links, q)[place.link].then(fixed)
 
-    def jacobian(self, q: ca.SX, frame: str = "") -> ca.SX:
+    def jacobian(self, q: Column, frame: str = "") -> ca.SX:
         """J(q), (6, n): J qd is the velocity of a frame's origin above its angular velocity, in the base's axes.
 
         Raises

@@ -11,11 +11,13 @@ from workbench.core.layout import Array, nearest
 from workbench.robots.frames import Frame
 from workbench.robots.inertia import Lump, merged, moments, refuse_impossible, tensor
 from workbench.robots.spatial import SpatialArm, SpatialLink
+from workbench.validation.doors import door
 
 EXACT = 1e-15  # of an entry of a rotation: the cosine of a rounded pi / 2 is meant to be zero
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Solid:
     """A named body: mass in kg, centre of mass (3,) in m, six moments xx, xy, xz, yy, yz, zz about it in kg m^2."""
 
@@ -26,6 +28,7 @@ class Solid:
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Joint:
     """A named joint from a body to the one it carries, in the words of `SpatialLink`, or of kind `fixed`."""
 
@@ -42,6 +45,7 @@ class Joint:
     gear: float | None = None
 
 
+@door
 def arm_of(solids: Sequence[Solid], joints: Sequence[Joint], gravity: float = 9.81) -> SpatialArm:
     """The arm of bodies and joints; what a fixed joint carries becomes part of what carries it.
 

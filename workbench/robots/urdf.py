@@ -17,11 +17,12 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.core.sockets import described
 from workbench.robots.motion import from_angles
-from workbench.robots.safe_xml import element_in, element_of
+from workbench.robots.safe_xml import LONGEST_PATH, element_in, element_of
 from workbench.robots.spatial import SpatialArm
 from workbench.robots.tree import Joint, Solid, arm_of
+from workbench.validation.doors import door
+from workbench.validation.words import described
 
 MOST_JOINTS = 64  # that move; the equations of more take minutes
 MOST_LINKS = 2_000
@@ -31,6 +32,7 @@ KINDS = ("revolute", "continuous", "prismatic", "fixed")
 MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
+@door
 def read(file: str | Path, gravity: float = 9.81) -> SpatialArm:
     """The arm that a URDF file describes. No other file is opened: meshes are never read.
 
@@ -41,11 +43,10 @@ def read(file: str | Path, gravity: float = 9.81) -> SpatialArm:
     ValueError
         If it is no URDF of an arm with a base that stands still; the message says where and why.
     """
-    if not isinstance(file, str | Path):
-        raise LookupError(f"`read(file=...)` must be the path of a URDF file; got {described(file)}.")
-    return _arm(element_in(Path(file)), f"'{file}'", gravity)
+    return _arm(element_in(Path(file)), described(str(file), LONGEST_PATH), gravity)
 
 
+@door
 def parse(text: str, gravity: float = 9.81) -> SpatialArm:
     """The arm that URDF text describes.
 
@@ -54,9 +55,7 @@ def parse(text: str, gravity: float = 9.81) -> SpatialArm:
     ValueError
         As `read`.
     """
-    if not isinstance(text, str):
-        raise ValueError(f"`parse(text=...)` must be text; got {described(text)}.")
-    return _arm(element_of(text.encode("utf-8", "replace"), "The text"), "The text", gravity)
+    return _arm(element_of(text.encode(), "The text"), "The text", gravity)
 
 
 def _arm(root: Element, source: str, gravity: float) -> SpatialArm:

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 
 from workbench.notation.formula import GREEK
 from workbench.notation.parsing.tokens import FUNCTIONS, OPENING, FormulaError, Token, checked, refusal, refuse_size
+from workbench.validation.doors import door
 
 _LETTERS = "A-Za-z_Α-Ωα-ωϕ"
 _PATTERN = re.compile(
@@ -20,6 +21,7 @@ _PATTERN = re.compile(
 _TYPED = str.maketrans("−·×²³₀₁₂₃₄₅₆₇₈₉", "-**230123456789") | {ord(sign): name for name, sign in GREEK.items()}
 
 
+@door
 def tokens(text: str) -> tuple[Token, ...]:
     """The tokens of a text; a new line is a "break" unless a bracket is open.
 

@@ -13,6 +13,7 @@ from typing import Literal
 
 from workbench.notation.parsing import plain, tex
 from workbench.notation.parsing.tokens import OPENING, Token, refusal
+from workbench.validation.doors import door
 
 Language = Literal["text", "latex"]
 SEPARATORS = {",", ";"}
@@ -29,6 +30,7 @@ class Statement:
     right: tuple[Token, ...]
 
 
+@door
 def statements(text: str, language: Language) -> tuple[Statement, ...]:
     """The statements of a text in the order in which they stand.
 

@@ -20,6 +20,7 @@ from workbench.notation.parsing.macros import (
     UPRIGHT,
 )
 from workbench.notation.parsing.tokens import DEEPEST, FUNCTIONS, Token, checked, refusal, refuse_size
+from workbench.validation.doors import door
 
 _SPACE = re.compile(r"[ \t\r\f\n~]+|(?<!\\)%[^\n]*|\{\s*\}")
 _COMMAND = re.compile(r"\\([A-Za-z]+|.|\n)", re.DOTALL)
@@ -62,6 +63,7 @@ class _Symbol:
     power: str = ""
 
 
+@door
 def tokens(text: str) -> tuple[Token, ...]:
     r"""The tokens of LaTeX source; displays, blank lines, and rows outside of a matrix are "break"s.
 

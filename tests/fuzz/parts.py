@@ -1,0 +1,63 @@
+"""The small arm, loop and equation that the valid calls of all rooms are made of."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+
+from workbench.controllers import PID
+from workbench.core import Entry, Layout, Ode
+from workbench.loop import ClosedLoop, Estimate, Measurement, Motion
+from workbench.observers import FullState
+from workbench.plants import Manipulator
+from workbench.robots import paper_arm
+from workbench.robots.catalogue import cart_pole
+from workbench.signals import Sines
+
+ARM = paper_arm()
+TREE = cart_pole()
+PLANT = Manipulator(ARM, q=[0.1, 0.2])
+OBSERVER = FullState(2)
+LAW = PID([1.0, 1.0], [0.1, 0.1], [1.0, 1.0], ARM)
+REFERENCE = Sines([1.0, 1.0], [1.0, 1.0])
+LOOP = ClosedLoop(PLANT, OBSERVER, LAW, REFERENCE)
+
+
+def decay() -> Ode:
+    """x' = -k x, y = x."""
+    states, parameters = Layout((Entry("x", 1.0),)), Layout((Entry("k", 2.0),))
+    t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+    return Ode.of("decay", states, parameters, (t, x, p), {"x": -p * x}, {"y": x})
+
+
+ODE = decay()
+
+
+def column(name: str, rows: int = 2) -> ca.SX:
+    return ca.SX.sym(name, rows)
+
+
+def signals() -> dict[str, Any]:
+    """Arguments of a block's methods by the names that all rooms give them."""
+    return {
+        "t": lambda block: ca.SX.sym("t"),
+        **{name: lambda block, name=name: column(name) for name in ("q", "qd", "qdd", "tau", "growth", "s", "K")},
+        "x": lambda block: column("x"),
+        "v": lambda block: column("v"),
+        "z": lambda block: _memory(block),
+        "y": lambda block: Measurement(column("q"), column("qd"), column("d")),
+        "est": lambda block: Estimate(column("q_hat"), column("qd_hat"), column("d_hat")),
+        "ref": lambda block: Motion(column("q_ref"), column("qd_ref"), column("qdd_ref")),
+        "w": lambda block: column("w", 4),
+        "dof": lambda block: 2,
+        "period": lambda block: 0.01,
+        "name": lambda block: "x",
+        "p": lambda block: None,
+    }
+
+
+def _memory(block: Any) -> dict[str, ca.SX]:
+    memory = getattr(block, "memory", Layout())
+    memory = memory(2) if callable(memory) else memory
+    return dict(memory.view(memory.symbols()))

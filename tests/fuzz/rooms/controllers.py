@@ -1,0 +1,53 @@
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from workbench import controllers
+
+from ..parts import ARM, signals
+
+MODULES = ("workbench.controllers",)
+
+
+def calls() -> dict[str, Any]:
+    eye, two = np.eye(2), [1.0, 1.0]
+    coefficients = np.ones((3, 2, 4))
+    flat = np.ones((3, 4))
+    learns = controllers.Leakage(0.1, two)
+    return {
+        "PID": partial(controllers.PID, two, two, two, ARM),
+        "AbstractAdaptation": controllers.Plain(),
+        "AdaptiveSlidingMode": partial(controllers.AdaptiveSlidingMode, ARM, two, 0.1, 1.0, two, learns, "tanh"),
+        "AosmcRgs": partial(controllers.AosmcRgs, ARM, two, 0.1, K=eye, P=eye, Q=eye, R=eye),
+        "DeadZone": partial(controllers.DeadZone, 0.1),
+        "Frozen": partial(controllers.Frozen),
+        "FuzzyAsmc": partial(controllers.FuzzyAsmc, ARM, two, 0.1, 1.0, 0.1, two),
+        "Leakage": partial(controllers.Leakage, 0.1, two),
+        "Plain": partial(controllers.Plain),
+        "RbfAsmc": partial(
+            controllers.RbfAsmc, ARM, two, 0.1, 1.0, 1.0, 0.1, np.ones((3, 4)), np.ones(4), two, learns, "clip"
+        ),
+        "RuleBase": partial(controllers.RuleBase, [0.0, 1.0], 0.1, [0.0, 1.0], 0.1, eye),
+        "ScheduledFeedback": partial(controllers.ScheduledFeedback, ARM, 1.0, flat, flat, "fourier"),
+        "ScheduledFeedback.of": partial(controllers.ScheduledFeedback.of, ARM, coefficients, 1.0, "chebyshev"),
+        "Sdre": partial(controllers.Sdre, ARM, eye, eye, eye),
+        "SlidingMode": partial(controllers.SlidingMode, ARM, two, two, 0.1, "implicit"),
+        "SlidingMode clip": partial(controllers.SlidingMode, ARM, two, two, 0.1),
+        "StateFeedback": partial(controllers.StateFeedback, ARM, eye, eye),
+        "StateFeedback.of": partial(controllers.StateFeedback.of, ARM, np.ones((2, 4))),
+        "SuperTwisting": partial(controllers.SuperTwisting, ARM, two, two, two, 0.1, "sign"),
+    }
+
+
+def arguments() -> dict[str, Any]:
+    return {
+        **signals(),
+        "StateFeedback.of.model": lambda law: ARM,
+        "StateFeedback.of.K": lambda law: np.ones((2, 4)),
+        "ScheduledFeedback.of.model": lambda law: ARM,
+        "coefficients": lambda law: np.ones((3, 2, 4)),
+        "horizon": lambda law: 1.0,
+    }

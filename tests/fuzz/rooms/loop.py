@@ -1,0 +1,32 @@
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from workbench import loop
+
+from ..parts import LAW, LOOP, OBSERVER, PLANT, REFERENCE, column, signals
+
+MODULES = ("workbench.loop",)
+
+
+def calls() -> dict[str, Any]:
+    q, qd, d = column("q"), column("qd"), column("d")
+    return {
+        "AbstractController": LAW,
+        "AbstractDisturbance": LOOP,
+        "AbstractObserver": OBSERVER,
+        "AbstractPlant": PLANT,
+        "AbstractReference": REFERENCE,
+        "ClosedLoop": partial(loop.ClosedLoop, PLANT, OBSERVER, LAW, REFERENCE),
+        "Estimate": partial(loop.Estimate, q, qd, d),
+        "Instruments": partial(loop.Instruments, 2, 0.1, 0.1, 0.1, 0.1, 1.0),
+        "Measurement": partial(loop.Measurement, q, qd, d),
+        "Motion": partial(loop.Motion, q, qd, d),
+        "Parts": loop.Parts,
+        "open_loop": partial(loop.open_loop, PLANT, "plant"),
+    }
+
+
+def arguments() -> dict[str, Any]:
+    return signals()

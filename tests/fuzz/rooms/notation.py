@@ -1,0 +1,62 @@
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+import casadi as ca
+
+from workbench.notation import formula, latex, mathml, normal_form, program, python, reader, text, typst_math, walk
+from workbench.notation.formula import Matrix, Number, Relation, Sum, Symbol
+from workbench.notation.parsing import plain, statements, tex
+
+MODULES = ()  # the room has no `__all__`: what follows is what other rooms and studies use
+
+
+def calls() -> dict[str, Any]:
+    q = ca.SX.sym("q")
+    x, one, two = Symbol("x", "1"), Number(Fraction(1, 3)), Number(2.0)
+    total = Sum((x, one))
+    relation = Relation(x, "=", total)
+    matrix = Matrix(((x, one), (two, total)))
+    expression = ca.vertcat(q * ca.sin(q) + 2, ca.SX(1))
+    dialect = program.Dialect({"fabs": "abs"}, frozenset({"while"}), 100)
+    markups = {"latex": latex.emit, "text": text.emit, "mathml": mathml.emit, "typst_math": typst_math.emit}
+    return {
+        "Number": partial(Number, Fraction(1, 3)),
+        "Symbol": partial(Symbol, "x", "1,2", 1, "hat", "*", True),
+        "Sum": partial(Sum, (x, one)),
+        "Product": partial(formula.Product, (one, x)),
+        "Quotient": partial(formula.Quotient, x, two),
+        "Power": partial(formula.Power, x, two),
+        "Call": partial(formula.Call, "sin", (x,)),
+        "Cases": partial(formula.Cases, ((x, Relation(x, "<", two)),), one),
+        "Matrix": partial(Matrix, ((x, one), (two, total))),
+        "Relation": partial(Relation, x, "=", total),
+        "System": partial(formula.System, (relation, relation)),
+        "symbol": partial(formula.symbol, "q_ref_1"),
+        "name_of": partial(formula.name_of, x),
+        "printed": partial(formula.printed, ["a", "b"], {"a": x}),
+        "equations": partial(formula.equations, x, matrix),
+        "entry_symbol": partial(formula.entry_symbol, x, "12"),
+        **{f"{name}.emit": partial(emit, matrix, width=80) for name, emit in markups.items()},
+        **{f"{name}.emit a relation": partial(emit, relation, width=80) for name, emit in markups.items()},
+        "python.emit": partial(python.emit, total, width=80, module="np"),
+        "python.identifier": partial(python.identifier, x),
+        "latex.display": partial(latex.display, [relation], width=80),
+        "read": partial(reader.read, expression, {"q": x}),
+        "read_shared": partial(reader.read_shared, expression, {"q": x}),
+        "normal_forms": partial(normal_form.normal_forms, expression, {"q": Fraction(1)}),
+        "to_formula": partial(normal_form.to_formula, expression, {"q": x}),
+        "simplify": partial(normal_form.simplify, expression),
+        "straight_line": partial(program.straight_line, {"M": expression}, {"q": "q_1"}, dialect),
+        "Dialect": partial(program.Dialect, {"fabs": "abs"}, frozenset({"while"}), 100),
+        "walk": partial(walk.walk, expression, cse=True),
+        "plain.tokens": partial(plain.tokens, "M = x_1^2 + sin(q)"),
+        "tex.tokens": partial(tex.tokens, r"M = \frac{x_1}{2}"),
+        "statements": partial(statements.statements, "M = x_1^2 + 2", "text"),
+    }
+
+
+def arguments() -> dict[str, Any]:
+    return {}

@@ -1,0 +1,72 @@
+from __future__ import annotations
+
+import tempfile
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench import robots
+from workbench.robots import Link, SpatialLink, urdf
+from workbench.robots.base_parameters import base_parameters
+from workbench.robots.description import PointMass
+from workbench.robots.frames import Frame
+from workbench.robots.regressor import names, parameters, regressor
+from workbench.robots.tree import Joint, Solid, arm_of
+
+from ..parts import TREE, signals
+
+MODULES = ("workbench.robots", "workbench.robots.urdf")
+
+TEXT = """<robot name="r"><link name="base"/><link name="arm"><inertial><origin xyz="0 0 0.5"/><mass value="1"/>
+<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>
+<joint name="hinge" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/></joint></robot>"""
+
+
+FOLDER = tempfile.TemporaryDirectory()
+FILE = Path(FOLDER.name) / "arm.urdf"
+FILE.write_text(TEXT)
+
+
+def calls() -> dict[str, Any]:
+    frame, eye, zero = Frame("tool", 1, np.eye(3), np.zeros(3)), np.eye(3), np.zeros(3)
+    body = (0.1, 0.0, 0.0, 0.1, 0.0, 0.1)
+    q = ca.SX.sym("q", 2)
+    return {
+        "CATALOGUE": robots.CATALOGUE,
+        "Link": partial(Link, 1.0, 1.0, 0.5, 0.0, 0.1),
+        "PointMass": partial(PointMass, 1.0, 1.0),
+        "PlanarArm": partial(robots.PlanarArm, (Link(1.0, 1.0, 0.5), PointMass(1.0, 1.0)), 9.81, "up"),
+        "SpatialArm": partial(robots.SpatialArm, TREE.links, 9.81, (frame,)),
+        "SpatialLink": partial(
+            SpatialLink, "hinge", 1.0, zero, body, zero, (0.0, 0.0, 1.0), eye, -1, "revolute", 0.1, 0.1, 0.1, 2.0
+        ),
+        "Frame": partial(Frame, "tool", 0, eye, zero),
+        "named": partial(robots.named, "pelican"),
+        "paper_arm": partial(robots.paper_arm),
+        "urdf": urdf,
+        "read": partial(urdf.read, str(FILE), 9.81),
+        "parse": partial(urdf.parse, TEXT, 9.81),
+        "Solid": partial(Solid, "arm", 1.0, zero, np.array(body)),
+        "Joint": partial(Joint, "hinge", "base", "arm", "revolute", zero, eye, np.array([0.0, 0.0, 1.0]), 0.1, 0.1),
+        "arm_of": partial(
+            arm_of,
+            [Solid("base"), Solid("arm", 1.0, zero, np.array(body))],
+            [Joint("j", "base", "arm", "revolute")],
+            9.8,
+        ),
+        "names": partial(names, TREE),
+        "parameters": partial(parameters, TREE),
+        "regressor": partial(regressor, TREE, q, q, q),
+        "base_parameters": partial(base_parameters, TREE, np.random.default_rng(1)),
+    }
+
+
+def arguments() -> dict[str, Any]:
+    return {
+        **signals(),
+        "SpatialLink.body.q": lambda link: ca.SX.sym("q"),
+        "SpatialLink.friction.qd": lambda link: ca.SX.sym("v"),
+    }

@@ -1,0 +1,259 @@
+"""The one vocabulary of refusals: each function returns a clean value, or says in one sentence what does not fit.
+
+`call` names the argument as its user wrote it, as in "Sweep(h=...)"; `of` says what is counted: " of seconds". What is
+refused is a `ValueError`, a name that nothing has a `LookupError`.
+"""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+import reprlib
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Integers = np.ndarray[Any, np.dtype[np.signedinteger[Any]]]
+
+LONGEST = 60  # how much of a value a message shows
+MOST = 2**53  # beyond it whole numbers are no longer exact as doubles
+WORDS = {int: "a whole number", float: "a number", bool: "True or False", str: "text", type(None): "None"}
+
+
+def refusal(call: str, must: str, value: object, advice: str = "") -> ValueError:
+    """The refusal of a value: what the argument must be, and what came."""
+    return ValueError(f"`{call}` must be {must}; got {described(value)}{advice}.")
+
+
+def require(call: str, value: object, kind: type, advice: str = "") -> Any:
+    """An instance of `kind`."""
+    if not isinstance(value, kind):
+        raise refusal(call, WORDS.get(kind) or a(kind), value, advice)
+    return value
+
+
+def function(call: str, value: object, of: str = "") -> Callable[..., Any]:
+    """A function, or anything else that can be called; `of` says of what it is one: " of signals"."""
+    if not callable(value):
+        raise refusal(call, f"a function{of}", value)
+    return value
+
+
+def several(call: str, value: object, kind: type, least: int = 0) -> tuple[Any, ...]:
+    """A tuple or list of one kind, at least so many, as a tuple; one alone is refused."""
+    if not isinstance(value, list | tuple):
+        alone = ": one alone is written `(...,)`, with its comma" if isinstance(value, kind) else ""
+        raise refusal(call, f"a tuple of {name_of(kind)}", value, alone)
+    for i, item in enumerate(value):
+        if not isinstance(item, kind):
+            raise refusal(call, f"a tuple of {name_of(kind)}", item, f" at [{i}]")
+    if len(value) < least:
+        raise ValueError(f"`{call}` must be a tuple of at least {least} {name_of(kind)}; got {len(value) or 'none'}.")
+    return tuple(value)
+
+
+def text(call: str, value: object, *, empty: bool = True) -> str:
+    """Text that can be written to a file, and unless `empty` says something."""
+    clean = as_text(value)
+    if clean is None or not (empty or clean.strip()):
+        surrogates = isinstance(value, str) and clean is None
+        must = "text in characters that can be written, no lone surrogates" if surrogates else "text"
+        raise refusal(call, must if empty else f"{must} that says something", value)
+    return clean
+
+
+def one_of(call: str, value: object, choices: Iterable[str]) -> str:
+    """One of a few words."""
+    known = list(choices)
+    if not isinstance(value, str) or value not in known:
+        near = nearest(value, known) if isinstance(value, str) else ""
+        raise ValueError(f"`{call}` is one of {', '.join(map(repr, known))}; got {described(value)}.{near}")
+    return str(value)
+
+
+def known(name: object, names: Iterable[str], of: str) -> str:
+    """A name of those known, where `of` says what they name ("parameters of this loop"), or a `LookupError`."""
+    held = list(names)
+    if isinstance(name, str) and name in held:
+        return str(name)
+    if not isinstance(name, str):
+        raise LookupError(f"The {of} go by names, which are text; got {described(name)}.")
+    near = nearest(name, held) or f" They are: {', '.join(held[:12]) or 'none'}{', ...' if len(held) > 12 else ''}."
+    raise LookupError(f"There is no {described(name)} among the {len(held)} {of}.{near}")
+
+
+def whole(call: str, value: object, least: int = 1, most: int | None = None, of: str = "", why: str = "") -> int:
+    """A whole number from `least` to `most`, which is 2^53 where it is not told; `why` is said behind a comma."""
+    clean, top = as_whole(value), MOST if most is None else most
+    if clean is None or not least <= clean <= top:
+        beyond = most is not None or (clean is not None and clean > top)
+        must = f"a whole number{of} from {least} to {'2^53' if top == MOST else top}" if beyond else None
+        must = must or (f"a positive whole number{of}" if least == 1 else f"a whole number{of}, at least {least}")
+        raise refusal(call, must + (f", {why}" if why else ""), value)
+    return clean
+
+
+def seed(call: str, value: object) -> int:
+    """A seed of random numbers, which is the key of a generator."""
+    clean = as_whole(value)
+    if clean is None or not 0 <= clean < 2**64:
+        raise refusal(call, "a whole number from 0 to 2^64 - 1, the key of a generator", value)
+    return clean
+
+
+def finite(call: str, value: object, of: str = "", *, low: float = -np.inf, high: float = np.inf) -> float:
+    """A finite number within [low, high]."""
+    clean = as_number(value)
+    if clean is None or not (np.isfinite(clean) and low <= clean <= high):
+        ends = [f"at least {low:g}" if low > -np.inf else "", f"at most {high:g}" if high < np.inf else ""]
+        raise refusal(call, f"a finite number{of}" + "".join(f", {end}" for end in ends if end), value)
+    return clean
+
+
+def positive(call: str, value: object, of: str = "") -> float:
+    """A number that is positive, finite and of full accuracy."""
+    clean = as_number(value)
+    if clean is None or not np.finfo(float).tiny <= clean < np.inf:
+        why = ", which a float does not hold to full accuracy" if clean is not None and 0 < clean < 1 else ""
+        raise refusal(call, f"a positive, finite number{of}", value, why)
+    return clean
+
+
+def seconds(call: str, value: object) -> float:
+    """A span of time in s that is positive, finite and of full accuracy."""
+    return positive(call, value, " of seconds")
+
+
+def multiple(call: str, span: float, unit: float, of: str) -> int:
+    """How many units make up a span, both in s; `of` names the unit."""
+    count = span / unit
+    if count > MOST:
+        raise ValueError(f"`{call}` must be at most 2^53 times {of} {unit:g} s, to be counted; got {span:g} s.")
+    # 1e-6 of a unit: what the rounding of the quotient can do at a billion units
+    if round(count) < 1 or abs(count - round(count)) > 1e-6 * max(1.0, count * 1e-6):
+        raise ValueError(f"`{call}` must be a multiple of {of} {unit:g} s; got {span:g} s.")
+    return round(count)
+
+
+def numbers(call: str, value: object, ndim: int | None = None) -> Array:
+    """A new array of doubles, of `ndim` axes if told; no text, truths, complex numbers, objects or ragged lists."""
+    array = as_array(value)
+    if array is None or (ndim is not None and array.ndim != ndim):
+        must = {None: "a number or an array of numbers", 0: "a single number", 1: "a vector of numbers"}
+        raise refusal(call, must.get(ndim, "a matrix of numbers" if ndim == 2 else f"numbers on {ndim} axes"), value)
+    return array
+
+
+def vector(call: str, value: object, size: int, of: str) -> Array:
+    """A vector (size,), or a row or a column, of which nothing is repeated; `of` says what is counted."""
+    array = as_array(value)
+    if array is None:
+        raise refusal(call, "a vector of numbers", value)
+    if array.shape not in ((size,), (size, 1), (1, size)):
+        raise ValueError(f"`{call}` must have shape ({size},), one number for each of the {of}; got {array.shape}.")
+    return array.ravel()
+
+
+def matrix(call: str, value: object, rows: int | None = None, columns: int | None = None) -> Array:
+    """A matrix of finite numbers, with so many rows and columns where that is told."""
+    array = numbers(call, value, 2)
+    if (rows, columns) != (rows if rows is None else array.shape[0], columns if columns is None else array.shape[1]):
+        want = tuple("any" if size is None else size for size in (rows, columns))
+        raise ValueError(f"`{call}` must have shape ({want[0]}, {want[1]}); got {array.shape}.")
+    if not np.isfinite(array).all():
+        place = tuple(map(int, np.argwhere(~np.isfinite(array))[0]))
+        raise ValueError(f"`{call}` must be a matrix of finite numbers; got {array[place]:g} at {list(place)}.")
+    return array
+
+
+def as_whole(value: object) -> int | None:
+    """Python's whole number of any kind of whole number; None of anything else, such as True."""
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    return int(value) if isinstance(value, int | np.integer) and not isinstance(value, bool) else None
+
+
+def as_number(value: object) -> float | None:
+    """Python's float of any kind of real number; None of anything else, such as True or 10**400."""
+    if type(value) is float:
+        return value
+    array = as_array(value)
+    return float(array) if array is not None and array.ndim == 0 else None
+
+
+def as_text(value: object) -> str | None:
+    """Text in characters that can be written; None of anything else."""
+    if not isinstance(value, str):
+        return None
+    try:
+        value.encode()
+    except UnicodeEncodeError:  # a lone surrogate
+        return None
+    return str(value) if type(value) is np.str_ else value
+
+
+def as_array(value: object) -> Array | None:
+    """A new array of doubles; None of what is none, or becomes infinite, or hides a number behind a mask."""
+    try:
+        array = np.array(value)
+        if array.dtype.kind not in "iuf" or np.ma.is_masked(value):
+            return None
+        with np.errstate(over="raise"):
+            return array.astype(np.float64)
+    except Exception:  # whatever an object says of itself when it is asked for its numbers
+        return None
+
+
+def described(value: object, longest: int = LONGEST) -> str:
+    """What a value is, short and without control characters: `a PID, which is an AbstractController`."""
+    try:
+        return "".join(c if c.isprintable() else " " for c in _described(value, longest))
+    except Exception:  # whatever an object says when it is asked for itself
+        return a(type(value))
+
+
+def _described(value: Any, longest: int) -> str:
+    if isinstance(value, type):
+        return f"the class `{value.__name__}` itself: make one with `{value.__name__}(...)`"
+    if callable(value) and hasattr(value, "__name__"):
+        return f"the function `{value.__name__}` itself: call it"
+    if isinstance(value, np.ndarray):
+        return f"an array of shape {value.shape}" + ("" if value.dtype.kind in "iuf" else f" and kind {value.dtype}")
+    if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic):
+        plain = value.item() if isinstance(value, np.generic) else value
+        shown = repr(plain[:longest] if isinstance(plain, str | bytes) else plain)
+        return shown if len(shown) <= longest else f"{shown[:longest]}..."
+    if type(value) in (list, tuple, dict, set):
+        return _SHORT.repr(value)
+    bases = [base for base in type(value).__mro__[1:] if inspect.isabstract(base)]
+    return a(type(value)) + (f", which is {a(bases[0])}" if bases else "")
+
+
+class _Short(reprlib.Repr):
+    """Containers with their first items, each as a message describes it."""
+
+    def repr_instance(self, x: Any, level: int) -> str:
+        del level
+        return described(x)
+
+
+_SHORT = _Short()
+
+
+def a(kind: Any) -> str:
+    """A class with its article, in backticks."""
+    name = name_of(kind)
+    return f"{'an' if name[1] in 'AEIOaeio' else 'a'} {name}"
+
+
+def name_of(kind: Any) -> str:
+    """The name of a class, in backticks."""
+    return f"`{getattr(kind, '__name__', kind)}`"
+
+
+def nearest(name: object, names: Iterable[str]) -> str:
+    """A question that names the known name nearest to a misspelt one; empty if none is near."""
+    close = difflib.get_close_matches(name[:LONGEST], list(names), n=1, cutoff=0.6) if isinstance(name, str) else []
+    return f" Did you mean '{close[0]}'?" if close else ""
