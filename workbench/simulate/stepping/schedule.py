@@ -2,25 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
+from typing import cast
 
 import numpy as np
 
-from workbench.core import Step
-from workbench.core.numbers import Array, Integers
+from workbench.core import Step, stepper
 from workbench.simulate.divergence import Divergence, find_divergence
 from workbench.simulate.job import Job, Progress
 from workbench.simulate.marches import arithmetic_of, march_of
-from workbench.simulate.request import afford, rows_of
+from workbench.simulate.request import afford, rows_of, told
 from workbench.simulate.trajectories import Trajectories
+from workbench.validation.doors import answer, door
+from workbench.validation.kinds import fit_of
+from workbench.validation.words import Array, Integers, finite, seconds, several, whole
 
 # (method, h) -> the step of length h [s] by that method, all with the same states and parameters.
 Make = Callable[[str, float], Step]
+A_STEP = fit_of(Step)
 
 
 @dataclass(frozen=True)
+@door
 class Segment:
     """A method that divides each of a number of consecutive cells into `steps` steps.
 
@@ -28,6 +33,8 @@ class Segment:
     ------
     ValueError
         If a number is no positive whole one.
+    LookupError
+        If there is no such method.
     """
 
     method: str
@@ -35,12 +42,13 @@ class Segment:
     cells: int
 
     def __post_init__(self) -> None:
-        for name, count in (("steps", self.steps), ("cells", self.cells)):
-            if not isinstance(count, int) or isinstance(count, bool) or count < 1:
-                raise ValueError(f"`Segment({name}=...)` must be a positive whole number; got {count!r}.")
+        stepper(self.method)  # refuses a method that there is not
+        whole("Segment(steps=...)", self.steps)
+        whole("Segment(cells=...)", self.cells)
 
 
 @dataclass(frozen=True)
+@door
 class Schedule:
     """Consecutive segments from time 0 on, made of cells of one length.
 
@@ -50,10 +58,20 @@ class Schedule:
     ----------
     cell
         The length of a cell in s.
+
+    Raises
+    ------
+    ValueError
+        If there is no segment, or the cell or the horizon is no positive finite number.
     """
 
     cell: float
     segments: tuple[Segment, ...]
+
+    def __post_init__(self) -> None:
+        several("Schedule(segments=...)", self.segments, Segment, 1)
+        seconds("Schedule(cell=...)", self.cell)
+        finite("Schedule(cell=..., segments=...)", self.until, " of seconds in all")
 
     @property
     def cells(self) -> int:
@@ -65,6 +83,7 @@ class Schedule:
         """The horizon in s."""
         return self.cell * self.cells
 
+    @door
     def h(self, segment: Segment) -> float:
         """The step of a segment, in s."""
         return self.cell / segment.steps
@@ -80,7 +99,8 @@ class Schedule:
         return replace(self, segments=tuple(replace(s, steps=2 * s.steps) for s in self.segments))
 
     @staticmethod
-    def of(cell: float, choices: list[tuple[str, int]]) -> Schedule:
+    @door
+    def of(cell: float, choices: Sequence[tuple[str, int]]) -> Schedule:
         """The schedule of one (method, steps) a cell, equal neighbours as one segment."""
         return Schedule(cell, tuple(Segment(*choice, len(list(same))) for choice, same in groupby(choices)))
 
@@ -95,6 +115,13 @@ class Schedule:
         return "\n".join(lines)
 
 
+def step_of(call: str, make: Make, method: str, h: float) -> Step:
+    """The step that a user's function makes, or a refusal in the name of a call."""
+    must = "be a function of (method, h) that gives a `Step`"
+    return cast(Step, answer(f"{call}(make=...)", must, lambda: make(method, h), A_STEP, refuses=True))
+
+
+@door
 def run(
     schedule: Schedule,
     make: Make,
@@ -123,13 +150,14 @@ def run(
         If `every` is no divisor of the number of cells, rows are out of their bounds or of a wrong shape, the
         steps are noisy, or the runs would take too much memory or time.
     """
-    kept = every or schedule.cells
-    if kept < 1 or schedule.cells % kept:
+    tell = told("run", progress)
+    kept = schedule.cells if every is None else whole("run(every=...)", every)
+    if schedule.cells % kept:
         raise ValueError(
             f"`run(every=...)` must be a number of cells that divides the schedule's {schedule.cells}; got {every}."
         )
     kinds = dict.fromkeys((s.method, s.steps) for s in schedule.segments)
-    steps = {(method, n): make(method, schedule.cell / n) for method, n in kinds}
+    steps = {(method, n): step_of("run", make, method, schedule.cell / n) for method, n in kinds}
     p, x0 = _checked(schedule, steps, p, x0, schedule.cells // kept)
     x = np.full((len(x0), 1 + schedule.cells // kept, x0.shape[1]), np.nan)
     x[:, 0] = x0
@@ -138,7 +166,7 @@ def run(
     rounding = arithmetic_of(dearest, len(x0), arithmetic)
     for part in _parts(schedule, steps, kept):
         left = slice(None) if np.isnan(found.at).all() else np.flatnonzero(np.isnan(found.at))
-        rows = _advance(part, left, now, p, found, progress or (lambda share: None), rounding)
+        rows = _advance(part, left, now, p, found, tell, rounding)
         now[left] = rows[:, -1]
         if part.end % kept == 0:
             last = part.end // kept
