@@ -45,7 +45,7 @@ class Trajectories:
         shape = (len(self.job.p), self.t.size, self.job.step.states.size)
         if self.t.ndim != 1 or self.x.shape != shape or self.t.size == 0:
             raise ValueError(
-                f"`Trajectories(x=...)` must have shape {shape}, for the runs of its job, its times (N,) and its states; "
+                f"`Trajectories(x=...)` must have shape {shape}, for the runs of its job, its times and states; "
                 f"got {self.x.shape} and times {self.t.shape}."
             )
 

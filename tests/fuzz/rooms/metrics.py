@@ -29,7 +29,7 @@ class Own(room.AbstractMetric):
     sampled: Any = None
     checked: Any = None
     integrated: Any = None
-    remembered: Any = Layout()
+    remembered: Any = None
     updated: Any = None
     valued: Any = None
 
@@ -48,7 +48,7 @@ class Own(room.AbstractMetric):
         return _given(self.integrated, y["y"], t, y)
 
     def memory(self, joints: int) -> Any:
-        return self.remembered
+        return Layout() if self.remembered is None else self.remembered
 
     def update(self, k: Any, h: Any, z: Any, y: Any) -> Any:
         return _given(self.updated, {}, k, h, z, y)

@@ -154,7 +154,7 @@ def reference_of_function(
     def field(t: float, x: Array) -> Array:
         try:
             given = f(t, x)
-            rate = as_array(given)
+            rate = given if type(given) is np.ndarray and given.dtype == np.float64 else as_array(given)
         except Exception as error:  # whatever a foreign function raises
             raise StoppedError(t, x, f"the function raised {raised(error)}") from error
         if rate is None or rate.size != len(start):

@@ -119,8 +119,7 @@ def choose(
     """
     cells, make = cells_of(until, tolerance, cell, grid), cache(partial(step_of, "choose", make))
     finest = make("rk4", cells.length / cells.references[0])
-    methods = several("choose(methods=...)", methods, str, 1)
-    p, x0 = _checked(finest, p, x0)
+    p, x0 = _checked(finest, p, x0, methods)
     found = None
     for place, fine in enumerate(cells.references):
         pilot = _Pilot.of(make, p, x0, cells.length, cells.count, fine, arithmetic)
@@ -135,8 +134,9 @@ def choose(
     )
 
 
-def _checked(step: Step, p: Array, x0: Array) -> tuple[Array, Array]:
+def _checked(step: Step, p: Array, x0: Array, methods: Sequence[str]) -> tuple[Array, Array]:
     """The pilot rows; what no schedule can be chosen for is refused."""
+    several("choose(methods=...)", methods, str, 1)
     if step.noises:
         raise ValueError("`choose(make=...)` must make steps without noise, whose error a smaller step would show.")
     if not (p.ndim == x0.ndim == 2 and len(p) == len(x0) > 0):

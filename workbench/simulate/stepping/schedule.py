@@ -16,12 +16,13 @@ from workbench.simulate.marches import arithmetic_of, march_of
 from workbench.simulate.request import afford, rows_of, told
 from workbench.simulate.trajectories import Trajectories
 from workbench.validation.doors import answer, door
-from workbench.validation.kinds import fit_of
+from workbench.validation.kinds import KindError, fit_of
 from workbench.validation.words import Array, Integers, finite, seconds, several, whole
 
 # (method, h) -> the step of length h [s] by that method, all with the same states and parameters.
 Make = Callable[[str, float], Step]
 A_STEP = fit_of(Step)
+ROUNDING = 1e-12  # of a step's length, as its maker may have divided a period by a whole number
 
 
 @dataclass(frozen=True)
@@ -117,8 +118,15 @@ class Schedule:
 
 def step_of(call: str, make: Make, method: str, h: float) -> Step:
     """The step that a user's function makes, or a refusal in the name of a call."""
-    must = "be a function of (method, h) that gives a `Step`"
-    return cast(Step, answer(f"{call}(make=...)", must, lambda: make(method, h), A_STEP, refuses=True))
+
+    def fit(given: object) -> Step:
+        step: Step = A_STEP(given)
+        if abs(step.h - h) > ROUNDING * h:
+            raise KindError("", f"one of {step.h:g} s for {h:g} s")
+        return step
+
+    must = "be a function of (method, h) that gives a `Step` of length h"
+    return cast(Step, answer(f"{call}(make=...)", must, lambda: make(method, h), fit, refuses=True))
 
 
 @door
@@ -150,12 +158,7 @@ def run(
         If `every` is no divisor of the number of cells, rows are out of their bounds or of a wrong shape, the
         steps are noisy, or the runs would take too much memory or time.
     """
-    tell = told("run", progress)
-    kept = schedule.cells if every is None else whole("run(every=...)", every)
-    if schedule.cells % kept:
-        raise ValueError(
-            f"`run(every=...)` must be a number of cells that divides the schedule's {schedule.cells}; got {every}."
-        )
+    tell, kept = told("run", progress), _spacing(schedule, every)
     kinds = dict.fromkeys((s.method, s.steps) for s in schedule.segments)
     steps = {(method, n): step_of("run", make, method, schedule.cell / n) for method, n in kinds}
     p, x0 = _checked(schedule, steps, p, x0, schedule.cells // kept)
@@ -175,11 +178,23 @@ def run(
     return Trajectories(job, np.asarray(np.arange(x.shape[1]) * kept * schedule.cell), x, found)
 
 
+def _spacing(schedule: Schedule, every: int | None) -> int:
+    """After how many cells a state is kept."""
+    kept = schedule.cells if every is None else whole("run(every=...)", every)
+    if schedule.cells % kept:
+        raise ValueError(
+            f"`run(every=...)` must be a number of cells that divides the schedule's {schedule.cells}; got {every}."
+        )
+    return kept
+
+
 def _checked(
     schedule: Schedule, steps: dict[tuple[str, int], Step], p: Array | None, x0: Array | None, kept: int
 ) -> tuple[Array, Array]:
     """One row a run of parameters and states, or a refusal of what `simulate` would refuse."""
     dearest = max(steps.values(), key=lambda step: step.operations)
+    if len({(step.states.labels, step.parameters.labels) for step in steps.values()}) > 1:
+        raise ValueError("`run(make=...)` must make steps of one equation; their states or parameters differ.")
     if dearest.noises:
         raise ValueError("`run(make=...)` must make steps without noise: `simulate` runs a noisy one, at one step.")
     rows = rows_of("run", dearest, p, x0)
