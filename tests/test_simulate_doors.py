@@ -82,6 +82,10 @@ REFUSED = [
         lambda: step_limit(simulate(STEP, until=1.0), 1),
         "`step_limit(run=...)` must be a whole number from 0 to 0; got 1.",
     ),
+    (
+        lambda: reference(ODE, times=[1.7e308, -1.7e308]),
+        "finite numbers of seconds that increase, from 0 on; got [1.7e+308",
+    ),
     (lambda: arithmetic.has_graph("x"), "`has_graph(step=...)` must be a `Step`; got 'x'."),
     (lambda: arithmetic.signature(3), "`simulate(arithmetic=...)` is one of 'fused', 'portable', 'casadi'; got 3."),
     (lambda: reference(STEP, times=[1.0]), "`reference(ode=...)` must be an `Ode`; got a `Step`."),

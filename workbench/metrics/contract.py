@@ -114,7 +114,7 @@ def _faithful(name: str, own: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(contract, updated=())  # without the mark of an abstract method
     def method(*args: Any, **kwargs: Any) -> Any:
-        metric, *arguments = signature.bind(*args, **kwargs).args
+        metric, *arguments = signature.bind(*args, **kwargs).args if kwargs else args
         call = f"{type(metric).__name__}.{name}"
         ask, fits = functools.partial(own, metric, *arguments), lambda given: fit(given, *arguments)
         return answer(call, f"{must}, for the metric '{metric.name}'", ask, fits, refuses=name in REFUSES)

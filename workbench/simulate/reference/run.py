@@ -227,7 +227,7 @@ def _values(name: str, given: Array | None, layout: Layout) -> Array:
 
 def _times(call: str, times: Array | Sequence[float]) -> Array:
     when = np.atleast_1d(np.array(times))
-    if when.ndim != 1 or len(when) == 0 or not np.isfinite(when).all() or when[0] < 0 or (np.diff(when) <= 0).any():
+    if when.ndim != 1 or len(when) == 0 or not np.isfinite(when).all() or when[0] < 0 or (when[1:] <= when[:-1]).any():
         raise refusal(f"{call}(times=...)", "finite numbers of seconds that increase, from 0 on", when.tolist())
     return when
 
