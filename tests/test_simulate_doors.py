@@ -103,9 +103,9 @@ def test_what_cannot_be_run_is_refused_at_the_door(call, says):
         call()
 
 
-def test_a_method_that_there_is_not_is_refused_where_it_is_named():
-    with pytest.raises(LookupError, match="There is no method 'euler'"):
-        Segment("euler", 1, 1)
+def test_what_a_maker_of_steps_refuses_is_said_in_its_words():
+    with pytest.raises(LookupError, match="^There is no method 'euler'"):
+        run(Schedule(0.1, (Segment("euler", 1, 1),)), make, P, X0)
 
 
 @pytest.mark.parametrize("whole", [np.int8, np.uint64, np.array])

@@ -9,7 +9,7 @@ from typing import cast
 
 import numpy as np
 
-from workbench.core import Step, stepper
+from workbench.core import Step
 from workbench.simulate.divergence import Divergence, find_divergence
 from workbench.simulate.job import Job, Progress
 from workbench.simulate.marches import arithmetic_of, march_of
@@ -34,8 +34,6 @@ class Segment:
     ------
     ValueError
         If a number is no positive whole one.
-    LookupError
-        If there is no such method.
     """
 
     method: str
@@ -43,7 +41,6 @@ class Segment:
     cells: int
 
     def __post_init__(self) -> None:
-        stepper(self.method)  # refuses a method that there is not
         whole("Segment(steps=...)", self.steps)
         whole("Segment(cells=...)", self.cells)
 
