@@ -60,7 +60,7 @@ BANNED_IMPORTS = {
 SEEDED = {"Generator", "BitGenerator", "SeedSequence", "PCG64", "PCG64DXSM", "Philox", "default_rng"}
 
 # Rooms whose public names have doors; the others follow.
-ROOMS_WITH_DOORS = {"controllers", "core", "loop", "observers", "plants", "robots"}
+ROOMS_WITH_DOORS = {"controllers", "core", "loop", "metrics", "observers", "plants", "robots", "simulate"}
 
 Sources = Mapping[str, str]
 

@@ -98,7 +98,7 @@ def test_a_signature_holds_all_that_the_bits_depend_on():
     assert arithmetic.signature("portable") == f"portable {arithmetic.VERSION}"
     parts = arithmetic.signature("casadi").split()
     assert parts == ["casadi", ca.CasadiMeta.version(), platform.system(), platform.machine()]
-    with pytest.raises(ValueError, match="is 'fused', 'portable' or 'casadi'; got 'exact'"):
+    with pytest.raises(ValueError, match="is one of 'fused', 'portable', 'casadi'; got 'exact'"):
         arithmetic.signature("exact")
 
 
@@ -115,9 +115,9 @@ def unknown():
         (
             STEP,
             {"arithmetic": "quick"},
-            r"`simulate\(arithmetic=...\)` is 'fused', 'portable' or 'casadi'; got 'quick'",
+            r"`simulate\(arithmetic=...\)` is one of 'fused', 'portable', 'casadi'; got 'quick'",
         ),
-        (STEP, {"arithmetic": ["fused"]}, r"or 'casadi'; got \['fused'\]"),
+        (STEP, {"arithmetic": ["fused"]}, r"must be text or None; got \['fused'\]"),
         (STEP, {"arithmetic": "fused", "engine": "casadi"}, "that the engine has: 'casadi'. Leave one of the two"),
         (STEP, {"arithmetic": "casadi", "engine": "numpy"}, "that the engine has: 'portable' or 'fused'. Leave"),
         (unknown(), {"arithmetic": "portable"}, r"arithmetic='portable'\)` cannot run this step: .* the operation ERF"),

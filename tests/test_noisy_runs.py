@@ -101,11 +101,14 @@ def test_a_metric_of_a_noisy_loop_sees_the_same_noise_at_both_substeps():
 
 @pytest.mark.parametrize("seed", [-1, 2**64, 0.5, True, "a"])
 def test_a_seed_that_is_none_is_refused(seed):
-    with pytest.raises(ValueError, match=r"`simulate\(seed=...\)` must be a whole number from 0 to 2\^64 - 1; got"):
+    with pytest.raises(
+        ValueError,
+        match=r"`simulate\(seed=...\)` must be a whole number(; got| from 0 to 2\^64 - 1)",
+    ):
         simulate(STEP, until=0.1, seed=seed)
 
 
-@pytest.mark.parametrize("runs", [[0], [0, -1], [0.0, 1.0], "ab", [], [[0], [1, 2]], [0, 10**400]])
+@pytest.mark.parametrize("runs", [[0], [0, -1], [0.5, 1.0], "ab", [], [[0], [1, 2]], [0, 10**400], [0, 2**63]])
 def test_keys_that_name_no_runs_are_refused(runs):
-    with pytest.raises(ValueError, match=r"`simulate\(runs=...\)` must be 2 whole numbers from 0 on"):
+    with pytest.raises(ValueError, match=r"`simulate\(runs=...\)` must be (2 )?whole numbers"):
         simulate(STEP, x0=np.tile(STEP.states.default, (2, 1)), until=0.1, runs=runs)

@@ -421,7 +421,7 @@ def test_arguments_that_are_not_as_they_must_be_are_refused(options, words):
 def test_what_is_no_equation_is_refused_with_the_way_to_one():
     with pytest.raises(ValueError, match="must be an `Ode`; got"):
         reference(rk4(decay(), 0.1), times=[1.0])
-    with pytest.raises(ValueError, match="function of"):
+    with pytest.raises(ValueError, match=r"`reference_of_function\(f=...\)` must be a function; got 3.0"):
         reference_of_function(3.0, [1.0], times=[1.0])
 
 

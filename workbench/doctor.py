@@ -99,12 +99,11 @@ def _batch_engine() -> str:
     try:
         from workbench.simulate.kernel import llvm
     except ImportError:
-        return "NumPy, as llvmlite is not here: some twenty times slower than compiled"
-    if not llvm.has_fma():
-        return "NumPy, as this processor has no fused multiply-add: some twenty times slower than compiled"
+        return "NumPy, as llvmlite is not here: some thirty times slower than compiled"
+    rounding = "" if llvm.has_fma() else " in the portable arithmetic, as this processor has no fused multiply-add"
     place = cache.folder()
     kept = f"kept in {place}" if place else "compiled anew in every process, as their folder is off or not yours alone"
-    return f"compiled, {llvm.lanes()} runs a vector; kernels are {kept}"
+    return f"compiled{rounding}, {llvm.lanes()} runs a vector; kernels are {kept}"
 
 
 def _free_disk() -> str:

@@ -163,15 +163,15 @@ def growth(effort: Effort) -> Found:
 
 
 def fallback(effort: Effort) -> Found:
-    """The engine that needs no compiled code, in a shorter horizon scaled by its steps."""
+    """The engine that needs no compiler, in the arithmetic that it is fastest in; a shorter horizon, scaled."""
     p, steps = rows_of(effort.fallback), 100
     until = steps * H
 
     def run() -> object:
-        return simulate(workload(), p, until=until, every=until, engine="numpy")
+        return simulate(workload(), p, until=until, every=until, arithmetic="portable", engine="numpy")
 
     rate = len(p) * until / HORIZON / median(cpu_seconds(run) for _ in range(effort.repetitions))
-    return Found(rate, f"{steps} steps, scaled", rate)
+    return Found(rate, f"{steps} steps, scaled; with the compiled code's bits, unlike NumPy's functions", rate)
 
 
 TARGETS = (
@@ -182,5 +182,5 @@ TARGETS = (
     Target("two threads over one", 1.8, "x", threads),
     Target("memory of 1,000,000 runs (200 steps)", 1.0, "GB", memory, at_most=True),
     Target("compile time over size, 2 to 7 links", 1.1, "power", growth, at_most=True, compiles=True),
-    Target("NumPy engine, 8,000 runs", 100.0, "runs/s/core", fallback),
+    Target("portable in NumPy, 8,000 runs", 60.0, "runs/s/core", fallback),
 )

@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
@@ -56,6 +56,8 @@ class Ode:
     output: ca.SX
     inputs: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+
+    WAYS: ClassVar = {"ClosedLoop": "a loop becomes one by its method `ode()`"}
 
     def __post_init__(self) -> None:
         of = {"x": "states", "p": "parameters", "rate": "states", "output": "outputs"}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from typing import ClassVar
 
 import casadi as ca
 
@@ -39,6 +40,12 @@ class Step:
     flow: Ode
     amplification: tuple[float, ...]
     substeps: int = 1
+
+    WAYS: ClassVar = {
+        "Ode": "wrap it in `rk4(ode, h)`",
+        "Sampled": "take its `step(substeps)`",
+        "ClosedLoop": "take `rk4(loop.ode(), h)`, or `loop.sampled(period)`",
+    }
 
     def __post_init__(self) -> None:
         seconds("Step(h=...)", self.h)
@@ -97,9 +104,8 @@ def rk4(ode: Ode, h: float) -> Step:
 
 
 def checked(call: str, ode: object, h: object) -> tuple[Ode, float]:
-    """An equation and the length of a step in s; of a loop the refusal says how it becomes an equation."""
-    advice = ": a loop becomes one by its method `ode()`" if hasattr(type(ode), "ode") else ""
-    return require(f"{call}(ode=...)", ode, Ode, advice), seconds(f"{call}(h=...)", h)
+    """An equation and the length of a step in s."""
+    return require(f"{call}(ode=...)", ode, Ode), seconds(f"{call}(h=...)", h)
 
 
 @lru_cache(maxsize=64)

@@ -11,13 +11,16 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode, Sampled, Step, stepper, with_quadrature
-from workbench.core.layout import nearest
-from workbench.core.numbers import multiple, seconds
 from workbench.metrics.contract import AbstractMetric
+from workbench.validation.doors import answer, door
+from workbench.validation.kinds import fit_of
+from workbench.validation.words import MOST, multiple, nearest, seconds, several, text
 
-MOST = 1000  # in the ratio of two sample times that have a common divisor
+NAMES = fit_of(tuple[str, ...])
+LARGEST_RATIO = 1000  # in the ratio of two sample times that have a common divisor
 
 
+@door
 def measured(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], h: float, method: str = "rk4") -> Step:
     """The step of `equation` with every metric accumulated beside it, by a method that `stepper` knows.
 
@@ -35,6 +38,7 @@ def measured(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], h: floa
     return maker(equation, metrics)(method, h)
 
 
+@door
 def maker(equation: Ode | Sampled, metrics: Sequence[AbstractMetric]) -> Callable[[str, float], Step]:
     """What makes the steps of `measured` by method and length h [s]: those that differ in h alone share their rule.
 
@@ -70,7 +74,7 @@ def maker(equation: Ode | Sampled, metrics: Sequence[AbstractMetric]) -> Callabl
 def _with_memories(step: Step, metrics: Sequence[AbstractMetric]) -> Step:
     """The step with what its metrics keep in mind updated beside its states."""
     outputs, rule = step.outputs, step.rule
-    memories = (m.memory(outputs[m.watches[0]].size).prefixed(f"{m.name}.") for m in metrics)
+    memories = (m.memory(outputs[watched(m)[0]].size).prefixed(f"{m.name}.") for m in metrics)
     extra = sum(memories, Layout())
     if not extra.size:
         return step
@@ -86,34 +90,44 @@ def _with_memories(step: Step, metrics: Sequence[AbstractMetric]) -> Step:
 
 def _check_grids(metrics: Sequence[AbstractMetric], h: float) -> None:
     """Refuse a step h [s] that does not divide every sample time."""
-    for sample in (m.grid for m in metrics if m.grid is not None):
+    for sample in filter(None, map(_grid, metrics)):
         multiple("metric(sample=...)", sample, h, "the step")
 
 
+@door
 def resolved(
     equation: Ode | Sampled, metrics: Sequence[AbstractMetric], horizon: float = np.inf
 ) -> tuple[AbstractMetric, ...]:
     """The metrics with the units of what they watch, once each is found to mean something for `equation`."""
-    if not isinstance(equation, Ode | Sampled):
-        raise ValueError(
-            f"A metric is measured on an `Ode` or a `Sampled`; got {type(equation).__name__}. Of a loop, call `.ode()` "
-            "for its equations, or `.digital(period)`."
-        )
     ode = _flow(equation)
-    names = [metric.name for metric in metrics]
+    names = [text("metric(name=...)", metric.name, empty=False) for metric in metrics]
     if len(set(names)) < len(names):
         raise ValueError(f"`measured(metrics=...)` needs distinct names; got {names}.")
     for m in metrics:
-        for signal in m.watches:
+        for signal in watched(m):
             if signal not in ode.outputs:
                 known = nearest(signal, ode.outputs.names) or f" It has: {', '.join(ode.outputs.names) or 'none'}."
                 raise LookupError(
                     f"The metric '{m.name}' needs the output '{signal}', which '{ode.name}' does not have.{known}"
                 )
+        _grid(m)
         m.check(ode, horizon)
-    return tuple(replace(m, unit=m.unit or ode.outputs[m.watches[0]].unit) for m in metrics)
+    return tuple(m if m.unit else replace(m, unit=ode.outputs[watched(m)[0]].unit) for m in metrics)
 
 
+def watched(metric: AbstractMetric) -> tuple[str, ...]:
+    """The outputs that a metric watches."""
+    call, must = f"{type(metric).__name__}.watches", f"be a tuple of outputs, for the metric '{metric.name}'"
+    return several(call, answer(call, must, lambda: metric.watches, NAMES), str, 1)
+
+
+def _grid(metric: AbstractMetric) -> float | None:
+    """The sample time [s] of a metric."""
+    grid = metric.grid
+    return None if grid is None else seconds(f"{type(metric).__name__}.grid", grid)
+
+
+@door
 def common_grid(metrics: Sequence[AbstractMetric], *times: float) -> float | None:
     """The longest time [s] that divides the sample times of the metrics and `times`; None if no metric samples.
 
@@ -122,11 +136,16 @@ def common_grid(metrics: Sequence[AbstractMetric], *times: float) -> float | Non
     ValueError
         If there is none.
     """
-    samples = [m.grid for m in metrics if m.grid is not None]
+    samples = list(filter(None, map(_grid, metrics)))
     if not samples:
         return None
-    spans = sorted({*samples, *times})
-    grid = reduce(lambda a, b: a / Fraction(b / a).limit_denominator(MOST).denominator, spans)
+    spans = sorted({*samples, *(seconds("common_grid(*times)", time) for time in times)})
+    if spans[-1] / spans[0] > MOST:
+        raise ValueError(
+            f"`measure(...)` needs times of which the longest has at most 2^53 of the shortest; got {spans[0]:g} s and "
+            f"{spans[-1]:g} s."
+        )
+    grid = reduce(lambda a, b: a / Fraction(b / a).limit_denominator(LARGEST_RATIO).denominator, spans)
     if any(abs(span / grid - round(span / grid)) > 1e-6 for span in spans):
         raise ValueError(
             "`measure(...)` needs sample times, a horizon and kept times that one step divides; got "

@@ -5,11 +5,11 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Array, nearest
-from workbench.core.numbers import positive, seconds
 from workbench.metrics.integral import Integral
 from workbench.metrics.sampled import Peak, SampledRms, TotalVariation
 from workbench.metrics.step_response import Overshoot, SettlingTime
+from workbench.validation.doors import door
+from workbench.validation.words import Array, finite, known, positive, seconds
 
 OBSERVED = {"q_error": "rad", "qd_error": "rad/s", "d_error": "N m"}
 
@@ -27,6 +27,7 @@ def _named(name: str, signal: str) -> str:
     return name if signal == "e" else f"{name} of {signal}"
 
 
+@door
 def rmse(signal: str = "e", unit: str | None = None, name: str | None = None) -> Integral:
     """sqrt(1/T integral of e^2 dt): what (43) of the paper becomes as its samples grow dense.
 
@@ -38,6 +39,7 @@ def rmse(signal: str = "e", unit: str | None = None, name: str | None = None) ->
     )
 
 
+@door
 def sampled_rmse(sample: float, signal: str = "e", unit: str | None = None, name: str | None = None) -> SampledRms:
     """sqrt(1/N sum of e(t_k)^2), equation (43) of the paper, on a grid of `sample` s that begins at t = 0."""
     sample = seconds("sampled_rmse(sample=...)", sample)
@@ -74,12 +76,10 @@ def energy() -> Integral:
     )
 
 
+@door
 def observer_error(signal: str) -> Integral:
     """Root mean square of an observer's error: `q_error`, `qd_error` or `d_error`."""
-    if signal not in OBSERVED:
-        raise LookupError(
-            f"`observer_error(signal=...)` is one of {', '.join(OBSERVED)}; got '{signal}'.{nearest(signal, OBSERVED)}"
-        )
+    signal = known(signal, OBSERVED, "errors of an observer")
     return rmse(signal, OBSERVED[signal], f"RMS {signal}")
 
 
@@ -88,8 +88,10 @@ def peak_error() -> Peak:
     return Peak("peak error", "rad", "largest |e|", "e")
 
 
+@door
 def late_error(after: float) -> Peak:
     """Largest |e| from `after` s on: what the steady state leaves, once the start is forgotten."""
+    after = finite("late_error(after=...)", after, " of seconds", low=0)
     return Peak("late error", "rad", f"largest |e| from {after:g} s on", "e", after)
 
 
@@ -98,6 +100,7 @@ def peak_torque() -> Peak:
     return Peak("peak torque", "N m", "largest |tau| applied", "tau_applied")
 
 
+@door
 def total_variation(sample: float) -> TotalVariation:
     """Total variation of the applied torque per second on a grid of `sample` s."""
     sample = seconds("total_variation(sample=...)", sample)
@@ -110,6 +113,7 @@ def overshoot() -> Overshoot:
     return Overshoot("overshoot", "%", "largest excursion beyond a new level, in percent of the jump")
 
 
+@door
 def settling_time(band: float = 0.02) -> SettlingTime:
     """Longest time after a jump of the reference until the error stays within `band` of the jump."""
     band = positive("settling_time(band=...)", band)

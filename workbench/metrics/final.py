@@ -7,12 +7,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from workbench.core import Layout, Step
-from workbench.core.layout import Array
 from workbench.metrics.contract import AbstractMetric
 from workbench.simulate import Trajectories
 from workbench.simulate.marches import continued
+from workbench.validation.doors import door
+from workbench.validation.words import Array, whole
 
 
+@door
 def accumulators(step: Step, metrics: Sequence[AbstractMetric]) -> Layout:
     """The states of a step that belong to its metrics: integrals, and what they keep in mind."""
     memories = tuple(f"{m.name}." for m in metrics)
@@ -20,11 +22,13 @@ def accumulators(step: Step, metrics: Sequence[AbstractMetric]) -> Layout:
     return Layout(tuple(wanted))
 
 
+@door
 def accumulated(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int = -1) -> Array:
     """The accumulators of each run, (B, a), at a kept time, the last if none is named.
 
     A memory was last updated one step before that time, so it looks once more.
     """
+    row = whole("accumulated(row=...)", row, -len(runs.t), len(runs.t) - 1)
     step, state = runs.step, runs.x[:, row]
     later = continued(runs.job, state, round(float(runs.t[row]) / step.h), 1)
     names, integrals = accumulators(step, metrics).names, _integrals(metrics)
@@ -32,6 +36,7 @@ def accumulated(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int 
     return np.hstack([np.empty((len(state), 0)), *parts])
 
 
+@door
 def values(metrics: Sequence[AbstractMetric], held: Layout, accumulated: Array, horizon: float) -> Mapping[str, Array]:
     """Each metric, (B, k), from the accumulators (B, a) of its runs and their horizon in s."""
     parts, found = held.unpack(accumulated), {}
@@ -44,11 +49,13 @@ def values(metrics: Sequence[AbstractMetric], held: Layout, accumulated: Array, 
     return found
 
 
+@door
 def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int = -1) -> dict[str, Array]:
     """Each metric of each run, (B, k), from the start to a kept time, the last if none is named.
 
     NaN for a run that had diverged by then.
     """
+    row = whole("final_values(row=...)", row, -len(runs.t), len(runs.t) - 1)
     horizon = float(runs.t[row])
     lost = (runs.diverged_at <= horizon)[:, np.newaxis]
     found = values(metrics, accumulators(runs.step, metrics), accumulated(runs, metrics, row), horizon)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import cast
 
 import casadi as ca
 
 from workbench.core import Layout, Ode
-from workbench.core.layout import Array
-from workbench.metrics.contract import AbstractMetric, Parts
+from workbench.metrics.contract import AbstractMetric, Parts, column
+from workbench.validation.doors import answer
+from workbench.validation.words import Array
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,8 @@ class Integral(AbstractMetric):
 
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """g."""
-        return self.g(t, y)
+        must = f"be a function of (t, y) that gives an expression (k, 1), for the metric '{self.name}'"
+        return cast(ca.SX, answer("Integral(g=...)", must, lambda: self.g(t, y), column))
 
     def memory(self, joints: int) -> Layout:
         """None."""

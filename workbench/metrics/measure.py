@@ -9,9 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core import Layout, Ode, Sampled, Step
-from workbench.core.layout import Array, numbers
-from workbench.core.numbers import Integers, positive, seconds
+from workbench.core import Ode, Sampled, Step
 from workbench.metrics.accumulated import common_grid, maker, resolved
 from workbench.metrics.contract import AbstractMetric
 from workbench.metrics.final import final_values
@@ -19,13 +17,16 @@ from workbench.metrics.measurement import Measurement, Score
 from workbench.simulate import StepLimit, Trajectories, choose, run, simulate, simulate_alike, simulate_both, step_limit
 from workbench.simulate.job import Progress
 from workbench.simulate.marches import arithmetic_of
-from workbench.simulate.request import rows_of
+from workbench.simulate.request import rows_of, table_of, told
 from workbench.simulate.stepping.accuracy import Check, accuracy, change
 from workbench.simulate.stepping.cells import COUNT
 from workbench.simulate.stepping.pilot import RUNS, Choice, pilot_runs
 from workbench.simulate.stepping.stability import POINTS, schedule_limits, tightest
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers, positive, seconds
 
 
+@door
 def measure(
     equation: Ode | Sampled,
     metrics: Sequence[AbstractMetric],
@@ -66,18 +67,16 @@ def measure(
         is given, or `simulate` or `choose` refuses. A tolerance that is missed is no error: it is said.
     """
     metrics = resolved(equation, metrics, seconds("measure(until=...)", until))
-    p, x0 = _wide("p", equation.parameters, p), _wide("x0", equation.states, x0)
+    p = None if p is None else table_of("measure(p=...)", equation.parameters, p)
+    x0 = None if x0 is None else table_of("measure(x0=...)", equation.states, x0)
     if tolerance is not None:
         tolerance = positive("measure(tolerance=...)", tolerance)
-    share = progress or (lambda done: None)
-    pair = (
-        _at_steps(equation, metrics, p, x0, until, h, every, seed, share, arithmetic)
-        if h is not None
-        else _at_choice(equation, metrics, p, x0, until, every, tolerance, share, arithmetic)
-    )
+    asked = _Asked(equation, metrics, p, x0, until, every, told("measure", progress), arithmetic)
+    pair = _at_choice(asked, tolerance) if h is None else _at_steps(asked, h, seed)
     return _judged(metrics, pair, tolerance)
 
 
+@door
 def measure_alike(
     equations: Sequence[Ode | Sampled],
     metrics: Sequence[Sequence[AbstractMetric]],
@@ -109,6 +108,7 @@ def measure_alike(
             raise ValueError(
                 f"`measure_alike({name}=...)` needs {of} for each of the {len(equations)} equations; got {len(given)}."
             )
+    h = seconds("measure_alike(h=...)", h)
     if tolerance is not None:
         tolerance = positive("measure_alike(tolerance=...)", tolerance)
     if not equations:
@@ -117,9 +117,23 @@ def measure_alike(
     wanted = [resolved(of, some, seconds("measure(until=...)", end)) for of, some, end in asked]
     makers = [maker(equation, of) for equation, of in zip(equations, wanted, strict=True)]
     steps = [(make("rk4", h), make("rk4", h / 2)) for make in makers]
-    every = every or steps[0][0].h
+    every = steps[0][0].h if every is None else every
     runs = simulate_alike(steps, until=until, every=every, progress=progress, arithmetic=arithmetic)
     return [_judged(of, _pair(*both), tolerance) for of, both in zip(wanted, runs, strict=True)]
+
+
+@dataclass(frozen=True, eq=False)
+class _Asked:
+    """What `measure` is to run, checked but for its steps."""
+
+    equation: Ode | Sampled
+    metrics: Sequence[AbstractMetric]
+    p: Array | None
+    x0: Array | None
+    until: float
+    every: float | None
+    tell: Progress
+    arithmetic: str | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,23 +148,13 @@ class _Pair:
     choice: Choice | None = None
 
 
-def _at_steps(
-    equation: Ode | Sampled,
-    metrics: Sequence[AbstractMetric],
-    p: Array | None,
-    x0: Array | None,
-    until: float,
-    h: float,
-    every: float | None,
-    seed: int,
-    share: Progress,
-    arithmetic: str | None,
-) -> _Pair:
+def _at_steps(asked: _Asked, h: float, seed: int) -> _Pair:
     """At the step h and at its half."""
-    make = maker(equation, metrics)
+    make = maker(asked.equation, asked.metrics)
     coarse, fine = make("rk4", h), make("rk4", h / 2)
-    call = partial(simulate_both, coarse, fine, p, _extended(x0, fine), until=until, every=every or coarse.h)
-    return _pair(*call(seed=seed, progress=share, arithmetic=arithmetic))
+    every = coarse.h if asked.every is None else asked.every
+    call = partial(simulate_both, coarse, fine, asked.p, _extended(asked.x0, fine), until=asked.until, every=every)
+    return _pair(*call(seed=seed, progress=asked.tell, arithmetic=asked.arithmetic))
 
 
 def _pair(coarse: Trajectories, fine: Trajectories) -> _Pair:
@@ -159,19 +163,9 @@ def _pair(coarse: Trajectories, fine: Trajectories) -> _Pair:
     return _Pair(coarse, fine, coarse.step.h, _limits(coarse, looked_at), looked_at)
 
 
-def _at_choice(
-    equation: Ode | Sampled,
-    metrics: Sequence[AbstractMetric],
-    p: Array | None,
-    x0: Array | None,
-    until: float,
-    every: float | None,
-    tolerance: float | None,
-    share: Progress,
-    arithmetic: str | None,
-) -> _Pair:
+def _at_choice(asked: _Asked, tolerance: float | None) -> _Pair:
     """Through the schedule that a pilot chooses for the tolerance, and through its half."""
-    if isinstance(equation, Sampled):
+    if isinstance(asked.equation, Sampled):
         raise ValueError(
             "`measure(h=...)` of a sampled loop must be its substep in s, which divides the period, as a pilot chooses "
             "steps for equations in continuous time alone; got None."
@@ -180,18 +174,18 @@ def _at_choice(
         raise ValueError(
             "`measure(...)` needs a step `h`, or a `tolerance` for which a pilot chooses the steps; got neither."
         )
-    make = cache(maker(equation, metrics))
-    grid = common_grid(metrics, until, *(() if every is None else (seconds("measure(every=...)", every),)))
+    make, until, every = cache(maker(asked.equation, asked.metrics)), asked.until, asked.every
+    grid = common_grid(asked.metrics, until, *(() if every is None else (seconds("measure(every=...)", every),)))
     step = make("rk4", grid or until)
-    p, x0 = rows_of("measure", step, p, _extended(x0, step))
+    p, x0 = rows_of("measure", step, asked.p, _extended(asked.x0, step))
     few = pilot_runs(p, x0)
-    arithmetic = arithmetic_of(step, len(p), arithmetic)  # one for the pilot, both schedules and their limits
+    arithmetic = arithmetic_of(step, len(p), asked.arithmetic)  # one for the pilot, both schedules and their limits
     cell = _cell(until, every, grid)
     choice = choose(make, p[few], x0[few], until, tolerance, cell=cell, grid=grid, arithmetic=arithmetic)
     schedule = choice.schedule
     kept = 1 if every is None else round(every / schedule.cell)
-    b = run(schedule, make, p, x0, kept, lambda d: share(d / 3), arithmetic)
-    a = run(schedule.halved, make, p, x0, kept, lambda d: share((1 + 2 * d) / 3), arithmetic)
+    b = run(schedule, make, p, x0, kept, lambda d: asked.tell(d / 3), arithmetic)
+    a = run(schedule.halved, make, p, x0, kept, lambda d: asked.tell((1 + 2 * d) / 3), arithmetic)
     looked_at = _looked_at(p, x0)
     limits = schedule_limits(schedule, make, p[looked_at], x0[looked_at], arithmetic)
     return _Pair(b, a, schedule.longest, limits, looked_at, choice)
@@ -240,20 +234,6 @@ def _cell(until: float, every: float | None, grid: float | None) -> float | None
         raise ValueError(f"`measure(until=...)` must be a multiple of `every` = {every:g} s; got {until:g} s.")
     parts = (n for n in range(1, min(most, COUNT) + 1) if grid is None or most % n == 0)
     return every / min(parts, key=lambda n: abs(np.log(kept * n / COUNT)))
-
-
-def _wide(name: str, layout: Layout, given: Any) -> Array | None:
-    """Rows as wide as the layout, or a refusal."""
-    try:
-        rows = None if given is None else np.atleast_2d(numbers(given))
-    except (TypeError, ValueError):
-        raise ValueError(f"`measure({name}=...)` must be rows of numbers; got {given!r}.") from None
-    if rows is not None and (rows.ndim != 2 or rows.shape[1] != layout.size):
-        raise ValueError(
-            f"`measure({name}=...)` takes one row per run: (B, {layout.size}). Got {rows.shape}. "
-            "`pack({...})` of the layout makes such rows from names."
-        )
-    return rows
 
 
 def _extended(rows: Array | None, step: Step) -> Array | None:

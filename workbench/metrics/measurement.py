@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from workbench.core.layout import Array
-from workbench.core.numbers import Integers
 from workbench.metrics.contract import AbstractMetric
 from workbench.simulate import StepLimit, Trajectories
 from workbench.simulate.stepping.accuracy import Check
 from workbench.simulate.stepping.pilot import Choice
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Score:
     """A metric of B runs, (B, k), and its error: the change from the step to half of it.
 
@@ -29,6 +30,7 @@ class Score:
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Measurement:
     """What a loop gave at the half step, with the change from the whole step, and the limit on the step.
 

@@ -9,8 +9,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
-from workbench.core.layout import Array
 from workbench.metrics.contract import AbstractMetric, Parts
+from workbench.validation.doors import door
+from workbench.validation.words import Array, finite, seconds
 
 
 def on_grid(k: ca.SX, h: ca.SX, sample: float) -> ca.SX:
@@ -19,11 +20,15 @@ def on_grid(k: ca.SX, h: ca.SX, sample: float) -> ca.SX:
 
 
 @dataclass(frozen=True)
+@door
 class Peak(AbstractMetric):
     """The largest absolute value of an output over all steps, from `after` seconds on."""
 
     signal: str
     after: float = 0.0
+
+    def __post_init__(self) -> None:
+        finite("Peak(after=...)", self.after, " of seconds", low=0)
 
     @property
     def watches(self) -> tuple[str, ...]:
@@ -36,8 +41,13 @@ class Peak(AbstractMetric):
         return None
 
     def check(self, ode: Ode, horizon: float) -> None:
-        """A peak is one of any equation."""
-        del ode, horizon
+        """Some time must be left for it."""
+        del ode
+        if self.after > horizon * (1 + 1e-6):
+            raise ValueError(
+                f"The metric '{self.name}' needs a horizon beyond the {self.after:g} s after which it begins; "
+                f"got {horizon:g} s."
+            )
 
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """None."""
@@ -60,6 +70,7 @@ class Peak(AbstractMetric):
 
 
 @dataclass(frozen=True)
+@door
 class TotalVariation(AbstractMetric):
     """The sum of |u(t_j) - u(t_(j-1))| over a grid of `sample` seconds, per second: a measure of chattering.
 
@@ -68,6 +79,9 @@ class TotalVariation(AbstractMetric):
 
     signal: str
     sample: float
+
+    def __post_init__(self) -> None:
+        seconds("TotalVariation(sample=...)", self.sample)
 
     @property
     def watches(self) -> tuple[str, ...]:
@@ -113,6 +127,7 @@ class TotalVariation(AbstractMetric):
 
 
 @dataclass(frozen=True)
+@door
 class SampledRms(AbstractMetric):
     """sqrt(1/N sum of u(t_k)^2) over the N samples t = 0, sample, 2 sample, ... up to the horizon.
 
@@ -122,6 +137,9 @@ class SampledRms(AbstractMetric):
 
     signal: str
     sample: float
+
+    def __post_init__(self) -> None:
+        seconds("SampledRms(sample=...)", self.sample)
 
     @property
     def watches(self) -> tuple[str, ...]:

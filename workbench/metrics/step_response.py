@@ -9,8 +9,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
-from workbench.core.layout import Array
 from workbench.metrics.contract import AbstractMetric, Parts
+from workbench.validation.doors import door
+from workbench.validation.words import Array, positive
 
 NEVER = 1e30  # in the loop's arithmetic, where 0 times infinity would be NaN
 
@@ -24,6 +25,7 @@ def refuse_moving_reference(name: str, ode: Ode) -> None:
     Its derivative, as an expression, must be zero: floor, sign and comparisons have a derivative of
     zero, so steps and square waves pass.
     """
+    ode.outputs.slice("q_ref")  # refuses an equation without one
     q_ref = ode.outputs.view(ode.output)["q_ref"]
     if ca.sparsify(ca.jacobian(q_ref, ca.vertcat(ode.t, ode.x))).nnz():
         raise ValueError(
@@ -89,10 +91,14 @@ class Overshoot(AbstractMetric):
 
 
 @dataclass(frozen=True)
+@door
 class SettlingTime(AbstractMetric):
     """The longest time after a jump until the error stays within `band` times the jump; infinite if it never does."""
 
     band: float
+
+    def __post_init__(self) -> None:
+        positive("SettlingTime(band=...)", self.band)
 
     @property
     def watches(self) -> tuple[str, ...]:

@@ -19,8 +19,9 @@ from workbench.simulate.kernel.merging import merged, widened
 from workbench.simulate.kernel.plan import pass_of
 from workbench.simulate.kernel.stages import stepped
 from workbench.simulate.marches import arithmetic_of, march_of_pairs
-from workbench.simulate.request import keys_of, plan_of, rows_of
+from workbench.simulate.request import keys_of, plan_of, rows_of, told
 from workbench.simulate.trajectories import Trajectories
+from workbench.validation.doors import door
 
 LARGEST = 2**28  # bytes of the states of all; what is larger runs one after the other
 
@@ -38,6 +39,7 @@ class _Asked:
     until: float
 
 
+@door
 def simulate_alike(
     pairs: Sequence[Pair],
     *,
@@ -60,7 +62,11 @@ def simulate_alike(
     ValueError
         If `simulate` refuses.
     """
-    tell = progress or (lambda share: None)
+    tell = told("simulate_alike", progress)
+    if len(until) != len(pairs):
+        raise ValueError(
+            f"`simulate_alike(until=...)` needs a horizon for each of the {len(pairs)} pairs; got {len(until)}."
+        )
     asked = []
     for pair, end in zip(pairs, until, strict=True):
         p, _ = rows_of("simulate", pair[1], None, None)

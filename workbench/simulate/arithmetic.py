@@ -12,13 +12,14 @@ a quotient beyond 2^52: a run that comes to need one has diverged. The third is 
 from __future__ import annotations
 
 import platform
-from typing import Any
 
 import casadi as ca
 
 from workbench.core import Step
 from workbench.simulate.job import March
 from workbench.simulate.kernel.plan import pass_of
+from workbench.validation.doors import door
+from workbench.validation.words import one_of
 
 FUSED, PORTABLE, CASADI = NAMES = ("fused", "portable", "casadi")
 # Counts up with whatever can change a bit of the first two: the reading and rewriting of graphs, the stages of a step,
@@ -27,11 +28,9 @@ VERSION = 1
 MOST_COMPILED = 30_000  # operations of a step: LLVM needs minutes for more, and a stack that grows with them
 
 
-def check(name: Any) -> str:
+def check(name: object) -> str:
     """The name of an arithmetic, or a refusal."""
-    if name not in NAMES:
-        raise ValueError(f"`simulate(arithmetic=...)` is 'fused', 'portable' or 'casadi'; got {name!r}.")
-    return str(name)
+    return one_of("simulate(arithmetic=...)", name, NAMES)
 
 
 def signature(name: str) -> str:
@@ -47,6 +46,7 @@ def signature(name: str) -> str:
     return f"{name} {VERSION}"
 
 
+@door
 def default_for(step: Step) -> str:
     """The arithmetic in which this machine runs many copies of a step best, whoever else runs it.
 
@@ -58,6 +58,7 @@ def default_for(step: Step) -> str:
     return FUSED if is_compiled(step, FUSED) else PORTABLE
 
 
+@door
 def has_graph(step: Step) -> bool:
     """Whether a graph can hold the step: whether all of its operations are known."""
     try:
@@ -67,6 +68,7 @@ def has_graph(step: Step) -> bool:
     return True
 
 
+@door
 def is_compiled(step: Step, name: str) -> bool:
     """Whether this machine compiles the step in this arithmetic without being asked to."""
     if step.operations > MOST_COMPILED:
@@ -82,6 +84,8 @@ def native(name: str) -> March:
     """The compiled march; an ImportError where nothing can be compiled in this arithmetic."""
     from workbench.simulate.kernel import llvm, native
 
+    if check(name) == CASADI:
+        raise ImportError("CasADi's machine is no compiler")
     if name == FUSED and not llvm.has_fma():
         raise ImportError("this processor has no fused multiply-add")
     return native.march

@@ -12,10 +12,12 @@ from workbench.core.numbers import Array, Integers
 from workbench.simulate.divergence import find_divergence
 from workbench.simulate.job import Job, March, Progress
 from workbench.simulate.marches import arithmetic_of, march_of, march_of_pairs
-from workbench.simulate.request import keys_of, least_of, plan_of, rows_of
+from workbench.simulate.request import keys_of, plan_of, rows_of, told
 from workbench.simulate.trajectories import Trajectories
+from workbench.validation.doors import door
 
 
+@door
 def simulate(
     step: Step,
     p: Array | None = None,
@@ -55,17 +57,19 @@ def simulate(
         If `step` is none, a number is out of its bounds, a shape is wrong, a time is no multiple of the step, the runs
         would take too much memory or time, or what is named cannot run the step. A run that diverges is only marked.
     """
-    p_rows, x_rows = rows_of("simulate", step, p, x0, least=least_of(runs))
+    tell = told("simulate", progress)
+    p_rows, x_rows = rows_of("simulate", step, p, x0, least=1 if runs is None else max(1, runs.size))
     stride, kept = plan_of(step, p_rows, until, every)
     rounding = arithmetic_of(step, len(p_rows), arithmetic, engine)
     job = Job(step, p_rows, stride, *keys_of(seed, runs, len(p_rows)), arithmetic=rounding)
     march = march_of(job, engine)
     x = np.empty((len(x_rows), kept + 1, step.states.size))
     x[:, 0] = x_rows
-    march(job, x, progress or (lambda share: None))
+    march(job, x, tell)
     return found(job, x, march)
 
 
+@door
 def simulate_both(
     whole: Step,
     half: Step,
@@ -90,7 +94,7 @@ def simulate_both(
     ValueError
         If `simulate` refuses.
     """
-    tell = progress or (lambda share: None)
+    tell = told("simulate_both", progress)
     p_rows, x_rows = rows_of("simulate", half, p, x0)
     stride, kept = plan_of(half, p_rows, until, every)
     rounding = arithmetic_of(half, len(p_rows), arithmetic)

@@ -13,6 +13,7 @@ from workbench.simulate.arithmetic import CASADI, FUSED, PORTABLE
 from workbench.simulate.job import PAIRS, Job, March
 from workbench.simulate.kernel import numpy_kernel, virtual_machine
 from workbench.simulate.kernel.plan import pass_of
+from workbench.validation.words import one_of
 
 FEW_RUNS = 64  # up to so many, CasADi's machine is faster than NumPy
 ENGINES = {"native": (FUSED, PORTABLE), "numpy": (PORTABLE, FUSED), "casadi": (CASADI,)}  # the first if none is named
@@ -34,10 +35,8 @@ def arithmetic_of(step: Step, runs: int, name: str | None = None, engine: str | 
     ValueError
         If there is none of that name, the engine has not got it, or the step cannot be run in it.
     """
-    if engine not in (None, *ENGINES):
-        raise ValueError(
-            f"`simulate(engine=...)` is 'native', 'numpy', 'casadi' or None for the best of them; got {engine!r}."
-        )
+    if engine is not None:
+        one_of("simulate(engine=...)", engine, ENGINES)
     if name is not None and engine is not None and of.check(name) not in ENGINES[engine]:
         raise ValueError(
             f"`simulate(arithmetic='{name}', engine='{engine}')` must name an arithmetic that the engine has: "

@@ -9,16 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.core import Step
-from workbench.core.layout import Array
 from workbench.core.rows import rows
 from workbench.simulate.divergence import Divergence
 from workbench.simulate.job import Job
+from workbench.validation.doors import door
+from workbench.validation.words import Array, described, whole
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Trajectories:
     """B runs of one `Step` at N common times.
 
@@ -38,6 +40,14 @@ class Trajectories:
     t: Array
     x: Array
     divergence: Divergence
+
+    def __post_init__(self) -> None:
+        shape = (len(self.job.p), self.t.size, self.job.step.states.size)
+        if self.t.ndim != 1 or self.x.shape != shape or self.t.size == 0:
+            raise ValueError(
+                f"`Trajectories(x=...)` must have shape {shape}, for the runs of its job, its times and states; "
+                f"got {self.x.shape} and times {self.t.shape}."
+            )
 
     @property
     def step(self) -> Step:
@@ -85,7 +95,7 @@ class Trajectories:
         if name in self.step.outputs:
             return self._outputs[name]
         known = (*self.step.states.names, *self.step.outputs.names)
-        raise LookupError(f"There is no '{name}' among the states and outputs: {', '.join(known)}.")
+        raise LookupError(f"There is no {described(name)} among the states and outputs: {', '.join(known)}.")
 
     @cached_property
     def _outputs(self) -> dict[str, Array]:
@@ -96,10 +106,18 @@ class Trajectories:
             values.append(rows(self.step.y, k[:, np.newaxis], self.x[run], self.p[run : run + 1], noise))
         return self.step.outputs.unpack(np.stack(values))
 
+    @door
     def to_frame(self, run: int = 0) -> pd.DataFrame:
-        """One run as a table: a column per state and output, indexed by time in s."""
+        """One run as a table: a column per state and output, indexed by time in s.
+
+        Raises
+        ------
+        ValueError
+            If there is no run of that number.
+        """
         import pandas as pd
 
+        run = whole("to_frame(run=...)", run, 0, len(self) - 1)
         outputs = self._outputs
         columns = dict(zip(self.step.states.labels, self.x[run].T, strict=True))
         for entry in self.step.outputs.entries:

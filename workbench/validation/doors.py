@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, TypeVar, cast, get_type_hints
 
 from workbench.validation.kinds import Fit, KindError, OutOfSight, fit_of
 from workbench.validation.shapes import Part, parts_of, refuse_misshapen
+from workbench.validation.words import raised
 
 Door = TypeVar("Door", bound=Callable[..., Any])
 
@@ -55,12 +56,35 @@ def fitted(owner: Any, field: Field[Any]) -> Any:
     return value if value is default else _fit(call, fit, value)
 
 
+def answer(call: str, must: str, ask: Callable[[], Any], fit: Fit, refuses: bool = False) -> Any:
+    """What a function of the user's own gives, made to fit; what it raises passes where it `refuses` for itself.
+
+    Raises
+    ------
+    ValueError
+        If the answer does not fit, or the function raises; the message says what `call` must do.
+    """
+    try:
+        given = ask()
+    except Exception as error:
+        if refuses and type(error) in (ValueError, LookupError):
+            raise
+        raise ValueError(f"`{call}` must {must}; it raised {raised(error)}.") from error
+    try:
+        return fit(given)
+    except KindError as misfit:
+        raise ValueError(f"`{call}` must {must}; it gave {misfit.got}{_where(misfit)}.") from None
+
+
 def _fit(call: str, fit: Fit, value: Any) -> Any:
     try:
         return fit(value)
     except KindError as misfit:
-        where = f" at {misfit.place}" if misfit.place else ""
-        raise ValueError(f"`{call}` must be {misfit.must}; got {misfit.got}{where}.") from None
+        raise ValueError(f"`{call}` must be {misfit.must}; got {misfit.got}{_where(misfit)}.") from None
+
+
+def _where(misfit: KindError) -> str:
+    return f" at {misfit.place}" if misfit.place else ""
 
 
 def _door_of_class(cls: type) -> type:

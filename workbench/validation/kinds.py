@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 import casadi as ca
 import numpy as np
 
-from workbench.validation.words import WORDS, a, as_array, as_number, as_text, as_whole, described, name_of
+from workbench.validation.words import WORDS, a, as_array, as_number, as_text, as_whole, described, name_of, way
 
 Fit = Callable[[Any], Any]  # from a value to the same, made to be of the kind, or a `KindError`
 SEVERAL = (Sequence, Collection, Iterable, list, tuple)
@@ -125,7 +125,7 @@ def _plain(clean: Fit, must: str, value: Any) -> Any:
 
 def _instance(kind: Any, must: str, value: Any) -> Any:
     if not isinstance(value, kind):
-        raise KindError(must, described(value))
+        raise KindError(must, described(value) + way(kind, value))
     return value
 
 
@@ -148,7 +148,14 @@ def _array(value: Any) -> Any:
 
 def _whole_array(value: Any) -> Any:
     array = as_array(value)
-    return None if array is None or (array != np.rint(array)).any() else np.array(value).astype(int)
+    if array is None or (array != np.rint(array)).any() or not (array.size == 0 or _in_range(np.array(value))):
+        return None
+    return np.array(value).astype(int)
+
+
+def _in_range(array: Any) -> bool:
+    """Whether whole numbers are those of an `int64`."""
+    return int(array.min()) >= -(2**63) and int(array.max()) < 2**63
 
 
 def _among(value: Any, choices: tuple[Any, ...]) -> bool:
@@ -179,7 +186,8 @@ def _fit_of_union(asked: tuple[type, ...], fits: tuple[Fit, ...], must: str, val
         except KindError as misfit:
             misfits.append(misfit)
     deepest = max(misfits, key=lambda misfit: len(misfit.place))  # says which of several items does not fit
-    raise KindError(must, deepest.got if deepest.place else described(value), deepest.place)
+    ways = "".join(way(kind, value) for kind in asked[:1])
+    raise KindError(must, deepest.got if deepest.place else described(value) + ways, deepest.place)
 
 
 def _hints_of(kind: Any) -> dict[str, Any]:

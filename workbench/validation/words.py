@@ -31,8 +31,24 @@ def refusal(call: str, must: str, value: object, advice: str = "") -> ValueError
 def require(call: str, value: object, kind: type, advice: str = "") -> Any:
     """An instance of `kind`."""
     if not isinstance(value, kind):
-        raise refusal(call, WORDS.get(kind) or a(kind), value, advice)
+        raise refusal(call, WORDS.get(kind) or a(kind), value, advice or way(kind, value))
     return value
+
+
+def way(kind: type, value: object) -> str:
+    """How a value becomes one of a kind, for a message: `WAYS` of the kind says it by the name of the value's class."""
+    known = getattr(kind, "WAYS", {}).get(type(value).__name__, "")
+    return known and f": {known}"
+
+
+def raised(error: BaseException) -> str:
+    """What a function of the user's own raised, on one short line."""
+    try:
+        said = " ".join(str(error).split())
+    except Exception:  # whatever an error says when it is asked for itself
+        said = ""
+    said = "".join(c if c.isprintable() else " " for c in said)
+    return f"{type(error).__name__}{said and f': {said[: 4 * LONGEST]}'}"
 
 
 def function(call: str, value: object, of: str = "") -> Callable[..., Any]:

@@ -9,13 +9,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode
-from workbench.core.layout import Array, numbers, vector
-from workbench.core.sockets import require
 from workbench.simulate.reference.modes import Modes
 from workbench.simulate.reference.numeric import Numeric
 from workbench.simulate.reference.switched_run import Event, Run, follow
 from workbench.simulate.reference.switching import Switched
 from workbench.simulate.reference.variable_step import Effort, Flow, Rule, StoppedError, travel
+from workbench.validation.doors import door
+from workbench.validation.words import Array, as_array, one_of, raised, refusal, vector, whole
 
 METHODS = ("auto", "explicit", "implicit")
 TIGHTEST = 3e-13  # what double precision resolves, with room for a tighter run
@@ -26,6 +26,7 @@ GROWN = 1e6  # a state this many times larger than it began, where no step is sh
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Reference:
     """One solution at N times, and its certificate.
 
@@ -59,6 +60,7 @@ class Reference:
     method: str
 
 
+@door
 def reference(
     ode: Ode,
     p: Array | None = None,
@@ -103,7 +105,6 @@ def reference(
     Filippov (1988), Differential Equations with Discontinuous Righthand Sides, section 4; Utkin (1992),
     Sliding Modes in Control and Optimization, chapter 2; Hairer, Norsett and Wanner (1993), section II.10.
     """
-    require("reference(ode=...)", ode, Ode, ": a loop becomes one by its method `ode()`" if hasattr(ode, "ode") else "")
     start, when = _values("x0", x0, ode.states), _times("reference", times)
     rule = _rule("reference", rtol, atol, method, most_steps, ode.states.size)
     run = _switched(ode, _values("p", p, ode.parameters), start, when)
@@ -126,6 +127,7 @@ def _switched(ode: Ode, p: Array, start: Array, when: Array) -> Callable[[Rule],
     return run
 
 
+@door
 def reference_of_function(
     f: Callable[[float, Array], object],
     x0: Array | Sequence[float],
@@ -146,18 +148,17 @@ def reference_of_function(
         If an argument is not as it must be, f raises, or the solution escapes, is not finite, or needs too many steps.
     """
     name, call = "reference_of_function", "reference_of_function(f=...)"
-    if not callable(f):
-        raise ValueError(f"`{call}` must be a function of (t, x); got {f!r}.")
     start = vector(f"{name}(x0=...)", x0, max(np.size(x0), 1), "states")
     when, rule = _times(name, times), _rule(name, rtol, atol, method, most_steps, len(start))
 
     def field(t: float, x: Array) -> Array:
         try:
-            rate = np.asarray(f(t, x), dtype=float)
+            given = f(t, x)
+            rate = given if type(given) is np.ndarray and given.dtype == np.float64 else as_array(given)
         except Exception as error:  # whatever a foreign function raises
-            raise StoppedError(t, x, f"the function raised {type(error).__name__}: {error}") from error
-        if rate.size != len(start):
-            raise ValueError(f"`{call}` must give a rate for each of the {len(start)} states; got shape {rate.shape}.")
+            raise StoppedError(t, x, f"the function raised {raised(error)}") from error
+        if rate is None or rate.size != len(start):
+            raise refusal(call, f"a function that gives a rate for each of the {len(start)} states", given)
         return rate.ravel()
 
     flow = Flow(len(start), field, None, lambda t, x: True)
@@ -225,29 +226,18 @@ def _values(name: str, given: Array | None, layout: Layout) -> Array:
 
 
 def _times(call: str, times: Array | Sequence[float]) -> Array:
-    try:
-        when = np.atleast_1d(numbers(times))
-    except (TypeError, ValueError):
-        when = np.zeros(0)
-    if when.ndim != 1 or len(when) == 0 or not np.isfinite(when).all() or when[0] < 0 or (np.diff(when) <= 0).any():
-        raise ValueError(
-            f"`{call}(times=...)` must be finite numbers of seconds that increase, from 0 on; got {times!r}."
-        )
+    when = np.atleast_1d(np.array(times))
+    if when.ndim != 1 or len(when) == 0 or not np.isfinite(when).all() or when[0] < 0 or (when[1:] <= when[:-1]).any():
+        raise refusal(f"{call}(times=...)", "finite numbers of seconds that increase, from 0 on", when.tolist())
     return when
 
 
 def _rule(call: str, rtol: float, atol: float | Array, method: str, most: int, states: int) -> Rule:
     """The tolerances, checked."""
-    if not (isinstance(rtol, float | int | np.floating) and TIGHTEST <= rtol < 1):
-        raise ValueError(
-            f"`{call}(rtol=...)` must be a number from {TIGHTEST:g}, which double precision resolves, to below 1; "
-            f"got {rtol!r}."
-        )
+    if not TIGHTEST <= rtol < 1:
+        must = f"a number from {TIGHTEST:g}, which double precision resolves, to below 1"
+        raise refusal(f"{call}(rtol=...)", must, rtol)
     floor = vector(f"{call}(atol=...)", np.full(states, atol) if np.ndim(atol) == 0 else atol, states, "states")
     if not (np.isfinite(floor) & (floor > 0)).all():
-        raise ValueError(f"`{call}(atol=...)` must be positive and finite; got {atol!r}.")
-    if method not in METHODS:
-        raise ValueError(f"`{call}(method=...)` is one of {', '.join(METHODS)}; got {method!r}.")
-    if isinstance(most, bool) or not isinstance(most, int | np.integer) or most < 1:
-        raise ValueError(f"`{call}(most_steps=...)` must be a whole number from 1 on; got {most!r}.")
-    return Rule(float(rtol), floor, method, int(most))
+        raise refusal(f"{call}(atol=...)", "positive and finite", atol)
+    return Rule(rtol, floor, one_of(f"{call}(method=...)", method, METHODS), whole(f"{call}(most_steps=...)", most))

@@ -4,21 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
-from workbench.core.numbers import Array
 from workbench.simulate.marches import arithmetic_of
+from workbench.simulate.request import rows_of
 from workbench.simulate.stepping.pilot import NOTHING, pilot_runs
-from workbench.simulate.stepping.schedule import Make, Schedule, run
+from workbench.simulate.stepping.schedule import Make, Schedule, run, step_of
 from workbench.simulate.stepping.stability import StepLimit, schedule_limits, tightest
 from workbench.simulate.trajectories import Trajectories
+from workbench.validation.doors import answer, door
+from workbench.validation.kinds import KindError, fit_of
+from workbench.validation.words import Array, positive, whole
 
 # The metrics of each run by name, (B, k), from trajectories that have its state at the horizon.
 Score = Callable[[Trajectories], Mapping[str, Array]]
+METRICS = fit_of(Mapping[str, Array])
 
 
 @dataclass(frozen=True)
+@door
 class Accuracy:
     """The relative change of one metric as every step is halved.
 
@@ -66,6 +72,7 @@ class Accuracy:
 
 
 @dataclass(frozen=True)
+@door
 class Check:
     """The accuracy of each metric, and the tightest stability limit that its steps have.
 
@@ -95,6 +102,7 @@ class Check:
         return "\n".join([*map(str, self.metrics), f"stability: {found}{along}."])
 
 
+@door
 def check_by_halving(
     schedule: Schedule, make: Make, p: Array, x0: Array, score: Score, tolerance: float, looked_at: int = 4
 ) -> Check:
@@ -107,13 +115,38 @@ def check_by_halving(
     ----------
     p, x0
         (B, np) and (B, nx).
+
+    Raises
+    ------
+    ValueError
+        If a number is none, `score` gives no arrays of a row a run, or `run` refuses.
     """
-    rounding = arithmetic_of(make(schedule.segments[0].method, schedule.cell), len(p))
-    coarse, fine = (score(run(each, make, p, x0, arithmetic=rounding)) for each in (schedule, schedule.halved))
+    tolerance = positive("check_by_halving(tolerance=...)", tolerance)
+    looked_at = whole("check_by_halving(looked_at=...)", looked_at)
+    step = step_of("check_by_halving", make, schedule.segments[0].method, schedule.cell)
+    p, x0 = rows_of("check_by_halving", step, p, x0)
+    rounding = arithmetic_of(step, len(p))
+    coarse, fine = (_scored(score, run(each, make, p, x0, arithmetic=rounding)) for each in (schedule, schedule.halved))
+    if fine.keys() != coarse.keys() or any(fine[name].shape != coarse[name].shape for name in fine):
+        raise ValueError("`check_by_halving(score=...)` must give the same metrics of both schedules; it gave others.")
     few = pilot_runs(p, x0, looked_at)
     limits = schedule_limits(schedule, make, p[few], x0[few], rounding)
     metrics = tuple(accuracy(name, change(fine[name], coarse[name]), fine[name], tolerance) for name in fine)
     return Check(metrics, tightest(limits), len(few), len(p))
+
+
+def _scored(score: Score, runs: Trajectories) -> Mapping[str, Array]:
+    """The metrics that a user's function gives."""
+
+    def fit(given: object) -> Mapping[str, Array]:
+        metrics: Mapping[str, Array] = METRICS(given)
+        for name, value in metrics.items():
+            if value.ndim == 0 or len(value) != len(runs) or value.size == 0:
+                raise KindError("", f"'{name}' in shape {value.shape}")
+        return metrics
+
+    must = f"be a function of trajectories that gives arrays ({len(runs)}, k) by the names of metrics, a row a run"
+    return cast(Mapping[str, Array], answer("check_by_halving(score=...)", must, lambda: score(runs), fit))
 
 
 def change(fine: Array, coarse: Array, least: float = 0.0) -> Array:

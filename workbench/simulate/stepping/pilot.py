@@ -15,17 +15,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property, lru_cache, partial
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Rule, Step
-from workbench.core.numbers import Array, Integers
 from workbench.simulate.request import rows_of
 from workbench.simulate.stepping.cells import cells_of
-from workbench.simulate.stepping.schedule import Make, Schedule, march
+from workbench.simulate.stepping.schedule import Make, Schedule, march, step_of
 from workbench.simulate.stepping.stability import longest_steps, modes_at
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers, several, whole
 
 METHODS = ("rk4", "rkc3", "rkc5", "rkc10")
 INSTANTS = 50  # at which the Jacobian is looked at, over the horizon
@@ -38,6 +39,7 @@ Candidate = tuple[str, int]  # a method, and its steps a cell
 
 
 @dataclass(frozen=True)
+@door
 class Choice:
     """A schedule with the tolerance that was asked for, and the sum of local errors that the pilot found.
 
@@ -70,12 +72,16 @@ def pilot_runs(p: Array, x0: Array, count: int = RUNS) -> Integers:
     return np.asarray(order[np.unique(np.linspace(0, len(p) - 1, min(count, len(p))).round().astype(int))])
 
 
+@door
 def pilot_rows(p: Array, x0: Array, count: int = RUNS) -> tuple[Array, Array]:
     """The rows of the runs that `pilot_runs` picks: the same in whatever order the batch is."""
-    picked = pilot_runs(p, x0, count)
+    if not (p.ndim == x0.ndim == 2 and len(p) == len(x0) > 0):
+        raise ValueError(f"`pilot_rows(p, x0)` takes rows (B, np) and (B, nx); got shapes {p.shape} and {x0.shape}.")
+    picked = pilot_runs(p, x0, whole("pilot_rows(count=...)", count))
     return p[picked], x0[picked]
 
 
+@door
 def choose(
     make: Make,
     p: Array,
@@ -111,7 +117,7 @@ def choose(
         the cell or the cell none of the grid, the loop is noisy, no pilot run stays finite, or no candidate
         reaches the tolerance.
     """
-    cells, make = cells_of(until, tolerance, cell, grid), cache(make)
+    cells, make = cells_of(until, tolerance, cell, grid), cache(partial(step_of, "choose", make))
     finest = make("rk4", cells.length / cells.references[0])
     p, x0 = _checked(finest, p, x0, methods)
     found = None
@@ -130,12 +136,11 @@ def choose(
 
 def _checked(step: Step, p: Array, x0: Array, methods: Sequence[str]) -> tuple[Array, Array]:
     """The pilot rows; what no schedule can be chosen for is refused."""
-    if len(p) == 0 or len(p) != len(x0):
-        raise ValueError(f"`choose(...)` needs as many pilot runs of p as of x0; got {len(p)} and {len(x0)} rows.")
-    if not methods:
-        raise ValueError("`choose(methods=...)` needs at least one method; got none.")
+    several("choose(methods=...)", methods, str, 1)
     if step.noises:
         raise ValueError("`choose(make=...)` must make steps without noise, whose error a smaller step would show.")
+    if not (p.ndim == x0.ndim == 2 and len(p) == len(x0) > 0):
+        raise ValueError(f"`choose(p, x0)` takes rows (R, np) and (R, nx) of pilots; got shapes {p.shape}, {x0.shape}.")
     return rows_of("choose", step, p, x0)
 
 

@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
+from typing import cast
 
 import numpy as np
 
 from workbench.core import Step
-from workbench.core.numbers import Array, Integers
 from workbench.simulate.divergence import Divergence, find_divergence
 from workbench.simulate.job import Job, Progress
 from workbench.simulate.marches import arithmetic_of, march_of
-from workbench.simulate.request import afford, rows_of
+from workbench.simulate.request import afford, rows_of, told
 from workbench.simulate.trajectories import Trajectories
+from workbench.validation.doors import answer, door
+from workbench.validation.kinds import KindError, fit_of
+from workbench.validation.words import Array, Integers, finite, seconds, several, whole
 
 # (method, h) -> the step of length h [s] by that method, all with the same states and parameters.
 Make = Callable[[str, float], Step]
+A_STEP = fit_of(Step)
+ROUNDING = 1e-12  # of a step's length, as its maker may have divided a period by a whole number
 
 
 @dataclass(frozen=True)
+@door
 class Segment:
     """A method that divides each of a number of consecutive cells into `steps` steps.
 
@@ -35,12 +41,12 @@ class Segment:
     cells: int
 
     def __post_init__(self) -> None:
-        for name, count in (("steps", self.steps), ("cells", self.cells)):
-            if not isinstance(count, int) or isinstance(count, bool) or count < 1:
-                raise ValueError(f"`Segment({name}=...)` must be a positive whole number; got {count!r}.")
+        whole("Segment(steps=...)", self.steps)
+        whole("Segment(cells=...)", self.cells)
 
 
 @dataclass(frozen=True)
+@door
 class Schedule:
     """Consecutive segments from time 0 on, made of cells of one length.
 
@@ -50,10 +56,20 @@ class Schedule:
     ----------
     cell
         The length of a cell in s.
+
+    Raises
+    ------
+    ValueError
+        If there is no segment, or the cell or the horizon is no positive finite number.
     """
 
     cell: float
     segments: tuple[Segment, ...]
+
+    def __post_init__(self) -> None:
+        several("Schedule(segments=...)", self.segments, Segment, 1)
+        seconds("Schedule(cell=...)", self.cell)
+        finite("Schedule(cell=..., segments=...)", self.until, " of seconds in all")
 
     @property
     def cells(self) -> int:
@@ -65,6 +81,7 @@ class Schedule:
         """The horizon in s."""
         return self.cell * self.cells
 
+    @door
     def h(self, segment: Segment) -> float:
         """The step of a segment, in s."""
         return self.cell / segment.steps
@@ -80,7 +97,8 @@ class Schedule:
         return replace(self, segments=tuple(replace(s, steps=2 * s.steps) for s in self.segments))
 
     @staticmethod
-    def of(cell: float, choices: list[tuple[str, int]]) -> Schedule:
+    @door
+    def of(cell: float, choices: Sequence[tuple[str, int]]) -> Schedule:
         """The schedule of one (method, steps) a cell, equal neighbours as one segment."""
         return Schedule(cell, tuple(Segment(*choice, len(list(same))) for choice, same in groupby(choices)))
 
@@ -95,6 +113,20 @@ class Schedule:
         return "\n".join(lines)
 
 
+def step_of(call: str, make: Make, method: str, h: float) -> Step:
+    """The step that a user's function makes, or a refusal in the name of a call."""
+
+    def fit(given: object) -> Step:
+        step: Step = A_STEP(given)
+        if abs(step.h - h) > ROUNDING * h:
+            raise KindError("", f"one of {step.h:g} s for {h:g} s")
+        return step
+
+    must = "be a function of (method, h) that gives a `Step` of length h"
+    return cast(Step, answer(f"{call}(make=...)", must, lambda: make(method, h), fit, refuses=True))
+
+
+@door
 def run(
     schedule: Schedule,
     make: Make,
@@ -123,13 +155,9 @@ def run(
         If `every` is no divisor of the number of cells, rows are out of their bounds or of a wrong shape, the
         steps are noisy, or the runs would take too much memory or time.
     """
-    kept = every or schedule.cells
-    if kept < 1 or schedule.cells % kept:
-        raise ValueError(
-            f"`run(every=...)` must be a number of cells that divides the schedule's {schedule.cells}; got {every}."
-        )
+    tell, kept = told("run", progress), _spacing(schedule, every)
     kinds = dict.fromkeys((s.method, s.steps) for s in schedule.segments)
-    steps = {(method, n): make(method, schedule.cell / n) for method, n in kinds}
+    steps = {(method, n): step_of("run", make, method, schedule.cell / n) for method, n in kinds}
     p, x0 = _checked(schedule, steps, p, x0, schedule.cells // kept)
     x = np.full((len(x0), 1 + schedule.cells // kept, x0.shape[1]), np.nan)
     x[:, 0] = x0
@@ -138,7 +166,7 @@ def run(
     rounding = arithmetic_of(dearest, len(x0), arithmetic)
     for part in _parts(schedule, steps, kept):
         left = slice(None) if np.isnan(found.at).all() else np.flatnonzero(np.isnan(found.at))
-        rows = _advance(part, left, now, p, found, progress or (lambda share: None), rounding)
+        rows = _advance(part, left, now, p, found, tell, rounding)
         now[left] = rows[:, -1]
         if part.end % kept == 0:
             last = part.end // kept
@@ -147,11 +175,23 @@ def run(
     return Trajectories(job, np.asarray(np.arange(x.shape[1]) * kept * schedule.cell), x, found)
 
 
+def _spacing(schedule: Schedule, every: int | None) -> int:
+    """After how many cells a state is kept."""
+    kept = schedule.cells if every is None else whole("run(every=...)", every)
+    if schedule.cells % kept:
+        raise ValueError(
+            f"`run(every=...)` must be a number of cells that divides the schedule's {schedule.cells}; got {every}."
+        )
+    return kept
+
+
 def _checked(
     schedule: Schedule, steps: dict[tuple[str, int], Step], p: Array | None, x0: Array | None, kept: int
 ) -> tuple[Array, Array]:
     """One row a run of parameters and states, or a refusal of what `simulate` would refuse."""
     dearest = max(steps.values(), key=lambda step: step.operations)
+    if len({(step.states.labels, step.parameters.labels) for step in steps.values()}) > 1:
+        raise ValueError("`run(make=...)` must make steps of one equation; their states or parameters differ.")
     if dearest.noises:
         raise ValueError("`run(make=...)` must make steps without noise: `simulate` runs a noisy one, at one step.")
     rows = rows_of("run", dearest, p, x0)

@@ -10,15 +10,17 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.numbers import Array
 from workbench.core.rows import rows
 from workbench.simulate.stepping.schedule import Make, Schedule, run
 from workbench.simulate.trajectories import Trajectories
+from workbench.validation.doors import door
+from workbench.validation.words import Array, whole
 
 POINTS = 400  # of a run, at which its Jacobian is looked at
 
 
 @dataclass(frozen=True)
+@door
 class StepLimit:
     """The longest step that keeps every decaying mode of a run decaying.
 
@@ -44,6 +46,7 @@ class StepLimit:
         return self.h <= self.limit
 
 
+@door
 def step_limit(trajectories: Trajectories, run: int = 0, points: int = POINTS) -> StepLimit:
     """The stability limit of the step along one run, from frozen-time eigenvalues at up to `points` states.
 
@@ -54,8 +57,8 @@ def step_limit(trajectories: Trajectories, run: int = 0, points: int = POINTS) -
     A state whose Jacobian is not finite, as the last ones of a run that diverges, is not counted. If
     none is left the limit, its time and its mode are NaN, and it does not hold.
     """
-    step = trajectories.step
-    h = step.h / step.substeps
+    step, points = trajectories.step, whole("step_limit(points=...)", points)
+    run, h = whole("step_limit(run=...)", run, 0, len(trajectories) - 1), step.h / step.substeps
     good = np.flatnonzero(np.isfinite(trajectories.x[run]).all(axis=1))
     picked = good[np.unique(np.linspace(0, len(good) - 1, min(points, len(good))).astype(int))]
     p = np.repeat(trajectories.p[run][np.newaxis], len(picked), axis=0)

@@ -1,0 +1,135 @@
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench import metrics as room
+from workbench.core import Layout, Ode
+from workbench.metrics.accumulated import common_grid, maker, resolved
+from workbench.metrics.final import accumulated, accumulators, final_values, values
+from workbench.metrics.integral import Integral
+from workbench.metrics.sampled import Peak, SampledRms, TotalVariation
+from workbench.metrics.step_response import Overshoot, SettlingTime
+from workbench.simulate import simulate
+
+from ..parts import LOOP, ODE
+
+MODULES = ("workbench.metrics",)
+
+
+@dataclass(frozen=True)
+class Own(room.AbstractMetric):
+    """A metric whose every method gives what it is told to."""
+
+    watched: Any = ("y",)
+    sampled: Any = None
+    checked: Any = None
+    integrated: Any = None
+    remembered: Any = None
+    updated: Any = None
+    valued: Any = None
+
+    @property
+    def watches(self) -> Any:
+        return self.watched
+
+    @property
+    def grid(self) -> Any:
+        return self.sampled
+
+    def check(self, ode: Ode, horizon: float) -> Any:
+        return _given(self.checked, None, ode, horizon)
+
+    def integrand(self, t: Any, y: Any) -> Any:
+        return _given(self.integrated, y["y"], t, y)
+
+    def memory(self, joints: int) -> Any:
+        return Layout() if self.remembered is None else self.remembered
+
+    def update(self, k: Any, h: Any, z: Any, y: Any) -> Any:
+        return _given(self.updated, {}, k, h, z, y)
+
+    def value(self, integral: Any, z: Any, horizon: float) -> Any:
+        return _given(self.valued, integral, integral, z, horizon)
+
+
+def _given(told: Any, usual: Any, *arguments: Any) -> Any:
+    return usual if told is None else told(*arguments) if callable(told) else told
+
+
+def measure_own(**told: Any) -> room.Measurement:
+    """The measurement by a metric of a user's own."""
+    return room.measure(ODE, [Own("own", "m", "odd", **told)], until=0.5, h=0.1)
+
+
+def measure_integral(g: Any, finish: Any, signals: Any) -> room.Measurement:
+    """The measurement by an integral of a user's own."""
+    return room.measure(ODE, [Integral("own", "m", "odd", g, finish, signals)], until=0.5, h=0.1)
+
+
+def calls() -> dict[str, Any]:
+    rms = room.rmse("y")
+    step = room.measured(ODE, [rms], 0.1)
+    runs = simulate(step, until=1.0)
+    measurement = room.measure(ODE, [rms], until=1.0, h=0.1, tolerance=1e-2)
+    g, finish = (lambda t, y: y["y"]), (lambda integral, horizon: integral)
+    how = {"h": 0.1, "every": 0.5, "tolerance": 1e-2, "progress": lambda share: None, "arithmetic": None}
+    ode = LOOP.ode()
+    return {
+        "AbstractMetric": rms,
+        "Measurement": partial(
+            room.Measurement, measurement.trajectories, measurement.scores, measurement.limits,
+            measurement.looked_at, measurement.coarse_diverged_at, measurement.check, None,
+        ),
+        "Score": partial(room.Score, rms, np.ones((1, 1)), np.zeros((1, 1))),
+        "Integral": partial(Integral, "own", "m", "about", g, finish, ("y",)),
+        "Peak": partial(Peak, "own", "m", "about", "y", 0.5),
+        "TotalVariation": partial(TotalVariation, "own", "m", "about", "y", 0.1),
+        "SampledRms": partial(SampledRms, "own", "m", "about", "y", 0.1),
+        "Overshoot": partial(Overshoot, "own", "m", "about"),
+        "SettlingTime": partial(SettlingTime, "own", "m", "about", 0.1),
+        **{name: partial(getattr(room, name))
+           for name in ("effort", "energy", "iae", "ise", "itae", "overshoot", "peak_error", "peak_torque")},
+        "late_error": partial(room.late_error, 0.5),
+        "observer_error": partial(room.observer_error, "q_error"),
+        "rmse": partial(room.rmse, "y", "m", "RMSE"),
+        "sampled_rmse": partial(room.sampled_rmse, 0.1, "y", "m", "RMSE"),
+        "settling_time": partial(room.settling_time, 0.1),
+        "total_variation": partial(room.total_variation, 0.1),
+        "measure": partial(room.measure, ODE, [rms], [2.0], [1.0], until=1.0, seed=1, **how),
+        "measure by a pilot": partial(room.measure, ODE, [rms], [2.0], [1.0], until=1.0, tolerance=1e-2, every=0.5),
+        "measure a loop": partial(
+            room.measure, ode, [room.rmse(), room.total_variation(0.1), room.late_error(0.1)], until=0.2, h=0.1
+        ),
+        "measure_own": partial(measure_own, watched=("y",), sampled=None, checked=None, integrated=None,
+                               remembered=Layout(), updated=None, valued=None),
+        "measure_integral": partial(measure_integral, g, finish, ("y",)),
+        "measure_alike": partial(room.measure_alike, [ODE, ODE], [[rms], [rms]], until=[1.0, 0.5], **how),
+        "measured": partial(room.measured, ODE, [rms], 0.1, "rk4"),
+        "maker": partial(maker, ODE, [rms]),
+        "resolved": partial(resolved, ODE, [rms], 1.0),
+        "common_grid": partial(common_grid, [room.total_variation(0.1)], 1.0),
+        "accumulators": partial(accumulators, step, [rms]),
+        "accumulated": partial(accumulated, runs, [rms], -1),
+        "values": partial(values, [rms], accumulators(step, [rms]), np.ones((2, 1)), 1.0),
+        "final_values": partial(final_values, runs, [rms], -1),
+    }  # fmt: skip
+
+
+def arguments() -> dict[str, Any]:
+    one = ca.SX.sym("one")
+    return {
+        "ode": lambda metric: ODE,
+        "horizon": lambda metric: 1.0,
+        "joints": lambda metric: 1,
+        "integral": lambda metric: np.ones((2, 1)),
+        **{name: lambda metric: one for name in ("t", "k", "h")},
+        "y": lambda metric: {"y": one, "q": one, "q_ref": one},
+        "z": lambda metric: {e.name: one for e in metric.memory(1).entries},
+        **{f"{name}.value.z": lambda metric: {e.name: np.ones((2, 1)) for e in metric.memory(1).entries}
+           for name in ("Integral", "Peak", "TotalVariation", "SampledRms", "Overshoot", "SettlingTime")},
+    }  # fmt: skip
