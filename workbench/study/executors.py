@@ -120,9 +120,19 @@ def _gathered(client: Any, address: str, source: Source, tasks: Sequence[Task]) 
         except Empty:  # chunks may be long, but not without workers
             _wait_for_workers(client, address)
             continue
+        if future.key not in waiting:  # one that was asked for twice
+            continue
         if future.cancelled():
             raise ClusterError(f"The scheduler at '{address}' has gone. {KEPT}")
-        yield Chunk(*future.result())
+        try:
+            chunk = Chunk(*future.result(timeout=PATIENCE))
+        except TimeoutError:
+            if future.status == "error":  # the study's own
+                raise
+            _wait_for_workers(client, address)  # its worker was lost with it, and another one computes it again
+            done.put(future)
+            continue
+        yield chunk
         del waiting[future.key]
         submit(1)
 
