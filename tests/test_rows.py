@@ -36,5 +36,5 @@ def test_points_beyond_those_of_one_call_have_their_values_too(n):
 
 
 def test_arguments_of_unequal_lengths_are_refused():
-    with pytest.raises(ValueError, match="broadcast"):
+    with pytest.raises(ValueError, match=r"takes arrays \(n, \[2, 1\]\), or of a single row; got shapes"):
         rows(PRODUCTS, np.zeros((3, 2)), np.zeros((2, 1)))

@@ -51,7 +51,7 @@ def test_a_case_that_fails_stops_the_study_with_its_own_sentence():
 
 @pytest.mark.parametrize("name", ["../up", "a/b", "", "Study", "a b", "x" * 81, None])
 def test_a_name_that_is_no_plain_folder_is_refused(name):
-    with pytest.raises(ValueError, match="lower-case letters, digits and underscores"):
+    with pytest.raises(ValueError, match="made of a-z, 0-9 and _, 1 to 80"):
         study(1.0, name=name)
 
 
