@@ -116,7 +116,7 @@ def test_a_script_without_a_study_is_refused(command, tmp_path):
     (tmp_path / "study.py").write_text("x = 1\n", encoding="utf-8")
     refused(command("run", "study.py"), tmp_path, "'study.py' has no study")
     (tmp_path / "study.py").write_text("study = 'mine'\n", encoding="utf-8")
-    refused(command("run", "study.py"), tmp_path, "`study` in 'study.py' must be a `Study`; got str.")
+    refused(command("run", "study.py"), tmp_path, "`study` in 'study.py' must be a `Study`; got 'mine'.")
 
 
 def test_a_script_that_ends_by_itself_is_refused(command, script, tmp_path):

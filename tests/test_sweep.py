@@ -217,7 +217,7 @@ def test_several_paths_move_together(tmp_path):
         ({"every": 0.015}, ValueError, "multiple"),
         ({"h": float("nan")}, ValueError, "finite number of seconds"),
         ({"halved": 0}, ValueError, "positive whole number"),
-        ({"runs_of_chunk": 1.5}, ValueError, "positive whole number"),
+        ({"runs_of_chunk": 1.5}, ValueError, "a whole number or None; got 1.5"),
     ],
 )
 def test_what_cannot_be_swept_is_refused_before_it_begins(change, kind, said):

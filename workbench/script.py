@@ -14,14 +14,14 @@ from pathlib import Path
 from shlex import join
 from typing import Any, NoReturn
 
-from workbench.core.layout import nearest
 from workbench.study.chunk import Chunk
 from workbench.study.executors import ClusterError
 from workbench.study.prepared import Prepared, prepared
 from workbench.study.study import Study
-from workbench.study.sweep import Sweep, whole
+from workbench.study.sweep import Sweep
 from workbench.study.tuning import kept
 from workbench.study.tuning.ready import ready
+from workbench.validation.words import described, nearest, whole
 
 Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
 COUNTS = ("runs", "base", "trajectories")  # the names by which designs have the number that `--samples` sets
@@ -64,7 +64,7 @@ def load(file: Path) -> Study:
     if study is None:
         raise LookupError(f"'{file}' has no study: it must define `study = Study(...)` at its top level.")
     if not isinstance(study, Study):
-        raise ValueError(f"`study` in '{file}' must be a `Study`; got {type(study).__name__}.")
+        raise ValueError(f"`study` in '{file}' must be a `Study`; got {described(study)}.")
     return study
 
 
@@ -165,7 +165,7 @@ class Script:
                 found = {one.name: kept.replayed(ready(one, arithmetics), chunks) for one in study.tunings}
             except KeyError as error:
                 raise ClusterError(f"A worker asks in a tuning for {error}, which is not here: it differs.") from None
-            study = replace(study, sweeps=study.sweeps(found))
+            study = study.resolved(found)
         return sweeps_of(resized(study, self.samples), arithmetics)
 
 

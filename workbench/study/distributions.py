@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array, numbers
 from workbench.study.sampling.contract import MARGIN
+from workbench.validation.doors import door
+from workbench.validation.words import Array, finite, numbers
 
 LEAST_SHARE = 1e-9  # of a bell between its cuts
 
@@ -26,8 +27,16 @@ class AbstractDistribution(ABC):
         """The quantiles u, of the same shape, but for rounding at the ends."""
 
     def quantile(self, u: Array) -> Array:
-        """The values that are not exceeded with the probabilities u from 0 to 1; 0 and 1 give the very ends."""
-        u = np.asarray(u, dtype=float)
+        """The values that are not exceeded with the probabilities u from 0 to 1; 0 and 1 give the very ends.
+
+        Raises
+        ------
+        ValueError
+            If they are no probabilities.
+        """
+        u = numbers(f"{type(self).__name__}.quantile(u)", u)
+        if not ((u >= 0) & (u <= 1)).all():
+            raise ValueError(f"`{type(self).__name__}.quantile(u)` takes probabilities from 0 to 1; got others.")
         values = np.clip(self.formula(u), self.low, self.high)
         values = np.where((u == 0) & (self.low > -inf), self.low, values)
         return np.where((u == 1) & (self.high < inf), self.high, values)
@@ -46,6 +55,7 @@ class AbstractDistribution(ABC):
 
 
 @dataclass(frozen=True)
+@door
 class Uniform(AbstractDistribution):
     """Every number from `low` to `high` alike.
 
@@ -59,7 +69,7 @@ class Uniform(AbstractDistribution):
     high: float
 
     def __post_init__(self) -> None:
-        _read(self)
+        _check_finite(self)
         _check_range(self, self.low, self.high)
 
     def formula(self, u: Array) -> Array:
@@ -72,6 +82,7 @@ class Uniform(AbstractDistribution):
 
 
 @dataclass(frozen=True)
+@door
 class LogUniform(AbstractDistribution):
     """A number whose logarithm is uniform, from `low` > 0 to `high`: for what is known by its order of magnitude.
 
@@ -85,7 +96,7 @@ class LogUniform(AbstractDistribution):
     high: float
 
     def __post_init__(self) -> None:
-        _read(self)
+        _check_finite(self)
         _check_range(self, self.low, self.high)
         _check_positive(self, "low", "as its logarithm is uniform")
 
@@ -99,6 +110,7 @@ class LogUniform(AbstractDistribution):
 
 
 @dataclass(frozen=True)
+@door
 class Triangular(AbstractDistribution):
     """A number from `low` to `high` whose density rises to `mode` and falls from there, by straight lines.
 
@@ -113,7 +125,7 @@ class Triangular(AbstractDistribution):
     high: float
 
     def __post_init__(self) -> None:
-        _read(self)
+        _check_finite(self)
         _check_range(self, self.low, self.high)
         if not self.low <= self.mode <= self.high:
             raise ValueError(
@@ -133,6 +145,7 @@ class Triangular(AbstractDistribution):
 
 
 @dataclass(frozen=True)
+@door
 class Normal(AbstractDistribution):
     """A normal number, cut off at `low` and `high` where these are given; `mean` and `deviation` are those before it.
 
@@ -149,7 +162,7 @@ class Normal(AbstractDistribution):
     high: float = inf
 
     def __post_init__(self) -> None:
-        _read(self)
+        _check_finite(self)
         _check_positive(self, "deviation", "as it is the width of a bell")
         _check_cut(self, (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation)
 
@@ -164,6 +177,7 @@ class Normal(AbstractDistribution):
 
 
 @dataclass(frozen=True)
+@door
 class LogNormal(AbstractDistribution):
     """A positive number whose logarithm is normal, with deviation `sigma`, cut off at `low` and `high` where given.
 
@@ -182,7 +196,7 @@ class LogNormal(AbstractDistribution):
     high: float = inf
 
     def __post_init__(self) -> None:
-        _read(self)
+        _check_finite(self)
         _check_positive(self, "median", "as its logarithm is normal")
         _check_positive(self, "sigma", "as it is the width of a bell")
         for name in ("low", "high"):
@@ -219,19 +233,12 @@ def _bell(u: Array, low: float, high: float) -> Array:
     return np.asarray(ndtri(ndtr(low) * (1 - u) + ndtr(high) * u))
 
 
-def _read(distribution: Any) -> None:
-    """Turn every field into a float, or say which of them is no number."""
-    name = type(distribution).__name__
+def _check_finite(distribution: Any) -> None:
+    """Refuse numbers that are not finite, but for an end that may be open."""
     for field in fields(distribution):
-        given = getattr(distribution, field.name)
-        try:
-            value = float(numbers(None if isinstance(given, bool) or np.ndim(given) else given))
-        except (TypeError, ValueError):
-            raise ValueError(f"`{name}({field.name}=...)` must be a number; got {given!r}.") from None
-        open_end = (field.name, value) in {("low", -inf), ("high", inf)} and field.default is not MISSING
-        if value != value or (abs(value) == inf and not open_end):
-            raise ValueError(f"`{name}({field.name}=...)` must be a finite number; got {value:g}.")
-        object.__setattr__(distribution, field.name, value)
+        value = getattr(distribution, field.name)
+        if field.default is MISSING or value != field.default:
+            finite(f"{type(distribution).__name__}({field.name}=...)", value)
 
 
 def _check_range(distribution: Any, low: float, high: float) -> None:

@@ -24,6 +24,7 @@ from workbench.simulate.request import SECONDS_PER_OPERATION
 from workbench.simulate.stepping.accuracy import change
 from workbench.simulate.stepping.stability import longest_steps, modes_at
 from workbench.study.chunk import Chunk, chunk_of, plain
+from workbench.study.contract import equations_of
 from workbench.study.factors import Space
 from workbench.study.sample import Sample
 from workbench.study.sampling import AbstractDesign
@@ -275,7 +276,7 @@ def prepared(sweep: Sweep, arithmetic: str | None = None) -> Prepared:
     ValueError
         If two factors move one number, one leads out of its bounds, or a metric means nothing for the loop.
     """
-    equation: Ode | Sampled = sweep.loop.ode(sweep.name)
+    equation: Ode | Sampled = equations_of(sweep.loop, sweep.name)
     metrics = resolved(equation, sweep.metrics, sweep.until)
     make: Callable[[str, float], Step] = maker(equation, metrics)
     space = Space(sweep.factors, equation.parameters, equation.states)

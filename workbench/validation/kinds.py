@@ -198,7 +198,7 @@ def _fit_of_items(
             raise TypeError
         items = tuple(value)
     except Exception:  # whatever an object says when it is asked for its items
-        raise KindError(words(hint), described(value)) from None
+        raise KindError(words(hint), described(value) + (_alone(fits[0], value) if several else "")) from None
     if not several and len(items) != len(fits):
         raise KindError(words(hint), f"{len(items)} of them")
     fitting = []
@@ -208,6 +208,15 @@ def _fit_of_items(
         except KindError as misfit:
             raise KindError(words(hint), misfit.got, f"[{i}]{misfit.place}") from None
     return fitting if kind is list else tuple(fitting)
+
+
+def _alone(fit: Fit, value: Any) -> str:
+    """What is to be done where one item came in place of several."""
+    try:
+        fit(value)
+    except KindError:
+        return ""
+    return ": one alone is written `(...,)`, with its comma"
 
 
 def _fit_of_named(kind: Any, fits: tuple[Fit, ...], value: Any) -> Any:
