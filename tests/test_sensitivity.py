@@ -240,7 +240,7 @@ def test_errors_of_the_runs_are_told_where_they_blur_and_refused_where_they_are_
         (lambda d, y: sobol(d, y, confidence=95), "between 0 and 1; got 95"),
         (lambda d, y: sobol(d, y, errors=np.zeros((40, 2))), "must have the outputs' shape"),
         (lambda d, y: sobol(MonteCarlo(3, 40), y), "must be a `SobolDesign`; got a `MonteCarlo`"),
-        (lambda d, y: sobol_by_salib(d, y, resamples=1), "resamples, at least 2; got 1"),
+        (lambda d, y: sobol_by_salib(d, y, resamples=1), "at least 2; got 1"),
     ],
 )
 def test_what_cannot_be_judged_is_refused_in_a_sentence(call, said):
@@ -264,7 +264,7 @@ def test_a_frame_has_a_row_for_every_output_index_and_factor():
 
 def test_an_output_that_is_not_there_is_answered_with_the_nearest():
     design = SobolDesign(3, 8)
-    with pytest.raises(LookupError, match="no output 'rmes' among the 1. Did you mean 'rmse'"):
+    with pytest.raises(LookupError, match="no 'rmes' among the 1 outputs. Did you mean 'rmse'"):
         sobol(design, over(design, ishigami), ["rmse"])["rmes"]
 
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from scipy.special import stdtrit
 
-from workbench.core.layout import Array, nearest, numbers
-from workbench.study.cells import several
 from workbench.study.sampling import AbstractDesign
+from workbench.validation.doors import door
+from workbench.validation.words import Array, as_array, described, known
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
@@ -22,11 +22,19 @@ TOLD, REFUSED = 0.01, 1.0
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Estimate:
     """Values, each with the half-width of its confidence interval; both are NaN where the output was refused."""
 
     value: Array
     half: Array
+
+    def __post_init__(self) -> None:
+        if self.value.shape != self.half.shape:
+            raise ValueError(
+                "`Estimate(half=...)` must have a half-width for each value; got shapes "
+                f"{self.value.shape} and {self.half.shape}."
+            )
 
     @property
     def low(self) -> Array:
@@ -38,6 +46,7 @@ class Estimate:
         """The upper ends of the intervals."""
         return self.value + self.half
 
+    @door
     def __getitem__(self, place: int) -> Estimate:
         return Estimate(self.value[place], self.half[place])
 
@@ -132,7 +141,7 @@ def columns_of(
     columns = _columns(f"{call}(outputs=...)", outputs, design.size)
     k = columns.shape[1]
     default = tuple(f"output {j + 1}" for j in range(k))
-    held = default if names is None else several(f"{call}(names=...)", names, str, "name")
+    held = default if names is None else tuple(names)
     if len(held) != k or len(set(held)) < k:
         raise ValueError(f"`{call}(names=...)` must be {k} different names, one an output; got {held}.")
     return held, columns
@@ -142,16 +151,14 @@ def place_of(names: Sequence[str], refused: Mapping[str, str], name: str) -> int
     """Where an output stands; one that is not there, or is refused, is told by name."""
     if name in refused:
         raise ValueError(f"There is no result for '{name}': {refused[name]}.")
-    if name not in names:
-        raise LookupError(f"There is no output '{name}' among the {len(names)}.{nearest(name, names)}")
-    return list(names).index(name)
+    return list(names).index(known(name, names, "outputs"))
 
 
 def factor_names(call: str, design: AbstractDesign, factors: Sequence[str] | None) -> tuple[str, ...]:
     """The names of the factors, or x1, x2, ... without any."""
     if factors is None:
         return tuple(f"x{i + 1}" for i in range(design.dimensions))
-    named = several(f"{call}(factors=...)", factors, str, "name")
+    named = tuple(factors)
     if len(named) != design.dimensions or len(set(named)) < len(named):
         raise ValueError(f"`{call}(factors=...)` must be {design.dimensions} different names; got {named}.")
     return named
@@ -166,18 +173,34 @@ def refuse_all(call: str, held: Outputs) -> None:
 
 def t_quantile(call: str, confidence: float, freedom: int) -> float:
     """How many standard errors wide half of a confidence interval is."""
-    if isinstance(confidence, bool) or not isinstance(confidence, int | float) or not 0 < confidence < 1:
-        raise ValueError(f"`{call}(confidence=...)` must be a number between 0 and 1; got {confidence!r}.")
+    if not 0 < confidence < 1:
+        raise ValueError(f"`{call}(confidence=...)` must be a number between 0 and 1; got {confidence}.")
     return float(stdtrit(freedom, 0.5 + confidence / 2))
 
 
-def _columns(call: str, given: Any, runs: int) -> Array:
-    if isinstance(given, np.ma.MaskedArray):  # what is masked is not known, and NumPy would take what lies below
-        given = np.where(np.ma.getmaskarray(given), np.nan, np.ma.getdata(given))
+def as_outputs(given: Any) -> Array | None:
+    """A new array of doubles, truths as 0 and 1, NaN where it is masked; None of anything else."""
     try:
-        values = numbers(given)
-    except (TypeError, ValueError):
-        raise ValueError(f"`{call}` must be an array of numbers, one row a run; got {type(given).__name__}.") from None
+        if isinstance(given, np.ma.MaskedArray):  # what is masked is not known, and NumPy would take what lies below
+            given = np.where(np.ma.getmaskarray(given), np.nan, np.ma.getdata(given))
+        array = np.asarray(given)
+    except Exception:  # whatever an object says when it is asked for its numbers
+        return None
+    return as_array(array.astype(float) if array.dtype.kind == "b" else array)
+
+
+def check_shape(call: str, array: Array, names: Sequence[str], *axes: int) -> None:
+    """Refuse what is not (k, *axes) for k outputs, and for a single one not (*axes) either."""
+    if array.shape != (len(names), *axes) and not (len(names) == 1 and array.shape == axes):
+        raise ValueError(
+            f"`{call}` must have shape {(len(names), *axes)}, a row for each output; got {array.shape}."
+        )
+
+
+def _columns(call: str, given: Any, runs: int) -> Array:
+    values = as_outputs(given)
+    if values is None:
+        raise ValueError(f"`{call}` must be an array of numbers, one row a run; got {described(given)}.")
     if values.ndim not in (1, 2) or len(values) != runs or not values.size:
         raise ValueError(f"`{call}` must have a row for each of the {runs} runs of the design; got {values.shape}.")
     return values.reshape(runs, -1)
