@@ -13,6 +13,7 @@ import numpy as np
 from workbench.validation.words import WORDS, a, as_array, as_number, as_text, as_whole, described, name_of
 
 Fit = Callable[[Any], Any]  # from a value to the same, made to be of the kind, or a `KindError`
+FEW = 3  # kinds that a message names, of more than one beyond them
 SEVERAL = (Sequence, Collection, Iterable, list, tuple)
 
 
@@ -69,7 +70,7 @@ def words(hint: Any) -> str:
     """A type as one says it: `an AbstractArm or None`."""
     kind, parts = get_origin(hint) or hint, get_args(hint)
     if kind in (Union, types.UnionType):
-        return " or ".join(map(words, parts))
+        return _or(map(words, parts))
     if kind is Annotated:
         return words(parts[0])
     if kind is Literal:
@@ -88,7 +89,14 @@ def words(hint: Any) -> str:
 def _kinds(hints: Iterable[Any]) -> str:
     bare = (get_args(hint)[0] if get_origin(hint) is Annotated else hint for hint in hints)
     options = [kind for hint in bare for kind in (get_args(hint) if _is_union(hint) else (hint,))]
-    return " or ".join(dict.fromkeys(name_of(kind) for kind in options))
+    return _or(name_of(kind) for kind in options)
+
+
+def _or(options: Iterable[str]) -> str:
+    """The options in a sentence, of many the first ones."""
+    named = list(dict.fromkeys(options))
+    rest = [f"{len(named) - FEW} other kinds"] if len(named) > FEW + 1 else []
+    return " or ".join(named[:FEW] + rest if rest else named)
 
 
 def _classes(hint: Any) -> tuple[type, ...]:

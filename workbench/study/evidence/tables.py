@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.study.document import Cell, Column, Emphasis, Measured, Table, Value
+from workbench.study.document import Cell, Column, Emphasis, Measured, Phrase, Table, Value
 from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.comparison import Comparison
 from workbench.study.evidence.ranks import Ranks
 from workbench.validation.doors import door
-
-if TYPE_CHECKING:  # a table says more shortly than a door what a phrase is
-    from workbench.study.document import Phrase
 
 HALF = "in brackets the half-width of its interval, in units of the last digits"
 FAILS = "fails"

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.core.numbers import Integers
 from workbench.study.cells import Column, Phrase, Table
 from workbench.study.document import Bars, Figure, Panel
 from workbench.study.pictures.parts import BEYOND, Labels, captioned, each, number, refusals, scale_of_shares, written
 from workbench.study.sensitivity import SobolIndices
+from workbench.validation.doors import door
+from workbench.validation.words import Integers
 
 UNKNOWN = "Of a bar without an interval none is known."
 BAR = 0.36  # of a row: the thickness of the bar of one index
 
 
+@door
 def sobol_bars(name: str, caption: Phrase, indices: SobolIndices, note: Phrase, *, labels: Labels = None) -> Figure:
     """S1 and ST of every factor with their intervals, the largest ST first; several outputs side by side.
 

@@ -9,10 +9,12 @@ from workbench.study.curves import STYLES
 from workbench.study.document import Bars, Figure, Panel, Series
 from workbench.study.pictures.parts import Labels, captioned, each, number, refusals, with_unit, written
 from workbench.study.sensitivity import Tornado
+from workbench.validation.doors import door
 
 LEVEL = 0.36  # of a row: the thickness of the bar of one level
 
 
+@door
 def tornado_figure(
     name: str, caption: Phrase, tornado: Tornado, note: Phrase, unit: str = "", *, labels: Labels = None
 ) -> Figure:
