@@ -73,7 +73,7 @@ def test_a_ranking_counts_pairs_that_hold_and_pairs_that_are_turned_round():
 
 
 def test_an_unknown_case_or_metric_is_answered_with_the_nearest():
-    with pytest.raises(LookupError, match="no case 'S: slo'. Did you mean 'S: slow'"):
+    with pytest.raises(LookupError, match="no 'S: slo' among the 3 cases of this study. Did you mean 'S: slow'"):
         RESULTS["S", "slo"]
     with pytest.raises(LookupError, match="no 'IAEE' among the 2 metrics of 'S: slow'. Did you mean 'IAE'"):
         LAWS["slow"].score("IAEE", 0)

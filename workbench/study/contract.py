@@ -45,12 +45,14 @@ def answer(call: str, function: Callable[..., Any], *given: object) -> Any:
     Raises
     ------
     ValueError
-        If it ends with an error other than what `ValueError`, `LookupError`, `OSError` and `MemoryError` say.
+        If it ends the process, or ends with an error of another kind than those that say what is wrong.
     """
     try:
         return function(*given)
     except (ValueError, LookupError, OSError, MemoryError):
         raise
-    except (Exception, SystemExit) as error:
+    except SystemExit as error:
+        raise ValueError(f"`{call}` ended the study by itself, with status {described(error.code)}.") from error
+    except Exception as error:
         said = described(str(error), LONGEST)
         raise ValueError(f"`{call}` ended with {type(error).__name__}: {said}.") from error

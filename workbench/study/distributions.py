@@ -23,7 +23,7 @@ class AbstractDistribution(ABC):
     high: float
 
     @abstractmethod
-    def formula(self, u: Array) -> Array:
+    def _formula(self, u: Array) -> Array:
         """The quantiles u, of the same shape, but for rounding at the ends."""
 
     def quantile(self, u: Array) -> Array:
@@ -37,7 +37,7 @@ class AbstractDistribution(ABC):
         u = numbers(f"{type(self).__name__}.quantile(u)", u)
         if not ((u >= 0) & (u <= 1)).all():
             raise ValueError(f"`{type(self).__name__}.quantile(u)` takes probabilities from 0 to 1; got others.")
-        values = np.clip(self.formula(u), self.low, self.high)
+        values = np.clip(self._formula(u), self.low, self.high)
         values = np.where((u == 0) & (self.low > -inf), self.low, values)
         return np.where((u == 1) & (self.high < inf), self.high, values)
 
@@ -72,7 +72,7 @@ class Uniform(AbstractDistribution):
         _check_finite(self)
         _check_range(self, self.low, self.high)
 
-    def formula(self, u: Array) -> Array:
+    def _formula(self, u: Array) -> Array:
         """low + u (high - low)."""
         return np.asarray(self.low * (1 - u) + self.high * u)
 
@@ -100,7 +100,7 @@ class LogUniform(AbstractDistribution):
         _check_range(self, self.low, self.high)
         _check_positive(self, "low", "as its logarithm is uniform")
 
-    def formula(self, u: Array) -> Array:
+    def _formula(self, u: Array) -> Array:
         """low^(1 - u) high^u."""
         return np.asarray(np.exp(log(self.low) * (1 - u) + log(self.high) * u))
 
@@ -132,7 +132,7 @@ class Triangular(AbstractDistribution):
                 f"`Triangular(mode=...)` must lie within the range {self.low:g} to {self.high:g}; got {self.mode:g}."
             )
 
-    def formula(self, u: Array) -> Array:
+    def _formula(self, u: Array) -> Array:
         """Of the left line below the probability of the mode, of the right line above it."""
         width, left, right = self.high - self.low, self.mode - self.low, self.high - self.mode
         rising = self.low + np.sqrt(u * width * left)
@@ -166,7 +166,7 @@ class Normal(AbstractDistribution):
         _check_positive(self, "deviation", "as it is the width of a bell")
         _check_cut(self, (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation)
 
-    def formula(self, u: Array) -> Array:
+    def _formula(self, u: Array) -> Array:
         """mean + deviation z(u), z that of the standard normal distribution between the cuts."""
         z = _bell(u, (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation)
         return np.asarray(self.mean + self.deviation * z)
@@ -204,7 +204,7 @@ class LogNormal(AbstractDistribution):
                 _check_positive(self, name, "as all its numbers are")
         _check_cut(self, *self._z())
 
-    def formula(self, u: Array) -> Array:
+    def _formula(self, u: Array) -> Array:
         """median exp(sigma z(u)), z that of the standard normal distribution between the cuts."""
         with np.errstate(over="ignore"):  # the quantile 1 of a bell without a cut is infinite
             return np.asarray(self.median * np.exp(self.sigma * _bell(u, *self._z())))

@@ -17,7 +17,7 @@ from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned, Tuning
 from workbench.validation.doors import door
-from workbench.validation.words import Array, multiple, known, nearest, positive, seconds, seed, several
+from workbench.validation.words import Array, known, multiple, positive, seconds, seed, several
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -156,27 +156,20 @@ class Results:
 
     @door
     def __getitem__(self, key: tuple[str, str]) -> Outcome:
-        for outcome in self.outcomes:
-            if (outcome.case.scenario, outcome.case.law) == key:
-                return outcome
-        names = [outcome.case.name for outcome in self.outcomes]
-        raise LookupError(f"There is no case '{key[0]}: {key[1]}'.{nearest(f'{key[0]}: {key[1]}', names)}")
+        held = {outcome.case.name: outcome for outcome in self.outcomes}
+        return held[known(": ".join(key), held, "cases of this study")]
 
     @door
     def sample(self, name: str) -> Sample:
         """What the sweep of that name gave."""
-        for sample in self.samples:
-            if sample.name == name:
-                return sample
-        raise LookupError(f"There is no sweep '{name}'.{nearest(name, [sample.name for sample in self.samples])}")
+        held = {sample.name: sample for sample in self.samples}
+        return held[known(name, held, "sweeps of this study")]
 
     @door
     def tuned(self, name: str) -> Tuned:
         """What the tuning of that name found."""
-        for one in self.tunings:
-            if one.name == name:
-                return one
-        raise LookupError(f"There is no tuning '{name}'.{nearest(name, [one.name for one in self.tunings])}")
+        held = {one.name: one for one in self.tunings}
+        return held[known(name, held, "tunings of this study")]
 
     @property
     def all_samples(self) -> tuple[Sample, ...]:

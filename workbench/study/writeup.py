@@ -10,6 +10,7 @@ from importlib.metadata import version
 from workbench import __version__
 from workbench.simulate.arithmetic import signature
 from workbench.study.cells import several, texts
+from workbench.study.contract import answer
 from workbench.study.document import Colophon, Document, Section
 from workbench.study.study import Results, Study
 
@@ -55,11 +56,11 @@ def _seed(study: Study, results: Results) -> int | str | None:
 
 def headlines(study: Study, results: Results) -> list[str]:
     """The findings of the study, each on one line."""
-    found = texts("Study(headlines=...)(results)", study.headlines(results))
+    found = texts("Study(headlines=...)(results)", answer("Study(headlines=...)(results)", study.headlines, results))
     return [" ".join(line.split()) for line in found]
 
 
 def _sections(study: Study, results: Results) -> tuple[Section, ...]:
-    found: object = study.sections(results)
+    found = answer("Study(sections=...)(results)", study.sections, results)
     made = tuple(found) if isinstance(found, Iterable) and not isinstance(found, str) else found
     return several("Study(sections=...)(results)", made, Section, "section")

@@ -168,6 +168,8 @@ class Tuned:
     @door
     def front(self, *measures: Measure) -> Array:
         """The Pareto set of several measures over all admissible points, (B, m), in rising order of the first."""
+        if not measures:
+            raise ValueError("`front(measure, ...)` needs at least one measure; got none.")
         table = np.stack([self.measured(one) for one in measures], axis=1)
         return np.asarray(table[pareto(table)])
 
