@@ -91,7 +91,11 @@ def test_a_number_that_is_none_does_not_come_on_a_card(value):
 
 @pytest.mark.parametrize(
     ("low", "high", "said"),
-    [(2.0, 1.0, "a range, low <= high"), (float("nan"), 1.0, "a finite number"), ("a", 1.0, "a number or None; got 'a'")],
+    [
+        (2.0, 1.0, "a range, low <= high"),
+        (float("nan"), 1.0, "a finite number"),
+        ("a", 1.0, "a number or None; got 'a'"),
+    ],
 )
 def test_a_range_that_is_none_is_refused(low, high, said):
     with pytest.raises(ValueError, match=said):

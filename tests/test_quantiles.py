@@ -93,7 +93,10 @@ def test_failed_runs_of_a_share_could_have_gone_either_way():
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (lambda: quantiles(SobolDesign(1, 8), np.zeros(24)), "must be a `MonteCarlo` or a `LatinHypercube`; got a `SobolDesign`"),
+        (
+            lambda: quantiles(SobolDesign(1, 8), np.zeros(24)),
+            "must be a `MonteCarlo` or a `LatinHypercube`; got a `SobolDesign`",
+        ),
         (lambda: quantiles(MonteCarlo(1, 9), np.zeros(8)), "a row for each of the 9 runs"),
         (lambda: quantiles(MonteCarlo(1, 9), np.zeros(9), levels=[0.0]), "between 0 and 1; got 0.0"),
         (lambda: quantiles(MonteCarlo(1, 9), np.zeros(9), levels=[95]), "between 0 and 1; got 95"),

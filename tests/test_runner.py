@@ -100,7 +100,9 @@ def test_multiples_that_rounding_hides_are_multiples():
 
 
 def test_a_metric_alone_is_refused_with_its_comma():
-    with pytest.raises(ValueError, match=r"`Case\(metrics=...\)` must be a tuple of `AbstractMetric`.*written `\(...,\)`"):
+    with pytest.raises(
+        ValueError, match=r"`Case\(metrics=...\)` must be a tuple of `AbstractMetric`.*written `\(...,\)`"
+    ):
         Case("S", "law", Given(decay()), iae(), 0.01, 2.0, 0.1)
 
 

@@ -21,6 +21,7 @@ from workbench.study.study import Study
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import kept
 from workbench.study.tuning.ready import ready
+from workbench.validation.doors import door
 from workbench.validation.words import described, nearest, whole
 
 Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
@@ -84,6 +85,7 @@ def command(study: Path, out: Path | None, samples: int | None = None) -> str:
     return join(words if out is None else [*words, "--out", str(out)])
 
 
+@door
 def resized(study: Study, count: int | None) -> Study:
     """The study with so many samples in the design of each sweep that has a number of them, as far as these are known.
 

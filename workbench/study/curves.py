@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.notation.formula import Formula
 from workbench.validation.doors import door
-from workbench.validation.words import Array
+from workbench.validation.words import Array, described
 
 __all__ = ["STYLES", "Array", "Band", "Label", "Series", "Style", "check_style", "store"]
 
@@ -39,8 +39,8 @@ class Series:
     look: Literal["line", "steps", "marks"] = "line"
 
     def __post_init__(self) -> None:
-        check_style(f"Series({self.label!r})", self.style)
-        store(self, f"Series({self.label!r})", ("x", "y"), gaps=("y",))
+        check_style(f"Series({described(self.label)})", self.style)
+        store(self, f"Series({described(self.label)})", ("x", "y"), gaps=("y",))
 
     @property
     def curves(self) -> tuple[Array, ...]:
@@ -65,8 +65,8 @@ class Band:
     style: Style = 0
 
     def __post_init__(self) -> None:
-        check_style(f"Band({self.label!r})", self.style)
-        store(self, f"Band({self.label!r})", ("x", "low", "high"), gaps=())
+        check_style(f"Band({described(self.label)})", self.style)
+        store(self, f"Band({described(self.label)})", ("x", "low", "high"), gaps=())
 
     @property
     def curves(self) -> tuple[Array, ...]:

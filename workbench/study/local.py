@@ -181,5 +181,7 @@ def _places(loop: Ode, names: Sequence[str]) -> list[int]:
         both.indices(name)  # refuses what is neither
         places += [offset + i for i in layout.indices(name)]
     if not places or len(set(places)) < len(places):
-        raise ValueError(f"`local_sensitivities(names=...)` must be numbers, each once, at least one; got {described(names)}.")
+        raise ValueError(
+            f"`local_sensitivities(names=...)` must be numbers, each once, at least one; got {described(names)}."
+        )
     return places

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.study.curves import Label
 from workbench.study.shapes import Bars, HeatMap, Mark
 from workbench.validation.doors import door
-from workbench.validation.words import Array
+from workbench.validation.words import Array, described
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +43,7 @@ class Panel:
 
     def __post_init__(self) -> None:
         if not self.series:
-            raise ValueError(f"`Panel({self.ylabel!r})` must have at least one series; got none.")
+            raise ValueError(f"`Panel({described(self.ylabel)})` must have at least one series; got none.")
         for name in ("xlim", "ylim"):
             limits = getattr(self, name)
             if limits is not None and not -np.inf < limits[0] < limits[1] < np.inf:
@@ -59,14 +59,17 @@ class Panel:
                 self._check_scale(f"{name}scale", scale, mark, mark.spans[which])
             self._check_names(name, scale, lim, [mark.spans[which] for mark in self.series])
         if any(isinstance(mark, Bars | HeatMap) for mark in self.series) and not self.ynames:
-            raise ValueError(f"`Panel({self.ylabel!r}, series=...)` holds bars or cells, which stand in rows: name these by `ynames=`.")
+            raise ValueError(
+                f"`Panel({described(self.ylabel)}, series=...)` holds bars or cells, which stand in rows: name these by "
+                "`ynames=`."
+            )
 
     def _check_scale(self, name: str, scale: str, mark: Mark, spans: tuple[Array, ...]) -> None:
         least = min((float(np.nanmin(span)) for span in spans if not np.isnan(span).all()), default=1.0)
         if scale == "log" and least <= 0:
             raise ValueError(
                 f"`Panel({name}='log')` needs numbers > 0, which have a logarithm; the series "
-                f"{mark.label!r} has {least:g}. Draw its absolute value, or use 'linear'."
+                f"{described(mark.label)} has {least:g}. Draw its absolute value, or use 'linear'."
             )
 
     def _check_names(self, name: str, scale: str, lim: object, spans: list[tuple[Array, ...]]) -> None:

@@ -11,7 +11,7 @@ from workbench.study.chunk import Chunk, chunk_of
 from workbench.study.sampling import AbstractDesign
 from workbench.study.store import TABLE, LedgerError
 from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers, nearest
+from workbench.validation.words import Array, Integers, described, nearest
 
 SAID = ("name", "factors", "columns", "h", "seed", "fingerprint", "arithmetic")  # in a table, and beside them
 ARRAYS = ("t", "drawn", "values", "again", "errors", "limits", "diverged_at")
@@ -160,7 +160,7 @@ class Sample:
             names = sorted({name for name, _ in known})
             there = f"its joints are {', '.join(joints)}" if joints else f"its metrics are {', '.join(names)}"
             raise LookupError(
-                f"The sweep '{self.name}' has no '{metric}' of joint {joint!r}: {there}."
+                f"The sweep '{self.name}' has no {described(metric)} of joint {joint}: {there}."
                 f"{'' if joints else nearest(metric, names)}"
             )
         return known.index((metric, joint))

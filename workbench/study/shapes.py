@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.study.curves import Band, Label, Series, Style, check_style, store
 from workbench.validation.doors import door
-from workbench.validation.words import Array, positive, refusal, whole
+from workbench.validation.words import Array, described, positive, refusal, whole
 
 Spans: TypeAlias = tuple[tuple[Array, ...], tuple[Array, ...]]
 
@@ -37,7 +37,7 @@ class Bars:
     texts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        call = f"Bars({self.label!r})"
+        call = f"Bars({described(self.label)})"
         check_style(call, self.style)
         if np.ndim(self.starts) == 0:
             object.__setattr__(self, "starts", np.full(self.places.shape, self.starts))
@@ -77,7 +77,7 @@ class Points:
     yhigh: Array | None = None
 
     def __post_init__(self) -> None:
-        call = f"Points({self.label!r})"
+        call = f"Points({described(self.label)})"
         check_style(call, self.style)
         store(self, call, ("x", "y"), gaps=("x", "y"))
         _store_intervals(self, call, ("xlow", "xhigh", "ylow", "yhigh"))

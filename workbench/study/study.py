@@ -17,7 +17,7 @@ from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned, Tuning
 from workbench.validation.doors import door
-from workbench.validation.words import Array, known, multiple, positive, seconds, seed, several
+from workbench.validation.words import Array, described, known, multiple, positive, seconds, seed, several
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -248,7 +248,7 @@ class Study:
         if not re.fullmatch(r"[a-z0-9_]{1,80}", self.name):
             raise ValueError(
                 "`Study(name=...)` becomes a folder, so it is made of lower-case letters, digits and "
-                f"underscores only; got {self.name!r}."
+                f"underscores only; got {described(self.name)}."
             )
         if self.seed is not None:
             seed("Study(seed=...)", self.seed)

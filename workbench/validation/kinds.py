@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 import casadi as ca
 import numpy as np
 
-from workbench.validation.words import WORDS, a, as_array, as_number, as_text, as_whole, described, name_of
+from workbench.validation.words import MOST, WORDS, a, as_array, as_number, as_text, as_whole, described, name_of
 
 Fit = Callable[[Any], Any]  # from a value to the same, made to be of the kind, or a `KindError`
 FEW = 3  # kinds that a message names, of more than one beyond them
@@ -156,7 +156,9 @@ def _array(value: Any) -> Any:
 
 def _whole_array(value: Any) -> Any:
     array = as_array(value)
-    return None if array is None or (array != np.rint(array)).any() else np.array(value).astype(int)
+    if array is None or not ((np.abs(array) <= MOST) & (array == np.rint(array))).all():
+        return None
+    return array.astype(int)
 
 
 def _among(value: Any, choices: tuple[Any, ...]) -> bool:

@@ -45,8 +45,15 @@ def calls() -> dict[str, Any]:
         "Ranks": partial(evidence.Ranks, PAIRED, 0.95, square, square),
         "Share": partial(sensitivity.Share, 0.5, 0.25, 0.75, 20, 0),
         "SobolIndices": partial(
-            sensitivity.SobolIndices, NAMES, FACTORS, part, part, sensitivity.Estimate([[0.1], [0.2]], [[0.1], [0.2]]),
-            two, {}, ("a remark",),
+            sensitivity.SobolIndices,
+            NAMES,
+            FACTORS,
+            part,
+            part,
+            sensitivity.Estimate([[0.1], [0.2]], [[0.1], [0.2]]),
+            two,
+            {},
+            ("a remark",),
         ),
         "Tornado": partial(sensitivity.Tornado, NAMES, FACTORS, (0.1, 0.9), two, np.ones((2, 2, 2)), {}),
         "ablation_table": partial(evidence.ablation_table, "t", "c", (COMPARISON,), "a", ("a note",)),
@@ -54,18 +61,28 @@ def calls() -> dict[str, Any]:
         "comparison_table": partial(evidence.comparison_table, "t", "c", (COMPARISON,), ("a note",)),
         "difference_table": partial(evidence.difference_table, "t", "c", COMPARISON, ("a note",)),
         "morris": partial(
-            sensitivity.morris, PATHS, outputs(PATHS), NAMES, factors=FACTORS, errors=1e-6 * outputs(PATHS), confidence=0.9
+            sensitivity.morris,
+            PATHS,
+            outputs(PATHS),
+            NAMES,
+            factors=FACTORS,
+            errors=1e-6 * outputs(PATHS),
+            confidence=0.9,
         ),
         "paired": partial(evidence.paired, told, metric="error", unit="rad", errors={"a": 0.1, "b": 0.0}, note="n"),
-        "quantiles": partial(
-            sensitivity.quantiles, RANDOM, outputs(RANDOM), NAMES, levels=(0.1, 0.9), confidence=0.9
-        ),
+        "quantiles": partial(sensitivity.quantiles, RANDOM, outputs(RANDOM), NAMES, levels=(0.1, 0.9), confidence=0.9),
         "rank_table": partial(evidence.rank_table, "t", "c", RANKS, ("a note",)),
         "ranks": partial(evidence.ranks, PAIRED, 0.9),
         "same_draws": partial(evidence.same_draws, {"a": sample(), "b": sample()}),
         "share": partial(sensitivity.share, [1.0, 0.0, np.nan], 0.9),
         "sobol": partial(
-            sensitivity.sobol, PAIRS, outputs(PAIRS), NAMES, factors=FACTORS, errors=1e-6 * outputs(PAIRS), confidence=0.9
+            sensitivity.sobol,
+            PAIRS,
+            outputs(PAIRS),
+            NAMES,
+            factors=FACTORS,
+            errors=1e-6 * outputs(PAIRS),
+            confidence=0.9,
         ),
         "sobol_by_salib": partial(
             sensitivity.sobol_by_salib, PAIRS, outputs(PAIRS), NAMES, factors=FACTORS, resamples=4, seed=1

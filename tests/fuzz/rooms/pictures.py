@@ -24,9 +24,7 @@ def calls() -> dict[str, Any]:
     over_time = sobol(PAIRS, outputs(PAIRS), NAMES)
     return {
         "Band": partial(curves.Band, "a", T, T, T, 1),
-        "Bars": partial(
-            shapes.Bars, "a", [0.0, 1.0], [1.0, 2.0], 0.0, 1, 0.5, 0.7, [0.5, 1.0], [2.0, 3.0], ("x", "y")
-        ),
+        "Bars": partial(shapes.Bars, "a", [0.0, 1.0], [1.0, 2.0], 0.0, 1, 0.5, 0.7, [0.5, 1.0], [2.0, 3.0], ("x", "y")),
         "HeatMap": partial(shapes.HeatMap, [[1.0, np.nan]], [[True, False]], 2, 1.0, "a", 1),
         "Panel": partial(
             panel.Panel, "y", (series,), "x", (0.0, 1.0), (0.5, 1.0), "linear", "log", "t", (0.5,), (0.5,)

@@ -1,14 +1,15 @@
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache, partial
 from typing import Any
 
 import casadi as ca
 
-from workbench import study
+from workbench import script, study
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import iae, ise
-from workbench.study import adjusted, comparison, document, factors, local, pareto, provenance, runner, tuning
+from workbench.study import adjusted, comparison, document, factors, local, pareto, provenance, runner, tuning, writeup
 from workbench.study.distributions import LogUniform, Uniform
 from workbench.study.factors import Factor
 from workbench.study.prepared import prepared
@@ -43,6 +44,16 @@ def objective(runs: Any) -> Any:
 
 
 TUNING = tuning.Tuning("pd", (TRIAL,), (FACTOR,), objective, 16, 8, (0, 1))
+
+
+class Says:
+    """A loop whose equations are whatever it is given."""
+
+    def __init__(self, given: Any) -> None:
+        self.given = given
+
+    def ode(self, name: str = "loop") -> Any:
+        return self.given
 
 
 def sections(results: Any) -> Any:
@@ -100,20 +111,27 @@ def calls() -> dict[str, Any]:
         "SobolDesign": partial(study.SobolDesign, 2, 16, True, 3),
         "Space": space,
         "Study": partial(
-            Study, "small", "T", "Q?", "M.", sections, lambda results: ["It runs."], (CASE,), {"arm": "1"}, True, 1,
-            (SWEEP,), (TUNING,),
+            Study,
+            "small",
+            "T",
+            "Q?",
+            "M.",
+            sections,
+            lambda results: ["It runs."],
+            (CASE,),
+            {"arm": "1"},
+            True,
+            1,
+            (SWEEP,),
+            (TUNING,),
         ),
-        "Sweep": partial(
-            Sweep, "decay", LOOP, METRICS, (FACTOR,), MonteCarlo(1, 24), 0.1, 1.0, 0.5, 1, True, 8, 16
-        ),
+        "Sweep": partial(Sweep, "decay", LOOP, METRICS, (FACTOR,), MonteCarlo(1, 24), 0.1, 1.0, 0.5, 1, True, 8, 16),
         "Trial": partial(tuning.Trial, "step", LOOP, METRICS, 0.1, 1.0, 0.5, 1),
         "Triangular": partial(study.Triangular, 0.0, 0.5, 2.0),
         "Tuned": partial(tuned),
         "Tuning": partial(tuning.Tuning, "pd", (TRIAL,), (FACTOR,), objective, 16, 8, (0, 1)),
         "Uniform": partial(study.Uniform, 0.0, 2.0),
-        "against_published": partial(
-            comparison.against_published, "t", "c", published, {"law": outcomes()[0]}
-        ),
+        "against_published": partial(comparison.against_published, "t", "c", published, {"law": outcomes()[0]}),
         "equal_budget": partial(
             tuning.equal_budget, {"pd": ((TRIAL,), (FACTOR,))}, objective, evaluations=16, population=8, seeds=(0,)
         ),
@@ -124,6 +142,25 @@ def calls() -> dict[str, Any]:
         "Sample": partial(sample),
         "side_by_side": partial(study.side_by_side, "t", "c", outcomes(), ["IAE"], 0, ["a note"], 0.02),
         "tune": partial(tuning.tune, TUNING),
+        "resized": partial(script.resized, STUDY, 8),
+        **functions(),
+    }
+
+
+def functions() -> dict[str, Any]:
+    """Calls of what a study's author gives: loops and functions."""
+    return {
+        "cases": partial(lambda cases: replace(STUDY, cases=cases).resolved({}), lambda tuned: (CASE,)),
+        "document": partial(lambda found: writeup.document(replace(STUDY, sections=found), Results(), "run"), sections),
+        "headlines": partial(
+            lambda found: writeup.headlines(replace(STUDY, headlines=found), Results()), lambda results: ["Yes."]
+        ),
+        "ode of a case": partial(
+            lambda given: runner.run(replace(STUDY, cases=(replace(CASE, loop=Says(given)),))), LOOP.ode()
+        ),
+        "ode of a sweep": partial(lambda given: prepared(replace(SWEEP, loop=Says(given))).times, LOOP.ode()),
+        "ode of another": partial(lambda given: adjusted.adjusted(Says(given), {"k": 1.0}).ode(), LOOP.ode()),
+        "objective": partial(lambda found: tuning.tune(replace(TUNING, objective=found)), objective),
     }
 
 

@@ -118,11 +118,11 @@ def _panel(effects: MorrisEffects, unit: str, names: tuple[Label, ...], title: L
     x, y = effects.mu_star, effects.sigma
     (xlow, xhigh, right), (ylow, yhigh, top) = _interval(x), _interval(y)
     right, top = max(right, LEAST * top), max(top, LEAST * right)
-    end = min(right, top)
+    line = np.array([0.0, min(right, top)])
     points = Points("", x.value, y.value, names, xlow=xlow, xhigh=xhigh, ylow=ylow, yhigh=yhigh)
     return Panel(
         with_unit(SIGMA, unit),
-        (points, Series(Relation(SIGMA, "=", MU_STAR), [0.0, end], [0.0, end], "bound")),
+        (points, Series(Relation(SIGMA, "=", MU_STAR), line, line, "bound")),
         xlabel=with_unit(MU_STAR, unit),
         xlim=(0.0, right),
         ylim=(0.0, top),

@@ -39,7 +39,7 @@ def rank_figure(name: str, caption: Phrase, ranks: Mapping[str, Array], note: Ph
     bars = tuple(
         Bars(
             f"rank {place + 1}",
-            np.arange(len(laws)),
+            np.arange(len(laws), dtype=float),
             ends[:, place],
             ends[:, place] - held[:, place],
             shade=_shade(place, held.shape[1]),

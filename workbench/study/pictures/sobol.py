@@ -48,7 +48,7 @@ def sobol_bars(name: str, caption: Phrase, indices: SobolIndices, note: Phrase, 
 
 
 def _panel(one: SobolIndices, order: Integers, scale: tuple[float, float], labels: Labels, titled: bool) -> Panel:
-    rows = np.arange(len(order))
+    rows = np.arange(len(order), dtype=float)
     bars = [
         Bars(label, rows + aside, part.value[order], 0.0, style, shade, BAR, part.low[order], part.high[order])
         for label, part, aside, style, shade in (

@@ -49,7 +49,7 @@ def tornado_figure(
 def _panel(tornado: Tornado, unit: str, labels: Labels) -> Panel:
     order, base = tornado.order, float(tornado.base)
     lowest, highest = int(np.argmin(tornado.levels)), int(np.argmax(tornado.levels))
-    rows, moved = np.arange(len(order)), tornado.moved[order]
+    rows, moved = np.arange(len(order), dtype=float), tornado.moved[order]
     marks: list[Bars | Series] = []
     for k, level in enumerate(np.argsort(tornado.levels).tolist()):
         label, ends = _level(tornado.levels[level]), moved[:, level]

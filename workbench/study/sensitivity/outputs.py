@@ -189,12 +189,10 @@ def as_outputs(given: Any) -> Array | None:
     return as_array(array.astype(float) if array.dtype.kind == "b" else array)
 
 
-def check_shape(call: str, array: Array, names: Sequence[str], *axes: int) -> None:
+def check_shape(call: str, array: np.ndarray[Any, Any], names: Sequence[str], *axes: int) -> None:
     """Refuse what is not (k, *axes) for k outputs, and for a single one not (*axes) either."""
     if array.shape != (len(names), *axes) and not (len(names) == 1 and array.shape == axes):
-        raise ValueError(
-            f"`{call}` must have shape {(len(names), *axes)}, a row for each output; got {array.shape}."
-        )
+        raise ValueError(f"`{call}` must have shape {(len(names), *axes)}, a row for each output; got {array.shape}.")
 
 
 def _columns(call: str, given: Any, runs: int) -> Array:

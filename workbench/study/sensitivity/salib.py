@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.study.sampling import SobolDesign
 from workbench.study.sensitivity.indices import SobolIndices, sobol
-from workbench.study.sensitivity.outputs import Estimate, as_outputs
+from workbench.study.sensitivity.outputs import Estimate, columns_of
 from workbench.validation.doors import door
 from workbench.validation.words import Array, whole
 from workbench.validation.words import seed as as_seed
@@ -52,7 +52,7 @@ def sobol_by_salib(
     # SALib takes a seed of 0 for none, and would draw from NumPy's hidden state
     seed = as_seed("sobol_by_salib(seed=...)", seed) + 1
     ours = sobol(design, outputs, names, factors=factors, confidence=confidence)
-    columns = np.reshape(as_outputs(outputs), (design.size, -1))
+    columns = columns_of("sobol_by_salib", design, outputs, names)[1]
     columns[:, [name in ours.refused for name in ours.names]] = np.nan
     found = [_analysed(design, column, resamples, confidence, seed) for column in columns.T]
     orders = [[np.stack(part) for part in zip(*order, strict=True)] for order in zip(*found, strict=True)]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from workbench.study.sampling import OneAtATime
-from workbench.study.sensitivity.outputs import as_outputs, check_shape, factor_names, outputs_of, place_of, refuse_all
+from workbench.study.sensitivity.outputs import check_shape, columns_of, factor_names, outputs_of, place_of, refuse_all
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers
 
@@ -86,6 +86,6 @@ def tornado(
     named = factor_names("tornado", design, factors)
     held = outputs_of("tornado", design, outputs, names)
     refuse_all("tornado", held)
-    values = np.where(held.known, np.reshape(as_outputs(outputs), held.scaled.shape), np.nan)
+    values = np.where(held.known, columns_of("tornado", design, outputs, names)[1], np.nan)
     moved = values[1:].reshape(design.dimensions, len(design.levels), -1)
     return Tornado(held.names, named, design.levels, values[0], np.moveaxis(moved, -1, 0), held.refused)

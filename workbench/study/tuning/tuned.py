@@ -162,7 +162,9 @@ class Tuned:
         good = np.flatnonzero(np.isfinite(self.objectives))
         found = np.full(len(self.objectives), np.nan)
         runs = {name: one.only(good) for name, one in self.samples.items()}
-        found[good] = vector("measured(measure)(runs)", answer("measured(measure)(runs)", measure, runs), len(good), "points")
+        found[good] = vector(
+            "measured(measure)(runs)", answer("measured(measure)(runs)", measure, runs), len(good), "points"
+        )
         return found
 
     @door
