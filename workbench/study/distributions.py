@@ -127,6 +127,12 @@ class Triangular(AbstractDistribution):
     def __post_init__(self) -> None:
         _check_finite(self)
         _check_range(self, self.low, self.high)
+        width = self.high - self.low
+        if not np.finfo(float).tiny < width * width < inf:  # of which the formula takes the root
+            raise ValueError(
+                "`Triangular(low=..., high=...)` must be a range from 1e-153 to 1e154 wide, of which a double holds the "
+                f"square; got {width:g}."
+            )
         if not self.low <= self.mode <= self.high:
             raise ValueError(
                 f"`Triangular(mode=...)` must lie within the range {self.low:g} to {self.high:g}; got {self.mode:g}."

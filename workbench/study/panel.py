@@ -60,8 +60,8 @@ class Panel:
             self._check_names(name, scale, lim, [mark.spans[which] for mark in self.series])
         if any(isinstance(mark, Bars | HeatMap) for mark in self.series) and not self.ynames:
             raise ValueError(
-                f"`Panel({described(self.ylabel)}, series=...)` holds bars or cells, which stand in rows: name these by "
-                "`ynames=`."
+                f"`Panel({described(self.ylabel)}, series=...)` holds bars or cells, which stand in rows: name these "
+                "by `ynames=`."
             )
 
     def _check_scale(self, name: str, scale: str, mark: Mark, spans: tuple[Array, ...]) -> None:

@@ -17,7 +17,7 @@ from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned, Tuning
 from workbench.validation.doors import door
-from workbench.validation.words import Array, described, known, multiple, positive, seconds, seed, several
+from workbench.validation.words import Array, described, known, multiple, positive, refusal, seconds, seed, several
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -154,8 +154,9 @@ class Results:
     samples: tuple[Sample, ...] = ()
     tunings: tuple[Tuned, ...] = ()
 
-    @door
     def __getitem__(self, key: tuple[str, str]) -> Outcome:
+        if not (isinstance(key, tuple) and len(key) == 2 and all(isinstance(name, str) for name in key)):
+            raise refusal("results[scenario, law]", "named by a scenario and a law", key)
         held = {outcome.case.name: outcome for outcome in self.outcomes}
         return held[known(": ".join(key), held, "cases of this study")]
 

@@ -188,8 +188,8 @@ def _fit_of_union(asked: tuple[type, ...], fits: tuple[Fit, ...], must: str, val
             return fit(value)
         except KindError as misfit:
             misfits.append(misfit)
-    deepest = max(misfits, key=lambda misfit: len(misfit.place))  # says which of several items does not fit
-    raise KindError(must, deepest.got if deepest.place else described(value), deepest.place)
+    most = max(misfits, key=lambda misfit: (len(misfit.place), len(misfit.got)))  # which item, or what is to be done
+    raise KindError(must, most.got, most.place)
 
 
 def _hints_of(kind: Any) -> dict[str, Any]:
