@@ -6,6 +6,8 @@ from scipy import stats
 
 from workbench.study.cells import Emphasis
 from workbench.study.evidence import (
+    Intervals,
+    Paired,
     ablation_table,
     compare,
     comparison_table,
@@ -18,6 +20,7 @@ from workbench.study.evidence import (
 from workbench.study.evidence.bootstrap import means, medians
 from workbench.study.sample import Sample
 from workbench.study.sampling import MonteCarlo, SobolDesign
+from workbench.study.sensitivity import Estimate
 
 RNG = np.random.default_rng(7)
 DRAWS = RNG.normal(size=200)  # what all laws of a draw have in common
@@ -301,6 +304,30 @@ def test_a_step_beyond_the_stability_limit_is_said_beside_a_comparison():
         "and half of it in 2 runs; b: stability limit not known of 1; BEYOND the stability limit in 1 of these, down "
         "to 0.005 s."
     )
+
+
+def test_nothing_is_so_many_percent_of_zero():
+    values = {"whole": np.zeros(30), "adaptation": np.ones(30)}
+    table = ablation_table("t", "c", (compare(paired(values, metric="error")),), "whole")
+    assert table.rows[1][1] == "not known"
+
+
+@pytest.mark.parametrize(
+    ("made", "why"),
+    [
+        (lambda: Paired("e", "", ("a", "b"), np.ones((30, 3)), np.ones(2), np.zeros(2)), "a column for each law; got"),
+        (
+            lambda: Paired("e", "", ("a", "b"), np.full((30, 2), 1.7e308), np.ones(2), np.zeros(2)),
+            "sums a double holds",
+        ),
+        (lambda: Intervals(np.ones(2), np.ones(3), np.ones(2)), "two ends for each value; got shapes"),
+        (lambda: Estimate(np.full(2, np.inf), np.ones(2)), r"`Estimate\(value=...\)` must be numbers up to 1e\+304"),
+        (lambda: Estimate(np.ones(2), np.ones(1)), "a half-width for each value; got shapes"),
+    ],
+)
+def test_evidence_that_does_not_fit_together_is_refused(made, why):
+    with pytest.raises(ValueError, match=why):
+        made()
 
 
 @pytest.mark.parametrize(

@@ -147,7 +147,7 @@ def test_a_very_large_number_of_outputs_is_looked_at_in_parts_with_the_same_resu
         (lambda y: np.zeros(len(y)), "it is 0 in all"),
         (lambda y: 1e8 + 1e-9 * y, "which is rounding: subtract what does not vary"),
         (lambda y: 1e300 + 1e284 * y, "which is rounding"),
-        (lambda y: np.where(np.arange(len(y)) % 2, 1.7e308, -1.7e308), "by more than a double holds"),
+        (lambda y: np.where(np.arange(len(y)) % 2, 1.7e308, -1.7e308), "where sums overflow: choose another unit"),
     ],
 )
 def test_an_output_without_indices_is_refused_by_name_and_spoils_no_other(spoil, said):

@@ -202,6 +202,15 @@ def test_several_paths_move_together(tmp_path):
     np.testing.assert_array_equal(p[:, [0, 2, 3]], np.repeat(values, 3, axis=1))
 
 
+def test_whole_numbers_of_any_kind_are_the_same_sweep_in_a_ledger(tmp_path):
+    numbers = {"design": MonteCarlo(np.int8(2), np.int64(50), np.uint8(3)), "seed": np.int32(0)}
+    other = sweep(**numbers, runs_of_chunk=np.int8(8), halved=np.int64(16))
+    plain = sample(tmp_path, sweep())
+    before = held(tmp_path)
+    np.testing.assert_array_equal(sample(tmp_path, other).values, plain.values)
+    assert held(tmp_path) == before
+
+
 @pytest.mark.parametrize(
     ("change", "kind", "said"),
     [

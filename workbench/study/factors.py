@@ -130,6 +130,7 @@ class Space:
         columns = zip(self.factors, self._cube("values", points).T, strict=True)
         return np.stack([factor.distribution.quantile(u) for factor, u in columns], axis=1)
 
+    @door
     def table(self, name: str, caption: str) -> Table:
         """The factors as a report prints them: what each moves, over which distribution, and where that comes from."""
         rows: list[tuple[Cell, ...]] = []

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.study.sample import Sample
 from workbench.study.sampling import LatinHypercube, MonteCarlo
-from workbench.study.sensitivity.outputs import as_outputs
+from workbench.study.sensitivity.outputs import as_outputs, check_size
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers, described, known
 
@@ -43,6 +43,8 @@ class Paired:
     note: str = ""
 
     def __post_init__(self) -> None:
+        check_size("Paired(values=...)", self.values, infinite=True)
+        check_size("Paired(errors=...)", self.errors, infinite=True)
         laws = len(self.laws)
         if self.values.shape[1:] != (laws,) or not self.errors.shape == self.failed.shape == (laws,):
             shapes = f"{self.values.shape}, {self.errors.shape} and {self.failed.shape}"

@@ -151,9 +151,9 @@ def _change(one: Comparison, i: int, at: int) -> Cell:
     """The change from the whole law, in percent of it."""
     d = one.difference
     size = float(one.level.value[at])
-    value, low, high = (100 * float(part[i, at]) / size + 0.0 for part in (d.value, d.low, d.high))
-    if not np.isfinite(size) or np.isnan(value):
+    if not (size and np.isfinite(size)) or np.isnan(d.value[i, at]):  # nothing is so many percent of zero
         return "not known"
+    value, low, high = (100 * float(part[i, at]) / size + 0.0 for part in (d.value, d.low, d.high))
     if np.isinf(value):
         return Emphasis(FAILS)
     many = value >= MANY

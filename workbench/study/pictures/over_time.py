@@ -44,7 +44,7 @@ def indices_over_time(
         If the note is empty, or there is not one time for each output.
     """
     times = times_of("indices_over_time", t, len(indices.names))
-    largest = np.nanmax(indices.ST.value, axis=0)
+    largest = np.fmax.reduce(indices.ST.value, axis=0)
     order = np.argsort(-largest, kind="stable")
     drawn, left = order[:MOST].tolist(), order[MOST:]
     banded, panels, beyond = drawn[:BANDED], [], False

@@ -10,6 +10,7 @@ import numpy as np
 from workbench.study.cells import Cell, Part, Phrase, check_phrase, parts, raised
 from workbench.study.curves import Array, Label
 from workbench.study.sensitivity import Estimate, MorrisEffects, SobolIndices, Tornado
+from workbench.study.sensitivity.outputs import check_size
 from workbench.validation.words import Integers
 
 Labels: TypeAlias = Mapping[str, Label] | None
@@ -80,6 +81,7 @@ def number(value: float) -> Cell:
 
 def require_array(call: str, array: Array, *, columns: int | None = None) -> Array:
     """An array that is not empty; with so many columns, if they are counted."""
+    check_size(call, array, infinite=True)
     if not array.size or (columns is not None and (array.ndim != 2 or array.shape[1] != columns)):
         shape = "at least one number" if columns is None else f"an array (B, {columns}) of numbers, B >= 1"
         raise ValueError(f"`{call}` must be {shape}; got the shape {array.shape}.")
@@ -113,6 +115,7 @@ def scale_of_shares(estimates: Sequence[Estimate]) -> tuple[float, float]:
     values = np.concatenate([np.ravel(part.value) for part in estimates])
     ends = np.concatenate([np.ravel(end) for part in estimates for end in (part.low, part.high)])
     ends = np.clip(ends[np.isfinite(ends)], -0.25, 1.25)
-    low = min(0.0, ends.min(initial=0.0), float(np.nanmin(values)))
-    high = max(0.1, ends.max(initial=0.1), float(np.nanmax(values)))
+    values = values[~np.isnan(values)]
+    low = min(0.0, ends.min(initial=0.0), float(values.min(initial=0.0)))
+    high = max(0.1, ends.max(initial=0.1), float(values.max(initial=0.1)))
     return float(low - 0.02 * (high - low) * (low < 0)), float(high + 0.02 * (high - low))

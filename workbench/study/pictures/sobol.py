@@ -71,7 +71,7 @@ def _intervals(single: list[SobolIndices], scale: tuple[float, float]) -> tuple[
     """What must be said of intervals that are not drawn whole."""
     low, high = (np.stack([getattr(p, end) for one in single for p in (one.S1, one.ST)]) for end in ("low", "high"))
     beyond = bool((low < scale[0]).any() or (high > scale[1]).any())
-    return (*([BEYOND] * beyond), *([UNKNOWN] * bool(np.isnan(high - low).any())))
+    return (*([BEYOND] * beyond), *([UNKNOWN] * bool(np.isnan([low, high]).any())))
 
 
 def _numbers(name: str, caption: Phrase, single: list[SobolIndices], order: Integers) -> Table:

@@ -17,6 +17,7 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 # A spread of this many last places of the largest value: rounding is then 1e-5 of the variance and hides no index.
 LEAST_SPREAD = 100 * np.finfo(float).eps
+LARGEST = 1e304  # number of a result: sums and differences of some such are finite
 # Parts of the variance that an error of the runs may make up: beyond the first it is told, beyond the second refused.
 TOLD, REFUSED = 0.01, 1.0
 
@@ -30,6 +31,8 @@ class Estimate:
     half: Array
 
     def __post_init__(self) -> None:
+        check_size("Estimate(value=...)", self.value)
+        check_size("Estimate(half=...)", self.half, infinite=True)
         if self.value.shape != self.half.shape:
             raise ValueError(
                 "`Estimate(half=...)` must have a half-width for each value; got shapes "
@@ -112,7 +115,7 @@ def outputs_of(
         if off.shape != columns.shape:
             raise ValueError(f"`{call}(errors=...)` must have the outputs' shape {columns.shape}; got {off.shape}.")
         for j in np.flatnonzero(known):
-            part, said = _blur(off[:, j] / spread[j], scaled[:, j])
+            part, said = _blur(off[:, j], scaled[:, j], spread[j])
             if part > REFUSED:
                 refused[held[j]] = said if np.isinf(part) else f"{said}: what varies is the error"
             elif not part <= TOLD:
@@ -120,7 +123,7 @@ def outputs_of(
     return Outputs(held, scaled, mean, spread, refused, tuple(remarks))
 
 
-def _blur(errors: Array, scaled: Array) -> tuple[float, str]:
+def _blur(errors: Array, scaled: Array, spread: float) -> tuple[float, str]:
     """What part of the variance of an output the errors of its runs make up, those that are known, and so in words."""
     there = errors[~np.isnan(errors)]
     if not there.size:
@@ -130,7 +133,8 @@ def _blur(errors: Array, scaled: Array) -> tuple[float, str]:
             np.inf,
             f"nothing bounds the errors of {lost} of its runs, as where half of the step fails",
         )
-    part = float(np.mean(there**2) / np.mean(scaled**2))
+    with np.errstate(over="ignore"):  # infinitely more than the spread
+        part = float(np.mean((there / spread) ** 2) / np.mean(scaled**2))
     return part, f"the errors of its runs are {100 * part**0.5:.2g} % of its spread, {100 * part:.2g} % of the variance"
 
 
@@ -189,8 +193,21 @@ def as_outputs(given: Any) -> Array | None:
     return as_array(array.astype(float) if array.dtype.kind == "b" else array)
 
 
-def check_shape(call: str, array: np.ndarray[Any, Any], names: Sequence[str], *axes: int) -> None:
-    """Refuse what is not (k, *axes) for k outputs, and for a single one not (*axes) either."""
+def check_size(call: str, array: np.ndarray[Any, Any], infinite: bool = False) -> None:
+    """Refuse numbers whose sums a double does not hold, and infinite ones unless they mean something."""
+    size = np.abs(array)
+    if (beyond := size[(size > LARGEST) & ~(np.isinf(size) & infinite)]).size:
+        raise ValueError(
+            f"`{call}` must be numbers up to {LARGEST:g}, whose sums a double holds; got {beyond[0]:g}: choose another "
+            "unit."
+        )
+
+
+def check_shape(
+    call: str, array: np.ndarray[Any, Any], names: Sequence[str], *axes: int, infinite: bool = False
+) -> None:
+    """Refuse what is not (k, *axes) for k outputs, and for a single one not (*axes) either; and as `check_size`."""
+    check_size(call, array, infinite)
     if array.shape != (len(names), *axes) and not (len(names) == 1 and array.shape == axes):
         raise ValueError(f"`{call}` must have shape {(len(names), *axes)}, a row for each output; got {array.shape}.")
 
@@ -217,8 +234,8 @@ def _flaw(column: Array) -> str:
     least, largest = float(column.min()), float(column.max())
     if least == largest:
         return f"it is {least:g} in all {runs} runs: no factor changes it"
-    if largest / 2 - least / 2 > np.finfo(float).max / 2:
-        return f"it varies from {least:g} to {largest:g}, by more than a double holds: choose another unit"
+    if max(-least, largest) > LARGEST:
+        return f"it goes from {least:g} to {largest:g}, beyond {LARGEST:g}, where sums overflow: choose another unit"
     if largest - least <= LEAST_SPREAD * max(abs(least), abs(largest)):
         return (
             f"it varies by {largest - least:.1e} about {least:g}, which is rounding: subtract what does not vary, "

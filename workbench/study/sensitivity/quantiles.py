@@ -38,7 +38,7 @@ class Quantiles:
 
     def __post_init__(self) -> None:
         for name in ("value", "low", "high"):
-            check_shape(f"Quantiles({name}=...)", getattr(self, name), self.names, len(self.levels))
+            check_shape(f"Quantiles({name}=...)", getattr(self, name), self.names, len(self.levels), infinite=True)
         check_shape("Quantiles(failed=...)", self.failed, self.names)
 
 
