@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Layout, Ode, Sampled
-from workbench.core.layout import Array, nearest
 from workbench.study.contract import Loop, check_loop, equations_of
 from workbench.validation.doors import door
+from workbench.validation.words import Array, nearest
 
 
 @dataclass(frozen=True, eq=False)

@@ -130,8 +130,8 @@ class Triangular(AbstractDistribution):
         width = self.high - self.low
         if not np.finfo(float).tiny < width * width < inf:  # of which the formula takes the root
             raise ValueError(
-                "`Triangular(low=..., high=...)` must be a range from 1e-153 to 1e154 wide, of which a double holds the "
-                f"square; got {width:g}."
+                "`Triangular(low=..., high=...)` must be a range from 1e-153 to 1e154 wide, of which a double holds "
+                f"the square; got {width:g}."
             )
         if not self.low <= self.mode <= self.high:
             raise ValueError(

@@ -11,8 +11,6 @@ from itertools import pairwise
 import numpy as np
 
 from workbench.core import Ode, Sampled, Step
-from workbench.core.layout import Array
-from workbench.core.numbers import Integers, multiple
 from workbench.core.ode import instructions
 from workbench.metrics import AbstractMetric
 from workbench.metrics.accumulated import maker, resolved
@@ -29,6 +27,7 @@ from workbench.study.factors import Space
 from workbench.study.sample import Sample
 from workbench.study.sampling import AbstractDesign
 from workbench.study.sweep import Sweep, again
+from workbench.validation.words import Array, Integers, multiple
 
 SECONDS = 2.0  # of one processor, by the cautious estimate of the engine, that a chunk takes: in truth about a third
 BYTES = 64 * 2**20  # of kept states that a chunk may hold
