@@ -40,7 +40,7 @@ class Reading(AbstractDistribution):
         """The last place."""
         return len(self.names) - 1.0
 
-    def formula(self, u: Array) -> Array:
+    def _formula(self, u: Array) -> Array:
         """The place."""
         return np.minimum(np.floor(np.asarray(u) * len(self.names)), self.high)
 

@@ -119,7 +119,7 @@ def test_a_script_without_a_study_is_refused(command, tmp_path):
     (tmp_path / "study.py").write_text("x = 1\n", encoding="utf-8")
     refused(command("run", "study.py"), tmp_path, "'study.py' has no study")
     (tmp_path / "study.py").write_text("study = 'mine'\n", encoding="utf-8")
-    refused(command("run", "study.py"), tmp_path, "`study` in 'study.py' must be a `Study`; got str.")
+    refused(command("run", "study.py"), tmp_path, "`study` in 'study.py' must be a `Study`; got 'mine'.")
 
 
 def test_a_script_that_ends_by_itself_is_refused(command, script, tmp_path):
@@ -130,7 +130,7 @@ def test_an_error_in_the_sections_is_said_with_its_line(command, script, tmp_pat
     more = "\nfrom dataclasses import replace\nstudy = replace(study, sections=lambda results: results['no', 'case'])\n"
     lines = (tmp_path / script()).read_text(encoding="utf-8") + more
     (tmp_path / "study.py").write_text(lines, encoding="utf-8")
-    where = f"study.py, line {lines.count(chr(10))}: There is no case 'no: case'"
+    where = f"study.py, line {lines.count(chr(10))}: There is no 'no: case' among the 0 cases"
     refused(command("run", "study.py"), tmp_path, where)
 
 
@@ -190,10 +190,10 @@ ANSWERS = [
     ("sections=lambda results: Section('T', ())", "must be a tuple of sections; got Section"),
     ("sections=lambda results: [Section('T', (Paragraph(Reference('no')),))]", "`Reference('no')` names no"),
     ("sections=lambda results: [Section('T', ('text',))]", "wrap text in `Paragraph(...)`"),
-    ("sections=lambda results: exit(0)", "ended by itself, with status 0, before its report"),
-    ("headlines=lambda results: exit(0)", "ended by itself, with status 0, before its report"),
+    ("sections=lambda results: exit(0)", "ended the study by itself, with status 0"),
+    ("headlines=lambda results: exit(0)", "ended the study by itself, with status 0"),
     ("headlines=lambda results: 'It runs.'", "must be a list of texts; got str 'It runs.'"),
-    ("headlines=lambda results: results['a', 'b']", "There is no case 'a: b'"),
+    ("headlines=lambda results: results['a', 'b']", "There is no 'a: b' among the 0 cases"),
 ]
 
 

@@ -73,9 +73,9 @@ def test_a_ranking_counts_pairs_that_hold_and_pairs_that_are_turned_round():
 
 
 def test_an_unknown_case_or_metric_is_answered_with_the_nearest():
-    with pytest.raises(LookupError, match="no case 'S: slo'. Did you mean 'S: slow'"):
+    with pytest.raises(LookupError, match="no 'S: slo' among the 3 cases of this study. Did you mean 'S: slow'"):
         RESULTS["S", "slo"]
-    with pytest.raises(LookupError, match="no metric 'IAEE' in 'S: slow'. Did you mean 'IAE'"):
+    with pytest.raises(LookupError, match="no 'IAEE' among the 2 metrics of 'S: slow'. Did you mean 'IAE'"):
         LAWS["slow"].score("IAEE", 0)
 
 
@@ -119,7 +119,7 @@ def test_a_printed_zero_has_no_percent():
     assert against_published("t", "c", published, LAWS).rows[0][-1] is None
 
 
-@pytest.mark.parametrize("joint", [1, -1, 0.0])
+@pytest.mark.parametrize("joint", [1, -1, np.int64(7)])
 def test_a_joint_that_is_not_there_is_refused(joint):
     with pytest.raises(LookupError, match=r"counts from 0 and knows 0 to 0 in 'S: slow'"):
         LAWS["slow"].score("IAE", joint)
@@ -172,7 +172,7 @@ def test_a_case_without_a_step_has_one_chosen_for_its_tolerance():
         Case("S", "law", Given(decay()), (iae(),), None, 2.0, 0.1)
 
 
-@pytest.mark.parametrize("bad", [0.0, -1.0, float("nan"), "small"])
+@pytest.mark.parametrize("bad", [0.0, -1.0, float("nan")])
 def test_a_case_refuses_a_tolerance_that_is_none(bad):
     with pytest.raises(ValueError, match=r"`Case\(tolerance=...\)` must be a positive, finite number; got"):
         Case("S", "law", Given(decay()), (iae(),), 0.1, 2.0, 0.1, tolerance=bad)

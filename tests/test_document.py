@@ -130,7 +130,7 @@ def test_a_logarithmic_axis_refuses_limits_and_lines_without_a_logarithm(wrong):
         Panel("y", (Series("a", [0, 1], [1, 2]),), yscale="log", **wrong)
 
 
-@pytest.mark.parametrize("style", [8, -1, "solid"])
+@pytest.mark.parametrize("style", [8, -1, np.int64(8)])
 def test_an_unknown_style_is_refused(style):
     with pytest.raises(ValueError, match="0 to 7"):
         Series("a", [0], [0], style)
@@ -179,8 +179,8 @@ def test_a_list_serves_where_a_tuple_is_asked_for():
         (lambda: Diverged(None), "`Diverged"),
         (lambda: Verdict("open", None), r"`Verdict\(statement\)` must be text.*got None"),
         (lambda: Equation("M = 1"), r"`Equation\(formulas\)`.*'M = 1'"),
-        (lambda: Series(3, [0], [0]), r"`Series\(label\)` must be text or a formula"),
-        (lambda: Panel("y", Series("a", [0], [0])), r"one series alone is written `\(series,\)`"),
+        (lambda: Series(3, [0], [0]), r"`Series\(label=...\)` must be text or a `Number`"),
+        (lambda: Panel("y", Series("a", [0], [0])), r"got a `Series`: one alone is written `\(...,\)`"),
         (lambda: Figure("f", "", Panel("y", (Series("a", [0], [0]),))), r"one panel alone is written `\(panel,\)`"),
         (lambda: document(title=None), r"`Document\(title=...\)` must be text; got None"),
         (lambda: document(title=3), r"`Document\(title=...\)` must be text; got int 3"),

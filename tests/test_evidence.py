@@ -6,6 +6,8 @@ from scipy import stats
 
 from workbench.study.cells import Emphasis
 from workbench.study.evidence import (
+    Intervals,
+    Paired,
     ablation_table,
     compare,
     comparison_table,
@@ -18,6 +20,7 @@ from workbench.study.evidence import (
 from workbench.study.evidence.bootstrap import means, medians
 from workbench.study.sample import Sample
 from workbench.study.sampling import MonteCarlo, SobolDesign
+from workbench.study.sensitivity import Estimate
 
 RNG = np.random.default_rng(7)
 DRAWS = RNG.normal(size=200)  # what all laws of a draw have in common
@@ -303,6 +306,30 @@ def test_a_step_beyond_the_stability_limit_is_said_beside_a_comparison():
     )
 
 
+def test_nothing_is_so_many_percent_of_zero():
+    values = {"whole": np.zeros(30), "adaptation": np.ones(30)}
+    table = ablation_table("t", "c", (compare(paired(values, metric="error")),), "whole")
+    assert table.rows[1][1] == "not known"
+
+
+@pytest.mark.parametrize(
+    ("made", "why"),
+    [
+        (lambda: Paired("e", "", ("a", "b"), np.ones((30, 3)), np.ones(2), np.zeros(2)), "a column for each law; got"),
+        (
+            lambda: Paired("e", "", ("a", "b"), np.full((30, 2), 1.7e308), np.ones(2), np.zeros(2)),
+            "sums a double holds",
+        ),
+        (lambda: Intervals(np.ones(2), np.ones(3), np.ones(2)), "two ends for each value; got shapes"),
+        (lambda: Estimate(np.full(2, np.inf), np.ones(2)), r"`Estimate\(value=...\)` must be numbers up to 1e\+304"),
+        (lambda: Estimate(np.ones(2), np.ones(1)), "a half-width for each value; got shapes"),
+    ],
+)
+def test_evidence_that_does_not_fit_together_is_refused(made, why):
+    with pytest.raises(ValueError, match=why):
+        made()
+
+
 @pytest.mark.parametrize(
     ("other", "why"),
     [
@@ -326,7 +353,7 @@ def test_samples_that_are_not_paired_are_refused(other, why):
         ({"a": np.ones((30, 1)), "b": np.ones(30)}, "one number a draw for 'a'"),
         ({"a": ["x"] * 30, "b": np.ones(30)}, "one number a draw for 'a'"),
         ({"a": np.full(30, -np.inf), "b": np.ones(30)}, "one number a draw for 'a'"),
-        ({1: np.ones(30), "b": np.ones(30)}, r"name each law by text; got \[1\]"),
+        ({1: np.ones(30), "b": np.ones(30)}, r"a mapping from `str` to .*; got 1 at \[1\]"),
     ],
 )
 def test_values_that_cannot_be_compared_are_refused(values, why):
@@ -338,10 +365,10 @@ def test_values_that_cannot_be_compared_are_refused(values, why):
     ("errors", "why"),
     [
         ({"good": 0.1}, "one error for each"),
-        ([0.1, 0.1, 0.1], "one error for each"),
+        ([0.1, 0.1, 0.1], "a mapping from `str` to `float`"),
         (dict.fromkeys(LAWS, -1.0), "that are not negative"),
-        (dict.fromkeys(LAWS, "x"), "must be numbers"),
-        (dict.fromkeys(LAWS), "must be numbers"),
+        (dict.fromkeys(LAWS, "x"), "got 'x' at"),
+        (dict.fromkeys(LAWS), "got None at"),
     ],
 )
 def test_errors_that_fit_no_law_are_refused(errors, why):
@@ -352,10 +379,10 @@ def test_errors_that_fit_no_law_are_refused(errors, why):
 @pytest.mark.parametrize(
     ("options", "why"),
     [
-        ({"statistic": "mode"}, "'mean' or 'median'"),
+        ({"statistic": "mode"}, "one of 'mean', 'median'; got 'mode'"),
         ({"confidence": 1.0}, "between 0 and 1"),
         ({"margin": -0.1}, "a share from 0 to 1"),
-        ({"margin": "2 %"}, "a share from 0 to 1"),
+        ({"margin": "2 %"}, "a number; got '2 %'"),
         ({"resamples": 99}, "at least 100"),
         ({"seed": -1}, "whole number from 0"),
     ],
@@ -369,9 +396,9 @@ def test_a_comparison_refuses_what_means_nothing(options, why):
     ("call", "why"),
     [
         (lambda: ranks(paired(LAWS, metric="error"), 2.0), r"`ranks\(confidence=...\)` must be"),
-        (lambda: rank_table("t", "c", 3), r"`rank_table\(ranks\)` must be a `Ranks`"),
-        (lambda: difference_table("t", "c", 3), r"`difference_table\(comparison\)` must be a `Comparison`"),
-        (lambda: same_draws({"a": 3}), r"`same_draws\(samples\)\['a'\]` must be a `Sample`"),
+        (lambda: rank_table("t", "c", 3), r"`rank_table\(ranks=...\)` must be a `Ranks`"),
+        (lambda: difference_table("t", "c", 3), r"`difference_table\(comparison=...\)` must be a `Comparison`"),
+        (lambda: same_draws({"a": 3}), r"to `Sample`, as a dict is; got 3 at \['a'\]"),
     ],
 )
 def test_what_is_none_of_its_kind_is_refused(call, why):
@@ -389,5 +416,5 @@ def test_tables_of_other_laws_are_refused():
     other = compare(paired({"x": LAWS["good"], "y": LAWS["twin"]}, metric="error"))
     with pytest.raises(ValueError, match="comparisons of the same laws"):
         comparison_table("t", "c", (one, other))
-    with pytest.raises(LookupError, match="no law 'goood' among the 3. Did you mean 'good'"):
+    with pytest.raises(LookupError, match="no 'goood' among the 3 laws. Did you mean 'good'"):
         ablation_table("t", "c", (one,), "goood")

@@ -193,5 +193,5 @@ def test_misspelt_names_are_answered_with_the_nearest():
     with pytest.raises(LookupError, match="no 'omeg'.*Did you mean 'omega'"):
         local_sensitivities(oscillator(), [rmse()], ["omeg"], until=1.0, h=0.1)
     found = local_sensitivities(oscillator(), [rmse()], ["omega"], until=1.0, h=0.1)
-    with pytest.raises(LookupError, match="no metric 'RMS' here. Did you mean 'RMSE'"):
+    with pytest.raises(LookupError, match="no 'RMS' among the 1 metrics here. Did you mean 'RMSE'"):
         found.holds("RMS")

@@ -335,6 +335,7 @@ def test_ranks_are_stacked_to_one_the_least_mean_rank_on_top():
     assert first.shade > second.shade
 
 
+EIGHT = quantiles(MonteCarlo(1, 20), np.outer(np.arange(20.0), T))
 WRONG = {
     "no ranks": (lambda: rank_figure("f", "", {}, NOTE), "must map each law"),
     "a sum below one": (lambda: rank_figure("f", "", {"a": [0.5, 0.4], "b": [0.5, 0.5]}, NOTE), "add up to 1"),
@@ -343,9 +344,11 @@ WRONG = {
     "no fronts": (lambda: pareto_fronts("f", "", {}, NOTE, "x", "y"), "must map each law"),
     "three measures": (lambda: pareto_fronts("f", "", {"a": [[1, 2, 3]]}, NOTE, "x", "y"), r"an array \(B, 2\)"),
     "no point": (lambda: pareto_fronts("f", "", {"a": [[np.nan, 1]]}, NOTE, "x", "y"), "two finite numbers"),
-    "a curve of words": (lambda: budget_curves("f", "", {"a": (["x"], [1.0])}, NOTE, "y"), "must be numbers"),
-    "a curve alone": (lambda: budget_curves("f", "", {"a": [1.0]}, NOTE, "y"), "must be two arrays"),
+    "a curve of words": (lambda: budget_curves("f", "", {"a": (["x"], [1.0])}, NOTE, "y"), r"\['x'\] at \['a'\]\[0\]"),
+    "a curve alone": (lambda: budget_curves("f", "", {"a": [1.0]}, NOTE, "y"), r"got 1 of them at \['a'\]"),
     "unlike lengths": (lambda: budget_curves("f", "", {"a": ([1, 2], [1.0])}, NOTE, "y"), r"got the shapes \(2,\)"),
+    "a huge number": (lambda: pareto_fronts("f", "", {"a": [[1.7e308, 1.0]]}, NOTE, "x", "y"), "sums a double holds"),
+    "an endless time": (lambda: quantile_bands("f", "", T * np.inf, {"a": EIGHT}, NOTE, "y"), "not all finite"),
     "nothing found": (lambda: budget_curves("f", "", {"a": ([1], [np.inf])}, NOTE, "y"), "something admissible"),
     "no bands": (lambda: quantile_bands("f", "", T, {}, NOTE, "y"), "must map each law"),
     "no quantiles": (lambda: quantile_bands("f", "", T, {"a": 1}, NOTE, "y"), "Quantiles"),

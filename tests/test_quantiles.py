@@ -93,15 +93,18 @@ def test_failed_runs_of_a_share_could_have_gone_either_way():
 @pytest.mark.parametrize(
     ("call", "said"),
     [
-        (lambda: quantiles(SobolDesign(1, 8), np.zeros(24)), "must be a `MonteCarlo`; got a `SobolDesign`"),
+        (
+            lambda: quantiles(SobolDesign(1, 8), np.zeros(24)),
+            "must be a `MonteCarlo` or a `LatinHypercube`; got a `SobolDesign`",
+        ),
         (lambda: quantiles(MonteCarlo(1, 9), np.zeros(8)), "a row for each of the 9 runs"),
         (lambda: quantiles(MonteCarlo(1, 9), np.zeros(9), levels=[0.0]), "between 0 and 1; got 0.0"),
         (lambda: quantiles(MonteCarlo(1, 9), np.zeros(9), levels=[95]), "between 0 and 1; got 95"),
         (lambda: quantiles(MonteCarlo(1, 9), np.zeros(9), levels=[np.nan]), "got nan"),
         (lambda: quantiles(MonteCarlo(1, 9), np.zeros(9), levels=[]), "at least one"),
         (lambda: quantiles(MonteCarlo(1, 9), np.zeros(9), confidence=0.0), "between 0 and 1; got 0.0"),
-        (lambda: quantiles(MonteCarlo(1, 9), np.zeros(9), levels=0.5), "at least one; got 0.5"),
-        (lambda: quantiles(MonteCarlo(1, 9), np.zeros(9), levels="a"), "between 0 and 1; got 'a'"),
+        (lambda: quantiles(MonteCarlo(1, 9), np.zeros(9), levels=0.5), "a tuple of `float`; got 0.5: one alone"),
+        (lambda: quantiles(MonteCarlo(1, 9), np.zeros(9), levels="a"), "a tuple of `float`; got 'a'"),
         (lambda: share("abc"), "one 0, 1 or NaN a run, at least one; got 'abc'"),
         (lambda: share([True, None]), "one 0, 1 or NaN a run"),
         (lambda: share([]), "one 0, 1 or NaN a run"),

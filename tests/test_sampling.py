@@ -122,32 +122,54 @@ def test_one_at_a_time_moves_one_factor_from_the_base():
     ("make", "said"),
     [
         (lambda: SobolDesign(3, 1000), "must be a power of two.*got 1000. The nearest are 512 and 1024"),
-        (lambda: SobolDesign(3, 0), "at least 8 and at most .*; got 0"),
-        (lambda: SobolDesign(3, 4), "pairs of points, at least 8"),
-        (lambda: SobolDesign(0, 8), "factors, at least 1 and at most 10600; got 0"),
-        (lambda: SobolDesign(10_601, 8), "factors, at least 1 and at most 10600; got 10601"),
+        (lambda: SobolDesign(3, 0), "of pairs of points from 8 to 536870912; got 0"),
+        (lambda: SobolDesign(3, 4), "from 8 to 536870912; got 4"),
+        (lambda: SobolDesign(0, 8), "whole number of factors from 1 to 10600; got 0"),
+        (lambda: SobolDesign(10_601, 8), "factors from 1 to 10600; got 10601"),
         (lambda: SobolDesign(3, 64.0), "got 64.0"),
         (lambda: SobolDesign(3, 64, seed=-1), "from 0 to 2.64 - 1.*got -1"),
         (lambda: SobolDesign(3, 64, seed=True), "got True"),
         (lambda: SobolDesign(3, 64, second_order=1), "must be True or False; got 1"),
-        (lambda: MorrisDesign(3, 1), "trajectories, as an interval needs a scatter, at least 2; got 1"),
+        (lambda: MorrisDesign(3, 1), "at least 2, as an interval needs a scatter; got 1"),
         (lambda: MorrisDesign(3, 10, levels=5), "must be even.*got 5"),
-        (lambda: MorrisDesign(3, 10, levels=0), "levels, at least 2; got 0"),
-        (lambda: MonteCarlo(3, 0), r"`MonteCarlo\(runs=...\)` must be a whole number of runs, at least 1; got 0"),
+        (lambda: MorrisDesign(3, 10, levels=0), "at least 2; got 0"),
+        (lambda: MonteCarlo(3, 0), r"`MonteCarlo\(runs=...\)` must be a positive whole number of runs; got 0"),
         (lambda: LatinHypercube(3, -5), r"`LatinHypercube\(runs=...\)`.*got -5"),
         (lambda: OneAtATime(3, ()), "at least one; got"),
         (lambda: OneAtATime(3, (0.1, 0.1)), "different quantiles"),
-        (lambda: OneAtATime(3, (0.1, 1.1)), "quantiles from 0 to 1"),
-        (lambda: OneAtATime(3, (0.1, np.nan)), "quantiles from 0 to 1"),
+        (lambda: OneAtATime(3, (0.1, 1.1)), "a quantile, at least 0, at most 1; got 1.1"),
+        (lambda: OneAtATime(3, (0.1, np.nan)), "a quantile, at least 0, at most 1; got nan"),
         (lambda: OneAtATime(3, base=2.0), r"`OneAtATime\(base=...\)`"),
-        (lambda: MonteCarlo(3, 10).points(5, 11), "0 <= first <= last <= 10.*got 5 and 11"),
-        (lambda: MonteCarlo(3, 10).points(6, 5), "got 6 and 5"),
-        (lambda: SobolDesign(3, 8).points(-1, 5), "got -1 and 5"),
+        (lambda: MonteCarlo(3, 10).points(5, 11), r"`points\(last=...\)` must be a whole number from 5 to 10; got 11"),
+        (lambda: MonteCarlo(3, 10).points(6, 5), "from 6 to 10; got 5"),
+        (lambda: SobolDesign(3, 8).points(-1, 5), "from 0 to 40; got -1"),
     ],
 )
 def test_what_is_no_design_is_refused_in_a_sentence(make, said):
     with pytest.raises(ValueError, match=said):
         make()
+
+
+WHOLE = [int, np.int8, np.uint8, np.int64, np.uint64, lambda value: np.array(value, dtype=np.int16)]
+
+
+@pytest.mark.parametrize("whole", WHOLE)
+@pytest.mark.parametrize(
+    ("kind", "numbers"),
+    [
+        (MonteCarlo, {"dimensions": 2, "runs": 64, "seed": 3}),
+        (LatinHypercube, {"dimensions": 2, "runs": 64, "seed": 3}),
+        (SobolDesign, {"dimensions": 2, "base": 64, "seed": 3}),
+        (MorrisDesign, {"dimensions": 2, "trajectories": 64, "levels": 4, "seed": 3}),
+        (OneAtATime, {"dimensions": 100}),
+    ],
+)
+def test_whole_numbers_of_any_kind_make_the_same_design(kind, numbers, whole):
+    design, plain = kind(**{name: whole(value) for name, value in numbers.items()}), kind(**numbers)
+    assert design == plain
+    assert {type(getattr(design, name)) for name in numbers} == {int}
+    assert design.size == plain.size  # where an int8 would wrap
+    np.testing.assert_array_equal(design.points(whole(0), whole(4)), plain.points(0, 4))
 
 
 def test_listed_points_come_as_they_are_given():
@@ -158,5 +180,5 @@ def test_listed_points_come_as_they_are_given():
 
 @pytest.mark.parametrize("wrong", [[], [0.5], [[]], [[1.5]], [[np.nan]], "no", [[0.1], [0.2, 0.3]]])
 def test_what_is_no_list_of_points_is_refused(wrong):
-    with pytest.raises(ValueError, match=r"`Listed\(given\)` must be"):
+    with pytest.raises(ValueError, match=r"`Listed\(given.*\)` must be"):
         Listed(wrong)

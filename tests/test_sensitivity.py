@@ -147,7 +147,7 @@ def test_a_very_large_number_of_outputs_is_looked_at_in_parts_with_the_same_resu
         (lambda y: np.zeros(len(y)), "it is 0 in all"),
         (lambda y: 1e8 + 1e-9 * y, "which is rounding: subtract what does not vary"),
         (lambda y: 1e300 + 1e284 * y, "which is rounding"),
-        (lambda y: np.where(np.arange(len(y)) % 2, 1.7e308, -1.7e308), "by more than a double holds"),
+        (lambda y: np.where(np.arange(len(y)) % 2, 1.7e308, -1.7e308), "where sums overflow: choose another unit"),
     ],
 )
 def test_an_output_without_indices_is_refused_by_name_and_spoils_no_other(spoil, said):
@@ -240,7 +240,7 @@ def test_errors_of_the_runs_are_told_where_they_blur_and_refused_where_they_are_
         (lambda d, y: sobol(d, y, confidence=95), "between 0 and 1; got 95"),
         (lambda d, y: sobol(d, y, errors=np.zeros((40, 2))), "must have the outputs' shape"),
         (lambda d, y: sobol(MonteCarlo(3, 40), y), "must be a `SobolDesign`; got a `MonteCarlo`"),
-        (lambda d, y: sobol_by_salib(d, y, resamples=1), "resamples, at least 2; got 1"),
+        (lambda d, y: sobol_by_salib(d, y, resamples=1), "at least 2; got 1"),
     ],
 )
 def test_what_cannot_be_judged_is_refused_in_a_sentence(call, said):
@@ -264,7 +264,7 @@ def test_a_frame_has_a_row_for_every_output_index_and_factor():
 
 def test_an_output_that_is_not_there_is_answered_with_the_nearest():
     design = SobolDesign(3, 8)
-    with pytest.raises(LookupError, match="no output 'rmes' among the 1. Did you mean 'rmse'"):
+    with pytest.raises(LookupError, match="no 'rmes' among the 1 outputs. Did you mean 'rmse'"):
         sobol(design, over(design, ishigami), ["rmse"])["rmes"]
 
 

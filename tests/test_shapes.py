@@ -32,7 +32,10 @@ REFUSED = {
     "intervals for some bars": (lambda: Bars("a", [0, 1], [1.0, 2.0], low=[0.0]), "a low for each of 2"),
     "a style that there is not": (lambda: Bars("a", [0], [1.0], style=9), "style of 0 to 7"),
     "names for some points": (lambda: Points("", [1.0, 2.0], [1.0, 2.0], ("a",)), "one for each of its points"),
-    "a name that is no label": (lambda: Points("", [1.0], [1.0], (Code("a"),)), "text or a formula"),
+    "a name that is no label": (
+        lambda: Points("", [1.0], [1.0], (Code("a"),)),
+        r"of `str` or `Number`.*got a `Code` at \[0\]",
+    ),
     "a point at infinity": (lambda: Points("", [np.inf], [1.0]), "x that is finite"),
     "a map of one row": (lambda: HeatMap([1.0, 2.0]), r"numbers \(r, c\)"),
     "an infinite cell": (lambda: HeatMap([[np.inf]]), "finite or NaN"),
@@ -47,7 +50,10 @@ REFUSED = {
         lambda: Panel("y", (Bars("a", [0], [1.0]),), ynames=("a",), xscale="log"),
         "> 0, which have a logarithm",
     ),
-    "a name that is a number": (lambda: Panel("y", (HeatMap([[1.0]]),), ynames=(1,)), "text or a formula"),
+    "a name that is a number": (
+        lambda: Panel("y", (HeatMap([[1.0]]),), ynames=(1,)),
+        r"of `str` or `Number`.*got 1 at \[0\]",
+    ),
     "numbers that are no table": (
         lambda: Figure("f", "", (Panel("y", (Series("a", [0.0], [1.0]),)),), numbers="1,2"),
         "numbers=.*must be a `Table`",

@@ -455,7 +455,7 @@ def test_a_study_whose_report_fails_keeps_its_ledger(command, swept, tmp_path):
     (tmp_path / swept).write_text(text, encoding="utf-8")
     done = command("run", swept, "--out", "out")
     assert done.exit_code == 2
-    assert "There is no sweep 'deccay'. Did you mean 'decay'?" in done.stderr
+    assert "There is no 'deccay' among the 1 sweeps of this study. Did you mean 'decay'?" in done.stderr
     assert len(digests(command)) == 5
 
 

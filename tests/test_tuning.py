@@ -203,17 +203,17 @@ def test_pareto_sets_are_of_all_points_that_were_looked_at(found):
         ({"evaluations": 81}, "got 81: take 80 or 88."),
         ({"name": "a" * 80}, "_half' of 90 letters"),
         ({"evaluations": 3}, "got 3: take 8."),
-        ({"population": 3}, "must be at least 4"),
+        ({"population": 3}, "at least 4, which make a new point; got 3"),
         ({"evaluations": 0}, "positive whole number"),
         ({"seeds": ()}, "at least one seed"),
         ({"seeds": (1, 1)}, "each once"),
         ({"seeds": (-1,)}, "2^64"),
-        ({"seeds": 3}, "one seed alone is written `(seed,)`"),
+        ({"seeds": 3}, "a tuple of `int`; got 3: one alone is written `(...,)`"),
         ({"trials": ()}, "at least one trial"),
         ({"factors": ()}, "at least one factor"),
         ({"factors": (GAINS[0], GAINS[0])}, "each of another name"),
         ({"factors": (Factor("Kp", ("Kp",), Normal(1.0, 0.1)),)}, "two ends"),
-        ({"objective": 3.0}, "must be a function of the runs; got 3.0"),
+        ({"objective": 3.0}, "must be a function; got 3.0"),
         ({"name": "P D"}, "a-z, 0-9 and _"),
     ],
 )
@@ -228,7 +228,7 @@ def test_a_tuning_that_makes_no_sense_is_refused(changes, said):
     [
         ({"h": 0.0}, "`Trial(h=...)` must be a positive"),
         ({"until": 0.05}, "`Trial(every=...)` must be a multiple of `h` of 'step', 0.02 s"),
-        ({"metrics": (3,)}, "`Trial(metrics=...)` must be a tuple of metrics"),
+        ({"metrics": (3,)}, "`Trial(metrics=...)` must be a tuple of `AbstractMetric`; got 3"),
         ({"name": "a/b"}, "`Trial(name)` must be made of a-z"),
     ],
 )
@@ -248,11 +248,11 @@ def test_a_factor_that_one_trial_lacks_is_refused_with_the_trial():
 @pytest.mark.parametrize(
     ("objective", "said"),
     [
-        (lambda runs: 1.0, "one number a point, (8,); got shape ()"),
-        (lambda runs: runs["step"].values[:, -1], "one number a point, (8,); got shape (8, 2)"),
+        (lambda runs: 1.0, "(8,), one number for each of the points; got ()"),
+        (lambda runs: runs["step"].values[:, -1], "(8,), one number for each of the points; got (8, 2)"),
         (lambda runs: np.full(8, np.nan), "got nan at Kp = "),
         (lambda runs: np.full(8, -np.inf), "got -inf at Kp = "),
-        (lambda runs: "good", "must give numbers, one a point; got 'good'"),
+        (lambda runs: "good", "must be a vector of numbers; got 'good'"),
         (lambda runs: quadratic(runs) / quadratic(runs).mean(), "must judge each point by its own runs; among all 80"),
     ],
 )

@@ -14,14 +14,15 @@ from pathlib import Path
 from shlex import join
 from typing import Any, NoReturn
 
-from workbench.core.layout import nearest
 from workbench.study.chunk import Chunk
 from workbench.study.executors import ClusterError
 from workbench.study.prepared import Prepared, prepared
 from workbench.study.study import Study
-from workbench.study.sweep import Sweep, whole
+from workbench.study.sweep import Sweep
 from workbench.study.tuning import kept
 from workbench.study.tuning.ready import ready
+from workbench.validation.doors import door
+from workbench.validation.words import described, nearest, whole
 
 Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
 COUNTS = ("runs", "base", "trajectories")  # the names by which designs have the number that `--samples` sets
@@ -64,7 +65,7 @@ def load(file: Path) -> Study:
     if study is None:
         raise LookupError(f"'{file}' has no study: it must define `study = Study(...)` at its top level.")
     if not isinstance(study, Study):
-        raise ValueError(f"`study` in '{file}' must be a `Study`; got {type(study).__name__}.")
+        raise ValueError(f"`study` in '{file}' must be a `Study`; got {described(study)}.")
     return study
 
 
@@ -76,6 +77,7 @@ def command(study: Path, out: Path | None, samples: int | None = None) -> str:
     return join(words if out is None else [*words, "--out", str(out)])
 
 
+@door
 def resized(study: Study, count: int | None) -> Study:
     """The study with so many samples in the design of each sweep that has a number of them, as far as these are known.
 
@@ -157,7 +159,7 @@ class Script:
                 found = {one.name: kept.replayed(ready(one, arithmetics), chunks) for one in study.tunings}
             except KeyError as error:
                 raise ClusterError(f"A worker asks in a tuning for {error}, which is not here: it differs.") from None
-            study = replace(study, sweeps=study.sweeps(found))
+            study = study.resolved(found)
         return sweeps_of(resized(study, self.samples), arithmetics)
 
 

@@ -19,9 +19,9 @@ from workbench.study.resume import Execute, Plan, State, complete, in_arithmetic
 from workbench.study.sample import table_of
 from workbench.study.store import LATER, Ledger, is_chunk, opened
 from workbench.study.study import Results, Study
-from workbench.study.sweep import whole
 from workbench.study.tuning import Tuned, kept
 from workbench.study.tuning.ready import Ready, ready
+from workbench.validation.words import whole
 
 
 class Stopped(KeyboardInterrupt):
@@ -79,7 +79,8 @@ def swept(study: Study, out: Path, order: Order) -> Iterator[Answered]:
 
     The ledger stays locked until the report is written.
     """
-    whole("--workers", order.workers, optional=True)
+    if order.workers is not None:
+        whole("--workers", order.workers)
     _refuse_idle(study, order)
     if not (study.sweeps or study.tunings):
         yield Answered(study, Results())

@@ -39,12 +39,7 @@ def about_of(chunk: Chunk) -> About | None:
     """The same read again; None if the record says something else."""
     try:
         said = chunk.said
-        sweeps = tuple(
-            SweepAbout(
-                _text(one["name"]), _count(one["runs"]), _text(one["arithmetic"]), tuple(map(_text, one["chunks"]))
-            )
-            for one in said["sweeps"]
-        )
+        sweeps = tuple(map(_sweep, said["sweeps"]))
         samples = None if said["samples"] is None else _count(said["samples"])
         return About(_text(said["study"]), _text(said["script"]), samples, sweeps)
     except (LookupError, TypeError, ValueError):

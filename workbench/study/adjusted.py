@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Layout, Ode, Sampled
-from workbench.core.layout import Array, nearest
-from workbench.study.contract import Loop
+from workbench.study.contract import Loop, check_loop, equations_of
+from workbench.validation.doors import door
+from workbench.validation.words import Array, nearest
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,9 +21,10 @@ class Adjusted:
     loop: Loop
     numbers: Mapping[str, Any]
 
+    @door
     def ode(self, name: str = "loop") -> Any:
         """The equations of the loop, with these numbers as defaults."""
-        equation: Ode | Sampled = self.loop.ode(name)
+        equation: Ode | Sampled = equations_of(self.loop, name)
         p = {path: value for path, value in self.numbers.items() if _knows(equation.parameters, path)}
         x0 = {path: value for path, value in self.numbers.items() if path not in p}
         for path in x0:
@@ -35,6 +37,7 @@ class Adjusted:
         return with_defaults(equation, _row(equation.parameters, p), _row(equation.states, x0))
 
 
+@door
 def adjusted(loop: Loop, numbers: Mapping[str, Any]) -> Adjusted:
     """The loop with other numbers: {path: number or array}, of parameters or initial states, or single ones of them.
 
@@ -46,10 +49,7 @@ def adjusted(loop: Loop, numbers: Mapping[str, Any]) -> Adjusted:
     LookupError
         There, if a path is neither a parameter's nor a state's; the message names the nearest.
     """
-    if not callable(getattr(loop, "ode", None)):
-        raise ValueError(f"`adjusted(loop, numbers)` takes a loop, whose `ode()` gives its equations; got {loop!r}.")
-    if not isinstance(numbers, Mapping):
-        raise ValueError(f"`adjusted(loop, numbers)` maps paths to numbers, as a dict does; got {numbers!r}.")
+    check_loop("adjusted(loop=...)", loop)
     return Adjusted(loop, dict(numbers))
 
 

@@ -6,11 +6,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from workbench.core.layout import nearest
 from workbench.study.document import Cell, Column, Diverged, Emphasis, Measured, Table
 from workbench.study.study import Outcome
+from workbench.validation.doors import door
+from workbench.validation.words import finite, nearest
 
 
+@door
 def side_by_side(
     name: str,
     caption: str,
@@ -33,6 +35,7 @@ def side_by_side(
     """
     if not outcomes:
         raise ValueError(f"`side_by_side('{name}', outcomes=...)` needs at least one outcome; got none.")
+    finite("side_by_side(margin=...)", margin, low=0)
     known = {m: score.metric for o in reversed(outcomes) for m, score in o.measurement.scores.items()}
     for m in metrics:
         if m not in known:
@@ -68,6 +71,7 @@ def _best(outcomes: Sequence[Outcome], metric: str, joint: int, margin: float) -
     return None
 
 
+@door
 def order(a: tuple[float, float], b: tuple[float, float], margin: float = 0.0) -> str:
     """Whether value a lies "below" or "above" value b, or is "undecided".
 
@@ -80,6 +84,7 @@ def order(a: tuple[float, float], b: tuple[float, float], margin: float = 0.0) -
 
 
 @dataclass(frozen=True)
+@door
 class Published:
     """One column of a published table: a law's name to its printed value, for one metric and joint."""
 
@@ -90,6 +95,7 @@ class Published:
     digits: int
 
 
+@door
 def against_published(name: str, caption: str, published: Published, outcomes: Mapping[str, Outcome]) -> Table:
     """Printed / ours / difference, one row a law; a printed zero has no percent.
 
@@ -144,6 +150,7 @@ def _remarks(outcomes: Iterable[Outcome]) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
+@door
 class Ranking:
     """How one published ranking of laws fares here: pairs that hold, that are turned round, that stay open."""
 
@@ -154,6 +161,7 @@ class Ranking:
     printed_order: tuple[str, ...]
     our_order: tuple[str, ...]
 
+    @door
     def sentence(self, winner: str) -> str:
         """In plain words, with the pairs that concern `winner` named."""
         pairs = len(self.holds) + len(self.fails) + len(self.undecided)
@@ -169,6 +177,7 @@ class Ranking:
         )
 
 
+@door
 def ranking(published: Published, outcomes: Mapping[str, Outcome], margin: float = 0.0) -> Ranking:
     """Each pair of laws in its printed order, judged by our values; see `order` for when it stays open."""
     _check_laws("ranking", published, outcomes)

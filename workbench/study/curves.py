@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from workbench.notation.formula import Formula
-from workbench.study.cells import check_phrase
+from workbench.validation.doors import door
+from workbench.validation.words import Array, described
+
+__all__ = ["STYLES", "Array", "Band", "Label", "Series", "Style", "check_style", "store"]
 
 Label: TypeAlias = str | Formula | tuple[str | Formula, ...]
 Style: TypeAlias = int | Literal["reference", "bound"]
-Array: TypeAlias = np.ndarray[Any, np.dtype[np.float64]]
 
 STYLES = 8
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Series:
     """A curve of points (N,): a NaN in `y` is a gap, as where a run has diverged.
 
@@ -31,20 +33,19 @@ class Series:
     """
 
     label: Label
-    x: npt.ArrayLike
-    y: npt.ArrayLike
+    x: Array
+    y: Array
     style: Style = 0
     look: Literal["line", "steps", "marks"] = "line"
 
     def __post_init__(self) -> None:
-        check_phrase("Series(label)", self.label, label=True)
-        check_style(f"Series({self.label!r})", self.style)
-        store(self, f"Series({self.label!r})", ("x", "y"), gaps=("y",))
+        check_style(f"Series({described(self.label)})", self.style)
+        store(self, f"Series({described(self.label)})", ("x", "y"), gaps=("y",))
 
     @property
     def curves(self) -> tuple[Array, ...]:
         """The abscissa, then the ordinates: float arrays (N,)."""
-        return np.asarray(self.x, dtype=float), np.asarray(self.y, dtype=float)
+        return self.x, self.y
 
     @property
     def spans(self) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
@@ -53,24 +54,24 @@ class Series:
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Band:
     """The strip between two curves of points (N,), as between two quantiles of many runs."""
 
     label: Label
-    x: npt.ArrayLike
-    low: npt.ArrayLike
-    high: npt.ArrayLike
+    x: Array
+    low: Array
+    high: Array
     style: Style = 0
 
     def __post_init__(self) -> None:
-        check_phrase("Band(label)", self.label, label=True)
-        check_style(f"Band({self.label!r})", self.style)
-        store(self, f"Band({self.label!r})", ("x", "low", "high"), gaps=())
+        check_style(f"Band({described(self.label)})", self.style)
+        store(self, f"Band({described(self.label)})", ("x", "low", "high"), gaps=())
 
     @property
     def curves(self) -> tuple[Array, ...]:
         """The abscissa, then the ordinates: float arrays (N,)."""
-        return tuple(np.asarray(curve, dtype=float) for curve in (self.x, self.low, self.high))
+        return self.x, self.low, self.high
 
     @property
     def spans(self) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
@@ -88,7 +89,7 @@ def store(mark: object, call: str, names: tuple[str, ...], gaps: tuple[str, ...]
     """Copy the named fields to read-only float arrays of one length, finite but for NaN in `gaps`."""
     shapes = set()
     for name in names:
-        array = np.array(getattr(mark, name), dtype=float)
+        array = getattr(mark, name).copy()
         shapes.add(array.shape)
         if np.isinf(array).any() or (name not in gaps and np.isnan(array).any()):
             rule = "finite, or NaN for a gap" if name in gaps else "finite"

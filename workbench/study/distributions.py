@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array, numbers
 from workbench.study.sampling.contract import MARGIN
+from workbench.validation.doors import door
+from workbench.validation.words import Array, finite, numbers
 
 LEAST_SHARE = 1e-9  # of a bell between its cuts
 
@@ -22,13 +23,21 @@ class AbstractDistribution(ABC):
     high: float
 
     @abstractmethod
-    def formula(self, u: Array) -> Array:
+    def _formula(self, u: Array) -> Array:
         """The quantiles u, of the same shape, but for rounding at the ends."""
 
     def quantile(self, u: Array) -> Array:
-        """The values that are not exceeded with the probabilities u from 0 to 1; 0 and 1 give the very ends."""
-        u = np.asarray(u, dtype=float)
-        values = np.clip(self.formula(u), self.low, self.high)
+        """The values that are not exceeded with the probabilities u from 0 to 1; 0 and 1 give the very ends.
+
+        Raises
+        ------
+        ValueError
+            If they are no probabilities.
+        """
+        u = numbers(f"{type(self).__name__}.quantile(u)", u)
+        if not ((u >= 0) & (u <= 1)).all():
+            raise ValueError(f"`{type(self).__name__}.quantile(u)` takes probabilities from 0 to 1; got others.")
+        values = np.clip(self._formula(u), self.low, self.high)
         values = np.where((u == 0) & (self.low > -inf), self.low, values)
         return np.where((u == 1) & (self.high < inf), self.high, values)
 
@@ -46,6 +55,7 @@ class AbstractDistribution(ABC):
 
 
 @dataclass(frozen=True)
+@door
 class Uniform(AbstractDistribution):
     """Every number from `low` to `high` alike.
 
@@ -59,10 +69,10 @@ class Uniform(AbstractDistribution):
     high: float
 
     def __post_init__(self) -> None:
-        _read(self)
+        _check_finite(self)
         _check_range(self, self.low, self.high)
 
-    def formula(self, u: Array) -> Array:
+    def _formula(self, u: Array) -> Array:
         """low + u (high - low)."""
         return np.asarray(self.low * (1 - u) + self.high * u)
 
@@ -72,6 +82,7 @@ class Uniform(AbstractDistribution):
 
 
 @dataclass(frozen=True)
+@door
 class LogUniform(AbstractDistribution):
     """A number whose logarithm is uniform, from `low` > 0 to `high`: for what is known by its order of magnitude.
 
@@ -85,11 +96,11 @@ class LogUniform(AbstractDistribution):
     high: float
 
     def __post_init__(self) -> None:
-        _read(self)
+        _check_finite(self)
         _check_range(self, self.low, self.high)
         _check_positive(self, "low", "as its logarithm is uniform")
 
-    def formula(self, u: Array) -> Array:
+    def _formula(self, u: Array) -> Array:
         """low^(1 - u) high^u."""
         return np.asarray(np.exp(log(self.low) * (1 - u) + log(self.high) * u))
 
@@ -99,6 +110,7 @@ class LogUniform(AbstractDistribution):
 
 
 @dataclass(frozen=True)
+@door
 class Triangular(AbstractDistribution):
     """A number from `low` to `high` whose density rises to `mode` and falls from there, by straight lines.
 
@@ -113,14 +125,20 @@ class Triangular(AbstractDistribution):
     high: float
 
     def __post_init__(self) -> None:
-        _read(self)
+        _check_finite(self)
         _check_range(self, self.low, self.high)
+        width = self.high - self.low
+        if not np.finfo(float).tiny < width * width < inf:  # of which the formula takes the root
+            raise ValueError(
+                "`Triangular(low=..., high=...)` must be a range from 1e-153 to 1e154 wide, of which a double holds "
+                f"the square; got {width:g}."
+            )
         if not self.low <= self.mode <= self.high:
             raise ValueError(
                 f"`Triangular(mode=...)` must lie within the range {self.low:g} to {self.high:g}; got {self.mode:g}."
             )
 
-    def formula(self, u: Array) -> Array:
+    def _formula(self, u: Array) -> Array:
         """Of the left line below the probability of the mode, of the right line above it."""
         width, left, right = self.high - self.low, self.mode - self.low, self.high - self.mode
         rising = self.low + np.sqrt(u * width * left)
@@ -133,6 +151,7 @@ class Triangular(AbstractDistribution):
 
 
 @dataclass(frozen=True)
+@door
 class Normal(AbstractDistribution):
     """A normal number, cut off at `low` and `high` where these are given; `mean` and `deviation` are those before it.
 
@@ -149,11 +168,11 @@ class Normal(AbstractDistribution):
     high: float = inf
 
     def __post_init__(self) -> None:
-        _read(self)
+        _check_finite(self)
         _check_positive(self, "deviation", "as it is the width of a bell")
         _check_cut(self, (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation)
 
-    def formula(self, u: Array) -> Array:
+    def _formula(self, u: Array) -> Array:
         """mean + deviation z(u), z that of the standard normal distribution between the cuts."""
         z = _bell(u, (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation)
         return np.asarray(self.mean + self.deviation * z)
@@ -164,6 +183,7 @@ class Normal(AbstractDistribution):
 
 
 @dataclass(frozen=True)
+@door
 class LogNormal(AbstractDistribution):
     """A positive number whose logarithm is normal, with deviation `sigma`, cut off at `low` and `high` where given.
 
@@ -182,7 +202,7 @@ class LogNormal(AbstractDistribution):
     high: float = inf
 
     def __post_init__(self) -> None:
-        _read(self)
+        _check_finite(self)
         _check_positive(self, "median", "as its logarithm is normal")
         _check_positive(self, "sigma", "as it is the width of a bell")
         for name in ("low", "high"):
@@ -190,7 +210,7 @@ class LogNormal(AbstractDistribution):
                 _check_positive(self, name, "as all its numbers are")
         _check_cut(self, *self._z())
 
-    def formula(self, u: Array) -> Array:
+    def _formula(self, u: Array) -> Array:
         """median exp(sigma z(u)), z that of the standard normal distribution between the cuts."""
         with np.errstate(over="ignore"):  # the quantile 1 of a bell without a cut is infinite
             return np.asarray(self.median * np.exp(self.sigma * _bell(u, *self._z())))
@@ -219,19 +239,12 @@ def _bell(u: Array, low: float, high: float) -> Array:
     return np.asarray(ndtri(ndtr(low) * (1 - u) + ndtr(high) * u))
 
 
-def _read(distribution: Any) -> None:
-    """Turn every field into a float, or say which of them is no number."""
-    name = type(distribution).__name__
+def _check_finite(distribution: Any) -> None:
+    """Refuse numbers that are not finite, but for an end that may be open."""
     for field in fields(distribution):
-        given = getattr(distribution, field.name)
-        try:
-            value = float(numbers(None if isinstance(given, bool) or np.ndim(given) else given))
-        except (TypeError, ValueError):
-            raise ValueError(f"`{name}({field.name}=...)` must be a number; got {given!r}.") from None
-        open_end = (field.name, value) in {("low", -inf), ("high", inf)} and field.default is not MISSING
-        if value != value or (abs(value) == inf and not open_end):
-            raise ValueError(f"`{name}({field.name}=...)` must be a finite number; got {value:g}.")
-        object.__setattr__(distribution, field.name, value)
+        value = getattr(distribution, field.name)
+        if field.default is MISSING or value != field.default:
+            finite(f"{type(distribution).__name__}({field.name}=...)", value)
 
 
 def _check_range(distribution: Any, low: float, high: float) -> None:

@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import get_args
 
 import numpy as np
 
-from workbench.core.layout import Array, Layout, nearest
-from workbench.core.numbers import Integers, numbers
-from workbench.core.sockets import require
-from workbench.study.cells import check_text, raised, several
+from workbench.core.layout import Layout
+from workbench.study.cells import raised
 from workbench.study.distributions import AbstractDistribution, LogUniform, Uniform
 from workbench.study.document import Cell, Column, Table
 from workbench.study.provenance import Given, Mark
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers, nearest, numbers
 
 
 @dataclass(frozen=True)
+@door
 class Factor:
     """One number that is varied: one or several paths of a loop, which move together, and how they are spread.
 
@@ -46,18 +46,13 @@ class Factor:
     share: bool = False
 
     def __post_init__(self) -> None:
-        check_text("Factor(name=...)", self.name)
-        object.__setattr__(self, "paths", several(f"Factor({self.name!r}, paths=...)", self.paths, str, "path"))
-        require(f"Factor({self.name!r}, distribution=...)", self.distribution, AbstractDistribution)
         if not self.name or not self.paths or len(set(self.paths)) < len(self.paths):
             raise ValueError(
                 f"`Factor({self.name!r}, paths=...)` needs a name, and at least one path, each once; got {self.paths}."
             )
-        if self.origin not in get_args(Mark):
-            raise ValueError(f"`Factor({self.name!r}, origin=...)` is one of {get_args(Mark)}; got {self.origin!r}.")
-        require(f"Factor({self.name!r}, share=...)", self.share, bool)
 
     @staticmethod
+    @door
     def of(given: Given, paths: Sequence[str], log_scale: bool = False) -> Factor:
         """The factor of a number on a card: over the range in which it could lie, with the card's mark.
 
@@ -66,7 +61,6 @@ class Factor:
         ValueError
             If the number has no range, or one that is none for a distribution.
         """
-        require("Factor.of(given)", given, Given)
         if given.low is None or given.high is None:
             raise ValueError(
                 f"`Factor.of(given)` needs a range to vary '{given.name}', which is {given.mark}, in; it has none: "
@@ -77,6 +71,7 @@ class Factor:
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Space:
     """Factors over the parameters and initial states of a loop: points of the unit cube to the rows of runs.
 
@@ -94,9 +89,6 @@ class Space:
     states: Layout = field(default_factory=Layout)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "factors", several("Space(factors=...)", self.factors, Factor, "factor"))
-        for name in ("parameters", "states"):
-            require(f"Space({name}=...)", getattr(self, name), Layout)
         names = [factor.name for factor in self.factors]
         if not names or len(set(names)) < len(names):
             raise ValueError(f"`Space(factors=...)` needs at least one factor, each of another name; got {names}.")
@@ -119,12 +111,7 @@ class Space:
         ValueError
             If the points are not (B, d) in the unit cube, or if a row is not allowed.
         """
-        points = numbers(points)
-        if points.shape[1:] != (len(self.factors),) or not ((points >= 0) & (points <= 1)).all():
-            raise ValueError(
-                f"`rows(points)` takes points (B, {len(self.factors)}) of the unit cube, one column a factor; got "
-                f"shape {points.shape}{'' if points.shape[1:] != (len(self.factors),) else ' with points beyond it'}."
-            )
+        points = self._cube("rows", points)
         rows = np.tile(self._default, (len(points), 1))
         for factor, places, u in zip(self.factors, self._places, points.T, strict=True):
             values = factor.distribution.quantile(u)[:, np.newaxis]
@@ -140,9 +127,10 @@ class Space:
 
     def values(self, points: Array) -> Array:
         """The values (B, d) of the factors themselves at points (B, d) of the unit cube: numbers, or shares."""
-        columns = zip(self.factors, np.asarray(points).T, strict=True)
+        columns = zip(self.factors, self._cube("values", points).T, strict=True)
         return np.stack([factor.distribution.quantile(u) for factor, u in columns], axis=1)
 
+    @door
     def table(self, name: str, caption: str) -> Table:
         """The factors as a report prints them: what each moves, over which distribution, and where that comes from."""
         rows: list[tuple[Cell, ...]] = []
@@ -154,6 +142,16 @@ class Space:
             rows.append((factor.name, ", ".join(factor.paths), spread, unit, factor.origin))
         columns = tuple(map(Column, ("factor", "moves", "distribution", "unit", "origin")))
         return Table(name, caption, columns, tuple(rows))
+
+    def _cube(self, call: str, given: Array) -> Array:
+        """Points (B, d) of the unit cube."""
+        points, d = numbers(f"{call}(points)", given), len(self.factors)
+        if points.shape[1:] != (d,) or not ((points >= 0) & (points <= 1)).all():
+            raise ValueError(
+                f"`{call}(points)` takes points (B, {d}) of the unit cube, one column a factor; got shape "
+                f"{points.shape}{'' if points.shape[1:] != (d,) else ' with points beyond it'}."
+            )
+        return points
 
     def _unit(self, place: int) -> str:
         """The unit of a number of a row."""

@@ -10,13 +10,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode, Sampled
-from workbench.core.layout import Array, nearest, numbers
-from workbench.core.numbers import positive, vector
 from workbench.core.ode import instructions
 from workbench.metrics import AbstractMetric, measured
 from workbench.metrics.accumulated import resolved
 from workbench.study.gradients import gradients
 from workbench.study.slopes import slopes
+from workbench.validation.doors import door
+from workbench.validation.words import Array, described, known, seconds, vector
 
 # Widths of differences, relative to the number, and how far, relative to the slope, a gradient may be from them: over
 # the narrow one truncation and rounding are about 1e-8, over the wide one it must be of use to a designer.
@@ -40,6 +40,7 @@ SWITCHES = {
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class LocalSensitivities:
     """Derivatives of metrics at one operating point with respect to m numbers.
 
@@ -66,13 +67,13 @@ class LocalSensitivities:
     wide_slope: Mapping[str, Array]
     switches: tuple[str, ...]
 
+    @door
     def holds(self, metric: str) -> np.ndarray[Any, np.dtype[np.bool_]]:
         """Where the gradient is the slope of the metric, (k, m): to 0.1 % over the narrow and 10 % over the wide width.
 
         Along a run that switches a gradient may hold between two switchings and say nothing beyond them.
         """
-        if metric not in self.gradient:
-            raise LookupError(f"There is no metric '{metric}' here.{nearest(metric, self.gradient)}")
+        known(metric, self.gradient, "metrics here")
         gradient, narrow, wide = (held[metric] for held in (self.gradient, self.slope, self.wide_slope))
         unit = np.abs(self.value[metric])[:, np.newaxis] / np.where(self.at == 0, 1.0, np.abs(self.at))
         rounding = 1e3 * np.finfo(float).eps / NARROW[0] * unit
@@ -81,6 +82,7 @@ class LocalSensitivities:
             far = np.abs(gradient - wide) <= WIDE[1] * np.abs(wide) + UNFELT * unit
         return np.asarray(near & far)
 
+    @door
     def linear_shares(self, metric: str, deviations: Array) -> Array:
         """The parts of the variance that factors would have were the metric linear: beside S1 a check.
 
@@ -95,14 +97,13 @@ class LocalSensitivities:
         ValueError
             If the deviations have another shape.
         """
-        self.holds(metric)  # refuses what is not there
-        moved = numbers(deviations)
-        if moved.ndim not in (1, 2) or moved.shape[-1] != len(self.at):
+        known(metric, self.gradient, "metrics here")
+        if deviations.ndim not in (1, 2) or deviations.shape[-1] != len(self.at):
             raise ValueError(
                 f"`linear_shares(deviations)` must be (m,) or (d, m) for the m = {len(self.at)} numbers here; got "
-                f"shape {moved.shape}."
+                f"shape {deviations.shape}."
             )
-        parts = (self.gradient[metric] @ (np.diag(moved) if moved.ndim == 1 else moved).T) ** 2
+        parts = (self.gradient[metric] @ (np.diag(deviations) if deviations.ndim == 1 else deviations).T) ** 2
         with np.errstate(invalid="ignore"):  # nothing varies: no number has a part
             return np.asarray(parts / parts.sum(axis=1, keepdims=True))
 
@@ -119,6 +120,7 @@ class LocalSensitivities:
         return tuple(said)
 
 
+@door
 def local_sensitivities(
     equation: Ode | Sampled,
     metrics: Sequence[AbstractMetric],
@@ -152,7 +154,7 @@ def local_sensitivities(
     LookupError
         If a name is neither a parameter's nor a state's; the message names the nearest.
     """
-    positive("local_sensitivities(until=...)", until, " of seconds")
+    seconds("local_sensitivities(until=...)", until)
     metrics = resolved(equation, metrics, until)
     step, loop = measured(equation, metrics, h), equation if isinstance(equation, Ode) else equation.flow
     p = vector("local_sensitivities(p=...)", loop.parameters.default if p is None else p, loop.parameters.size, "p")
@@ -170,14 +172,16 @@ def local_sensitivities(
 
 def _places(loop: Ode, names: Sequence[str]) -> list[int]:
     """Where the numbers lie in a row of parameters and initial states."""
-    known = Layout(tuple({e.name: e for e in loop.parameters.entries + loop.states.entries}.values()))
+    both = Layout(tuple({e.name: e for e in loop.parameters.entries + loop.states.entries}.values()))
     places: list[int] = []
     for name in names:
         inside = name in loop.parameters or name in loop.parameters.labels
         offset = 0 if inside else loop.parameters.size
         layout = loop.parameters if inside else loop.states
-        known.indices(name)  # refuses what is neither
+        both.indices(name)  # refuses what is neither
         places += [offset + i for i in layout.indices(name)]
     if not places or len(set(places)) < len(places):
-        raise ValueError(f"`local_sensitivities(names=...)` must be numbers, each once, at least one; got {names!r}.")
+        raise ValueError(
+            f"`local_sensitivities(names=...)` must be numbers, each once, at least one; got {described(names)}."
+        )
     return places

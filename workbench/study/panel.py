@@ -7,12 +7,14 @@ from typing import Literal
 
 import numpy as np
 
-from workbench.study.cells import check_phrase, several
-from workbench.study.curves import Array, Label
-from workbench.study.shapes import MARKS, Bars, HeatMap, Mark
+from workbench.study.curves import Label
+from workbench.study.shapes import Bars, HeatMap, Mark
+from workbench.validation.doors import door
+from workbench.validation.words import Array, described
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Panel:
     """One pair of axes. Labels carry their units: 'tracking error [rad]'.
 
@@ -40,12 +42,8 @@ class Panel:
     ynames: tuple[Label, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("ylabel", "xlabel", "title"):
-            check_phrase(f"Panel({name}=...)", getattr(self, name), label=True)
-        call = f"Panel({self.ylabel!r}, series=...)"
-        object.__setattr__(self, "series", several(call, self.series, MARKS, "series"))
         if not self.series:
-            raise ValueError(f"`Panel({self.ylabel!r})` must have at least one series; got none.")
+            raise ValueError(f"`Panel({described(self.ylabel)})` must have at least one series; got none.")
         for name in ("xlim", "ylim"):
             limits = getattr(self, name)
             if limits is not None and not -np.inf < limits[0] < limits[1] < np.inf:
@@ -61,25 +59,23 @@ class Panel:
                 self._check_scale(f"{name}scale", scale, mark, mark.spans[which])
             self._check_names(name, scale, lim, [mark.spans[which] for mark in self.series])
         if any(isinstance(mark, Bars | HeatMap) for mark in self.series) and not self.ynames:
-            raise ValueError(f"`{call}` holds bars or cells, which stand in rows: name these by `ynames=`.")
+            raise ValueError(
+                f"`Panel({described(self.ylabel)}, series=...)` holds bars or cells, which stand in rows: name these "
+                "by `ynames=`."
+            )
 
     def _check_scale(self, name: str, scale: str, mark: Mark, spans: tuple[Array, ...]) -> None:
-        if scale not in ("linear", "log"):
-            raise ValueError(f"`Panel({name}=...)` must be 'linear' or 'log'; got {scale!r}.")
         least = min((float(np.nanmin(span)) for span in spans if not np.isnan(span).all()), default=1.0)
         if scale == "log" and least <= 0:
             raise ValueError(
                 f"`Panel({name}='log')` needs numbers > 0, which have a logarithm; the series "
-                f"{mark.label!r} has {least:g}. Draw its absolute value, or use 'linear'."
+                f"{described(mark.label)} has {least:g}. Draw its absolute value, or use 'linear'."
             )
 
     def _check_names(self, name: str, scale: str, lim: object, spans: list[tuple[Array, ...]]) -> None:
-        names = tuple(getattr(self, f"{name}names"))
-        object.__setattr__(self, f"{name}names", names)
+        names = getattr(self, f"{name}names")
         if not names:
             return
-        for label in names:
-            check_phrase(f"Panel({name}names=...)", label, label=True)
         if scale != "linear" or lim is not None:
             raise ValueError(f"`Panel({name}names=...)` counts its names: it takes no {name}scale and no {name}lim.")
         numbers = np.concatenate([np.ravel(part) for held in spans for part in held])

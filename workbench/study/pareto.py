@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.core.layout import Array
-from workbench.core.numbers import Integers, numbers
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers
 
 
+@door
 def pareto(points: Array) -> Integers:
     """The places of the non-dominated among points (B, m) whose m measures should all be small.
 
@@ -19,19 +20,15 @@ def pareto(points: Array) -> Integers:
     ValueError
         If they are no such table.
     """
-    try:
-        table = numbers(points)
-    except (TypeError, ValueError):
-        raise ValueError(f"`pareto(points)` takes points (B, m) of numbers; got {points!r}.") from None
-    if table.ndim != 2 or not table.shape[1]:
-        raise ValueError(f"`pareto(points)` takes points (B, m), one column a measure; got shape {table.shape}.")
-    known = np.flatnonzero(~np.isnan(table).any(axis=1))
+    if points.ndim != 2 or not points.shape[1]:
+        raise ValueError(f"`pareto(points)` takes points (B, m), one column a measure; got shape {points.shape}.")
+    known = np.flatnonzero(~np.isnan(points).any(axis=1))
     # in this order nobody is dominated by one who comes later
-    order = known[np.lexsort(table[known].T[::-1])]
+    order = known[np.lexsort(points[known].T[::-1])]
     front: list[int] = []
-    held = np.empty((0, table.shape[1]))
+    held = np.empty((0, points.shape[1]))
     for place in order:
-        point = table[place]
+        point = points[place]
         below = (held <= point).all(axis=1)
         if not (below & (held < point).any(axis=1)).any():
             front.append(int(place))

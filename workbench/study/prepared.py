@@ -11,8 +11,6 @@ from itertools import pairwise
 import numpy as np
 
 from workbench.core import Ode, Sampled, Step
-from workbench.core.layout import Array
-from workbench.core.numbers import Integers, multiple
 from workbench.core.ode import instructions
 from workbench.metrics import AbstractMetric
 from workbench.metrics.accumulated import maker, resolved
@@ -24,10 +22,12 @@ from workbench.simulate.request import SECONDS_PER_OPERATION
 from workbench.simulate.stepping.accuracy import change
 from workbench.simulate.stepping.stability import longest_steps, modes_at
 from workbench.study.chunk import Chunk, chunk_of, plain
+from workbench.study.contract import equations_of
 from workbench.study.factors import Space
 from workbench.study.sample import Sample
 from workbench.study.sampling import AbstractDesign
 from workbench.study.sweep import Sweep, again
+from workbench.validation.words import Array, Integers, multiple
 
 SECONDS = 2.0  # of one processor, by the cautious estimate of the engine, that a chunk takes: in truth about a third
 BYTES = 64 * 2**20  # of kept states that a chunk may hold
@@ -275,7 +275,7 @@ def prepared(sweep: Sweep, arithmetic: str | None = None) -> Prepared:
     ValueError
         If two factors move one number, one leads out of its bounds, or a metric means nothing for the loop.
     """
-    equation: Ode | Sampled = sweep.loop.ode(sweep.name)
+    equation: Ode | Sampled = equations_of(sweep.loop, sweep.name)
     metrics = resolved(equation, sweep.metrics, sweep.until)
     make: Callable[[str, float], Step] = maker(equation, metrics)
     space = Space(sweep.factors, equation.parameters, equation.states)

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 import numpy as np
 
-from workbench.core.layout import Array, nearest, numbers
-from workbench.study.cells import check_phrase, check_text, raised
+from workbench.study.cells import raised
 from workbench.study.document import Column, Phrase, Table
+from workbench.validation.doors import door
+from workbench.validation.words import Array, as_array, described, finite, known
 
 Mark = Literal["stated", "derived", "assumed"]
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Given:
     """A number or a named choice with its origin.
 
@@ -39,21 +41,15 @@ class Given:
     shown: Phrase = ""
 
     def __post_init__(self) -> None:
-        for name in ("name", "unit", "source"):
-            check_text(f"Given({name}=...)", getattr(self, name))
-        check_phrase(f"Given({self.name!r}, shown=...)", self.shown)
-        if self.mark not in get_args(Mark):
-            raise ValueError(f"`Given({self.name!r}, mark=...)` is one of {get_args(Mark)}; got {self.mark!r}.")
         if not isinstance(self.value, str) and not _finite(self.value):
             raise ValueError(
                 f"`Given({self.name!r}, value=...)` must be a finite number, an array of such, or a named choice as "
-                f"text; got {self.value!r}."
+                f"text; got {described(self.value)}."
             )
-        ends = [end for end in (self.low, self.high) if end is not None]
-        if not all(map(_finite, ends)) or (len(ends) == 2 and ends[0] > ends[1]):
+        ends = [finite(f"Given({self.name!r}, low=..., high=...)", e) for e in (self.low, self.high) if e is not None]
+        if len(ends) == 2 and ends[0] > ends[1]:
             raise ValueError(
-                f"`Given({self.name!r}, low=..., high=...)` must be a range of finite numbers, low <= high; got "
-                f"{self.low!r} and {self.high!r}."
+                f"`Given({self.name!r}, low=..., high=...)` must be a range, low <= high; got {ends[0]} and {ends[1]}."
             )
         if not self.source:
             raise ValueError(f"`Given({self.name!r}, source=...)` must say where the number comes from.")
@@ -88,6 +84,7 @@ def assumed(
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Card:
     """All numbers of a paper, each once: `card["phi"]` is the value."""
 
@@ -102,11 +99,10 @@ class Card:
         return iter(self.entries)
 
     def __getitem__(self, name: str) -> Any:
-        for given in self.entries:
-            if given.name == name:
-                return given.value
-        raise LookupError(f"There is no '{name}' on this card.{nearest(name, [g.name for g in self.entries])}")
+        values = {given.name: given.value for given in self.entries}
+        return values[known(name, values, "numbers on this card")]
 
+    @door
     def table(self, mark: Mark, name: str, caption: str) -> Table:
         """The numbers of one origin, as a report prints them; assumed ones with their range."""
         ranged = mark == "assumed"
@@ -138,10 +134,8 @@ def written(value: Any) -> str:
 
 
 def _finite(value: Any) -> bool:
-    try:
-        return bool(np.isfinite(numbers(value)).all())
-    except (TypeError, ValueError):
-        return False
+    array = as_array(value)
+    return array is not None and bool(np.isfinite(array).all())
 
 
 def _listed(numbers: Array) -> str:

@@ -13,7 +13,10 @@ from typing import Any, TypeVar
 
 from workbench.core import Ode
 from workbench.metrics import Measurement, measure, measure_alike
+from workbench.study.contract import equations_of
 from workbench.study.study import Case, Outcome, Results, Study
+from workbench.validation.doors import door
+from workbench.validation.words import whole
 
 FULL = 4  # cases and their half steps fill one of the widest vectors
 FEW_WORKERS = 4  # up to so many gain more by two vectors of one kernel than by another kernel beside it
@@ -26,6 +29,7 @@ class CaseError(ValueError):
     """What went wrong in a case, with the name of the case before it; the error itself is its cause."""
 
 
+@door
 def run(study: Study, progress: Progress | None = None, workers: int | None = None) -> Results:
     """Every case of the study, in its order. CasADi gives up the interpreter's lock, so threads serve.
 
@@ -49,7 +53,7 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
     if callable(cases):
         raise ValueError("`run(study)` needs the cases themselves, not a function: take `study.resolved(tuned)`.")
     tally = _Tally(cases, progress)
-    workers = workers or os.cpu_count() or 1
+    workers = (os.cpu_count() or 1) if workers is None else whole("run(workers=...)", workers)
     groups = _in_turns(cases, _groups(cases, 2 * FULL if workers <= FEW_WORKERS else FULL))
     pool = ThreadPoolExecutor(workers)
     try:
@@ -133,7 +137,7 @@ def _named(case: Case, call: Callable[[], T]) -> T:
 
 
 def _ode(case: Case) -> Ode:
-    ode = case.loop.ode(case.name)
+    ode: Ode = equations_of(case.loop, case.name)
     _ = ode.fingerprint  # the report needs it, and here the cases make theirs side by side
     return ode
 

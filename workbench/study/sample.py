@@ -6,18 +6,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.core.layout import Array, nearest
-from workbench.core.numbers import Integers
 from workbench.study.cells import check_name, raised
 from workbench.study.chunk import Chunk, chunk_of
 from workbench.study.sampling import AbstractDesign
 from workbench.study.store import TABLE, LedgerError
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers, described, nearest
 
 SAID = ("name", "factors", "columns", "h", "seed", "fingerprint", "arithmetic")  # in a table, and beside them
 ARRAYS = ("t", "drawn", "values", "again", "errors", "limits", "diverged_at")
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Sample:
     """N runs of one loop: the values of its factors, and those of its metrics.
 
@@ -67,14 +68,17 @@ class Sample:
         """How many runs diverged."""
         return int(np.isfinite(self.diverged_at).sum())
 
+    @door
     def outputs(self, metric: str, joint: int = 0) -> Array:
         """A metric of one joint at the horizon, (N,); NaN for a run that diverged."""
         return np.asarray(self.values[:, -1, self._column(metric, joint)])
 
+    @door
     def over_time(self, metric: str, joint: int = 0) -> Array:
         """A metric of one joint from the start to each of the times, (N, T)."""
         return np.asarray(self.values[:, :, self._column(metric, joint)])
 
+    @door
     def errors_of(self, metric: str, joint: int = 0) -> Array:
         """How far off a metric at the horizon is in each run, (N,), as indices and effects ask for it.
 
@@ -86,6 +90,7 @@ class Sample:
         errors[self.again] = np.where(lost, np.inf, told)
         return errors
 
+    @door
     def step_error(self, metric: str, joint: int = 0) -> float:
         """The largest change of a metric at the horizon from h to h / 2, over the runs that were run again.
 
@@ -95,8 +100,13 @@ class Sample:
         errors = self.errors[:, -1, self._column(metric, joint)][np.isnan(self.diverged_at[self.again])]
         return float(np.where(np.isnan(errors), np.inf, errors).max()) if len(errors) else np.nan
 
+    @door
     def only(self, runs: Integers) -> Sample:
         """Some of the runs, by their numbers in rising order; they are numbered anew."""
+        if runs.ndim != 1 or not ((runs >= 0) & (runs < len(self))).all() or (np.diff(runs) <= 0).any():
+            raise ValueError(
+                f"`only(runs)` takes numbers of runs in rising order, from 0 to {len(self) - 1}; got others."
+            )
         held = np.isin(self.again, runs)
         return replace(
             self,
@@ -131,6 +141,7 @@ class Sample:
             said.append(f"; BEYOND the stability limit in {len(beyond):,} of these, down to {beyond.min():.3g} s")
         return "".join(said)
 
+    @door
     def note_of(self, metric: str, joint: int = 0) -> str:
         """The note with the step error of a metric: what must stand below a figure of that metric."""
         error, unit = self.step_error(metric, joint), self.columns[self._column(metric, joint)][2]
@@ -149,7 +160,7 @@ class Sample:
             names = sorted({name for name, _ in known})
             there = f"its joints are {', '.join(joints)}" if joints else f"its metrics are {', '.join(names)}"
             raise LookupError(
-                f"The sweep '{self.name}' has no '{metric}' of joint {joint!r}: {there}."
+                f"The sweep '{self.name}' has no {described(metric)} of joint {joint}: {there}."
                 f"{'' if joints else nearest(metric, names)}"
             )
         return known.index((metric, joint))

@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
-from workbench.study.cells import check_phrase, several
-from workbench.study.curves import Array, Band, Label, Series, Style, check_style, store
+from workbench.study.curves import Band, Label, Series, Style, check_style, store
+from workbench.validation.doors import door
+from workbench.validation.words import Array, described, positive, refusal, whole
 
 Spans: TypeAlias = tuple[tuple[Array, ...], tuple[Array, ...]]
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Bars:
     """Horizontal bars (N,) from `starts` to `ends` in the rows `places` of a panel that names its rows.
 
@@ -25,21 +26,21 @@ class Bars:
     """
 
     label: Label
-    places: npt.ArrayLike
-    ends: npt.ArrayLike
-    starts: npt.ArrayLike = 0.0
+    places: Array
+    ends: Array
+    starts: Array | float = 0.0
     style: Style = 0
     shade: float = 1.0
     thick: float = 0.7
-    low: npt.ArrayLike | None = None
-    high: npt.ArrayLike | None = None
+    low: Array | None = None
+    high: Array | None = None
     texts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        call = f"Bars({self.label!r})"
-        check_phrase("Bars(label)", self.label, label=True)
+        call = f"Bars({described(self.label)})"
         check_style(call, self.style)
-        object.__setattr__(self, "starts", np.broadcast_to(self.starts, np.shape(self.places)))
+        if np.ndim(self.starts) == 0:
+            object.__setattr__(self, "starts", np.full(self.places.shape, self.starts))
         store(self, call, ("places", "ends", "starts"), gaps=("ends",))
         _store_intervals(self, call, ("low", "high"))
         if not (0 <= self.shade <= 1 and 0 < self.thick <= 1):
@@ -47,19 +48,18 @@ class Bars:
                 f"`{call}` needs a shade from 0 to 1 and a thickness above 0 up to 1, parts of the colour and of the "
                 f"row; got {self.shade!r} and {self.thick!r}."
             )
-        object.__setattr__(self, "texts", several(f"{call}, texts=...", self.texts, str, "text"))
-        if len(self.texts) not in (0, len(np.asarray(self.ends))):
+        if len(self.texts) not in (0, len(self.ends)):
             raise ValueError(f"`{call}` needs a text for each of its bars, or none; got {len(self.texts)}.")
 
     @property
     def spans(self) -> Spans:
         """All numbers along the abscissa, and all along the ordinate."""
-        rows = np.asarray(self.places)
         ends = tuple(np.asarray(end, dtype=float) for end in (self.starts, self.ends, self.low, self.high))
-        return ends, (rows - self.thick / 2, rows + self.thick / 2)
+        return ends, (self.places - self.thick / 2, self.places + self.thick / 2)
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Points:
     """Marks at points (N,), each with its name beside it, and with intervals across and upwards.
 
@@ -67,26 +67,22 @@ class Points:
     """
 
     label: Label
-    x: npt.ArrayLike
-    y: npt.ArrayLike
+    x: Array
+    y: Array
     names: tuple[Label, ...] = ()
     style: Style = 0
-    xlow: npt.ArrayLike | None = None
-    xhigh: npt.ArrayLike | None = None
-    ylow: npt.ArrayLike | None = None
-    yhigh: npt.ArrayLike | None = None
+    xlow: Array | None = None
+    xhigh: Array | None = None
+    ylow: Array | None = None
+    yhigh: Array | None = None
 
     def __post_init__(self) -> None:
-        call = f"Points({self.label!r})"
-        check_phrase("Points(label)", self.label, label=True)
+        call = f"Points({described(self.label)})"
         check_style(call, self.style)
         store(self, call, ("x", "y"), gaps=("x", "y"))
         _store_intervals(self, call, ("xlow", "xhigh", "ylow", "yhigh"))
-        if not isinstance(self.names, tuple | list) or len(self.names) not in (0, len(np.asarray(self.x))):
+        if len(self.names) not in (0, len(self.x)):
             raise ValueError(f"`{call}` needs a tuple of names, one for each of its points, or none.")
-        object.__setattr__(self, "names", tuple(self.names))
-        for name in self.names:
-            check_phrase(f"{call}, names=...", name, label=True)
 
     @property
     def spans(self) -> Spans:
@@ -96,6 +92,7 @@ class Points:
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class HeatMap:
     """Numbers (r, c) printed in cells that are the darker the larger they are, in a panel that names both its sides.
 
@@ -103,22 +100,30 @@ class HeatMap:
     `most` is the number of the darkest cell, without it the largest that is not faint.
     """
 
-    values: npt.ArrayLike
-    faint: npt.ArrayLike = False
+    values: Array
+    faint: Any = False
     digits: int = 2
     most: float | None = None
     label: Label = ""
     style: Style = 0
 
     def __post_init__(self) -> None:
-        values = np.array(self.values, dtype=float)
+        values = self.values.copy()
         if values.ndim != 2 or not values.size or np.isinf(values).any():
             raise ValueError(
                 f"`HeatMap(values)` must be numbers (r, c), finite or NaN for an empty cell; got the shape "
                 f"{values.shape}."
             )
         object.__setattr__(self, "values", values)
-        object.__setattr__(self, "faint", np.broadcast_to(np.asarray(self.faint, dtype=bool), values.shape))
+        try:
+            faint = np.broadcast_to(np.asarray(self.faint, dtype=bool), values.shape)
+        except Exception:  # whatever an object says when it is asked for its truth
+            raise refusal("HeatMap(faint=...)", "True or False, one for each cell or one for all", self.faint) from None
+        object.__setattr__(self, "faint", faint)
+        whole("HeatMap(digits=...)", self.digits, 0, 17)
+        if self.most is not None:
+            positive("HeatMap(most=...)", self.most)
+        check_style("HeatMap(style=...)", self.style)
 
     @property
     def spans(self) -> Spans:
@@ -128,15 +133,14 @@ class HeatMap:
 
 
 Mark: TypeAlias = Series | Band | Bars | Points | HeatMap
-MARKS = (Series, Band, Bars, Points, HeatMap)
 
 
 def _store_intervals(mark: Bars | Points, call: str, names: tuple[str, ...]) -> None:
     """Copy the ends of intervals to read-only arrays as long as the mark; NaN where there are none."""
-    points = np.asarray(mark.ends if isinstance(mark, Bars) else mark.x)
+    points = mark.ends if isinstance(mark, Bars) else mark.x
     for name in names:
         given = getattr(mark, name)
-        array = np.full(points.shape, np.nan) if given is None else np.array(given, dtype=float)
+        array = np.full(points.shape, np.nan) if given is None else given.copy()
         if array.shape != points.shape:
             raise ValueError(f"`{call}` needs a {name} for each of {len(points)}; got the shape {array.shape}.")
         array.flags.writeable = False

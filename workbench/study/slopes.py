@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.core import Ode, Step
-from workbench.core.layout import Array
 from workbench.metrics import AbstractMetric
 from workbench.metrics.final import final_values
 from workbench.simulate import simulate
+from workbench.validation.words import Array
 
 
 def slopes(

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.layout import Array, nearest
-from workbench.core.numbers import multiple, positive
 from workbench.metrics import AbstractMetric, Measurement
-from workbench.study.cells import check_name, check_text, several
-from workbench.study.contract import Loop
+from workbench.study.cells import check_name
+from workbench.study.contract import Loop, answer, check_loop
 from workbench.study.document import Section
 from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned, Tuning
+from workbench.validation.doors import door
+from workbench.validation.words import Array, known, multiple, positive, refusal, seconds, seed, several
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -28,6 +28,7 @@ TRUTH = "\N{DAGGER}"  # beside the name of a law that uses what no instrument gi
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Case:
     """One closed loop to be run: a law in a scenario.
 
@@ -59,16 +60,14 @@ class Case:
     tolerance: float | None = None
 
     def __post_init__(self) -> None:
-        for name in ("scenario", "law", "remark"):
-            check_text(f"Case({name}=...)", getattr(self, name))
-        object.__setattr__(self, "metrics", several("Case(metrics=...)", self.metrics, AbstractMetric, "metric"))
+        check_loop(f"Case({self.scenario!r}, {self.law!r}, loop=...)", self.loop)
         if self.h is None and self.tolerance is None:
             raise ValueError(f"`Case(h=None)` needs a `tolerance`, for which a pilot chooses steps, in '{self.name}'.")
-        for name, of in (("h", " of seconds"), ("until", " of seconds"), ("every", " of seconds"), ("tolerance", "")):
-            value = getattr(self, name)
-            if value is None and name in ("h", "tolerance"):
-                continue
-            positive(f"Case({name}=...)", value, of)
+        for name in ("h", "until", "every"):
+            if (span := getattr(self, name)) is not None:
+                seconds(f"Case({name}=...)", span)
+        if self.tolerance is not None:
+            positive("Case(tolerance=...)", self.tolerance)
         for name, part in (("every", "h"), ("until", "h"), ("until", "every")):
             if (unit := getattr(self, part)) is not None:
                 multiple(f"Case({name}=...)", getattr(self, name), unit, f"`{part}` of '{self.name}',")
@@ -80,6 +79,7 @@ class Case:
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Outcome:
     """A case that was run: its equations and what was measured."""
 
@@ -108,20 +108,24 @@ class Outcome:
         missed = () if check is None else tuple(a.miss for a in check.metrics if not a.met)
         return self.ode.notes + beyond + missed
 
+    @door
     def within(self, metric: str) -> bool | None:
         """Whether a metric keeps the tolerance of its case; None where there is none."""
         check = self.measurement.check
-        return None if check is None else {a.metric: a.met for a in check.metrics}[metric]
+        if check is None:
+            return None
+        met = {a.metric: a.met for a in check.metrics}
+        return met[known(metric, met, f"metrics of '{self.case.name}'")]
 
+    @door
     def score(self, metric: str, joint: int) -> tuple[float, float]:
         """The value and error of a metric at one joint."""
-        known = self.measurement.scores
-        if metric not in known:
-            raise LookupError(f"There is no metric '{metric}' in '{self.case.name}'.{nearest(metric, known)}")
-        score = known[metric]
+        scores = self.measurement.scores
+        score = scores[known(metric, scores, f"metrics of '{self.case.name}'")]
         _check_place(f"score('{metric}', joint)", joint, score.value.shape[1], self.case.name)
         return float(score.value[0, joint]), float(score.error[0, joint])
 
+    @door
     def signal(self, name: str, joint: int) -> Array:
         """One number of an output or state over the kept times, (N,); a matrix counts row by row."""
         values = self.measurement.trajectories[name][0]
@@ -137,11 +141,12 @@ class Outcome:
 
 def _check_place(call: str, joint: int, size: int, case: str) -> None:
     """Refuse a joint that is not there; negative ones too, which would be counted from the end."""
-    if not isinstance(joint, int | np.integer) or not 0 <= joint < size:
+    if not 0 <= joint < size:
         raise LookupError(f"`{call}` counts from 0 and knows 0 to {size - 1} in '{case}'; got {joint!r}.")
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Results:
     """The outcomes of a study, by scenario and law, the samples of its sweeps, and what its tunings found."""
 
@@ -150,25 +155,22 @@ class Results:
     tunings: tuple[Tuned, ...] = ()
 
     def __getitem__(self, key: tuple[str, str]) -> Outcome:
-        for outcome in self.outcomes:
-            if (outcome.case.scenario, outcome.case.law) == key:
-                return outcome
-        names = [outcome.case.name for outcome in self.outcomes]
-        raise LookupError(f"There is no case '{key[0]}: {key[1]}'.{nearest(f'{key[0]}: {key[1]}', names)}")
+        if not (isinstance(key, tuple) and len(key) == 2 and all(isinstance(name, str) for name in key)):
+            raise refusal("results[scenario, law]", "named by a scenario and a law", key)
+        held = {outcome.case.name: outcome for outcome in self.outcomes}
+        return held[known(": ".join(key), held, "cases of this study")]
 
+    @door
     def sample(self, name: str) -> Sample:
         """What the sweep of that name gave."""
-        for sample in self.samples:
-            if sample.name == name:
-                return sample
-        raise LookupError(f"There is no sweep '{name}'.{nearest(name, [sample.name for sample in self.samples])}")
+        held = {sample.name: sample for sample in self.samples}
+        return held[known(name, held, "sweeps of this study")]
 
+    @door
     def tuned(self, name: str) -> Tuned:
         """What the tuning of that name found."""
-        for one in self.tunings:
-            if one.name == name:
-                return one
-        raise LookupError(f"There is no tuning '{name}'.{nearest(name, [one.name for one in self.tunings])}")
+        held = {one.name: one for one in self.tunings}
+        return held[known(name, held, "tunings of this study")]
 
     @property
     def all_samples(self) -> tuple[Sample, ...]:
@@ -202,12 +204,14 @@ class Results:
         ]
         return pd.DataFrame(rows)
 
+    @door
     def scenario(self, name: str) -> tuple[Outcome, ...]:
         """The outcomes of one scenario in the order they were declared."""
         return tuple(outcome for outcome in self.outcomes if outcome.case.scenario == name)
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Study:
     """A question, the cases, sweeps and tunings that answer it, and the sections that say how.
 
@@ -243,18 +247,13 @@ class Study:
 
     def __post_init__(self) -> None:
         check_name("Study", self.name)
-        for name in ("title", "question", "method"):
-            check_text(f"Study({name}=...)", getattr(self, name))
-        for name in ("sections", "headlines"):
-            if not callable(getattr(self, name)):
-                raise ValueError(f"`Study({name}=...)` must be a function of the results; got {getattr(self, name)!r}.")
-        for part, kind in (("cases", Case), ("sweeps", Sweep), ("tunings", Tuning)):
-            given = getattr(self, part)
-            if part != "tunings" and callable(given):
+        if self.seed is not None:
+            seed("Study(seed=...)", self.seed)
+        for part in ("cases", "sweeps", "tunings"):
+            if callable(given := getattr(self, part)):
                 self._check_later(part)
-                continue
-            object.__setattr__(self, part, several(f"Study({part}=...)", given, kind, part[:-1]))
-            self._check_names(part, [one.name for one in getattr(self, part)])
+            else:
+                self._check_names(part, [one.name for one in given])
         files = [f"{one.name}_{trial.name}{end}" for one in self.tunings for trial in one.trials for end in ENDS]
         sweeps = () if callable(self.sweeps) else self.sweeps
         self._check_names("sweeps and trials", [*files, *(one.name for one in sweeps)])
@@ -270,7 +269,12 @@ class Study:
         if twice := {name for name in names if names.count(name) > 1}:
             raise ValueError(f"`Study({part}=...)` needs distinct {part}; {sorted(twice)} came more than once.")
 
+    @door
     def resolved(self, tuned: Mapping[str, Tuned]) -> Study:
         """The study with the cases and sweeps that follow from what its tunings found."""
-        later: dict[str, Any] = {part: getattr(self, part) for part in ("cases", "sweeps")}
-        return replace(self, **{part: make(tuned) for part, make in later.items() if callable(make)})
+        made: dict[str, Any] = {}
+        for part, kind in (("cases", Case), ("sweeps", Sweep)):
+            if callable(make := getattr(self, part)):
+                call = f"Study({part}=...)(tuned)"
+                made[part] = several(call, answer(call, make, tuned), kind)
+        return replace(self, **made)

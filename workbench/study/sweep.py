@@ -6,19 +6,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.numbers import Integers, multiple, positive
-from workbench.core.sockets import require
 from workbench.metrics import AbstractMetric
-from workbench.study.cells import check_name, several
-from workbench.study.contract import Loop
+from workbench.study.cells import check_name
+from workbench.study.contract import Loop, check_loop
 from workbench.study.factors import Factor
 from workbench.study.sampling import AbstractDesign
+from workbench.validation.doors import door
+from workbench.validation.words import Integers, multiple, seconds, seed, whole
 
 HALVED = 16
 COLUMNS = ("run", "t [s]", "diverged at [s]")  # of a table of runs, beside factors and metrics
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Sweep:
     """Runs of one loop, whose factors take the values that a design says.
 
@@ -57,9 +58,7 @@ class Sweep:
 
     def __post_init__(self) -> None:
         check_name("Sweep", self.name)
-        object.__setattr__(self, "metrics", several("Sweep(metrics=...)", self.metrics, AbstractMetric, "metric"))
-        object.__setattr__(self, "factors", several("Sweep(factors=...)", self.factors, Factor, "factor"))
-        require(f"Sweep({self.name!r}, design=...)", self.design, AbstractDesign)
+        check_loop(f"Sweep({self.name!r}, loop=...)", self.loop)
         if self.design.dimensions != len(self.factors):
             raise ValueError(
                 f"`Sweep({self.name!r}, design=...)` must have as many dimensions as there are factors, "
@@ -72,8 +71,10 @@ class Sweep:
         if not self.metrics:
             raise ValueError(f"`Sweep({self.name!r}, metrics=...)` needs at least one metric; got none.")
         check_times("Sweep", self.name, self.h, self.until, self.every)
+        seed("Sweep(seed=...)", self.seed)
         for name in ("halved", "runs_of_chunk"):
-            whole(f"Sweep({name}=...)", getattr(self, name), optional=True)
+            if (count := getattr(self, name)) is not None:
+                whole(f"Sweep({name}=...)", count)
 
 
 def again(first: int, last: int, halved: int | None) -> Integers:
@@ -85,14 +86,6 @@ def again(first: int, last: int, halved: int | None) -> Integers:
 def check_times(kind: str, name: str, h: float, until: float, every: float | None) -> None:
     """Refuse times in s that are none, or of which one does not divide the next."""
     for what, time in (("h", h), ("until", until), ("every", until if every is None else every)):
-        positive(f"{kind}({what}=...)", time, " of seconds")
+        seconds(f"{kind}({what}=...)", time)
     multiple(f"{kind}(every=...)", every or until, h, f"`h` of '{name}',")
     multiple(f"{kind}(until=...)", until, every or until, f"`every` of '{name}',")
-
-
-def whole(call: str, value: object, optional: bool = False) -> None:
-    """Refuse what is no positive whole number."""
-    if optional and value is None:
-        return
-    if isinstance(value, bool) or not isinstance(value, int) or value < 1:
-        raise ValueError(f"`{call}` must be a positive whole number; got {value!r}.")

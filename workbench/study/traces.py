@@ -9,9 +9,11 @@ import numpy as np
 
 from workbench.study.document import Figure, Label, Panel, Phrase, Series, Style
 from workbench.study.study import Outcome
+from workbench.validation.doors import door
 
 
 @dataclass(frozen=True)
+@door
 class Window:
     """A stretch of time in s, and what of the ordinate is shown; None fits it to the curves."""
 
@@ -20,6 +22,7 @@ class Window:
     ylim: tuple[float, float] | None = None
 
 
+@door
 def traces(
     name: str,
     caption: Phrase,
@@ -42,6 +45,7 @@ def traces(
     return Figure(name, caption, tuple(panels), columns=len(panels))
 
 
+@door
 def components(
     name: str,
     caption: Phrase,
@@ -63,6 +67,7 @@ def components(
     return Figure(name, caption, panels, columns=len(panels))
 
 
+@door
 def curve(outcome: Outcome, signal: str, joint: int, window: Window, label: Label, style: Style) -> Series:
     """One signal within a window; after a run has diverged there is a gap."""
     inside = (outcome.t >= window.start - 1e-9) & (outcome.t <= window.end + 1e-9)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from importlib.metadata import version
+from typing import Any
 
 from workbench import __version__
 from workbench.simulate.arithmetic import signature
 from workbench.study.cells import several, texts
+from workbench.study.contract import answer
 from workbench.study.document import Colophon, Document, Section
 from workbench.study.study import Results, Study
 
@@ -55,11 +57,16 @@ def _seed(study: Study, results: Results) -> int | str | None:
 
 def headlines(study: Study, results: Results) -> list[str]:
     """The findings of the study, each on one line."""
-    found = texts("Study(headlines=...)(results)", study.headlines(results))
+    found = texts("Study(headlines=...)(results)", _said("headlines", study.headlines, results))
     return [" ".join(line.split()) for line in found]
 
 
 def _sections(study: Study, results: Results) -> tuple[Section, ...]:
-    found: object = study.sections(results)
-    made = tuple(found) if isinstance(found, Iterable) and not isinstance(found, str) else found
-    return several("Study(sections=...)(results)", made, Section, "section")
+    return several("Study(sections=...)(results)", _said("sections", study.sections, results), Section, "section")
+
+
+def _said(part: str, function: Callable[[Results], Any], results: Results) -> Any:
+    """What a function of the study says of the results; of what can be gone through, a tuple."""
+    call = f"Study({part}=...)(results)"
+    found = answer(call, function, results)
+    return answer(call, tuple, found) if isinstance(found, Iterable) and not isinstance(found, str) else found

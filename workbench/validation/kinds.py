@@ -13,6 +13,7 @@ import numpy as np
 from workbench.validation.words import WORDS, a, as_array, as_number, as_text, as_whole, described, name_of, way
 
 Fit = Callable[[Any], Any]  # from a value to the same, made to be of the kind, or a `KindError`
+FEW = 3  # kinds that a message names, of more than one beyond them
 SEVERAL = (Sequence, Collection, Iterable, list, tuple)
 
 
@@ -69,7 +70,7 @@ def words(hint: Any) -> str:
     """A type as one says it: `an AbstractArm or None`."""
     kind, parts = get_origin(hint) or hint, get_args(hint)
     if kind in (Union, types.UnionType):
-        return " or ".join(map(words, parts))
+        return _or(map(words, parts))
     if kind is Annotated:
         return words(parts[0])
     if kind is Literal:
@@ -88,7 +89,14 @@ def words(hint: Any) -> str:
 def _kinds(hints: Iterable[Any]) -> str:
     bare = (get_args(hint)[0] if get_origin(hint) is Annotated else hint for hint in hints)
     options = [kind for hint in bare for kind in (get_args(hint) if _is_union(hint) else (hint,))]
-    return " or ".join(dict.fromkeys(name_of(kind) for kind in options))
+    return _or(name_of(kind) for kind in options)
+
+
+def _or(options: Iterable[str]) -> str:
+    """The options in a sentence, of many the first ones."""
+    named = list(dict.fromkeys(options))
+    rest = [f"{len(named) - FEW} other kinds"] if len(named) > FEW + 1 else []
+    return " or ".join(named[:FEW] + rest if rest else named)
 
 
 def _classes(hint: Any) -> tuple[type, ...]:
@@ -147,15 +155,13 @@ def _array(value: Any) -> Any:
 
 
 def _whole_array(value: Any) -> Any:
+    """Whole numbers that an `int64` holds, as such."""
     array = as_array(value)
-    if array is None or (array != np.rint(array)).any() or not (array.size == 0 or _in_range(np.array(value))):
+    if array is None or not (np.isfinite(array) & (array == np.rint(array))).all():
         return None
-    return np.array(value).astype(int)
-
-
-def _in_range(array: Any) -> bool:
-    """Whether whole numbers are those of an `int64`."""
-    return int(array.min()) >= -(2**63) and int(array.max()) < 2**63
+    given = np.array(value)
+    held = given.size == 0 or (int(given.min()) >= -(2**63) and int(given.max()) < 2**63)
+    return given.astype(int) if held else None
 
 
 def _among(value: Any, choices: tuple[Any, ...]) -> bool:
@@ -185,9 +191,9 @@ def _fit_of_union(asked: tuple[type, ...], fits: tuple[Fit, ...], must: str, val
             return fit(value)
         except KindError as misfit:
             misfits.append(misfit)
-    deepest = max(misfits, key=lambda misfit: len(misfit.place))  # says which of several items does not fit
-    ways = "".join(way(kind, value) for kind in asked[:1])
-    raise KindError(must, deepest.got if deepest.place else described(value) + ways, deepest.place)
+    most = max(misfits, key=lambda misfit: (len(misfit.place), len(misfit.got)))  # which item, or what is to be done
+    ways = "" if most.place else "".join(way(kind, value) for kind in asked[:1])
+    raise KindError(must, most.got + ways, most.place)
 
 
 def _hints_of(kind: Any) -> dict[str, Any]:
@@ -206,7 +212,7 @@ def _fit_of_items(
             raise TypeError
         items = tuple(value)
     except Exception:  # whatever an object says when it is asked for its items
-        raise KindError(words(hint), described(value)) from None
+        raise KindError(words(hint), described(value) + (_alone(fits[0], value) if several else "")) from None
     if not several and len(items) != len(fits):
         raise KindError(words(hint), f"{len(items)} of them")
     fitting = []
@@ -216,6 +222,15 @@ def _fit_of_items(
         except KindError as misfit:
             raise KindError(words(hint), misfit.got, f"[{i}]{misfit.place}") from None
     return fitting if kind is list else tuple(fitting)
+
+
+def _alone(fit: Fit, value: Any) -> str:
+    """What is to be done where one item came in place of several."""
+    try:
+        fit(value)
+    except KindError:
+        return ""
+    return ": one alone is written `(...,)`, with its comma"
 
 
 def _fit_of_named(kind: Any, fits: tuple[Fit, ...], value: Any) -> Any:

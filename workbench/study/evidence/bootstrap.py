@@ -8,19 +8,29 @@ from functools import lru_cache
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.study.sampling.contract import uniforms
+from workbench.study.sensitivity.outputs import check_size
+from workbench.validation.doors import door
+from workbench.validation.words import Array
 
 BLOCK = 2**22  # counts in memory at once
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Intervals:
     """Values, each with an interval; ends are infinite where there are too few draws to bound them."""
 
     value: Array
     low: Array
     high: Array
+
+    def __post_init__(self) -> None:
+        for part in (self.value, self.low, self.high):
+            check_size("Intervals(value, low, high)", part, infinite=True)
+        if not self.value.shape == self.low.shape == self.high.shape:
+            shapes = ", ".join(str(part.shape) for part in (self.value, self.low, self.high))
+            raise ValueError(f"`Intervals(value, low, high)` must have two ends for each value; got shapes {shapes}.")
 
 
 def means(columns: Array, confidence: float, resamples: int, seed: int) -> Intervals:

@@ -5,21 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from itertools import combinations
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
-from workbench.core.layout import Array
-from workbench.core.sockets import require
 from workbench.study.evidence.bootstrap import Intervals, means, medians
 from workbench.study.evidence.paired import Paired
-from workbench.study.sampling.contract import seeded, whole
 from workbench.study.sensitivity.outputs import t_quantile
+from workbench.validation.doors import door
+from workbench.validation.words import Array, whole
+from workbench.validation.words import seed as as_seed
 
 RESAMPLES = 4000
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Comparison:
     """Means or medians of a metric over draws, and of its paired differences, with simultaneous intervals.
 
@@ -43,6 +44,13 @@ class Comparison:
     margin: float = 0.0
     refused: Mapping[str, str] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        laws = len(self.paired.laws)
+        for name, part, shape in (("level", self.level, (laws,)), ("difference", self.difference, (laws, laws))):
+            if part.value.shape != shape:
+                raise ValueError(f"`Comparison({name}=...)` must have shape {shape}; got {part.value.shape}.")
+
+    @door
     def order(self, a: str, b: str) -> Literal["below", "above", "undecided"]:
         """Whether law a is significantly below law b, or above: by an interval beyond the margin and the steps' errors.
 
@@ -56,6 +64,7 @@ class Comparison:
             return "below"
         return "above" if low > off or low == np.inf else "undecided"
 
+    @door
     def alike(self, a: str, b: str) -> bool:
         """Whether the interval of the difference of two laws, with the steps' errors, lies within the margin.
 
@@ -95,6 +104,7 @@ class Comparison:
         return f"{self.statistic.capitalize()}s over the draws; intervals hold all at once with {level}{beyond}."
 
 
+@door
 def compare(
     paired: Paired,
     statistic: Literal["mean", "median"] = "median",
@@ -121,8 +131,11 @@ def compare(
         If an argument has the wrong kind, there are fewer than 100 resamples, the margin does not lie between 0 and
         1, or every law is refused.
     """
-    require("compare(paired)", paired, Paired)
-    _check(statistic, confidence, margin, resamples, seed)
+    t_quantile("compare", confidence, 1)  # refuses what is no confidence
+    if not 0 <= margin < 1:
+        raise ValueError(f"`compare(margin=...)` must be a share from 0 to 1 of the smaller level; got {margin}.")
+    whole("compare(resamples=...)", resamples, 100)
+    as_seed("compare(seed=...)", seed)
     laws = len(paired.laws)
     refused = _without_mean(paired) if statistic == "mean" else {}
     kept = [i for i, law in enumerate(paired.laws) if law not in refused]
@@ -137,16 +150,6 @@ def compare(
     return Comparison(
         paired, statistic, confidence, level, _square(apart, pairs, laws, kept), margin=margin, refused=refused
     )
-
-
-def _check(statistic: str, confidence: float, margin: Any, resamples: int, seed: int) -> None:
-    if statistic not in ("mean", "median"):
-        raise ValueError(f"`compare(statistic=...)` is 'mean' or 'median'; got {statistic!r}.")
-    t_quantile("compare", confidence, 1)  # refuses what is no confidence
-    if isinstance(margin, bool) or not isinstance(margin, int | float) or not 0 <= margin < 1:
-        raise ValueError(f"`compare(margin=...)` must be a share from 0 to 1 of the smaller level; got {margin!r}.")
-    whole("compare(resamples=...)", resamples, 100, "resamples")
-    seeded("compare(seed=...)", seed)
 
 
 def _without_mean(paired: Paired) -> dict[str, str]:

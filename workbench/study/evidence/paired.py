@@ -8,17 +8,17 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array, nearest
-from workbench.core.numbers import Integers, numbers
-from workbench.core.sockets import described, require
-from workbench.study.cells import check_text
 from workbench.study.sample import Sample
 from workbench.study.sampling import LatinHypercube, MonteCarlo
+from workbench.study.sensitivity.outputs import as_outputs, check_size
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers, described, known
 
 LEAST = 20  # draws, below which no interval here holds what it says
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Paired:
     """A metric, of which less is better, of L laws in N draws: row k is the same draw for all laws.
 
@@ -42,14 +42,24 @@ class Paired:
     failed: Integers
     note: str = ""
 
+    def __post_init__(self) -> None:
+        check_size("Paired(values=...)", self.values, infinite=True)
+        check_size("Paired(errors=...)", self.errors, infinite=True)
+        laws = len(self.laws)
+        if self.values.shape[1:] != (laws,) or not self.errors.shape == self.failed.shape == (laws,):
+            shapes = f"{self.values.shape}, {self.errors.shape} and {self.failed.shape}"
+            raise ValueError(
+                f"`Paired(values, errors, failed)` must have shapes (N, {laws}), ({laws},) and ({laws},), a column for "
+                f"each law; got {shapes}."
+            )
+
     def __len__(self) -> int:
         return len(self.values)
 
+    @door
     def place(self, law: str) -> int:
         """The column of a law."""
-        if law not in self.laws:
-            raise LookupError(f"There is no law '{law}' among the {len(self.laws)}.{nearest(law, self.laws)}")
-        return self.laws.index(law)
+        return self.laws.index(known(law, self.laws, "laws"))
 
     @property
     def said(self) -> str:
@@ -64,6 +74,7 @@ class Paired:
         return f"{self.metric}: {len(self):,} draws; {lost}; error of the step {error}{but}."
 
 
+@door
 def paired(
     values: Mapping[str, Any], *, metric: str, unit: str = "", errors: Mapping[str, float] | None = None, note: str = ""
 ) -> Paired:
@@ -82,12 +93,8 @@ def paired(
         If there are fewer than two laws or 20 draws, laws differ in their number of draws, a value is minus
         infinity, or an error is negative or that of no law.
     """
-    for word, text in (("metric", metric), ("unit", unit), ("note", note)):
-        check_text(f"paired({word}=...)", text)
-    if not isinstance(values, Mapping) or len(values) < 2:
+    if len(values) < 2:
         raise ValueError(f"`paired(values)` must map two laws or more to their values; got {described(values)}.")
-    if odd := [law for law in values if not isinstance(law, str)]:
-        raise ValueError(f"`paired(values)` must name each law by text; got {odd}.")
     columns = {law: _column(law, column) for law, column in values.items()}
     sizes = {law: len(column) for law, column in columns.items()}
     if len(set(sizes.values())) > 1:
@@ -103,18 +110,17 @@ def paired(
 
 def _errors(given: Mapping[str, float], columns: Mapping[str, Array]) -> Array:
     """One error a law, (L,), or a refusal."""
-    if not isinstance(given, Mapping) or set(given) != set(columns):
-        got = list(given) if isinstance(given, Mapping) else described(given)
-        raise ValueError(f"`paired(errors=...)` must have one error for each of {list(columns)}; got {got}.")
-    try:
-        found = numbers([given[law] for law in columns])
-    except (TypeError, ValueError):
-        raise ValueError(f"`paired(errors=...)` must be numbers; got {dict(given)}.") from None
-    if found.ndim != 1 or (found < 0).any():
-        raise ValueError(f"`paired(errors=...)` must be numbers that are not negative; got {dict(given)}.")
+    if set(given) != set(columns):
+        raise ValueError(
+            f"`paired(errors=...)` must have one error for each of {list(columns)}; got {described(list(given))}."
+        )
+    found = np.array([given[law] for law in columns])
+    if (found < 0).any():
+        raise ValueError(f"`paired(errors=...)` must be numbers that are not negative; got {described(dict(given))}.")
     return found
 
 
+@door
 def same_draws(samples: Mapping[str, Sample]) -> str:
     """The note of the samples of several laws, one draw a row, or a refusal where rows are not the same draws.
 
@@ -124,11 +130,10 @@ def same_draws(samples: Mapping[str, Sample]) -> str:
         If two samples differ in factors, their values or the horizon, or are no independent draws, as those of a
         grid are not.
     """
-    if not isinstance(samples, Mapping) or not samples:
-        raise ValueError(f"`same_draws(samples)` must map laws to their samples; got {described(samples)}.")
+    if not samples:
+        raise ValueError("`same_draws(samples)` must map laws to their samples, at least one; got none.")
     (first, held), *others = samples.items()
     for law, sample in samples.items():
-        require(f"same_draws(samples)['{law}']", sample, Sample)
         if not isinstance(sample.design, MonteCarlo | LatinHypercube | None):
             raise ValueError(
                 f"`same_draws(samples)` needs independent draws, of `MonteCarlo` or `LatinHypercube`; those of '{law}' "
@@ -156,11 +161,8 @@ def same_draws(samples: Mapping[str, Sample]) -> str:
 
 
 def _column(law: str, given: Any) -> Array:
-    try:
-        column = numbers(given)
-    except (TypeError, ValueError):
-        column = np.zeros(())
-    if column.ndim != 1 or np.isneginf(column).any():
+    column = as_outputs(given)
+    if column is None or column.ndim != 1 or np.isneginf(column).any():
         raise ValueError(
             f"`paired(values)` must hold one number a draw for '{law}', NaN where the run failed; got "
             f"{described(given)}."

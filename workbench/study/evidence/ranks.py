@@ -6,14 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.sockets import require
 from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.paired import Paired
 from workbench.study.sensitivity import share
 from workbench.study.sensitivity.outputs import Flags, t_quantile
+from workbench.validation.doors import door
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Ranks:
     """Shares of the draws, each with the interval of Clopper and Pearson.
 
@@ -31,7 +32,14 @@ class Ranks:
     ranks: Intervals
     below: Intervals
 
+    def __post_init__(self) -> None:
+        laws = len(self.paired.laws)
+        for name in ("ranks", "below"):
+            if (shape := getattr(self, name).value.shape) != (laws, laws):
+                raise ValueError(f"`Ranks({name}=...)` must have shape {(laws, laws)}; got {shape}.")
 
+
+@door
 def ranks(paired: Paired, confidence: float = 0.95) -> Ranks:
     """The rank of each law in each draw, counted. Intervals are those of one share at a time.
 
@@ -40,7 +48,6 @@ def ranks(paired: Paired, confidence: float = 0.95) -> Ranks:
     ValueError
         If these are no paired values, or the confidence is none.
     """
-    require("ranks(paired)", paired, Paired)
     t_quantile("ranks", confidence, 1)  # refuses what is no confidence
     y = paired.values
     places = (y[:, :, None] >= y[:, None, :]).sum(axis=2)  # how many are not above, the law itself among them

@@ -6,18 +6,18 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from workbench.core.sockets import require
-from workbench.study.cells import several
 from workbench.study.document import Cell, Column, Emphasis, Measured, Phrase, Table, Value
 from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.comparison import Comparison
 from workbench.study.evidence.ranks import Ranks
+from workbench.validation.doors import door
 
 HALF = "in brackets the half-width of its interval, in units of the last digits"
 FAILS = "fails"
 MANY = 1000  # percent, from which on a change is told in times
 
 
+@door
 def comparison_table(
     name: str, caption: Phrase, comparisons: Sequence[Comparison], notes: tuple[Phrase, ...] = ()
 ) -> Table:
@@ -43,6 +43,7 @@ def comparison_table(
     return Table(name, caption, columns, tuple(rows), (bold, *_said(comparisons), *notes))
 
 
+@door
 def difference_table(name: str, caption: Phrase, comparison: Comparison, notes: tuple[Phrase, ...] = ()) -> Table:
     """The law of the row minus the law of the column, for all pairs; what is significant is bold.
 
@@ -51,7 +52,6 @@ def difference_table(name: str, caption: Phrase, comparison: Comparison, notes: 
     ValueError
         If this is no comparison.
     """
-    require("difference_table(comparison)", comparison, Comparison)
     paired = comparison.paired
     rows: list[tuple[Cell, ...]] = []
     for i, law in enumerate(paired.laws):
@@ -65,6 +65,7 @@ def difference_table(name: str, caption: Phrase, comparison: Comparison, notes: 
     return Table(name, caption, (Column("law"), *heads), tuple(rows), (bold, comparison.said, *notes))
 
 
+@door
 def rank_table(name: str, caption: Phrase, ranks: Ranks, notes: tuple[Phrase, ...] = ()) -> Table:
     """In how many of a hundred draws each law has each rank.
 
@@ -73,7 +74,6 @@ def rank_table(name: str, caption: Phrase, ranks: Ranks, notes: tuple[Phrase, ..
     ValueError
         If these are no ranks.
     """
-    require("rank_table(ranks)", ranks, Ranks)
     laws = ranks.paired.laws
     places = range(len(laws))
     rows: list[tuple[Cell, ...]] = [(law, *(_percent(ranks.ranks, i, j) for j in places)) for i, law in enumerate(laws)]
@@ -85,6 +85,7 @@ def rank_table(name: str, caption: Phrase, ranks: Ranks, notes: tuple[Phrase, ..
     return Table(name, caption, columns, tuple(rows), (how, ranks.paired.said, *notes))
 
 
+@door
 def ablation_table(
     name: str, caption: Phrase, comparisons: Sequence[Comparison], whole: str, notes: tuple[Phrase, ...] = ()
 ) -> Table:
@@ -116,12 +117,10 @@ def ablation_table(
 
 
 def _laws(call: str, comparisons: Sequence[Comparison]) -> tuple[str, ...]:
-    held = several(f"{call}(comparisons=...)", comparisons, Comparison, "comparison")
-    kinds = {one.paired.laws for one in held}
+    kinds = {one.paired.laws for one in comparisons}
     if len(kinds) != 1:
         raise ValueError(f"`{call}(comparisons=...)` needs comparisons of the same laws; got {sorted(kinds)}.")
-    laws: tuple[str, ...] = kinds.pop()
-    return laws
+    return kinds.pop()
 
 
 def _statistics(comparisons: Sequence[Comparison]) -> str:
@@ -152,9 +151,9 @@ def _change(one: Comparison, i: int, at: int) -> Cell:
     """The change from the whole law, in percent of it."""
     d = one.difference
     size = float(one.level.value[at])
-    value, low, high = (100 * float(part[i, at]) / size + 0.0 for part in (d.value, d.low, d.high))
-    if not np.isfinite(size) or np.isnan(value):
+    if not (size and np.isfinite(size)) or np.isnan(d.value[i, at]):  # nothing is so many percent of zero
         return "not known"
+    value, low, high = (100 * float(part[i, at]) / size + 0.0 for part in (d.value, d.low, d.high))
     if np.isinf(value):
         return Emphasis(FAILS)
     many = value >= MANY

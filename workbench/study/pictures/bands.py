@@ -7,22 +7,22 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
-from workbench.core.sockets import require
 from workbench.study.cells import Column, Phrase, Table
 from workbench.study.curves import STYLES, Array
 from workbench.study.document import Band, Figure, Label, Panel, Series
 from workbench.study.pictures.parts import by_law, captioned, number, scale_of, stretches, times_of
 from workbench.study.sensitivity import Quantiles
+from workbench.validation.doors import door
 
 TOGETHER = 3  # laws whose bands still can be told apart in one panel
 
 
+@door
 def quantile_bands(
     name: str,
     caption: Phrase,
-    t: npt.ArrayLike,
+    t: Array,
     bands: Mapping[str, Quantiles],
     note: Phrase,
     ylabel: Label,
@@ -68,8 +68,6 @@ def quantile_bands(
 
 def _bands(bands: Mapping[str, Quantiles]) -> dict[str, Quantiles]:
     held: dict[str, Quantiles] = by_law("quantile_bands", "bands", bands)
-    for law, one in held.items():
-        require(f"quantile_bands(bands={{'{law}': ...}})", one, Quantiles)
     if len({(one.levels, len(one.names)) for one in held.values()}) > 1:
         raise ValueError("`quantile_bands(bands=...)` needs the same levels and times for all laws, to compare them.")
     return held

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from workbench.core.sockets import described
 from workbench.study.cells import Column, Phrase, Table
 from workbench.study.curves import STYLES, Array
 from workbench.study.document import Band, Figure, Label, Panel, Series
 from workbench.study.pictures.parts import by_law, captioned, require_array, scale_of, stretches
+from workbench.validation.doors import door
 
 
+@door
 def budget_curves(
     name: str,
     caption: Phrase,
-    curves: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]],
+    curves: Mapping[str, tuple[Array, Array]],
     note: Phrase,
     ylabel: Label,
 ) -> Figure:
@@ -63,10 +62,8 @@ def _band(spent: Array, low: Array, high: Array, style: int) -> Band:
     return Band("", np.repeat(spent, 2)[1:], np.repeat(low, 2)[:-1], np.repeat(high, 2)[:-1], style)
 
 
-def _curve(law: str, pair: Any) -> tuple[Array, Array]:
+def _curve(law: str, pair: tuple[Array, Array]) -> tuple[Array, Array]:
     call = f"budget_curves(curves={{'{law}': ...}})"
-    if not isinstance(pair, tuple | list) or len(pair) != 2:
-        raise ValueError(f"`{call}` must be two arrays: the evaluations, and the best so far; got {described(pair)}.")
     spent, best = require_array(call, pair[0]), np.atleast_2d(require_array(call, pair[1]))
     if best.ndim != 2 or spent.shape != best.shape[1:]:
         raise ValueError(

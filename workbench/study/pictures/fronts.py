@@ -5,22 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
-from workbench.core.numbers import Integers
 from workbench.study.cells import Column, Phrase, Table
 from workbench.study.curves import STYLES, Array
 from workbench.study.document import Figure, Label, Panel, Series
 from workbench.study.pictures.parts import by_law, captioned, require_array, scale_of
+from workbench.validation.doors import door
+from workbench.validation.words import Integers
 
 MARKED = 15  # points of a front, at most, so that marks do not cover one another
 SOME = f"Of a front of more points {MARKED} are marked."
 
 
+@door
 def pareto_fronts(
     name: str,
     caption: Phrase,
-    fronts: Mapping[str, npt.ArrayLike],
+    fronts: Mapping[str, Array],
     note: Phrase,
     xlabel: Label,
     ylabel: Label,

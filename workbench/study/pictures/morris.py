@@ -12,6 +12,7 @@ from workbench.study.curves import Array, Label
 from workbench.study.document import Figure, Panel, Points, Series
 from workbench.study.pictures.parts import BEYOND, Labels, captioned, each, number, refusals, with_unit, written
 from workbench.study.sensitivity import Estimate, MorrisEffects
+from workbench.validation.doors import door
 
 MU_STAR, SIGMA = Symbol("mu", mark="*"), Symbol("sigma")
 LEAST = 0.02  # of the other axis that an axis spans: below lies rounding
@@ -20,6 +21,7 @@ NEAR = 0.03  # of both axes: factors as near to 0 are named in the caption
 LETTERS = 200  # of names that the plane has room for
 
 
+@door
 def morris_plane(
     name: str, caption: Phrase, effects: MorrisEffects, note: Phrase, unit: str = "", *, labels: Labels = None
 ) -> Figure:
@@ -116,11 +118,11 @@ def _panel(effects: MorrisEffects, unit: str, names: tuple[Label, ...], title: L
     x, y = effects.mu_star, effects.sigma
     (xlow, xhigh, right), (ylow, yhigh, top) = _interval(x), _interval(y)
     right, top = max(right, LEAST * top), max(top, LEAST * right)
-    end = min(right, top)
+    line = np.array([0.0, min(right, top)])
     points = Points("", x.value, y.value, names, xlow=xlow, xhigh=xhigh, ylow=ylow, yhigh=yhigh)
     return Panel(
         with_unit(SIGMA, unit),
-        (points, Series(Relation(SIGMA, "=", MU_STAR), [0.0, end], [0.0, end], "bound")),
+        (points, Series(Relation(SIGMA, "=", MU_STAR), line, line, "bound")),
         xlabel=with_unit(MU_STAR, unit),
         xlim=(0.0, right),
         ylim=(0.0, top),

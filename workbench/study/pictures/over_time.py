@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
 from workbench.study.cells import Column, Phrase, Table
 from workbench.study.curves import STYLES, Array
 from workbench.study.document import Band, Figure, Panel, Series
 from workbench.study.pictures.parts import Labels, captioned, number, scale_of_shares, stretches, times_of, written
 from workbench.study.sensitivity import Estimate, SobolIndices
+from workbench.validation.doors import door
 
 BEYOND = "An interval that reaches the edge goes on beyond the axes."
 FEW_BANDS = "Intervals are drawn of the three factors with the largest ST alone, so that they can be told apart."
@@ -19,8 +19,9 @@ BANDED = 3  # of them with a band
 MOST = STYLES - 1  # curves in a panel that an eye still tells apart
 
 
+@door
 def indices_over_time(
-    name: str, caption: Phrase, t: npt.ArrayLike, indices: SobolIndices, note: Phrase, *, labels: Labels = None
+    name: str, caption: Phrase, t: Array, indices: SobolIndices, note: Phrase, *, labels: Labels = None
 ) -> Figure:
     """S1 and ST of the factors over time; the indices have an output for each time.
 
@@ -43,7 +44,7 @@ def indices_over_time(
         If the note is empty, or there is not one time for each output.
     """
     times = times_of("indices_over_time", t, len(indices.names))
-    largest = np.nanmax(indices.ST.value, axis=0)
+    largest = np.fmax.reduce(indices.ST.value, axis=0)
     order = np.argsort(-largest, kind="stable")
     drawn, left = order[:MOST].tolist(), order[MOST:]
     banded, panels, beyond = drawn[:BANDED], [], False

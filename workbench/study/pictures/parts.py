@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal, TypeAlias, TypeVar
+from typing import Literal, TypeAlias, TypeVar
 
 import numpy as np
 
-from workbench.core.numbers import Integers
-from workbench.core.sockets import described
 from workbench.study.cells import Cell, Part, Phrase, check_phrase, parts, raised
 from workbench.study.curves import Array, Label
 from workbench.study.sensitivity import Estimate, MorrisEffects, SobolIndices, Tornado
+from workbench.study.sensitivity.outputs import check_size
+from workbench.validation.words import Integers
 
 Labels: TypeAlias = Mapping[str, Label] | None
 DECADE = 10.0  # the ratio of the largest number to the least from which on an axis is logarithmic
 BEYOND = "An interval with an arrow goes on beyond the axes."
+Given = TypeVar("Given")
 Found = TypeVar("Found", SobolIndices, MorrisEffects, Tornado)
 
 
@@ -78,30 +79,29 @@ def number(value: float) -> Cell:
     return None if np.isnan(value) else float(value)
 
 
-def require_array(call: str, given: Any, *, columns: int | None = None) -> Array:
-    """A float array of its own; with so many columns, if they are counted."""
-    try:
-        array = np.array(given, dtype=float)
-    except (TypeError, ValueError):
-        raise ValueError(f"`{call}` must be numbers; got {described(given)}.") from None
+def require_array(call: str, array: Array, *, columns: int | None = None) -> Array:
+    """An array that is not empty; with so many columns, if they are counted."""
+    check_size(call, array, infinite=True)
     if not array.size or (columns is not None and (array.ndim != 2 or array.shape[1] != columns)):
         shape = "at least one number" if columns is None else f"an array (B, {columns}) of numbers, B >= 1"
         raise ValueError(f"`{call}` must be {shape}; got the shape {array.shape}.")
     return array
 
 
-def times_of(call: str, t: Any, outputs: int) -> Array:
+def times_of(call: str, t: Array, outputs: int) -> Array:
     """The times of outputs, one each."""
-    times = require_array(f"{call}(t)", t)
-    if times.shape != (outputs,):
-        raise ValueError(f"`{call}(t)` must be the time of each of the {outputs} outputs; got the shape {times.shape}.")
-    return times
+    if t.shape != (outputs,) or not np.isfinite(t).all():
+        beyond = ", not all finite" if t.shape == (outputs,) else ""
+        raise ValueError(
+            f"`{call}(t)` must be the time of each of the {outputs} outputs; got the shape {t.shape}{beyond}."
+        )
+    return t
 
 
-def by_law(call: str, argument: str, given: Any) -> dict[str, Any]:
-    """What is given for each law."""
-    if not isinstance(given, Mapping) or not given:
-        raise ValueError(f"`{call}({argument}=...)` must map each law to its numbers; got {described(given)}.")
+def by_law(call: str, argument: str, given: Mapping[str, Given]) -> dict[str, Given]:
+    """What is given for each law, one at least."""
+    if not given:
+        raise ValueError(f"`{call}({argument}=...)` must map each law to its numbers; got none.")
     return dict(given)
 
 
@@ -115,6 +115,7 @@ def scale_of_shares(estimates: Sequence[Estimate]) -> tuple[float, float]:
     values = np.concatenate([np.ravel(part.value) for part in estimates])
     ends = np.concatenate([np.ravel(end) for part in estimates for end in (part.low, part.high)])
     ends = np.clip(ends[np.isfinite(ends)], -0.25, 1.25)
-    low = min(0.0, ends.min(initial=0.0), float(np.nanmin(values)))
-    high = max(0.1, ends.max(initial=0.1), float(np.nanmax(values)))
+    values = values[~np.isnan(values)]
+    low = min(0.0, ends.min(initial=0.0), float(values.min(initial=0.0)))
+    high = max(0.1, ends.max(initial=0.1), float(values.max(initial=0.1)))
     return float(low - 0.02 * (high - low) * (low < 0)), float(high + 0.02 * (high - low))

@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
 from workbench.study.cells import Column, Phrase, Table
 from workbench.study.document import Bars, Figure, Panel
 from workbench.study.pictures.parts import by_law, captioned, require_array
+from workbench.validation.doors import door
+from workbench.validation.words import Array
 
 ORDER = "Laws stand in the order of their mean ranks."
 ROUNDING = 1e-9  # by which probabilities may miss a sum of 1
 
 
-def rank_figure(name: str, caption: Phrase, ranks: Mapping[str, npt.ArrayLike], note: Phrase) -> Figure:
+@door
+def rank_figure(name: str, caption: Phrase, ranks: Mapping[str, Array], note: Phrase) -> Figure:
     """A bar a law, cut into the probabilities of its ranks, the first the darkest; the least mean rank on top.
 
     Parameters
@@ -37,7 +39,7 @@ def rank_figure(name: str, caption: Phrase, ranks: Mapping[str, npt.ArrayLike], 
     bars = tuple(
         Bars(
             f"rank {place + 1}",
-            np.arange(len(laws)),
+            np.arange(len(laws), dtype=float),
             ends[:, place],
             ends[:, place] - held[:, place],
             shade=_shade(place, held.shape[1]),
@@ -57,7 +59,7 @@ def _shade(place: int, places: int) -> float:
     return 1.0 - 0.94 * place / max(1, places - 1)
 
 
-def _checked(law: str, given: npt.ArrayLike, ranks: Mapping[str, npt.ArrayLike]) -> npt.NDArray[np.float64]:
+def _checked(law: str, given: Array, ranks: Mapping[str, Array]) -> Array:
     call = f"rank_figure(ranks={{'{law}': ...}})"
     row = require_array(call, given)
     if row.ndim != 1 or len(row) < len(ranks) or len({np.size(other) for other in ranks.values()}) > 1:

@@ -8,11 +8,13 @@ from workbench.study.cells import Column, Phrase, Table
 from workbench.study.document import Figure, HeatMap, Panel
 from workbench.study.pictures.parts import Labels, captioned, each, number, refusals, written
 from workbench.study.sensitivity import Estimate, SobolIndices
+from workbench.validation.doors import door
 
 DARKEST = 0.1  # the least index whose cell may be as dark as can be
 ALONE = "Grey: the interval holds 0, so that these runs do not tell the index from none."
 
 
+@door
 def second_order_map(
     name: str, caption: Phrase, indices: SobolIndices, note: Phrase, *, labels: Labels = None
 ) -> Figure:

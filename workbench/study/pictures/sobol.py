@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.core.numbers import Integers
 from workbench.study.cells import Column, Phrase, Table
 from workbench.study.document import Bars, Figure, Panel
 from workbench.study.pictures.parts import BEYOND, Labels, captioned, each, number, refusals, scale_of_shares, written
 from workbench.study.sensitivity import SobolIndices
+from workbench.validation.doors import door
+from workbench.validation.words import Integers
 
 UNKNOWN = "Of a bar without an interval none is known."
 BAR = 0.36  # of a row: the thickness of the bar of one index
 
 
+@door
 def sobol_bars(name: str, caption: Phrase, indices: SobolIndices, note: Phrase, *, labels: Labels = None) -> Figure:
     """S1 and ST of every factor with their intervals, the largest ST first; several outputs side by side.
 
@@ -46,7 +48,7 @@ def sobol_bars(name: str, caption: Phrase, indices: SobolIndices, note: Phrase, 
 
 
 def _panel(one: SobolIndices, order: Integers, scale: tuple[float, float], labels: Labels, titled: bool) -> Panel:
-    rows = np.arange(len(order))
+    rows = np.arange(len(order), dtype=float)
     bars = [
         Bars(label, rows + aside, part.value[order], 0.0, style, shade, BAR, part.low[order], part.high[order])
         for label, part, aside, style, shade in (
@@ -69,7 +71,7 @@ def _intervals(single: list[SobolIndices], scale: tuple[float, float]) -> tuple[
     """What must be said of intervals that are not drawn whole."""
     low, high = (np.stack([getattr(p, end) for one in single for p in (one.S1, one.ST)]) for end in ("low", "high"))
     beyond = bool((low < scale[0]).any() or (high > scale[1]).any())
-    return (*([BEYOND] * beyond), *([UNKNOWN] * bool(np.isnan(high - low).any())))
+    return (*([BEYOND] * beyond), *([UNKNOWN] * bool(np.isnan([low, high]).any())))
 
 
 def _numbers(name: str, caption: Phrase, single: list[SobolIndices], order: Integers) -> Table:

@@ -9,10 +9,12 @@ from workbench.study.curves import STYLES
 from workbench.study.document import Bars, Figure, Panel, Series
 from workbench.study.pictures.parts import Labels, captioned, each, number, refusals, with_unit, written
 from workbench.study.sensitivity import Tornado
+from workbench.validation.doors import door
 
 LEVEL = 0.36  # of a row: the thickness of the bar of one level
 
 
+@door
 def tornado_figure(
     name: str, caption: Phrase, tornado: Tornado, note: Phrase, unit: str = "", *, labels: Labels = None
 ) -> Figure:
@@ -47,7 +49,7 @@ def tornado_figure(
 def _panel(tornado: Tornado, unit: str, labels: Labels) -> Panel:
     order, base = tornado.order, float(tornado.base)
     lowest, highest = int(np.argmin(tornado.levels)), int(np.argmax(tornado.levels))
-    rows, moved = np.arange(len(order)), tornado.moved[order]
+    rows, moved = np.arange(len(order), dtype=float), tornado.moved[order]
     marks: list[Bars | Series] = []
     for k, level in enumerate(np.argsort(tornado.levels).tolist()):
         label, ends = _level(tornado.levels[level]), moved[:, level]

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from workbench.core.layout import Array
-from workbench.core.numbers import numbers
 from workbench.study.sampling.contract import AbstractDesign, span
+from workbench.validation.doors import door
+from workbench.validation.words import Array
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Listed(AbstractDesign):
     """The points (N, d) of the unit cube as they are given.
 
@@ -23,10 +24,7 @@ class Listed(AbstractDesign):
     dimensions: int = field(init=False)
 
     def __post_init__(self) -> None:
-        try:
-            given = numbers(self.given)
-        except (TypeError, ValueError):
-            raise ValueError(f"`Listed(given)` must be points (N, d) of numbers; got {self.given!r}.") from None
+        given = self.given.copy()
         if given.ndim != 2 or not given.size or not ((given >= 0) & (given <= 1)).all():
             beyond = " with points beyond it" if given.ndim == 2 and given.size else ""
             raise ValueError(

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.layout import Array
-from workbench.study.sampling.contract import AbstractDesign, seeded, span, uniforms, whole
+from workbench.study.sampling.contract import AbstractDesign, span, uniforms
+from workbench.validation.doors import door
+from workbench.validation.words import Array, seed, whole
 
 
 @dataclass(frozen=True)
+@door
 class MorrisDesign(AbstractDesign):
     """`trajectories` random paths over a grid of p = `levels` levels an axis, each of dimensions + 1 points.
 
@@ -33,10 +35,10 @@ class MorrisDesign(AbstractDesign):
     seed: int = 0
 
     def __post_init__(self) -> None:
-        whole("MorrisDesign(dimensions=...)", self.dimensions, 1, "factors")
-        whole("MorrisDesign(trajectories=...)", self.trajectories, 2, "trajectories, as an interval needs a scatter")
-        whole("MorrisDesign(levels=...)", self.levels, 2, "levels")
-        seeded("MorrisDesign(seed=...)", self.seed)
+        whole("MorrisDesign(dimensions=...)", self.dimensions, of=" of factors")
+        whole("MorrisDesign(trajectories=...)", self.trajectories, 2, why="as an interval needs a scatter")
+        whole("MorrisDesign(levels=...)", self.levels, 2)
+        seed("MorrisDesign(seed=...)", self.seed)
         if self.levels % 2:
             raise ValueError(
                 "`MorrisDesign(levels=...)` must be even, so that half of the levels can step up by half of them; got "

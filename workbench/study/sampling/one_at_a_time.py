@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.layout import Array, numbers
-from workbench.study.sampling.contract import AbstractDesign, span, whole
+from workbench.study.sampling.contract import AbstractDesign, span
+from workbench.validation.doors import door
+from workbench.validation.words import Array, finite, whole
 
 
 @dataclass(frozen=True)
+@door
 class OneAtATime(AbstractDesign):
     """The point where all factors have the quantile `base`, then each factor by itself at each of `levels`.
 
@@ -27,10 +29,10 @@ class OneAtATime(AbstractDesign):
     base: float = 0.5
 
     def __post_init__(self) -> None:
-        whole("OneAtATime(dimensions=...)", self.dimensions, 1, "factors")
-        object.__setattr__(self, "levels", tuple(_quantiles("levels", self.levels)))
-        (base,) = _quantiles("base", (self.base,))
-        object.__setattr__(self, "base", base)
+        whole("OneAtATime(dimensions=...)", self.dimensions, of=" of factors")
+        for name, quantiles in (("levels", self.levels), ("base", (self.base,))):
+            for quantile in quantiles:
+                finite(f"OneAtATime({name}=...)", quantile, ", a quantile", low=0, high=1)
         if not self.levels or len(set(self.levels)) < len(self.levels):
             raise ValueError(f"`OneAtATime(levels=...)` must be different quantiles, at least one; got {self.levels}.")
 
@@ -47,13 +49,3 @@ class OneAtATime(AbstractDesign):
         factor, level = np.divmod(moved - 1, len(self.levels))
         rows[moved - first, factor] = np.array(self.levels)[level]
         return rows
-
-
-def _quantiles(name: str, values: object) -> list[float]:
-    try:
-        found = numbers(values)
-    except (TypeError, ValueError):
-        found = np.array(np.nan)
-    if found.ndim != 1 or not ((found >= 0) & (found <= 1)).all():
-        raise ValueError(f"`OneAtATime({name}=...)` must be quantiles from 0 to 1; got {values!r}.")
-    return [float(value) for value in found]

@@ -7,12 +7,13 @@ from functools import cached_property
 
 import numpy as np
 
-from workbench.core.layout import Array
-from workbench.core.numbers import Integers
-from workbench.study.sampling.contract import AbstractDesign, seeded, span, uniforms, whole
+from workbench.study.sampling.contract import AbstractDesign, span, uniforms
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers, seed, whole
 
 
 @dataclass(frozen=True)
+@door
 class MonteCarlo(AbstractDesign):
     """Independent uniform points: the ones to which confidence intervals of quantiles and of shares belong.
 
@@ -42,6 +43,7 @@ class MonteCarlo(AbstractDesign):
 
 
 @dataclass(frozen=True)
+@door
 class LatinHypercube(AbstractDesign):
     """Random points with exactly one in each of `runs` equal slices of every axis.
 
@@ -86,6 +88,6 @@ class LatinHypercube(AbstractDesign):
 
 def _check(design: MonteCarlo | LatinHypercube) -> None:
     name = type(design).__name__
-    whole(f"{name}(dimensions=...)", design.dimensions, 1, "factors")
-    whole(f"{name}(runs=...)", design.runs, 1, "runs")
-    seeded(f"{name}(seed=...)", design.seed)
+    whole(f"{name}(dimensions=...)", design.dimensions, of=" of factors")
+    whole(f"{name}(runs=...)", design.runs, of=" of runs")
+    seed(f"{name}(seed=...)", design.seed)

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.layout import Array
-from workbench.study.sampling.contract import MARGIN, AbstractDesign, seeded, span, whole
+from workbench.study.sampling.contract import MARGIN, AbstractDesign, span
+from workbench.validation.doors import door
+from workbench.validation.words import Array, seed, whole
 
 SCRAMBLES = 4  # see SobolDesign
 MOST_DIMENSIONS = 21_201 // 2  # of which SciPy has direction numbers, half for A and half for B
@@ -15,6 +16,7 @@ LEAST = 2 * SCRAMBLES  # a scramble of one point has no variance
 
 
 @dataclass(frozen=True)
+@door
 class SobolDesign(AbstractDesign):
     """`base` pairs of points A and B, and beside each pair the points that take a single coordinate from the other.
 
@@ -40,17 +42,15 @@ class SobolDesign(AbstractDesign):
     seed: int = 0
 
     def __post_init__(self) -> None:
-        whole("SobolDesign(dimensions=...)", self.dimensions, 1, "factors", MOST_DIMENSIONS)
-        seeded("SobolDesign(seed=...)", self.seed)
-        base = whole("SobolDesign(base=...)", self.base, LEAST, "pairs of points", round(0.25 / MARGIN))
+        whole("SobolDesign(dimensions=...)", self.dimensions, 1, MOST_DIMENSIONS, " of factors")
+        seed("SobolDesign(seed=...)", self.seed)
+        base = whole("SobolDesign(base=...)", self.base, LEAST, round(0.25 / MARGIN), " of pairs of points")
         if base & (base - 1):
             below = 1 << base.bit_length() - 1
             raise ValueError(
                 "`SobolDesign(base=...)` must be a power of two, or the points of a Sobol sequence are not balanced; "
                 f"got {base}. The nearest are {below} and {2 * below}."
             )
-        if not isinstance(self.second_order, bool):
-            raise ValueError(f"`SobolDesign(second_order=...)` must be True or False; got {self.second_order!r}.")
 
     @property
     def block(self) -> int:

@@ -8,11 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.core.layout import Array
-from workbench.core.sockets import require
 from workbench.study.sampling import MorrisDesign
 from workbench.study.sensitivity.frames import frame
-from workbench.study.sensitivity.outputs import Estimate, factor_names, outputs_of, place_of, refuse_all, t_quantile
+from workbench.study.sensitivity.outputs import (
+    Estimate,
+    check_shape,
+    factor_names,
+    outputs_of,
+    place_of,
+    refuse_all,
+    t_quantile,
+)
+from workbench.validation.doors import door
+from workbench.validation.words import Array
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -21,6 +29,7 @@ FEW = 50  # trajectories, below which intervals are too narrow
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class MorrisEffects:
     """Elementary effects of d factors on k outputs, or on a single one, which leaves the axis k out.
 
@@ -41,6 +50,11 @@ class MorrisEffects:
     refused: Mapping[str, str]
     remarks: tuple[str, ...]
 
+    def __post_init__(self) -> None:
+        for name in ("mu", "mu_star", "sigma"):
+            check_shape(f"MorrisEffects({name}=...)", getattr(self, name).value, self.names, len(self.factors))
+
+    @door
     def __getitem__(self, name: str) -> MorrisEffects:
         """The effects on one output; one that was refused is refused again, with its reason."""
         j = place_of(self.names, self.refused, name)
@@ -52,6 +66,7 @@ class MorrisEffects:
         return frame(self.names, parts, self.refused)
 
 
+@door
 def morris(
     design: MorrisDesign,
     outputs: Any,
@@ -88,7 +103,6 @@ def morris(
     Morris (1991), Technometrics 33; mu*: Campolongo, Cariboni and Saltelli (2007), Environmental Modelling and
     Software 22.
     """
-    require("morris(design=...)", design, MorrisDesign)
     named = factor_names("morris", design, factors)
     held = outputs_of("morris", design, outputs, names, errors)
     refuse_all("morris", held)

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.study.sampling import SobolDesign
 from workbench.study.sampling.sobol import SCRAMBLES
 from workbench.study.sensitivity.outputs import Estimate, Flags
+from workbench.validation.words import Array
 
 Means = dict[str, Array]
 

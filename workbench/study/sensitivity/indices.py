@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.core.layout import Array
-from workbench.core.sockets import require
 from workbench.study.sampling import SobolDesign
 from workbench.study.sampling.sobol import SCRAMBLES
 from workbench.study.sensitivity.estimators import judged
@@ -18,12 +16,15 @@ from workbench.study.sensitivity.outputs import (
     Estimate,
     Flags,
     Outputs,
+    check_shape,
     factor_names,
     outputs_of,
     place_of,
     refuse_all,
     t_quantile,
 )
+from workbench.validation.doors import door
+from workbench.validation.words import Array
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,6 +33,7 @@ AT_ONCE = 2**22  # numbers that are looked at together: some arrays of 32 MB
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class SobolIndices:
     """Indices of d factors for k outputs, or for a single one, which leaves the axis k out.
 
@@ -54,11 +56,19 @@ class SobolIndices:
     refused: Mapping[str, str]
     remarks: tuple[str, ...]
 
+    def __post_init__(self) -> None:
+        d = len(self.factors)
+        for name, part, size in (("S1", self.S1, d), ("ST", self.ST, d), ("S2", self.S2, d * (d - 1) // 2)):
+            if part is not None:
+                check_shape(f"SobolIndices({name}=...)", part.value, self.names, size)
+        check_shape("SobolIndices(deviation=...)", self.deviation, self.names)
+
     @property
     def pairs(self) -> tuple[tuple[int, int], ...]:
         """The factors of each second-order index, by their places."""
         return tuple((i, j) for i in range(len(self.factors)) for j in range(i + 1, len(self.factors)))
 
+    @door
     def __getitem__(self, name: str) -> SobolIndices:
         """The indices of one output; one that was refused is refused again, with its reason."""
         j = place_of(self.names, self.refused, name)
@@ -75,6 +85,7 @@ class SobolIndices:
         return frame(self.names, parts, self.refused)
 
 
+@door
 def sobol(
     design: SobolDesign,
     outputs: Any,
@@ -112,7 +123,6 @@ def sobol(
     Azzini, Mara and Rosati (2021), Environmental Modelling and Software 144; Efron and Stein (1981), The jackknife
     estimate of variance, Annals of Statistics 9.
     """
-    require("sobol(design=...)", design, SobolDesign)
     named = factor_names("sobol", design, factors)
     t = t_quantile("sobol", confidence, SCRAMBLES - 1)
     held = outputs_of("sobol", design, outputs, names, errors)

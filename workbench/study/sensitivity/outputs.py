@@ -9,24 +9,35 @@ from typing import Any
 import numpy as np
 from scipy.special import stdtrit
 
-from workbench.core.layout import Array, nearest, numbers
-from workbench.study.cells import several
 from workbench.study.sampling import AbstractDesign
+from workbench.validation.doors import door
+from workbench.validation.words import Array, as_array, described, known
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 # A spread of this many last places of the largest value: rounding is then 1e-5 of the variance and hides no index.
 LEAST_SPREAD = 100 * np.finfo(float).eps
+LARGEST = 1e304  # number of a result: sums and differences of some such are finite
 # Parts of the variance that an error of the runs may make up: beyond the first it is told, beyond the second refused.
 TOLD, REFUSED = 0.01, 1.0
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Estimate:
     """Values, each with the half-width of its confidence interval; both are NaN where the output was refused."""
 
     value: Array
     half: Array
+
+    def __post_init__(self) -> None:
+        check_size("Estimate(value=...)", self.value)
+        check_size("Estimate(half=...)", self.half, infinite=True)
+        if self.value.shape != self.half.shape:
+            raise ValueError(
+                "`Estimate(half=...)` must have a half-width for each value; got shapes "
+                f"{self.value.shape} and {self.half.shape}."
+            )
 
     @property
     def low(self) -> Array:
@@ -38,6 +49,7 @@ class Estimate:
         """The upper ends of the intervals."""
         return self.value + self.half
 
+    @door
     def __getitem__(self, place: int) -> Estimate:
         return Estimate(self.value[place], self.half[place])
 
@@ -103,7 +115,7 @@ def outputs_of(
         if off.shape != columns.shape:
             raise ValueError(f"`{call}(errors=...)` must have the outputs' shape {columns.shape}; got {off.shape}.")
         for j in np.flatnonzero(known):
-            part, said = _blur(off[:, j] / spread[j], scaled[:, j])
+            part, said = _blur(off[:, j], scaled[:, j], spread[j])
             if part > REFUSED:
                 refused[held[j]] = said if np.isinf(part) else f"{said}: what varies is the error"
             elif not part <= TOLD:
@@ -111,7 +123,7 @@ def outputs_of(
     return Outputs(held, scaled, mean, spread, refused, tuple(remarks))
 
 
-def _blur(errors: Array, scaled: Array) -> tuple[float, str]:
+def _blur(errors: Array, scaled: Array, spread: float) -> tuple[float, str]:
     """What part of the variance of an output the errors of its runs make up, those that are known, and so in words."""
     there = errors[~np.isnan(errors)]
     if not there.size:
@@ -121,7 +133,8 @@ def _blur(errors: Array, scaled: Array) -> tuple[float, str]:
             np.inf,
             f"nothing bounds the errors of {lost} of its runs, as where half of the step fails",
         )
-    part = float(np.mean(there**2) / np.mean(scaled**2))
+    with np.errstate(over="ignore"):  # infinitely more than the spread
+        part = float(np.mean((there / spread) ** 2) / np.mean(scaled**2))
     return part, f"the errors of its runs are {100 * part**0.5:.2g} % of its spread, {100 * part:.2g} % of the variance"
 
 
@@ -132,7 +145,7 @@ def columns_of(
     columns = _columns(f"{call}(outputs=...)", outputs, design.size)
     k = columns.shape[1]
     default = tuple(f"output {j + 1}" for j in range(k))
-    held = default if names is None else several(f"{call}(names=...)", names, str, "name")
+    held = default if names is None else tuple(names)
     if len(held) != k or len(set(held)) < k:
         raise ValueError(f"`{call}(names=...)` must be {k} different names, one an output; got {held}.")
     return held, columns
@@ -142,16 +155,14 @@ def place_of(names: Sequence[str], refused: Mapping[str, str], name: str) -> int
     """Where an output stands; one that is not there, or is refused, is told by name."""
     if name in refused:
         raise ValueError(f"There is no result for '{name}': {refused[name]}.")
-    if name not in names:
-        raise LookupError(f"There is no output '{name}' among the {len(names)}.{nearest(name, names)}")
-    return list(names).index(name)
+    return list(names).index(known(name, names, "outputs"))
 
 
 def factor_names(call: str, design: AbstractDesign, factors: Sequence[str] | None) -> tuple[str, ...]:
     """The names of the factors, or x1, x2, ... without any."""
     if factors is None:
         return tuple(f"x{i + 1}" for i in range(design.dimensions))
-    named = several(f"{call}(factors=...)", factors, str, "name")
+    named = tuple(factors)
     if len(named) != design.dimensions or len(set(named)) < len(named):
         raise ValueError(f"`{call}(factors=...)` must be {design.dimensions} different names; got {named}.")
     return named
@@ -166,18 +177,45 @@ def refuse_all(call: str, held: Outputs) -> None:
 
 def t_quantile(call: str, confidence: float, freedom: int) -> float:
     """How many standard errors wide half of a confidence interval is."""
-    if isinstance(confidence, bool) or not isinstance(confidence, int | float) or not 0 < confidence < 1:
-        raise ValueError(f"`{call}(confidence=...)` must be a number between 0 and 1; got {confidence!r}.")
+    if not 0 < confidence < 1:
+        raise ValueError(f"`{call}(confidence=...)` must be a number between 0 and 1; got {confidence}.")
     return float(stdtrit(freedom, 0.5 + confidence / 2))
 
 
-def _columns(call: str, given: Any, runs: int) -> Array:
-    if isinstance(given, np.ma.MaskedArray):  # what is masked is not known, and NumPy would take what lies below
-        given = np.where(np.ma.getmaskarray(given), np.nan, np.ma.getdata(given))
+def as_outputs(given: Any) -> Array | None:
+    """A new array of doubles, truths as 0 and 1, NaN where it is masked; None of anything else."""
     try:
-        values = numbers(given)
-    except (TypeError, ValueError):
-        raise ValueError(f"`{call}` must be an array of numbers, one row a run; got {type(given).__name__}.") from None
+        if isinstance(given, np.ma.MaskedArray):  # what is masked is not known, and NumPy would take what lies below
+            given = np.where(np.ma.getmaskarray(given), np.nan, np.ma.getdata(given))
+        array = np.asarray(given)
+    except Exception:  # whatever an object says when it is asked for its numbers
+        return None
+    return as_array(array.astype(float) if array.dtype.kind == "b" else array)
+
+
+def check_size(call: str, array: np.ndarray[Any, Any], infinite: bool = False) -> None:
+    """Refuse numbers whose sums a double does not hold, and infinite ones unless they mean something."""
+    size = np.abs(array)
+    if (beyond := size[(size > LARGEST) & ~(np.isinf(size) & infinite)]).size:
+        raise ValueError(
+            f"`{call}` must be numbers up to {LARGEST:g}, whose sums a double holds; got {beyond[0]:g}: choose another "
+            "unit."
+        )
+
+
+def check_shape(
+    call: str, array: np.ndarray[Any, Any], names: Sequence[str], *axes: int, infinite: bool = False
+) -> None:
+    """Refuse what is not (k, *axes) for k outputs, and for a single one not (*axes) either; and as `check_size`."""
+    check_size(call, array, infinite)
+    if array.shape != (len(names), *axes) and not (len(names) == 1 and array.shape == axes):
+        raise ValueError(f"`{call}` must have shape {(len(names), *axes)}, a row for each output; got {array.shape}.")
+
+
+def _columns(call: str, given: Any, runs: int) -> Array:
+    values = as_outputs(given)
+    if values is None:
+        raise ValueError(f"`{call}` must be an array of numbers, one row a run; got {described(given)}.")
     if values.ndim not in (1, 2) or len(values) != runs or not values.size:
         raise ValueError(f"`{call}` must have a row for each of the {runs} runs of the design; got {values.shape}.")
     return values.reshape(runs, -1)
@@ -196,8 +234,8 @@ def _flaw(column: Array) -> str:
     least, largest = float(column.min()), float(column.max())
     if least == largest:
         return f"it is {least:g} in all {runs} runs: no factor changes it"
-    if largest / 2 - least / 2 > np.finfo(float).max / 2:
-        return f"it varies from {least:g} to {largest:g}, by more than a double holds: choose another unit"
+    if max(-least, largest) > LARGEST:
+        return f"it goes from {least:g} to {largest:g}, beyond {LARGEST:g}, where sums overflow: choose another unit"
     if largest - least <= LEAST_SPREAD * max(abs(least), abs(largest)):
         return (
             f"it varies by {largest - least:.1e} about {least:g}, which is rounding: subtract what does not vary, "

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from scipy.special import bdtr, betaincinv
 
-from workbench.core.layout import Array
-from workbench.core.numbers import Integers, numbers
-from workbench.core.sockets import described, require
 from workbench.study.sampling import LatinHypercube, MonteCarlo
-from workbench.study.sensitivity.outputs import columns_of, t_quantile
+from workbench.study.sensitivity.outputs import as_outputs, check_shape, columns_of, t_quantile
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers, described
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Quantiles:
     """Quantiles of k outputs at q levels, each within an interval.
 
@@ -36,8 +36,14 @@ class Quantiles:
     high: Array
     failed: Integers
 
+    def __post_init__(self) -> None:
+        for name in ("value", "low", "high"):
+            check_shape(f"Quantiles({name}=...)", getattr(self, name), self.names, len(self.levels), infinite=True)
+        check_shape("Quantiles(failed=...)", self.failed, self.names)
+
 
 @dataclass(frozen=True)
+@door
 class Share:
     """In which share of all runs something holds, from `low` to `high`; `failed` runs leave it open.
 
@@ -51,6 +57,7 @@ class Share:
     failed: int
 
 
+@door
 def quantiles(
     design: MonteCarlo | LatinHypercube,
     outputs: Any,
@@ -80,22 +87,20 @@ def quantiles(
     ----------
     David and Nagaraja (2003), Order Statistics, section 7.1; of Latin hypercubes Owen (1997), see `LatinHypercube`.
     """
-    if not isinstance(design, LatinHypercube):
-        require("quantiles(design=...)", design, MonteCarlo)
     held, columns = columns_of("quantiles", design, outputs, names)
     tail = _tail("quantiles", confidence)
-    wanted = tuple(levels) if np.iterable(levels) else ()
-    if not wanted:
-        raise ValueError(f"`quantiles(levels=...)` must be numbers between 0 and 1, at least one; got {levels!r}.")
+    if not (wanted := tuple(levels)):
+        raise ValueError("`quantiles(levels=...)` must be numbers between 0 and 1, at least one; got none.")
     ranks = np.array([_ranks("quantiles", level, design.size, tail) for level in wanted])
     failed = np.isnan(columns).sum(axis=0)
     ordered = np.sort(columns, axis=0)  # failed runs come last
     # a failed run may lie below all others or above them
     low, high = (_ranked(ordered, ranks[:, i], failed, shift) for i, shift in ((0, True), (2, False)))
     value = np.where(failed[:, None] > 0, np.nan, _ranked(ordered, ranks[:, 1], failed, False))
-    return Quantiles(held, tuple(float(level) for level in wanted), value, low, high, failed)
+    return Quantiles(held, wanted, value, low, high, failed)
 
 
+@door
 def share(holds: Any, confidence: float = 0.95) -> Share:
     """The share of independent runs in which something holds, with the interval of Clopper and Pearson.
 
@@ -113,11 +118,8 @@ def share(holds: Any, confidence: float = 0.95) -> Share:
     ----------
     Clopper and Pearson (1934), Biometrika 26.
     """
-    try:
-        flags = numbers(holds)
-    except (TypeError, ValueError):
-        flags = np.zeros(())
-    if flags.ndim != 1 or not flags.size or not (np.isnan(flags) | (flags == 0) | (flags == 1)).all():
+    flags = as_outputs(holds)
+    if flags is None or flags.ndim != 1 or not flags.size or not (np.isnan(flags) | (flags == 0) | (flags == 1)).all():
         raise ValueError(f"`share(holds)` must be one 0, 1 or NaN a run, at least one; got {described(holds)}.")
     tail, runs = _tail("share", confidence), len(flags)
     yes, failed = int(np.nansum(flags)), int(np.isnan(flags).sum())
@@ -135,8 +137,8 @@ def _tail(call: str, confidence: float) -> float:
 
 def _ranks(call: str, level: float, runs: int, tail: float) -> tuple[int, int, int]:
     """The ranks, from 1, of the lower end, the quantile and the upper end; 0 and runs + 1 are not bounded."""
-    if isinstance(level, bool) or not isinstance(level, int | float) or not 0 < level < 1:
-        raise ValueError(f"`{call}(levels=...)` must be numbers between 0 and 1; got {level!r}.")
+    if not 0 < level < 1:
+        raise ValueError(f"`{call}(levels=...)` must be numbers between 0 and 1; got {level}.")
     below = bdtr(np.arange(runs + 1), runs, level)  # P(at most i runs lie below the quantile)
     low = int(np.searchsorted(below, tail, side="right"))  # the last rank l with P(fewer than l) <= tail
     high = int(np.searchsorted(below, 1 - tail)) + 1

@@ -8,13 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.study.sampling import SobolDesign
-from workbench.study.sampling.contract import seeded, whole
 from workbench.study.sensitivity.indices import SobolIndices, sobol
-from workbench.study.sensitivity.outputs import Estimate
+from workbench.study.sensitivity.outputs import Estimate, columns_of
+from workbench.validation.doors import door
+from workbench.validation.words import Array, whole
+from workbench.validation.words import seed as as_seed
 
 
+@door
 def sobol_by_salib(
     design: SobolDesign,
     outputs: Any,
@@ -46,11 +48,11 @@ def sobol_by_salib(
     ----------
     Herman and Usher (2017), SALib, Journal of Open Source Software 2(9).
     """
-    whole("sobol_by_salib(resamples=...)", resamples, 2, "resamples")
+    whole("sobol_by_salib(resamples=...)", resamples, 2)
     # SALib takes a seed of 0 for none, and would draw from NumPy's hidden state
-    seed = seeded("sobol_by_salib(seed=...)", seed) + 1
+    seed = as_seed("sobol_by_salib(seed=...)", seed) + 1
     ours = sobol(design, outputs, names, factors=factors, confidence=confidence)
-    columns = np.reshape(np.array(outputs, dtype=float), (design.size, -1))
+    columns = columns_of("sobol_by_salib", design, outputs, names)[1]
     columns[:, [name in ours.refused for name in ours.names]] = np.nan
     found = [_analysed(design, column, resamples, confidence, seed) for column in columns.T]
     orders = [[np.stack(part) for part in zip(*order, strict=True)] for order in zip(*found, strict=True)]

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array
-from workbench.core.numbers import Integers
-from workbench.core.sockets import require
 from workbench.study.sampling import OneAtATime
-from workbench.study.sensitivity.outputs import factor_names, outputs_of, place_of, refuse_all
+from workbench.study.sensitivity.outputs import check_shape, columns_of, factor_names, outputs_of, place_of, refuse_all
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Tornado:
     """Outputs with one of d factors moved, of k outputs, or of a single one, which leaves the axis k out.
 
@@ -36,6 +36,10 @@ class Tornado:
     moved: Array
     refused: Mapping[str, str]
 
+    def __post_init__(self) -> None:
+        check_shape("Tornado(base=...)", self.base, self.names)
+        check_shape("Tornado(moved=...)", self.moved, self.names, len(self.factors), len(self.levels))
+
     @property
     def swing(self) -> Array:
         """How far apart the outermost outputs of each factor are, that of the base among them, (k, d)."""
@@ -49,12 +53,14 @@ class Tornado:
         """The places of the factors, the widest bar first, (k, d)."""
         return np.argsort(-self.swing, axis=-1, kind="stable")
 
+    @door
     def __getitem__(self, name: str) -> Tornado:
         """The tornado of one output; one that was refused is refused again, with its reason."""
         j = place_of(self.names, self.refused, name)
         return replace(self, names=(name,), base=self.base[j], moved=self.moved[j], refused={})
 
 
+@door
 def tornado(
     design: OneAtATime,
     outputs: Any,
@@ -77,10 +83,9 @@ def tornado(
         If an argument has the wrong kind or shape, or if every output is refused: for failed runs, infinities, or
         no variation beyond rounding.
     """
-    require("tornado(design=...)", design, OneAtATime)
     named = factor_names("tornado", design, factors)
     held = outputs_of("tornado", design, outputs, names)
     refuse_all("tornado", held)
-    values = np.where(held.known, np.reshape(np.asarray(outputs, dtype=float), held.scaled.shape), np.nan)
+    values = np.where(held.known, columns_of("tornado", design, outputs, names)[1], np.nan)
     moved = values[1:].reshape(design.dimensions, len(design.levels), -1)
     return Tornado(held.names, named, design.levels, values[0], np.moveaxis(moved, -1, 0), held.refused)

@@ -6,8 +6,10 @@ from collections.abc import Mapping, Sequence
 
 from workbench.study.factors import Factor
 from workbench.study.tuning.contract import Objective, Trial, Tuning
+from workbench.validation.doors import door
 
 
+@door
 def equal_budget(
     laws: Mapping[str, tuple[Sequence[Trial], Sequence[Factor]]],
     objective: Objective,

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.metrics import AbstractMetric
-from workbench.study.cells import check_name, several
-from workbench.study.contract import Loop
+from workbench.study.cells import check_name
+from workbench.study.contract import Loop, check_loop
 from workbench.study.factors import Factor
 from workbench.study.sample import Sample
-from workbench.study.sampling.contract import seeded
-from workbench.study.sweep import check_times, whole
+from workbench.study.sweep import check_times
+from workbench.validation.doors import door
+from workbench.validation.words import Array, described, seed, whole
 
 LEAST = 4  # members of a population, of which a new point is made
 
@@ -23,6 +23,7 @@ Objective = Callable[[Mapping[str, Sample]], Array]
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Trial:
     """A loop in which numbers have to prove themselves: one of the scenarios that a search trains on.
 
@@ -46,11 +47,13 @@ class Trial:
 
     def __post_init__(self) -> None:
         check_name("Trial", self.name)
-        object.__setattr__(self, "metrics", several("Trial(metrics=...)", self.metrics, AbstractMetric, "metric"))
+        check_loop(f"Trial({self.name!r}, loop=...)", self.loop)
         check_times("Trial", self.name, self.h, self.until, self.every)
+        seed("Trial(seed=...)", self.seed)
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Tuning:
     """A search for the numbers of a loop that make an objective least over some trials, within a budget.
 
@@ -87,15 +90,13 @@ class Tuning:
 
     def __post_init__(self) -> None:
         check_name("Tuning", self.name)
-        for part, kind in (("trials", Trial), ("factors", Factor)):
-            given = several(f"Tuning({self.name!r}, {part}=...)", getattr(self, part), kind, part[:-1])
-            names = [one.name for one in given]
+        for part in ("trials", "factors"):
+            names = [one.name for one in getattr(self, part)]
             if not names or len(set(names)) < len(names):
                 raise ValueError(
                     f"`Tuning({self.name!r}, {part}=...)` needs at least one {part[:-1]}, each of another name; "
                     f"got {names}."
                 )
-            object.__setattr__(self, part, given)
         for trial in self.trials:  # the sweep that it becomes at half the step
             check_name(f"Tuning({self.name!r}, trials=...): Sweep", f"{self.name}_{trial.name}_half")
         for factor in self.factors:
@@ -105,30 +106,22 @@ class Tuning:
                     f"`Tuning({self.name!r}, factors=...)` needs ranges with two ends, within which all laws search; "
                     f"that of '{factor.name}' is {spread.words()}."
                 )
-        if not callable(self.objective):
-            raise ValueError(
-                f"`Tuning({self.name!r}, objective=...)` must be a function of the runs; got {self.objective!r}."
-            )
         self._check_budget()
 
     def _check_budget(self) -> None:
         call = f"Tuning({self.name!r}"
-        for name in ("evaluations", "population"):
-            whole(f"{call}, {name}=...)", getattr(self, name))
-        size, budget = self.population, self.evaluations
-        if size < LEAST:
-            raise ValueError(f"`{call}, population=...)` must be at least {LEAST}, which make a new point; got {size}.")
+        budget = whole(f"{call}, evaluations=...)", self.evaluations)
+        size = whole(f"{call}, population=...)", self.population, LEAST, why="which make a new point")
         if budget % size:
             near = " or ".join(str(near) for near in (budget - budget % size, budget - budget % size + size) if near)
             raise ValueError(
                 f"`{call}, evaluations=...)` must be a multiple of the population, {size}, so that every law gets the "
                 f"same number of them; got {budget}: take {near}."
             )
-        seeds = several(f"{call}, seeds=...)", self.seeds, int, "seed")
-        if not seeds or len(set(seeds)) < len(seeds):
-            raise ValueError(f"`{call}, seeds=...)` needs at least one seed, each once; got {seeds}.")
-        for seed in seeds:
-            seeded(f"{call}, seeds=...)", seed)
+        if not self.seeds or len(set(self.seeds)) < len(self.seeds):
+            raise ValueError(f"`{call}, seeds=...)` needs at least one seed, each once; got {described(self.seeds)}.")
+        for one in self.seeds:
+            seed(f"{call}, seeds=...)", one)
 
     @property
     def size(self) -> int:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from workbench.core.layout import Array
 from workbench.study.prepared import Prepared, prepared
 from workbench.study.sampling import AbstractDesign
 from workbench.study.sweep import Sweep
 from workbench.study.tuning.contract import Trial, Tuning
+from workbench.validation.words import Array
 
 FINALISTS = 8  # points that are run again at half the step: as many as one vector of the widest processors holds
 

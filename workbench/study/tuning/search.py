@@ -7,15 +7,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.layout import Array
-from workbench.core.numbers import numbers
 from workbench.study.chunk import Chunk
+from workbench.study.contract import answer
 from workbench.study.prepared import Prepared
 from workbench.study.sample import Sample
 from workbench.study.sampling import Listed
 from workbench.study.tuning.contract import Tuning
 from workbench.study.tuning.ready import Ready, ready
 from workbench.study.tuning.tuned import Tuned, have_values, reasons_of
+from workbench.validation.doors import door
+from workbench.validation.words import Array, several, vector
 from workbench.verify.evolution import Judged, evolve
 
 ROUNDING = 1e-9  # relative, of an objective that sums in another order
@@ -38,6 +39,7 @@ def here(sweeps: Sequence[Prepared], first: int, last: int) -> list[Chunk]:
     return [one.chunk(first, last) for one in sweeps]
 
 
+@door
 def tune(tuning: Tuning | Ready, evaluate: Evaluate = here) -> Tuned:
     """What the searches of a tuning find: by differential evolution, a search a seed, each with the same budget.
 
@@ -65,7 +67,7 @@ def tune(tuning: Tuning | Ready, evaluate: Evaluate = here) -> Tuned:
         points = Listed(np.vstack([*(one.points for one in past), u]))
         first = len(points.given) - len(u)
         trials = [one.at(points) for one in made.trials]
-        chunks = tuple(evaluate(trials, first, first + len(u)))
+        chunks = _evaluated(evaluate, trials, first, first + len(u))
         runs = _samples(made, trials, [[one] for one in chunks], first)
         past.append(_Generation(u, chunks, _judged(made.tuning, runs)))
         return past[-1].worth
@@ -74,6 +76,15 @@ def tune(tuning: Tuning | Ready, evaluate: Evaluate = here) -> Tuned:
         rng = np.random.Generator(np.random.Philox(key=seed))
         evolve(judge, len(asked.factors), asked.population, asked.generations - 1, rng)
     return _answer(made, past, evaluate)
+
+
+def _evaluated(evaluate: Evaluate, sweeps: Sequence[Prepared], first: int, last: int) -> tuple[Chunk, ...]:
+    """One chunk of each sweep."""
+    call = "tune(evaluate=...)(sweeps, first, last)"
+    chunks = several(call, answer(call, evaluate, sweeps, first, last), Chunk)
+    if len(chunks) != len(sweeps):
+        raise ValueError(f"`{call}` must give a chunk of each of the {len(sweeps)} sweeps; got {len(chunks)}.")
+    return chunks
 
 
 def _answer(made: Ready, past: Sequence[_Generation], evaluate: Evaluate) -> Tuned:
@@ -86,7 +97,7 @@ def _answer(made: Ready, past: Sequence[_Generation], evaluate: Evaluate) -> Tun
     _refuse_dependent(made, samples, objective)
     best = np.argsort(objective, kind="stable")[: min(made.finalists, int(np.isfinite(objective).sum()))]
     halves = [one.at(Listed(points.given[best])) for one in made.halves]
-    chunks = evaluate(halves, 0, len(best))
+    chunks = _evaluated(evaluate, halves, 0, len(best))
     finer = _samples(made, halves, [[one] for one in chunks])
     worth = -_judged(made.tuning, finer).value
     _refuse_nothing(made, worth, finer, f"at half the step, {_steps(halves)}, though their runs are finite at the step")
@@ -155,13 +166,7 @@ def _worth(tuning: Tuning, samples: Mapping[str, Sample]) -> Array:
     """
     call = f"Tuning({tuning.name!r}, objective=...)"
     drawn = next(iter(samples.values())).drawn
-    given = tuning.objective(samples)
-    try:
-        found = numbers(given)
-    except (TypeError, ValueError):
-        raise ValueError(f"`{call}` must give numbers, one a point; got {given!r}.") from None
-    if found.shape != (len(drawn),):
-        raise ValueError(f"`{call}` must give one number a point, ({len(drawn)},); got shape {found.shape}.")
+    found = vector(call, answer(call, tuning.objective, samples), len(drawn), "points")
     odd = np.flatnonzero(np.isnan(found) | (found == -np.inf))
     if len(odd):
         row = zip(tuning.factors, drawn[odd[0]], strict=True)

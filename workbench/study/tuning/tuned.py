@@ -8,14 +8,14 @@ from functools import cached_property
 
 import numpy as np
 
-from workbench.core.layout import Array
-from workbench.core.numbers import Integers
 from workbench.study.adjusted import Adjusted, adjusted
-from workbench.study.contract import Loop
+from workbench.study.contract import Loop, answer, check_loop, equations_of
 from workbench.study.factors import Space
 from workbench.study.pareto import pareto
 from workbench.study.sample import Sample
 from workbench.study.tuning.contract import Tuning
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers, vector
 from workbench.verify.evolution import Flags
 
 # Beyond these a search is said to be in doubt.
@@ -28,6 +28,7 @@ Measure = Callable[[Mapping[str, Sample]], Array]
 
 
 @dataclass(frozen=True, eq=False)
+@door
 class Tuned:
     """All points that were looked at, what they are worth, and the best of them.
 
@@ -145,7 +146,8 @@ class Tuned:
         LookupError, ValueError
             If the loop does not have a path, or the number is out of its bounds there.
         """
-        equation = loop.ode()
+        check_loop("adjusted(loop)", loop)
+        equation = equations_of(loop, self.name)
         space = Space(self.tuning.factors, equation.parameters, equation.states)
         p, x0 = space.rows(self.points[self.place][np.newaxis])
         changed: dict[str, float] = {}
@@ -154,15 +156,22 @@ class Tuned:
             changed |= {label: float(value) for label, value, own in triples if value != own}
         return adjusted(loop, changed)
 
+    @door
     def measured(self, measure: Measure) -> Array:
         """A measure of all points, (N,), from their runs by trial; NaN where a point is not admissible."""
         good = np.flatnonzero(np.isfinite(self.objectives))
         found = np.full(len(self.objectives), np.nan)
-        found[good] = measure({name: one.only(good) for name, one in self.samples.items()})
+        runs = {name: one.only(good) for name, one in self.samples.items()}
+        found[good] = vector(
+            "measured(measure)(runs)", answer("measured(measure)(runs)", measure, runs), len(good), "points"
+        )
         return found
 
+    @door
     def front(self, *measures: Measure) -> Array:
         """The Pareto set of several measures over all admissible points, (B, m), in rising order of the first."""
+        if not measures:
+            raise ValueError("`front(measure, ...)` needs at least one measure; got none.")
         table = np.stack([self.measured(one) for one in measures], axis=1)
         return np.asarray(table[pareto(table)])
 

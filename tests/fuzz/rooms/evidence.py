@@ -1,0 +1,95 @@
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from workbench.study import evidence, sensitivity
+from workbench.study.sampling import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
+
+from .study import sample
+
+MODULES = ("workbench.study.sensitivity", "workbench.study.evidence")
+RANDOM, PATHS, PAIRS, ALONE = MonteCarlo(2, 40), MorrisDesign(2, 8), SobolDesign(2, 16, True), OneAtATime(2)
+NAMES, FACTORS = ("a", "b"), ("k", "m")
+
+
+def outputs(design: Any) -> Any:
+    """Two outputs that both factors move."""
+    u, v = design.points().T
+    return np.stack([u + 2 * v, u * v], axis=1)
+
+
+EFFECTS = sensitivity.morris(PATHS, outputs(PATHS), NAMES, factors=FACTORS)
+INDICES = sensitivity.sobol(PAIRS, outputs(PAIRS), NAMES, factors=FACTORS)
+QUANTILES = sensitivity.quantiles(RANDOM, outputs(RANDOM), NAMES)
+TORNADO = sensitivity.tornado(ALONE, outputs(ALONE), NAMES, factors=FACTORS)
+PAIRED = evidence.paired(dict(zip(NAMES, outputs(RANDOM).T, strict=True)), metric="error", unit="rad")
+COMPARISON = evidence.compare(PAIRED, resamples=100)
+RANKS = evidence.ranks(PAIRED)
+
+
+def calls() -> dict[str, Any]:
+    two, flat = np.ones(2), np.ones((2, 2))
+    level, square = evidence.Intervals(two, two, two), evidence.Intervals(flat, flat, flat)
+    part = sensitivity.Estimate(flat, flat)
+    told = {"a": outputs(RANDOM)[:, 0], "b": outputs(RANDOM)[:, 1]}
+    return {
+        "Comparison": partial(evidence.Comparison, PAIRED, "mean", 0.95, level, square, 0.02, {}),
+        "Estimate": partial(sensitivity.Estimate, [1.0, 2.0], [0.1, 0.2]),
+        "Intervals": partial(evidence.Intervals, two, two, two),
+        "MorrisEffects": partial(sensitivity.MorrisEffects, NAMES, FACTORS, part, part, part, {}, ()),
+        "Paired": partial(evidence.Paired, "error", "rad", NAMES, flat, two, [0, 1], "a note"),
+        "Quantiles": partial(sensitivity.Quantiles, NAMES, (0.1, 0.9), flat, flat, flat, [0, 1]),
+        "Ranks": partial(evidence.Ranks, PAIRED, 0.95, square, square),
+        "Share": partial(sensitivity.Share, 0.5, 0.25, 0.75, 20, 0),
+        "SobolIndices": partial(
+            sensitivity.SobolIndices,
+            NAMES,
+            FACTORS,
+            part,
+            part,
+            sensitivity.Estimate([[0.1], [0.2]], [[0.1], [0.2]]),
+            two,
+            {},
+            ("a remark",),
+        ),
+        "Tornado": partial(sensitivity.Tornado, NAMES, FACTORS, (0.1, 0.9), two, np.ones((2, 2, 2)), {}),
+        "ablation_table": partial(evidence.ablation_table, "t", "c", (COMPARISON,), "a", ("a note",)),
+        "compare": partial(evidence.compare, PAIRED, "median", confidence=0.9, margin=0.02, resamples=100, seed=1),
+        "comparison_table": partial(evidence.comparison_table, "t", "c", (COMPARISON,), ("a note",)),
+        "difference_table": partial(evidence.difference_table, "t", "c", COMPARISON, ("a note",)),
+        "morris": partial(
+            sensitivity.morris,
+            PATHS,
+            outputs(PATHS),
+            NAMES,
+            factors=FACTORS,
+            errors=1e-6 * outputs(PATHS),
+            confidence=0.9,
+        ),
+        "paired": partial(evidence.paired, told, metric="error", unit="rad", errors={"a": 0.1, "b": 0.0}, note="n"),
+        "quantiles": partial(sensitivity.quantiles, RANDOM, outputs(RANDOM), NAMES, levels=(0.1, 0.9), confidence=0.9),
+        "rank_table": partial(evidence.rank_table, "t", "c", RANKS, ("a note",)),
+        "ranks": partial(evidence.ranks, PAIRED, 0.9),
+        "same_draws": partial(evidence.same_draws, {"a": sample(), "b": sample()}),
+        "share": partial(sensitivity.share, [1.0, 0.0, np.nan], 0.9),
+        "sobol": partial(
+            sensitivity.sobol,
+            PAIRS,
+            outputs(PAIRS),
+            NAMES,
+            factors=FACTORS,
+            errors=1e-6 * outputs(PAIRS),
+            confidence=0.9,
+        ),
+        "sobol_by_salib": partial(
+            sensitivity.sobol_by_salib, PAIRS, outputs(PAIRS), NAMES, factors=FACTORS, resamples=4, seed=1
+        ),
+        "tornado": partial(sensitivity.tornado, ALONE, outputs(ALONE), NAMES, factors=FACTORS),
+    }
+
+
+def arguments() -> dict[str, Any]:
+    return {"law": lambda thing: "a", "a": lambda thing: "a", "b": lambda thing: "b"}

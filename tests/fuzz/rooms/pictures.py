@@ -1,0 +1,51 @@
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from workbench.study import curves, panel, pictures, shapes, traces
+from workbench.study.sensitivity import sobol
+
+from .evidence import EFFECTS, INDICES, NAMES, PAIRS, QUANTILES, TORNADO, outputs
+from .study import outcomes
+
+MODULES = ("workbench.study.pictures",)
+NOTE = "40 runs, none of them failed; seed 0; step error 1e-6."
+LABELS = {"k": "stiffness"}
+T = np.array([1.0, 2.0])
+
+
+def calls() -> dict[str, Any]:
+    series = curves.Series("a", T, T)
+    bars = shapes.Bars("a", [0.0, 1.0], [1.0, 2.0])
+    window = traces.Window(0.0, 1.0)
+    over_time = sobol(PAIRS, outputs(PAIRS), NAMES)
+    return {
+        "Band": partial(curves.Band, "a", T, T, T, 1),
+        "Bars": partial(shapes.Bars, "a", [0.0, 1.0], [1.0, 2.0], 0.0, 1, 0.5, 0.7, [0.5, 1.0], [2.0, 3.0], ("x", "y")),
+        "HeatMap": partial(shapes.HeatMap, [[1.0, np.nan]], [[True, False]], 2, 1.0, "a", 1),
+        "Panel": partial(
+            panel.Panel, "y", (series,), "x", (0.0, 1.0), (0.5, 1.0), "linear", "log", "t", (0.5,), (0.5,)
+        ),
+        "Panel with names": partial(panel.Panel, "y", (bars,), ynames=("a", "b")),
+        "Points": partial(shapes.Points, "a", T, T, ("x", "y"), 1, T, T, T, T),
+        "Series": partial(curves.Series, "a", T, T, 1, "steps"),
+        "Window": partial(traces.Window, 0.0, 1.0, (0.0, 1.0)),
+        "budget_curves": partial(pictures.budget_curves, "f", "c", {"a": (T, [T, T])}, NOTE, "y"),
+        "components": partial(traces.components, "f", "c", outcomes()[0], [("e", "e", 0)], "e", [window]),
+        "indices_over_time": partial(pictures.indices_over_time, "f", "c", T, over_time, NOTE, labels=LABELS),
+        "morris_plane": partial(pictures.morris_plane, "f", "c", EFFECTS, NOTE, "rad", labels=LABELS),
+        "pareto_fronts": partial(pictures.pareto_fronts, "f", "c", {"a": [[1.0, 2.0], [2.0, 1.0]]}, NOTE, "x", "y"),
+        "quantile_bands": partial(pictures.quantile_bands, "f", "c", T, {"a": QUANTILES}, NOTE, "y"),
+        "rank_figure": partial(pictures.rank_figure, "f", "c", {"a": [0.5, 0.5], "b": [0.5, 0.5]}, NOTE),
+        "second_order_map": partial(pictures.second_order_map, "f", "c", INDICES, NOTE, labels=LABELS),
+        "sobol_bars": partial(pictures.sobol_bars, "f", "c", INDICES, NOTE, labels=LABELS),
+        "tornado_figure": partial(pictures.tornado_figure, "f", "c", TORNADO, NOTE, "rad", labels=LABELS),
+        "traces": partial(traces.traces, "f", "c", outcomes(), "e", 0, "e", [window], "e"),
+    }
+
+
+def arguments() -> dict[str, Any]:
+    return {}

@@ -1,0 +1,184 @@
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache, partial
+from typing import Any
+
+import casadi as ca
+
+from workbench import script, study
+from workbench.core import Entry, Layout, Ode
+from workbench.metrics import iae, ise
+from workbench.study import adjusted, comparison, document, factors, local, pareto, provenance, runner, tuning, writeup
+from workbench.study.distributions import LogUniform, Uniform
+from workbench.study.factors import Factor
+from workbench.study.prepared import prepared
+from workbench.study.sampling import Listed, MonteCarlo
+from workbench.study.study import Case, Results, Study
+from workbench.study.sweep import Sweep
+
+MODULES = ("workbench.study", "workbench.study.sampling", "workbench.study.tuning")
+IMPORTED = ("morris", "morris_plane", "quantile_bands", "quantiles", "second_order_map", "sobol", "sobol_bars",
+            "tornado", "tornado_figure")  # fmt: skip  # of these the other rooms hold a call
+
+
+class Decay:
+    """A loop: x' = -k x, whose error is x."""
+
+    def ode(self, name: str = "loop") -> Ode:
+        states, parameters = Layout((Entry("x", [1.0]),)), Layout((Entry("k", 2.0),))
+        t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+        return Ode.of(name, states, parameters, (t, x, p), {"x": -p * x}, {"e": x})
+
+
+LOOP = Decay()
+FACTOR = Factor("k", ("k",), LogUniform(0.5, 4.0))
+METRICS = (iae(), ise())
+CASE = Case("S", "law", LOOP, METRICS, 0.1, 1.0, 0.5, tolerance=0.1)
+SWEEP = Sweep("decay", LOOP, METRICS, (FACTOR,), MonteCarlo(1, 24), 0.1, 1.0, 0.5, halved=8)
+TRIAL = tuning.Trial("step", LOOP, METRICS, 0.1, 1.0)
+
+
+def objective(runs: Any) -> Any:
+    return runs["step"].outputs("IAE")
+
+
+TUNING = tuning.Tuning("pd", (TRIAL,), (FACTOR,), objective, 16, 8, (0, 1))
+
+
+class Says:
+    """A loop whose equations are whatever it is given."""
+
+    def __init__(self, given: Any) -> None:
+        self.given = given
+
+    def ode(self, name: str = "loop") -> Any:
+        return self.given
+
+
+def sections(results: Any) -> Any:
+    return [document.Section("An answer", (document.Paragraph("Yes."),))]
+
+
+STUDY = Study("small", "T", "Q?", "M.", sections, cases=(CASE,), sweeps=(SWEEP,), tunings=(TUNING,))
+
+
+@cache
+def sample() -> Any:
+    """The runs of the sweep."""
+    made = prepared(SWEEP)
+    return made.sample([made.chunk(0, SWEEP.design.size)])
+
+
+@cache
+def tuned() -> Any:
+    """What the tuning finds."""
+    return tuning.tune(TUNING)
+
+
+@cache
+def outcomes() -> Any:
+    """The outcomes of the case."""
+    return runner.run(STUDY, workers=1).outcomes
+
+
+def calls() -> dict[str, Any]:
+    space = partial(factors.Space, (FACTOR,), Layout((Entry("k", 2.0),)), Layout((Entry("x", 1.0),)))
+    given = provenance.assumed("k", 1.0, "1/s", "nobody says", 0.5, 2.0)
+    published = comparison.Published("table 1", "IAE", 0, {"law": 0.4}, 2)
+    return {
+        **{name: getattr(study, name) for name in IMPORTED},
+        **{name: getattr(study, name) for name in ("Figure", "Itemize", "Paragraph", "Section", "Table", "Verdict")},
+        "AbstractDesign": MonteCarlo(1, 24),
+        "Adjusted": partial(adjusted.adjusted, LOOP, {"k": 1.0}),
+        "Case": partial(Case, "S", "law", LOOP, METRICS, 0.1, 1.0, 0.5, 0, "", 0.1),
+        "Factor": partial(Factor, "k", ("k",), Uniform(0.5, 4.0), "stated", True),
+        "Factor.of": partial(Factor.of, given, ("k",), True),
+        "Given": partial(provenance.Given, "k", 1.0, "1/s", "assumed", "nobody says", 0.5, 2.0, "k"),
+        "Card": partial(provenance.Card, (given,)),
+        "LatinHypercube": partial(study.LatinHypercube, 2, 24, 3),
+        "Listed": partial(Listed, [[0.5, 0.25], [0.0, 1.0]]),
+        "LocalSensitivities": partial(local.local_sensitivities, LOOP.ode(), METRICS, ["k"], until=1.0, h=0.1),
+        "LogNormal": partial(study.LogNormal, 1.0, 0.5, 0.1, 9.0),
+        "LogUniform": partial(study.LogUniform, 0.1, 1.0),
+        "MonteCarlo": partial(study.MonteCarlo, 2, 24, 3),
+        "MorrisDesign": partial(study.MorrisDesign, 2, 8, 4, 3),
+        "Normal": partial(study.Normal, 1.0, 0.5, 0.0, 2.0),
+        "Objective": tuning.Objective,
+        "OneAtATime": partial(study.OneAtATime, 2, (0.05, 0.95), 0.5),
+        "Published": partial(comparison.Published, "table 1", "IAE", 0, {"law": 0.4}, 2),
+        "Results": partial(Results, outcomes(), (sample(),), (tuned(),)),
+        "SobolDesign": partial(study.SobolDesign, 2, 16, True, 3),
+        "Space": space,
+        "Study": partial(
+            Study,
+            "small",
+            "T",
+            "Q?",
+            "M.",
+            sections,
+            lambda results: ["It runs."],
+            (CASE,),
+            {"arm": "1"},
+            True,
+            1,
+            (SWEEP,),
+            (TUNING,),
+        ),
+        "Sweep": partial(Sweep, "decay", LOOP, METRICS, (FACTOR,), MonteCarlo(1, 24), 0.1, 1.0, 0.5, 1, True, 8, 16),
+        "Trial": partial(tuning.Trial, "step", LOOP, METRICS, 0.1, 1.0, 0.5, 1),
+        "Triangular": partial(study.Triangular, 0.0, 0.5, 2.0),
+        "Tuned": partial(tuned),
+        "Tuning": partial(tuning.Tuning, "pd", (TRIAL,), (FACTOR,), objective, 16, 8, (0, 1)),
+        "Uniform": partial(study.Uniform, 0.0, 2.0),
+        "against_published": partial(comparison.against_published, "t", "c", published, {"law": outcomes()[0]}),
+        "equal_budget": partial(
+            tuning.equal_budget, {"pd": ((TRIAL,), (FACTOR,))}, objective, evaluations=16, population=8, seeds=(0,)
+        ),
+        "Outcome": partial(lambda: outcomes()[0]),
+        "pareto": partial(pareto.pareto, [[1.0, 2.0], [2.0, 1.0]]),
+        "ranking": partial(comparison.ranking, published, {"law": outcomes()[0]}, 0.02),
+        "run": partial(runner.run, STUDY, workers=1),
+        "Sample": partial(sample),
+        "side_by_side": partial(study.side_by_side, "t", "c", outcomes(), ["IAE"], 0, ["a note"], 0.02),
+        "tune": partial(tuning.tune, TUNING),
+        "resized": partial(script.resized, STUDY, 8),
+        **functions(),
+    }
+
+
+def functions() -> dict[str, Any]:
+    """Calls of what a study's author gives: loops and functions."""
+    return {
+        "cases": partial(lambda cases: replace(STUDY, cases=cases).resolved({}), lambda tuned: (CASE,)),
+        "document": partial(lambda found: writeup.document(replace(STUDY, sections=found), Results(), "run"), sections),
+        "headlines": partial(
+            lambda found: writeup.headlines(replace(STUDY, headlines=found), Results()), lambda results: ["Yes."]
+        ),
+        "ode of a case": partial(
+            lambda given: runner.run(replace(STUDY, cases=(replace(CASE, loop=Says(given)),))), LOOP.ode()
+        ),
+        "ode of a sweep": partial(lambda given: prepared(replace(SWEEP, loop=Says(given))).times, LOOP.ode()),
+        "ode of another": partial(lambda given: adjusted.adjusted(Says(given), {"k": 1.0}).ode(), LOOP.ode()),
+        "objective": partial(lambda found: tuning.tune(replace(TUNING, objective=found)), objective),
+    }
+
+
+def arguments() -> dict[str, Any]:
+    return {
+        "metric": lambda thing: "IAE",
+        "joint": lambda thing: 0,
+        "name": lambda thing: "decay",
+        "caption": lambda thing: "c",
+        "mark": lambda thing: "assumed",
+        "points": lambda thing: [[0.5], [0.25]],
+        "runs": lambda thing: [0, 2],
+        "loop": lambda thing: LOOP,
+        "measure": lambda thing: objective,
+        "Outcome.signal.name": lambda thing: "e",
+        "Results.tuned.name": lambda thing: "pd",
+        "Results.scenario.name": lambda thing: "S",
+        "Study.resolved.tuned": lambda thing: {"pd": tuned()},
+        "LocalSensitivities.linear_shares.deviations": lambda thing: [0.1],
+        "Ranking.sentence.winner": lambda thing: "law",
+    }
