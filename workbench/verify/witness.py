@@ -16,6 +16,7 @@ import numpy as np
 from workbench.core import Dynamics
 from workbench.core.layout import Array
 from workbench.validation.doors import door
+from workbench.validation.words import numbers
 
 STATES = 200
 MOST_ENTRIES = 20_000  # two matrices of a hundred joints
@@ -36,6 +37,10 @@ class Witness:
     qd: Array
     p: Array
     changed: dict[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("q", "qd", "p"):
+            numbers(f"Witness({name}=...)", getattr(self, name), ndim=1)
 
     def __str__(self) -> str:
         """The state as one reads it aloud."""
