@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.study.sampling.contract import AbstractDesign, span
 from workbench.validation.doors import door
-from workbench.validation.words import Array, finite, whole
+from workbench.validation.words import Array, finite, refusal, whole
 
 
 @dataclass(frozen=True)
@@ -34,7 +34,7 @@ class OneAtATime(AbstractDesign):
             for quantile in quantiles:
                 finite(f"OneAtATime({name}=...)", quantile, ", a quantile", low=0, high=1)
         if not self.levels or len(set(self.levels)) < len(self.levels):
-            raise ValueError(f"`OneAtATime(levels=...)` must be different quantiles, at least one; got {self.levels}.")
+            raise refusal("OneAtATime(levels=...)", "different quantiles, at least one", self.levels)
 
     @property
     def size(self) -> int:
