@@ -9,7 +9,6 @@ from paper_card import CARD, LAWS
 from unstated_loops import FACTORS, PID, PROPOSED, SCENARIOS, SQUARE, STEPS, Reading, minus, observed_pid, searched
 
 from workbench.core.layout import Array
-from workbench.core.numbers import Integers
 from workbench.metrics import sampled_rmse
 from workbench.study.factors import Factor
 from workbench.study.sample import Sample
@@ -17,6 +16,7 @@ from workbench.study.sampling import AbstractDesign, MonteCarlo, SobolDesign
 from workbench.study.sampling.contract import span
 from workbench.study.study import Results
 from workbench.study.sweep import Sweep
+from workbench.validation.words import Integers
 
 RMSE = sampled_rmse(CARD["sample time of (43)"])
 SHORTEST, LONGEST = 5, 30  # s, the horizons of the card

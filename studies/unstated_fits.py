@@ -10,11 +10,11 @@ from unstated_draws import LONGEST, RMSE, SHORTEST, factors_of, slug
 from unstated_loops import PROPOSED, SCENARIOS, STEPS, loop, searched
 
 from workbench.core.layout import Array
-from workbench.core.numbers import Integers
 from workbench.study.sample import Sample
 from workbench.study.sampling import Listed
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Trial, Tuned, Tuning
+from workbench.validation.words import Integers
 
 CLOSE = 0.01
 AGAIN, AGAIN_OURS = 2, 8  # points that are run again for a target: more of the proposed law, whose step errs most

@@ -11,10 +11,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core.numbers import ROUNDING, Array, Bounds, nearest, numbers, vector
+from workbench.core.numbers import ROUNDING, Bounds, numbers
 from workbench.core.symbols import refuse_misfit
 from workbench.validation.doors import door
-from workbench.validation.words import as_array, described, known, refusal
+from workbench.validation.words import Array, as_array, described, known, nearest, refusal, vector
 from workbench.validation.words import name as check_name
 
 ROWS_AT_ONCE = 65_536  # that are looked at together, so that a look needs little memory

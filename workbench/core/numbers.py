@@ -8,20 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers, multiple, nearest, positive, seconds, vector
-
-__all__ = [
-    "ROUNDING",
-    "Array",
-    "Bounds",
-    "Integers",
-    "multiple",
-    "nearest",
-    "numbers",
-    "positive",
-    "seconds",
-    "vector",
-]
+from workbench.validation.words import Array
 
 ROUNDING = 1e-12  # how far rounding may take a matrix from symmetry, in units of its largest entry
 

@@ -12,7 +12,6 @@ from functools import partial
 import numpy as np
 
 from workbench.core import Step
-from workbench.core.numbers import Array
 from workbench.simulate.batch import found, is_pair, simulate_both
 from workbench.simulate.job import Alike, Job, March, Progress, differing
 from workbench.simulate.kernel.merging import merged, widened
@@ -22,6 +21,7 @@ from workbench.simulate.marches import arithmetic_of, march_of_pairs
 from workbench.simulate.request import keys_of, plan_of, rows_of, told
 from workbench.simulate.trajectories import Trajectories
 from workbench.validation.doors import door
+from workbench.validation.words import Array
 
 LARGEST = 2**28  # bytes of the states of all; what is larger runs one after the other
 

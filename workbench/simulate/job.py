@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.core import Step
-from workbench.core.numbers import Array, Integers
 from workbench.simulate.kernel.merging import Merged
 from workbench.simulate.kernel.noise import normals
 from workbench.simulate.kernel.plan import Plan, planned
+from workbench.validation.words import Array, Integers
 
 # Told the share that is done, now and then.
 Progress = Callable[[float], None]

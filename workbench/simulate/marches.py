@@ -7,13 +7,12 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.core import Step
-from workbench.core.numbers import Array
 from workbench.simulate import arithmetic as of
 from workbench.simulate.arithmetic import CASADI, FUSED, PORTABLE
 from workbench.simulate.job import PAIRS, Job, March
 from workbench.simulate.kernel import numpy_kernel, virtual_machine
 from workbench.simulate.kernel.plan import pass_of
-from workbench.validation.words import one_of
+from workbench.validation.words import Array, one_of
 
 FEW_RUNS = 64  # up to so many, CasADi's machine is faster than NumPy
 ENGINES = {"native": (FUSED, PORTABLE), "numpy": (PORTABLE, FUSED), "casadi": (CASADI,)}  # the first if none is named

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
-from workbench.core.doors import door
-from workbench.core.numbers import Array
-from workbench.core.sockets import require
 from workbench.design.chattering.linear_part import ROUNDING, LinearPart
 from workbench.design.chattering.switch import AbstractSwitch, BoundaryLayer, SuperTwist
+from workbench.validation.doors import door
+from workbench.validation.words import Array, require
 
 POINTS, DECADES = 6000, 4  # of the grid of frequencies, beyond the slowest and the fastest pole
 TURN = np.sinh(np.linspace(-12, 12, 401))  # times its distance from the axis, about the frequency of a corner

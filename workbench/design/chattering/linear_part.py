@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 from scipy.linalg import eig, eigvals, expm
 
-from workbench.core.doors import door
-from workbench.core.numbers import Array, seconds, vector
-from workbench.core.validation import described, finite
 from workbench.design.certificates import Refused
 from workbench.design.matrices import square
+from workbench.validation.doors import door
+from workbench.validation.words import Array, described, finite, seconds, vector
 
 FASTEST = 1e100  # a frequency in rad/s
 ROUNDING = 1e-6  # a threefold integrator has computed poles as far from zero as the cube root of rounding

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
+from workbench.validation.doors import door
 
 FEWEST = 5  # periods from which a frequency is taken
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from workbench.core import Layout, Ode
 from workbench.core.layout import Array
-from workbench.core.sockets import require
-from workbench.core.validation import as_array, described
 from workbench.design.matrices import LARGEST
+from workbench.validation.words import as_array, described, require
 
 
 def names_of(ode: Ode) -> dict[str, list[str]]:

@@ -11,10 +11,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.sockets import described
 from workbench.design.linear.arguments import names_of, places_of, row_of, time_of, vector_of
+from workbench.validation.doors import door
+from workbench.validation.words import described
 
 if TYPE_CHECKING:
     import control

@@ -10,15 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.sockets import described
-from workbench.core.validation import refusal
 from workbench.design.linear.arguments import finite, names_of
 from workbench.design.linear.gain import Realisation
 from workbench.design.linear.paths import LinearPath
 from workbench.design.linear.points import linearize
 from workbench.design.matrices import Complex
+from workbench.validation.doors import door
+from workbench.validation.words import described, refusal
 
 if TYPE_CHECKING:
     import control

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.linear.gain import (
@@ -21,6 +20,7 @@ from workbench.design.linear.gain import (
 )
 from workbench.design.linear.loops import alone, closed, matrices_of
 from workbench.design.matrices import Complex
+from workbench.validation.doors import door
 
 if TYPE_CHECKING:
     import control

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.sockets import described
 from workbench.design.matrices import Complex
+from workbench.validation.doors import door
+from workbench.validation.words import described
 
 if TYPE_CHECKING:
     import control

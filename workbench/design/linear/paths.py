@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Ode, with_sensitivity
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.validation import as_array, described, numbers
 from workbench.design.linear.arguments import inputs_of, jacobians, row_of, vector_of
 from workbench.design.linear.smoothness import refuse_jumps
 from workbench.design.matrices import LARGEST, Complex
+from workbench.validation.doors import door
+from workbench.validation.words import as_array, described, numbers
 
 
 @dataclass(frozen=True, eq=False)

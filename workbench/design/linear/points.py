@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.sockets import require
-from workbench.core.validation import as_array, described
 from workbench.design.certificates import Refused
 from workbench.design.linear.arguments import inputs_of, jacobians, names_of, places_of, row_of, time_of, vector_of
 from workbench.design.linear.smoothness import refuse_jump_at
+from workbench.validation.doors import door
+from workbench.validation.words import as_array, described, require
 
 if TYPE_CHECKING:
     import control

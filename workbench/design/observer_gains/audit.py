@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from workbench.core import Dynamics
-from workbench.core.doors import door
-from workbench.core.numbers import positive
 from workbench.design.certificates import Refused
 from workbench.design.observer_gains.certificate import RateCertificate, Reach, check
 from workbench.design.observer_gains.frozen import Frozen, over
@@ -15,6 +13,8 @@ from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.proposals import lyapunov_matrix
 from workbench.design.observer_gains.region import Region
 from workbench.design.observer_gains.response import Noise, noise, peaking, tolerated
+from workbench.validation.doors import door
+from workbench.validation.words import positive
 
 # How often the share of a region with a P is halved, and the fractions of it of which the first to be proved counts.
 HALVINGS, SURE = 6, (1.0, 0.9, 0.8, 0.6)

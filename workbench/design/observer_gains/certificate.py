@@ -12,9 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.numbers import positive
 from workbench.design.certificates import Refused
 from workbench.design.matrices import symmetric
 from workbench.design.observer_gains.exactly import definite
@@ -22,6 +20,8 @@ from workbench.design.observer_gains.gains import Gains
 from workbench.design.observer_gains.inequality import Inequality, prove
 from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.region import Region
+from workbench.validation.doors import door
+from workbench.validation.words import positive
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.validation import whole
 from workbench.design.observer_gains.certificate import refuse_unfit
 from workbench.design.observer_gains.gains import Gains
 from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.region import Region
+from workbench.validation.doors import door
+from workbench.validation.words import whole
 from workbench.verify.witness import sequence
 
 SAMPLES = 20_000

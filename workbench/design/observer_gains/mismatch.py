@@ -20,13 +20,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.doors import door
 from workbench.core.dynamics import solve_definite
 from workbench.core.layout import Array
-from workbench.core.sockets import require
 from workbench.design.observer_gains.region import Region
 from workbench.notation.normal_form import NotInClass, normal_forms
 from workbench.notation.walk import Walk, walk
+from workbench.validation.doors import door
+from workbench.validation.words import require
 from workbench.verify.interval import Interval, evaluate, jumps
 from workbench.verify.spectrum import nominal
 

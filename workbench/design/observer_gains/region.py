@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.doors import door
 from workbench.core.layout import Array
-from workbench.core.validation import described, finite
+from workbench.validation.doors import door
+from workbench.validation.words import described, finite
 
 MOST_SHARE = 1e6  # of speeds and torques
 

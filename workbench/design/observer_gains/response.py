@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
-from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.matrices import matrix
 from workbench.design.observer_gains.exactly import bears_mismatch
 from workbench.design.observer_gains.gains import Gains
 from workbench.design.riccati import lyapunov
+from workbench.validation.doors import door
 
 # Instants at which a transient is looked at, from a thousandth of the fastest time constant to ten of the slowest:
 # a step of 1 %, so its peak is met within 1e-4 of itself.

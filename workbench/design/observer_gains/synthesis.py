@@ -7,11 +7,7 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.doors import door
 from workbench.core.layout import Array, vector
-from workbench.core.numbers import positive
-from workbench.core.sockets import require as socket
-from workbench.core.validation import whole
 from workbench.design.certificates import Refused
 from workbench.design.lmi import require
 from workbench.design.observer_gains.certificate import RateCertificate, check
@@ -20,6 +16,9 @@ from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.proposals import least_noise, lyapunov_matrix
 from workbench.design.observer_gains.region import Region
 from workbench.design.riccati import lqe
+from workbench.validation.doors import door
+from workbench.validation.words import positive, whole
+from workbench.validation.words import require as socket
 
 # The least double pole is found to this factor, and sought up to so many times the rate.
 FINE, FARTHEST = 1.05, 1000.0

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from workbench.core.doors import door
 from workbench.design.riccati.answers import Riccati
 from workbench.design.riccati.candidates import continuous
 from workbench.design.riccati.equation import Continuous
 from workbench.design.riccati.given import data
 from workbench.design.riccati.synthesis import stabilising
+from workbench.validation.doors import door
 
 
 @door

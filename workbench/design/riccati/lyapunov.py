@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from scipy import linalg
 
-from workbench.core.doors import door
 from workbench.core.layout import Array
 from workbench.design.certificates import Certificate, Refused
 from workbench.design.matrices import EPS, Complex, invertible, square, symmetric
@@ -33,6 +32,7 @@ from workbench.design.riccati.synthesis import (
     WORTH_A_WARNING,
 )
 from workbench.design.riccati.units import Exponents, balance, in_range, nearest, times
+from workbench.validation.doors import door
 
 MOST_STEPS = 40  # each gains about as many digits as the first solution has
 POWER_STEPS = 12  # of the iteration for the norm of the inverse, which soon has its first digit

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from workbench.core.doors import door
 from workbench.design.matrices import definite, matrix, semidefinite, square
 from workbench.design.riccati import candidates
 from workbench.design.riccati.answers import Riccati
@@ -13,6 +12,7 @@ from workbench.design.riccati.diagnosis import ESTIMATOR, REGULATOR, Words
 from workbench.design.riccati.equation import Continuous, Data, Discrete
 from workbench.design.riccati.given import data, is_discrete, is_system, joint
 from workbench.design.riccati.synthesis import stabilising
+from workbench.validation.doors import door
 
 
 @door

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.numbers import Array, Integers
 from workbench.simulate.kernel.graph import COMMUTATIVE, Graph, Node, Nodes
 from workbench.simulate.kernel.rewriting import ordered
+from workbench.validation.words import Array, Integers
 
 FUSED = {"fma", "fms", "fnma"}  # of which the first two operands may change places
 WORTH = 0.65  # of all nodes: if no more are left, the graphs are alike

@@ -22,10 +22,10 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.numbers import Array, Integers
 from workbench.simulate.kernel.arrays import Arrays
 from workbench.simulate.kernel.functions import COSINE, SINE
 from workbench.simulate.kernel.machine import Machine, Number, Value, Word, select
+from workbench.validation.words import Array, Integers
 
 ARRAYS = Arrays(fused=False)
 Words = tuple[Word, Word, Word, Word]

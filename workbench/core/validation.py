@@ -1,3 +1,0 @@
-"""The words of `workbench.validation`, by the name that rooms above know."""
-
-from workbench.validation.words import *  # noqa: F403
