@@ -14,7 +14,7 @@ from workbench.core import Layout, Ode, Sampled, Step, stepper, with_quadrature
 from workbench.metrics.contract import AbstractMetric
 from workbench.validation.doors import answer, door
 from workbench.validation.kinds import fit_of
-from workbench.validation.words import MOST, multiple, nearest, seconds, several, text
+from workbench.validation.words import MOST, described, multiple, nearest, seconds, several, text
 
 NAMES = fit_of(tuple[str, ...])
 LARGEST_RATIO = 1000  # in the ratio of two sample times that have a common divisor
@@ -108,7 +108,8 @@ def resolved(
             if signal not in ode.outputs:
                 known = nearest(signal, ode.outputs.names) or f" It has: {', '.join(ode.outputs.names) or 'none'}."
                 raise LookupError(
-                    f"The metric '{m.name}' needs the output '{signal}', which '{ode.name}' does not have.{known}"
+                    f"The metric {described(m.name)} needs the output {described(signal)}, which '{ode.name}' does not "
+                    f"have.{known}"
                 )
         _grid(m)
         m.check(ode, horizon)

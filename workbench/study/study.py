@@ -17,7 +17,7 @@ from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned, Tuning
 from workbench.validation.doors import door
-from workbench.validation.words import Array, known, multiple, positive, refusal, seconds, seed, several
+from workbench.validation.words import Array, described, known, multiple, positive, refusal, seconds, seed, several
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -70,7 +70,7 @@ class Case:
             positive("Case(tolerance=...)", self.tolerance)
         for name, part in (("every", "h"), ("until", "h"), ("until", "every")):
             if (unit := getattr(self, part)) is not None:
-                multiple(f"Case({name}=...)", getattr(self, name), unit, f"`{part}` of '{self.name}',")
+                multiple(f"Case({name}=...)", getattr(self, name), unit, f"`{part}` of {described(self.name)},")
 
     @property
     def name(self) -> str:

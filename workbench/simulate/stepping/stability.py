@@ -149,7 +149,8 @@ def longest_steps(modes: Array, amplification: tuple[float, ...]) -> Array:
     decays = (modes.real < 0) & (size > 0)
     angles, reach = _region(amplification)
     radius = np.interp(np.abs(np.where(decays, np.angle(modes), np.pi)), angles, reach)
-    return np.where(decays, radius / np.where(decays, size, 1.0), np.inf)
+    with np.errstate(over="ignore"):  # no step is too long for the slowest modes
+        return np.where(decays, radius / np.where(decays, size, 1.0), np.inf)
 
 
 @lru_cache
