@@ -192,8 +192,7 @@ def _fit_of_union(asked: tuple[type, ...], fits: tuple[Fit, ...], must: str, val
         except KindError as misfit:
             misfits.append(misfit)
     most = max(misfits, key=lambda misfit: (len(misfit.place), len(misfit.got)))  # which item, or what is to be done
-    ways = "" if most.place else "".join(way(kind, value) for kind in asked[:1])
-    raise KindError(must, most.got + ways, most.place)
+    raise KindError(must, most.got, most.place)
 
 
 def _hints_of(kind: Any) -> dict[str, Any]:
