@@ -186,6 +186,16 @@ def columns_of(text):
     return list(zip(*csv.reader(io.StringIO(text, newline=""), strict=True), strict=True))
 
 
+@pytest.mark.parametrize("text", ["-10 to 10", "-0.14 ± 0.40", "-1e-3 to +2", "-3"])
+def test_ranges_and_numbers_with_errors_stay_as_they_are(text):
+    assert spreadsheet_text(text) == text
+
+
+@pytest.mark.parametrize("text", ["-10 to A1", "-1 to 2+3", "-1 ± 2|cmd", "-1 to 2 to 3", "-10 to 10\n=1", "-(1) to 2"])
+def test_what_only_looks_like_a_range_comes_after_an_apostrophe(text):
+    assert spreadsheet_text(text) == f"'{text}"
+
+
 def test_texts_that_spreadsheets_run_come_after_an_apostrophe_and_numbers_stay_numbers():
     """Behind blanks and unseen signs no text begins with = + - @, also in full width, unless it is a number."""
     typed = [*RUN, *NUMBERS, "a=b", "1-2", "−1", ""]
