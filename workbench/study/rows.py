@@ -46,8 +46,8 @@ def spreadsheet_text(text: str) -> str:
     """A text as a cell or head of a CSV file, after an apostrophe where spreadsheets would run it as a formula.
 
     They run what begins with =, +, - or @, also in full width, and some of them look behind blanks and signs that
-    are not seen; a tab or line break before anything else may end the cell before it. A plain number stays one, and so do
-    a range, "-10 to 10", and a number with its error, "-0.14 ± 0.40", which no spreadsheet can compute.
+    are not seen; a tab or line break before anything else may end the cell before it. A plain number stays one, and
+    so do a range, "-10 to 10", and a number with its error, "-0.14 ± 0.40", which no spreadsheet can compute.
     """
     return f"'{text}" if _FORMULA.match(text) and not _NUMBER.fullmatch(text) else text
 
