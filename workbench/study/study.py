@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.core import Ode
+from workbench.core import Ode, Sampled
 from workbench.metrics import AbstractMetric, Measurement
 from workbench.study.cells import check_name
 from workbench.study.contract import Loop, answer, check_loop
@@ -84,7 +84,7 @@ class Outcome:
     """A case that was run: its equations and what was measured."""
 
     case: Case
-    ode: Ode
+    ode: Ode | Sampled
     measurement: Measurement
 
     @property
