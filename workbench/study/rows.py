@@ -46,15 +46,18 @@ def spreadsheet_text(text: str) -> str:
     """A text as a cell or head of a CSV file, after an apostrophe where spreadsheets would run it as a formula.
 
     They run what begins with =, +, - or @, also in full width, and some of them look behind blanks and signs that
-    are not seen; a tab or line break before anything else may end the cell before it. A plain number stays one, and
-    so do a range, "-10 to 10", and a number with its error, "-0.14 ± 0.40", which no spreadsheet can compute.
+    are not seen; a tab or line break before anything else may end the cell before it. What is made of plain numbers
+    alone stays as it is: "-1.5", "-10 to 10", "+9.4 % (+3.4 to +11.6)".
     """
-    return f"'{text}" if _FORMULA.match(text) and not _NUMBER.fullmatch(text) else text
+    return f"'{text}" if _FORMULA.match(text) and not _is_of_numbers(text) else text
+
+
+def _is_of_numbers(text: str) -> bool:
+    return all(word in ("to", "±", "%") or _NUMBER.fullmatch(word.strip("()")) for word in text.split(" "))
 
 
 _FORMULA = re.compile("[\t\r\n]|[\\s\x00-\x1f\x7f-\x9f\xad\u200b-\u200f\u2060\ufeff]*[=+@＝＋－＠-]")
-_ONE = r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?"
-_NUMBER = re.compile(rf"{_ONE}( (to|±) {_ONE})?")
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 
 def write(sample: Sample, folder: Path, form: str) -> Path:
