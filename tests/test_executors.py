@@ -46,7 +46,7 @@ def test_threads_stop_within_a_chunk_when_nobody_waits_for_it():
 
 def test_what_a_chunk_raises_is_raised_where_it_is_waited_for():
     plan = planned([prepared(sweep())])
-    with pytest.raises(ValueError, match="first <= last"):
+    with pytest.raises(ValueError, match="must be a whole number from 0 to 50; got 1000"):
         list(on_threads(plan.sweeps, [plan.tasks[0]._replace(last=1000)]))
 
 
