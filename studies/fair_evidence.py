@@ -2,27 +2,73 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 from fair_conditions import HELD_OUT, Scenario
-from fair_laws import Entrant
+from fair_given import Entrant
+from fair_laws import PROPOSED, Numbers
 from fair_objective import TERMS, Term, both, cost
 
 from workbench.core.layout import Array
-from workbench.study.evidence import Comparison, Paired, compare, paired, same_draws
+from workbench.study.evidence import (
+    Judgement,
+    Mean,
+    Median,
+    Paired,
+    Quantile,
+    Standings,
+    Success,
+    Tail,
+    judge,
+    paired,
+    same_draws,
+)
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.tuning import Tuned
 
 ABLATED = ("paper", "payload")  # the scenarios in which AOSMC-RGS loses its parts
-CARD, OTHER = "_card", "_other"  # kinds of sweeps
+CARD = "_card"  # a kind of sweeps
 CARDED = "paper"  # that in which the numbers of the card are tried
+ACCEPTABLE = float(len(TERMS))  # a cost at which all terms are acceptable, or make up for each other
+ASKED = Mean()
+OTHERS = (Median(), Quantile(0.9), Tail(0.9), Success(ACCEPTABLE))
 MARGIN = 0.02  # of the smaller value: what is closer is no difference to an engineer, however sure
 FAMILY = 0.95  # that all intervals of a measure hold at once, in all held-out scenarios
 CONFIDENCE = 1 - (1 - FAMILY) / len(HELD_OUT)  # of those of one scenario (Bonferroni)
 RESAMPLES = 4000
 SEED = 88
+CONTENDERS = 4  # laws of least training cost, and AOSMC-RGS
+
+
+def first_search(tuned: Tuned) -> Numbers:
+    """As the first search alone tells it."""
+    return tuned.best_of(tuned.tuning.seeds[0])
+
+
+def second_search(tuned: Tuned) -> Numbers:
+    """As the second search alone tells it."""
+    return tuned.best_of(tuned.tuning.seeds[1])
+
+
+def half_budget(tuned: Tuned) -> Numbers:
+    """The best of the first half of the evaluations allowed."""
+    return tuned.best_within(tuned.tuning.evaluations // 2)
+
+
+AGAIN: Mapping[str, Callable[[Tuned], Numbers]] = {
+    "_first": first_search,
+    "_second": second_search,
+    "_half": half_budget,
+}
+WORDS = {"_first": "first search alone", "_second": "second search alone", "_half": "half of the budget"}
+
+
+def contenders(entrants: Sequence[Entrant], tuned: Mapping[str, Tuned]) -> tuple[Entrant, ...]:
+    """The laws of least training cost among those that are given the same, and AOSMC-RGS: chosen before they are run."""
+    least = sorted(entrants, key=lambda one: tuned[one.key].objective)[:CONTENDERS]
+    return tuple(one for one in entrants if one in least or one.name == PROPOSED)
 
 
 def name_of(scenario: Scenario, key: str) -> str:
@@ -30,51 +76,42 @@ def name_of(scenario: Scenario, key: str) -> str:
     return f"{scenario.name}_{''.join(c if c.isalnum() else '_' for c in key.lower())}"
 
 
-def of_other_search(tuned: Tuned) -> dict[str, float]:
-    """The best numbers, at the step h, of the searches that the best point of all is not from.
-
-    Raises
-    ------
-    ValueError
-        If these found none that is admissible.
-    """
-    searches = np.arange(len(tuned.objectives)) // tuned.tuning.evaluations
-    others = np.where(searches == searches[tuned.place], np.inf, tuned.objectives)
-    if not np.isfinite(others).any():
-        raise ValueError(f"The other search of '{tuned.name}' found no admissible point: take more evaluations.")
-    names = (factor.name for factor in tuned.tuning.factors)
-    return dict(zip(names, map(float, tuned.numbers[int(np.argmin(others))]), strict=True))
-
-
 def samples(results: Results, scenario: Scenario, laws: Sequence[Entrant], kind: str = "") -> dict[str, Sample]:
     """The runs of some laws in a scenario, by the laws' names; of a kind, as with the numbers of the card."""
     return {law.name: results.sample(name_of(scenario, f"{law.key}{kind}")) for law in laws}
 
 
-def cost_of(held: Mapping[str, Sample], name: str, terms: tuple[Term, ...] = TERMS) -> Paired:
-    """The cost of each run, under the name of a scenario."""
+def cost_of(held: Mapping[str, Sample], name: str = "cost", terms: tuple[Term, ...] = TERMS) -> Paired:
+    """The cost of each run."""
     values = {law: cost(sample, terms) for law, sample in held.items()}
     errors = {law: sum(_error(s, term.metric) / term.acceptable for term in terms) for law, s in held.items()}
     return paired(values, metric=name, errors=errors, note=same_draws(held))
 
 
-def metric_of(held: Mapping[str, Sample], term: Term, name: str) -> Paired:
+def metric_of(held: Mapping[str, Sample], term: Term) -> Paired:
     """One metric of each run, both joints together."""
     values = {law: both(sample, term.metric) for law, sample in held.items()}
     errors = {law: _error(sample, term.metric) for law, sample in held.items()}
-    return paired(values, metric=name, unit=term.unit, errors=errors, note=same_draws(held))
+    return paired(values, metric=term.metric, unit=term.unit, errors=errors, note=same_draws(held))
 
 
-def judged(values: Paired) -> Comparison:
-    """Medians over the draws, and all differences, sure enough for verdicts over all scenarios."""
-    return compare(values, confidence=CONFIDENCE, margin=MARGIN, resamples=RESAMPLES, seed=SEED)
+def judged(values: Paired) -> Judgement:
+    """By the mean and by all else, sure enough for verdicts over all scenarios."""
+    return judge(values, ASKED, OTHERS, confidence=CONFIDENCE, margin=MARGIN, resamples=RESAMPLES, seed=SEED)
 
 
-def ratio(values: Paired, a: str, b: str) -> tuple[float, float, float]:
-    """The median over the draws of the value of law a over that of law b, with the ends of its interval."""
-    columns = {law: np.log(values.values[:, values.place(law)]) for law in (a, b)}
-    found = compare(paired(columns, metric="log"), resamples=RESAMPLES, seed=SEED).difference
-    return tuple(float(np.exp(part[0, 1])) for part in (found.value, found.low, found.high))
+def by_mean(values: Paired) -> Judgement:
+    """By the mean alone: for what stands beside a judgement."""
+    return judge(values, ASKED, confidence=CONFIDENCE, margin=MARGIN, resamples=RESAMPLES, seed=SEED)
+
+
+def standings(
+    runs: Mapping[str, Mapping[str, Sample]],
+    judged: Callable[[Paired], Judgement] = judged,
+    values: Callable[[Mapping[str, Sample]], Paired] = cost_of,
+) -> Standings:
+    """The runs of some laws by scenario, judged."""
+    return Standings({scenario: judged(values(held)) for scenario, held in runs.items()})
 
 
 def step_errors(sample: Sample, metric: str) -> Array:
@@ -85,6 +122,6 @@ def step_errors(sample: Sample, metric: str) -> Array:
 
 
 def _error(sample: Sample, metric: str) -> float:
-    """The largest of the runs that were run again: no median moves farther than its runs; NaN if all diverged."""
+    """The largest of the runs that were run again: no statistic moves farther than its runs; NaN if all diverged."""
     errors = step_errors(sample, metric)
     return float(errors.max()) if len(errors) else float("nan")
