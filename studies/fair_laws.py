@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-import casadi as ca
 import numpy as np
 from fair_conditions import Computed, Scenario
 from paper_card import CARD
@@ -20,9 +19,9 @@ from workbench.controllers import (
     SlidingMode,
     StateFeedback,
     SuperTwisting,
+    WithCompensation,
 )
-from workbench.core import Layout, block
-from workbench.loop import AbstractController, AbstractObserver, Estimate, Motion, Parts
+from workbench.loop import AbstractController, AbstractObserver
 from workbench.observers import FullState, Luenberger, MomentumObserver, OracleFilter, WithDisturbance
 from workbench.study.distributions import LogUniform
 from workbench.study.factors import Factor
@@ -135,35 +134,6 @@ def observed(x: Numbers, start: tuple[float, float], *, told: bool) -> WithDistu
     return WithDisturbance(state, OracleFilter(2, x["l"]) if told else MomentumObserver(ARM, x["l"]))
 
 
-@block
-class Compensated(AbstractController):
-    """A law that counts on the estimated disturbance: tau = the law's torque + D_hat."""
-
-    law: AbstractController
-
-    @property
-    def dof(self) -> int:
-        """That of the law."""
-        return self.law.dof
-
-    @property
-    def memory(self) -> Layout:
-        """That of the law."""
-        return self.law.memory
-
-    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
-        """The sum."""
-        return self.law.torque(t, z, est, ref) + est.d
-
-    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
-        """That of the law."""
-        return self.law.rate(t, z, est, ref)
-
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
-        """Those of the law."""
-        return self.law.signals(z, est, ref)
-
-
 def diagonal(name: str) -> tuple[str, str]:
     """The paths of the diagonal of a matrix."""
     return f"{name}[0,0]", f"{name}[1,1]"
@@ -195,7 +165,7 @@ def behind_observers(entrant: Entrant) -> Entrant:
     """A law behind the observers of AOSMC-RGS, with D_hat added to its torque."""
 
     def make(x: Numbers, start: tuple[float, float]) -> tuple[AbstractObserver, AbstractController]:
-        return observed(x, start, told=False), Compensated(entrant.make(x, start)[1])
+        return observed(x, start, told=False), WithCompensation(entrant.make(x, start)[1])
 
     own = tuple(
         replace(one, paths=tuple(path.replace("controller.", "controller.law.") for path in one.paths))

@@ -3,6 +3,7 @@
 from workbench.controllers.adaptation import AbstractAdaptation, DeadZone, Frozen, Leakage, Plain
 from workbench.controllers.adaptive_sliding_mode import AdaptiveSlidingMode
 from workbench.controllers.aosmc_rgs import AosmcRgs
+from workbench.controllers.compensation import WithCompensation
 from workbench.controllers.fuzzy import RuleBase
 from workbench.controllers.fuzzy_asmc import FuzzyAsmc
 from workbench.controllers.pid import PID
@@ -30,4 +31,5 @@ __all__ = [
     "SlidingMode",
     "StateFeedback",
     "SuperTwisting",
+    "WithCompensation",
 ]

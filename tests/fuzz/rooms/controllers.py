@@ -39,6 +39,7 @@ def calls() -> dict[str, Any]:
         "StateFeedback": partial(controllers.StateFeedback, ARM, eye, eye),
         "StateFeedback.of": partial(controllers.StateFeedback.of, ARM, np.ones((2, 4))),
         "SuperTwisting": partial(controllers.SuperTwisting, ARM, two, two, two, 0.1, "sign"),
+        "WithCompensation": partial(controllers.WithCompensation, controllers.SlidingMode(ARM, two, two, 0.1)),
     }
 
 
