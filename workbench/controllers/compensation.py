@@ -45,8 +45,8 @@ class WithCompensation(AbstractController):
         sampled = self.law.run_every(1.0)  # for laws that only a computer can run
         if ca.depends_on(ca.SX(sampled.torque(t, z, est, ref)), d):
             raise ValueError(
-                "`WithCompensation(law=...)` must be a law whose torque is free of D_hat, which is added here and would "
-                f"count twice; that of `{type(self.law).__name__}` has it: take the law as it is."
+                "`WithCompensation(law=...)` must be a law whose torque is free of D_hat, which is added here and must "
+                f"not count twice; that of `{type(self.law).__name__}` has it: take the law as it is."
             )
 
     @property
