@@ -8,8 +8,11 @@ from workbench.controllers import (
     PID,
     AdaptiveSlidingMode,
     AosmcRgs,
+    ComputedTorque,
     FuzzyAsmc,
+    NonsingularTerminalSlidingMode,
     RbfAsmc,
+    Rise,
     SlidingMode,
     StateFeedback,
     SuperTwisting,
@@ -41,10 +44,13 @@ ALONE = {
     "Fuzzy-ASMC": FuzzyAsmc(**LEARNING, lag=0.02),
     "RBF-ASMC": RbfAsmc(**LEARNING, Gamma=5.0, sigma=0.1, centres=[[0.0] * 4, [1.0] * 4], widths=[1.0] * 4),
     "super-twisting": SuperTwisting(**SURFACE, k1=8.0, k2=15.0),
+    "RISE": Rise([6.0, 6.0], 4.0, [40.0, 15.0], 8.0, 0.5, model=ARM),
+    "NTSMC": NonsingularTerminalSlidingMode(ARM, 4.0, 1.5, 10.0, 15.0, 0.5, 0.1),
 }
 LAWS = (
     ALONE
     | {f"{name}, compensated": WithCompensation(law) for name, law in ALONE.items()}
+    | {"computed torque": ComputedTorque(ARM, 64.0, 16.0)}
     | {"AOSMC-RGS": AosmcRgs(**SURFACE, K=5 * I, P=2 * I, Q=I, R=I, velocity="reference", gain_sign="raised")}
 )
 STATES = {
