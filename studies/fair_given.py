@@ -52,7 +52,7 @@ def gains(path: str) -> tuple[Sought, Sought]:
     )
 
 
-CUT_OFF = Sought("omega", ("observer.omega",), 10.0, 1000.0, 200.0, "rad/s", (1000.0, "the filter passes all it reads"))
+CUT_OFF = Sought("omega", ("observer.omega",), 10.0, 1000.0, 200.0, "rad/s", (0.01, 1000.0), "within a period the filter takes on what it reads")
 PACE = Sought("l", ("observer.disturbance.l",), 1.0, 100.0, CARD["l"], "1/s")
 READINGS = Given("readings", "positions and velocities as read", lambda x, start: FullState(2))
 FILTER = Given(
@@ -123,9 +123,9 @@ class Entrant:
         return {one.name: (one.low, one.high) for one in self.tuned}
 
     @property
-    def physical(self) -> dict[str, str]:
+    def physical(self) -> dict[tuple[str, str], str]:
         """The limits that are physical, in words."""
-        return {one.name: one.highest[1] for one in self.tuned if one.highest}
+        return {(one.name, end): one.why for one in self.tuned if one.ends for end in ("low", "high")}
 
     @property
     def card(self) -> dict[str, float]:

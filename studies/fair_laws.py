@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import pi
 
 import numpy as np
 from paper_card import CARD
@@ -43,8 +42,8 @@ class Sought:
         Where the search begins, on a scale of logarithms.
     card
         The number that a1 assumes, or a usual one where a1 has no such law.
-    highest
-        The upper limit, with its reason in words, where there is a physical one.
+    ends, why
+        Physical limits with their reason in words, where there are any.
     """
 
     name: str
@@ -53,12 +52,13 @@ class Sought:
     high: float
     card: float
     unit: str
-    highest: tuple[float, str] | None = None
+    ends: tuple[float, float] | None = None
+    why: str = ""
 
     @property
     def limits(self) -> tuple[float, float]:
         """How far a search may go."""
-        return self.low / FARTHER, self.highest[0] if self.highest else self.high * FARTHER
+        return self.ends or (self.low / FARTHER, self.high * FARTHER)
 
     @property
     def factor(self) -> Factor:
@@ -96,9 +96,23 @@ def diagonals(name: str, field: str, low: float, high: float, card: tuple[float,
     )
 
 
-def one(name: str, field: str, low: float, high: float, card: float, unit: str) -> Sought:
+def one(
+    name: str,
+    field: str,
+    low: float,
+    high: float,
+    card: float,
+    unit: str,
+    ends: tuple[float, float] | None = None,
+    why: str = "",
+) -> Sought:
+    """One number of the law."""
+    return Sought(name, (f"controller.{field}",), low, high, card, unit, ends, why)
+
+
+def shared(name: str, field: str, low: float, high: float, card: float, unit: str) -> Sought:
     """One number for both joints."""
-    return Sought(name, (f"controller.{field}",), low, high, card, unit)
+    return Sought(name, tuple(f"controller.{field}[{j}]" for j in (0, 1)), low, high, card, unit)
 
 
 def both(x: Numbers, name: str) -> tuple[float, float]:
@@ -126,6 +140,19 @@ OF_PROPOSED = (
     Sought("P(0)", diagonal("controller.P"), 0.1, 1000.0, 10.0, "N m/rad"),
     Sought("Q", diagonal("controller.Q"), 0.01, 1000.0, 599.0, "N m/(rad s)"),
     Sought("R", diagonal("controller.R"), 0.001, 1000.0, 6.43, "N m/(rad s)"),
+)
+OF_RISE = (
+    *SURFACE,
+    shared("ks", "ks", 1.0, 500.0, 20.0, "N m s/rad"),
+    shared("alpha", "alpha", 0.1, 50.0, 2.0, "1/s"),
+    shared("beta", "beta", 0.1, 500.0, 10.0, "N m/s"),
+)
+OF_TERMINAL = (
+    shared("beta", "beta", 1.0, 200.0, 10.0, "rad^(gamma-1)/s^gamma"),
+    one("gamma", "gamma", 1.1, 1.9, 5 / 3, "", (1.01, 1.99), "the law asks for 1 < gamma < 2"),
+    shared("k1", "k1", 1.0, 1000.0, 50.0, "1/s^2"),
+    shared("k2", "k2", 1.0, 1000.0, 50.0, "rad^(1/2)/s^2"),
+    one("phi", "phi", 0.001, 1.0, 0.05, "rad"),
 )
 STIFF, DAMPED = (5.0, 2000.0), (0.5, 200.0)  # N m/rad, N m s/rad
 OF_PID = (
@@ -164,6 +191,18 @@ def aosmc(x: Numbers) -> AosmcRgs:
         gain_shape=CARD["reading of (33)"],
         integrator="cayley",
     )
+
+
+def rise(x: Numbers) -> Rise:
+    """With the torque of the reference by the model, and one integral for both joints."""
+    ks, alpha, beta = (x[name] for name in ("ks", "alpha", "beta"))
+    return Rise(both(x, "Lambda"), (alpha, alpha), (ks, ks), (beta, beta), x["phi"], model=ARM)
+
+
+def terminal(x: Numbers) -> NonsingularTerminalSlidingMode:
+    """The continuous reaching law, with the root of |s|."""
+    beta, k1, k2 = ((x[name], x[name]) for name in ("beta", "k1", "k2"))
+    return NonsingularTerminalSlidingMode(ARM, beta, x["gamma"], k1, k2, 0.5, x["phi"])
 
 
 LAWS = (
@@ -207,4 +246,12 @@ LAWS = (
             *diagonals("Kd", "Kd", *DAMPED, CARD["PID: Kd"], "N m s/rad"),
         ),
     ),
+    Law(
+        "computed torque",
+        lambda x: ComputedTorque(ARM, both(x, "Kp"), both(x, "Kd")),
+        (*joints("Kp", "Kp", 10.0, 2000.0, (36.0, 36.0), "1/s^2"), *joints("Kd", "Kd", 2.0, 200.0, (12.0, 12.0), "1/s")),
+        counts_on_d=True,
+    ),
+    Law("RISE", rise, OF_RISE),
+    Law("terminal SMC", terminal, OF_TERMINAL),
 )
