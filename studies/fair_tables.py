@@ -55,7 +55,7 @@ def searches(found: Mapping[str, Tuned], entrants: Sequence[Entrant]) -> Table:
         least = Measured(tuned.objective, tuned.step_error)
         unstable = [t.name for t in tuned.tuning.trials if not t.h <= tuned.stable_steps[t.name]]
         step = f"; step not known to be stable in {', '.join(unstable)}" if unstable else ""
-        remark = f"{'settled' if tuned.settled else 'not settled'}{edge}{step}"
+        remark = f"{'settled' if all(tuned.settled) else 'not settled'}{edge}{step}"
         rows.append((entrant.name, len(entrant.tuned), least, bests, tuned.failed, remark))
     columns = (
         Column("law"),
