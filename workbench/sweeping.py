@@ -176,7 +176,8 @@ def _tuned(
                     f"{ledger.out}` goes on with them."
                 )
             where = "" if order.cluster is None else ", on this machine"
-            order.say(f"{study.name}: tuning{where}, {cost.cost_of(_searches(tunings), order.workers)}.")
+            most = "at most " if any(made.tuning.settle is not None for made in tunings) else ""
+            order.say(f"{study.name}: tuning{where}, {most}{cost.cost_of(_searches(tunings), order.workers)}.")
             told = runs(bar.enter_context(shown_of(study.name, order.say)))
             return lambda state: told(*state)
 
