@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from typing import Literal
 
@@ -11,10 +12,10 @@ import numpy as np
 from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.estimands import Estimand, Median, Success, blur, flaw, intervals
 from workbench.study.evidence.paired import Paired
-from workbench.study.sensitivity.outputs import t_quantile
+from workbench.study.sensitivity.outputs import LARGEST, Flags, t_quantile
 from workbench.validation.doors import door
+from workbench.validation.words import Array, whole
 from workbench.validation.words import seed as as_seed
-from workbench.validation.words import whole
 
 RESAMPLES = 4000
 MEDIAN = Median()
@@ -56,11 +57,15 @@ class Comparison:
 
         Where all of the interval is infinite, as one of them fails too often, no error of the step counts.
         """
-        low, high, steps, share = self._apart(a, b)
-        off = steps + share  # NaN where an error of the step is not known
-        if high < -off or high == -np.inf:
-            return "below"
-        return "above" if low > off or low == np.inf else "undecided"
+        i, j = self.paired.place(a), self.paired.place(b)
+        return "below" if self.below[i, j] else "above" if self.below[j, i] else "undecided"
+
+    @cached_property
+    def below(self) -> Flags:
+        """(L, L), whether the law of the row is significantly below that of the column."""
+        steps, share = self._off
+        high = self.difference.high
+        return (high < -(steps + share)) | np.isneginf(high)  # NaN where an error of the step is not known
 
     @door
     def alike(self, a: str, b: str) -> bool:
@@ -68,18 +73,18 @@ class Comparison:
 
         Two laws that both fail too often for a level are not alike: nobody knows how far apart they would be.
         """
-        low, high, steps, share = self._apart(a, b)
-        known = np.isfinite([self.level.value[self.paired.place(law)] for law in (a, b)]).all()
-        return bool(known and max(-low, high) + steps <= share)
-
-    def _apart(self, a: str, b: str) -> tuple[float, float, float, float]:
-        """The interval of a's difference from b, the errors of both by the step, and the margin in their unit."""
         i, j = self.paired.place(a), self.paired.place(b)
-        both = self.level.value[[i, j]]
-        least = 1.0 if isinstance(self.estimand, Success) else np.abs(both).min()
-        share = self.margin * least if self.margin and np.isfinite(least) else 0.0
-        steps = blur(self.estimand, self.paired.values[:, [i, j]], self.paired.errors[[i, j]]).sum()
-        return float(self.difference.low[i, j]), float(self.difference.high[i, j]), float(steps), float(share)
+        (steps, share), d = self._off, self.difference
+        known = np.isfinite(self.level.value[[i, j]]).all()
+        return bool(known and max(-d.low[i, j], d.high[i, j]) + steps[i, j] <= share[i, j])
+
+    @cached_property
+    def _off(self) -> tuple[Array, Array]:
+        """(L, L), the errors of two laws by the step together, and the margin in their unit."""
+        levels = np.abs(self.level.value)
+        units = np.ones_like(levels) if isinstance(self.estimand, Success) else np.minimum(levels, LARGEST)
+        errors = blur(self.estimand, self.paired.values, self.paired.errors)
+        return np.add.outer(errors, errors), self.margin * np.minimum.outer(units, units)
 
     @property
     def best(self) -> str | None:
@@ -87,16 +92,13 @@ class Comparison:
 
         No verdict by itself: a `Judgement` says whether other estimands reverse it.
         """
-        for law in self.paired.laws:
-            if all(law == other or self.order(law, other) == "below" for other in self.paired.laws):
-                return law
-        return None
+        others = self.below.sum(axis=1)
+        return next((law for law, n in zip(self.paired.laws, others, strict=True) if n == len(others) - 1), None)
 
     @property
     def leaders(self) -> tuple[str, ...]:
         """The laws that no other is significantly below."""
-        laws = self.paired.laws
-        return tuple(law for law in laws if all(self.order(law, other) != "above" for other in laws))
+        return tuple(law for law, above in zip(self.paired.laws, self.below.T, strict=True) if not above.any())
 
     @property
     def said(self) -> str:
@@ -147,10 +149,8 @@ def compare(
     as_seed("compare(seed=...)", seed)
     if why := flaw(estimand, len(paired)):
         raise ValueError(f"`compare(estimand={estimand})` {why}: take more draws, or a share nearer to one half.")
-    level, apart = (
-        intervals(estimand, paired.values, pairs, confidence, resamples, seed)
-        for pairs in (None, list(combinations(range(len(paired.laws)), 2)))
-    )
+    pairs = list(combinations(range(len(paired.laws)), 2))
+    level, apart = intervals(estimand, paired.values, pairs, confidence, resamples, seed)
     return Comparison(paired, estimand, confidence, level, _square(apart, len(paired.laws)), margin=margin)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.special import ndtri
@@ -168,26 +169,33 @@ def blur(estimand: Estimand, values: Array, errors: Array) -> Array:
 
 
 def intervals(
-    estimand: Estimand, values: Array, pairs: Pairs | None, confidence: float, resamples: int, seed: int
-) -> Intervals:
-    """An estimand of each column of values (N, L), or its differences between pairs of columns, all at once."""
+    estimand: Estimand, values: Array, pairs: Pairs, confidence: float, resamples: int, seed: int
+) -> tuple[Intervals, Intervals]:
+    """An estimand of each column of values (N, L), all at once, and its differences between pairs of columns, too."""
     match estimand:
         case Mean():
-            return _of_finite(
-                values, pairs, lambda known: means(_between(values, pairs)[:, known], confidence, resamples, seed)
-            )
+            one = partial(_means, values, confidence, resamples, seed)
         case Median():
-            return _quantiles(0.5, values, pairs, confidence, resamples, seed)
+            one = partial(_quantiles, values, 0.5, confidence, resamples, seed)
         case Quantile(share):
-            return _quantiles(share, values, pairs, confidence, resamples, seed)
+            one = partial(_quantiles, values, share, confidence, resamples, seed)
         case Tail(share):
-            return _tails(share, values, pairs, confidence, resamples, seed)
+            y = np.where(np.isinf(values).any(axis=0), 0, values)
+            one = partial(_tails, values, y, share, resampled_tails(y, share, resamples, seed), confidence, seed)
         case Success(limit):
-            return _shares((values > limit).astype(float), pairs, confidence)
+            one = partial(_shares, (values > limit).astype(float), confidence)
+    return one(None), one(pairs)
+
+
+def _means(values: Array, confidence: float, resamples: int, seed: int, pairs: Pairs | None) -> Intervals:
+    def summary(known: Flags) -> Intervals:
+        return means(_between(values, pairs)[:, known], confidence, resamples, seed)
+
+    return _of_finite(values, pairs, summary)
 
 
 def _quantiles(
-    share: float, values: Array, pairs: Pairs | None, confidence: float, resamples: int, seed: int
+    values: Array, share: float, confidence: float, resamples: int, seed: int, pairs: Pairs | None
 ) -> Intervals:
     if pairs is None:
         return order_statistics(values, share, confidence, resamples, seed)
@@ -196,21 +204,22 @@ def _quantiles(
     return percentiles(_between(level[None], pairs)[0], _between(resampled, pairs), confidence)
 
 
-def _tails(share: float, values: Array, pairs: Pairs | None, confidence: float, resamples: int, seed: int) -> Intervals:
-    y = np.where(np.isinf(values).any(axis=0), 0, values)
+def _tails(
+    values: Array, y: Array, share: float, resampled: Array, confidence: float, seed: int, pairs: Pairs | None
+) -> Intervals:
+    """Of values, and of the same values y with zeros in the columns that have failed runs."""
     q = np.sort(y, axis=0)[place_of(len(y), share)]
     parts = q + np.maximum(y - q, 0) / (1 - share)
-    resampled = resampled_tails(y, share, resamples, seed)
 
     def summary(known: Flags) -> Intervals:
-        one = means(_between(parts, pairs)[:, known], confidence, resamples, seed)
+        one = means(_between(parts, pairs)[:, known], confidence, len(resampled), seed)
         two = percentiles(one.value, _between(resampled, pairs)[:, known], confidence)
         return Intervals(one.value, np.minimum(one.low, two.low), np.maximum(one.high, two.high))
 
     return _of_finite(values, pairs, summary)
 
 
-def _shares(lost: Array, pairs: Pairs | None, confidence: float) -> Intervals:
+def _shares(lost: Array, confidence: float, pairs: Pairs | None) -> Intervals:
     apart = _between(lost, pairs)
     runs, columns = apart.shape
     alone = 1 - (1 - confidence) / columns

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import permutations
 from typing import Literal
+
+import numpy as np
 
 from workbench.study.evidence.comparison import RESAMPLES, Comparison, compare
 from workbench.study.evidence.estimands import Estimand, Success, unit_of, words_of
@@ -49,12 +50,11 @@ class Judgement:
         Each by its whole interval, beyond the margin and the errors of the steps.
         """
         first, *others = self.by.values()
+        laws = self.paired.laws
         return tuple(
-            (a, b, first.estimand.words, other.estimand.words)
-            for a, b in permutations(self.paired.laws, 2)
-            if first.order(a, b) == "below"
+            (laws[i], laws[j], first.estimand.words, other.estimand.words)
             for other in others
-            if other.order(a, b) == "above"
+            for i, j in np.argwhere(first.below & other.below.T)
         )
 
     @property
