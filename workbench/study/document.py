@@ -9,9 +9,9 @@ import difflib
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any, TypeAlias, get_args
 
-from workbench.notation.formula import Formula
+from workbench.study.blocks import Equation, Itemize, Paragraph, Verdict
 from workbench.study.cells import (
     Cell,
     Code,
@@ -25,14 +25,12 @@ from workbench.study.cells import (
     Strong,
     Table,
     Value,
-    check_choice,
     check_name,
     check_phrase,
     check_text,
     described,
     is_whole,
     parts,
-    phrases,
     plain_words,
     several,
     texts,
@@ -102,61 +100,6 @@ class Figure:
         object.__setattr__(self, "columns", int(self.columns))
         if not isinstance(self.numbers, Table | None):
             raise ValueError(f"`Figure('{self.name}', numbers=...)` must be a `Table`; got {described(self.numbers)}.")
-
-
-@dataclass(frozen=True)
-class Paragraph:
-    """Running text."""
-
-    text: Phrase
-
-    def __post_init__(self) -> None:
-        check_phrase("Paragraph(text)", self.text)
-
-
-@dataclass(frozen=True)
-class Itemize:
-    """A list of points."""
-
-    items: tuple[Phrase, ...]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "items", phrases("Itemize(items)", self.items))
-
-
-@dataclass(frozen=True)
-class Equation:
-    """Formulas on lines of their own below one number; the `note` says where they come from."""
-
-    formulas: Formula | tuple[Formula, ...]
-    name: str = ""
-    note: Phrase = ""
-
-    def __post_init__(self) -> None:
-        if not (isinstance(self.name, str) and self.name == ""):
-            check_name("Equation", self.name)
-        check_phrase("Equation(note=...)", self.note)
-        if not several("Equation(formulas)", self.lines, get_args(Formula), "formula"):
-            raise ValueError("`Equation(formulas)` must have at least one formula to number; got none.")
-
-    @property
-    def lines(self) -> tuple[Formula, ...]:
-        """The formulas, one a line."""
-        return self.formulas if isinstance(self.formulas, tuple) else (self.formulas,)
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """A claim with what became of it, and the evidence: a bound, a residual, a witness."""
-
-    kind: Literal["holds", "fails", "open"]
-    statement: Phrase
-    evidence: Phrase = ""
-
-    def __post_init__(self) -> None:
-        check_choice("Verdict(kind)", self.kind, ("holds", "fails", "open"))
-        check_phrase("Verdict(statement)", self.statement)
-        check_phrase("Verdict(evidence=...)", self.evidence)
 
 
 Block: TypeAlias = Paragraph | Itemize | Equation | Table | Figure | Verdict
