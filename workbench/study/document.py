@@ -37,7 +37,7 @@ from workbench.study.cells import (
 )
 from workbench.study.curves import Band, Label, Series, Style
 from workbench.study.panel import Panel
-from workbench.study.shapes import Bars, HeatMap, Mark, Points
+from workbench.study.shapes import Bars, HeatMap, Mark, Points, Tiles
 
 __all__ = [
     "Band",
@@ -68,6 +68,7 @@ __all__ = [
     "Strong",
     "Style",
     "Table",
+    "Tiles",
     "Value",
     "Verdict",
     "parts",
@@ -78,7 +79,8 @@ __all__ = [
 class Figure:
     """One or more panels below a common legend, laid out row by row in so many `columns`.
 
-    `numbers` are what it shows, for a reader who goes on with them: a table of its own file, not printed.
+    With `lead` the first panel has the whole width, above the others. `numbers` are what the figure shows, for a reader
+    who goes on with them: a table of its own file, not printed.
     """
 
     name: str
@@ -86,6 +88,7 @@ class Figure:
     panels: tuple[Panel, ...]
     columns: int = 1
     numbers: Table | None = None
+    lead: bool = False
 
     def __post_init__(self) -> None:
         check_name("Figure", self.name)
@@ -98,6 +101,8 @@ class Figure:
                 f"got {len(self.panels)} panels and for the columns {described(self.columns)}."
             )
         object.__setattr__(self, "columns", int(self.columns))
+        if not isinstance(self.lead, bool):
+            raise ValueError(f"`Figure('{self.name}', lead=...)` must be True or False; got {described(self.lead)}.")
         if not isinstance(self.numbers, Table | None):
             raise ValueError(f"`Figure('{self.name}', numbers=...)` must be a `Table`; got {described(self.numbers)}.")
 
