@@ -13,7 +13,18 @@ from workbench.report import pdf as module
 from workbench.report.figures.sheet import draw
 from workbench.report.outline import labels, notes
 from workbench.report.pdf import LONGEST, REST, data, pdf
-from workbench.study.document import Code, Colophon, Column, Document, Equation, Measured, Paragraph, Section, Table
+from workbench.study.document import (
+    Code,
+    Colophon,
+    Column,
+    Document,
+    Equation,
+    Measured,
+    Paragraph,
+    Section,
+    Table,
+    Verdict,
+)
 
 
 def compiled(doc):
@@ -51,6 +62,16 @@ def test_a_hostile_title_and_text_are_inert_and_readable(tmp_path):
     joined = "".join(text.split())
     for piece in ("<script>alert(1)</script>", '#eval("1")', "$x$", "*b*", "_i_", "@mass", "//", "<lab>"):
         assert joined.count(piece) >= 10
+
+
+def test_a_verdict_has_its_sentence_its_evidence_and_its_terms_in_one_box(tmp_path):
+    verdict = Verdict("depends", "S.", "E.", "mean cost", "readings", "a wider margin")
+    text = text_of(pdf(with_blocks(verdict)), tmp_path)
+    lines = [" ".join(line.split()) for line in text.split("More")[-1].splitlines() if line.strip()]
+    assert lines[:5] == [
+        *("DEPENDS S.", "E.", "Statistic and sample mean cost"),
+        *("Given readings", "Would be reversed by a wider margin"),
+    ]
 
 
 def test_the_same_document_gives_the_same_bytes_and_no_date():
