@@ -62,9 +62,7 @@ def winner(found: Found, given: Given) -> Verdict:
         by = "; ".join(f"{words}: {law or 'no law'}" for words, law in champions.items())
         statement, kind = f"{lead}the law that is best most often depends on what is asked. {_upper(by)}.", "depends"
     else:
-        statement = (
-            f"{lead}{first} has the least {ASKED.of('cost')} most often, in {counts[first]} of {len(HELD_OUT)} scenarios."
-        )
+        statement = f"{lead}{first} has the least {ASKED.of('cost')} most often, in {counts[first]} of {len(HELD_OUT)} scenarios."
         kind = "found"
     reversal = (
         f"Other champions: {'; '.join(f'{words}: {law}' for words, law in others.items())}. " if others else ""
@@ -130,11 +128,7 @@ def _tails(found: Found, given: Given, said: Mapping[str, Sequence[str]]) -> Ver
 
 def diverged(found: Found) -> Verdict:
     """The runs that did not last."""
-    lost = {
-        given.words: said
-        for given in GIVEN
-        if (said := _lost(found.runs[given.key]))
-    }
+    lost = {given.words: said for given in GIVEN if (said := _lost(found.runs[given.key]))}
     total = sum(len(one) for held in found.runs.values() for runs in held.values() for one in runs.values())
     count = sum(one.failed for held in found.runs.values() for runs in held.values() for one in runs.values())
     return Verdict(

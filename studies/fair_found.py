@@ -77,9 +77,7 @@ class Found:
 @lru_cache(maxsize=1)
 def found_of(results: Results) -> Found:
     """All of them."""
-    runs = {
-        key: {s.name: samples(results, s, entrants) for s in HELD_OUT} for key, entrants in ENTRANTS.items()
-    }
+    runs = {key: {s.name: samples(results, s, entrants) for s in HELD_OUT} for key, entrants in ENTRANTS.items()}
     tuned = {one.key: results.tuned(one.key) for entrants in ENTRANTS.values() for one in entrants}
     again = {
         key: {
@@ -98,7 +96,10 @@ def found_of(results: Results) -> Found:
         again,
         standings(ours, by_mean, lambda held: metric_of(held, terms[LATE])),
         standings(ours, by_mean, lambda held: metric_of(held, terms["TV"])),
-        {words: standings(ours, by_mean, lambda held, w=weights: _weighted(held, w)) for words, weights in WEIGHTS.items()},
+        {
+            words: standings(ours, by_mean, lambda held, w=weights: _weighted(held, w))
+            for words, weights in WEIGHTS.items()
+        },
         standings(told),
         judged(cost_of(samples(results, carded, ENTRANTS[BOTH.key], CARD))),
         {s.name: _parts(results, s, ours[s.name][PROPOSED]) for s in HELD_OUT if s.name in ABLATED},

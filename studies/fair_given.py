@@ -52,7 +52,9 @@ def gains(path: str) -> tuple[Sought, Sought]:
     )
 
 
-CUT_OFF = Sought("omega", ("observer.omega",), 10.0, 1000.0, 200.0, "rad/s", (0.01, 1000.0), "within a period the filter takes on what it reads")
+CUT_OFF = Sought(
+    "omega", ("observer.omega",), 10.0, 1000.0, 200.0, "rad/s", (0.01, 10000.0), "the filter passes what it reads on"
+)
 PACE = Sought("l", ("observer.disturbance.l",), 1.0, 100.0, CARD["l"], "1/s")
 READINGS = Given("readings", "positions and velocities as read", lambda x, start: FullState(2))
 FILTER = Given(

@@ -91,9 +91,7 @@ def joints(name: str, field: str, low: float, high: float, card: tuple[float, ..
 
 def diagonals(name: str, field: str, low: float, high: float, card: tuple[float, ...], unit: str) -> tuple[Sought, ...]:
     """One number for each joint, on the diagonal of a matrix."""
-    return tuple(
-        Sought(f"{name}_{j + 1}", (f"controller.{field}[{j},{j}]",), low, high, card[j], unit) for j in (0, 1)
-    )
+    return tuple(Sought(f"{name}_{j + 1}", (f"controller.{field}[{j},{j}]",), low, high, card[j], unit) for j in (0, 1))
 
 
 def one(
@@ -175,7 +173,8 @@ def learning(x: Numbers) -> dict[str, object]:
 def rbf(x: Numbers) -> RbfAsmc:
     """The network with the nodes of the card."""
     centres, widths = np.outer(CARD["RBF-ASMC: centres"], np.ones(4)), CARD["RBF-ASMC: widths"]
-    return RbfAsmc(**learning(x), Gamma=x["Gamma"], sigma=x["sigma"], centres=centres, widths=widths)
+    nodes = {"centres": centres, "widths": widths, "integrator": "exact"}
+    return RbfAsmc(**learning(x), Gamma=x["Gamma"], sigma=x["sigma"], **nodes)
 
 
 def aosmc(x: Numbers) -> AosmcRgs:
@@ -249,7 +248,10 @@ LAWS = (
     Law(
         "computed torque",
         lambda x: ComputedTorque(ARM, both(x, "Kp"), both(x, "Kd")),
-        (*joints("Kp", "Kp", 10.0, 2000.0, (36.0, 36.0), "1/s^2"), *joints("Kd", "Kd", 2.0, 200.0, (12.0, 12.0), "1/s")),
+        (
+            *joints("Kp", "Kp", 10.0, 2000.0, (36.0, 36.0), "1/s^2"),
+            *joints("Kd", "Kd", 2.0, 200.0, (12.0, 12.0), "1/s"),
+        ),
         counts_on_d=True,
     ),
     Law("RISE", rise, OF_RISE),

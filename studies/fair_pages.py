@@ -141,7 +141,9 @@ def dependence(found: Found) -> Section:
             tables.worth(found),
             tables.weights(found),
             *_by_scenario("late_error", "Late RMSE of each law behind both observers, by scenario.", found.late),
-            *_by_scenario("chattering", "Chattering (TV) of each law behind both observers, by scenario.", found.chattering),
+            *_by_scenario(
+                "chattering", "Chattering (TV) of each law behind both observers, by scenario.", found.chattering
+            ),
         ),
     )
 
@@ -217,7 +219,9 @@ def tuning(results: Results) -> Section:
         "Tuning with the same budget",
         (
             *(
-                tables.searches(f"searches_{given.key}", f"The searches of all laws given {given.words}.", tuned, entrants)
+                tables.searches(
+                    f"searches_{given.key}", f"The searches of all laws given {given.words}.", tuned, entrants
+                )
                 for given in GIVEN
                 for entrants in (ENTRANTS[given.key] + ((TOLD,) if given == BOTH else ()),)
             ),
@@ -263,7 +267,9 @@ def trust(results: Results) -> Section:
                 "Fuzzy-ASMC are those of a1."
             ),
             *(
-                tables.numbers(f"numbers_{given.key}", f"The numbers as tuned, given {given.words}.", tuned, ENTRANTS[given.key])
+                tables.numbers(
+                    f"numbers_{given.key}", f"The numbers as tuned, given {given.words}.", tuned, ENTRANTS[given.key]
+                )
                 for given in GIVEN
             ),
         ),

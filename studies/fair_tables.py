@@ -52,10 +52,22 @@ def searches(name: str, caption: str, found: Mapping[str, Tuned], entrants: Sequ
     for entrant in entrants:
         tuned = found[entrant.key]
         own = ", ".join(f"{best:.4g}" for best in tuned.bests)
-        used = ", ".join(f"{used:,}{'' if settled else '*'}" for used, settled in zip(tuned.used, tuned.settled, strict=True))
+        used = ", ".join(
+            f"{used:,}{'' if settled else '*'}" for used, settled in zip(tuned.used, tuned.settled, strict=True)
+        )
         least = Measured(tuned.objective, tuned.step_error)
         rows.append(
-            (entrant.name, len(entrant.tuned), least, tuned.spread, own, used, tuned.tuning.evaluations, tuned.failed, _remarks(tuned))
+            (
+                entrant.name,
+                len(entrant.tuned),
+                least,
+                tuned.spread,
+                own,
+                used,
+                tuned.tuning.evaluations,
+                tuned.failed,
+                _remarks(tuned),
+            )
         )
     columns = (
         Column("law"),

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm, solve_continuous_are
 
-from workbench.controllers import PID, AosmcRgs, SuperTwisting
+from workbench.controllers import PID, AosmcRgs, RbfAsmc, SuperTwisting, WithCompensation
 from workbench.controllers.algebraic import stepped
 from workbench.loop import ClosedLoop, Instruments
-from workbench.loop.ports import Estimate, Measurement
+from workbench.loop.ports import Estimate, Measurement, Motion
 from workbench.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
@@ -273,3 +273,32 @@ def test_a_step_of_34_is_refused_where_34_is_not_integrated(changes):
 
 def test_each_part_of_the_law_can_be_left_out_whatever_its_integrator():
     assert AosmcRgs(**LAW | {"gain_sign": "raised"}, integrator="cayley").without().keys() >= {"Riccati equation"}
+
+
+@pytest.mark.parametrize("sigma", [0.0, 2.0, 900.0])
+def test_the_network_forgets_exactly_over_a_period(sigma):
+    """W' = -Gamma h s^T - sigma W with h and s held, by SciPy; also where explicit Euler is not stable."""
+    nodes = {"centres": np.outer([-1.0, 0.0, 1.0], np.ones(4)), "widths": np.ones(4)}
+    law = RbfAsmc(ARM, [6.0, 5.0], 0.1, 2.0, 30.0, sigma, K=[5.0, 5.0], **nodes, integrator="exact")
+    z = {"K": ca.SX([5.0, 6.0]), "W": ca.SX(np.arange(6.0).reshape(3, 2))}
+    est = Estimate(ca.SX([0.3, -0.2]), ca.SX([0.1, 0.4]), ca.SX.zeros(2))
+    ref, h = Motion(*(ca.SX(x) for x in ([0.1, 0.0], [0.0, 0.2], [0.0, 0.0]))), 4e-3
+    forced = np.array(ca.DM(law.rate(0.0, z | {"W": ca.SX.zeros(3, 2)}, est, ref)["W"]))
+    W = np.arange(6.0).reshape(3, 2)
+    exact = solve_ivp(
+        lambda t, w: forced.ravel() - sigma * w, (0, h), W.ravel(), method="Radau", rtol=1e-11, atol=1e-13
+    )
+    moved = law.advance(0.0, z, est, ref, h)
+    np.testing.assert_allclose(np.array(ca.DM(moved["W"])).ravel(), exact.y[:, -1], rtol=1e-8, atol=1e-10)  # of Radau
+    assert law.method == "exact step of W, K by explicit Euler"
+
+
+def test_a_law_with_compensation_steps_as_the_law_does():
+    nodes = {"centres": np.outer([-1.0, 0.0, 1.0], np.ones(4)), "widths": np.ones(4)}
+    law = RbfAsmc(ARM, [6.0, 5.0], 0.1, 2.0, 30.0, 900.0, K=[5.0, 5.0], **nodes, integrator="exact")
+    behind = WithDisturbance(Luenberger(**TUNED), MomentumObserver(ARM, 5.0))
+    assert (
+        "controller: exact step of W, K by explicit Euler" in loop(WithCompensation(law), behind).digital(1e-3).methods
+    )
+    alone, summed = (simulate(loop(one).sampled(4e-3), until=0.1)["tau"] for one in (law, WithCompensation(law)))
+    np.testing.assert_array_equal(alone, summed)  # beside an observer without a disturbance D_hat = 0

@@ -71,6 +71,16 @@ class WithCompensation(AbstractController):
         """Those of the law."""
         return self._law.signals(_below(z), est, ref)
 
+    @property
+    def method(self) -> str:
+        """That of the law."""
+        return self.law.method
+
+    def advance(self, t: Number, z: Parts, est: Estimate, ref: Motion, period: float) -> Parts:
+        """That of the law."""
+        moved = self._law.advance(t, _below(z), est, ref, period)
+        return {f"{LAW}{name}": part for name, part in moved.items()}
+
     def without(self) -> Mapping[str, AbstractController]:
         """The law alone, and the sum with each part of the law left out."""
         less = {name: WithCompensation(law) for name, law in self.law.without().items()}
