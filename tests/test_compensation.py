@@ -23,12 +23,14 @@ from workbench.controllers import (
     WithCompensation,
 )
 from workbench.core import rk4
+from workbench.core.claim import declared
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold, Sines, SineTorque
 from workbench.simulate import simulate
+from workbench.verify.falsify import Budget, Hunt
 
 ARM, I = paper_arm(), np.eye(2)
 SMC = SlidingMode(ARM, Lambda=6.0, K=5.0, phi=0.5)
@@ -96,6 +98,15 @@ def test_a_law_that_has_the_estimate_already_is_refused():
     for law in (aosmc, WithCompensation(SMC)):
         with pytest.raises(ValueError, match=rf"that of `{type(law).__name__}` has it: take the law as it is"):
             WithCompensation(law)
+
+
+def test_what_the_law_promises_is_held_against_the_law_within():
+    kept = loop(WithCompensation(LAWS["ASMC"][0]))
+    promises = [said for said in declared(kept) if said.path == "controller.law."]
+    assert [said.kind for said in promises] == ["AdaptiveSlidingMode"] * 2
+    box = {"plant.q": (-2.0, 2.0), "plant.qd": (-2.0, 2.0)}
+    for promise in promises:
+        assert Hunt(kept.ode(), promise, box, 0.5, 5e-4).search(1, Budget(16, 3, 0)).kind == "not refuted"
 
 
 def test_it_is_made_of_the_compensation_and_of_the_parts_of_the_law():

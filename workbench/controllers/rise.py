@@ -31,11 +31,11 @@ class Rise(AbstractController):
     begin at w_0 = -(ks + 1) s(0), so that tau = tau_ref at first. Their proof differentiates the torque, and w_0 is
     one more initial error to it: zero, the default, answers the first error at once.
 
-    With sign for sat, for a disturbance with two bounded derivatives, if beta_i exceeds a bound on the torque that
-    is left unknown along the reference plus a bound on its derivative over alpha_i, and ks is large enough for
-    the start, e tends to zero though the torque is continuous: the sign is below the integral. For one joint of
-    inertia M the describing function of the sign says how large at least: ks + 1 < Lambda M leaves a limit cycle. The
-    layer costs the exactness and spares w its chattering in a computer, h beta from period to period.
+    With sign for sat, where the torque that is left unknown along the reference has a derivative within b1_i and a
+    second one within b2_i, beta_i > b1_i + b2_i / alpha_i and ks large enough for the start take e to zero. The torque
+    is continuous for all that: the sign is below the integral. For one joint of inertia M the describing function
+    of the sign tells a least ks: ks + 1 < Lambda M leaves a limit cycle. The layer costs the exactness and spares w
+    its chattering in a computer, h beta from period to period.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Rise(AbstractController):
     Xian, Dawson, de Queiroz and Chen (2004), A continuous asymptotic tracking control strategy for uncertain
     nonlinear systems, IEEE Transactions on Automatic Control 49(7).
     Patre, MacKunis, Makkar and Dixon (2008), Asymptotic tracking for systems with structured and unstructured
-    uncertainties, IEEE Transactions on Control Systems Technology 16(2) (arms, with feedforward of a model).
+    uncertainties, IEEE Transactions on Control Systems Technology 16(2) (Euler-Lagrange systems, with feedforward).
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (SURFACE_PULLS_THE_ERROR,)

@@ -36,8 +36,9 @@ class NonsingularTerminalSlidingMode(AbstractController):
 
     With the right model s' = -(gamma / beta) |ed|^(gamma - 1) (u + M^-1 D). On the surface e' = -sig(beta e)^(1/gamma)
     and e ends after gamma / (gamma - 1) beta^(-1/gamma) |e|^(1 - 1/gamma), which a linear surface never does. Under D
-    a relay needs k2_i > |M^-1 D|_i; with rho > 0 |s_i| falls to (|M^-1 D|_i / k2_i)^(1 / rho) at least. The layer ends
-    finite time, as |e| falls to phi only; "sign" keeps it, and chatters where it is sampled by |s|^rho.
+    a relay needs k2_i > |M^-1 D|_i; with rho > 0 |s_i| falls to (|M^-1 D|_i / k2_i)^(1/rho) at most. The layer costs
+    finite time, as |e| falls to phi only; "sign" keeps it and chatters where it is sampled, less for a larger rho.
+    sig(ed)^(2 - gamma) is infinitely steep at ed = 0: it magnifies small noise of the velocity, which is best filtered.
 
     Parameters
     ----------
