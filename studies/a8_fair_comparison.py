@@ -4,7 +4,7 @@ Question  Who really wins, by how much, and how sure is that? What does it depen
           given, the search, the budget? Which part of AOSMC-RGS makes the difference?
 Method    All laws run on a computer, with the same noisy readings, torque limit and wrong model. Each stands behind
           each of four: the readings, a filter of the velocity, observer (10), and that with an observer of the
-          disturbance. Each of these pairs is tuned for one objective in two training scenarios, by two searches of
+          disturbance. Each of these pairs is tuned for one objective in two training scenarios, by three searches of
           their own noise, with a budget for each number; a search goes on until it has settled, and its ranges are
           open. Then each is run in ten other scenarios over the same draws of masses, lengths, friction, disturbance
           and start. Laws are compared where they are given the same. The statistic asked is the mean cost, as costs
@@ -29,8 +29,8 @@ from workbench.study.study import Study
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Trial, Tuned, Tuning, equal_budget
 
-EVALUATIONS, SEEDS = 160, (1, 2)  # for each number that is tuned, at most; one search each
-SETTLED = 0.5  # of its evaluations, from which on a search that has settled ends
+EVALUATIONS, SEEDS = 240, (1, 2, 3)  # for each number that is tuned, at most; one search each
+SETTLED = 0.4  # of its evaluations, from which on a search that has settled ends
 DRAWS, SEED = 160, 8
 TRAINING_SEED = 80  # of the noise of the first training scenario: no law is judged by noise that it was tuned for
 

@@ -74,7 +74,7 @@ def winner(found: Found, given: Given) -> Verdict:
         estimand=f"{_upper(ASKED.of('cost'))}, declared before the runs; {_sample(found)}.",
         given=f"To each law {given.words}; numbers by searches of one budget a number.",
         reversal=(reversal or "Nothing that was tried: ")
-        + f"the statistics, each search alone and half of the budget were; of the last three the {CONTENDERS} laws of "
+        + f"the statistics, another search and half of the budget were; of the last two the {CONTENDERS} laws of "
         f"least training cost and {PROPOSED}.",
     )
 

@@ -124,7 +124,8 @@ def diagonal(path: str) -> tuple[str, str]:
 
 
 LAMBDA = joints("Lambda", "Lambda", 1.0, 40.0, CARD["Lambda"], "1/s")
-PHI = one("phi", "phi", 0.01, 10.0, CARD["phi"], "rad/s")
+LAYER = (1e-5, 100.0), "s stays within so wide a layer, where the gain over phi alone counts"
+PHI = one("phi", "phi", 0.01, 10.0, CARD["phi"], "rad/s", *LAYER)
 SURFACE = (*LAMBDA, PHI)
 GAIN = (1.0, 500.0)  # N m, of a switching torque
 LEARNED = (
@@ -141,9 +142,9 @@ OF_PROPOSED = (
 )
 OF_RISE = (
     *SURFACE,
-    shared("ks", "ks", 1.0, 500.0, 20.0, "N m s/rad"),
-    shared("alpha", "alpha", 0.1, 50.0, 2.0, "1/s"),
-    shared("beta", "beta", 0.1, 500.0, 10.0, "N m/s"),
+    shared("ks", "ks", 1.0, 300.0, 20.0, "N m s/rad"),
+    shared("alpha", "alpha", 0.01, 40.0, 2.0, "1/s"),
+    shared("beta", "beta", 0.1, 1000.0, 10.0, "N m/s"),
 )
 OF_TERMINAL = (
     shared("beta", "beta", 1.0, 200.0, 10.0, "rad^(gamma-1)/s^gamma"),

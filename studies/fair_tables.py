@@ -134,7 +134,7 @@ def dependence(found: Found) -> Table:
     columns = (Column("given"), *map(Column, words))
     notes = (
         "The law that is best in more held-out scenarios than any other, with their number; '-' where two share that. "
-        f"First by each statistic, then by the {ASKED.of('cost')} as each search alone tuned the laws that could win, "
+        f"First by each statistic, then by the {ASKED.of('cost')} as another search tuned the laws that could win, "
         "and with the best numbers of the first half of the evaluations allowed.",
     )
     return Table("dependence", "What the verdict depends on.", columns, tuple(rows), notes)

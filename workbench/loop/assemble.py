@@ -7,10 +7,11 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Ode, Sampled, Step, block, lift
+from workbench.core import Entry, Layout, Ode, Roles, Sampled, Step, block, lift
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, AbstractReference
 from workbench.loop.instruments import Instruments
 from workbench.loop.ports import Measurement
+from workbench.loop.roles import roles
 from workbench.loop.sampled import FINE, digital
 from workbench.loop.wiring import SOCKETS, UNITS, above, below, dense, memory, notes, outputs, signals, visible
 from workbench.validation.doors import door
@@ -39,6 +40,11 @@ class ClosedLoop:
     def uses_truth(self) -> bool:
         """Whether the observer needs what no instrument can give it."""
         return self.observer.uses_truth
+
+    @property
+    def roles(self) -> Roles:
+        """What the law is given, see `roles`."""
+        return roles(self)
 
     def ablations(self) -> dict[str, ClosedLoop]:
         """The loop less each part that its observer and its controller are made of, by the name of the part.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import ClassVar
 
 import casadi as ca
 
@@ -55,6 +56,8 @@ class WithDisturbance(AbstractObserver):
     ValueError
         If the two are for different numbers of joints.
     """
+
+    noun: ClassVar[str] = ""  # it is called what its parts are called
 
     state: AbstractObserver
     disturbance: AbstractDisturbanceObserver
