@@ -11,11 +11,11 @@ from scipy.special import ndtri
 
 from workbench.study.evidence.bootstrap import (
     Intervals,
+    likely_quantiles,
     means,
     order_statistics,
     percentiles,
     place_of,
-    resampled_quantiles,
     resampled_tails,
 )
 from workbench.study.sensitivity import share as share_of
@@ -48,7 +48,7 @@ class Quantile:
     """The least value that a share of the draws do not exceed; finite while fewer runs fail than the others.
 
     A level lies between order statistics. A difference is that of the quantiles of two laws, in percentile intervals of
-    the same resampled draws.
+    where both may lie together.
     """
 
     share: float
@@ -200,7 +200,7 @@ def _quantiles(
     if pairs is None:
         return order_statistics(values, share, confidence, resamples, seed)
     level = np.sort(values, axis=0)[place_of(len(values), share)]
-    resampled = resampled_quantiles(values, share, resamples, seed)
+    resampled = likely_quantiles(values, share, resamples, seed)
     return percentiles(_between(level[None], pairs)[0], _between(resampled, pairs), confidence)
 
 
