@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.study.sampling.contract import uniforms
-from workbench.validation.words import Array
+from workbench.validation.words import Array, Integers
 
 RESAMPLES = 2000
 
@@ -27,7 +27,7 @@ def dip(values: Array) -> float:
     """
     x, counts = np.unique(values, return_counts=True)
     above = np.cumsum(counts).astype(float)
-    below = above - counts
+    below = above - counts.astype(float)
     low, high, twice = 0, len(x) - 1, 1.0
     while low < high:
         part = slice(low, high + 1)
@@ -54,7 +54,7 @@ def least_dip(runs: int, confidence: float, seed: int) -> float:
     return float(dips[int(np.ceil(confidence * (RESAMPLES - 1)))])
 
 
-def _hull(x: Array, y: Array, turns: Callable[[float, float], bool]) -> tuple[Array, Array]:
+def _hull(x: Array, y: Array, turns: Callable[[float, float], bool]) -> tuple[Array, Integers]:
     """The convex or concave hull of points in order, at each of them, and the places of its corners."""
     corners: list[int] = []
     xs, ys = x.tolist(), y.tolist()
