@@ -33,18 +33,21 @@ class Intervals:
             raise ValueError(f"`Intervals(value, low, high)` must have two ends for each value; got shapes {shapes}.")
 
 
-def means(columns: Array, confidence: float, resamples: int, seed: int) -> Intervals:
+def means(columns: Array, rounding: Array, confidence: float, resamples: int, seed: int) -> Intervals:
     """The means of finite columns (N, k), between ends that hold all of them at once with the confidence.
 
         mean +- c s / sqrt(N),    c the quantile of max_k |mean*_k - mean_k| sqrt(N) / s*_k
 
-    over resampled draws *: the studentised bootstrap with its largest statistic. A column of which a resample may miss
-    all that varies is not bounded, and widens no other.
+    over resampled draws *: the studentised bootstrap with its largest statistic. A column that varies by no more than
+    its rounding, (k,), is constant; one of which a resample may miss all that varies is not bounded, and widens no
+    other.
     """
     runs = len(columns)
     middle = columns.mean(axis=0)
     left = columns - middle
     size = np.abs(left).max(axis=0)
+    size[size <= rounding] = 0
+    left[:, size == 0] = 0
     left /= np.where(size > 0, size, 1)  # no square overflows, and none loses its digits
     parts = []
     for counts in _counts(runs, resamples, seed):

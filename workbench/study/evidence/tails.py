@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from scipy.special import ndtr
 
-from workbench.study.evidence.dip import RESAMPLES, dip, least_dip
+from workbench.study.evidence.modality import RESAMPLES, dip, gap, least_dip
 from workbench.study.evidence.paired import Paired
 from workbench.study.sampling.contract import uniforms
 from workbench.study.sensitivity.outputs import Flags, t_quantile
@@ -54,7 +54,7 @@ class Shape:
     Attributes
     ----------
     kind
-        By the first that holds: some runs failed; the values that are finite are in two groups by Hartigan's dip; the
+        By the first that holds: some runs failed; the values are in two groups, by a gap or by Hartigan's dip; the
         worst tenth carries more of the total than that of an exponential law would; or none of these.
     upper
         The numbers of the draws that make up the failed runs, the upper group or the worst tenth, of so many runs.
@@ -142,20 +142,21 @@ def _group(
     if failed.any():
         return "failures", failed
     x = np.log(y) if y.min() > 0 else y  # one mode of a positive value is one of its logarithm for all usual laws
-    if dip(x) > least_dip(len(y), sure, seed):
-        return "two groups", y >= _between(x, y)
+    chance, beyond = gap(x)
+    if chance <= (1 - sure) / 2:
+        return "two groups", x >= beyond
+    if dip(x) > least_dip(len(y), (1 + sure) / 2, seed):
+        return "two groups", x >= _between(x)
     if carried > _carried_by_exponential(len(y), sure, seed):
         return "heavy tail", y >= np.sort(y)[-round(WORST * len(y))]
     return "one group", np.zeros(len(y), bool)
 
 
-def _between(x: Array, y: Array) -> float:
+def _between(x: Array) -> float:
     """The least value of the upper group: of two parts with the least squares about their own means."""
-    order = np.argsort(x, kind="stable")
-    x = x[order] - x.mean()
-    lower = np.arange(1, len(x))
-    gain = np.cumsum(x)[:-1] ** 2 * (1 / lower + 1 / lower[::-1])
-    return float(y[order][1 + int(np.argmax(np.where(np.diff(x) > 0, gain, -1)))])
+    ordered = np.sort(x)
+    sums, lower = np.cumsum(ordered - x.mean())[:-1], np.arange(1, len(x))
+    return float(ordered[1 + int(np.argmax(sums**2 / (lower * lower[::-1])))])
 
 
 def _weight(y: Array) -> tuple[float, float]:

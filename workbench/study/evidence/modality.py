@@ -1,4 +1,4 @@
-"""Hartigan's dip: how far a sample is from every law of one mode."""
+"""Modality: whether a sample is from a law of one mode, by a gap in it or by Hartigan's dip."""
 
 from __future__ import annotations
 
@@ -12,6 +12,26 @@ from workbench.study.sampling.contract import uniforms
 from workbench.validation.words import Array, Integers
 
 RESAMPLES = 2000
+BESIDE = 10  # draws on each side of a gap that are held against it
+
+
+def gap(values: Array) -> tuple[float, float]:
+    """The probability that one mode has so wide a gap within the sample, at most, and the least value beyond it.
+
+        P = N max ((s / (g + s))^9)    over the ten draws below the gap g and those above, which span s
+
+    Away from its mode a density falls, so that a gap is no wider, in law, than the nine spacings that come after it:
+    at most g / (g + s) has the law of that of ten equal ones. On one of its sides every gap has no mode; the factor N
+    is for all gaps (Bonferroni).
+    """
+    x = np.sort(values)
+    wide = np.diff(x)
+    spans = x[BESIDE - 1 :] - x[: 1 - BESIDE]
+    here, below, above = wide[BESIDE - 1 : 1 - BESIDE], spans[:-BESIDE], spans[BESIDE:]
+    span = np.maximum(below, above)
+    chances = np.where(here > 0, (span / np.where(here > 0, here + span, 1)) ** (BESIDE - 1), 1.0)
+    at = int(np.argmin(chances))
+    return min(1.0, len(x) * float(chances[at])), float(x[BESIDE + at])
 
 
 def dip(values: Array) -> float:
