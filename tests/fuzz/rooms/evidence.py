@@ -60,6 +60,8 @@ def calls() -> dict[str, Any]:
             {},
             ("a remark",),
         ),
+        "Predictor": partial(evidence.Predictor, "k", "above", 1.0, 0.9, 0.01, 20, 3),
+        "Shape": partial(evidence.Shape, "a", "error", "rad", "one group", [0, 1], 40, 1.0, 1.0, 0.1, None),
         "Standings": partial(evidence.Standings, {"paper": JUDGEMENT}),
         "Success": partial(evidence.Success, 1.0),
         "Tail": partial(evidence.Tail, 0.6),
@@ -95,6 +97,7 @@ def calls() -> dict[str, Any]:
         "ranks": partial(evidence.ranks, PAIRED, 0.9),
         "same_draws": partial(evidence.same_draws, {"a": sample(), "b": sample()}),
         "share": partial(sensitivity.share, [1.0, 0.0, np.nan], 0.9),
+        "shapes": partial(evidence.shapes, PAIRED, RANDOM.points(), FACTORS, confidence=0.9, seed=1),
         "sobol": partial(
             sensitivity.sobol,
             PAIRS,

@@ -14,6 +14,7 @@ from workbench.study.evidence.tables import (
     rank_table,
     statistics_table,
 )
+from workbench.study.evidence.tails import Predictor, Shape, shapes
 
 __all__ = [
     "Comparison",
@@ -22,8 +23,10 @@ __all__ = [
     "Mean",
     "Median",
     "Paired",
+    "Predictor",
     "Quantile",
     "Ranks",
+    "Shape",
     "Standings",
     "Success",
     "Tail",
@@ -36,5 +39,6 @@ __all__ = [
     "rank_table",
     "ranks",
     "same_draws",
+    "shapes",
     "statistics_table",
 ]

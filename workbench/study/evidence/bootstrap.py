@@ -33,18 +33,21 @@ class Intervals:
             raise ValueError(f"`Intervals(value, low, high)` must have two ends for each value; got shapes {shapes}.")
 
 
-def means(columns: Array, confidence: float, resamples: int, seed: int) -> Intervals:
+def means(columns: Array, rounding: Array, confidence: float, resamples: int, seed: int) -> Intervals:
     """The means of finite columns (N, k), between ends that hold all of them at once with the confidence.
 
         mean +- c s / sqrt(N),    c the quantile of max_k |mean*_k - mean_k| sqrt(N) / s*_k
 
-    over resampled draws *: the studentised bootstrap with its largest statistic. A column of which a resample may miss
-    all that varies is not bounded, and widens no other.
+    over resampled draws *: the studentised bootstrap with its largest statistic. A column that varies by no more than
+    its rounding, (k,), is constant; one of which a resample may miss all that varies is not bounded, and widens no
+    other.
     """
     runs = len(columns)
     middle = columns.mean(axis=0)
     left = columns - middle
     size = np.abs(left).max(axis=0)
+    size[size <= rounding] = 0
+    left[:, size == 0] = 0
     left /= np.where(size > 0, size, 1)  # no square overflows, and none loses its digits
     parts = []
     for counts in _counts(runs, resamples, seed):
@@ -66,19 +69,14 @@ def order_statistics(columns: Array, share: float, confidence: float, resamples:
     and the interval, of the median, that of the sign test; for several the bootstrap knows how they move together.
     """
     runs = len(columns)
-    below = round(runs * share, 9)
-    order = np.argsort(columns, axis=0, kind="stable")
-    lower = np.empty(columns.shape)  # ties are split, so that exactly that share of the draws is below
-    np.put_along_axis(lower, order, np.broadcast_to((np.arange(runs) < below)[:, None], order.shape) * 1.0, axis=0)
-    expected = lower.sum(axis=0)
+    below, expected, lower, ordered = _halves(columns, share)
     largest = [np.abs(counts @ lower - expected).max(axis=1) for counts in _counts(runs, resamples, seed)]
     c = _high(np.concatenate(largest), confidence)
-    ordered = np.take_along_axis(columns, order, axis=0)
-    first, last = int(np.ceil(below - c)) - 1, int(np.floor(below + c))
+    first, last = int(np.ceil(below - c)) - 1, int(np.ceil(below + c))
     nothing = np.full(columns.shape[1], np.inf)
     low = ordered[first] if first >= 0 else -nothing
     high = ordered[last] if last < runs else nothing
-    return Intervals(ordered[place_of(runs, share)], low, high)
+    return Intervals(ordered[expected - 1], low, high)
 
 
 def percentiles(value: Array, resampled: Array, confidence: float) -> Intervals:
@@ -87,9 +85,12 @@ def percentiles(value: Array, resampled: Array, confidence: float) -> Intervals:
         value - c (value - y*_low),  value + c (y*_high - value)
 
     with y*_low and y*_high the ends of each column's own percentile interval, and one c, 1 for a single column, that
-    makes the confidence that of all together. A side that resamples make infinite, or not a number, is not bounded.
+    makes the confidence that of all together; but at least as wide as the percentiles by Bonferroni, which see the gap
+    that a scale does not. A side that resamples make infinite, or not a number, is not bounded.
     """
-    laws, finite = len(value), np.isfinite(value)
+    size, finite = len(value), np.isfinite(value)
+    outer = int(len(resampled) * (1 - confidence) / (2 * size))
+    least, most = (s * _place(np.where(np.isnan(resampled), -np.inf, s * resampled), outer) for s in (1, -1))
     off = resampled[:, finite] - value[finite]
     sides = np.concatenate([-off, off], axis=1)
     sides = np.where(np.isnan(sides), np.inf, np.maximum(sides, 0))
@@ -99,23 +100,28 @@ def percentiles(value: Array, resampled: Array, confidence: float) -> Intervals:
         t = np.where(np.isinf(sides), np.inf, np.where(sides == 0, 0.0, sides / own))
     c, bounded = _largest(t, confidence)
     below, above = np.where(bounded, c * np.where(bounded, own, 0), np.inf).reshape(2, -1)
-    low, high = np.full(laws, -np.inf), np.full(laws, np.inf)
-    low[finite], high[finite] = value[finite] - below, value[finite] + above
-    sure = (resampled != value).mean(axis=0) <= (1 - confidence) / (2 * laws)
-    low[sure & (value == np.inf)] = np.inf
-    high[sure & (value == -np.inf)] = -np.inf
-    return Intervals(value, low, high)
+    least[finite] = np.minimum(least[finite], value[finite] - below)
+    most[finite] = np.maximum(most[finite], value[finite] + above)
+    return Intervals(value, least, most)
 
 
-def resampled_quantiles(columns: Array, share: float, resamples: int, seed: int) -> Array:
-    """The quantiles of columns (N, k) in each resample, (R, k)."""
-    runs, place = len(columns), place_of(len(columns), share)
-    found = np.empty((resamples, columns.shape[1]))
-    for k, column in enumerate(columns.T):
-        order = np.argsort(column, kind="stable")
-        for rows, held in _held(runs, order, resamples, seed):
-            found[rows, k] = column[order][(held <= place).sum(axis=0)]
-    return found
+def likely_quantiles(columns: Array, share: float, resamples: int, seed: int) -> Array:
+    """Where the quantiles of columns (N, k) may lie, (R, k): the middle of y_(B*) and y_(B*+1) in each resample *.
+
+    B*_k is as in `order_statistics`, and the percentile interval of one column is about the one there; the sample's
+    quantile in each resample instead would miss more often on the side where the draws are few. Of several columns the
+    resamples know how they move together.
+    """
+    below, expected, lower, ordered = _halves(columns, share)
+    beyond = np.full((1, columns.shape[1]), np.inf)
+    padded = np.concatenate([-beyond, ordered, beyond])
+    parts = []
+    for counts in _counts(len(columns), resamples, seed):
+        place, rest = np.divmod(counts @ lower - expected + below + 0.5, 1)
+        one, two = (np.take_along_axis(padded, place.astype(np.intp) + i, axis=0) for i in (0, 1))
+        with np.errstate(invalid="ignore"):
+            parts.append(np.where(np.isinf(one) | (rest == 0), one, one + rest * (two - one)))
+    return np.concatenate(parts)
 
 
 def resampled_tails(columns: Array, share: float, resamples: int, seed: int) -> Array:
@@ -136,9 +142,25 @@ def place_of(runs: int, share: float) -> int:
     return int(np.ceil(round(runs * share, 9))) - 1
 
 
+def _halves(columns: Array, share: float) -> tuple[float, int, Array, Array]:
+    """N p, the draws that are then in the lower share, which these are in each column, and the columns in order.
+
+    Ties are split, so that as many are in the lower share of each.
+    """
+    runs, expected = len(columns), place_of(len(columns), share) + 1
+    order = np.argsort(columns, axis=0, kind="stable")
+    lower = np.empty(columns.shape)
+    np.put_along_axis(lower, order, (np.arange(runs) < expected)[:, None] * np.ones(columns.shape), axis=0)
+    return round(runs * share, 9), expected, lower, np.take_along_axis(columns, order, axis=0)
+
+
 def _high(values: Array, share: float) -> Array:
     """The quantile along the first axis, an entry not below it; infinite entries allowed."""
-    place = min(int(np.ceil(share * (len(values) - 1))), len(values) - 1)
+    return _place(values, int(np.ceil(share * (len(values) - 1))))
+
+
+def _place(values: Array, place: int) -> Array:
+    """The entry along the first axis that has so many below it."""
     return np.asarray(np.partition(values, place, axis=0)[place])
 
 

@@ -11,15 +11,15 @@ from scipy.special import ndtri
 
 from workbench.study.evidence.bootstrap import (
     Intervals,
+    likely_quantiles,
     means,
     order_statistics,
     percentiles,
     place_of,
-    resampled_quantiles,
     resampled_tails,
 )
 from workbench.study.sensitivity import share as share_of
-from workbench.study.sensitivity.outputs import Flags
+from workbench.study.sensitivity.outputs import LEAST_SPREAD, Flags
 from workbench.validation.doors import door
 from workbench.validation.words import Array, finite
 
@@ -48,7 +48,7 @@ class Quantile:
     """The least value that a share of the draws do not exceed; finite while fewer runs fail than the others.
 
     A level lies between order statistics. A difference is that of the quantiles of two laws, in percentile intervals of
-    the same resampled draws.
+    where both may lie together.
     """
 
     share: float
@@ -189,7 +189,8 @@ def intervals(
 
 def _means(values: Array, confidence: float, resamples: int, seed: int, pairs: Pairs | None) -> Intervals:
     def summary(known: Flags) -> Intervals:
-        return means(_between(values, pairs)[:, known], confidence, resamples, seed)
+        rounding = _rounding(values, pairs)[known]
+        return means(_between(values, pairs)[:, known], rounding, confidence, resamples, seed)
 
     return _of_finite(values, pairs, summary)
 
@@ -200,7 +201,7 @@ def _quantiles(
     if pairs is None:
         return order_statistics(values, share, confidence, resamples, seed)
     level = np.sort(values, axis=0)[place_of(len(values), share)]
-    resampled = resampled_quantiles(values, share, resamples, seed)
+    resampled = likely_quantiles(values, share, resamples, seed)
     return percentiles(_between(level[None], pairs)[0], _between(resampled, pairs), confidence)
 
 
@@ -212,7 +213,8 @@ def _tails(
     parts = q + np.maximum(y - q, 0) / (1 - share)
 
     def summary(known: Flags) -> Intervals:
-        one = means(_between(parts, pairs)[:, known], confidence, len(resampled), seed)
+        rounding = _rounding(parts, pairs)[known]
+        one = means(_between(parts, pairs)[:, known], rounding, confidence, len(resampled), seed)
         two = percentiles(one.value, _between(resampled, pairs)[:, known], confidence)
         return Intervals(one.value, np.minimum(one.low, two.low), np.maximum(one.high, two.high))
 
@@ -239,6 +241,12 @@ def _between(columns: Array, pairs: Pairs | None) -> Array:
         return columns
     with np.errstate(invalid="ignore"):
         return columns[:, [i for i, _ in pairs]] - columns[:, [j for _, j in pairs]]
+
+
+def _rounding(values: Array, pairs: Pairs | None) -> Array:
+    """By how much columns, or differences of pairs of them, may vary by rounding alone."""
+    size = LEAST_SPREAD * np.abs(values).max(axis=0)
+    return size if pairs is None else np.array([max(size[i], size[j]) for i, j in pairs])
 
 
 def _of_finite(values: Array, pairs: Pairs | None, summary: Callable[[Flags], Intervals]) -> Intervals:
