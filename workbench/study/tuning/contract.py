@@ -186,6 +186,7 @@ class Tuning:
         """How many points a search may look at for each number that it seeks."""
         return self.evaluations / len(self.factors)
 
+    @door
     def noise(self, trial: Trial, search: int) -> int:
         """The seed of the noise of a trial in a search, both searches and noises counted from 0."""
         return trial.seed + NOISES * (search % len(self.seeds))
