@@ -72,11 +72,12 @@ def evolve(
     rng: np.random.Generator,
     start: tuple[Array, Array] | None = None,
     ended: Callable[[], bool] = lambda: False,
+    mixed: bool = True,
 ) -> tuple[Array, Judged]:
     """The last population u (B, d) in the unit cube, and what its members are worth, by DE/best/1 and DE/rand/1.
 
-    Half of the trials start from the best member, half from any: the first are quick, the second keep looking
-    elsewhere. A trial beyond the cube is put between its parent and the face.
+    Half of the trials start from the best member, half from any if `mixed`: the first are quick, the second keep
+    looking elsewhere. A trial beyond the cube is put between its parent and the face.
 
     Parameters
     ----------
@@ -87,6 +88,8 @@ def evolve(
         trials leave it.
     ended
         Asked before each generation whether the search is over.
+    mixed
+        Whether half of the trials start from any member; else all start from the best.
 
     Raises
     ------
@@ -101,26 +104,24 @@ def evolve(
     """
     dimensions, population = whole("evolve(dimensions=...)", dimensions), whole("evolve(population=...)", population, 4)
     generations = whole("evolve(generations=...)", generations, 0)
-    low, high = _box(start, dimensions)
-    # one point in every slice of every axis: a Latin hypercube
-    u = (np.argsort(rng.random((dimensions, population)), axis=1).T + rng.random((population, dimensions))) / population
-    u = low + (high - low) * u
+    u = _first(start, dimensions, population, rng)
     worth = _worth(judge, u)
     for _ in range(generations):
         if ended():
             break
-        trial = _trials(u, u[worth.best()], rng)
+        trial = _trials(u, u[worth.best()], rng, mixed)
         found = _worth(judge, trial)
         better = found.beats(worth)
         u, worth = np.where(better[:, None], trial, u), found.where(better, worth)
     return u, worth
 
 
-def _trials(u: Array, best: Array, rng: np.random.Generator) -> Array:
+def _trials(u: Array, best: Array, rng: np.random.Generator, mixed: bool) -> Array:
     """A trial for each member (B, d) of a population."""
     population, dimensions = u.shape
     a, b, c = (rng.permutation(population) for _ in range(3))
-    base = np.where((np.arange(population) % 2 == 0)[:, None], best, u[a])
+    elsewhere = mixed & (np.arange(population) % 2 == 1)
+    base = np.where(elsewhere[:, None], u[a], best)
     trial = base + rng.uniform(*WEIGHTS, (population, 1)) * (u[b] - u[c])
     inherited = rng.random((population, dimensions)) > CROSSOVER
     inherited[np.arange(population), rng.integers(dimensions, size=population)] = False
@@ -129,15 +130,16 @@ def _trials(u: Array, best: Array, rng: np.random.Generator) -> Array:
     return np.where(trial < 0, u * back, np.where(trial > 1, u + (1 - u) * back, trial))
 
 
-def _box(start: tuple[Array, Array] | None, dimensions: int) -> tuple[Array, Array]:
-    """The ends of the box of the first population."""
+def _first(start: tuple[Array, Array] | None, dimensions: int, population: int, rng: np.random.Generator) -> Array:
+    """A Latin hypercube (B, d): one point in every slice of every axis of a box."""
     low, high = (np.zeros(dimensions), np.ones(dimensions)) if start is None else start
     if low.shape != (dimensions,) or high.shape != low.shape or not ((low >= 0) & (low < high) & (high <= 1)).all():
         raise ValueError(
             f"`evolve(start=...)` must be the low and the high ends ({dimensions},) of a box in the unit cube, "
             f"low < high; got {described(start)}."
         )
-    return low, high
+    u = np.argsort(rng.random((dimensions, population)), axis=1).T + rng.random((population, dimensions))
+    return np.asarray(low + (high - low) * (u / population))
 
 
 def _worth(judge: Callable[[Array], Judged], trials: Array) -> Judged:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from math import ceil
 
 from workbench.study.factors import Factor
-from workbench.study.tuning.contract import End, Objective, Trial, Tuning
+from workbench.study.tuning.contract import Objective, Trial, Tuning
 from workbench.validation.doors import door
 from workbench.validation.words import known, positive
 
@@ -23,7 +23,7 @@ def equal_budget(
     population: int | None = None,
     seeds: tuple[int, ...] = (0,),
     starts: Mapping[str, Mapping[str, tuple[float, float]]] | None = None,
-    physical: Mapping[str, Mapping[tuple[str, End], str]] | None = None,
+    physical: Mapping[str, Mapping[tuple[str, str], str]] | None = None,
     settle: float | None = None,
 ) -> tuple[Tuning, ...]:
     """Tunings of several laws by one objective, with one budget, from the same seeds and in the same trials.

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import ceil
-from typing import Literal
 
 import numpy as np
 
@@ -21,8 +20,8 @@ from workbench.validation.words import Array, described, finite, known, seed, te
 LEAST = 4  # members of a population, of which a new point is made
 GAIN = 0.01  # of the objective: a search that gains no more in a window has settled
 WINDOW = 4  # a window is one part of so many of the evaluations that a search may have
+ENDS = ("low", "high")
 NOISES = 1000  # from the seed of a trial's noise in one search to that in the next
-End = Literal["low", "high"]
 
 # The runs of each trial by its name, finite in all of them, to what they are worth, (n,): the smaller the better.
 Objective = Callable[[Mapping[str, Sample]], Array]
@@ -105,7 +104,7 @@ class Tuning:
     population: int
     seeds: tuple[int, ...] = (0,)
     starts: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    physical: Mapping[tuple[str, End], str] = field(default_factory=dict)
+    physical: Mapping[tuple[str, str], str] = field(default_factory=dict)
     settle: float | None = None
 
     def __post_init__(self) -> None:
@@ -140,7 +139,7 @@ class Tuning:
                 )
         for (name, end), why in self.physical.items():
             known(name, ranges, f"factors of `Tuning({self.name!r}, physical=...)`")
-            known(end, ("low", "high"), "ends of a range")
+            known(end, ENDS, "ends of a range")
             text(f"Tuning({self.name!r}, physical=...) at the {end} end of '{name}'", why, empty=False)
 
     def _check_budget(self) -> None:
@@ -187,6 +186,7 @@ class Tuning:
         """How many points a search may look at for each number that it seeks."""
         return self.evaluations / len(self.factors)
 
+    @door
     def noise(self, trial: Trial, search: int) -> int:
         """The seed of the noise of a trial in a search, both searches and noises counted from 0."""
         return trial.seed + NOISES * (search % len(self.seeds))

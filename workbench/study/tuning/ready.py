@@ -17,7 +17,7 @@ from workbench.validation.words import Array
 
 # Points of a search that are run again at half the step: as many as one vector of the widest processors holds.
 FINALISTS = 8
-BISECTIONS = 60  # of a share of a range, to its last bit
+BISECTIONS = 60  # of the unit interval, to its last bit
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Ready:
         starts, low, high = self.tuning.starts, np.zeros(len(self.tuning.factors)), np.ones(len(self.tuning.factors))
         for i, factor in enumerate(self.tuning.factors):
             if factor.name in starts:
-                low[i], high[i] = (_share(factor.distribution, end) for end in starts[factor.name])
+                low[i], high[i] = (_place(factor.distribution, end) for end in starts[factor.name])
         return low, high
 
     def under(self, sweeps: Sequence[Prepared], noise: int) -> list[Prepared]:
@@ -90,8 +90,8 @@ def ready(tuning: Tuning, arithmetics: Mapping[str, str] | None = None) -> Ready
     return replace(made, halves=tuple(one.at_half(f"{one.sweep.name}_half").at(few) for one in trials))
 
 
-def _share(distribution: AbstractDistribution, value: float) -> float:
-    """The quantile that a value of a range is."""
+def _place(distribution: AbstractDistribution, value: float) -> float:
+    """Where a value of a range lies in the unit cube: the inverse of the quantile, by bisection."""
     low, high = 0.0, 1.0
     if value in (distribution.low, distribution.high):
         return low if value == distribution.low else high

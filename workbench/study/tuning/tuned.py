@@ -13,7 +13,7 @@ from workbench.study.contract import Loop, answer, check_loop, equations_of
 from workbench.study.factors import Space
 from workbench.study.pareto import pareto
 from workbench.study.sample import Sample
-from workbench.study.tuning.contract import End, Tuning
+from workbench.study.tuning.contract import Tuning
 from workbench.study.tuning.course import Course, courses, percent, reasons_of, share
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers, known, vector, whole
@@ -157,8 +157,13 @@ class Tuned:
 
     @property
     def curves(self) -> dict[str, tuple[Array, Array]]:
-        """By search, the evaluations after each generation and the least objective so far; infinite while none is."""
-        return {f"seed {one.seed}": (one.spent, one.bests) for one in self.searches}
+        """By search, evaluations and the least objective so far, infinite while none is admissible.
+
+        All have as many as the longest search: one that has settled before keeps its last.
+        """
+        longest = max(self.searches, key=lambda one: one.evaluations).spent
+        bests = (np.pad(one.bests, (0, len(longest) - len(one.bests)), mode="edge") for one in self.searches)
+        return {f"seed {one.seed}": (longest, best) for one, best in zip(self.searches, bests, strict=True)}
 
     @property
     def bests(self) -> Array:
@@ -182,10 +187,10 @@ class Tuned:
         return {name: declared[name, end] for name, end in self._ends.items() if (name, end) in declared}
 
     @property
-    def _ends(self) -> dict[str, End]:
+    def _ends(self) -> dict[str, str]:
         """At which end of its range the best value of a factor lies, of those that lie at one."""
         names, at = [factor.name for factor in self.tuning.factors], self.points[self.place]
-        low: dict[str, End] = {name: "low" for name, u in zip(names, at, strict=True) if u < EDGE}
+        low = {name: "low" for name, u in zip(names, at, strict=True) if u < EDGE}
         return low | {name: "high" for name, u in zip(names, at, strict=True) if u > 1 - EDGE}
 
     @property
