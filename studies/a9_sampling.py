@@ -7,7 +7,7 @@ Method    Both scenarios with the numbers of a1. The law and its observer in a c
           at two substeps; the memories by explicit Euler, those of AOSMC-RGS by Cayley steps beside it, and near
           their exact flow; a layer, a relay and an implicit relay; delay and noise. Longest safe periods by bisection
           on runs, beside the multipliers of the frozen loops and a rule of thumb.
-Runs in   about half a minute on two idle cores, ten seconds more the first time.
+Runs in   about a minute on two idle cores, twenty seconds more the first time.
 """
 
 from collections.abc import Sequence
