@@ -3,7 +3,7 @@
 Question  How far and how fast does the switching of SMC make the arm oscillate, where its drives lag and a computer
           closes the loop? And how wide must the boundary layer be to end that?
 Method    The loop of joint 1 is cut at a rest point where M is diagonal; harmonic balance and the exact cycles of a
-          relay beneath a computer are compared with runs of the whole arm, over the lag and the period.
+          relay run by a computer are compared with runs of the whole arm, over the lag and the period.
 Runs in   about ten seconds on two cores.
 """
 

@@ -6,9 +6,10 @@ import numpy as np
 from linear_loops import PROPOSED, SEVEN
 from paper_card import LAWS
 from paper_comparison import MARGIN
-from sampling_card import NOISY, PERIODS, QUIET, REALISTIC, RULE
+from sampling_card import PERIODS, QUIET, REALISTIC, RULE
 from sampling_evidence import PLACES, SOME, Evidence, flips, judged, printed
-from sampling_loops import RMSE, SCENARIOS, SWITCHING, TV, Audit, Computer
+from sampling_integrator import finite, integrator
+from sampling_loops import RMSE, SWITCHING, TV, Audit, Computer
 from sampling_steps import Curve
 
 from workbench.study.document import Section, Verdict
@@ -25,6 +26,7 @@ def findings(evidence: Evidence, curves: Sequence[Curve]) -> Section:
         "What was found",
         (
             finite(evidence),
+            integrator(evidence),
             unseen(evidence),
             survives(evidence),
             places(evidence),
@@ -39,78 +41,80 @@ def findings(evidence: Evidence, curves: Sequence[Curve]) -> Section:
     )
 
 
-def finite(evidence: Evidence) -> Verdict:
-    """Whether every run stays finite."""
-    lost = {
-        f"{law} at {1e3 * period:g} ms ({scenario}, {count} of {1 + NOISY} runs)": count
-        for period in PERIODS
-        for law in SEVEN
-        for scenario in SCENARIOS
-        if (count := evidence.lost(law, scenario, period))
-    }
-    return Verdict(
-        "fails" if lost else "holds",
-        f"Every law stays finite up to {1e3 * max(PERIODS):g} ms, without delay, with noise and without.",
-        f"In both scenarios; diverged: {', '.join(lost) or 'none'}.",
-    )
-
-
 def unseen(evidence: Evidence) -> Verdict:
     """Whether the paper's own figure shows the computer."""
     still, now = evidence.still(RMSE), evidence.at(RMSE, REALISTIC)
     change = {(law, *place): abs(now(law, *place)[0] / still(law, *place)[0] - 1) for law in SEVEN for place in PLACES}
     worst = max(change, key=lambda key: change[key])
+    error = now(*worst)[1] / still(*worst)[0]
+    past = change[worst] - error > MARGIN
     factor = {law: max(variation(evidence, law, *place) for place in PLACES) for law in SEVEN}
     loud, calm = max(factor, key=lambda law: factor[law]), [law for law in SEVEN if factor[law] <= QUIET]
     quiet = f" Only {_and(calm)} {'stay' if len(calm) > 1 else 'stays'} within {QUIET:g} times." if calm else ""
     return Verdict(
-        "holds" if change[worst] <= MARGIN else "fails",
+        "fails" if past else "holds" if change[worst] + error <= MARGIN else "open",
         f"A computer of {MS} leaves the RMSE (43) of every law within {100 * MARGIN:g} % of continuous time.",
-        f"It changes by up to {100 * change[worst]:.2f} % ({_at(worst)}). The total variation of the torque becomes up "
-        f"to {_round(factor[loud])} times what it is in continuous time ({loud}).{quiet}",
+        f"It changes by up to {100 * change[worst]:.2f} %, with an error of {100 * error:.2f} % ({_at(worst)}). The "
+        f"total variation of the torque becomes up to {_round(factor[loud])} times what it is in continuous time "
+        f"({loud}).{quiet}",
     )
 
 
 def variation(evidence: Evidence, law: str, scenario: str, joint: int, period: float = REALISTIC) -> float:
-    """Total variation beneath a computer over that in continuous time."""
+    """Total variation with a computer over that in continuous time."""
     return evidence.at(TV, period)(law, scenario, joint)[0] / evidence.still(TV)(law, scenario, joint)[0]
 
 
 def survives(evidence: Evidence) -> Verdict:
     """Whether a realistic computer changes what holds of the published ranking."""
-    before, now = printed(evidence.still(RMSE)), printed(evidence.at(RMSE, REALISTIC, delay=True, noisy=True))
+    before, now, by_cayley = (
+        printed(evidence.still(RMSE)),
+        *(printed(evidence.at(RMSE, REALISTIC, delay=True, noisy=True, stepping=way)) for way in ("euler", "cayley")),
+    )
     turned, opened = before.below & now.above, before.below & now.undecided
     return Verdict(
         "fails" if turned else "open" if opened else "holds",
         f"What holds of the published ranking in continuous time holds at {MS}, a period late, with noise.",
-        f"Of the printed pairs, in continuous time {before.text}; beneath the realistic computer {now.text}. Of the "
+        f"Of the printed pairs, in continuous time {before.text}; with the realistic computer {now.text}, and "
+        f"with Cayley steps of AOSMC-RGS {by_cayley.text}. Of the "
         f"{len(before.below)} that held, {len(turned)} are turned and {len(opened)} become too close to call.",
     )
 
 
 def places(evidence: Evidence) -> Verdict:
     """Whether laws change places by RMSE as the period grows."""
-    found = flips(evidence, RMSE)
-    statement = f"No two of the paper's laws change places by RMSE (43) up to {1e3 * max(PERIODS):g} ms."
+    found, by_euler = flips(evidence, RMSE, "cayley"), flips(evidence, RMSE)
+    statement = f"The paper's laws keep their places by RMSE (43) up to {1e3 * max(PERIODS):g} ms."
     if not found:
         return Verdict("holds", statement, "Every pair that is decided in continuous time stays or becomes open.")
     first = min(flip.period for flip in found)
+    before = max((T for T in PERIODS if first > T), default=0.0)
     early = [f"{f.better} and {f.worse} ({f.scenario}, joint {f.joint + 1})" for f in found if f.period == first]
+    ours, euler = (sum(PROPOSED in (f.better, f.worse) for f in kind) for kind in (found, by_euler))
     return Verdict(
-        "fails", statement, f"{len(found)} pairs do, the first from {1e3 * first:g} ms on: {', '.join(early)}."
+        "fails",
+        statement,
+        f"All pairs keep them up to {1e3 * before:g} ms. At {1e3 * first:g} ms these change: {', '.join(early)}. By "
+        f"{1e3 * max(PERIODS):g} ms {len(found)} of {len(PLACES) * len(LAWS) * (len(LAWS) - 1) // 2} pairs have, "
+        f"{ours} with AOSMC-RGS, which takes Cayley steps here. With explicit Euler {euler} pairs with AOSMC-RGS "
+        "have, as a run that diverges ranks above all others. A pair changes where exact and noisy readings agree, "
+        "beyond 2 % and both errors.",
     )
 
 
 def quieter(evidence: Evidence) -> Verdict:
-    """The paper's claim of reduced chattering, beneath a computer."""
-    now = evidence.at(TV, REALISTIC)
-    rivals = [law for law in LAWS if law != PROPOSED]
-    stands = [judged(now(PROPOSED, *place), now(rival, *place)) for place in PLACES for rival in rivals]
+    """The paper's claim of reduced chattering, in a sampled-data loop."""
+    now, rivals = evidence.at(TV, REALISTIC), [law for law in LAWS if law != PROPOSED]
+    stands, by_cayley = (
+        [judged(at(PROPOSED, *place), at(rival, *place)) for place in PLACES for rival in rivals]
+        for at in (now, evidence.at(TV, REALISTIC, stepping="cayley"))
+    )
     largest = max(now(PROPOSED, *place)[0] for place in PLACES)
     return Verdict(
         "fails" if "above" in stands else "open" if "undecided" in stands else "holds",
-        f"Beneath a computer of {MS} AOSMC-RGS chatters less than its rivals (TV).",
-        f"Below the rival in {stands.count('below')} of {len(stands)} comparisons, above in {stands.count('above')}. "
+        f"At {MS} AOSMC-RGS chatters less than its rivals (TV).",
+        f"Below the rival in {stands.count('below')} of {len(stands)} comparisons, above in {stands.count('above')}; "
+        f"by Cayley steps below in {by_cayley.count('below')}, above in {by_cayley.count('above')}. "
         f"Its torque varies by up to {_round(largest)} N m/s: by {_round(largest * REALISTIC)} N m each period.",
     )
 
@@ -224,7 +228,7 @@ def computers(curves: Sequence[Curve]) -> Verdict:
     worst = max(own, key=lambda law: own[law])
     return Verdict(
         "holds" if spread <= ALIKE else "fails",
-        f"What chatters beneath the computer of {1e3 * REALISTIC:g} ms is the computer's, not the simulation's.",
+        f"Chattering of the loop with a computer of {MS} is the computer's, the same at every step of the simulation.",
         f"A shorter step within the period changes the total variation by at most {100 * spread:.2g} %. In continuous "
         f"time it is the step that chatters: with its layer {worst} reaches {_round(own[worst])} times what the "
         "shortest step shows, beyond the stability limit of RK4, and a relay varies the more the shorter the step is.",

@@ -1,4 +1,4 @@
-"""What a9 says of laws beneath a computer: its limits by other roads, and verdicts that turn with their figures."""
+"""What a9 says of laws as sampled-data loops: its limits by other roads, and verdicts that turn with their figures."""
 
 import sys
 from dataclasses import replace
@@ -106,7 +106,7 @@ def test_a_relay_behind_a_delay_runs_through_its_exact_cycle():
     assert found.variation == pytest.approx(found.foreseen, rel=0.03)
 
 
-def test_chattering_beneath_a_computer_does_not_know_the_step_of_the_simulation():
+def test_chattering_of_a_computer_does_not_know_the_step_of_the_simulation():
     assert np.ptp(curve("SMC", "sign", True).TV, axis=0).max() < 1.0  # of some 5000 N m/s
 
 
@@ -136,7 +136,7 @@ def calm():
 
 
 def with_audits(evidence, changed, matches):
-    """The same evidence with other figures beneath some computers."""
+    """The same evidence with other figures on some computers."""
     return replace(evidence, audits={k: changed(k) if matches(*k) else a for k, a in evidence.audits.items()})
 
 
@@ -145,6 +145,47 @@ def with_safe(evidence, **changes):
 
 
 JUDGES = ("finite", "unseen", "survives", "places", "quieter", "foreseen", "thumb", "halved", "noisy", "implicit")
+
+
+def lost_by(*ways):
+    """Evidence in which AOSMC-RGS is lost at 10 ms in the first scenario, where its memories step in these ways."""
+    return with_audits(
+        calm(),
+        lost,
+        lambda law, scenario, computer: (
+            law == "AOSMC-RGS" and scenario == "FS" and computer.period == 1e-2 and computer.stepping in ways
+        ),
+    )
+
+
+@pytest.mark.parametrize(
+    ("ways", "kind"),
+    [
+        (("euler",), "holds"),
+        (("euler", "cayley34"), "open"),
+        (("euler", "fine"), "open"),
+        (("euler", "cayley34", "cayley", "fine"), "fails"),
+        ((), "open"),
+    ],
+)
+def test_a_loss_is_the_integrators_where_other_steps_keep_the_run(ways, kind):
+    assert findings.integrator(lost_by(*ways)).kind == kind
+
+
+def test_what_only_euler_loses_changes_no_place_of_the_law():
+    evidence = lost_by("euler")
+    assert findings.finite(evidence).kind == findings.places(evidence).kind == "holds"
+    assert "by explicit Euler of all memories: AOSMC-RGS at 10 ms (FS, 8 of 8 runs)" in findings.finite(
+        evidence
+    ).evidence.replace("By", "by")
+    assert flips(evidence, RMSE) != ()
+    assert findings.finite(lost_by("euler", "cayley")).kind == "fails"
+
+
+def test_at_10_ms_euler_loses_aosmc_rgs_and_a_cayley_step_of_34_keeps_it():
+    lost_runs = {way: audit("AOSMC-RGS", "FS", Computer(1e-2, stepping=way)).lost for way in ("euler", "cayley34")}
+    assert lost_runs["euler"].all()
+    assert not lost_runs["cayley34"].any()
 
 
 @pytest.mark.parametrize("name", JUDGES)

@@ -247,13 +247,13 @@ def test_fine_is_the_exact_flow_of_the_memories_with_all_else_held():
 def test_a_loop_names_the_method_of_each_block_that_has_a_memory():
     behind = WithDisturbance(Luenberger(**TUNED, integrator="cayley"), MomentumObserver(ARM, 5.0))
     assert loop(AosmcRgs(**LAW, integrator="cayley"), behind).digital(1e-3).methods == (
-        "observer: Cayley step of (10), D_hat by explicit Euler",
-        "controller: K by explicit Euler, P by a Cayley step of (34)",
+        "memory of the observer: Cayley step of (10), D_hat by explicit Euler",
+        "memory of the controller: K by explicit Euler, P by a Cayley step of (34)",
     )
-    assert loop(PID(**PIDS)).digital(1e-3).methods == ("controller: explicit Euler",)
-    assert loop(PID(**PIDS)).digital(1e-3, integrator="fine").methods == ("controller: 16 Runge-Kutta steps a period",)
+    assert loop(PID(**PIDS)).digital(1e-3).methods == ("memory of the controller: explicit Euler",)
+    assert loop(PID(**PIDS)).digital(1e-3, integrator="fine").methods == ("memory of the controller: 16 Runge-Kutta steps a period",)
     implicit = SuperTwisting(ARM, [6.0, 5.0], [8.0, 9.0], [20.0, 25.0], 0.1, saturation="implicit")
-    assert loop(implicit).digital(1e-3).methods == ("controller: backward Euler",)
+    assert loop(implicit).digital(1e-3).methods == ("memory of the controller: backward Euler",)
 
 
 # What is refused

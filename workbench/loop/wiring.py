@@ -119,7 +119,7 @@ def methods(loop: Blocks, fine: int) -> tuple[str, ...]:
     """How a computer steps each memory: as its block declares, or by so many Runge-Kutta steps a period."""
     by = f"{fine} Runge-Kutta steps a period" if fine else ""
     blocks = {socket: getattr(loop, socket) for socket in ("observer", "controller")}
-    return tuple(f"{socket}: {by or own.method}" for socket, own in blocks.items() if own.memory.size)
+    return tuple(f"memory of the {socket}: {by or own.method}" for socket, own in blocks.items() if own.memory.size)
 
 
 def notes(loop: Blocks) -> tuple[str, ...]:

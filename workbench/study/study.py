@@ -101,12 +101,13 @@ class Outcome:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What must stand below a table beside the law's name: truth used, step beyond its limit, tolerance missed."""
+        """What must stand below a table beside the law's name: truth used, methods of a computer, step, tolerance."""
         limit, check = self.measurement.limits[0], self.measurement.check
         found = f"beyond the stability limit {limit.limit:.3g} s" if limit.checked else "checked at no state of the run"
         beyond = () if limit.holds else (f"step {limit.h:g} s {found}",)
         missed = () if check is None else tuple(a.miss for a in check.metrics if not a.met)
-        return self.ode.notes + beyond + missed
+        methods = self.ode.methods if isinstance(self.ode, Sampled) else ()
+        return self.ode.notes + methods + beyond + missed
 
     @door
     def within(self, metric: str) -> bool | None:
