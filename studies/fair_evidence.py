@@ -71,7 +71,7 @@ def judged(values: Paired) -> Comparison:
 
 
 def ratio(values: Paired, a: str, b: str) -> tuple[float, float, float]:
-    """The median over the draws of the value of law a over that of law b, with the ends of its interval."""
+    """The median over the draws of law a over that of law b, with the ends of its interval."""
     columns = {law: np.log(values.values[:, values.place(law)]) for law in (a, b)}
     found = compare(paired(columns, metric="log"), resamples=RESAMPLES, seed=SEED).difference
     return tuple(float(np.exp(part[0, 1])) for part in (found.value, found.low, found.high))

@@ -107,9 +107,9 @@ def margins(held: Mapping[str, Comparison], chances: Mapping[str, Ranks]) -> Tab
     )
     share = 100 * next(iter(held.values())).margin
     notes = (
-        "Next costs more by: the median over the draws of the ratio of both costs, with its own 95 % interval; where "
-        "the medians of both are close it may be negative. First is first: the share of the draws in which that law "
-        "has the least cost, in brackets half of its own 95 % interval. Significant: against all other laws and in all "
+        "Next costs more by: the ratio of both medians over the draws, with its own 95 % interval. First is first: the "
+        "share of the draws in which that law has the least cost, in brackets half of its own 95 % interval. "
+        "Significant: against all other laws and in all "
         f"scenarios at once, with {100 * FAMILY:g} %, and by more than {share:g} %.",
     )
     return Table("margins", "Who is first in each held-out scenario, and by how much.", columns, rows, notes)

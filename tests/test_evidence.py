@@ -7,7 +7,10 @@ from scipy import stats
 from workbench.study.cells import Emphasis
 from workbench.study.evidence import (
     Intervals,
+    Mean,
     Paired,
+    Quantile,
+    Tail,
     ablation_table,
     compare,
     comparison_table,
@@ -17,7 +20,7 @@ from workbench.study.evidence import (
     ranks,
     same_draws,
 )
-from workbench.study.evidence.bootstrap import means, medians
+from workbench.study.evidence.bootstrap import means, order_statistics
 from workbench.study.sample import Sample
 from workbench.study.sampling import MonteCarlo, SobolDesign
 from workbench.study.sensitivity import Estimate
@@ -44,6 +47,10 @@ def coverage(summary, draw, truth, runs: int) -> float:
         found = summary(draw(rng, runs), 0.9, 400, seed)
         held.append(((found.low <= truth) & (truth <= found.high)).all())
     return float(np.mean(held))
+
+
+def medians(columns, confidence, resamples, seed):
+    return order_statistics(columns, 0.5, confidence, resamples, seed)
 
 
 NOISE = np.array([[1.0, 0.8, 0.0], [0.0, 0.6, 0.0], [0.0, 0.0, 1.0]])
@@ -102,7 +109,7 @@ def test_a_single_median_has_the_interval_of_the_sign_test(runs):
 
 
 def test_pairing_sees_what_the_spread_of_the_draws_hides():
-    found = compare(paired(LAWS, metric="error"), "mean")
+    found = compare(paired(LAWS, metric="error"), Mean())
     i, j = 0, 2
     assert found.level.high[i] > found.level.low[j]  # the levels overlap
     assert found.order("good", "poor") == "below"
@@ -125,17 +132,30 @@ def test_a_difference_within_the_errors_of_the_step_is_open():
         assert found.order("good", "poor") == order
 
 
-def test_a_failed_run_leaves_a_law_without_a_mean_and_names_it():
-    found = compare(paired(with_failed("good", 1), metric="error"), "mean")
-    assert "good has no mean, as 1 of its 200 runs failed" in found.refused["good"]
-    assert np.isnan(found.level.value[0])
-    assert found.order("good", "poor") == "undecided"
+@pytest.mark.parametrize("estimand", [Mean(), Tail(0.9)])
+def test_a_failed_run_makes_a_mean_and_a_tail_infinite_and_so_worse_than_any_other(estimand):
+    found = compare(paired(with_failed("good", 1) | {"lost": with_failed("twin", 1)["twin"]}, metric="error"), estimand)
+    assert found.level.value[0] == found.level.low[0] == np.inf
+    assert found.order("good", "poor") == "above"
+    assert found.order("poor", "good") == "below"
     assert found.order("twin", "poor") == "below"
-    assert found.best is None
+    assert found.order("good", "lost") == "undecided"
+    assert not found.alike("good", "lost")
+    assert found.best == "twin"
+    assert difference_table("t", "c", found).rows[0][2].cell == "infinite"
+    assert difference_table("t", "c", found).rows[0][4] == "both infinite"
+
+
+@pytest.mark.parametrize("estimand", [Mean(), Tail(0.9)])
+def test_a_law_that_fails_widens_no_interval_of_the_others(estimand):
+    rest = {law: LAWS[law] for law in ("twin", "poor")}
+    found = compare(paired(with_failed("good", 1), metric="error"), estimand)
+    alone = compare(paired(rest, metric="error"), estimand)
+    assert found.difference.low[1, 2] == pytest.approx(alone.difference.low[0, 1], rel=1e-12)
 
 
 def test_medians_count_a_failed_run_as_worse_than_any_other():
-    few = compare(paired(with_failed("good", 10), metric="error"))
+    few = compare(paired(with_failed("good", 10) | {"poor": LAWS["poor"] + 0.3}, metric="error"))
     assert few.level.value[0] == np.sort(np.where(np.arange(200) < 10, np.inf, LAWS["good"]))[99]
     assert few.order("good", "poor") == "below"
     many = compare(paired(with_failed("good", 150), metric="error"))
@@ -184,18 +204,18 @@ def test_a_law_that_always_fails_is_worst_whatever_its_step(error):
 def test_laws_that_fail_in_the_same_draws_are_equal_there():
     lost = np.where(np.arange(200) < 120, np.nan, 1.0)
     found = compare(paired({"a": lost, "b": lost, "c": np.ones(200)}, metric="error"))
-    assert found.difference.value[0, 1] == 0
+    assert np.isnan(found.difference.value[0, 1])
     assert found.order("a", "b") == "undecided"
     assert not found.alike("a", "b")
     assert found.order("c", "a") == "below"
 
 
 def test_the_same_seed_gives_the_same_intervals_in_blocks_of_any_size(monkeypatch):
-    one = compare(paired(LAWS, metric="error"), "mean", resamples=800, seed=5)
+    one = compare(paired(LAWS, metric="error"), Mean(), resamples=800, seed=5)
     monkeypatch.setattr("workbench.study.evidence.bootstrap.BLOCK", 700)
-    two = compare(paired(LAWS, metric="error"), "mean", resamples=800, seed=5)
+    two = compare(paired(LAWS, metric="error"), Mean(), resamples=800, seed=5)
     np.testing.assert_allclose(one.difference.low, two.difference.low, rtol=1e-12)  # sums in another order
-    other = compare(paired(LAWS, metric="error"), "mean", resamples=800, seed=6)
+    other = compare(paired(LAWS, metric="error"), Mean(), resamples=800, seed=6)
     assert (one.difference.low[0, 1:] != other.difference.low[0, 1:]).all()
 
 
@@ -227,16 +247,16 @@ def test_bold_follows_from_significance():
     apart = comparison_table("t", "c", (compare(paired(LAWS | {"good": LAWS["good"] - 1}, metric="error")),))
     assert [isinstance(row[1], Emphasis) for row in apart.rows] == [True, False, False]
     assert any("200 draws; no run failed" in str(note) for note in apart.notes)
-    assert "Medians over the draws; intervals hold all at once with 95 %." in apart.notes
+    assert "Median over the draws; intervals hold all at once with 95 %." in apart.notes
 
 
 def test_tables_say_what_failed():
     held = paired(with_failed("good", 150), metric="error", unit="rad", note="seed 3")
-    table = comparison_table("t", "c", (compare(held), compare(held, "mean")))
-    assert table.rows[0][1:] == ("fails", "no mean", 150)
+    table = comparison_table("t", "c", (compare(held), compare(held, Mean())))
+    lost = "infinite: 150 of 200 runs failed"
+    assert table.rows[0][1:] == (lost, lost, 150)
     assert any("good in 150" in str(note) for note in table.notes)
     assert "seed 3" in table.notes
-    assert any(str(note).startswith("Fails:") for note in table.notes)
 
 
 def test_differences_are_bold_in_both_directions():
@@ -379,7 +399,10 @@ def test_errors_that_fit_no_law_are_refused(errors, why):
 @pytest.mark.parametrize(
     ("options", "why"),
     [
-        ({"statistic": "mode"}, "one of 'mean', 'median'; got 'mode'"),
+        ({"estimand": "mean"}, r"`compare\(estimand=...\)` must be a `Mean` or a `Median`.*; got 'mean'"),
+        ({"estimand": Quantile(0.99)}, "at least 10 draws beyond it for an interval that holds; 200 draws have 2"),
+        ({"estimand": Quantile(0.01)}, "at least 10 draws beyond it"),
+        ({"estimand": Tail(0.96)}, "at least 10 draws in the tail"),
         ({"confidence": 1.0}, "between 0 and 1"),
         ({"margin": -0.1}, "a share from 0 to 1"),
         ({"margin": "2 %"}, "a number; got '2 %'"),
@@ -406,9 +429,11 @@ def test_what_is_none_of_its_kind_is_refused(call, why):
         call()
 
 
-def test_no_mean_at_all_is_refused():
-    with pytest.raises(ValueError, match="no law left: good has no mean"):
-        compare(paired({law: np.where(np.arange(200) < 1, np.nan, y) for law, y in LAWS.items()}, metric="e"), "mean")
+def test_where_all_laws_fail_once_their_means_are_open():
+    all_lost = {law: np.where(np.arange(200) < 1, np.nan, y) for law, y in LAWS.items()}
+    found = compare(paired(all_lost, metric="e"), Mean())
+    assert found.best is None
+    assert found.leaders == tuple(LAWS)
 
 
 def test_tables_of_other_laws_are_refused():
