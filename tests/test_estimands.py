@@ -1,11 +1,9 @@
 """Estimands: intervals that hold as often as they say, heavy tails and two groups of draws included."""
 
 import numpy as np
-import pytest
 from scipy import stats
 
 from workbench.study.evidence import Mean, Median, Quantile, Success, Tail
-from workbench.study.evidence.bootstrap import percentiles, resampled_tails
 from workbench.study.evidence.estimands import intervals
 
 PAIRS = [(0, 1), (0, 2), (1, 2)]
