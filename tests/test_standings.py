@@ -11,19 +11,20 @@ from workbench.report.figures.sheet import draw
 from workbench.report.figures.sizes import size_of
 from workbench.report.figures.tiles import ink_over, tone
 from workbench.study.document import Figure, Panel, Tiles
-from workbench.study.evidence import Comparison, Intervals, compare, paired
+from workbench.study.evidence import Mean, Median, Quantile, Success, Tail, compare, judge, paired
 from workbench.study.pictures import standings_figure
 from workbench.study.pictures.standings import BEYOND
 
 RNG = np.random.default_rng(0)
+MEDIAN = Median()
 NOISE = RNG.normal(size=60)
 
 
-def comparison(failed=0, statistic="median", **middles):
+def comparison(failed=0, estimand=MEDIAN, **middles):
     """Laws whose values lie about their middles, the last with so many failed runs."""
     values = {law: middle + 0.05 * NOISE * (k + 1) for k, (law, middle) in enumerate(middles.items())}
     values[list(middles)[-1]][:failed] = np.nan
-    return compare(paired(values, metric="cost", unit="rad"), statistic, resamples=200)
+    return compare(paired(values, metric="cost", unit="rad"), estimand, resamples=200)
 
 
 def tiles(figure, panel=0):
@@ -60,26 +61,19 @@ def test_darkness_is_the_logarithm_of_the_ratio_to_the_best_of_the_column():
     np.testing.assert_allclose(shades, [0, np.log(ratio) / np.log(BEYOND), 1])
 
 
-def success(level):
-    """A comparison whose larger levels are better, as of a probability: the better law is still 'below'."""
-    base, level = comparison(PID=1.0, SMC=2.0), np.array(level)
-    apart = level[None] - level[:, None]
-    return Comparison(
-        base.paired, "mean", 0.95, Intervals(level, level, level), Intervals(apart, apart - 0.01, apart + 0.01)
-    )
-
-
-def test_of_a_probability_of_success_the_largest_is_the_lightest():
-    held = tiles(standings_figure("f", "c", {"s": {"success": success([0.5, 1.0])}}, "success"))
-    np.testing.assert_allclose(held.shades[:, 0], [np.log(2) / np.log(BEYOND), 0])
-    assert held.framed[:, 0].tolist() == [False, True]
-    held = tiles(standings_figure("f", "c", {"s": {"success": success([0.0, 1.0])}}, "success"))
-    assert held.shades[:, 0].tolist() == [1, 0]
-    assert held.texts[0][0][0] == "0"
+def test_of_successes_which_are_shown_in_percent_the_largest_is_the_lightest():
+    values = {"PID": np.arange(60.0), "SMC": np.arange(60.0) - 30, "ASMC": np.arange(60.0) + 90}
+    one = compare(paired(values, metric="cost"), Success(29.5), resamples=200)
+    held = tiles(standings_figure("f", "c", {"s": {"success": one}}, "success"))
+    assert [text[0] for (text,) in held.texts] == ["50.0", "100", "0"]
+    low, high = map(float, held.texts[0][0][1].split("–"))
+    assert 30 < low < 50 < high < 70
+    np.testing.assert_allclose(held.shades[:, 0], [np.log(2) / np.log(BEYOND), 0, 1])
+    assert held.framed[:, 0].tolist() == [False, True, False]
 
 
 def test_the_statistic_that_was_asked_for_leads_and_it_alone_has_intervals():
-    both = {"mean": comparison(statistic="mean", PID=1.0, SMC=2.0), "median": comparison(PID=1.0, SMC=2.0)}
+    both = {"mean": comparison(estimand=Mean(), PID=1.0, SMC=2.0), "median": comparison(PID=1.0, SMC=2.0)}
     figure = standings_figure("f", "c", {"s": both}, "median")
     assert [str(panel.title).split(":")[0] for panel in figure.panels] == ["median", "mean"]
     assert [tiles(figure, k).lines for k in range(2)] == [2, 1]
@@ -112,8 +106,11 @@ def full():
     names = ("paper", "payload", "coarse encoder", "torque limit", *(f"scenario {k}" for k in range(6)))
     found = {}
     for k, name in enumerate(names):
-        one = comparison(40 * (k % 2), **{law: 1.0 + (k + i) % 12 * (1 + 20 * (k == 3)) for i, law in enumerate(laws)})
-        found[name] = dict.fromkeys(("median", "90 % quantile", "mean", "mean of the worst 10 %", "success"), one)
+        middles = {law: 1.0 + (k + i) % 12 * (1 + 20 * (k == 3)) for i, law in enumerate(laws)}
+        values = {law: middle + 0.05 * NOISE for law, middle in middles.items()}
+        values[laws[-1]][: 40 * (k % 2)] = np.nan
+        asked = (Mean(), Quantile(0.8), Tail(0.8), Success(5.0))
+        found[name] = judge(paired(values, metric="cost"), MEDIAN, asked, resamples=100).by
     return standings_figure("f", "Cost.", found, "median")
 
 

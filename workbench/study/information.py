@@ -11,15 +11,13 @@ from workbench.study.cells import Cell, Column, Phrase, Table
 from workbench.validation.doors import door
 from workbench.validation.words import described, refusal, whole
 
-HEADS = (
-    *("law", "class", "observer", "positions", "velocities", "model of the law", "model of the observer"),
-    *("disturbance", "states"),
-)
+HEADS = ("law", "class", "observer", "state", "model", "D", "memory")
 NOTE = (
-    "Read from the equations of each loop: what its command depends on. A quantity is read where a reading acts at its "
-    "own instant, filtered where it acts by the observer's memory alone, and estimated where the observer makes it "
-    "from other readings. M, C and G are the matrices of the believed arm that act. Laws of one class are given the "
-    "same, and only they are compared as laws."
+    "Read from the equations of each loop: what its command depends on. State: positions and velocities, or the two "
+    "one by one, are read where a reading acts at its own instant, filtered where it acts by the observer's memory "
+    "alone, and estimated where the observer makes them from other readings. Model: the matrices M, C and G of the "
+    "believed arm that act, in the law / in the observer. D: the disturbance. Memory: the numbers that are remembered, "
+    "in the law / in the observer. Laws of one class are given the same, and only they are compared as laws."
 )
 
 
@@ -54,7 +52,7 @@ def information_table(
     if tuned is None:
         return Table(name, caption, tuple(map(Column, HEADS)), tuple(rows), (NOTE,))
     counts = [whole(f"information_table(tuned={{'{law}': ...}})", tuned[law], 0) for law in loops]
-    heads = (*map(Column, HEADS), Column("tuned numbers"))
+    heads = (*map(Column, HEADS), Column("tuned"))
     return Table(name, caption, heads, tuple((*row, n) for row, n in zip(rows, counts, strict=True)), (NOTE,))
 
 
@@ -71,18 +69,26 @@ def _letter(k: int) -> str:
 
 
 def _cells(held: Roles) -> tuple[Cell, ...]:
+    observed = bool(held.observer_states or held.observer)
+    pairs = ((_model(held, "controller"), _model(held, "observer")), (held.law_states, held.observer_states))
+    model, states = (f"{law} / {observer}" if observed else f"{law}" for law, observer in pairs)
     return (
-        held.observer or "none",
-        " and ".join(held.positions) or "not used",
-        " and ".join(held.velocities) or "not used",
-        *(_model(held, socket) for socket in ("controller", "observer")),
-        ("told (oracle)" if held.oracle else "estimated") if held.disturbance or held.oracle else "none",
-        f"{held.law_states} + {held.observer_states}",
+        held.observer or None,
+        _state(held),
+        None if model == "–" else model,
+        "oracle" if held.oracle else "estimated" if held.disturbance else None,
+        states,
     )
+
+
+def _state(held: Roles) -> str:
+    """How positions and velocities come, in one word where they come alike."""
+    ways = [" and ".join(ways) or "unused" for ways in (held.positions, held.velocities)]
+    return ways[0] if ways[0] == ways[1] else ", ".join(ways)
 
 
 def _model(held: Roles, socket: str) -> str:
     """Which matrices of the arm act in a law or an observer."""
     models = [matrices for path, matrices in held.models.items() if path.startswith(socket)]
-    acting = [matrix for matrix in "MCG" if any(matrix in matrices for matrices in models)]
-    return ", ".join(acting) or ("given, not used" if models else "none")
+    acting = "".join(matrix for matrix in "MCG" if any(matrix in matrices for matrices in models))
+    return acting or ("unused" if models else "–")

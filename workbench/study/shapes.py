@@ -133,7 +133,7 @@ class Tiles:
     """Texts (r, c), each of some lines, in tiles of a panel that names its rows, as dark as their shades from 0 to 1.
 
     The first line of a text is large, the others are small. A shade that is NaN leaves its tile white, and a tile
-    without a text is not drawn unless it is shaded. A tile may be `framed`, have a black corner (`marked`), be
+    without a text is not drawn unless it is shaded. A tile may be `framed`, have a corner that is `marked`, be
     `hatched`, or all of it. `keys` are what the legend shows instead, small tiles each with a label.
     """
 

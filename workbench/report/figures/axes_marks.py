@@ -76,17 +76,17 @@ def add_map(held: HeatMap, ax: Axes, zorder: float) -> None:
 
 
 def add_tiles(tiles: Tiles, ax: Axes, zorder: float) -> None:
-    """Tiles with their texts and what marks them: a triangle stands for the black corner."""
+    """Tiles with their texts and what marks them: a triangle is the marked corner."""
     for (i, j), shade in np.ndenumerate(np.asarray(tiles.shades)):
         text = "\n".join(tiles.texts[i][j])
         if text or not np.isnan(shade):
             look: dict[str, Any] = {"facecolor": tone(float(np.nan_to_num(shade))), "edgecolor": GREY, "linewidth": 0.4}
             hatch = "///" if tiles.hatched[i, j] else None
             ax.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, hatch=hatch, zorder=zorder, **look))
+            color = ink_over(float(np.nan_to_num(shade)))
             if tiles.framed[i, j]:
                 ax.add_patch(Rectangle((j - 0.45, i - 0.45), 0.9, 0.9, fill=False, linewidth=FRAME, zorder=zorder + 1))
             if tiles.marked[i, j]:
-                ax.fill([j + 0.3, j + 0.5, j + 0.5], [i - 0.5, i - 0.5, i - 0.2], "k", zorder=zorder + 1)
+                ax.fill([j + 0.3, j + 0.5, j + 0.5], [i - 0.5, i - 0.5, i - 0.2], color, zorder=zorder + 1)
             size = SMALL_LETTERS / (1 + 0.3 * (tiles.lines - 1))
-            color = ink_over(float(np.nan_to_num(shade)))
             ax.text(j, i, text, ha="center", va="center", size=size, color=color, linespacing=0.9, zorder=zorder + 2)

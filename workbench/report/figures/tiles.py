@@ -19,7 +19,7 @@ DIGIT = 0.676  # of the size of the letters: the height of a digit
 SMALL = 0.76  # of the size of the first line of a text: that of the others
 LEAD = 0.36  # of the size of a line: the gap above it
 FRAME, THIN = 1.5, 0.09  # points, and of the lesser side of a small tile: the line around it
-CORNER, LEAST = 0.3, 3.0  # of the lesser side of a tile, and points: the black corner's side
+CORNER, LEAST = 0.3, 3.0  # of the lesser side of a tile, and points: the marked corner's side
 STRIPE = 3.6  # points between the lines of a hatch
 HATCH = "#8c8c8c"
 
@@ -58,7 +58,7 @@ def draw_tiles(pen: Pen, box: Box, tiles: Tiles, x: Ruler, y: Ruler) -> None:
         _write(pen, tile, lines, size, dark, plain=bool(tiles.hatched[i, j]))
         if tiles.marked[i, j]:
             top, right, side = tile.bottom + height, tile.left + width, max(LEAST, CORNER * min(width, height))
-            pen.area(np.array([right - side, right, right]), np.array([top, top, top - side]), INK, 1.0)
+            pen.area(np.array([right - side, right, right]), np.array([top, top, top - side]), ink_over(dark), 1.0)
         if tiles.framed[i, j]:
             line = min(FRAME, THIN * min(width, height))
             _outline(pen, tile, line / 2, INK, line)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import permutations
 from typing import TypeAlias
 
 import numpy as np
 
 from workbench.study.cells import Cell, Column, Phrase, Table, check_phrase
 from workbench.study.document import Figure, Panel, Tiles
-from workbench.study.evidence import Comparison
+from workbench.study.evidence import Comparison, Intervals, Success
 from workbench.study.pictures.parts import captioned, number
 from workbench.validation.doors import door
 from workbench.validation.words import Array, known
@@ -37,7 +36,7 @@ def standings_figure(
     Parameters
     ----------
     comparisons
-        By scenario and by the words of a statistic, the comparison of the same laws.
+        By scenario and by the words of a statistic, the comparison of the same laws: the `by` of a `Judgement`.
     asked
         The words of the statistic that was declared before the runs.
 
@@ -96,14 +95,16 @@ def standing(comparison: Comparison, law: str) -> str:
 def _panel(words: str, laws: tuple[str, ...], columns: Mapping[str, Comparison], leads: bool) -> Panel:
     standings = np.array([[standing(one, law) for one in columns.values()] for law in laws])
     failed = np.column_stack([one.paired.failed for one in columns.values()])
-    levels = np.concatenate([one.level.value for one in columns.values()])
+    levels = np.concatenate([_shown(one).value for one in columns.values()])
     usual = levels[np.isfinite(levels) & (levels > 0)]
     decimals = _decimals(float(np.median(usual)), DIGITS if leads else DIGITS - 1) if usual.size else DIGITS
     texts = tuple(tuple(_text(one, i, leads, decimals) for one in columns.values()) for i in range(len(laws)))
     hatched = (failed > 0) | (standings == "fails")
     marks = (standings == "best", standings == "tied", hatched)
     tiles = Tiles("", texts, _shades(list(columns.values())), *marks, keys=_keys(*(bool(mark.any()) for mark in marks)))
-    title = f"{words}: the statistic that was asked for, with its interval" if leads else words
+    words = words.replace("<=", "≤")
+    unit = " [%]" if isinstance(next(iter(columns.values())).estimand, Success) else ""
+    title = f"{words}{unit}: the statistic that was asked for, with its interval" if leads else f"{words}{unit}"
     return Panel("", (tiles,), xlabel="", title=title, xnames=tuple(columns), ynames=laws)
 
 
@@ -120,7 +121,8 @@ def _keys(best: bool, tied: bool, failed: bool) -> tuple[Tiles, ...]:
 
 def _text(one: Comparison, i: int, leads: bool, decimals: int) -> Text:
     """The level of a law; in the panel that leads, below it its interval and its failed runs."""
-    level, low, high = (float(part[i]) for part in (one.level.value, one.level.low, one.level.high))
+    shown = _shown(one)
+    level, low, high = (float(part[i]) for part in (shown.value, shown.low, shown.high))
     digits = DIGITS if leads else DIGITS - 1
     lines = [_short(level, digits, decimals) if np.isfinite(level) else "–"]
     if leads and np.isfinite(level) and not (np.isnan(low) or np.isnan(high)):
@@ -151,14 +153,14 @@ def _decimals(value: float, digits: int) -> int:
 
 def _shades(columns: list[Comparison]) -> Array:
     """The ratio of each level to the best of its column as a part of the scale, (laws, scenarios); NaN without one."""
-    levels = np.column_stack([one.level.value for one in columns])
+    levels = np.column_stack([_shown(one).value for one in columns])
     if (levels < 0).any():
         raise ValueError(
             "`standings_figure(comparisons)` shades tiles by the ratio of levels, which must not be negative; the "
             f"least is {np.nanmin(levels):g}. Take a metric such as a norm or a cost."
         )
     levels = np.where(np.isfinite(levels), levels, np.nan)
-    if _more_is_better(columns):
+    if isinstance(columns[0].estimand, Success):  # the best has the largest share
         levels = np.divide(1.0, levels, where=levels != 0, out=np.full_like(levels, np.inf))
     best = np.array([np.nanmin(column, initial=np.inf) for column in levels.T])
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -166,15 +168,12 @@ def _shades(columns: list[Comparison]) -> Array:
         return np.asarray(np.clip(np.log(ratio) / np.log(BEYOND), 0, 1))
 
 
-def _more_is_better(columns: list[Comparison]) -> bool:
-    """Whether the better law of a pair has the larger level, as of a probability of success."""
-    votes = 0.0
-    for one in columns:
-        level = dict(zip(one.paired.laws, one.level.value, strict=True))
-        for a, b in permutations(one.paired.laws, 2):
-            if np.isfinite([level[a], level[b]]).all() and one.order(a, b) == "below":
-                votes += np.sign(level[a] - level[b])
-    return votes > 0
+def _shown(one: Comparison) -> Intervals:
+    """The levels as they are shown: successes, which are kept as the share of the other draws, in percent."""
+    held = one.level
+    if not isinstance(one.estimand, Success):
+        return held
+    return Intervals(*(100 * (1 - part) for part in (held.value, held.high, held.low)))
 
 
 def _note(one: Comparison, comparisons: Mapping[str, Mapping[str, Comparison]]) -> str:
@@ -185,17 +184,18 @@ def _note(one: Comparison, comparisons: Mapping[str, Mapping[str, Comparison]]) 
     return (
         f"Each tile has the statistic of {one.paired.metric}{unit} over {draws} draws; intervals hold for all laws of "
         f"a column at once with {100 * one.confidence:g} %. Darkness grows with the logarithm of the ratio to the best "
-        "of the column. Black frame: the one law that is significantly better than all others. Black corner: tied with "
+        "of the column. Frame: the one law that is significantly better than all others. Marked corner: tied with "
         "the best, as no law is significantly better. Stripes: failed runs; a dash stands where they leave no finite "
         "statistic."
     )
 
 
 def _rows(words: str, scenario: str, one: Comparison) -> list[tuple[Cell, ...]]:
+    shown = _shown(one)
     return [
         (
             *(words, scenario, law),
-            *(number(float(part[i])) for part in (one.level.value, one.level.low, one.level.high)),
+            *(number(float(part[i])) for part in (shown.value, shown.low, shown.high)),
             *(standing(one, law), int(one.paired.failed[i])),
         )
         for i, law in enumerate(one.paired.laws)
