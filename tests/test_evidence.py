@@ -259,6 +259,7 @@ def test_tables_say_what_failed():
     table = comparison_table("t", "c", (compare(held), compare(held, Mean())))
     lost = "infinite: 150 of 200 runs failed"
     assert table.rows[0][1:] == (lost, lost, 150)
+    assert [column.header for column in table.columns[1:3]] == ["median error", "mean error"]
     assert any("good in 150" in str(note) for note in table.notes)
     assert "seed 3" in table.notes
 

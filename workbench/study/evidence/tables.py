@@ -35,7 +35,10 @@ def comparison_table(
     rows: list[tuple[Cell, ...]] = []
     for i, law in enumerate(laws):
         rows.append((law, *(_level(one, law) for one in comparisons), int(failed[i])))
-    heads = (Column(one.paired.metric, unit_of(one.estimand, one.paired.unit), "right") for one in comparisons)
+    several = len({one.estimand for one in comparisons}) > 1
+    names = (words_of(one.estimand, one.paired.metric) if several else one.paired.metric for one in comparisons)
+    units = (unit_of(one.estimand, one.paired.unit) for one in comparisons)
+    heads = (Column(metric, unit, "right") for metric, unit in zip(names, units, strict=True))
     columns = (Column("law"), *heads, Column("failed runs", align="right"))
     bold = f"{BOLD} A number is {_statistics(comparisons)}, {HALF}."
     return Table(name, caption, columns, tuple(rows), (bold, *_said(comparisons), *notes))
