@@ -90,7 +90,7 @@ class Outcome:
 
     @property
     def digest(self) -> str:
-        """A name of equations, parameters, initial state, steps and horizon (64 hexadecimal digits); not of the case."""
+        """A name of equations, parameters, initial state, steps and horizon (64 hexadecimal digits)."""
         case, ode = self.case, self.ode
         spans = [None if span is None else float(span) for span in (case.h, case.until, case.every, case.tolerance)]
         digest = hashlib.sha256(repr((ode.fingerprint, spans)).encode())
