@@ -4,8 +4,9 @@ Question  Does the printed law do what the paper says, what is the smallest repa
           published rankings hold when all six laws run side by side?
 Method    Both scenarios of section 5; every number is stated by the paper, derived, or assumed by a
           rule (the card). RK4 at a step and at half of it: values from the half step, errors from the
-          difference. The law as printed in each reading of (33), with two choices of Q; then repaired, with each slip put back alone; SMC with three gains.
-Runs in   some seven seconds on two cores.
+          difference. The law as printed in each reading of (33), with two choices of Q; then repaired, with each
+          slip put back alone; SMC with three gains.
+Runs in   some ten seconds on two cores.
 """
 
 from collections.abc import Sequence

@@ -123,9 +123,9 @@ def layers(rows: Sequence[Row]) -> Verdict:
     return Verdict(
         "holds" if agreed == len(rows) else "fails",
         f"Harmonic balance predicts where the layer of {PHI:g} rad/s ends the chattering of joint 1.",
-        f"In {agreed} of {len(rows)} pairs of lag and period the simulated arm comes to rest if the layer is wider than "
-        f"the least width of the balance, and oscillates if it is thinner ({thin} pairs). One run a pair, from one "
-        f"start, of the folded arm with K = {K:g} N m, given exact positions and velocities. It is about this pose: "
+        f"In {agreed} of {len(rows)} pairs of lag and period the simulated arm comes to rest if the layer is wider "
+        f"than the least width of the balance, and oscillates if it is thinner ({thin} pairs). One run a pair, from "
+        f"one start, of the folded arm with K = {K:g} N m, given exact positions and velocities. It is of this pose: "
         "where M couples the joints and both switch, the loop of one joint is another one.",
     )
 
@@ -136,10 +136,10 @@ def relays(rows: Sequence[Row]) -> Verdict:
     return Verdict(
         "holds" if max(frequency.max(), amplitude.max()) < NEAR else "fails",
         f"Harmonic balance predicts frequency and amplitude of the relay within {100 * NEAR:g} %.",
-        f"Over {len(rows)} pairs, one run each, the frequency is off by {100 * np.median(frequency):.0f} % in the median "
-        f"and {100 * frequency.max():.0f} % at most, the amplitude by {100 * np.median(amplitude):.0f} % and "
-        f"{100 * amplitude.max():.0f} %. A sampled relay switches at instants alone, so that its half period is a whole "
-        "number of periods, which the start decides too; the balance has no such steps.",
+        f"Over {len(rows)} pairs, one run each, the frequency is off by {100 * np.median(frequency):.0f} % in the "
+        f"median and {100 * frequency.max():.0f} % at most, the amplitude by {100 * np.median(amplitude):.0f} % and "
+        f"{100 * amplitude.max():.0f} %. A sampled relay switches at instants alone: its half period is a whole number "
+        "of sampling periods, and which one depends on the start too. The balance has no such steps.",
     )
 
 
@@ -151,7 +151,7 @@ def cycles(rows: Sequence[Row]) -> Verdict:
         "holds" if inside == len(regular) else "fails",
         "Where the relay oscillates regularly, its amplitude lies within the range of the exact cycle.",
         f"In {inside} of {len(regular)} pairs of lag and period whose simulated oscillation is symmetric and of one "
-        f"length, within 0.1 %; in the other {len(rows) - len(regular)} of {len(rows)} no exact cycle is stated.",
+        f"length, to 0.1 %; of the other {len(rows) - len(regular)} of {len(rows)} no exact cycle is stated.",
     )
 
 

@@ -47,7 +47,7 @@ def _delay(results: Results) -> Verdict:
         f"Delay margins of the linear loops at rest at the level of the second scenario, given exact positions and "
         f"velocities: {first:.2f} ms for SMC with K = {CARD['SMC: K'][0]:g} N m, and {late:.2g} ms for ASMC with the "
         f"gain that it has learned by the end of the first scenario, both in a layer of {CARD['phi']:g} rad/s. A wider "
-        "layer or a smaller gain raises them. a1 compares loops in continuous time, where no delay is.",
+        "layer or a smaller gain raises them. a1 compares loops in continuous time, without delay.",
     )
 
 
@@ -61,9 +61,8 @@ def _observer() -> Verdict:
         f"Linear loops at rest with the first gain K(0), given positions alone. The margin is {alpha(rest):.2f} at the "
         f"level of the second scenario and {alpha(weak):.3f} {thin}, the least: there, with torques at "
         f"{100 * WEAKER:g} % of what is commanded, the slowest pole is {pole:+.2f} 1/s. With L2 of the observer "
-        f"{STIFFER:g} times as large the least margin would be {alpha(firm):.2f} in this pose. A delay at one torque "
-        f"it stands for {delay(rest):.0f} ms at the level of the second scenario, SMC for "
-        f"{delay(at_rest('SMC')):.2f} ms.",
+        f"{STIFFER:g} times as large the margin in this pose is {alpha(firm):.2f}. At the level of the second scenario "
+        f"the loop stands a delay of {delay(rest):.0f} ms at one torque, that of SMC {delay(at_rest('SMC')):.2f} ms.",
     )
 
 
@@ -102,9 +101,9 @@ def _adaptation() -> Verdict:
         "holds" if max(same) < 2e-3 else "fails",
         "At rest and with the same gain, SMC, ASMC, Fuzzy-ASMC and RBF-ASMC have the same disk margin.",
         f"It differs by at most {max(same):.0e} at the level of the second scenario, with "
-        f"{CARD['SMC: K'][0]:g} N m for all: adaptation is of second order in s, and the network of RBF-ASMC is slow and weak, so that of a constant torque "
-        f"it leaves {100 * network:.2f} % where SMC leaves {100 * plain:.2f} %. The gains that they learn tell them "
-        "apart.",
+        f"{CARD['SMC: K'][0]:g} N m for all: adaptation is of second order in s, and the network of RBF-ASMC is slow "
+        f"and weak, so that of a constant torque it leaves {100 * network:.2f} % where SMC leaves "
+        f"{100 * plain:.2f} %. The gains that they learn tell them apart.",
     )
 
 

@@ -69,8 +69,7 @@ def _region() -> Verdict:
         statement,
         f"Proved for |qd_i| ≤ {speed:.2g} rad/s and |tau_i| ≤ {torque:.2g} N m, {100 * found.share:.2g} % of the "
         f"speeds and torques asked ({BOX}), and first errors |q - q_hat| up to {1e3 * found.reach.position:.2g} mrad. "
-        "The first scenario of section 5 begins with errors of pi in each joint. The proof is sufficient: outside of "
-        "this region it says nothing.",
+        "The first scenario of section 5 begins with errors of pi in each joint, of which the proof says nothing.",
     )
 
 
@@ -271,11 +270,9 @@ def price_section() -> Section:
 def tracking_section(results: Results) -> Section:
     """The repaired law with each observer."""
     text = (
-        "The repaired law of a1 with each observer in the loop, 10 s. Once as in section 5, with q_hat(0) = 0 wherever "
-        "the arm is; once from the measured positions, q_hat(0) = y(0), which costs nothing. All these loops leave the "
-        "region at first, and in the second scenario after each jump; what is proved holds only where they stay in it, "
-        "and the runs show the rest. In the second scenario the late error is that after the jumps of the reference, "
-        "which no observer mends."
+        "The repaired law of a1 with each observer in the loop, 10 s: as in section 5, with q_hat(0) = 0, and from the "
+        "measured positions, q_hat(0) = y(0). All these loops leave the region at first, and in the second scenario "
+        "after each jump: the proof is of the rest. There the late error is that after the jumps of the reference."
     )
     tables = (_tracked(results, i) for i in range(len(SCENARIOS)))
     return Section("The tracking that they give", (Paragraph(text), *tables, errors(results, SCENARIOS[0])))

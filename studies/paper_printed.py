@@ -107,10 +107,7 @@ def printed_section(results: Results, small_q: Table) -> Section:
                 "an arm that itself obeys (3) as printed."
             ),
             table,
-            Paragraph(
-                "Q and R are not stated, and Q = R = I is assumed here. With a smaller Q P(t) falls, and with it the "
-                "rate at which K falls:"
-            ),
+            Paragraph("Q and R are not stated, and Q = R = I is assumed here. With a smaller Q, K falls more slowly:"),
             small_q,
             components(
                 "printed_gain",
@@ -230,7 +227,8 @@ def repair_section(results: Results) -> Section:
                     symbol("D"),
                     f": joint 2 falls from {before:.3f} to {after:.3f} rad where the observer is given ",
                     symbol("D_hat"),
-                    ", which here is filtered from the true disturbance. RMSE over the horizon does not show it, as the initial error dominates.",
+                    ", which here is filtered from the true disturbance. In RMSE over the horizon the initial error "
+                    "hides it.",
                 )
             ),
             Paragraph(LEFT),

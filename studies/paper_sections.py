@@ -30,10 +30,10 @@ def _printed(results: Results) -> Verdict:
         f"As printed, the law tracks the first scenario within {TRACKS:g} rad, for one of the assumed pairs Q, R and "
         "one of the readings of (33).",
         f"Largest |e_i| from {LATE:g} s on, {len(runs)} runs on the derived arm; the law is given positions and, by "
-        f"(24), the true disturbance. With Q = R = I, in the reading 'outer', K loses positive definiteness at {_at(loses_positivity(lost))}, and "
-        f"an error is beyond {FAR:g} rad at {_at(leaves(lost))}. With Q = {SMALL:g} I and R = I, K stays positive "
-        f"definite for all {CARD['FS: horizon']:g} s in {len(positive)} of {len(SHAPES)} readings, and the errors of "
-        f"joints 1 and 2 all the same reach: {reached or 'none'}. The paper states neither Q nor R: that K is lost "
+        f"(24), the true disturbance. With Q = R = I, in the reading 'outer', K loses positive definiteness at "
+        f"{_at(loses_positivity(lost))}, and an error is beyond {FAR:g} rad at {_at(leaves(lost))}. With "
+        f"Q = {SMALL:g} I and R = I, K stays positive definite for all {CARD['FS: horizon']:g} s in "
+        f"{len(positive)} of {len(SHAPES)} readings, and the errors of joints 1 and 2 all the same reach: {reached or 'none'}. The paper states neither Q nor R: that K is lost "
         "depends on them, and a pair that is not tried here could reverse the rest.",
     )
 
@@ -58,9 +58,9 @@ def _steady(results: Results) -> Verdict:
     return Verdict(
         "holds" if max(late) < 0.01 else "fails",
         "Repaired, it tracks the first scenario with a steady-state error below 0.01 rad.",
-        f"Largest |e_i| from {LATE:g} s on, one run: {late[0]:.3f} rad (joint 1) and {late[1]:.3f} rad (joint 2). It is "
-        f"the bias of observer (10), which leaves out the disturbance: with the filtered true disturbance in (10) the "
-        f"errors are {mended[0]:.3f} and {mended[1]:.3f} rad.",
+        f"Largest |e_i| from {LATE:g} s on, one run: {late[0]:.3f} rad (joint 1) and {late[1]:.3f} rad (joint 2). "
+        f"It is the bias of observer (10), which leaves out the disturbance: with the filtered true disturbance in "
+        f"(10) the errors are {mended[0]:.3f} and {mended[1]:.3f} rad.",
     )
 
 
@@ -73,9 +73,9 @@ def _rankings(results: Results) -> Verdict:
     return Verdict(
         "holds" if not turned + close else "fails",
         "Under the numbers assumed for the rivals, the published rankings hold.",
-        f"By RMSE (43), one run a law and scenario, of {holds + turned + close} printed pairs {holds} keep their order, "
-        f"{turned} are turned round, and {close} are too close to call. The rivals are given exact positions and "
-        "velocities, the proposed law positions and the true disturbance. The paper states none of the rivals' "
+        f"By RMSE (43), one run a law and scenario, of {holds + turned + close} printed pairs {holds} keep their "
+        f"order, {turned} are turned round, and {close} are too close to call. The rivals are given exact positions "
+        "and velocities, the proposed law positions and the true disturbance. The paper states none of the rivals' "
         f"numbers, and the assumed ones decide much: with K = {CARD['SMC: K'][0]:g} N m SMC reaches its layer in the "
         f"first scenario at {first[0]:.2f} s, with {max(FIRM):g} N m at {first[1]:.2f} s; with firmer gains of SMC "
         f"{others} pairs keep their order. RBF-ASMC differs from ASMC by at most {gaps[0]:.0e} of "
@@ -148,9 +148,10 @@ def trust_section(results: Results) -> Section:
             Paragraph(
                 "Values are those of RK4 at the step below; errors are the change from twice that step. The limit "
                 "is the longest step at which the fastest decaying mode of the exact Jacobian, taken along the run, "
-                "still decays: beyond it a simulation chatters by itself, which total variation and effort show and RMSE "
-                "hardly does. At most 400 kept states of a run are looked at. Where switching has begun "
-                "the method is of first order only and its error irregular: the change is an estimate of it and no bound."
+                "still decays: beyond it a simulation chatters by itself, which total variation and effort show and "
+                "RMSE hardly does. At most 400 kept states of a run are looked at. Where switching has begun "
+                "the method is of first order only and its error irregular: the change estimates it and does not bound "
+                "it."
             ),
             Table(
                 "steps",

@@ -17,6 +17,7 @@ from workbench.study.study import Outcome
 from workbench.validation.words import Integers
 
 WINDOW = 2.5  # s: the approach, and in the second scenario one jump
+EVENLY = 10_001  # evenly spaced times, of which a median over time is taken
 INSTANTS = 60  # at which the algebraic equation is solved
 RTOL = 1e-4  # of the equations in time: the path between kept states is a spline, and known no better
 B, Q, R = np.diag(CARD["Lambda"]), np.asarray(CARD["Q"]), np.asarray(CARD["R"])
@@ -123,11 +124,8 @@ def distance(P: Array, X: Array) -> Array:
 
 
 def median_in_time(values: Array, t: Array) -> float:
-    """Half of the time from t[0] to t[-1] the values (N,) are at most this: t (N,) need not be evenly spaced."""
-    lasts = np.convolve(np.diff(t), (0.5, 0.5))
-    rising = np.argsort(values)
-    share = np.cumsum(lasts[rising])
-    return float(values[rising][np.searchsorted(share, share[-1] / 2)])
+    """Half of the time from t[0] to t[-1] the values (N,) are at most this; between their times they are linear."""
+    return float(np.median(np.interp(np.linspace(t[0], t[-1], EVENLY), t, values)))
 
 
 def rise(K: Array, t: Array) -> float:

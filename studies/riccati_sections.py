@@ -65,8 +65,8 @@ def _of_the_equations(results: Results) -> tuple[Verdict, ...]:
             f"With the assumed Q and R, P(t) of (34) is within {100 * CLOSE:g} % of the algebraic solution X from "
             f"{1e3 * SETTLED:g} ms on.",
             f"|P - X| / |X|, Frobenius norms, along one run a scenario until {WINDOW:g} s: at most {_percent(gaps)}, "
-            f"in the median over time {_percent([usual(path) for path in paths])} ({_both()}). The reason is their "
-            f"time constants: differences of two solutions of (34) fall to 1/e in at most "
+            f"in the median over time {_percent([usual(path) for path in paths])} ({_both()}). The reason: "
+            f"differences of two solutions of (34) fall to 1/e in at most "
             f"{_list([1e3 * path.memory for path in paths])} ms, while K takes "
             f"{_list([rise(path.K, path.t) for path in paths])} s for 63 % of its way. A smaller Q or a larger R "
             "slows (34) down, and could reverse this.",
@@ -105,8 +105,8 @@ def _of_the_loop(results: Results) -> tuple[Verdict, ...]:
             "holds" if same[1] < MARGIN else "fails",
             f"With the algebraic equation at each instant in place of (34), RMSE (43), IAE and effort change by less "
             f"than {100 * MARGIN:g} %.",
-            f"The largest of the changes, of three metrics at two joints in two scenarios, is {same[1]:.2%}, of "
-            f"{same[0]}.",
+            f"The largest of the changes, of three metrics at two joints in two scenarios, is "
+            f"{100 * same[1]:.2g} %, of {same[0]}.",
         ),
         Verdict(
             "holds" if all(b == "below" for b in better) else "fails" if "above" in better else "open",
@@ -114,9 +114,8 @@ def _of_the_loop(results: Results) -> tuple[Verdict, ...]:
             f"It is smaller in {better.count('below')} of {len(better)} comparisons (two joints, two scenarios, the "
             f"whole horizon), larger in {better.count('above')}, and within {100 * MARGIN:g} % in "
             f"{better.count('undecided')}. Both loops have the same observer and the true disturbance. The largest "
-            f"change of RMSE (43), IAE or effort is {worst[1]:.1%}, of {worst[0]}. It compares two rates of learning, "
-            "as P(0) = 10 I makes K grow faster; another Q, R or P(0), which the paper does not state but for P(0), "
-            "can reverse it.",
+            f"change of RMSE (43), IAE or effort is {100 * worst[1]:.3g} %, of {worst[0]}. Two rates of learning are "
+            "compared, and P(0) makes K grow faster; another Q or R, which the paper does not state, can reverse it.",
         ),
         _beside_the_regulator(results),
     )

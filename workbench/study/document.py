@@ -186,8 +186,8 @@ class Colophon:
     """How to get this report again: the command, the seed, and what the numbers were made of.
 
     `fingerprints` maps names to the hexadecimal digest of equations alone, `digests` to that of equations and numbers,
-    `packages` the name of a package to its version; `arithmetic` is the signature of that in which the loops were run; `again` says what
-    the same command would give.
+    `packages` the name of a package to its version; `arithmetic` is the signature of that in which the loops were run;
+    `again` says what the same command would give.
     """
 
     command: str

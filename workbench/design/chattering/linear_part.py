@@ -99,7 +99,7 @@ class LinearPart:
 
     @door
     def held(self, period: float, *, delay: bool = False) -> LinearPart:
-        """The same in a sampled-data loop, which reads s at k period and holds u; with `delay`, from the next instant on.
+        """The same, sampled: s is read at k period and u held; with `delay`, from the next instant on.
 
         Raises
         ------
