@@ -33,7 +33,8 @@ def _printed(results: Results) -> Verdict:
         f"(24), the true disturbance. With Q = R = I, in the reading 'outer', K loses positive definiteness at "
         f"{_at(loses_positivity(lost))}, and an error is beyond {FAR:g} rad at {_at(leaves(lost))}. With "
         f"Q = {SMALL:g} I and R = I, K stays positive definite for all {CARD['FS: horizon']:g} s in "
-        f"{len(positive)} of {len(SHAPES)} readings, and the errors of joints 1 and 2 all the same reach: {reached or 'none'}. The paper states neither Q nor R: that K is lost "
+        f"{len(positive)} of {len(SHAPES)} readings, and the errors of joints 1 and 2 all the same reach: "
+        f"{reached or 'none'}. The paper states neither Q nor R: that K is lost "
         "depends on them, and a pair that is not tried here could reverse the rest.",
     )
 
