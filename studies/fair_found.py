@@ -88,7 +88,7 @@ def found_of(results: Results) -> Found:
     }
     terms = {term.metric: term for term in TERMS}
     ours = runs[BOTH.key]
-    told = {s.name: {PROPOSED: ours[s.name][PROPOSED], TOLD_NAME: _told(results, s)} for s in HELD_OUT}
+    told = {s.name: {PROPOSED: ours[s.name][PROPOSED], f"{PROPOSED}, oracle": _told(results, s)} for s in HELD_OUT}
     carded = next(one for one in HELD_OUT if one.name == CARDED)
     return Found(
         runs,

@@ -1,6 +1,7 @@
 """The study of chattering: one line of its table, and what it says where nothing oscillates."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -28,3 +29,17 @@ def test_a_layer_that_is_wide_enough_rests_as_foreseen():
     found = study.row(2e-3, 2e-3)
     assert found.layer[0].oscillations == ()
     assert study.cells(found)[-2:] == ("rest", "rest")
+
+
+def test_the_verdicts_of_chattering_follow_their_rows():
+    rows = [study.row(2e-3, 2e-3), study.row(1e-2, 5e-3)]
+    assert [r.agreed for r in rows] == [True, True]
+    assert study.layers(rows).kind == study.cycles(rows).kind == "holds"
+    assert study.relays(rows).kind == "fails"
+    swapped = [replace(rows[0], layer=(rows[1].layer[0], rows[0].layer[1])), rows[1]]
+    assert study.layers(swapped).kind == "fails"
+    balance, run = rows[0].relay
+    met = replace(rows[0], relay=(replace(balance, frequency=run.frequency, amplitude=run.amplitude), run))
+    assert study.relays([met]).kind == "holds"
+    larger = replace(rows[0], relay=(balance, replace(run, amplitude=2 * rows[0].cycle.highest)))
+    assert study.cycles([larger]).kind == "fails"

@@ -180,6 +180,16 @@ def test_control_characters_do_not_reach_the_page():
     page.encode("utf-8")
 
 
+def test_the_head_of_a_page_says_how_to_run_it_and_digests_stand_at_its_end():
+    colophon = Colophon("workbench run it", "0", {"W": "aa11"}, digests={"S: law": "bb22"})
+    page = html(Document("t", "q", "m", (Section("Found", ()),), colophon))
+    words = [word.strip() for word in Reader(page).words if word.strip()]
+    head, end = words[: words.index("Contents")], words[words.index("Provenance") :]
+    assert "workbench run it" in head
+    assert not {"aa11", "bb22"} & set(head)
+    assert {"aa11", "bb22", "fingerprint of W", "digest of S: law"} <= set(end)
+
+
 def test_fingerprints_that_would_fill_pages_stand_in_one_paragraph_and_none_is_lost():
     def rows(count):
         prints = {f"run_{k}": f"{k // 3:08x}" for k in range(count)}

@@ -92,6 +92,15 @@ def test_references_provenance_and_running_title_are_there(tmp_path):
     assert text.startswith("Study report 1")
 
 
+def test_the_digests_of_a_pdf_stand_in_its_provenance_and_on_no_other_page(tmp_path):
+    colophon = replace(document().colophon, fingerprints={"W": "aa11"}, digests={"S: law": "bb22"}, command="run it")
+    before, _, after = text_of(pdf(replace(document(), colophon=colophon)), tmp_path).rpartition("Provenance")
+    assert "run it" in before
+    for digest in ("aa11", "bb22"):
+        assert digest in after
+        assert digest not in before
+
+
 def test_a_long_table_goes_on_over_pages_with_its_head_on_each(tmp_path):
     rows = tuple((f"row {i}", Measured(i / 7, 0.001)) for i in range(150))
     text = text_of(pdf(with_blocks(Table("long", "Long.", (Column("thelaw"), Column("x")), rows))), tmp_path)

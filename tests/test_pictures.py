@@ -160,7 +160,7 @@ def test_a_wide_interval_does_not_squeeze_the_bars():
 def test_a_bar_without_an_interval_is_said_to_have_none():
     found = indices(lambda u: u @ [1, -4, 2])
     without = replace(found, ST=replace(found.ST, half=np.array([[np.nan, 0.01, 0.01]])))
-    assert "Of a bar without an interval none is known." in words(sobol_bars("f", "", without, NOTE).caption)
+    assert "Where a bar has no interval, it is not known." in words(sobol_bars("f", "", without, NOTE).caption)
     assert "arrow" not in words(sobol_bars("f", "", without, NOTE).caption)
 
 

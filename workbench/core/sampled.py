@@ -1,4 +1,4 @@
-"""Sampled: an equation that flows, and jumps once a period, as a plant does between the instants of a computer."""
+"""Sampled: an equation that flows, and jumps once a period, as a plant in a sampled-data loop does."""
 
 from __future__ import annotations
 

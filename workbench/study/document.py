@@ -133,9 +133,9 @@ class Section:
 class Colophon:
     """How to get this report again: the command, the seed, and what the numbers were made of.
 
-    `fingerprints` maps the name of a set of equations to its hexadecimal digest, `packages` the name
-    of a package to its version; `arithmetic` is the signature of that in which the loops were run; `again` says what
-    the same command would give.
+    `fingerprints` maps names to the hexadecimal digest of equations alone, `digests` to that of equations and numbers,
+    `packages` the name of a package to its version; `arithmetic` is the signature of that in which the loops were run;
+    `again` says what the same command would give.
     """
 
     command: str
@@ -146,11 +146,12 @@ class Colophon:
     python: str = ""
     arithmetic: str = ""
     again: str = "The same command with the same versions gives this report again, byte for byte."
+    digests: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("command", "version", "python", "again"):
             check_text(f"Colophon({name}=...)", getattr(self, name))
-        for name in ("fingerprints", "packages"):
+        for name in ("fingerprints", "digests", "packages"):
             given = getattr(self, name)
             if not isinstance(given, Mapping):
                 raise ValueError(f"`Colophon({name}=...)` must map names to texts; got {described(given)}.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -86,6 +87,16 @@ class Outcome:
     case: Case
     ode: Ode | Sampled
     measurement: Measurement
+
+    @property
+    def digest(self) -> str:
+        """A name of equations, parameters, initial state, steps and horizon (64 hexadecimal digits)."""
+        case, ode = self.case, self.ode
+        spans = [None if span is None else float(span) for span in (case.h, case.until, case.every, case.tolerance)]
+        digest = hashlib.sha256(repr((ode.fingerprint, spans)).encode())
+        for numbers in (ode.parameters.default, ode.states.default):
+            digest.update(numbers.astype("<f8").tobytes())
+        return digest.hexdigest()
 
     @property
     def diverged_at(self) -> float | None:
