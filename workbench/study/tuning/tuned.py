@@ -13,7 +13,7 @@ from workbench.study.contract import Loop, answer, check_loop, equations_of
 from workbench.study.factors import Space
 from workbench.study.pareto import pareto
 from workbench.study.sample import Sample
-from workbench.study.tuning.contract import Tuning
+from workbench.study.tuning.contract import NOISES, Tuning
 from workbench.study.tuning.course import Course, courses, percent, reasons_of, share
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers, known, vector, whole
@@ -103,7 +103,9 @@ class Tuned:
 
     @door
     def best_within(self, evaluations: int) -> dict[str, float]:
-        """The best value of each factor, at the step h, among the first so many points of each search.
+        """The best value of each factor at the step h, among the first so many points of each search.
+
+        Each point counts by its objective under the noise of its search.
 
         Raises
         ------
@@ -255,7 +257,7 @@ class Tuned:
         used = " and ".join(f"{used:,}" for used in dict.fromkeys(self.used))
         most = "" if set(self.used) == {tuning.evaluations} else f" of at most {tuning.evaluations:,}"
         noises = self.halved.shape[1]
-        varies = f"by {percent(share(self.spread, self.objective))} over the noises of {noises} searches"
+        varies = f"by {percent(share(self.spread, self.objective))} over the noises of {noises} searches, {NOISES} apart in seed"
         return (
             f"{used}{most} evaluations a search, {tuning.evaluations_per_number:,.4g} a number; {self.failed:,} of "
             f"{len(self.objectives):,} not admissible; {'seed' if len(tuning.seeds) == 1 else 'seeds'} {seeds}; step "
