@@ -257,12 +257,12 @@ class Tuned:
         used = " and ".join(f"{used:,}" for used in dict.fromkeys(self.used))
         most = "" if set(self.used) == {tuning.evaluations} else f" of at most {tuning.evaluations:,}"
         noises = self.halved.shape[1]
-        varies = f"by {percent(share(self.spread, self.objective))} over the noises of {noises} searches, {NOISES} apart in seed"
+        varies = f"by {percent(share(self.spread, self.objective))} over the noises of {noises} searches"
         return (
             f"{used}{most} evaluations a search, {tuning.evaluations_per_number:,.4g} a number; {self.failed:,} of "
             f"{len(self.objectives):,} not admissible; {'seed' if len(tuning.seeds) == 1 else 'seeds'} {seeds}; step "
             f"{steps}, at half of which the best objective changes by {percent(share(self.step_error, self.objective))}"
-            + (f"; it varies {varies}" if noises > 1 else "")
+            + (f"; it varies {varies}, {NOISES} apart in seed" if noises > 1 else "")
             + "".join(f"; '{name}' is at a physical limit: {why}" for name, why in self.at_physical.items())
         )
 
