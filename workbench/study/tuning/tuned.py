@@ -13,7 +13,7 @@ from workbench.study.contract import Loop, answer, check_loop, equations_of
 from workbench.study.factors import Space
 from workbench.study.pareto import pareto
 from workbench.study.sample import Sample
-from workbench.study.tuning.contract import Tuning
+from workbench.study.tuning.contract import NOISES, Tuning
 from workbench.study.tuning.course import Course, courses, percent, reasons_of, share
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers, known, vector, whole
@@ -103,7 +103,9 @@ class Tuned:
 
     @door
     def best_within(self, evaluations: int) -> dict[str, float]:
-        """The best value of each factor, at the step h, among the first so many points of each search.
+        """The best value of each factor at the step h, among the first so many points of each search.
+
+        Each point counts by its objective under the noise of its search.
 
         Raises
         ------
@@ -260,7 +262,7 @@ class Tuned:
             f"{used}{most} evaluations a search, {tuning.evaluations_per_number:,.4g} a number; {self.failed:,} of "
             f"{len(self.objectives):,} not admissible; {'seed' if len(tuning.seeds) == 1 else 'seeds'} {seeds}; step "
             f"{steps}, at half of which the best objective changes by {percent(share(self.step_error, self.objective))}"
-            + (f"; it varies {varies}" if noises > 1 else "")
+            + (f"; it varies {varies}, {NOISES} apart in seed" if noises > 1 else "")
             + "".join(f"; '{name}' is at a physical limit: {why}" for name, why in self.at_physical.items())
         )
 
