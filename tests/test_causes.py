@@ -16,7 +16,9 @@ from workbench.study.causes import Causes, causes, causes_in_sweep
 from workbench.study.distributions import Uniform
 from workbench.study.factors import Factor
 from workbench.study.prepared import prepared
+from workbench.study.runner import run
 from workbench.study.sampling import Listed
+from workbench.study.study import Case, Study
 from workbench.study.sweep import Sweep
 
 ARM, I = paper_arm(), np.eye(2)
@@ -93,3 +95,10 @@ def test_ways_without_fine_and_ways_of_another_loop_are_refused():
     other = Computed(PID(Kp=[60.0, 40.0], Ki=[1.0, 1.0], Kd=[10.0, 8.0])).ode()
     with pytest.raises(ValueError, match=r"^`causes\(ways\)` must hold one loop in several ways; 'euler' has other"):
         causes({"euler": other, "fine": ways["fine"]}, p, until=0.4)
+
+
+def test_below_a_table_stands_the_method_of_each_memory():
+    case = Case("S", "AOSMC-RGS", ways_of(P=I)["cayley"], (rmse(),), PERIOD, 0.04, 0.04)
+    outcome = run(Study("s", "t", "q", "m", sections=lambda results: (), cases=(case,))).outcomes[0]
+    assert "memory of the controller: K by explicit Euler, P by a Cayley step of (34)" in outcome.notes
+    assert outcome.label == "AOSMC-RGS"  # the mark is for an observer that uses the truth

@@ -251,7 +251,9 @@ def test_a_loop_names_the_method_of_each_block_that_has_a_memory():
         "memory of the controller: K by explicit Euler, P by a Cayley step of (34)",
     )
     assert loop(PID(**PIDS)).digital(1e-3).methods == ("memory of the controller: explicit Euler",)
-    assert loop(PID(**PIDS)).digital(1e-3, integrator="fine").methods == ("memory of the controller: 16 Runge-Kutta steps a period",)
+    assert loop(PID(**PIDS)).digital(1e-3, integrator="fine").methods == (
+        "memory of the controller: 16 Runge-Kutta steps a period",
+    )
     implicit = SuperTwisting(ARM, [6.0, 5.0], [8.0, 9.0], [20.0, 25.0], 0.1, saturation="implicit")
     assert loop(implicit).digital(1e-3).methods == ("memory of the controller: backward Euler",)
 
