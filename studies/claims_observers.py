@@ -126,9 +126,9 @@ def swinging() -> Finding:
         "refuted",
         f"From q(0) = {listed(ASTRAY[0])} rad, qd(0) = {listed(ASTRAY[1])} rad/s, exactly these digits, |q - q_hat| is "
         f"{size:.2f} rad after 2 s, by variable steps with an error below {error:.0e} rad; no torque, and q_hat(0) = "
-        f"qd_hat(0) = 0 as in section 5. Of {DRAWN} starts within {NEAR[0]:g} rad and rad/s of it {shares[0]:.0%} do "
-        f"the same, of as many within {NEAR[1]:g} {shares[1]:.0%}; of {EVENLY:,} drawn evenly over all that the claim "
-        f"allows {rare:.2%}: such starts are rare.",
+        f"qd_hat(0) = 0 as in section 5. Of {DRAWN} starts within {NEAR[0]:g} rad and rad/s of it {100 * shares[0]:.0f} % "
+        f"part by more than 5 rad too, of as many within {NEAR[1]:g} {100 * shares[1]:.0f} %. Such starts are rare: of "
+        f"{EVENLY:,} drawn evenly over all that the claim allows, {rare * EVENLY:.0f} do.",
         f"astray({ASTRAY[0]}, {ASTRAY[1]})",
     )
 

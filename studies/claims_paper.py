@@ -136,3 +136,15 @@ BOUNDED_ABOVE = Claim(
     "Theorem 2, as read here",
     (*ASSUMPTIONS, ABOVE),
 )
+
+TRACKING = Claim("superior tracking", "AOSMC-RGS tracks better than each rival, by the printed RMSE.", "section 5")
+STEADY = Claim("lower steady-state error", "The steady-state error of AOSMC-RGS is below each rival's.", "section 5")
+AMPLITUDE = Claim("smaller control amplitude", "AOSMC-RGS has smaller torques than each rival.", "section 5")
+CHATTERING = Claim("less chattering", "AOSMC-RGS chatters less than each rival.", "section 5")
+OVERSHOOT = Claim("reduced overshoot", "AOSMC-RGS overshoots less than each rival.", "abstract, section 5")
+SETTLING = Claim("faster settling", "AOSMC-RGS settles faster than each rival.", "abstract, section 5")
+EFFORT = Claim("lower control effort", "AOSMC-RGS needs less control effort than each rival.", "abstract")
+REJECTION = Claim(
+    "better disturbance rejection", "AOSMC-RGS rejects disturbances better than each rival.", "abstract, sections 5, 6"
+)
+ACCURACY = Claim("observer accuracy", "(10) estimates the states with minimal estimation errors.", "section 5")

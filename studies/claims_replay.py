@@ -12,7 +12,7 @@ from claims_identities import at, both
 from claims_loops import CONSTANT_D, I, beside_rest, free_arm, observer_rate, on_path, printed_but_for_c, regulation, weighted
 from claims_lyapunov import V2
 from claims_paper import ASSUMPTION_4, gain_left
-from paper_card import CARD
+from paper_card import CARD, LAWS
 from paper_laws import ARM, PRINTED_ARM, proposed_as_printed, proposed_repaired
 
 from workbench.controllers.promises import K_STAYS_DEFINITE
@@ -31,6 +31,7 @@ from workbench.verify.rest import RestPoint, growing_modes, rest_point
 
 __all__ = [
     "I",
+    "LAWS",
     "along_35",
     "astray",
     "beside",
@@ -45,6 +46,7 @@ __all__ = [
     "growing_modes",
     "mismatch",
     "np",
+    "observed",
     "offset",
     "printed",
     "pushed",
@@ -210,17 +212,32 @@ def pushed(law: str) -> tuple[list[float], list[float]]:
     return largest[1].tolist(), np.abs(largest[1] - largest[0]).tolist()
 
 
+def observed() -> tuple[tuple[list[float], list[float]], tuple[list[float], list[float]]]:
+    """Largest |q - q_d| and |q - q_hat| from 5 s on in FS, repaired, by joint [rad]; each with its change by h / 2."""
+    late = (late_error(5.0), Peak("late estimate", "rad", "largest |q - q_hat| from 5 s on", "q_error", 5.0))
+    case = comparison("FS")[0]
+    scores = measure(case.loop.ode(), late, until=case.until, h=case.h).scores.values()
+    e, lost = ((score.value[0].tolist(), score.error[0].tolist()) for score in scores)
+    return e, lost
+
+
 def astray(q: Any, qd: Any, until: float = 2.0) -> tuple[float, float]:
     """|q - q_hat| in rad at `until` for the arm without torque from (q, qd)(0), by variable steps; its error."""
-    ode = free_arm()
+    ode = _freely()
     x0 = ode.states.pack({"plant.q": q, "plant.qd": qd})[0]
     y, error = in_reference_mode(ode, "q_error", ode.parameters.default, x0, [until])
     return float(np.linalg.norm(y[0])), float(np.linalg.norm(error))
 
 
+@cache
+def _freely() -> Ode:
+    """The arm without torque, watched by (10)."""
+    return free_arm()
+
+
 def share_astray(starts: Array, bound: float = 5.0, until: float = 2.0) -> float:
     """The share of starts (q, qd)(0), rows (B, 4), with |q - q_hat| > bound [rad] at `until`."""
-    ode = free_arm()
+    ode = _freely()
     x0 = ode.states.pack({"plant.q": starts[:, :2], "plant.qd": starts[:, 2:]})
     p = np.tile(ode.parameters.default, (len(x0), 1))
     runs = simulate(rk4(ode, 1e-3), p, x0, until=until, every=until)

@@ -206,7 +206,7 @@ class Hunt:
             return found
         theta = np.array([found.worst.sought[label] for label in self.box.labels])
         for decimals in range(1, DECIMALS):
-            cut = np.clip(np.trunc(theta * 10**decimals) / 10**decimals, self.box.low, self.box.high)
+            cut = np.clip(np.trunc(theta * 10**decimals) / 10**decimals + 0.0, self.box.low, self.box.high)
             pair = self.at(dict(zip(self.box.labels, cut.tolist(), strict=True)))
             holds = pair.excess <= 0 and not (found.kind == "refuted" and (pair.doubt or pair.value <= pair.error))
             if holds and pair.value >= found.worst.value - (1 - ENOUGH) * abs(found.worst.value):
