@@ -9,7 +9,7 @@ from claims_others import PROMISES, UNDER
 
 from workbench.verify.claims import Ledger
 
-PAPER, ASSUMED = "The paper's claims", "Its comparisons under the numbers of a1"
+PAPER, ASSUMED = "The paper's claims", "The paper's comparisons under the numbers of a1"
 OURS, BLOCKS = "Our repairs and readings", "Promises of the blocks"
 OF_OURS = tuple(
     claim.name

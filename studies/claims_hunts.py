@@ -116,7 +116,9 @@ TABLE: Mapping[str, tuple[Callable[[], Hunt], Budget]] = {
     "riccati": (_repaired(_promise("P stays positive definite")), QUICK),
     "finite_time": (lambda: Hunt(ODE, REACHES, REACH | ACTING, 2.0, PRINTED, (WITHIN_4, ABOVE)), QUICK),
     "bounded": (
-        lambda: Hunt(weighted(printed_but_for_c(), 0.01, 1.0).ode(), SLOW, REACH | ACTING, 4.0, PRINTED, (WITHIN_4, ABOVE)),
+        lambda: Hunt(
+            weighted(printed_but_for_c(), 0.01, 1.0).ode(), SLOW, REACH | ACTING, 4.0, PRINTED, (WITHIN_4, ABOVE)
+        ),
         QUICK,
     ),
     "late_error": (_repaired(late_error(5.0), 8.0), QUICK),

@@ -1,4 +1,4 @@
-"""Both sides of the paper's equations (22), (30), (31), (34), (35) and (41), over symbols that any state may replace."""
+"""Both sides of equations (22), (30), (31), (34), (35) and (41), over symbols that any state may replace."""
 
 import casadi as ca
 import numpy as np

@@ -17,7 +17,7 @@ from workbench.verify.rest import RestPoint, growing_modes
 
 PAPER_GAINS = (30 * I, 50 * I)  # section 5
 TORQUES, SPEEDS = (100.0, 1000.0, 10000.0), (1.0, 10.0, 100.0)  # N m, rad/s
-ASTRAY = ((3.1, 1.2), (-0.2, -2.9))  # q(0) [rad], qd(0) [rad/s]: among starts of one decimal, one whose neighbours follow
+ASTRAY = ((3.1, 1.2), (-0.2, -2.9))  # q(0) [rad], qd(0) [rad/s]: of one decimal, and its neighbours go the same way
 NEAR, DRAWN, EVENLY = (0.005, 0.05), 200, 2000  # rad and rad/s; starts near it, starts anywhere
 
 
@@ -33,8 +33,8 @@ def lipschitz() -> Finding:
         f"Delta is affine in tau, with the factor M^-1(q) - M^-1(q_hat): with |x1~| = 1 rad, x2~ = 0 it is "
         f"{listed(sizes, 5)} rad/s^2 for tau_1 = {listed(TORQUES, 5)} N m. It is quadratic in the velocities: with "
         f"tau = 0, x1~ = 0 and qd_hat = 0, Delta = -M^-1 C(q, x2~) x2~, and |Delta| / |x2~| is {listed(ratios, 5)} 1/s "
-        f"for |x2~| = {listed(SPEEDS, 5)} rad/s. A rho exists where torques and velocities are both bounded, since "
-        "Delta is smooth; it is the rho of these bounds.",
+        f"for |x2~| = {listed(SPEEDS, 5)} rad/s. The 'smoothness (Lipschitz continuity)' that (15) assumes "
+        "is there where torques and velocities are both bounded, with a rho that grows with these bounds.",
         "[mismatch((0, 1), (torque, 0)) for torque in (100, 1000, 10000)], "
         "[speed_ratio(speed) for speed in (1, 10, 100)]",
     )
@@ -126,9 +126,9 @@ def swinging() -> Finding:
         "refuted",
         f"From q(0) = {listed(ASTRAY[0])} rad, qd(0) = {listed(ASTRAY[1])} rad/s, exactly these digits, |q - q_hat| is "
         f"{size:.2f} rad after 2 s, by variable steps with an error below {error:.0e} rad; no torque, and q_hat(0) = "
-        f"qd_hat(0) = 0 as in section 5. Of {DRAWN} starts within {NEAR[0]:g} rad and rad/s of it {100 * shares[0]:.0f} % "
-        f"part by more than 5 rad too, of as many within {NEAR[1]:g} {100 * shares[1]:.0f} %. Such starts are rare: of "
-        f"{EVENLY:,} drawn evenly over all that the claim allows, {rare * EVENLY:.0f} do.",
+        f"qd_hat(0) = 0 as in section 5. Of {DRAWN} starts within {NEAR[0]:g} rad and rad/s of "
+        f"it {100 * shares[0]:.0f} % part by more than 5 rad too, of as many within {NEAR[1]:g} {100 * shares[1]:.0f} "
+        f"%. Such starts are rare: of {EVENLY:,} drawn evenly over all that the claim allows, {rare * EVENLY:.0f} do.",
         f"astray({ASTRAY[0]}, {ASTRAY[1]})",
     )
 

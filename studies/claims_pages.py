@@ -45,6 +45,7 @@ OUTCOME: dict[str, Literal["holds", "fails", "open"]] = {
     "ill-posed": "open",
     "not checkable": "open",
 }
+IN_TALLY = {"does not hold under": "failing under a named condition"}
 STEMS = ("ledger", "ledger_assumed", "ledger_ours", "ledger_blocks")  # of the tables' files, group by group
 RESTS_ON = "Rests on: hypotheses with their verdicts; a proof that rests on a refuted one says nothing here."
 FIRST = (
@@ -80,7 +81,7 @@ def answers(ledger: Ledger) -> Section:
 def _tally(ledger: Ledger) -> str:
     """How many lines there are, and how many have which verdict."""
     counts = {kind: ledger.count(kind) for kind in get_args(Kind)}
-    words = ", ".join(f"{count} {kind}" for kind, count in counts.items() if count)
+    words = ", ".join(f"{count} {IN_TALLY.get(kind, kind)}" for kind, count in counts.items() if count)
     return f"{len(ledger)}, of which {words}"
 
 

@@ -35,9 +35,7 @@ ASSUMPTION_2 = Claim(
 )
 ASSUMPTION_3 = Claim("Assumption 3", "M' - 2C is skew-symmetric, with C as (3) prints it.", "(3), section 2.3")
 ASSUMPTION_3_DERIVED = Claim("Assumption 3, derived C", "M' - 2C is skew-symmetric, with C as derived.", "section 2.3")
-ASSUMPTION_4 = Claim(
-    "Assumption 4", "|D(t)| <= D_max and |D'(t)| <= L_D in both scenarios.", "(8)", margin=_bounded
-)
+ASSUMPTION_4 = Claim("Assumption 4", "|D(t)| <= D_max and |D'(t)| <= L_D in both scenarios.", "(8)", margin=_bounded)
 ABOVE = Claim("lambda_min(K) > delta", "lambda_min(K) >= |D - D_hat| at all times.", "(40)", margin=gain_left)
 ASSUMPTIONS = (ASSUMPTION_1, ASSUMPTION_2, ASSUMPTION_3_DERIVED, ASSUMPTION_4)
 

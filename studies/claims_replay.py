@@ -9,7 +9,17 @@ import numpy as np
 from a1_paper_tables import comparison
 from claims_hunts import hunt, rerun
 from claims_identities import at, both
-from claims_loops import CONSTANT_D, I, beside_rest, free_arm, observer_rate, on_path, printed_but_for_c, regulation, weighted
+from claims_loops import (
+    CONSTANT_D,
+    I,
+    beside_rest,
+    free_arm,
+    observer_rate,
+    on_path,
+    printed_but_for_c,
+    regulation,
+    weighted,
+)
 from claims_lyapunov import V2
 from claims_paper import ASSUMPTION_4, gain_left
 from paper_card import CARD, LAWS
@@ -21,8 +31,8 @@ from workbench.core.claim import Declared
 from workbench.core.layout import Array
 from workbench.design.riccati import care
 from workbench.metrics import Measurement, late_error, measure
-from workbench.metrics.sampled import Peak
 from workbench.metrics.integral import Integral
+from workbench.metrics.sampled import Peak
 from workbench.simulate import simulate
 from workbench.simulate.reference import reference
 from workbench.verify.counterexample import hypotheses_kept, in_reference_mode
@@ -76,7 +86,7 @@ def mismatch(q_hat: Any, tau: Any) -> float:
 
 
 def speed_ratio(speed: float) -> float:
-    """|Delta| / |x2~| of (14) in 1/s for q = q_hat = (0, 1), qd = speed (1, 0), qd_hat = 0, without torque, less gravity.
+    """|Delta| / |x2~| of (14) in 1/s for q = q_hat = (0, 1), qd = speed (1, 0), qd_hat = 0, without torque.
 
     Gravity is the same at q and q_hat, so it is not part of Delta.
     """
@@ -181,7 +191,9 @@ def v2_rate(Q: float, R: float) -> tuple[float, float, float]:
     y, path = SignalsOf(ode), np.array([2.0, 1.5])  # rad/s, qd_d(0)
     x = ode.states.pack({"plant.q": np.zeros(2), "plant.qd": path, "observer.state.qd_hat": path})[0]
     wanted = [derivative(ode, V2(y)), ca.norm_2(y["s"]), gain_left(y)]
-    rate, size, left = (float(v) for v in ca.Function("rate", [ode.t, ode.x, ode.p], wanted)(0, x, ode.parameters.default))
+    rate, size, left = (
+        float(v) for v in ca.Function("rate", [ode.t, ode.x, ode.p], wanted)(0, x, ode.parameters.default)
+    )
     return rate, size, left
 
 

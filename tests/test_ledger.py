@@ -111,7 +111,9 @@ def test_a_witness_that_was_not_seen_to_keep_a_hypothesis_is_no_witness(finding)
     margin = Claim("gain", "K > delta", "(40)", (), lambda y: y["K"])
     lemma = Claim("lemma", "V falls", "(40)", (margin,))
     theorem = Claim("theorem", "e tends to zero", "(41)", (lemma,))
-    with pytest.raises(ValueError, match="'theorem' must keep every hypothesis of the claim.*\\['gain'\\] have margins"):
+    with pytest.raises(
+        ValueError, match="'theorem' must keep every hypothesis of the claim.*\\['gain'\\] have margins"
+    ):
         Line(theorem, finding)
     assert Line(theorem, replace(finding, kept=("gain",))).finding.kept == ("gain",)
     assert Line(theorem, PROVED).finding is PROVED

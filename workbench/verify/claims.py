@@ -12,7 +12,13 @@ from workbench.validation.words import described, known, require
 
 # How it stands with a claim. A finite simulation can refute one, and never proves one.
 Kind = Literal[
-    "proved", "refuted", "does not hold under", "not refuted", "not checkable as published", "ill-posed", "not checkable"
+    "proved",
+    "refuted",
+    "does not hold under",
+    "not refuted",
+    "not checkable as published",
+    "ill-posed",
+    "not checkable",
 ]
 BROKEN = ("refuted", "does not hold under")  # the kinds that stand on a witness
 CONDITIONAL = ("does not hold under", "not refuted")
