@@ -86,7 +86,7 @@ class Rows(HTMLParser):
         self.within = tag if tag in ("strong", "code") else self.within
 
     def handle_endtag(self, tag):
-        if tag == "tr" and len(self.cells) == 4:
+        if tag == "tr" and len(self.cells) == 4 and self.cells[0]["strong"]:  # the row of heads has no claim
             claim, _, verdict, evidence = self.cells
             self.rows.append([claim["strong"], verdict["all"].strip(), evidence["all"], evidence["code"]])
         self.within = "" if tag == self.within else self.within

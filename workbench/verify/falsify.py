@@ -16,7 +16,7 @@ from workbench.metrics import AbstractMetric, measured
 from workbench.metrics.final import final_values
 from workbench.simulate import simulate
 from workbench.validation.doors import door
-from workbench.validation.words import multiple, seconds, whole
+from workbench.validation.words import known, multiple, seconds, whole
 from workbench.validation.words import seed as key
 from workbench.verify.ascent import slope_of
 from workbench.verify.box import Box
@@ -201,10 +201,17 @@ class Hunt:
 
     @door
     def shortened(self, found: Found) -> Found:
-        """The same outcome with the fewest decimals in the worst run's numbers that keep verdict and `ENOUGH` of it."""
+        """The same outcome with the fewest decimals in the worst run's numbers that keep verdict and `ENOUGH` of it.
+
+        Raises
+        ------
+        LookupError
+            If the worst run is one of another search.
+        """
         if found.worst is None:
             return found
-        theta = np.array([found.worst.sought[label] for label in self.box.labels])
+        sought = found.worst.sought
+        theta = np.array([sought[known(label, sought, "numbers of the worst run")] for label in self.box.labels])
         for decimals in range(1, DECIMALS):
             cut = np.clip(np.trunc(theta * 10**decimals) / 10**decimals + 0.0, self.box.low, self.box.high)
             pair = self.at(dict(zip(self.box.labels, cut.tolist(), strict=True)))
