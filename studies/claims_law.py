@@ -89,11 +89,11 @@ def least_cost() -> Finding:
         "refuted",
         "Cost, horizon and input are those of (32) and (31): infinite, u = -R^-1 B^T P s, with A and B of section 5 "
         "held at t = 0, from P(0) and s(0) of the first scenario. With Q = R = I, J is "
-        f"{ours / least:.4g} times the least J, which the algebraic Riccati equation gives; with {WEIGHTS_OF_COST} it "
-        f"is {fitted / fitted_least:.4g} times. (34) runs forward from P(0), the Riccati equation of (32) backward "
-        "from the horizon, and they agree only once P(0) is forgotten. Along the repaired runs, with the weights of a1 "
-        "from the worst start and over the first 2.5 s, a3 finds 1.0 % (first scenario) and 2.1 % (second) above the "
-        "least J.",
+        f"{ours / least:.4g} times the least J, which the algebraic Riccati equation gives; with {WEIGHTS_OF_COST}, "
+        f"the weights of a1, it is {fitted / fitted_least:.4g} times the least. (34) runs forward from P(0), the "
+        "Riccati equation of (32) backward from the horizon, and they agree only once P(0) is forgotten. Along the "
+        "repaired runs, with the weights of a1, from the worst start and over the first 2.5 s, a3 finds 1.0 % (first "
+        "scenario) and 2.1 % (second) above the least J.",
         f"cost(1, 1), cost({FITTED[0]:g}, {FITTED[1]:g})",
     )
 

@@ -20,7 +20,7 @@ from workbench.verify.falsify import Found
 SCENARIOS = ("FS", "SS")
 RIVALS = tuple(law for law in LAWS if law != PROPOSED)
 GIVEN = f"{numbers('Q', 'R', 'l', 'SS: a1, a2', 'SS: f')}, {HORIZONS}"
-UNSTATED = "Q, R, l, both horizons, a1, a2, f and the gains of the five rivals"
+UNSTATED = "Q, R, l, both horizons, the levels and the frequency of the square wave, and the gains of the five rivals"
 EXACT = "the rivals as a1 has them, on exact q and qd where AOSMC-RGS has (10)"
 OF_A1 = "the repaired law and the numbers of a1"
 TORQUES, MOTIONS = "figures 7, 8, 15 and 16", "figures 3 to 6 and 11 to 14"
@@ -134,15 +134,15 @@ def rejected() -> Finding:
             a, b = (ours[joint], change[joint]), (theirs[joint], error[joint])
             said = f"D moves the arm by {b[0]:.3g} rad under {law}, and by {a[0]:.3g} rad under AOSMC-RGS"
             stands.append((order(a, b, MARGIN), f"{said} (joint {joint + 1})"))
-    given = f"{numbers('Q', 'R', 'l')}, {EXACT}, first scenario, 15 s to 20 s"
+    given = f"{numbers('Q', 'R', 'l')}, {EXACT} and knows D by (24), first scenario, 15 s to 20 s"
     return judged(stands, "{law: pushed(law) for law in LAWS}", given)
 
 
 def estimated() -> Finding:
-    """The late error of the estimate beside the late error of tracking."""
+    """The late error of the estimated velocity, which no instrument gives, beside that of the velocity itself."""
     (e, e_change), (lost, change) = observed()
     stands = [
-        (order((b, db), (a, da), MARGIN), f"|q - q_hat| {b:.4g} rad, |q - q_d| {a:.4g} rad (joint {joint + 1})")
+        (order((b, db), (a, da), MARGIN), f"|qd - qd_hat| {b:.4g} rad/s, |qd - qd_d| {a:.4g} rad/s (joint {joint + 1})")
         for joint, (a, da, b, db) in enumerate(zip(e, e_change, lost, change, strict=True))
     ]
     return judged(stands, "observed()", f"{numbers('Q', 'R', 'l')}, first scenario, from 5 s on")
@@ -179,5 +179,5 @@ def checks(results: Results) -> tuple[tuple[Claim, Check], ...]:
 
 UNDER = {claim.name: under(claim, f"its {metric} is below that of each rival") for claim, metric, _ in METRICS} | {
     paper.REJECTION.name: under(paper.REJECTION, "D moves its joints less than those of each rival"),
-    paper.ACCURACY.name: under(paper.ACCURACY, "the late |q - q_hat| of each joint is below its late |q - q_d|"),
+    paper.ACCURACY.name: under(paper.ACCURACY, "the late |qd - qd_hat| of each joint is below its late |qd - qd_d|"),
 }

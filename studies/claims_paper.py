@@ -98,7 +98,7 @@ OPTIMAL_LOOP = Claim(
 )
 
 REWRITTEN = Claim(
-    "(35)", "The estimates of (10) obey M(x1_hat) x2_hat' + C x2_hat + G + D = tau where x1~ = 0.", "(10), (35)"
+    "(35)", "The estimates of (10) obey (35), M(q_hat) qd_hat' + C qd_hat + G + D = tau, where x1~ = 0.", "(10), (35)"
 )
 DECREASE = Claim("(39)", "V2' <= -lambda_min(K) |s| + |s| delta + 'bounded term'.", "(39)", (ASSUMPTION_3, GAIN))
 DECREASE_STRICT = Claim(
@@ -130,7 +130,7 @@ BOUNDED = Claim(
 )
 BOUNDED_ABOVE = Claim(
     "Theorem 2, bounded velocities",
-    "With the gain of its proof, lambda_min(K) > delta, |qd| and |qd_hat| stay below 10^6 rad/s; C is derived.",
+    "With the gain of its proof, lambda_min(K) > delta, |qd| and |qd_hat| stay below 1e6 rad/s; C is derived.",
     "Theorem 2, as read here",
     (*ASSUMPTIONS, ABOVE),
 )

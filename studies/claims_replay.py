@@ -225,10 +225,10 @@ def pushed(law: str) -> tuple[list[float], list[float]]:
 
 
 def observed() -> tuple[tuple[list[float], list[float]], tuple[list[float], list[float]]]:
-    """Largest |q - q_d| and |q - q_hat| from 5 s on in FS, repaired, by joint [rad]; each with its change by h / 2."""
-    late = (late_error(5.0), Peak("late estimate", "rad", "largest |q - q_hat| from 5 s on", "q_error", 5.0))
+    """Largest |qd - qd_d| and |qd - qd_hat| from 5 s on in FS, repaired, by joint [rad/s]; their changes by h / 2."""
+    late = (Peak(signal, "rad/s", f"largest |{signal}| from 5 s on", signal, 5.0) for signal in ("ed", "qd_error"))
     case = comparison("FS")[0]
-    scores = measure(case.loop.ode(), late, until=case.until, h=case.h).scores.values()
+    scores = measure(case.loop.ode(), tuple(late), until=case.until, h=case.h).scores.values()
     e, lost = ((score.value[0].tolist(), score.error[0].tolist()) for score in scores)
     return e, lost
 

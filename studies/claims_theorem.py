@@ -116,7 +116,7 @@ def slow(found: Found) -> str:
     assert found.worst is not None
     return (
         "As printed but for C, first scenario, reading 'outer', any start and disturbance of the assumptions: "
-        f"in {sought('bounded')}, no velocity comes near 10^6 rad/s. Other weights, a longer horizon or another "
+        f"in {sought('bounded')}, no velocity comes near 1e6 rad/s. Other weights, a longer horizon or another "
         "reading may give another answer."
     )
 

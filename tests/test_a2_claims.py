@@ -159,6 +159,7 @@ SHOWS = {
     "along_35": lambda found: all(value > 1e3 * change for value, change in found.values()),
     "offset": lambda found: np.linalg.norm(found[0]) > 0.01 > 1e6 * np.linalg.norm(found[1]),
     "beside": a_rival_is_lower,
+    "observed": lambda found: any(lost > e for e, lost in zip(found[0][0], found[1][0], strict=True)),
     "{law: pushed": lambda found: a_rival_is_lower({f"FS: {law}": pair[0] for law, pair in found.items()}),
 }
 
