@@ -28,7 +28,6 @@ from claims_identities import both
 from claims_phrases import phrase
 from claims_replay import (
     along_35,
-    beside,
     cost,
     cost_of_loop,
     derived,
@@ -426,7 +425,7 @@ def test_the_study_has_the_comparisons_of_a1():
     assert len(a2_claims.study.cases) == 14
 
 
-def test_a_comparison_is_replayed_with_the_numbers_of_a1():
-    found = beside("overshoot")
+def test_a_comparison_is_replayed_with_the_numbers_of_a1(replayed):
+    found = replayed["reduced overshoot, numbers of a1"]
     assert set(found) == {f"SS: {law}" for law in (*LAWS, "super-twisting")}  # after jumps, which FS has none of
     assert found["SS: AOSMC-RGS"][0] > found["SS: ASMC"][0]
