@@ -48,8 +48,8 @@ def percent(share: float) -> str:
 
 
 def with_interval(value: float, half: float) -> str:
-    """A number with its interval."""
-    return f"{value:.2f} \N{PLUS-MINUS SIGN} {half:.2f}"
+    """A number with its interval, rounded up."""
+    return f"{value:.2f} \N{PLUS-MINUS SIGN} {np.ceil(100 * half) / 100:.2f}"
 
 
 def leaders(factors: Sequence[str], total: Estimate) -> tuple[str, ...]:

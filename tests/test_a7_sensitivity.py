@@ -180,7 +180,7 @@ def test_the_course_over_time_is_told_in_numbers():
     one = made({"ISE": {"Q": 9.0}})
     said = course(one, one.shares_over_time(0))
     # all weight on one gain beside eight factors of the arm and the model a ninetieth as strong
-    assert "sum to 1.00 \N{PLUS-MINUS SIGN} 0.00 in the first window" in said
+    assert "sum to 1.00 \N{PLUS-MINUS SIGN} 0.01 in the first window" in said
 
 
 def test_leaders_are_all_that_the_intervals_do_not_tell_apart():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -82,10 +82,9 @@ class SobolIndices:
         """The indices of one output; one that was refused is refused again, with its reason."""
         j = place_of(self.names, self.refused, name)
         S2, sums1, sumsT = (None if part is None else part[j] for part in (self.S2, self.sums1, self.sumsT))
-        deviation, sums = self.deviation[j], {"sums1": sums1, "sumsT": sumsT}
-        return replace(
-            self, names=(name,), S1=self.S1[j], ST=self.ST[j], S2=S2, deviation=deviation, refused={}, **sums
-        )
+        parts = {"S1": self.S1[j], "ST": self.ST[j], "S2": S2, "sums1": sums1, "sumsT": sumsT}
+        found: SobolIndices = replace(self, names=(name,), deviation=self.deviation[j], refused={}, **cast(Any, parts))
+        return found
 
     @door
     def of_group(self, group: str, total: bool = False) -> Estimate:
@@ -120,8 +119,8 @@ def sobol(
         S1_i = V(E(y | x_i)) / V(y)        ST_i = E(V(y | all but x_i)) / V(y)
         S2_ij = V(E(y | x_i, x_j)) / V(y) - S1_i - S1_j
 
-    An interval is the jackknife's over the scrambles, with Student's quantile: rows of a Sobol net are no independent
-    draws to bootstrap. Outputs with failed runs, infinities or no variation beyond rounding are refused by name.
+    An interval is the jackknife's over the scrambles, with Student's quantile, and for pairs Bonferroni's: rows of a
+    Sobol net are no independent draws to bootstrap. Outputs with failed runs or no variation are refused by name.
 
     Parameters
     ----------
@@ -132,36 +131,37 @@ def sobol(
     errors
         How far off each output is, of the same shape, NaN where that is not known: told of where it blurs the indices.
     groups
-        Names of groups to the factors of each, over which S1 and ST are summed.
+        Names to the factors over which S1 and ST are summed.
     control
-        Whether the quadratic polynomial that fits the runs serves as control variate: its own indices are exact, so
-        that only what it leaves is estimated. Intervals are then the narrower the nearer an output is to quadratic.
+        Whether the quadratic polynomial that fits the runs serves as control variate: its own indices are exact, and
+        only what it leaves is estimated, the better the nearer an output is to quadratic.
 
     Raises
     ------
-    ValueError
-        If an argument has the wrong kind or shape, if every output is refused, or if there are too few runs for the
-        coefficients of the control variate.
-    LookupError
-        If a group has what is no factor.
+    ValueError, LookupError
+        If an argument has the wrong kind or shape, every output is refused, a group has what is no factor, or there
+        are too few runs for the control variate.
 
     References
     ----------
-    Saltelli et al. (2010), Computer Physics Communications 181, table 2 (b) and (f); with the runs of second order
-    Azzini, Mara and Rosati (2021), Environmental Modelling and Software 144; Efron and Stein (1981), The jackknife
-    estimate of variance, Annals of Statistics 9; control variates: Owen (2013), Monte Carlo theory, methods and
-    examples, section 8.9; intervals that hold together: Bonferroni's.
+    Saltelli et al. (2010), Computer Physics Communications 181, table 2 (b) and (f); of second order Azzini, Mara and
+    Rosati (2021), Environmental Modelling and Software 144; the jackknife: Efron and Stein (1981), Annals of
+    Statistics 9; control variates: Owen (2013), Monte Carlo theory, methods and examples, section 8.9.
     """
     named = factor_names("sobol", design, factors)
     t = t_quantile("sobol", confidence, SCRAMBLES - 1)
+    _check_runs(design, control)
+    refuse_all("sobol", held := outputs_of("sobol", design, outputs, names, errors))
+    return _indices(design, held, named, t, dict(groups or {}), control, confidence)
+
+
+def _check_runs(design: SobolDesign, control: bool) -> None:
+    """Refuse a control variate that would follow the runs."""
     if control and design.size < EACH * (terms(design.dimensions) + 1):
         raise ValueError(
             f"`sobol(control=True)` needs at least {EACH} runs for each of the {terms(design.dimensions) + 1} "
             f"coefficients of its polynomial; got {design.size}: raise `base`, or do without."
         )
-    held = outputs_of("sobol", design, outputs, names, errors)
-    refuse_all("sobol", held)
-    return _indices(design, held, named, t, dict(groups or {}), control, confidence)
 
 
 def _indices(
