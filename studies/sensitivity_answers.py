@@ -68,7 +68,7 @@ def strays(found: dict[str, Found]) -> Verdict:
         f"Its largest late error is {worst:.2g} rad. Runs that stray: {listed}.",
         estimand=f"counts over all {_runs(found[PROPOSED]):,} runs of the law, the screening at the ends of the "
         "ranges among them; shares of the independent draws with the interval of Clopper and Pearson, 95 %",
-        given=f"{EXACT}; SMC has a gain of 5 N m, which a1 assumes for it and which is too small for these errors of the model",
+        given=f"{EXACT}; SMC has the gain of 5 N m that a1 assumes, too small for these errors of the model",
         reversal="ranges that leave the screened corners out; for SMC a larger gain",
     )
 

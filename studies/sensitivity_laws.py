@@ -93,14 +93,22 @@ def course(one: Found, indices: SobolIndices) -> str:
     total, t = indices.of_group("gains", total=True), middles(one.indices)
     most = int(np.nanargmax(total.value))
     first, top, last = (with_interval(float(total.value[k]), float(total.half[k])) for k in (0, most, -1))
-    wide = ", ".join(f"{t[k]:.3g} s" for k in np.flatnonzero(~(2 * total.half < NARROW)))
-    said = f" Their interval is wider than {NARROW:g}, and what they decide open, in the windows about {wide}."
+    wide, unsure = (
+        ", ".join(f"{t[k]:.3g}" for k in np.flatnonzero(~(2 * part < NARROW)))
+        for part in (total.half, indices.ST.half.max(axis=1))
+    )
+    of_gains = (
+        f" Its interval is wider than {NARROW:g}, and what the gains decide open, about {wide} s." if wide else ""
+    )
+    of_one = (
+        f" Intervals of single factors are wider than {NARROW:g} about {unsure} s, where a few runs have most of the "
+        "variance: which of them decides is open there."
+    )
     return (
         f"The error of a window is its root mean square over {EVERY:g} s. The total indices of all gains of {one.law} "
         f"sum to {first} in the first window, to {top} around {t[most]:.3g} s, where they have most "
-        f"to say, and to {last} in the last; what is left is the arm and its model.{said if wide else ''} The indices "
-        "of single factors of the arm and the model are uncertain where the picture draws their intervals wide: there "
-        "a few runs, in which the error of a window passes through zero or grows large, have most of the variance."
+        f"to say, and to {last} in the last; what is left is the arm and its model.{of_gains}"
+        f"{of_one if unsure else ''}"
     )
 
 

@@ -183,6 +183,16 @@ def test_the_course_over_time_is_told_in_numbers():
     assert "sum to 1.00 \N{PLUS-MINUS SIGN} 0.01 in the first window" in said
 
 
+def test_windows_whose_indices_are_uncertain_are_told_as_open():
+    one = made({"ISE": {"Q": 9.0}})
+    indices = one.shares_over_time(0)
+    assert "open" not in course(one, indices)
+    half = indices.ST.half.copy()
+    half[1, 3] = 0.051
+    said = course(one, replace(indices, ST=Estimate(indices.ST.value, half)))
+    assert "wider than 0.1 about 0.375 s" in said
+
+
 def test_leaders_are_all_that_the_intervals_do_not_tell_apart():
     total = Estimate(np.array([0.5, 0.45, 0.1]), np.array([0.02, 0.1, 0.01]))
     assert leaders(("a", "b", "c"), total) == ("a", "b")
