@@ -5,7 +5,8 @@ Question  Which unstated numbers and readings give the published RMSE, how many 
 Method    Every unstated number over the range of the card, every reading as likely as the others. A search for each law
           by differential evolution, one set of gains for both scenarios, any horizon; what comes nearest is run again
           with the boundary layer of the paper at 1/12 ms and at half of it. Independent draws of everything at once for
-          the probabilities, a Sobol design of the same for the indices.
+          the probabilities, under four priors: evenly or on logarithmic scales, for the proposed law and for all else;
+          a Sobol design of the same for the indices. A search of one experiment for the whole second scenario.
 Runs in   about two minutes on two cores.
 """
 
