@@ -19,6 +19,7 @@ SAMPLE = (
     f"{{draws}} draws in each of {len(HELD_OUT)} scenarios; intervals of all laws and scenarios at once with "
     f"{100 * FAMILY:g} %, a difference counts beyond {100 * MARGIN:g} %"
 )
+MEASURE = f"{ASKED.words} cost"
 SHOWN = 3  # shapes of samples in the words of one finding
 
 
@@ -58,12 +59,12 @@ def winner(found: Found, given: Given) -> Verdict:
     counts = tally(found.cost[given.key])
     lead = f"Given {given.words}: " if given.words else ""
     if first is None:
-        statement, kind = f"{lead}no law has the least {ASKED.of('cost')} in more scenarios than any other.", "open"
+        statement, kind = f"{lead}no law has the least {MEASURE} in more scenarios than any other.", "open"
     elif others:
         by = "; ".join(f"{words}: {law or 'no law'}" for words, law in champions.items())
         statement, kind = f"{lead}the law that is best most often depends on what is asked. {_upper(by)}.", "depends"
     else:
-        statement = f"{lead}{first} has the least {ASKED.of('cost')} most often, in {counts[first]} of {len(HELD_OUT)} scenarios."
+        statement = f"{lead}{first} has the least {MEASURE} most often, in {counts[first]} of {len(HELD_OUT)} scenarios."
         kind = "found"
     reversal = (
         f"Other champions: {'; '.join(f'{words}: {law}' for words, law in others.items())}. " if others else ""
@@ -72,7 +73,7 @@ def winner(found: Found, given: Given) -> Verdict:
         kind,
         statement,
         f"Best in so many scenarios by {'; by '.join(f'{words}: {told(*pair)}' for words, pair in under.items())}.",
-        estimand=f"{_upper(ASKED.of('cost'))}, declared before the runs; {_sample(found)}.",
+        estimand=f"{_upper(MEASURE)}, declared before the runs; {_sample(found)}.",
         given=f"To each law {given.words}; numbers by searches of one budget a number.",
         reversal=(reversal or "Nothing that was tried: ")
         + f"the statistics, another search and half of the budget were; of the last two the {CONTENDERS} laws of "
@@ -90,9 +91,9 @@ def proposed(found: Found) -> Verdict:
     differ = len(set(best.values())) > 1
     return Verdict(
         "depends" if differ else "found",
-        f"{PROPOSED} has the least {ASKED.of('cost')} in {counts[BOTH]} of {total} scenarios behind its own observers.",
+        f"{PROPOSED} has the least {MEASURE} in {counts[BOTH]} of {total} scenarios behind its own observers.",
         f"It is best in {at}. {_upper(behind)}.",
-        estimand=f"{_upper(ASKED.of('cost'))}; {_sample(found)}.",
+        estimand=f"{_upper(MEASURE)}; {_sample(found)}.",
         given="In each case the same to all laws.",
         reversal=f"By other statistics behind its own observers: {', '.join(f'{words} {n}' for words, n in best.items())}.",
     )
@@ -175,10 +176,10 @@ def parts_matter(found: Found) -> Verdict:
     count = len({part for held in said.values() for part in held})
     return Verdict(
         "found",
-        f"{len(useful)} of {count} parts of {PROPOSED} lower its {ASKED.of('cost')} wherever it was taken apart"
+        f"{len(useful)} of {count} parts of {PROPOSED} lower its {MEASURE} wherever it was taken apart"
         + (f": {_and(useful)}." if useful else "."),
         f"As tuned, {parts}.",
-        estimand=f"{_upper(ASKED.of('cost'))} in the scenarios {_and(list(found.parts))}.",
+        estimand=f"{_upper(MEASURE)} in the scenarios {_and(list(found.parts))}.",
         given="The numbers of the whole law: a part is taken out, and nothing is tuned again.",
         reversal="Tuning what is left again, which was not done.",
     )

@@ -134,7 +134,7 @@ def dependence(found: Found) -> Table:
     columns = (Column("given"), *map(Column, words))
     notes = (
         "The law that is best in more held-out scenarios than any other, with their number; '-' where two share that. "
-        f"First by each statistic, then by the {ASKED.of('cost')} as another search tuned the laws that could win, "
+        f"First by each statistic, then by the {findings.MEASURE} as another search tuned the laws that could win, "
         "and with the best numbers of the first half of the evaluations allowed.",
     )
     return Table("dependence", "What the verdict depends on.", columns, tuple(rows), notes)
@@ -168,7 +168,7 @@ def weights(found: Found) -> Table:
     rows = tuple((words, findings.told(held)) for words, held in found.weighted.items())
     return Table(
         "weights",
-        f"In how many held-out scenarios each law has the least {ASKED.of('cost')}, with other weights of the terms.",
+        f"In how many held-out scenarios each law has the least {findings.MEASURE}, with other weights of the terms.",
         (Column("weights"), Column("best in")),
         rows,
         ("The runs are those of laws tuned for the first row. Open: no law is significantly best.",),
