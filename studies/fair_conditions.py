@@ -104,10 +104,12 @@ class Computed:
     period: float
     instruments: Instruments
     delay: bool
+    integrator: str = "declared"
 
     def ode(self, name: str = "loop") -> Sampled:
         """The loop between instants, and at them."""
-        return self.loop.digital(self.period, self.instruments, delay=self.delay, name=name)
+        how = {"delay": self.delay, "integrator": self.integrator, "name": name}
+        return self.loop.digital(self.period, self.instruments, **how)
 
     @property
     def estimates(self) -> tuple[str, ...]:

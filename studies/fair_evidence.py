@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
-from fair_conditions import HELD_OUT, Scenario
+from fair_conditions import HELD_OUT, HORIZON, Computed, Scenario, uncertain
 from fair_given import Entrant
 from fair_laws import PROPOSED, Numbers
-from fair_objective import TERMS, Term, both, cost
+from fair_objective import TERMS, Term, both, cost, metrics
 
 from workbench.core.layout import Array
+from workbench.study.causes import Causes, causes_in_sweep
 from workbench.study.evidence import (
     Judgement,
     Mean,
@@ -25,7 +27,9 @@ from workbench.study.evidence import (
     same_draws,
 )
 from workbench.study.sample import Sample
+from workbench.study.sampling import MonteCarlo
 from workbench.study.study import Results
+from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned
 
 ABLATED = ("paper", "payload")  # the scenarios in which AOSMC-RGS loses its parts
@@ -39,6 +43,7 @@ FAMILY = 0.95  # that all intervals of a measure hold at once, in all held-out s
 CONFIDENCE = 1 - (1 - FAMILY) / len(HELD_OUT)  # of those of one scenario (Bonferroni)
 RESAMPLES = 4000
 SEED = 88
+DRAWS, DRAWN = 160, 8  # of each scenario, and their seed
 CONTENDERS = 4  # laws of least training cost, and AOSMC-RGS
 
 
@@ -59,9 +64,23 @@ WORDS = {"_other": "another search", "_half": "half of the budget"}
 
 
 def contenders(entrants: Sequence[Entrant], tuned: Mapping[str, Tuned]) -> tuple[Entrant, ...]:
-    """The laws of least training cost among those that are given the same, and AOSMC-RGS: chosen before they are run."""
+    """The laws of least training cost of those that are given the same, and AOSMC-RGS."""
     least = sorted(entrants, key=lambda one: tuned[one.key].objective)[:CONTENDERS]
     return tuple(one for one in entrants if one in least or one.name == PROPOSED)
+
+
+def sweep(name: str, loop: Computed, scenario: Scenario) -> Sweep:
+    """A loop over the draws of a scenario, the same for all."""
+    factors = uncertain(scenario, loop)
+    design = MonteCarlo(len(factors), DRAWS, DRAWN)
+    return Sweep(name, loop, metrics(scenario), factors, design, scenario.period, HORIZON, seed=DRAWN)
+
+
+def causes_of(sample: Sample, loop: Computed, scenario: Scenario) -> Causes:
+    """Why runs of a law were lost: by its integrator, if they last where the memories move near their exact flow."""
+    lost = np.flatnonzero(np.isfinite(sample.diverged_at))
+    ways = {"declared": loop, "fine": replace(loop, integrator="fine")}
+    return causes_in_sweep(sweep(sample.name, loop, scenario), lost, ways)
 
 
 def name_of(scenario: Scenario, key: str) -> str:

@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from fair_conditions import HELD_OUT
-from fair_evidence import ACCEPTABLE, ASKED, CONTENDERS, FAMILY, MARGIN, SEED, WORDS
+from fair_evidence import ACCEPTABLE, ASKED, CONTENDERS, DRAWS, FAMILY, MARGIN, SEED, WORDS
 from fair_found import Found
 from fair_given import BOTH, GIVEN, Given
 from fair_laws import PROPOSED
 
 from workbench.study.document import Verdict
 from workbench.study.evidence import Judgement, Shape, Standings, shapes
-from workbench.study.sample import Sample
 
 SAMPLE = (
     f"{{draws}} draws in each of {len(HELD_OUT)} scenarios; intervals of all laws and scenarios at once with "
     f"{100 * FAMILY:g} %, a difference counts beyond {100 * MARGIN:g} %"
 )
+SCENARIOS = len(HELD_OUT)
 MEASURE = f"{ASKED.words} cost"
 SHOWN = 3  # shapes of samples in the words of one finding
 
@@ -61,10 +61,10 @@ def winner(found: Found, given: Given) -> Verdict:
     if first is None:
         statement, kind = f"{lead}no law has the least {MEASURE} in more scenarios than any other.", "open"
     elif others:
-        by = "; ".join(f"{words}: {law or 'no law'}" for words, law in champions.items())
-        statement, kind = f"{lead}the law that is best most often depends on what is asked. {_upper(by)}.", "depends"
+        statement = f"{lead}the law that is best most often depends on what is asked: {_by_law(champions)}."
+        kind = "depends"
     else:
-        statement = f"{lead}{first} has the least {MEASURE} most often, in {counts[first]} of {len(HELD_OUT)} scenarios."
+        statement = f"{lead}{first} has the least {MEASURE} most often, in {counts[first]} of {SCENARIOS} scenarios."
         kind = "found"
     reversal = (
         f"Other champions: {'; '.join(f'{words}: {law}' for words, law in others.items())}. " if others else ""
@@ -81,6 +81,14 @@ def winner(found: Found, given: Given) -> Verdict:
     )
 
 
+def _by_law(champions: Mapping[str, str | None]) -> str:
+    """Each champion with all that has it first."""
+    held: dict[str, list[str]] = {}
+    for words, law in champions.items():
+        held.setdefault(law or "no law", []).append(words)
+    return "; ".join(f"{law} by {_and(words)}" for law, words in held.items())
+
+
 def proposed(found: Found) -> Verdict:
     """How AOSMC-RGS stands, whatever it is given."""
     counts = {given: tally(found.cost[given.key]).get(PROPOSED, 0) for given in GIVEN}
@@ -95,12 +103,12 @@ def proposed(found: Found) -> Verdict:
         f"It is best in {at}. {_upper(behind)}.",
         estimand=f"{_upper(MEASURE)}; {_sample(found)}.",
         given="In each case the same to all laws.",
-        reversal=f"By other statistics behind its own observers: {', '.join(f'{words} {n}' for words, n in best.items())}.",
+        reversal=f"By statistic behind its own observers: {', '.join(f'{words} {n}' for words, n in best.items())}.",
     )
 
 
 def tails(found: Found) -> tuple[Verdict, ...]:
-    """The laws with a heavy tail, two groups of runs, or lost ones, with what predicts these; by what they are given."""
+    """The laws with a heavy tail, two groups of runs, or lost ones, and what predicts these."""
     return tuple(one for given in GIVEN if (one := _tails(found, given)))
 
 
@@ -120,8 +128,8 @@ def _tails(found: Found, given: Given) -> Verdict | None:
     shown = [f"'{scenario}': {shape.sentence}." for scenario, shape in first_of_each][:SHOWN]
     return Verdict(
         "found",
-        f"Given {given.words}, one number does not describe the cost of {len(odd)} laws: it has a heavy tail, two groups "
-        f"or lost runs for {counts} of {len(HELD_OUT)} scenarios.",
+        f"Given {given.words}, one number does not describe the cost of {len(odd)} laws: it has a heavy tail, two "
+        f"groups or lost runs for {counts} of {SCENARIOS} scenarios.",
         " ".join(shown),
         estimand=f"The shape of each sample, {_sample(found).split(';')[0]}; a false alarm in any with "
         f"{100 - 100 * FAMILY:g} %.",
@@ -131,24 +139,26 @@ def _tails(found: Found, given: Given) -> Verdict | None:
 
 
 def diverged(found: Found) -> Verdict:
-    """The runs that did not last."""
-    lost = {given.words: said for given in GIVEN if (said := _lost(found.runs[given.key]))}
-    total = sum(len(one) for held in found.runs.values() for runs in held.values() for one in runs.values())
-    count = sum(one.failed for held in found.runs.values() for runs in held.values() for one in runs.values())
+    """The runs that did not last, and whether the law or its integrator lost them."""
+    runs = [one for held in found.runs.values() for laws in held.values() for one in laws.values()]
+    total, count = sum(map(len, runs)), sum(one.failed for one in runs)
+    by_integrator, by_law, open_ = (
+        sum(getattr(one, kind) for one in found.causes.values()) for kind in ("by_integrator", "by_law", "unsettled")
+    )
+    said = (
+        f"{law} given {words} in '{scenario}', {len(one.lost['fine'])} of {DRAWS} ({one.sentence})"
+        for (scenario, law, words), one in found.causes.items()
+    )
     return Verdict(
         "found",
-        f"{count:,} of {total:,} runs diverge." if count else f"All {total:,} runs stay finite.",
-        "; ".join(f"given {words}: {said}" for words, said in lost.items()) + "." if lost else "",
-        estimand="A run counts as diverged when a state is no longer finite, or an angle is beyond 1e12 rad.",
-    )
-
-
-def _lost(held: Mapping[str, Mapping[str, Sample]]) -> str:
-    return ", ".join(
-        f"{law} {one.failed} of {len(one)} in '{scenario}'"
-        for scenario, runs in held.items()
-        for law, one in runs.items()
-        if one.failed
+        f"{count:,} of {total:,} runs diverge: {by_law} by the law, {by_integrator} by its integrator, {open_} "
+        "unsettled."
+        if count
+        else f"All {total:,} runs stay finite.",
+        f"Diverged: {'; '.join(said)}." if count else "",
+        estimand="A run counts as diverged when a state is no longer finite, or an angle is beyond 1e12 rad. It is "
+        "lost by the integrator if it lasts where the memories of law and observer move near their exact flow.",
+        given="All laws with the numbers of all searches together.",
     )
 
 

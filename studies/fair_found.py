@@ -13,6 +13,7 @@ from fair_evidence import (
     CARD,
     CARDED,
     by_mean,
+    causes_of,
     contenders,
     cost_of,
     judged,
@@ -23,8 +24,9 @@ from fair_evidence import (
 )
 from fair_given import BOTH, ENTRANTS, GIVEN, PROPOSAL, TOLD
 from fair_laws import PROPOSED
-from fair_objective import LATE, TERMS, Term
+from fair_objective import LATE, TERMS
 
+from workbench.study.causes import Causes
 from workbench.study.evidence import Judgement, Paired, Standings
 from workbench.study.sample import Sample
 from workbench.study.study import Results
@@ -59,6 +61,8 @@ class Found:
         The cost of AOSMC-RGS, and of the same law that is told the true disturbance.
     card
         The cost of the laws behind both observers with the numbers of the card, in one scenario.
+    causes
+        Why runs were lost, by scenario, name of the law and words of what it was given.
     parts
         By scenario, the cost and each metric of AOSMC-RGS and of what is left of it without a part.
     """
@@ -71,6 +75,7 @@ class Found:
     weighted: Mapping[str, Standings]
     told: Standings
     card: Judgement
+    causes: Mapping[tuple[str, str, str], Causes]
     parts: Mapping[str, tuple[Judgement, ...]]
 
 
@@ -102,8 +107,21 @@ def found_of(results: Results) -> Found:
         },
         standings(told),
         judged(cost_of(samples(results, carded, ENTRANTS[BOTH.key], CARD))),
+        _causes(results, runs),
         {s.name: _parts(results, s, ours[s.name][PROPOSED]) for s in HELD_OUT if s.name in ABLATED},
     )
+
+
+def _causes(results: Results, runs: Mapping[str, Runs]) -> dict[tuple[str, str, str], Causes]:
+    return {
+        (scenario.name, one.name, given.words): causes_of(sample, one.loop(scenario, numbers), scenario)
+        for given in GIVEN
+        for scenario in HELD_OUT
+        for one in ENTRANTS[given.key]
+        for sample in (runs[given.key][scenario.name][one.name],)
+        for numbers in (results.tuned(one.key).best,)
+        if sample.failed
+    }
 
 
 def _told(results: Results, scenario: Scenario) -> Sample:

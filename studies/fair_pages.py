@@ -2,28 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import fair_findings as findings
 import fair_tables as tables
-import numpy as np
 from fair_conditions import HELD_OUT, uncertain
 from fair_evidence import ASKED, CONFIDENCE, FAMILY
 from fair_found import Found, found_of
 from fair_given import BOTH, ENTRANTS, GIVEN, PROPOSAL, TOLD, Given
 from fair_laws import PROPOSED
-from fair_objective import LATE, both
 from fair_published import order_kept, published_section
+from fair_searches import numbers, tuning
 
-from workbench.core.layout import Array
-from workbench.study.document import Figure, Paragraph, Reference, Section
+from workbench.study.document import Figure, Paragraph, Reference, Section, Table
 from workbench.study.evidence import ablation_table, comparison_table, statistics_table
 from workbench.study.factors import Space
 from workbench.study.information import information_table
-from workbench.study.pictures import budget_curves, pareto_fronts, standings_figure
-from workbench.study.sample import Sample
+from workbench.study.pictures import standings_figure
 from workbench.study.study import Results
-from workbench.study.tuning import Tuned
 
 
 def sections(results: Results) -> Sequence[Section]:
@@ -77,11 +73,13 @@ def _standings(found: Found, given: Given) -> Figure:
     )
 
 
-def _information() -> Section:
+def _information() -> Table:
     """Who is given what."""
     scenario = HELD_OUT[0]
-    loops = {one.name: one.loop(scenario, one.card).loop for one in (*ENTRANTS[BOTH.key], TOLD)}
-    return information_table("information", "Who is given what, behind both observers.", loops)
+    entrants = {one.name: one for one in ENTRANTS[BOTH.key]} | {f"{PROPOSED}, oracle": TOLD}
+    loops = {name: one.loop(scenario, one.card).loop for name, one in entrants.items()}
+    tuned = {name: len(one.tuned) for name, one in entrants.items()}
+    return information_table("information", "Who is given what, behind both observers.", loops, tuned)
 
 
 def terms() -> Section:
@@ -148,7 +146,7 @@ def dependence(found: Found) -> Section:
     )
 
 
-def _by_scenario(name: str, caption: str, held: findings.Standings) -> tuple[tables.Table, ...]:
+def _by_scenario(name: str, caption: str, held: findings.Standings) -> tuple[Table, ...]:
     """Laws by scenarios, in two tables, as one would be too wide for a page."""
     all_of = [(scenario, one.by[ASKED.words]) for scenario, one in held.judgements.items()]
     half = (len(all_of) + 1) // 2
@@ -202,51 +200,6 @@ def causes(found: Found) -> Section:
     )
 
 
-def tuning(results: Results) -> Section:
-    """The searches."""
-    tuned = {one.key: results.tuned(one.key) for entrants in ENTRANTS.values() for one in entrants}
-    tuned[TOLD.key] = results.tuned(TOLD.key)
-    shown = {one.name: tuned[one.key] for one in ENTRANTS[BOTH.key]}
-    asked = next(iter(shown.values())).tuning
-    note = (
-        f"{len(asked.seeds)} searches a law of at most {asked.evaluations_per_number:.3g} evaluations a number; seeds "
-        f"{', '.join(map(str, asked.seeds))}; step {1e3 * asked.trials[0].h:g} ms, at half of which the least cost "
-        f"changes by at most {max(one.step_error for one in shown.values()):.1g}"
-    )
-    fronts = {name: one.front(_late, _chattering) for name, one in shown.items()}
-    costs = {name: one.front(_late, _effort) for name, one in shown.items()}
-    return Section(
-        "Tuning with the same budget",
-        (
-            *(
-                tables.searches(
-                    f"searches_{given.key}", f"The searches of all laws given {given.words}.", tuned, entrants
-                )
-                for given in GIVEN
-                for entrants in (ENTRANTS[given.key] + ((TOLD,) if given == BOTH else ()),)
-            ),
-            budget_curves(
-                "budget",
-                "The least cost so far, all laws behind both observers. Bands: between the searches.",
-                {name: _curves(one) for name, one in shown.items()},
-                note,
-                "cost",
-            ),
-            pareto_fronts(
-                "front_chattering",
-                "Error against chattering in the training scenarios: points of the searches that none beats in both.",
-                fronts,
-                note,
-                "late RMSE [rad]",
-                "TV [N m/s]",
-            ),
-            pareto_fronts(
-                "front_effort", "Error against effort, likewise.", costs, note, "late RMSE [rad]", "effort [N m]"
-            ),
-        ),
-    )
-
-
 def trust(results: Results) -> Section:
     """How far to trust it."""
     tuned = {one.key: results.tuned(one.key) for entrants in ENTRANTS.values() for one in entrants}
@@ -267,34 +220,10 @@ def trust(results: Results) -> Section:
                 "Fuzzy-ASMC are those of a1."
             ),
             *(
-                tables.numbers(
+                numbers(
                     f"numbers_{given.key}", f"The numbers as tuned, given {given.words}.", tuned, ENTRANTS[given.key]
                 )
                 for given in GIVEN
             ),
         ),
     )
-
-
-def _curves(one: Tuned) -> tuple[Array, Array]:
-    """The evaluations, and the best so far of each search; one that ended early stays where it was."""
-    longest = max(one.searches, key=lambda search: len(search.bests)).spent
-    bests = [np.append(s.bests, np.full(len(longest) - len(s.bests), s.bests[-1])) for s in one.searches]
-    return longest, np.stack(bests)
-
-
-def _late(held: Mapping[str, Sample]) -> Array:
-    return _mean(held, LATE)
-
-
-def _chattering(held: Mapping[str, Sample]) -> Array:
-    return _mean(held, "TV")
-
-
-def _effort(held: Mapping[str, Sample]) -> Array:
-    return _mean(held, "effort")
-
-
-def _mean(held: Mapping[str, Sample], metric: str) -> Array:
-    """A metric of both joints, the mean over the training scenarios."""
-    return np.mean([both(sample, metric) for sample in held.values()], axis=0)

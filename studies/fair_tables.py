@@ -1,21 +1,15 @@
-"""Tables of a8 that are its own: conditions, objective, searches, tuned numbers, and what a verdict depends on."""
+"""Tables of a8 that are its own: conditions, objective, and what a verdict depends on."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
 
 import fair_findings as findings
 import numpy as np
 from fair_conditions import HELD_OUT, HORIZON, NOISE_Q, NOISE_QD, TRAINING
-from fair_evidence import ASKED
 from fair_found import Found
-from fair_given import GIVEN, Entrant
+from fair_given import GIVEN
 from fair_objective import TERMS
 
-from workbench.notation.formula import symbol
-from workbench.study.cells import raised
-from workbench.study.document import Cell, Column, Emphasis, Measured, Phrase, Table
-from workbench.study.tuning import Tuned
+from workbench.study.document import Cell, Column, Emphasis, Table
 
 
 def scenarios() -> Table:
@@ -44,84 +38,6 @@ def terms() -> Table:
         (Column("metric"), Column("acceptable", align="right"), Column("unit"), Column("what it stands for")),
         rows,
     )
-
-
-def searches(name: str, caption: str, found: Mapping[str, Tuned], entrants: Sequence[Entrant]) -> Table:
-    """What each search found."""
-    rows: list[tuple[Cell, ...]] = []
-    for entrant in entrants:
-        tuned = found[entrant.key]
-        own = ", ".join(f"{best:.4g}" for best in tuned.bests)
-        used = ", ".join(
-            f"{used:,}{'' if settled else '*'}" for used, settled in zip(tuned.used, tuned.settled, strict=True)
-        )
-        least = Measured(tuned.objective, tuned.step_error)
-        rows.append(
-            (
-                entrant.name,
-                len(entrant.tuned),
-                least,
-                tuned.spread,
-                own,
-                used,
-                tuned.tuning.evaluations,
-                tuned.failed,
-                _remarks(tuned),
-            )
-        )
-    columns = (
-        Column("law"),
-        Column("numbers", align="right"),
-        Column("least cost", align="right"),
-        Column("by noise", align="right"),
-        Column("of each search"),
-        Column("evaluations"),
-        Column("at most", align="right"),
-        Column("not admissible", align="right"),
-        Column("at a limit"),
-    )
-    asked = found[entrants[0].key].tuning
-    notes = (
-        "Least cost: the mean over both training scenarios and the training noises of both searches, at half the step; "
-        "in brackets its change from the step. By noise: how far it varies from one training noise to the other. Of "
-        "each search: its least cost at the step under its own noise. *: not settled, as its last quarter of the "
-        "evaluations allowed gained more than 1 %. Not admissible: a run diverged.",
-        f"{asked.evaluations_per_number:.3g} evaluations a number and search at most, {asked.population} at once; a "
-        f"search ends after half of them if it has settled; seeds {', '.join(map(str, asked.seeds))}; step "
-        f"{1e3 * asked.trials[0].h:g} ms.",
-    )
-    return Table(name, caption, columns, tuple(rows), notes)
-
-
-def _remarks(tuned: Tuned) -> str:
-    """Where the best numbers lie at a limit, and where the step is not known to be stable."""
-    edge = [*tuned.at_edge, *(f"{name} ({why})" for name, why in tuned.at_physical.items())]
-    unstable = [t.name for t in tuned.tuning.trials if not t.h <= tuned.stable_steps[t.name]]
-    step = [f"step not known to be stable in {', '.join(unstable)}"] if unstable else []
-    return "; ".join([*edge, *step])
-
-
-def numbers(name: str, caption: str, found: Mapping[str, Tuned], entrants: Sequence[Entrant]) -> Table:
-    """All numbers as tuned."""
-    rows: list[tuple[Cell, ...]] = []
-    for entrant in entrants:
-        best = found[entrant.key].best
-        for one in entrant.tuned:
-            spread = f"{one.low:g} to {one.high:g}"
-            row = (_letter(one.name), raised(one.unit), spread, f"{one.card:.4g}", f"{best[one.name]:.7g}")
-            rows.append((entrant.name, *row))
-    heads = tuple(map(Column, ("law", "number", "unit", "begins within", "as assumed", "as tuned")))
-    notes = (
-        "Sought on a scale of logarithms, from where a search begins to a thousandth of its lower and a thousand times "
-        "its upper end, where no physical limit comes before. As assumed: the card of a1, or a usual number.",
-    )
-    return Table(name, caption, heads, tuple(rows), notes)
-
-
-def _letter(name: str) -> Phrase:
-    """A number's name as it is printed: K(0) by its letter too."""
-    letter, bracket, rest = name.partition("(")
-    return (symbol(letter), bracket + rest) if bracket else name if name == "lag" else symbol(name)
 
 
 def dependence(found: Found) -> Table:
@@ -156,9 +72,9 @@ def worth(found: Found) -> Table:
         rows.append((law, *(Emphasis(s) if v == best < np.inf else s for s, v in zip(shown, values, strict=True))))
     columns = (Column("law"), *(Column(given.words, align="right") for given in GIVEN))
     notes = (
-        "Mean cost over all draws, and over the scenarios with equal weight; each pair tuned by itself. Infinite: a run "
-        "diverged. Bold: the least of a row, with no claim to significance. Between columns a law is given something "
-        "else: they tell what it is worth to this law, not which law is better.",
+        "Mean cost over all draws, and over the scenarios with equal weight; each pair tuned by itself. Infinite: a "
+        "run diverged. Bold: the least of a row, with no claim to significance. Between columns a law is given "
+        "something else: they tell what it is worth to this law, not which law is better.",
     )
     return Table("worth", "What an observer is worth to each law: mean cost.", columns, tuple(rows), notes)
 
