@@ -223,7 +223,7 @@ def test_a_winner_by_the_mean_alone_is_no_winner():
     verdict = findings.winner(found(Standings({"a": judged(values)})), READINGS)
     assert verdict.kind == "depends"
     assert "depends on what is asked" in verdict.statement
-    assert "; SMC by median." in verdict.statement
+    assert "; SMC by median" in verdict.statement
     assert f": {PROPOSED} by mean, " in verdict.statement
 
 
