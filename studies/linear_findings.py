@@ -125,7 +125,7 @@ def _frozen(results: Results) -> Verdict:
         "the stability of a loop that moves.",
         estimand=f"Poles of the whole linear loop every 0.1 s of one run without noise for each of {len(SEVEN)} laws.",
         given=f"AOSMC-RGS: positions and the true disturbance. All others: {EXACT}.",
-        reversal="A gain K or a layer with which the runs stay within the layer.",
+        reversal="Other gains of the law or of its observer: none was tried along this path.",
     )
 
 

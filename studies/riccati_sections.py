@@ -10,6 +10,7 @@ from riccati_path import RTOL, WINDOW, Compared, compared, distance, median_in_t
 
 from workbench.core.layout import Array
 from workbench.notation.formula import symbol
+from workbench.study.cells import raised
 from workbench.study.comparison import order, side_by_side
 from workbench.study.document import Cell, Column, Figure, Panel, Paragraph, Section, Series, Table, Verdict
 from workbench.study.study import Results
@@ -72,8 +73,8 @@ def _of_the_equations(results: Results) -> tuple[Verdict, ...]:
         ),
         Verdict(
             "found",
-            f"As a feedback u = -R^-1 B' P(t) s of (31), P(t) of (34) costs {_percent(ratios)} more than the least "
-            "J of (32).",
+            raised(f"As a feedback u = -R^-1 B' P(t) s of (31), P(t) of (34) costs {_percent(ratios)} more than the ")
+            + "least J of (32).",
             f"u = 0 costs {_list([path.ratios['P = 0'] for path in paths])} times the least. This is about (31) and "
             "(32) alone: the law applies no such u, and uses P in (33), as a rate of learning.",
             estimand=f"J of (32) over the first {WINDOW:g} s, from the worst s(0), over the least; A {sample}.",
@@ -82,8 +83,8 @@ def _of_the_equations(results: Results) -> tuple[Verdict, ...]:
         ),
         Verdict(
             "found",
-            "The eigenvalues of A = -M^-1 K of (31), frozen at an instant, have real parts of at most "
-            f"{_list(unstable)} 1/s along the run.",
+            raised("The eigenvalues of A = -M^-1 K of (31), frozen at an instant, have real parts of at most ")
+            + f"{_list(unstable)} 1/s along the run.",
             "A decay of A at each instant does not prove that s of (31), whose A moves, decays.",
             estimand=f"The largest real part at {_list([len(p.t) for p in paths])} instants {sample}.",
             given=numbers,

@@ -122,8 +122,8 @@ def quieter(evidence: Evidence) -> Verdict:
         f"At {MS} AOSMC-RGS has a smaller total variation than the rival in {stands.count('below')} of {len(stands)} "
         f"comparisons, and a larger one in {stands.count('above')}.",
         f"By Cayley steps it is smaller in {by_cayley.count('below')}, larger in {by_cayley.count('above')}. Its "
-        f"torque varies by up to {_round(largest)} N m/s: by {_round(largest * REALISTIC)} N m each period. The paper claims "
-        "reduced chattering.",
+        f"torque varies by up to {_round(largest)} N m/s: by {_round(largest * REALISTIC)} N m each period. The paper "
+        "claims reduced chattering.",
         estimand="TV of the held torque of one run with exact readings, without delay, at each joint in each scenario.",
         given=GIVEN,
         reversal="A wider layer, or other gains of the rivals, which the paper does not state.",
