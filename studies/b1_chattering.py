@@ -128,7 +128,7 @@ def layers(rows: Sequence[Row]) -> Verdict:
         estimand=f"Rest or oscillation of s of joint 1 from {LATE:g} s on, in one run a pair, from one start, of "
         "the folded arm.",
         given=f"SMC with K = {K:g} N m: exact positions and velocities.",
-        reversal="A pose where M couples the joints and both switch: the loop of one joint is another one there.",
+        reversal="Perhaps a pose where M couples the joints and both switch: no other was tried.",
     )
 
 

@@ -100,8 +100,8 @@ def places(evidence: Evidence) -> Verdict:
         f"By RMSE (43) all pairs of the paper's laws keep their order up to {1e3 * before:g} ms; by "
         f"{1e3 * max(PERIODS):g} ms {len(found)} of {pairs} have changed it.",
         (f"At {1e3 * first:g} ms these change: {', '.join(early)}. " if early else "")
-        + f"AOSMC-RGS is one of {ours} pairs that change; with explicit Euler it is of {euler}, as a run that diverges "
-        "ranks above all others.",
+        + f"Pairs with AOSMC-RGS that change: {ours}, and with explicit Euler {euler}, as a run that diverges ranks "
+        "above all others.",
         estimand=f"Order in one run with exact readings and by the mean of {NOISY} with noise, where both agree, "
         f"beyond {100 * MARGIN:g} % and both errors; {len(PERIODS)} periods without delay.",
         given=f"{GIVEN} AOSMC-RGS steps by Cayley, all others by explicit Euler.",
@@ -197,8 +197,8 @@ def halved(evidence: Evidence) -> Verdict:
         "found",
         f"With a period of delay the longest period without chattering is {low:.2f} to {high:.2f} times as long.",
         f"By law: {', '.join(f'{law} {ratio:.2f}' for law, ratio in ratios.items())}.",
-        estimand=f"The longest period with the delay over the longest without, by a search by runs in both scenarios. "
-        f"{QUIETLY}",
+        estimand=f"The longest period with the delay over the longest without, of {len(ratios)} laws that have both, by "
+        f"a search by runs in both scenarios. {QUIETLY}",
         given=GIVEN,
     )
 

@@ -58,7 +58,7 @@ def integrator(evidence: Evidence) -> Verdict:
         f"Of {total} runs of {PROPOSED} that explicit Euler loses, {kept} stay finite with a Cayley step of (34) "
         f"alone; {by['by_law']} are lost in every way, by the law.",
         f"{by['by_integrator']} stay finite near the exact flow of the memories with the same noise. Finite is less "
-        f"than good: at {1e3 * longest:g} ms the RMSE (43) over that of continuous time is {listed}.",
+        f"than good: at {1e3 * longest:g} ms the RMSE (43) over that of continuous time: {listed}.",
         estimand=f"All runs that explicit Euler loses at {' and '.join(f'{1e3 * T:g}' for T in APART)} ms, without "
         f"delay. RMSE: the largest of {len(PLACES)} joints and scenarios, with exact readings.",
         given=f"{PROPOSED}: positions, the true disturbance and the exact model.",
