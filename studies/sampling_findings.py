@@ -197,8 +197,8 @@ def halved(evidence: Evidence) -> Verdict:
         "found",
         f"With a period of delay the longest period without chattering is {low:.2f} to {high:.2f} times as long.",
         f"By law: {', '.join(f'{law} {ratio:.2f}' for law, ratio in ratios.items())}.",
-        estimand=f"The longest period with the delay over the longest without, of {len(ratios)} laws that have both, by "
-        f"a search by runs in both scenarios. {QUIETLY}",
+        estimand=f"The longest period with the delay over the longest without, of {len(ratios)} laws that have both, "
+        f"by a search by runs in both scenarios. {QUIETLY}",
         given=GIVEN,
     )
 

@@ -9,7 +9,7 @@ from sampling_sections import UNITS, cell
 
 from workbench.study.document import Cell, Column, Paragraph, Section, Table, Verdict
 
-GIVEN = "AOSMC-RGS: positions and the true disturbance. All others: positions and velocities. All: the exact model."
+GIVEN = "AOSMC-RGS: positions and the true disturbance. Others: positions and velocities. All: exact model."
 
 
 def finite(evidence: Evidence) -> Verdict:
