@@ -16,7 +16,7 @@ from paper_card import CARD, LAWS, PUBLISHED
 from paper_comparison import claims_section, scenario_section
 from paper_equations import laws_section
 from paper_laws import RIVALS, proposed_as_printed, proposed_repaired, rival, with_change
-from paper_printed import CHANGES, LATE, PLANTS, printed_section, repair_section
+from paper_printed import CHANGES, LATE, PLANTS, SHORT, printed_section, repair_section
 from paper_sections import numbers_section, summary, trust_section
 
 from workbench.controllers.aosmc_rgs import SHAPES
@@ -51,7 +51,6 @@ METRICS = {"FS": (*TRACKING, late_error(LATE), *COST, *OBSERVED), "SS": TRACKING
 PROPOSED_STEP = 1e-3 / 12
 STEPS = {"PID": 5e-4, "SMC": 5e-4, "super-twisting": 5e-4, "ASMC": 1e-4, "Fuzzy-ASMC": 1e-3 / 12, "RBF-ASMC": 1e-4}
 STYLES = {law: i for i, law in enumerate((*LAWS, "super-twisting"))}
-SHORT = 10.0  # s, the horizon at which changes and readings are compared with one another
 
 
 def comparison(scenario: str) -> tuple[Case, ...]:

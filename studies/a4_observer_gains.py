@@ -13,13 +13,12 @@ from collections.abc import Iterator, Sequence
 from a1_paper_tables import PROPOSED_STEP
 from observer_candidates import CHOSEN, PAPER, audits, constants, followed, gains
 from observer_figures import STYLES
+from observer_findings import SCENARIOS, findings
 from observer_sections import (
-    SCENARIOS,
     gains_section,
     price_section,
     promise_section,
     stability_section,
-    summary,
     tracking_section,
 )
 from paper_card import CARD
@@ -51,7 +50,7 @@ def cases() -> Iterator[Case]:
 def sections(results: Results) -> Sequence[Section]:
     """What the report says."""
     return (
-        summary(results),
+        findings(results),
         promise_section(),
         gains_section(),
         stability_section(),

@@ -2,25 +2,21 @@
 
 import numpy as np
 from observer_candidates import (
-    CHOSEN,
     DOUBLE,
     HOW,
     INNER,
     LMI,
-    MODEST,
-    PAPER,
     REGION,
-    SURFACE,
     audits,
     constants,
     followed,
     gains,
 )
 from observer_figures import along_the_path, errors, noise_and_rate, poles
+from observer_findings import BOX, SCENARIOS
 
 from workbench.core.layout import Array
 from workbench.notation.formula import Formula, Number, Product, Relation, Sum, Symbol, symbol
-from workbench.study.cells import raised
 from workbench.study.document import (
     Cell,
     Column,
@@ -31,97 +27,11 @@ from workbench.study.document import (
     Reference,
     Section,
     Table,
-    Verdict,
 )
 from workbench.study.study import Outcome, Results
 from workbench.verify.bounds import guarantee
 
-SCENARIOS = ("first scenario", "first scenario, from y(0)", "second scenario")
 SHOWN = ("late error", "RMS qd_error", "peak torque")
-BOX = f"|qd_i| ≤ {REGION.speed[0]:g} rad/s, |tau_i| ≤ {REGION.torque[0]:g} N m, any position"
-
-
-def summary(results: Results) -> Section:
-    """The answers first."""
-    return Section("What was found", (_theorem(), _region(), _mismatch(), _better(), _tracking(results)))
-
-
-def _theorem() -> Verdict:
-    seen, along = audits()[PAPER].frozen, followed()[PAPER]
-    return Verdict(
-        "fails" if seen.unstable > 0 else "open",
-        "With L1 = 30, L2 = 50 all modes of the observer's error, frozen at a state and a torque, decay in the region.",
-        f"A mode grows at {100 * seen.unstable:.1f} % of {len(seen.rates):,} states spread over {BOX}, by up to "
-        f"{-seen.slowest:.1f} 1/s. At {len(along.rates)} instants of the desired motion of the first scenario the "
-        f"slowest decays at {along.slowest:.2f} 1/s, the surface at {SURFACE:g} 1/s. Frozen modes that grow do not "
-        "disprove Theorem 1; the false rest point of a2 does.",
-    )
-
-
-def _region() -> Verdict:
-    found = audits()[PAPER]
-    statement = f"There is a region in which the error with the paper's gains is proved to decay at {MODEST:g} 1/s."
-    if found.certificate is None or found.reach is None or found.share is None:
-        return Verdict("open", statement, found.why)
-    speed, torque = found.certificate.region.speed[0], found.certificate.region.torque[0]
-    return Verdict(
-        "holds",
-        statement,
-        f"Proved for |qd_i| ≤ {speed:.2g} rad/s and |tau_i| ≤ {torque:.2g} N m, {100 * found.share:.2g} % of the "
-        f"speeds and torques asked ({BOX}), and first errors |q - q_hat| up to {1e3 * found.reach.position:.2g} mrad. "
-        "The first scenario of section 5 begins with errors of pi in each joint, of which the proof says nothing.",
-    )
-
-
-def _mismatch() -> Verdict:
-    rho, bears = constants()[1.0], audits()[PAPER].tolerated
-    share = min(constants())
-    least = constants()[share].position.seen
-    return Verdict(
-        "fails" if bears < least else "open",
-        "The bound (15) on the size of the mismatch is enough for one quadratic form to prove a decay with L1 = 30, "
-        "L2 = 50.",
-        raised(
-            f"Of mismatches with |Delta| ≤ rho |x~| one quadratic form proves a decay up to rho = {bears:.2f} (decided "
-            f"in fractions). In the region |df/dq| reaches {rho.position.seen:.0f} 1/s^2 (proved: at most "
-            f"{rho.position.proved:.0f}) and |df/dqd| {rho.velocity.seen:.1f} 1/s (at most {rho.velocity.proved:.1f}); "
-            f"|df/dq| reaches {least:.0f} 1/s^2 already at {100 * share:g} % of its speeds and torques. A proof that "
-            "knows more of the mismatch than its size can do better, as the one above does."
-        ),
-    )
-
-
-def _better() -> Verdict:
-    whole = [name for name, found in audits().items() if found.share == 1.0 and name != PAPER]
-    ours, theirs = audits()[CHOSEN], audits()[PAPER]
-    L1, L2 = gains()[CHOSEN].L1[0, 0], gains()[CHOSEN].L2[0, 0]
-    return Verdict(
-        "holds" if CHOSEN in whole else "open",
-        f"There are gains whose error is proved to decay as fast as the surface, {SURFACE:g} 1/s, in the whole region.",
-        f"Proved for {', '.join(whole) or 'none'}, for the small first errors of the table below. The plainest are "
-        f"L1 = {L1:.3g} I and L2 = {L2:.3g} I. They cost: the H2 norm from the noise of the positions to the estimate "
-        f"of the velocities is {ours.noise.velocity / theirs.noise.velocity:.0f} times that of the paper's gains, and "
-        f"|qd - qd_hat| peaks at {ours.peaking:.0f} rad/s a rad of first error, with the paper's at "
-        f"{theirs.peaking:.1f}.",
-    )
-
-
-def _tracking(results: Results) -> Verdict:
-    theirs, ours, started = (results[SCENARIOS[i], name] for i, name in ((0, PAPER), (0, CHOSEN), (1, CHOSEN)))
-    late = [max(o.score("late error", j)[0] for j in (0, 1)) for o in (theirs, ours)]
-    jumps = [results[SCENARIOS[2], name].score("late error", 1)[0] for name in (PAPER, CHOSEN)]
-    torque = [max(o.score("peak torque", j)[0] for j in (0, 1)) for o in (theirs, ours, started)]
-    return Verdict(
-        "holds" if late[1] < late[0] / 2 else "fails",
-        "With these gains the late error of the repaired law in the first scenario is less than half of that with the "
-        "paper's.",
-        f"Largest |e_i| from 5 s on, of both joints, one run each without noise: {late[1]:.3f} rad instead of "
-        f"{late[0]:.3f}, as the disturbance, which (10) leaves out, biases a stiffer observer less. With q_hat(0) = 0, "
-        f"as printed, the peak of the estimate drives the torque to {torque[1]:.0f} N m instead of {torque[0]:.0f}; "
-        f"with q_hat(0) at the measured positions the peak torque is {torque[2]:.0f} N m. In the second scenario, with "
-        f"its jumps, the late error of joint 2 is {jumps[0]:.3f} rad with the paper's gains and {jumps[1]:.3f} rad "
-        "with these. Measurement noise, which they amplify, can reverse it.",
-    )
 
 
 def promise_section() -> Section:

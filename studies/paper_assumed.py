@@ -16,7 +16,6 @@ from workbench.study.study import Outcome, Results
 
 SMALL_Q = "FS as printed, small Q"
 SMALL = 0.01  # the lower end of the card's range of Q, in N m/(rad s); R = I as before
-TRACKS = 0.1  # rad: a late error below it counts as tracking
 FIRM = {20.0: 1e-4, 50.0: 5e-5}  # gains of SMC in N m, the last at the upper end of the card's range; steps in s
 
 

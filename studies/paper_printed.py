@@ -38,6 +38,7 @@ CHANGES = {
     "D_hat in (10)": "one repair more: the observer (10) is given D_hat, an oracle",
 }
 LATE = 5.0  # s, from when on an error counts as late
+SHORT = 10.0  # s, the horizon at which changes and readings are compared with one another
 FAR = 10.0  # rad, beyond which a path is lost
 PLANTS = {"derived arm": ARM, "printed arm": PRINTED_ARM}
 

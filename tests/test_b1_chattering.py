@@ -31,15 +31,15 @@ def test_a_layer_that_is_wide_enough_rests_as_foreseen():
     assert study.cells(found)[-2:] == ("rest", "rest")
 
 
-def test_the_verdicts_of_chattering_follow_their_rows():
+def test_what_is_found_of_chattering_follows_its_rows():
     rows = [study.row(2e-3, 2e-3), study.row(1e-2, 5e-3)]
     assert [r.agreed for r in rows] == [True, True]
-    assert study.layers(rows).kind == study.cycles(rows).kind == "holds"
-    assert study.relays(rows).kind == "fails"
+    assert "in 2 of 2 pairs" in study.layers(rows).statement
+    assert "in 2 of 2 pairs" in study.cycles(rows).statement
     swapped = [replace(rows[0], layer=(rows[1].layer[0], rows[0].layer[1])), rows[1]]
-    assert study.layers(swapped).kind == "fails"
+    assert "in 1 of 2 pairs" in study.layers(swapped).statement
     balance, run = rows[0].relay
-    met = replace(rows[0], relay=(replace(balance, frequency=run.frequency, amplitude=run.amplitude), run))
-    assert study.relays([met]).kind == "holds"
+    met = replace(rows[0], relay=(replace(balance, frequency=run.frequency, amplitude=2 * run.amplitude), run))
+    assert "off by 0 % in frequency and 100 % in amplitude" in study.relays([met]).statement
     larger = replace(rows[0], relay=(balance, replace(run, amplitude=2 * rows[0].cycle.highest)))
-    assert study.cycles([larger]).kind == "fails"
+    assert "in 0 of 1 pairs" in study.cycles([larger]).statement
