@@ -29,9 +29,9 @@ def tally(held: Standings, words: str = ASKED.words) -> dict[str, int]:
 
 
 def champion(held: Standings, words: str = ASKED.words) -> str | None:
-    """The law that is best in more scenarios than any other; None where two share that, or none is best anywhere."""
-    first, second = [*tally(held, words).items(), ("", 0), ("", 0)][:2]
-    return first[0] if first[1] > second[1] else None
+    """The law that is best in most scenarios, which is more than half of them; None if there is none."""
+    most = [law for law, count in tally(held, words).items() if 2 * count > len(held.judgements)]
+    return most[0] if most else None
 
 
 def told(held: Standings, words: str = ASKED.words) -> str:
@@ -50,34 +50,35 @@ def conditions(found: Found, key: str) -> dict[str, tuple[Standings, str]]:
 
 
 def winner(found: Found, given: Given) -> Verdict:
-    """Who is best most often among laws that are given the same, and what turns that round."""
+    """The law that is best in most scenarios among laws that are given the same, and what turns that round."""
     under = conditions(found, given.key)
     champions = {words: champion(*pair) for words, pair in under.items()}
     first = champions[ASKED.words]
-    others = {words: law for words, law in champions.items() if law not in (first, None)}
-    open_under = [words for words, law in champions.items() if law is None]
-    counts = tally(found.cost[given.key])
-    lead = f"Given {given.words}: " if given.words else ""
-    if first is None:
-        statement, kind = f"{lead}no law has the least {MEASURE} in more scenarios than any other.", "open"
-    elif others:
-        statement = f"{lead}the law that is best most often depends on what is asked: {_by_law(champions)}."
+    unsure = [words for words, law in champions.items() if law is None]
+    if len(set(champions.values()) - {None}) > 1:
+        statement = (
+            f"Given {given.words}: the law that is best most often depends on what is asked: {_by_law(champions)}."
+        )
         kind = "depends"
+    elif first is None:
+        best = told(found.cost[given.key])
+        statement = f"Given {given.words}: no law has the least {MEASURE} in most scenarios; best in: {best}."
+        kind = "open"
     else:
-        statement = f"{lead}{first} has the least {MEASURE} most often, in {counts[first]} of {SCENARIOS} scenarios."
+        count = tally(found.cost[given.key])[first]
+        beyond = f"; in no majority by {_and(unsure)}" if unsure else "; in most by every other statistic too"
+        statement = f"Given {given.words}: {first} has the least {MEASURE} in {count} of {SCENARIOS} scenarios{beyond}."
         kind = "found"
-    reversal = (
-        f"Other champions: {'; '.join(f'{words}: {law}' for words, law in others.items())}. " if others else ""
-    ) + (f"No champion: {', '.join(open_under)}. " if open_under else "")
+    others = {words: law for words, law in champions.items() if law not in (first, None)}
     return Verdict(
         kind,
         statement,
         f"Best in so many scenarios by {'; by '.join(f'{words}: {told(*pair)}' for words, pair in under.items())}.",
         estimand=f"{_upper(MEASURE)}, declared before the runs; {_sample(found)}.",
-        given=f"To each law {given.words}; numbers by searches of one budget a number.",
-        reversal=(reversal or "Nothing that was tried: ")
-        + f"the statistics, another search and half of the budget were; of the last two the {CONTENDERS} laws of "
-        f"least training cost and {PROPOSED}.",
+        given=f"To each law {given.words}; its numbers by searches with one budget a number.",
+        reversal=(f"{_upper(_by_law(others))}. " if others else "Nothing that was tried. ")
+        + "Tried were the five statistics, another search, and half of the budget; the last two with the "
+        f"{CONTENDERS} laws of least training cost and {PROPOSED}.",
     )
 
 
@@ -91,19 +92,18 @@ def _by_law(champions: Mapping[str, str | None]) -> str:
 
 def proposed(found: Found) -> Verdict:
     """How AOSMC-RGS stands, whatever it is given."""
-    counts = {given: tally(found.cost[given.key]).get(PROPOSED, 0) for given in GIVEN}
-    total = len(HELD_OUT)
-    at = ", ".join(f"{n} given {given.words}" for given, n in counts.items())
-    behind = "; ".join(f"given {given.words}: {_behind(found.cost[given.key])}" for given in GIVEN)
-    best = {words: len(found.cost[BOTH.key].wins[words][PROPOSED]) for words in found.cost[BOTH.key].wins}
-    differ = len(set(best.values())) > 1
+    held = {given: found.cost[given.key] for given in GIVEN}
+    counts = {given: tally(one).get(PROPOSED, 0) for given, one in held.items()}
+    best = {words: len(held[BOTH].wins[words][PROPOSED]) for words in held[BOTH].wins}
+    elsewhere = _and([f"{counts[given]} given {given.name}" for given in GIVEN if given != BOTH])
     return Verdict(
-        "depends" if differ else "found",
-        f"{PROPOSED} has the least {MEASURE} in {counts[BOTH]} of {total} scenarios behind its own observers.",
-        f"It is best in {at}. {_upper(behind)}.",
+        "depends" if len({2 * n > SCENARIOS for n in best.values()}) > 1 else "found",
+        f"{PROPOSED} has the least {MEASURE} in {counts[BOTH]} of {SCENARIOS} scenarios behind its own observers, in "
+        f"{elsewhere}.",
+        f"Behind its own observers {_behind(held[BOTH])}.",
         estimand=f"{_upper(MEASURE)}; {_sample(found)}.",
         given="In each case the same to all laws.",
-        reversal=f"By statistic behind its own observers: {', '.join(f'{words} {n}' for words, n in best.items())}.",
+        reversal=f"By statistic, behind its own observers: {', '.join(f'{words} {n}' for words, n in best.items())}.",
     )
 
 

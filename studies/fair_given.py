@@ -26,6 +26,8 @@ class Given:
     ----------
     key
         Part of the names of files.
+    name
+        As the head of a column.
     make
         From its numbers by name and the arm's first position to the observer.
     estimates_d
@@ -33,6 +35,7 @@ class Given:
     """
 
     key: str
+    name: str
     words: str
     make: Callable[[Numbers, Position], AbstractObserver]
     tuned: tuple[Sought, ...] = ()
@@ -56,22 +59,25 @@ CUT_OFF = Sought(
     "omega", ("observer.omega",), 10.0, 1000.0, 200.0, "rad/s", (0.01, 10000.0), "the filter passes what it reads on"
 )
 PACE = Sought("l", ("observer.disturbance.l",), 1.0, 100.0, CARD["l"], "1/s")
-READINGS = Given("readings", "positions and velocities as read", lambda x, start: FullState(2))
+READINGS = Given("readings", "raw readings", "positions and velocities as read", lambda x, start: FullState(2))
 FILTER = Given(
     "filter",
+    "filtered velocity",
     "positions as read, velocities through a filter of first order",
     lambda x, start: VelocityFilter(2, x["omega"]),
     (CUT_OFF,),
 )
-OBSERVER = Given("observer", "positions, and observer (10)", luenberger, gains("observer"))
+OBSERVER = Given("observer", "observer (10)", "positions, and observer (10)", luenberger, gains("observer"))
 BOTH = Given(
     "both",
+    "observer (10) and D_hat",
     "positions, observer (10), and an observer of the momentum for D",
     lambda x, start: WithDisturbance(luenberger(x, start), MomentumObserver(ARM, x["l"])),
     (*gains("observer.state"), PACE),
     estimates_d=True,
 )
 ORACLE = Given(
+    "oracle",
     "oracle",
     "positions, observer (10), and the true disturbance through a filter: (24) as repaired",
     lambda x, start: WithDisturbance(luenberger(x, start), OracleFilter(2, x["l"])),

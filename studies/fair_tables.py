@@ -46,10 +46,11 @@ def dependence(found: Found) -> Table:
     words = list(findings.conditions(found, GIVEN[0].key))
     for given in GIVEN:
         under = findings.conditions(found, given.key)
-        rows.append((given.words, *(_champion(*under[one]) for one in words)))
+        rows.append((given.name, *(_champion(*under[one]) for one in words)))
     columns = (Column("given"), *map(Column, words))
     notes = (
-        "The law that is best in more held-out scenarios than any other, with their number; '-' where two share that. "
+        "The law that is best in most held-out scenarios, with their number; where none is, the one that is best in the "
+        "most of them, in brackets. "
         f"First by each statistic, then by the {findings.MEASURE} as another search tuned the laws that could win, "
         "and with the best numbers of the first half of the evaluations allowed.",
     )
@@ -57,8 +58,12 @@ def dependence(found: Found) -> Table:
 
 
 def _champion(held: findings.Standings, words: str) -> str:
-    law = findings.champion(held, words)
-    return f"{law} ({findings.tally(held, words)[law]})" if law else "-"
+    counts = findings.tally(held, words)
+    if not counts:
+        return "open everywhere"
+    law = next(iter(counts))
+    shown = f"{law} {counts[law]}"
+    return shown if findings.champion(held, words) else f"({shown})"
 
 
 def worth(found: Found) -> Table:
@@ -70,7 +75,7 @@ def worth(found: Found) -> Table:
         best = min(values)
         shown = [f"{value:.3g}" if np.isfinite(value) else "infinite" for value in values]
         rows.append((law, *(Emphasis(s) if v == best < np.inf else s for s, v in zip(shown, values, strict=True))))
-    columns = (Column("law"), *(Column(given.words, align="right") for given in GIVEN))
+    columns = (Column("law"), *(Column(given.name, align="right") for given in GIVEN))
     notes = (
         "Mean cost over all draws, and over the scenarios with equal weight; each pair tuned by itself. Infinite: a "
         "run diverged. Bold: the least of a row, with no claim to significance. Between columns a law is given "

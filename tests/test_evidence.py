@@ -77,6 +77,16 @@ def skewed(rng, runs):
         (medians, normal, [1.0, -1.0, 0.0], 0.855, 0.99),
     ],
 )
+def test_a_column_with_a_heavy_tail_widens_no_other():
+    """Beside eight columns in which one of fifty draws is a hundred times as large; Bonferroni for nine is 1.24."""
+    rng = np.random.default_rng(7)
+    plain = rng.normal(size=(160, 1))
+    heavy = rng.normal(size=(160, 8)) * np.where(rng.uniform(size=(160, 8)) < 0.02, 100.0, 1.0)
+    alone, beside = (exact_means(y, 0.995, 4000, 3) for y in (plain, np.hstack([plain, heavy])))
+    wider = (beside.high - beside.low)[0] / (alone.high - alone.low)[0]
+    assert 1 <= wider < 1.6
+
+
 def test_all_intervals_at_once_hold_the_truth_as_often_as_they_say(summary, draw, truth, low, high):
     assert low <= coverage(summary, draw, np.array(truth), 60) <= high
 

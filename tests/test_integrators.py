@@ -300,7 +300,8 @@ def test_a_law_with_compensation_steps_as_the_law_does():
     law = RbfAsmc(ARM, [6.0, 5.0], 0.1, 2.0, 30.0, 900.0, K=[5.0, 5.0], **nodes, integrator="exact")
     behind = WithDisturbance(Luenberger(**TUNED), MomentumObserver(ARM, 5.0))
     assert (
-        "controller: exact step of W, K by explicit Euler" in loop(WithCompensation(law), behind).digital(1e-3).methods
+        "memory of the controller: exact step of W, K by explicit Euler"
+        in loop(WithCompensation(law), behind).digital(1e-3).methods
     )
     alone, summed = (simulate(loop(one).sampled(4e-3), until=0.1)["tau"] for one in (law, WithCompensation(law)))
     np.testing.assert_array_equal(alone, summed)  # beside an observer without a disturbance D_hat = 0

@@ -36,11 +36,16 @@ class Intervals:
 def means(columns: Array, rounding: Array, confidence: float, resamples: int, seed: int) -> Intervals:
     """The means of finite columns (N, k), between ends that hold all of them at once with the confidence.
 
-        mean +- c s / sqrt(N),    c the quantile of max_k |mean*_k - mean_k| sqrt(N) / s*_k
+        mean_k +- c_k s_k / sqrt(N),    c_k a quantile of t*_k = |mean*_k - mean_k| sqrt(N) / s*_k
 
-    over resampled draws *: the studentised bootstrap with its largest statistic. A column that varies by no more than
-    its rounding, (k,), is constant; one of which a resample may miss all that varies is not bounded, and widens no
-    other.
+    over resampled draws *, the same share for all columns, and such that all t*_k <= c_k in a share of the resamples
+    that is the confidence: the studentised bootstrap, balanced, so that a column with a heavy tail widens no other. A
+    column that varies by no more than its rounding, (k,), is constant; one of which a resample may miss all that
+    varies is not bounded.
+
+    References
+    ----------
+    Beran, "Balanced simultaneous confidence sets", Journal of the American Statistical Association 83 (1988).
     """
     runs = len(columns)
     middle = columns.mean(axis=0)
@@ -55,8 +60,9 @@ def means(columns: Array, rounding: Array, confidence: float, resamples: int, se
         spread = np.sqrt(np.maximum(counts @ left**2 / runs - mean**2, 0))
         with np.errstate(divide="ignore", invalid="ignore"):
             parts.append(np.where(mean == 0, 0.0, np.abs(mean) / spread))  # what does not vary is known exactly
-    c, bounded = _largest(np.concatenate(parts), confidence)
-    half = np.where(bounded, c, np.inf) * np.where(size > 0, left.std(axis=0) * size, np.where(bounded, 0, 1))
+    c = _balanced(np.concatenate(parts), confidence)
+    half = np.zeros(len(size))
+    half[size > 0] = (c * left.std(axis=0) * size)[size > 0]
     return Intervals(middle, middle - half, middle + half)
 
 
@@ -162,6 +168,16 @@ def _high(values: Array, share: float) -> Array:
 def _place(values: Array, place: int) -> Array:
     """The entry along the first axis that has so many below it."""
     return np.asarray(np.partition(values, place, axis=0)[place])
+
+
+def _balanced(t: Array, confidence: float) -> Array:
+    """A quantile of each column, all of one share, below which whole rows lie in a share that is the confidence."""
+    ordered = np.sort(t, axis=0)
+    places = np.empty(t.shape, dtype=np.intp)
+    for k, column in enumerate(t.T):
+        places[:, k] = np.searchsorted(ordered[:, k], column)  # of equal ones the first
+    worst = places.max(axis=1, initial=0)
+    return np.asarray(ordered[int(_high(worst, confidence))])
 
 
 def _largest(t: Array, confidence: float) -> tuple[float, Flags]:
