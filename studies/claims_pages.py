@@ -48,7 +48,7 @@ OUTCOME: Mapping[Kind, Literal["holds", "fails", "open", "depends"]] = {
 # By verdict, with what a finding names: its {samples}, the condition {under} which it fails, what is {unstated}.
 SAMPLES: Mapping[Kind, str] = {
     "proved": "All values that the claim allows, by exact or interval arithmetic.",
-    "refuted": "One witness, printed in the ledger with all of its digits.",
+    "refuted": "A witness, printed in the ledger with all of its digits.",
     "does not hold under": "One choice of numbers: {under}.",
     "not refuted": "{samples} samples of a search.",
     "not checkable as published": "None.",

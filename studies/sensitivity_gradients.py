@@ -56,8 +56,8 @@ def foretold(found: dict[str, Found], near: dict[str, Local], metric: str = "RMS
     left = len(gaps) - len(held) - len(missed)
     return Verdict(
         "open" if left else "found",
-        f"For {len(held)} of {len(gaps)} pairs of law and joint the gradient at the numbers of the card foretells every "
-        f"first-order index of the {metric} within {NEAR:g}; for {len(missed)} it is farther off{_open(left)}.",
+        f"For {len(held)} of {len(gaps)} pairs of law and joint the gradient at the numbers of the card foretells "
+        f"every first-order index of the {metric} within {NEAR:g}; for {len(missed)} it is farther off{_open(left)}.",
         f"Largest difference of a linear share from S1, with the interval of that S1: {listed}.",
         "S1, of Sobol designs with a quadratic control variate, against the share of a linear function with the exact "
         "gradient.",

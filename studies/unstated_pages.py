@@ -108,9 +108,9 @@ def _determined(found: Mapping[str, Found]) -> Verdict:
     said_of = "; ".join(f"of {law} {', '.join(names) or 'none'}" for law, names in wide.items())
     return Verdict(
         "found" if any(wide.values()) or known else "open",
-        f"{sum(map(len, wide.values()))} of the {sum(len(factors_of(law, 'FS')) for law in found)} numbers and readings "
-        "of the six laws take values from more than half of their ranges among the choices that meet the first "
-        f"scenario within {_percent(CLOSE)}.",
+        f"{sum(map(len, wide.values()))} of the {sum(len(factors_of(law, 'FS')) for law in found)} numbers and "
+        "readings of the six laws take values from more than half of their ranges among the choices that meet the "
+        f"first scenario within {_percent(CLOSE)}.",
         f"They are {said_of}.",
         "The distance from the least to the largest value in all choices within 1 % of both joints, of draws and "
         "searches together, at the steps of the search.",

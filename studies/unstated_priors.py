@@ -31,7 +31,8 @@ SAMPLE = (
 )
 GIVEN = (
     "All readings alike; the same square wave, horizon and kind of measurement for the rivals in a draw, while the "
-    "proposed law draws its own between exact measurement and observer (10); K(0) and gamma the same for all that adapt."
+    "proposed law draws its own between exact measurement and observer (10); K(0) and gamma the same for all that "
+    "adapt."
 )
 
 
@@ -51,8 +52,8 @@ def first_verdict(ranked: Ranked, most: Share) -> Verdict:
         "choices drawn of what is not stated, by column of the tables and prior; the paper prints it first in all four "
         "columns.",
         f"From the least to the largest of the four columns: {said}. Given any one of its readings, with the prior and "
-        f"the column that favour it most, it is first in {_one((most.value, most.low, most.high))}, the largest of many "
-        "shares and so an optimistic one.",
+        f"the column that favour it most, it is first in {_one((most.value, most.low, most.high))}, the largest of "
+        "many shares and so an optimistic one.",
         SAMPLE,
         GIVEN,
         "Ranges about a few of the choices that meet the tables: there it is first by construction.",

@@ -139,9 +139,9 @@ def shared_verdict(found: Shared) -> Verdict:
         f"hand, by {moved}, to a1 = {AMPLITUDES[0]:g} rad, a2 = {AMPLITUDES[1]:g} rad. There, and at the horizon of "
         f"{HORIZON:g} s that the search by hand had used, this study seeks the gains of each law; of the runs at the "
         f"fine step {found.horizon:.1f} s is the best.",
-        f"The larger miss of the two cells of a law, the nearest of {AGAIN} points of a search of {EVALUATIONS} choices "
-        f"for each law (seed {SEED}), run again with the boundary layer at {1e3 * FINE:.3g} ms and at half of it, the "
-        "change added.",
+        f"The larger miss of the two cells of a law, the nearest of {AGAIN} points of a search of {EVALUATIONS} "
+        f"choices for each law (seed {SEED}), run again with the boundary layer at {1e3 * FINE:.3g} ms and at half of "
+        "it, the change added.",
         "One square wave, one horizon, measurement by (10) for the rivals that switch and exact ones for PID; "
         f"{PROPOSED} with its own readings, that of its observer among them; gains of its own for each law, which may "
         "differ from those of the first scenario.",

@@ -282,7 +282,8 @@ def test_the_verdicts_on_the_fits_turn_with_their_misses_and_their_spread():
     good, bad = pages.verdicts(findings(0.002, 0.9)), pages.verdicts(findings(0.2, 0.001))
     assert [verdict.kind for verdict in good] == ["found"] * 4
     assert [verdict.kind for verdict in bad] == ["open", "open", "open", "found"]
-    assert [verdict.statement.split(" of ")[0] for verdict in good[1:]] == ["24", "For 6", "31"]  # two of four shapes are no more than half
+    # two of the four shapes of (33) are no more than half of them
+    assert [verdict.statement.split(" of ")[0] for verdict in good[1:]] == ["24", "For 6", "31"]
     assert bad[3].statement.startswith("0 of the 32 ")
 
 
