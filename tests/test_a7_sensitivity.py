@@ -84,10 +84,11 @@ def test_the_deciding_gain_is_named_by_the_figures_and_not_by_the_page():
     q, lam = {"RMSE": {"Q": 5.0, "m1": 9.0}}, {"RMSE": {"Lambda": 5.0, "m1": 9.0}}
     both = {"RMSE": {"Q": 5.0, "Lambda": 5.0}}
     for weights, kind, said in (
-        ((q,), "found", "Q decides most about the RMSE of both joints"),
-        ((lam,), "found", "Lambda decides most about the RMSE of both joints"),
-        ((q, lam), "found", "Q decides most about the RMSE of joint 1, and Lambda about that of joint 2"),
-        ((both,), "open", "It is open which gain"),
+        ((q,), "found", "is Q at joint 1 and Q at joint 2"),
+        ((lam,), "found", "is Lambda at joint 1 and Lambda at joint 2"),
+        ((q, lam), "found", "is Q at joint 1 and Lambda at joint 2"),
+        ((q, both), "open", "is Q at joint 1 and open at joint 2"),
+        ((both,), "open", "is open at joint 1 and open at joint 2"),
     ):
         verdict = answers.deciding_gain(made(*weights))
         assert verdict.kind == kind
