@@ -1,6 +1,6 @@
 """How a2 reads: the answers first, then the ledger, then two runs to look at, then what each verdict is worth."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Literal, get_args
 
 import numpy as np
@@ -36,14 +36,33 @@ from workbench.study.document import (
 from workbench.verify.bounds import guarantee
 from workbench.verify.claims import BROKEN, Kind, Ledger, Line
 
-OUTCOME: dict[str, Literal["holds", "fails", "open"]] = {
+OUTCOME: Mapping[Kind, Literal["holds", "fails", "open", "depends"]] = {
     "proved": "holds",
     "refuted": "fails",
-    "does not hold under": "fails",
+    "does not hold under": "depends",
     "not refuted": "open",
     "not checkable as published": "open",
     "ill-posed": "open",
     "not checkable": "open",
+}
+# By verdict, with what a finding names: its {samples}, the condition {under} which it fails, what is {unstated}.
+SAMPLES: Mapping[Kind, str] = {
+    "proved": "All values that the claim allows, by exact or interval arithmetic.",
+    "refuted": "A witness, printed in the ledger with all of its digits.",
+    "does not hold under": "One choice of numbers: {under}.",
+    "not refuted": "{samples} samples of a search.",
+    "not checkable as published": "None.",
+    "ill-posed": "None.",
+    "not checkable": "None.",
+}
+REVERSALS: Mapping[Kind, str] = {
+    "proved": "Nothing, where its hypotheses hold.",
+    "refuted": "Nothing, as the claim is worded; a further hypothesis that excludes the witness makes another claim.",
+    "does not hold under": "Other numbers under which it holds, if there are any.",
+    "not refuted": "One run that breaks it.",
+    "not checkable as published": "Publication of {unstated}.",
+    "ill-posed": "A statement of what is meant.",
+    "not checkable": "A sharper check.",
 }
 IN_TALLY = {"does not hold under": "failing under a named condition"}
 STEMS = ("ledger", "ledger_assumed", "ledger_ours", "ledger_blocks")  # of the tables' files, group by group
@@ -73,7 +92,7 @@ def answers(ledger: Ledger) -> Section:
         "What was found",
         (
             Paragraph((f"Claims are counted apart: {tallies}. The paper's are in ", Reference("ledger"), ".")),
-            *(_answer(ledger[name]) for name in FIRST),
+            *(_answer(ledger, ledger[name]) for name in FIRST),
         ),
     )
 
@@ -89,10 +108,27 @@ def _lowered(title: str) -> str:
     return title[0].lower() + title[1:]
 
 
-def _answer(line: Line) -> Verdict:
+def _answer(ledger: Ledger, line: Line) -> Verdict:
     claim, finding = line.claim, line.finding
-    evidence = f"{finding.verdict.capitalize()}. {finding.evidence}"
-    return Verdict(OUTCOME[finding.kind], phrase(f"{claim.name}: {claim.statement}"), phrase(evidence))
+    words = {"samples": f"{finding.samples:,}", "under": finding.under, "unstated": finding.unstated}
+    kept = f" The witness keeps: {', '.join(finding.kept)}." if finding.kept and finding.kind in BROKEN else ""
+    statement, evidence = f"{claim.name}: {claim.statement}", f"{finding.verdict.capitalize()}. {finding.evidence}"
+    if finding.under:  # the verdict is of that condition, and says no more of the claim
+        statement, evidence = f"{claim.name}: {finding.verdict}.", f"The claim: {claim.statement} {finding.evidence}"
+    return Verdict(
+        OUTCOME[finding.kind],
+        phrase(statement),
+        phrase(evidence),
+        phrase(SAMPLES[finding.kind].format(**words)),
+        phrase(f"Hypotheses: {_rests(ledger, claim) or 'none'}.{kept}"),
+        phrase(REVERSALS[finding.kind].format(**words)),
+    )
+
+
+def _rests(ledger: Ledger, claim: Claim) -> str:
+    """The hypotheses of a claim, each with its verdict."""
+    verdicts = dict(ledger.hypotheses(claim.name))
+    return "; ".join(f"{below.name} ({verdicts[below.name] or _given(below)})" for below in claim.hypotheses)
 
 
 def the_ledger(ledger: Ledger) -> Section:
@@ -135,8 +171,7 @@ def the_ledger(ledger: Ledger) -> Section:
 def _row(ledger: Ledger, line: Line) -> tuple[Cell, ...]:
     finding, claim = line.finding, line.claim
     verdict = Strong(finding.verdict) if finding.kind in ("proved", *BROKEN) else finding.verdict
-    verdicts = dict(ledger.hypotheses(claim.name))
-    rests = "; ".join(f"{below.name} ({verdicts[below.name] or _given(below)})" for below in claim.hypotheses)
+    rests = _rests(ledger, claim)
     words = f" {claim.statement}" + (f" Rests on: {rests}." if rests else "")
     witness = (" ", Code(finding.witness)) if finding.witness else ()
     hollow = " It rests on a refuted hypothesis." if finding.kind == "proved" and ledger.fallen(claim.name) else ""

@@ -3,9 +3,8 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from findings import finding
 from paper_card import LAWS
-from unstated_draws import OF_CARD, PRIORS, factors_of, named, slug
+from unstated_draws import LONGEST, OF_CARD, PRIORS, SHORTEST, factors_of, named, slug
 from unstated_fits import CLOSE, COMMON, EVALUATIONS, FINE, SEED, horizons, misses, nearest
 from unstated_found import Found, found_for, said, wide_factors, words
 from unstated_loops import PROPOSED, SCENARIOS, SQUARE, STIFF, unit
@@ -22,10 +21,12 @@ from workbench.study.study import Results
 USUAL = next(name for name, prior in PRIORS.items() if prior == OF_CARD)
 _SETS = (*(("random", prior) for prior in PRIORS.values()), ("paired", OF_CARD))
 OF_A_FIT = (
-    f"the largest miss of the cells, of runs with the boundary layer of the paper at {1e3 * FINE:.3g} ms, their change "
-    f"to half of it added; searches of {EVALUATIONS} choices, whatever the prior"
+    f"The largest miss of the cells, of runs with the boundary layer of the paper at {1e3 * FINE:.3g} ms, their change "
+    f"to half of it added; searches of {EVALUATIONS} choices, whatever the prior."
 )
-OF_A_WITNESS = "for a cell that is met, an error of the step beyond the one that is added: the numbers are printed"
+RANGES = f"A plus in (33), R from {STIFF:g} on, any horizon from {SHORTEST} to {LONGEST} s"
+OF_A_WITNESS = "An error of the step beyond the one that is added: the numbers are printed."
+LONGER = "A longer search: what was not found may be there."
 
 
 def sections(results: Results) -> Sequence[Section]:
@@ -68,56 +69,58 @@ def verdicts(found: Mapping[str, Found]) -> tuple[Verdict, ...]:
     fits = [found[law].fits[cell] for law in LAWS for cell in CELLS]
     both = [found[law].fits["both"] for law in LAWS]
     worst = max(both, key=lambda one: one.miss)
-    met = sum(one.met for one in fits)
+    met, together = sum(one.met for one in fits), sum(one.met for one in both)
     return (
-        finding(
-            "holds" if ours.met else "open",
-            f"Numbers and readings that are not stated give the printed row of {PROPOSED} in the first scenario.",
-            f"The nearest is off by {_percent(ours.miss)} at most, the error of the step included: "
-            f"{said(ours, square=False)}, and a horizon of {ours.horizon['FS']:.1f} s.",
-            estimand=OF_A_FIT,
-            given="any horizon from 5 to 30 s",
-            reversal=OF_A_WITNESS,
+        Verdict(
+            "found" if ours.met else "open",
+            f"The nearest choice of what is not stated misses the printed row of {PROPOSED} in the first scenario by "
+            f"{_percent(ours.miss)}, at the farther of its two cells.",
+            f"It is {said(ours, square=False)}, and a horizon of {ours.horizon['FS']:.1f} s.",
+            OF_A_FIT,
+            f"{RANGES}.",
+            OF_A_WITNESS if ours.met else LONGER,
         ),
-        finding(
-            "holds" if met == len(fits) else "open",
-            "Numbers and readings that are not stated give each of the 24 printed cells by itself.",
-            f"{met} of {len(fits)} cells are met within {_percent(CLOSE)}.",
-            estimand=OF_A_FIT,
-            given="numbers, a square wave and a horizon of its own for each cell",
-            reversal=OF_A_WITNESS,
+        Verdict(
+            "found" if met == len(fits) else "open",
+            f"{met} of the {len(fits)} printed cells are met within {_percent(CLOSE)}, each taken alone.",
+            f"The farthest is missed by {_percent(max(one.miss for one in fits))}.",
+            OF_A_FIT,
+            f"{RANGES}; numbers, a square wave and a horizon of its own for each cell.",
+            OF_A_WITNESS if met == len(fits) else LONGER,
         ),
-        finding(
-            "holds" if all(one.met for one in both) else "open",
-            "One choice for each law gives all four cells of that law, each scenario at a horizon of its own.",
-            f"Within {_percent(CLOSE)} one was found for {sum(one.met for one in both)} of {len(both)} laws; "
+        Verdict(
+            "found" if together == len(both) else "open",
+            f"For {together} of {len(both)} laws one choice meets all four cells of the law within {_percent(CLOSE)}.",
             f"{worst.law} misses most, by {_percent(worst.miss)}.",
-            estimand=OF_A_FIT,
-            given="one set of gains for both scenarios; a square wave and horizons of its own for each law",
-            reversal="a longer search, for a law that is not met: what was not found may be there",
+            OF_A_FIT,
+            f"{RANGES}; one set of gains for both scenarios, and a square wave and two horizons of its own for each "
+            "law.",
+            OF_A_WITNESS if together == len(both) else LONGER,
         ),
         _determined(found),
     )
 
 
 def _determined(found: Mapping[str, Found]) -> Verdict:
-    """Whether choices that meet the first scenario differ widely."""
+    """How many numbers differ widely among the choices that meet the first scenario."""
     wide = {law: wide_factors(one) for law, one in found.items()}
     known = all(len(one.close["FS"]) > 1 for one in found.values())
     said_of = "; ".join(f"of {law} {', '.join(names) or 'none'}" for law, names in wide.items())
-    return finding(
-        "holds" if any(wide.values()) else "fails" if known else "open",
-        "Widely different numbers and readings give the printed table of the first scenario.",
-        f"Among the choices that meet both joints of a law within {_percent(CLOSE)} these lie over more than half of "
-        f"their ranges: {said_of}.",
-        estimand="the spread of all choices within 1 %, of draws and searches together, at the steps of the search",
-        given="each law by itself, at any horizon",
-        reversal="a table with more digits, or with a second statistic beside RMSE",
+    return Verdict(
+        "found" if any(wide.values()) or known else "open",
+        f"{sum(map(len, wide.values()))} of the {sum(len(factors_of(law, 'FS')) for law in found)} numbers and "
+        "readings of the six laws take values from more than half of their ranges among the choices that meet the "
+        f"first scenario within {_percent(CLOSE)}.",
+        f"They are {said_of}.",
+        "The distance from the least to the largest value in all choices within 1 % of both joints, of draws and "
+        "searches together, at the steps of the search.",
+        f"{RANGES}; each law by itself.",
+        "A table with more digits, or with a second statistic beside RMSE.",
     )
 
 
 def horizon_verdict(results: Results) -> Verdict:
-    """Whether one horizon serves all laws in the first scenario, as one experiment must."""
+    """How near one horizon brings all laws in the first scenario, as one experiment must."""
     least = []
     for law in LAWS:
         samples = [results.sample(named(kind, law, "FS", prior)) for kind, prior in _SETS]
@@ -129,16 +132,16 @@ def horizon_verdict(results: Results) -> Verdict:
     law = LAWS[int(np.argmax([one[at] for one in least]))]
     horizon = horizons(results.sample(named("random", PROPOSED, "FS")))[0]
     met = sum(bool(one[at] <= CLOSE) for one in least)
-    return finding(
-        "holds" if worst[at] <= CLOSE else "open",
-        "One horizon for all six laws, as one experiment has, gives the table of the first scenario.",
-        f"The best is {horizon[at]:.1f} s: {met} of {len(LAWS)} rows come within {_percent(CLOSE)}, and {law}, the "
-        f"furthest, within {_percent(float(worst[at]))}.",
-        estimand="the larger miss of the two cells of a law, the least over all runs of draws and searches at their "
-        f"steps, among them a search of {EVALUATIONS // 2} choices for each law at {COMMON:g} s (seed {SEED}), where a "
-        "longer one by hand had found all laws nearest",
-        given="gains of its own for each law, and the same horizon",
-        reversal="a longer search: what was not found may be there",
+    return Verdict(
+        "found" if met == len(LAWS) else "open",
+        f"At one horizon for all laws, {horizon[at]:.1f} s, {met} of {len(LAWS)} rows of the first scenario come "
+        f"within {_percent(CLOSE)}.",
+        f"{law} is the farthest, within {_percent(float(worst[at]))}.",
+        "The larger miss of the two cells of a law, the least over all runs of draws and searches, at their steps and "
+        f"without a run at a finer one; among them a search of {EVALUATIONS // 2} choices for each law at "
+        f"{COMMON:g} s (seed {SEED}), where a longer one by hand had found all laws nearest.",
+        "The same horizon, and gains of its own for each law.",
+        f"{LONGER[:-1]}; runs at a finer step, for rows that are met.",
     )
 
 
