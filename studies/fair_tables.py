@@ -49,8 +49,8 @@ def dependence(found: Found) -> Table:
         rows.append((given.name, *(_champion(*under[one]) for one in words)))
     columns = (Column("given"), *map(Column, words))
     notes = (
-        "The law that is best in most held-out scenarios, with their number; where none is, the one that is best in the "
-        "most of them, in brackets. "
+        "The law that is best in most held-out scenarios, with their number; where none is, the one that is best most "
+        "often, in brackets. "
         f"First by each statistic, then by the {findings.MEASURE} as another search tuned the laws that could win, "
         "and with the best numbers of the first half of the evaluations allowed.",
     )

@@ -200,10 +200,10 @@ TIED, FAILS = {PROPOSED: 1.0, "SMC": 1.001, "PID": 3.0}, {PROPOSED: None, "SMC":
     ("figures", "kind", "champion"),
     [
         ({"a": WINS, "b": WINS}, "found", PROPOSED),
-        ({"a": WINS, "b": TIED}, "found", PROPOSED),
+        ({"a": WINS, "b": TIED}, "open", None),
         ({"a": WINS, "b": WINS, "c": LOSES}, "found", PROPOSED),
         ({"a": WINS, "b": LOSES}, "open", None),
-        ({"a": LOSES, "b": TIED}, "found", "SMC"),
+        ({"a": LOSES, "b": LOSES, "c": TIED}, "found", "SMC"),
         ({"a": TIED, "b": TIED}, "open", None),
         ({"a": WINS, "b": WINS, "c": FAILS}, "found", PROPOSED),
     ],
