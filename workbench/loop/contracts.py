@@ -115,6 +115,7 @@ class AbstractObserver(ABC):
         """The name of the method by which `advance` steps the memory, as a page has it."""
         return EULER
 
+    @door
     def advance(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column, period: float) -> Parts:
         """The memory at the end of a period in s, over which a computer holds the readings and the torque `tau`."""
         return euler(z, self.rate(t, z, y, est, tau), period)
@@ -162,6 +163,7 @@ class AbstractController(ABC):
         """The name of the method by which `advance` steps the memory, as a page has it."""
         return EULER
 
+    @door
     def advance(self, t: Number, z: Parts, est: Estimate, ref: Motion, period: float) -> Parts:
         """The memory at the end of a period in s, over which a computer holds the estimate and the reference."""
         return euler(z, self.rate(t, z, est, ref), period)
