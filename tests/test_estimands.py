@@ -143,7 +143,8 @@ def test_what_varies_in_few_draws_is_not_bounded_and_widens_nothing_else():
     alone, _ = intervals(Mean(), y, [], 0.95, 400, 1)
     found, _ = intervals(Mean(), np.column_stack([y, rare]), [], 0.95, 400, 1)
     assert found.high[2] == np.inf
-    np.testing.assert_allclose(found.high[:2], alone.high)
+    assert found.low[2] > -np.inf  # a mean of what is rare and large is bounded from below
+    np.testing.assert_allclose(found.high[:2], alone.high, rtol=0.1)  # of five sides instead of four
 
 
 def test_success_has_the_exact_interval_and_a_pair_is_significant_no_sooner_than_by_the_sign_test():

@@ -36,12 +36,13 @@ class Intervals:
 def means(columns: Array, rounding: Array, confidence: float, resamples: int, seed: int) -> Intervals:
     """The means of finite columns (N, k), between ends that hold all of them at once with the confidence.
 
-        mean_k +- c_k s_k / sqrt(N),    c_k a quantile of t*_k = |mean*_k - mean_k| sqrt(N) / s*_k
+        mean_k - a_k s_k / sqrt(N),  mean_k + b_k s_k / sqrt(N)
 
-    over resampled draws *, the same share for all columns, and such that all t*_k <= c_k in a share of the resamples
-    that is the confidence: the studentised bootstrap, balanced, so that a column with a heavy tail widens no other. A
-    column that varies by no more than its rounding, (k,), is constant; one of which a resample may miss all that
-    varies is not bounded.
+    with a_k and b_k quantiles of t*_k = (mean*_k - mean_k) sqrt(N) / s*_k and of -t*_k over resampled draws *, all of
+    one share, and such that t*_k <= a_k and -t*_k <= b_k for all k in a share of the resamples that is the confidence:
+    the studentised bootstrap, which sees a skewed column, and balanced, so that one with a heavy tail widens no other.
+    A column that varies by no more than its rounding, (k,), is constant; one of which a resample may miss all that
+    varies is not bounded on that side.
 
     References
     ----------
@@ -59,11 +60,15 @@ def means(columns: Array, rounding: Array, confidence: float, resamples: int, se
         mean = counts @ left / runs
         spread = np.sqrt(np.maximum(counts @ left**2 / runs - mean**2, 0))
         with np.errstate(divide="ignore", invalid="ignore"):
-            parts.append(np.where(mean == 0, 0.0, np.abs(mean) / spread))  # what does not vary is known exactly
-    c = _balanced(np.concatenate(parts), confidence)
-    half = np.zeros(len(size))
-    half[size > 0] = (c * left.std(axis=0) * size)[size > 0]
-    return Intervals(middle, middle - half, middle + half)
+            parts.append(np.where(mean == 0, 0.0, mean / spread))  # what does not vary is known exactly
+    t = np.concatenate(parts)
+    ends = np.maximum(_balanced(np.concatenate([t, -t], axis=1), confidence), 0).reshape(2, -1)
+    varies = size > 0
+    low, high = middle.copy(), middle.copy()
+    scale = (left.std(axis=0) * size)[varies]
+    low[varies] -= ends[0, varies] * scale
+    high[varies] += ends[1, varies] * scale
+    return Intervals(middle, low, high)
 
 
 def order_statistics(columns: Array, share: float, confidence: float, resamples: int, seed: int) -> Intervals:
@@ -171,13 +176,19 @@ def _place(values: Array, place: int) -> Array:
 
 
 def _balanced(t: Array, confidence: float) -> Array:
-    """A quantile of each column, all of one share, below which whole rows lie in a share that is the confidence."""
-    ordered = np.sort(t, axis=0)
-    places = np.empty(t.shape, dtype=np.intp)
-    for k, column in enumerate(t.T):
-        places[:, k] = np.searchsorted(ordered[:, k], column)  # of equal ones the first
-    worst = places.max(axis=1, initial=0)
-    return np.asarray(ordered[int(_high(worst, confidence))])
+    """A quantile of each column, all of one share, below which whole rows lie in a share that is the confidence.
+
+    Infinite for a column that is so in more resamples than its part of what may be missed.
+    """
+    bounded = np.flatnonzero(np.isposinf(t).mean(axis=0) <= (1 - confidence) / max(t.shape[1], 1))
+    found = np.full(t.shape[1], np.inf)
+    worst = np.zeros(len(t), dtype=np.intp)
+    ordered = {k: np.sort(t[:, k]) for k in bounded}
+    for k, column in ordered.items():
+        np.maximum(worst, np.searchsorted(column, t[:, k]), out=worst)  # of equal ones the first
+    place = int(_high(worst, confidence))
+    found[bounded] = [column[place] for column in ordered.values()]
+    return found
 
 
 def _largest(t: Array, confidence: float) -> tuple[float, Flags]:
