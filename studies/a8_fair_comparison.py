@@ -10,8 +10,8 @@ Method    All laws run on a computer, with the same noisy readings, torque limit
           and start. Laws are compared where they are given the same. The statistic asked is the mean cost, as costs
           add up over many uses; median, 90 % quantile, mean of the worst tenth and rate of success stand beside it,
           and where one of them turns a verdict round, that is the verdict. Intervals hold for all pairs and all
-          scenarios at once. The laws that could win are run again as each search alone tuned them, and with half of
-          the budget.
+          scenarios at once. The laws that could win are run again as another search tuned them, and with half of the
+          budget.
 Runs in   about five minutes on two cores.
 """
 
@@ -70,7 +70,7 @@ def _tuned(scenario: Scenario, tuned: Mapping[str, Tuned]) -> Iterator[tuple[str
 
 
 def _again(scenario: Scenario, tuned: Mapping[str, Tuned]) -> Iterator[tuple[str, Computed]]:
-    """The laws that could win as one search alone tuned them, and with half of the budget."""
+    """The laws that could win as another search tuned them, and with half of the budget."""
     for entrants in ENTRANTS.values():
         for one in contenders(entrants, tuned):
             for key, numbers in AGAIN.items():

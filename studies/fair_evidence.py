@@ -44,7 +44,7 @@ CONFIDENCE = 1 - (1 - FAMILY) / len(HELD_OUT)  # of those of one scenario (Bonfe
 RESAMPLES = 4000
 SEED = 88
 DRAWS, DRAWN = 160, 8  # of each scenario, and their seed
-CONTENDERS = 4  # laws of least training cost, and AOSMC-RGS
+CONTENDERS = 3  # laws of least training cost, and AOSMC-RGS
 
 
 def other_search(tuned: Tuned) -> Numbers:

@@ -8,7 +8,7 @@ import numpy as np
 from fair_conditions import HELD_OUT
 from fair_evidence import ACCEPTABLE, ASKED, CONTENDERS, DRAWS, FAMILY, MARGIN, SEED, WORDS
 from fair_found import Found
-from fair_given import BOTH, GIVEN, Given
+from fair_given import BOTH, FILTER, GIVEN, READINGS, Given
 from fair_laws import PROPOSED
 
 from workbench.study.document import Verdict
@@ -20,6 +20,7 @@ SAMPLE = (
 )
 SCENARIOS = len(HELD_OUT)
 MEASURE = f"{ASKED.words} cost"
+NO_MODEL = ", and to all but PID a model"
 SHOWN = 3  # shapes of samples in the words of one finding
 
 
@@ -75,7 +76,8 @@ def winner(found: Found, given: Given) -> Verdict:
         statement,
         f"Best in so many scenarios by {'; by '.join(f'{words}: {told(*pair)}' for words, pair in under.items())}.",
         estimand=f"{_upper(MEASURE)}, declared before the runs; {_sample(found)}.",
-        given=f"To each law {given.words}; its numbers by searches with one budget a number.",
+        given=f"To each law {given.words}{NO_MODEL if given in (READINGS, FILTER) else ''}; its numbers by searches "
+        "with one budget a number.",
         reversal=(f"{_upper(_by_law(others))}. " if others else "Nothing that was tried. ")
         + "Tried were the five statistics, another search, and half of the budget; the last two with the "
         f"{CONTENDERS} laws of least training cost and {PROPOSED}.",
@@ -95,11 +97,11 @@ def proposed(found: Found) -> Verdict:
     held = {given: found.cost[given.key] for given in GIVEN}
     counts = {given: tally(one).get(PROPOSED, 0) for given, one in held.items()}
     best = {words: len(held[BOTH].wins[words][PROPOSED]) for words in held[BOTH].wins}
-    elsewhere = _and([f"{counts[given]} given {given.name}" for given in GIVEN if given != BOTH])
+    elsewhere = _and([f"{counts[given] or 'none'} given {given.name}" for given in GIVEN if given != BOTH])
     return Verdict(
         "depends" if len({2 * n > SCENARIOS for n in best.values()}) > 1 else "found",
-        f"{PROPOSED} has the least {MEASURE} in {counts[BOTH]} of {SCENARIOS} scenarios behind its own observers, in "
-        f"{elsewhere}.",
+        f"{PROPOSED} has the least {MEASURE} in {counts[BOTH] or 'none'} of {SCENARIOS} scenarios behind its own "
+        f"observers, in {elsewhere}.",
         f"Behind its own observers {_behind(held[BOTH])}.",
         estimand=f"{_upper(MEASURE)}; {_sample(found)}.",
         given="In each case the same to all laws.",
@@ -128,8 +130,8 @@ def _tails(found: Found, given: Given) -> Verdict | None:
     shown = [f"'{scenario}': {shape.sentence}." for scenario, shape in first_of_each][:SHOWN]
     return Verdict(
         "found",
-        f"Given {given.words}, one number does not describe the cost of {len(odd)} laws: it has a heavy tail, two "
-        f"groups or lost runs for {counts} of {SCENARIOS} scenarios.",
+        f"Given {given.words}, the cost has a heavy tail, two groups or lost runs for {counts} of {SCENARIOS} "
+        "scenarios: there one number does not describe it.",
         " ".join(shown),
         estimand=f"The shape of each sample, {_sample(found).split(';')[0]}; a false alarm in any with "
         f"{100 - 100 * FAMILY:g} %.",
