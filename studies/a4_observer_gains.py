@@ -13,13 +13,12 @@ from collections.abc import Iterator, Sequence
 from a1_paper_tables import PROPOSED_STEP
 from observer_candidates import CHOSEN, PAPER, audits, constants, followed, gains
 from observer_figures import STYLES
+from observer_findings import SCENARIOS, findings
 from observer_sections import (
-    SCENARIOS,
     gains_section,
     price_section,
     promise_section,
     stability_section,
-    summary,
     tracking_section,
 )
 from paper_card import CARD
@@ -51,7 +50,7 @@ def cases() -> Iterator[Case]:
 def sections(results: Results) -> Sequence[Section]:
     """What the report says."""
     return (
-        summary(results),
+        findings(results),
         promise_section(),
         gains_section(),
         stability_section(),
@@ -68,9 +67,9 @@ def headlines(results: Results) -> Sequence[str]:
     share = 0.0 if theirs.share is None else theirs.share
     return (
         f"L1 = 30, L2 = 50: a frozen mode grows at {100 * theirs.frozen.unstable:.1f} % of the states, the slowest "
-        f"along the path decays at {followed()[PAPER].slowest:.2f} 1/s; proved to work in {100 * share:.2g} % of the "
-        "region.",
-        f"By its size alone they bear a mismatch of {theirs.tolerated:.2f} |x~|; |df/dq| reaches "
+        f"along the path decays at {followed()[PAPER].slowest:.2f} 1/s; a decay is proved in {100 * share:.2g} % of "
+        "the region.",
+        f"Of a mismatch that is known by its size alone they bear {theirs.tolerated:.2f} |x~|; |df/dq| reaches "
         f"{constants()[1.0].position.seen:.0f} 1/s^2.",
         f"A double pole that is proved in the whole region: late error {late[1]:.3f} rad instead of {late[0]:.3f}, "
         f"noise {noisier:.0f} times.",

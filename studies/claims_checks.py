@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
-from claims_hunts import found, hunt
+from claims_hunts import found, hunt, line
 from claims_identities import SIDES, both
 from paper_card import CARD
 
@@ -54,18 +54,17 @@ def unequal(name: str, evidence: str, **values: tuple[float, ...]) -> Check:
     return check
 
 
-def searched(name: str, sentence: Callable[[Found], str], witness: str = "") -> Check:
-    """A claim that runs can break; the witness replays the worst run, if no line that says more is given."""
+def searched(name: str, sentence: Callable[[Found], str], under: str = "") -> Check:
+    """A claim that runs can break; the witness runs the worst one again."""
 
     def check() -> Finding:
         result = found(name)
         if result.worst is None:
-            why = "kept the hypotheses" if not result.kept else "is the worst at both steps: they are too long"
-            return Finding("not checkable", f"None of {result.runs:,} runs {why}.")
-        line = witness or f'replay("{name}")'
+            return Finding("not checkable", f"None of {result.runs:,} runs can tell: {result.why}.")
         if result.kind == "refuted":
-            return Finding("refuted", sentence(result), line)
-        return Finding("not refuted", sentence(result), line, samples=result.kept)
+            kept = tuple(hypothesis.claim.name for hypothesis in hunt(name).kept)  # by each run that counts
+            return Finding("refuted", sentence(result), line(name), kept=kept)
+        return Finding("not refuted", sentence(result), line(name), samples=result.kept, under=under)
 
     return check
 

@@ -1,33 +1,38 @@
-"""Whose claim it is: the paper's own, one of ours about its repair, or what a block promises of itself."""
+"""Four groups of claims: the paper's own, its comparisons under the numbers of a1, ours on its repair, the blocks'."""
 
 from collections.abc import Mapping
 
 import claims_paper as paper
 from claims_law import DEFINITE_P, RAISED
 from claims_observers import SWINGING
-from claims_others import PROMISES
+from claims_others import PROMISES, UNDER
 
 from workbench.verify.claims import Ledger
 
-PAPER, OURS, BLOCKS = "The paper's claims", "Our repairs and readings", "Promises of the blocks"
+PAPER, ASSUMED = "The paper's claims", "The paper's comparisons under the numbers of a1"
+OURS, BLOCKS = "Our repairs and readings", "Promises of the blocks"
 OF_OURS = tuple(
     claim.name
     for claim in (
         paper.ASSUMPTION_3_DERIVED,
         paper.NEAR_ZERO,
         paper.REPAIRED_RATE,
+        paper.OPTIMAL_LOOP,
+        paper.BOUNDED_ABOVE,
         RAISED,
         DEFINITE_P,
         SWINGING,
     )
 )
+OF_A1 = tuple(claim.name for claim in UNDER.values())
 OF_BLOCKS = tuple(block for block, _, _ in PROMISES.values())
 
 
 def grouped(ledger: Ledger) -> Mapping[str, Ledger]:
-    """The ledger in three: each line in one of them, in its order."""
+    """The ledger in four: each line in one of them, in its order."""
     return {
-        PAPER: _kept(ledger, tuple(name for name in ledger.names if name not in (*OF_OURS, *OF_BLOCKS))),
+        PAPER: _kept(ledger, tuple(name for name in ledger.names if name not in (*OF_A1, *OF_OURS, *OF_BLOCKS))),
+        ASSUMED: _kept(ledger, OF_A1),
         OURS: _kept(ledger, OF_OURS),
         BLOCKS: _kept(ledger, OF_BLOCKS),
     }

@@ -1,4 +1,4 @@
-"""Both sides of the paper's equations (22), (30), (31) and (41), over symbols that any state may replace."""
+"""Both sides of equations (22), (30), (31), (34), (35) and (41), over symbols that any state may replace."""
 
 import casadi as ca
 import numpy as np
@@ -56,8 +56,15 @@ def _sides() -> dict[str, Sides]:
         "(22)": (observer_rate(unit, q, qd_hat, weight), observer_rate(unit, q, -qd_hat, weight)),
         # s = 0 and e1 != 0: the surface asks for e2 = -Lambda e1, the minimiser of (32) for u = 0
         "(34), input": (-LAMBDA @ e1, ca.SX.zeros(2)),
+        # x1~ = 0: what (10) and (35) say of tau less C qd_hat and G
+        "(35)": (M @ ca.solve(M, tau - C @ qd_hat - G), tau - C @ qd_hat - G - D),
+        # s = 0 and e1 = 0: M e2' by (35), with the law (27)-(29)
+        "(41), along (35)": (
+            ca.substitute(ca.substitute(by_35, tau, law), ca.vertcat(q_d, qd_d, s), ca.vertcat(q_hat, qd_hat, 0, 0)),
+            D_hat - D,
+        ),
         # estimates that have found the arm at rest: M times the acceleration of the arm, less that of its copy in (10)
-        "(41)": (arm - observer_rate(unit, q, zero, tau), -D),
+        "(41), along (10)": (arm - observer_rate(unit, q, zero, tau), -D),
     }
 
 

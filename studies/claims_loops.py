@@ -102,6 +102,16 @@ def printed_but_for_c() -> ClosedLoop:
     return replace(loop, controller=replace(loop.controller, model=ARM), observer=replace(loop.observer, state=state))
 
 
+def on_path() -> ClosedLoop:
+    """The law as printed but for C where its estimates obey (35) and start on the desired path of the first scenario.
+
+    (35) is (1) with the estimates for q and qd, so that is the arm itself, known exactly.
+    """
+    loop = printed_but_for_c()
+    arm = replace(loop.plant, q=np.zeros(2), qd=np.array([2.0, 1.5]))  # q_d(0), qd_d(0)
+    return replace(loop, plant=arm, observer=replace(loop.observer, state=FullState(2)))
+
+
 def weighted(loop: ClosedLoop, Q: float, R: float) -> ClosedLoop:
     """The same loop with the weights Q I and R I in (34)."""
     return replace(loop, controller=replace(loop.controller, Q=Q * I, R=R * I))

@@ -24,7 +24,7 @@ SIGNS = {
 }
 LONGEST_FIRST = "|".join(sorted(NAMES, key=len, reverse=True))
 TOKEN = re.compile(
-    rf"(?<![\w'\"])(?P<name>{LONGEST_FIRST}|[{PRIMED}](?='(?!\w))|[A-Z](?=\^T|\^-1))"
+    rf"(?<![\w'\"])(?P<name>{LONGEST_FIRST}|[{PRIMED}](?='(?!\w))|[A-Zs](?=\^T|\^-1))"
     r"(?P<tilde>~)?(?P<prime>'(?!\w))?(?P<power>\^T|\^-1)?(?!\w)"
 )
 

@@ -2,27 +2,85 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
-from fair_conditions import HELD_OUT, Scenario
-from fair_laws import Entrant
-from fair_objective import TERMS, Term, both, cost
+from fair_conditions import HELD_OUT, HORIZON, Computed, Scenario, uncertain
+from fair_given import Entrant
+from fair_laws import PROPOSED, Numbers
+from fair_objective import TERMS, Term, both, cost, metrics
 
 from workbench.core.layout import Array
-from workbench.study.evidence import Comparison, Paired, compare, paired, same_draws
+from workbench.study.causes import Causes, causes_in_sweep
+from workbench.study.evidence import (
+    Judgement,
+    Mean,
+    Median,
+    Paired,
+    Quantile,
+    Standings,
+    Success,
+    Tail,
+    judge,
+    paired,
+    same_draws,
+)
 from workbench.study.sample import Sample
+from workbench.study.sampling import MonteCarlo
 from workbench.study.study import Results
+from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned
 
 ABLATED = ("paper", "payload")  # the scenarios in which AOSMC-RGS loses its parts
-CARD, OTHER = "_card", "_other"  # kinds of sweeps
+CARD = "_card"  # a kind of sweeps
 CARDED = "paper"  # that in which the numbers of the card are tried
+ACCEPTABLE = float(len(TERMS))  # a cost at which all terms are acceptable, or make up for each other
+ASKED = Mean()
+OTHERS = (Median(), Quantile(0.9), Tail(0.9), Success(ACCEPTABLE))
 MARGIN = 0.02  # of the smaller value: what is closer is no difference to an engineer, however sure
 FAMILY = 0.95  # that all intervals of a measure hold at once, in all held-out scenarios
 CONFIDENCE = 1 - (1 - FAMILY) / len(HELD_OUT)  # of those of one scenario (Bonferroni)
 RESAMPLES = 4000
 SEED = 88
+DRAWS, DRAWN = 160, 8  # of each scenario, and their seed
+CONTENDERS = 3  # laws of least training cost, and AOSMC-RGS
+
+
+def other_search(tuned: Tuned) -> Numbers:
+    """The best of the search with the least objective among those that the best numbers of all are not from."""
+    own = int(np.searchsorted(np.cumsum(tuned.used), tuned.place, side="right"))
+    others = (one for one in tuned.searches if one.search != own)
+    return tuned.best_of(min(others, key=lambda one: float(one.bests[-1])).seed)
+
+
+def half_budget(tuned: Tuned) -> Numbers:
+    """The best of the first half of the evaluations allowed."""
+    return tuned.best_within(tuned.tuning.evaluations // 2)
+
+
+AGAIN: Mapping[str, Callable[[Tuned], Numbers]] = {"_other": other_search, "_half": half_budget}
+WORDS = {"_other": "another search", "_half": "half of the budget"}
+
+
+def contenders(entrants: Sequence[Entrant], tuned: Mapping[str, Tuned]) -> tuple[Entrant, ...]:
+    """The laws of least training cost of those that are given the same, and AOSMC-RGS."""
+    least = sorted(entrants, key=lambda one: tuned[one.key].objective)[:CONTENDERS]
+    return tuple(one for one in entrants if one in least or one.name == PROPOSED)
+
+
+def sweep(name: str, loop: Computed, scenario: Scenario) -> Sweep:
+    """A loop over the draws of a scenario, the same for all."""
+    factors = uncertain(scenario, loop)
+    design = MonteCarlo(len(factors), DRAWS, DRAWN)
+    return Sweep(name, loop, metrics(scenario), factors, design, scenario.period, HORIZON, seed=DRAWN)
+
+
+def causes_of(sample: Sample, loop: Computed, scenario: Scenario) -> Causes:
+    """Why runs of a law were lost: by its integrator, if they last where the memories move near their exact flow."""
+    lost = np.flatnonzero(np.isfinite(sample.diverged_at))
+    ways = {"declared": loop, "fine": replace(loop, integrator="fine")}
+    return causes_in_sweep(sweep(sample.name, loop, scenario), lost, ways)
 
 
 def name_of(scenario: Scenario, key: str) -> str:
@@ -30,51 +88,42 @@ def name_of(scenario: Scenario, key: str) -> str:
     return f"{scenario.name}_{''.join(c if c.isalnum() else '_' for c in key.lower())}"
 
 
-def of_other_search(tuned: Tuned) -> dict[str, float]:
-    """The best numbers, at the step h, of the searches that the best point of all is not from.
-
-    Raises
-    ------
-    ValueError
-        If these found none that is admissible.
-    """
-    searches = np.arange(len(tuned.objectives)) // tuned.tuning.evaluations
-    others = np.where(searches == searches[tuned.place], np.inf, tuned.objectives)
-    if not np.isfinite(others).any():
-        raise ValueError(f"The other search of '{tuned.name}' found no admissible point: take more evaluations.")
-    names = (factor.name for factor in tuned.tuning.factors)
-    return dict(zip(names, map(float, tuned.numbers[int(np.argmin(others))]), strict=True))
-
-
 def samples(results: Results, scenario: Scenario, laws: Sequence[Entrant], kind: str = "") -> dict[str, Sample]:
     """The runs of some laws in a scenario, by the laws' names; of a kind, as with the numbers of the card."""
     return {law.name: results.sample(name_of(scenario, f"{law.key}{kind}")) for law in laws}
 
 
-def cost_of(held: Mapping[str, Sample], name: str, terms: tuple[Term, ...] = TERMS) -> Paired:
-    """The cost of each run, under the name of a scenario."""
+def cost_of(held: Mapping[str, Sample], name: str = "cost", terms: tuple[Term, ...] = TERMS) -> Paired:
+    """The cost of each run."""
     values = {law: cost(sample, terms) for law, sample in held.items()}
     errors = {law: sum(_error(s, term.metric) / term.acceptable for term in terms) for law, s in held.items()}
     return paired(values, metric=name, errors=errors, note=same_draws(held))
 
 
-def metric_of(held: Mapping[str, Sample], term: Term, name: str) -> Paired:
+def metric_of(held: Mapping[str, Sample], term: Term) -> Paired:
     """One metric of each run, both joints together."""
     values = {law: both(sample, term.metric) for law, sample in held.items()}
     errors = {law: _error(sample, term.metric) for law, sample in held.items()}
-    return paired(values, metric=name, unit=term.unit, errors=errors, note=same_draws(held))
+    return paired(values, metric=term.metric, unit=term.unit, errors=errors, note=same_draws(held))
 
 
-def judged(values: Paired) -> Comparison:
-    """Medians over the draws, and all differences, sure enough for verdicts over all scenarios."""
-    return compare(values, confidence=CONFIDENCE, margin=MARGIN, resamples=RESAMPLES, seed=SEED)
+def judged(values: Paired) -> Judgement:
+    """By the mean and by all else, sure enough for verdicts over all scenarios."""
+    return judge(values, ASKED, OTHERS, confidence=CONFIDENCE, margin=MARGIN, resamples=RESAMPLES, seed=SEED)
 
 
-def ratio(values: Paired, a: str, b: str) -> tuple[float, float, float]:
-    """The median over the draws of the value of law a over that of law b, with the ends of its interval."""
-    columns = {law: np.log(values.values[:, values.place(law)]) for law in (a, b)}
-    found = compare(paired(columns, metric="log"), resamples=RESAMPLES, seed=SEED).difference
-    return tuple(float(np.exp(part[0, 1])) for part in (found.value, found.low, found.high))
+def by_mean(values: Paired) -> Judgement:
+    """By the mean alone: for what stands beside a judgement."""
+    return judge(values, ASKED, confidence=CONFIDENCE, margin=MARGIN, resamples=RESAMPLES, seed=SEED)
+
+
+def standings(
+    runs: Mapping[str, Mapping[str, Sample]],
+    judged: Callable[[Paired], Judgement] = judged,
+    values: Callable[[Mapping[str, Sample]], Paired] = cost_of,
+) -> Standings:
+    """The runs of some laws by scenario, judged."""
+    return Standings({scenario: judged(values(held)) for scenario, held in runs.items()})
 
 
 def step_errors(sample: Sample, metric: str) -> Array:
@@ -85,6 +134,6 @@ def step_errors(sample: Sample, metric: str) -> Array:
 
 
 def _error(sample: Sample, metric: str) -> float:
-    """The largest of the runs that were run again: no median moves farther than its runs; NaN if all diverged."""
+    """The largest of the runs that were run again: no statistic moves farther than its runs; NaN if all diverged."""
     errors = step_errors(sample, metric)
     return float(errors.max()) if len(errors) else float("nan")

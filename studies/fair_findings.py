@@ -1,140 +1,244 @@
-"""What follows from the comparisons of a8: who is best where, by how much, and which claims hold."""
+"""What follows from the judgements of a8: who is best where, what that depends on, and which parts matter."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+
+import numpy as np
+from fair_conditions import HELD_OUT
+from fair_evidence import ACCEPTABLE, ASKED, CONTENDERS, DRAWS, FAMILY, MARGIN, SEED, WORDS
+from fair_found import Found
+from fair_given import BOTH, FILTER, GIVEN, READINGS, Given
+from fair_laws import PROPOSED
 
 from workbench.study.document import Verdict
-from workbench.study.evidence import Comparison
+from workbench.study.evidence import Judgement, Shape, Standings, shapes
 
-Held = Mapping[str, Comparison]  # a measure in each held-out scenario, by the scenario's name
-
-
-@dataclass(frozen=True)
-class Standing:
-    """The scenarios in which a law is best, in which another is below it, and those that are open."""
-
-    best: tuple[str, ...]
-    behind: tuple[str, ...]
-    open: tuple[str, ...]
-
-    @property
-    def sentence(self) -> str:
-        """In plain words."""
-        total = len(self.best) + len(self.behind) + len(self.open)
-        parts = [f"best in {len(self.best)} of {total}{_listed(self.best)}"]
-        parts.append(f"behind another law in {len(self.behind)}{_listed(self.behind)}")
-        parts.append(f"open in {len(self.open)}{_listed(self.open)}")
-        return ", ".join(parts)
-
-    @property
-    def kind(self) -> str:
-        """Whether it is best everywhere."""
-        return "fails" if self.behind else "open" if self.open else "holds"
+SAMPLE = (
+    f"{{draws}} draws in each of {len(HELD_OUT)} scenarios; intervals of all laws and scenarios at once with "
+    f"{100 * FAMILY:g} %, a difference counts beyond {100 * MARGIN:g} %"
+)
+SCENARIOS = len(HELD_OUT)
+MEASURE = f"{ASKED.words} cost"
+NO_MODEL = ", and to all but PID a model"
+SHOWN = 3  # shapes of samples in the words of one finding
 
 
-def standing(held: Held, law: str) -> Standing:
-    """How a law stands in each scenario, among all that were compared there."""
-    places: dict[str, list[str]] = {"best": [], "behind": [], "open": []}
-    for scenario, one in held.items():
-        places["best" if one.best == law else "open" if law in one.leaders else "behind"].append(scenario)
-    return Standing(*(tuple(places[name]) for name in ("best", "behind", "open")))
+def tally(held: Standings, words: str = ASKED.words) -> dict[str, int]:
+    """In how many scenarios each law is best by a statistic, those with most first; laws that never are left out."""
+    return {law: len(where) for law, where in held.wins[words].items() if where}
 
 
-def wins(held: Held) -> dict[str, int]:
-    """In how many scenarios each law is best, those with most first."""
-    laws = next(iter(held.values())).paired.laws
-    counts = {law: sum(one.best == law for one in held.values()) for law in laws}
-    return dict(sorted(counts.items(), key=lambda pair: -pair[1]))
+def champion(held: Standings, words: str = ASKED.words) -> str | None:
+    """The law that is best in most scenarios, which is more than half of them; None if there is none."""
+    most = [law for law, count in tally(held, words).items() if 2 * count > len(held.judgements)]
+    return most[0] if most else None
 
 
-def champion(held: Held) -> str | None:
-    """The law that is best in more scenarios than any other; None where two share that."""
-    (first, most), (_, next_most), *_ = wins(held).items()
-    return first if most > next_most else None
+def told(held: Standings, words: str = ASKED.words) -> str:
+    """A tally in words."""
+    counts = tally(held, words)
+    rest = len(held.judgements) - sum(counts.values())
+    return ", ".join([*(f"{law} {n}" for law, n in counts.items()), *([f"open {rest}"] if rest else [])])
 
 
-def everywhere(held: Held, law: str, measure: str) -> Verdict:
-    """Whether a law is best in all scenarios."""
-    found = standing(held, law)
-    return Verdict(found.kind, f"{law} has the least {measure} in every held-out scenario.", f"It is {found.sentence}.")
+def conditions(found: Found, key: str) -> dict[str, tuple[Standings, str]]:
+    """All under which a champion is sought: each statistic, then what was done otherwise, by the statistic asked."""
+    cost = found.cost[key]
+    return {words: (cost, words) for words in next(iter(cost.judgements.values())).by} | {
+        WORDS[kind]: (held, ASKED.words) for kind, held in found.again[key].items()
+    }
 
 
-def mostly(held: Held, law: str) -> Verdict:
-    """Whether a law is best in more scenarios than any other."""
-    counts = ", ".join(f"{name} in {count}" for name, count in wins(held).items() if count)
-    nobody = sum(one.best is None for one in held.values())
-    said = f"Best is {counts or 'no law anywhere'}; nobody in {nobody} of {len(held)}."
-    kind = "holds" if champion(held) == law else "fails" if champion(held) is not None else "open"
-    return Verdict(kind, f"{law} has the least cost in more held-out scenarios than any other law.", said)
-
-
-def diverged(held: Held, law: str) -> str:
-    """Where runs of a law diverge, and how many; empty if none does."""
-    lost = {scenario: int(one.paired.failed[one.paired.place(law)]) for scenario, one in held.items()}
-    return ", ".join(f"{n} of {len(held[scenario].paired)} in '{scenario}'" for scenario, n in lost.items() if n)
-
-
-def fails_nowhere(held: Held, law: str) -> Verdict:
-    """Whether all runs of a law stay finite."""
-    lost, others = diverged(held, law), [name for name in next(iter(held.values())).paired.laws if name != law]
-    rivals = [f"{name}: {said}" for name in others if (said := diverged(held, name))]
-    evidence = f"Diverged: {lost or 'none'}. Of its rivals: {'; '.join(rivals) or 'none'}."
-    return Verdict("fails" if lost else "holds", f"No run of {law} diverges in a held-out scenario.", evidence)
-
-
-def by_its_law(held: Held, law: str) -> Verdict:
-    """Whether the lead of a law remains where its rivals have its observers."""
-    found = standing(held, law)
-    laws = next(iter(held.values())).paired.laws
+def winner(found: Found, given: Given) -> Verdict:
+    """The law that is best in most scenarios among laws that are given the same, and what turns that round."""
+    under = conditions(found, given.key)
+    champions = {words: champion(*pair) for words, pair in under.items()}
+    first = champions[ASKED.words]
+    unsure = [words for words, law in champions.items() if law is None]
+    if len(set(champions.values()) - {None}) > 1:
+        statement = (
+            f"Given {given.words}: the law that is best most often depends on what is asked: {_by_law(champions)}."
+        )
+        kind = "depends"
+    elif first is None:
+        best = told(found.cost[given.key])
+        statement = f"Given {given.words}: no law has the least {MEASURE} in most scenarios; best in: {best}."
+        kind = "open"
+    else:
+        count = tally(found.cost[given.key])[first]
+        beyond = f"; in no majority by {_and(unsure)}" if unsure else "; in most by every other statistic too"
+        statement = f"Given {given.words}: {first} has the least {MEASURE} in {count} of {SCENARIOS} scenarios{beyond}."
+        kind = "found"
+    others = {words: law for words, law in champions.items() if law not in (first, None)}
     return Verdict(
-        found.kind,
-        f"Where {len(laws) - 1} of its rivals have its observers too, {law} has the least cost in every held-out "
-        "scenario.",
-        f"Among {_and(laws)} it is {found.sentence}.",
+        kind,
+        statement,
+        f"Best in so many scenarios by {'; by '.join(f'{words}: {told(*pair)}' for words, pair in under.items())}.",
+        estimand=f"{_upper(MEASURE)}, declared before the runs; {_sample(found)}.",
+        given=f"To each law {given.words}{NO_MODEL if given in (READINGS, FILTER) else ''}; its numbers by searches "
+        "with one budget a number.",
+        reversal=(f"{_upper(_by_law(others))}. " if others else "Nothing that was tried. ")
+        + "Tried were the five statistics, another search, and half of the budget; the last two with the "
+        f"{CONTENDERS} laws of least training cost and {PROPOSED}.",
     )
 
 
-def parts_matter(held: Held, whole: str) -> Verdict:
-    """Whether each part of a law lowers its cost in each scenario in which the law was taken apart."""
-    found: dict[str, dict[str, list[str]]] = {"below": {}, "above": {}, "alike": {}, "undecided": {}}
-    for scenario, one in held.items():
+def _by_law(champions: Mapping[str, str | None]) -> str:
+    """Each champion with all that has it first."""
+    held: dict[str, list[str]] = {}
+    for words, law in champions.items():
+        held.setdefault(law or "no law", []).append(words)
+    return "; ".join(f"{law} by {_and(words)}" for law, words in held.items())
+
+
+def proposed(found: Found) -> Verdict:
+    """How AOSMC-RGS stands, whatever it is given."""
+    held = {given: found.cost[given.key] for given in GIVEN}
+    counts = {given: tally(one).get(PROPOSED, 0) for given, one in held.items()}
+    best = {words: len(held[BOTH].wins[words][PROPOSED]) for words in held[BOTH].wins}
+    elsewhere = _and([f"{counts[given] or 'none'} given {given.name}" for given in GIVEN if given != BOTH])
+    return Verdict(
+        "depends" if len({2 * n > SCENARIOS for n in best.values()}) > 1 else "found",
+        f"{PROPOSED} has the least {MEASURE} in {counts[BOTH] or 'none'} of {SCENARIOS} scenarios behind its own "
+        f"observers, in {elsewhere}.",
+        f"Behind its own observers {_behind(held[BOTH])}.",
+        estimand=f"{_upper(MEASURE)}; {_sample(found)}.",
+        given="In each case the same to all laws.",
+        reversal=f"By statistic, behind its own observers: {', '.join(f'{words} {n}' for words, n in best.items())}.",
+    )
+
+
+def tails(found: Found) -> tuple[Verdict, ...]:
+    """The laws with a heavy tail, two groups of runs, or lost ones, and what predicts these."""
+    return tuple(one for given in GIVEN if (one := _tails(found, given)))
+
+
+def _tails(found: Found, given: Given) -> Verdict | None:
+    odd: dict[str, dict[str, Shape]] = {}
+    for scenario, runs in found.runs[given.key].items():
+        first = next(iter(runs.values()))
+        values = found.cost[given.key].judgements[scenario].paired
+        for shape in shapes(values, first.drawn, first.factors, confidence=1 - (1 - FAMILY) / len(HELD_OUT), seed=SEED):
+            if shape.kind != "one group":
+                odd.setdefault(shape.law, {})[scenario] = shape
+    if not odd:
+        return None
+    ordered = sorted(odd.items(), key=lambda pair: (pair[0] != PROPOSED, -len(pair[1])))
+    counts = ", ".join(f"{law} in {len(where)}" for law, where in ordered)
+    first_of_each = (next(iter(where.items())) for _, where in ordered)
+    shown = [f"'{scenario}': {shape.sentence}." for scenario, shape in first_of_each][:SHOWN]
+    return Verdict(
+        "found",
+        f"Given {given.words}, the cost has a heavy tail, two groups or lost runs for {counts} of {SCENARIOS} "
+        "scenarios: there one number does not describe it.",
+        " ".join(shown),
+        estimand=f"The shape of each sample, {_sample(found).split(';')[0]}; a false alarm in any with "
+        f"{100 - 100 * FAMILY:g} %.",
+        given=f"To each law {given.words}.",
+        reversal="Other ranges of the draws: the groups are told by what was drawn.",
+    )
+
+
+def diverged(found: Found) -> Verdict:
+    """The runs that did not last, and whether the law or its integrator lost them."""
+    runs = [one for held in found.runs.values() for laws in held.values() for one in laws.values()]
+    total, count = sum(map(len, runs)), sum(one.failed for one in runs)
+    by_integrator, by_law, open_ = (
+        sum(getattr(one, kind) for one in found.causes.values()) for kind in ("by_integrator", "by_law", "unsettled")
+    )
+    said = (
+        f"{law} given {words} in '{scenario}', {len(one.lost['fine'])} of {DRAWS} ({one.sentence})"
+        for (scenario, law, words), one in found.causes.items()
+    )
+    return Verdict(
+        "found",
+        f"{count:,} of {total:,} runs diverge: {by_law} by the law, {by_integrator} by its integrator, {open_} "
+        "unsettled."
+        if count
+        else f"All {total:,} runs stay finite.",
+        f"Diverged: {'; '.join(said)}." if count else "",
+        estimand="A run counts as diverged when a state is no longer finite, or an angle is beyond 1e12 rad. It is "
+        "lost by the integrator if it lasts where the memories of law and observer move near their exact flow.",
+        given="All laws with the numbers of all searches together.",
+    )
+
+
+def parts_matter(found: Found) -> Verdict:
+    """Which parts of AOSMC-RGS lower its mean cost, in the scenarios in which it was taken apart."""
+    said: dict[str, dict[str, list[str]]] = {"below": {}, "above": {}, "alike": {}, "undecided": {}}
+    for scenario, (judgement, *_) in found.parts.items():
+        one = judgement.by[ASKED.words]
         for part in one.paired.laws:
-            if part != whole:
-                order = "alike" if one.alike(whole, part) else one.order(whole, part)
-                found[order].setdefault(part, []).append(scenario)
+            if part != PROPOSED:
+                order = "alike" if one.alike(PROPOSED, part) else one.order(PROPOSED, part)
+                said[order].setdefault(part, []).append(scenario)
     words = {
         "below": "cost rises without",
         "above": "cost falls without",
-        "alike": f"cost changes by less than {100 * next(iter(held.values())).margin:g} % without",
+        "alike": f"cost changes by less than {100 * MARGIN:g} % without",
         "undecided": "open is",
     }
-    said = (
-        f"{words[order]} {', '.join(f'{part}{_listed(where)}' for part, where in parts.items())}"
-        for order, parts in found.items()
-        if parts
+    parts = "; ".join(
+        f"{words[order]} {', '.join(f'{part} ({_and(where)})' for part, where in held.items())}"
+        for order, held in said.items()
+        if held
     )
-    kind = "fails" if found["above"] or found["alike"] else "open" if found["undecided"] else "holds"
-    return Verdict(kind, f"Each part of {whole} lowers its cost.", f"As tuned, {'; '.join(said)}.")
-
-
-def whichever_search(first: Held, other: Held) -> Verdict:
-    """Whether the laws as another search tuned them come to the same winner in each scenario."""
-    pairs = {scenario: (first[scenario].best, one.best) for scenario, one in other.items()}
-    said = ", ".join(f"{scenario}: {a or 'nobody'} and {b or 'nobody'}" for scenario, (a, b) in pairs.items())
-    same = all(a == b for a, b in pairs.values())
-    turned = any(a and b and a != b for a, b in pairs.values())
+    useful = sorted(set(said["below"]) - set(said["above"]) - set(said["alike"]) - set(said["undecided"]))
+    count = len({part for held in said.values() for part in held})
     return Verdict(
-        "holds" if same else "fails" if turned else "open",
-        "The best law is the same, whichever of the two searches tuned all laws.",
-        f"Best by the better search and by the other: {said}.",
+        "found",
+        f"{len(useful)} of {count} parts of {PROPOSED} lower its {MEASURE} wherever it was taken apart"
+        + (f": {_and(useful)}." if useful else "."),
+        f"As tuned, {parts}.",
+        estimand=f"{_upper(MEASURE)} in the scenarios {_and(list(found.parts))}.",
+        given="The numbers of the whole law: a part is taken out, and nothing is tuned again.",
+        reversal="Tuning what is left again, which was not done.",
     )
 
 
-def _listed(names: Sequence[str]) -> str:
-    return f" ({', '.join(names)})" if names else ""
+def success(found: Found) -> Verdict:
+    """How often the cost is acceptable, for the laws behind both observers."""
+    held = found.cost[BOTH.key].judgements["paper"]
+    name = next(words for words in held.by if words.startswith("success"))
+    one = held.by[name]
+    shares = sorted(zip(one.paired.laws, 1 - one.level.value, strict=True), key=lambda pair: -pair[1])
+    return Verdict(
+        "found",
+        f"In 'paper', behind both observers, the cost is at most {ACCEPTABLE:g} in "
+        + ", ".join(f"{100 * share:.0f} % ({law})" for law, share in shares)
+        + " of the draws.",
+        "A cost of so much has all terms acceptable on the average.",
+    )
+
+
+def _behind(held: Standings) -> str:
+    """The laws that are significantly below AOSMC-RGS, each with the number of scenarios."""
+    counts: dict[str, int] = {}
+    for judgement in held.judgements.values():
+        one = judgement.by[ASKED.words]
+        for law in one.paired.laws:
+            if law != PROPOSED and one.order(law, PROPOSED) == "below":
+                counts[law] = counts.get(law, 0) + 1
+    ordered = sorted(counts.items(), key=lambda pair: -pair[1])
+    return "below it are " + (", ".join(f"{law} in {n}" for law, n in ordered) or "none")
+
+
+def _sample(found: Found) -> str:
+    judgement: Judgement = next(iter(found.cost[BOTH.key].judgements.values()))
+    return SAMPLE.format(draws=len(judgement.paired))
+
+
+def mean_of_scenarios(held: Standings) -> dict[str, float]:
+    """The mean cost of each law, and over all scenarios with equal weight; infinite if a run failed."""
+    levels = [one.by[ASKED.words].level.value for one in held.judgements.values()]
+    laws = next(iter(held.judgements.values())).paired.laws
+    return dict(zip(laws, map(float, np.mean(levels, axis=0)), strict=True))
+
+
+def _upper(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _and(names: Sequence[str]) -> str:
-    return f"{', '.join(names[:-1])} and {names[-1]}"
+    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))

@@ -1,20 +1,37 @@
-"""All comparisons of a8, made once from its runs."""
+"""All judgements of a8, made once from its runs."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from fair_conditions import HELD_OUT, Scenario
-from fair_evidence import ABLATED, CARD, CARDED, OTHER, cost_of, judged, metric_of, name_of, samples
-from fair_findings import Held
-from fair_laws import MAIN, OBSERVED, PROPOSALS, PROPOSED
+from fair_evidence import (
+    ABLATED,
+    AGAIN,
+    CARD,
+    CARDED,
+    by_mean,
+    causes_of,
+    contenders,
+    cost_of,
+    judged,
+    metric_of,
+    name_of,
+    samples,
+    standings,
+)
+from fair_given import BOTH, ENTRANTS, GIVEN, PROPOSAL, TOLD
+from fair_laws import PROPOSED
 from fair_objective import LATE, TERMS
 
-from workbench.study.evidence import Comparison, Ranks, ranks
+from workbench.study.causes import Causes
+from workbench.study.evidence import Judgement, Paired, Standings
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 
+Runs = Mapping[str, Mapping[str, Sample]]  # by scenario and law
 WEIGHTS = {
     "as tuned for": (1.0, 1.0, 1.0, 1.0),
     "error alone": (1.0, 1.0, 0.0, 0.0),
@@ -26,75 +43,100 @@ WEIGHTS = {
 
 @dataclass(frozen=True)
 class Found:
-    """The cost in each held-out scenario, and what else is compared.
+    """What is compared.
 
     Attributes
     ----------
-    cost, late, chattering
-        Of the laws of the paper and two more.
-    chances
-        The ranks of the same laws by cost.
+    runs
+        By the key of what a law is given: all laws in all scenarios.
+    cost
+        The same, judged by cost.
+    again
+        By the same key and the kind of what was done otherwise: the laws that could win.
+    late, chattering
+        Of the laws behind both observers.
     weighted
-        The cost with other weights of its terms, of runs that were tuned for the first ones.
-    observed
-        The cost of AOSMC-RGS and of rivals behind its observers.
+        The cost of the same with other weights of its terms, of runs that were tuned for the first ones.
     told
         The cost of AOSMC-RGS, and of the same law that is told the true disturbance.
     card
-        The cost with the numbers of the card, in one scenario, and with those tuned.
-    other
-        The cost of the laws as the other search tuned them.
+        The cost of the laws behind both observers with the numbers of the card, in one scenario.
+    causes
+        Why runs were lost, by scenario, name of the law and words of what it was given.
     parts
         By scenario, the cost and each metric of AOSMC-RGS and of what is left of it without a part.
     """
 
-    cost: Held
-    late: Held
-    chattering: Held
-    chances: dict[str, Ranks]
-    weighted: dict[str, Held]
-    observed: Held
-    told: Held
-    card: Comparison
-    other: Held
-    parts: dict[str, tuple[Comparison, ...]]
+    runs: Mapping[str, Runs]
+    cost: Mapping[str, Standings]
+    again: Mapping[str, Mapping[str, Standings]]
+    late: Standings
+    chattering: Standings
+    weighted: Mapping[str, Standings]
+    told: Standings
+    card: Judgement
+    causes: Mapping[tuple[str, str, str], Causes]
+    parts: Mapping[str, tuple[Judgement, ...]]
 
 
 @lru_cache(maxsize=1)
 def found_of(results: Results) -> Found:
     """All of them."""
-    runs = {scenario.name: samples(results, scenario, MAIN) for scenario in HELD_OUT}
-    by_name = {term.metric: term for term in TERMS}
-    costs = {name: cost_of(held, name) for name, held in runs.items()}
-    proposed = {scenario.name: samples(results, scenario, (PROPOSALS[0],)) for scenario in HELD_OUT}
+    runs = {key: {s.name: samples(results, s, entrants) for s in HELD_OUT} for key, entrants in ENTRANTS.items()}
+    tuned = {one.key: results.tuned(one.key) for entrants in ENTRANTS.values() for one in entrants}
+    again = {
+        key: {
+            kind: standings({s.name: samples(results, s, contenders(entrants, tuned), kind) for s in HELD_OUT})
+            for kind in AGAIN
+        }
+        for key, entrants in ENTRANTS.items()
+    }
+    terms = {term.metric: term for term in TERMS}
+    ours = runs[BOTH.key]
+    told = {s.name: {PROPOSED: ours[s.name][PROPOSED], f"{PROPOSED}, oracle": _told(results, s)} for s in HELD_OUT}
+    carded = next(one for one in HELD_OUT if one.name == CARDED)
     return Found(
-        {name: judged(one) for name, one in costs.items()},
-        {name: judged(metric_of(held, by_name[LATE], name)) for name, held in runs.items()},
-        {name: judged(metric_of(held, by_name["TV"], name)) for name, held in runs.items()},
-        {name: ranks(one) for name, one in costs.items()},
-        {words: _weighted(runs, weights) for words, weights in WEIGHTS.items()},
-        {s.name: judged(cost_of(proposed[s.name] | samples(results, s, OBSERVED), s.name)) for s in HELD_OUT},
-        {s.name: judged(cost_of(samples(results, s, PROPOSALS), s.name)) for s in HELD_OUT},
-        judged(cost_of(_with_card(results, runs[CARDED]), "cost")),
-        {s.name: judged(cost_of(samples(results, s, MAIN, OTHER), s.name)) for s in HELD_OUT},
-        {s.name: _parts(results, s, proposed[s.name]) for s in HELD_OUT if s.name in ABLATED},
+        runs,
+        {key: standings(held) for key, held in runs.items()},
+        again,
+        standings(ours, by_mean, lambda held: metric_of(held, terms[LATE])),
+        standings(ours, by_mean, lambda held: metric_of(held, terms["TV"])),
+        {
+            words: standings(ours, by_mean, lambda held, w=weights: _weighted(held, w))
+            for words, weights in WEIGHTS.items()
+        },
+        standings(told),
+        judged(cost_of(samples(results, carded, ENTRANTS[BOTH.key], CARD))),
+        _causes(results, runs),
+        {s.name: _parts(results, s, ours[s.name][PROPOSED]) for s in HELD_OUT if s.name in ABLATED},
     )
 
 
-def _weighted(runs: dict[str, dict[str, Sample]], weights: tuple[float, ...]) -> Held:
+def _causes(results: Results, runs: Mapping[str, Runs]) -> dict[tuple[str, str, str], Causes]:
+    return {
+        (scenario.name, one.name, given.words): causes_of(sample, one.loop(scenario, numbers), scenario)
+        for given in GIVEN
+        for scenario in HELD_OUT
+        for one in ENTRANTS[given.key]
+        for sample in (runs[given.key][scenario.name][one.name],)
+        for numbers in (results.tuned(one.key).best,)
+        if sample.failed
+    }
+
+
+def _told(results: Results, scenario: Scenario) -> Sample:
+    return results.sample(name_of(scenario, TOLD.key))
+
+
+def _weighted(held: Mapping[str, Sample], weights: tuple[float, ...]) -> Paired:
     # a term that counts w times is one whose acceptable value is 1 / w of what it was
     terms = tuple(replace(term, acceptable=term.acceptable / w) for term, w in zip(TERMS, weights, strict=True) if w)
-    return {name: judged(cost_of(held, name, terms)) for name, held in runs.items()}
+    return cost_of(held, "cost", terms)
 
 
-def _with_card(results: Results, tuned: dict[str, Sample]) -> dict[str, Sample]:
-    scenario = next(one for one in HELD_OUT if one.name == CARDED)
-    return tuned | {f"{law} as assumed": one for law, one in samples(results, scenario, MAIN, CARD).items()}
-
-
-def _parts(results: Results, scenario: Scenario, proposed: dict[str, Sample]) -> tuple[Comparison, ...]:
+def _parts(results: Results, scenario: Scenario, proposed: Sample) -> tuple[Judgement, ...]:
     """The cost first, then each of its terms."""
-    best = results.tuned(PROPOSALS[0].key).best
-    parts = PROPOSALS[0].loop(scenario, best).ablations()
-    held = {PROPOSED: proposed[PROPOSED]} | {part: results.sample(name_of(scenario, part)) for part in parts}
-    return (judged(cost_of(held, "cost")), *(judged(metric_of(held, term, term.metric)) for term in TERMS))
+    parts = PROPOSAL.loop(scenario, results.tuned(PROPOSAL.key).best).ablations()
+    held = {PROPOSED: proposed} | {part: results.sample(name_of(scenario, part)) for part in parts}
+    values: list[Paired] = [cost_of(held), *(metric_of(held, term) for term in TERMS)]
+    return tuple(map(by_mean, values))

@@ -1,13 +1,11 @@
-"""The laws of a8, each with the numbers that are tuned and the ranges in which they are sought."""
+"""The laws of a8, each with the numbers that are tuned and the ranges in which their search begins."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import casadi as ca
 import numpy as np
-from fair_conditions import Computed, Scenario
 from paper_card import CARD
 from paper_laws import ARM, RULES
 
@@ -15,26 +13,38 @@ from workbench.controllers import (
     PID,
     AdaptiveSlidingMode,
     AosmcRgs,
+    ComputedTorque,
     FuzzyAsmc,
+    NonsingularTerminalSlidingMode,
     RbfAsmc,
+    Rise,
     SlidingMode,
     StateFeedback,
     SuperTwisting,
 )
-from workbench.core import Layout, block
-from workbench.loop import AbstractController, AbstractObserver, Estimate, Motion, Parts
-from workbench.observers import FullState, Luenberger, MomentumObserver, OracleFilter, WithDisturbance
+from workbench.loop import AbstractController
 from workbench.study.distributions import LogUniform
 from workbench.study.factors import Factor
 
-PROPOSED, TOLD = "AOSMC-RGS", "AOSMC-RGS told D"
+PROPOSED = "AOSMC-RGS"
+FARTHER = 1e3  # times a range: as far as a search may go beyond where it begins
 I = np.eye(2)
 Numbers = Mapping[str, float]
 
 
 @dataclass(frozen=True)
 class Sought:
-    """A number that is sought: its paths in a loop, its range, and what the card has."""
+    """A number that is tuned.
+
+    Attributes
+    ----------
+    low, high
+        Where the search begins, on a scale of logarithms.
+    card
+        The number that a1 assumes, or a usual one where a1 has no such law.
+    ends, why
+        Physical limits with their reason in words, where there are any.
+    """
 
     name: str
     paths: tuple[str, ...]
@@ -42,40 +52,36 @@ class Sought:
     high: float
     card: float
     unit: str
+    ends: tuple[float, float] | None = None
+    why: str = ""
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """How far a search may go."""
+        return self.ends or (self.low / FARTHER, self.high * FARTHER)
+
+    @property
+    def factor(self) -> Factor:
+        """What a tuning varies."""
+        return Factor(self.name, self.paths, LogUniform(*self.limits))
 
 
 @dataclass(frozen=True)
-class Entrant:
-    """A law with the numbers that are tuned.
+class Law:
+    """A law and its numbers.
 
     Attributes
     ----------
     make
-        From these numbers by name to the observer and the law, the observer's first estimate at a position.
+        From these numbers by name to the law.
+    counts_on_d
+        Whether it adds an estimated disturbance to its torque by itself.
     """
 
     name: str
-    make: Callable[[Numbers, tuple[float, float]], tuple[AbstractObserver, AbstractController]]
+    make: Callable[[Numbers], AbstractController]
     tuned: tuple[Sought, ...]
-
-    @property
-    def key(self) -> str:
-        """The name as part of a file's."""
-        return "".join(c if c.isalnum() else "_" for c in self.name.lower())
-
-    @property
-    def card(self) -> dict[str, float]:
-        """The numbers of the card."""
-        return {one.name: one.card for one in self.tuned}
-
-    @property
-    def factors(self) -> tuple[Factor, ...]:
-        """The numbers, to be sought on a scale of logarithms."""
-        return tuple(Factor(one.name, one.paths, LogUniform(one.low, one.high)) for one in self.tuned)
-
-    def loop(self, scenario: Scenario, numbers: Numbers) -> Computed:
-        """The law with these numbers in a scenario."""
-        return scenario.loop(*self.make(numbers, scenario.start))
+    counts_on_d: bool = False
 
 
 def joints(name: str, field: str, low: float, high: float, card: tuple[float, ...], unit: str) -> tuple[Sought, ...]:
@@ -83,25 +89,81 @@ def joints(name: str, field: str, low: float, high: float, card: tuple[float, ..
     return tuple(Sought(f"{name}_{j + 1}", (f"controller.{field}[{j}]",), low, high, card[j], unit) for j in (0, 1))
 
 
-LAMBDA = joints("Lambda", "Lambda", 1.0, 40.0, CARD["Lambda"], "1/s")
-PHI = Sought("phi", ("controller.phi",), 0.01, 10.0, CARD["phi"], "rad/s")
-SURFACE = (*LAMBDA, PHI)
-GAIN = (1.0, 500.0)  # N m, of a switching torque
-LEARNED = (
-    *SURFACE,
-    Sought("K(0)", ("controller.K",), *GAIN, 5.0, "N m"),
-    Sought("gamma", ("controller.gamma",), 0.1, 100.0, CARD["ASMC: gamma"], "N m/rad"),
-)
+def diagonals(name: str, field: str, low: float, high: float, card: tuple[float, ...], unit: str) -> tuple[Sought, ...]:
+    """One number for each joint, on the diagonal of a matrix."""
+    return tuple(Sought(f"{name}_{j + 1}", (f"controller.{field}[{j},{j}]",), low, high, card[j], unit) for j in (0, 1))
 
 
-def pair(x: Numbers, name: str) -> tuple[float, float]:
+def one(
+    name: str,
+    field: str,
+    low: float,
+    high: float,
+    card: float,
+    unit: str,
+    ends: tuple[float, float] | None = None,
+    why: str = "",
+) -> Sought:
+    """One number of the law."""
+    return Sought(name, (f"controller.{field}",), low, high, card, unit, ends, why)
+
+
+def shared(name: str, field: str, low: float, high: float, card: float, unit: str) -> Sought:
+    """One number for both joints."""
+    return Sought(name, tuple(f"controller.{field}[{j}]" for j in (0, 1)), low, high, card, unit)
+
+
+def both(x: Numbers, name: str) -> tuple[float, float]:
     """The numbers of both joints."""
     return x[f"{name}_1"], x[f"{name}_2"]
 
 
+def diagonal(path: str) -> tuple[str, str]:
+    """The paths of the diagonal of a matrix."""
+    return f"{path}[0,0]", f"{path}[1,1]"
+
+
+LAMBDA = joints("Lambda", "Lambda", 1.0, 40.0, CARD["Lambda"], "1/s")
+LAYER = (1e-5, 100.0), "s stays within so wide a layer, where the gain over phi alone counts"
+PHI = one("phi", "phi", 0.01, 10.0, CARD["phi"], "rad/s", *LAYER)
+SURFACE = (*LAMBDA, PHI)
+GAIN = (1.0, 500.0)  # N m, of a switching torque
+LEARNED = (
+    *SURFACE,
+    one("K(0)", "K", *GAIN, 5.0, "N m"),
+    one("gamma", "gamma", 0.1, 100.0, CARD["ASMC: gamma"], "N m/rad"),
+)
+OF_PROPOSED = (
+    *SURFACE,
+    Sought("K(0)", diagonal("controller.K"), *GAIN, 5.0, "N m"),
+    Sought("P(0)", diagonal("controller.P"), 0.1, 1000.0, 10.0, "N m/rad"),
+    Sought("Q", diagonal("controller.Q"), 0.01, 1000.0, 599.0, "N m/(rad s)"),
+    Sought("R", diagonal("controller.R"), 0.001, 1000.0, 6.43, "N m/(rad s)"),
+)
+OF_RISE = (
+    *SURFACE,
+    shared("ks", "ks", 1.0, 300.0, 20.0, "N m s/rad"),
+    shared("alpha", "alpha", 0.01, 40.0, 2.0, "1/s"),
+    shared("beta", "beta", 0.1, 1000.0, 10.0, "N m/s"),
+)
+OF_TERMINAL = (
+    shared("beta", "beta", 1.0, 200.0, 10.0, "rad^(gamma-1)/s^gamma"),
+    one("gamma", "gamma", 1.1, 1.9, 5 / 3, "", (1.01, 1.99), "the law asks for 1 < gamma < 2"),
+    shared("k1", "k1", 1.0, 1000.0, 50.0, "1/s^2"),
+    shared("k2", "k2", 1.0, 1000.0, 50.0, "rad^(1/2)/s^2"),
+    one("phi", "phi", 0.001, 1.0, 0.05, "rad"),
+)
+STIFF, DAMPED = (5.0, 2000.0), (0.5, 200.0)  # N m/rad, N m s/rad
+OF_PID = (
+    *joints("Kp", "Kp", *STIFF, CARD["PID: Kp"], "N m/rad"),
+    *joints("Ki", "Ki", 5.0, 5000.0, CARD["PID: Ki"], "N m/(rad s)"),
+    *joints("Kd", "Kd", *DAMPED, CARD["PID: Kd"], "N m s/rad"),
+)
+
+
 def surface(x: Numbers) -> dict[str, object]:
     """What all sliding laws take."""
-    return {"model": ARM, "Lambda": pair(x, "Lambda"), "phi": x["phi"]}
+    return {"model": ARM, "Lambda": both(x, "Lambda"), "phi": x["phi"]}
 
 
 def learning(x: Numbers) -> dict[str, object]:
@@ -112,11 +174,12 @@ def learning(x: Numbers) -> dict[str, object]:
 def rbf(x: Numbers) -> RbfAsmc:
     """The network with the nodes of the card."""
     centres, widths = np.outer(CARD["RBF-ASMC: centres"], np.ones(4)), CARD["RBF-ASMC: widths"]
-    return RbfAsmc(**learning(x), Gamma=x["Gamma"], sigma=x["sigma"], centres=centres, widths=widths)
+    nodes = {"centres": centres, "widths": widths, "integrator": "exact"}
+    return RbfAsmc(**learning(x), Gamma=x["Gamma"], sigma=x["sigma"], **nodes)
 
 
 def aosmc(x: Numbers) -> AosmcRgs:
-    """The smallest repair of the paper's law, as in a1."""
+    """The smallest repair of the paper's law, as in a1, with (34) in Cayley steps."""
     return AosmcRgs(
         **surface(x),
         K=x["K(0)"] * I,
@@ -126,138 +189,72 @@ def aosmc(x: Numbers) -> AosmcRgs:
         velocity="reference",
         gain_sign="raised",
         gain_shape=CARD["reading of (33)"],
+        integrator="cayley",
     )
 
 
-def observed(x: Numbers, start: tuple[float, float], *, told: bool) -> WithDisturbance:
-    """(10), with an observer of the momentum in place of (24), or with the D of (24) told."""
-    state = Luenberger(ARM, x["L1"] * I, x["L2"] * I, q_hat=start)
-    return WithDisturbance(state, OracleFilter(2, x["l"]) if told else MomentumObserver(ARM, x["l"]))
+def rise(x: Numbers) -> Rise:
+    """With the torque of the reference by the model, and one integral for both joints."""
+    ks, alpha, beta = (x[name] for name in ("ks", "alpha", "beta"))
+    return Rise(both(x, "Lambda"), (alpha, alpha), (ks, ks), (beta, beta), x["phi"], model=ARM)
 
 
-@block
-class Compensated(AbstractController):
-    """A law that counts on the estimated disturbance: tau = the law's torque + D_hat."""
-
-    law: AbstractController
-
-    @property
-    def dof(self) -> int:
-        """That of the law."""
-        return self.law.dof
-
-    @property
-    def memory(self) -> Layout:
-        """That of the law."""
-        return self.law.memory
-
-    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
-        """The sum."""
-        return self.law.torque(t, z, est, ref) + est.d
-
-    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
-        """That of the law."""
-        return self.law.rate(t, z, est, ref)
-
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
-        """Those of the law."""
-        return self.law.signals(z, est, ref)
+def terminal(x: Numbers) -> NonsingularTerminalSlidingMode:
+    """The continuous reaching law, with the root of |s|."""
+    beta, k1, k2 = ((x[name], x[name]) for name in ("beta", "k1", "k2"))
+    return NonsingularTerminalSlidingMode(ARM, beta, x["gamma"], k1, k2, 0.5, x["phi"])
 
 
-def diagonal(name: str) -> tuple[str, str]:
-    """The paths of the diagonal of a matrix."""
-    return f"{name}[0,0]", f"{name}[1,1]"
-
-
-OF_OBSERVERS = (
-    Sought("L1", diagonal("observer.state.L1"), 1.0, 400.0, 30.0, "1/s"),
-    Sought("L2", diagonal("observer.state.L2"), 50.0, 40000.0, 50.0, "1/s^2"),
-    Sought("l", ("observer.disturbance.l",), 1.0, 100.0, CARD["l"], "1/s"),
-)
-OF_PROPOSED = (
-    *SURFACE,
-    Sought("K(0)", diagonal("controller.K"), *GAIN, 5.0, "N m"),
-    Sought("P(0)", diagonal("controller.P"), 0.1, 1000.0, 10.0, "N m/rad"),
-    Sought("Q", diagonal("controller.Q"), 0.01, 1000.0, 599.0, "N m/(rad s)"),
-    Sought("R", diagonal("controller.R"), 0.001, 1000.0, 6.43, "N m/(rad s)"),
-    *OF_OBSERVERS,
-)
-
-
-def measured(
-    law: Callable[[Numbers], AbstractController],
-) -> Callable[..., tuple[AbstractObserver, AbstractController]]:
-    """A law on what the instruments say."""
-    return lambda x, start: (FullState(2), law(x))
-
-
-def behind_observers(entrant: Entrant) -> Entrant:
-    """A law behind the observers of AOSMC-RGS, with D_hat added to its torque."""
-
-    def make(x: Numbers, start: tuple[float, float]) -> tuple[AbstractObserver, AbstractController]:
-        return observed(x, start, told=False), Compensated(entrant.make(x, start)[1])
-
-    own = tuple(
-        replace(one, paths=tuple(path.replace("controller.", "controller.law.") for path in one.paths))
-        for one in entrant.tuned
-    )
-    return Entrant(f"{entrant.name} + observers", make, (*own, *OF_OBSERVERS))
-
-
-PROPOSALS = tuple(
-    Entrant(name, lambda x, start, told=told: (observed(x, start, told=told), aosmc(x)), OF_PROPOSED)
-    for name, told in ((PROPOSED, False), (TOLD, True))
-)
-RIVALS = (
-    Entrant("ASMC", measured(lambda x: AdaptiveSlidingMode(**learning(x))), LEARNED),
-    Entrant(
+LAWS = (
+    Law(PROPOSED, aosmc, OF_PROPOSED, counts_on_d=True),
+    Law("ASMC", lambda x: AdaptiveSlidingMode(**learning(x)), LEARNED),
+    Law(
         "Fuzzy-ASMC",
-        measured(lambda x: FuzzyAsmc(**learning(x), lag=x["lag"], rules=RULES)),
-        (*LEARNED, Sought("lag", ("controller.lag",), 0.005, 0.5, CARD["Fuzzy-ASMC: lag"], "s")),
+        lambda x: FuzzyAsmc(**learning(x), lag=x["lag"], rules=RULES),
+        (*LEARNED, one("lag", "lag", 0.005, 0.5, CARD["Fuzzy-ASMC: lag"], "s")),
     ),
-    Entrant(
+    Law(
         "RBF-ASMC",
-        measured(rbf),
+        rbf,
         (
             *LEARNED,
-            Sought("Gamma", ("controller.Gamma",), 0.1, 1000.0, CARD["RBF-ASMC: Gamma"], "N m/rad"),
-            Sought("sigma", ("controller.sigma",), 0.01, 10.0, CARD["RBF-ASMC: sigma"], "1/s"),
+            one("Gamma", "Gamma", 0.1, 1000.0, CARD["RBF-ASMC: Gamma"], "N m/rad"),
+            one("sigma", "sigma", 0.01, 10.0, CARD["RBF-ASMC: sigma"], "1/s"),
         ),
     ),
-    Entrant(
-        "PID",
-        measured(lambda x: PID(pair(x, "Kp"), pair(x, "Ki"), pair(x, "Kd"))),
-        (
-            *joints("Kp", "Kp", 5.0, 2000.0, CARD["PID: Kp"], "N m/rad"),
-            *joints("Ki", "Ki", 5.0, 5000.0, CARD["PID: Ki"], "N m/(rad s)"),
-            *joints("Kd", "Kd", 0.5, 200.0, CARD["PID: Kd"], "N m s/rad"),
-        ),
-    ),
-    Entrant(
+    Law("PID", lambda x: PID(both(x, "Kp"), both(x, "Ki"), both(x, "Kd")), OF_PID),
+    Law("PID + gravity", lambda x: PID(both(x, "Kp"), both(x, "Ki"), both(x, "Kd"), ARM), OF_PID),
+    Law(
         "SMC",
-        measured(lambda x: SlidingMode(**surface(x), K=pair(x, "K"))),
+        lambda x: SlidingMode(**surface(x), K=both(x, "K")),
         (*SURFACE, *joints("K", "K", *GAIN, CARD["SMC: K"], "N m")),
     ),
-    Entrant(
+    Law(
         "super-twisting",
-        measured(lambda x: SuperTwisting(**surface(x), k1=(x["k1"], x["k1"]), k2=(x["k2"], x["k2"]))),
+        lambda x: SuperTwisting(**surface(x), k1=(x["k1"], x["k1"]), k2=(x["k2"], x["k2"])),
         (
             *SURFACE,
-            Sought("k1", ("controller.k1",), 1.0, 100.0, CARD["super-twisting: k1"][0], "(rad/s^3)^(1/2)"),
-            Sought("k2", ("controller.k2",), 1.0, 1000.0, CARD["super-twisting: k2"][0], "rad/s^3"),
+            one("k1", "k1", 1.0, 100.0, CARD["super-twisting: k1"][0], "(rad/s^3)^(1/2)"),
+            one("k2", "k2", 1.0, 1000.0, CARD["super-twisting: k2"][0], "rad/s^3"),
         ),
     ),
-    Entrant(
+    Law(
         "feedforward + PD",
-        measured(lambda x: StateFeedback(ARM, np.diag(pair(x, "Kp")), np.diag(pair(x, "Kd")))),
+        lambda x: StateFeedback(ARM, np.diag(both(x, "Kp")), np.diag(both(x, "Kd"))),
         (
-            Sought("Kp_1", ("controller.Kp[0,0]",), 5.0, 2000.0, CARD["PID: Kp"][0], "N m/rad"),
-            Sought("Kp_2", ("controller.Kp[1,1]",), 5.0, 2000.0, CARD["PID: Kp"][1], "N m/rad"),
-            Sought("Kd_1", ("controller.Kd[0,0]",), 0.5, 200.0, CARD["PID: Kd"][0], "N m s/rad"),
-            Sought("Kd_2", ("controller.Kd[1,1]",), 0.5, 200.0, CARD["PID: Kd"][1], "N m s/rad"),
+            *diagonals("Kp", "Kp", *STIFF, CARD["PID: Kp"], "N m/rad"),
+            *diagonals("Kd", "Kd", *DAMPED, CARD["PID: Kd"], "N m s/rad"),
         ),
     ),
+    Law(
+        "computed torque",
+        lambda x: ComputedTorque(ARM, both(x, "Kp"), both(x, "Kd")),
+        (
+            *joints("Kp", "Kp", 10.0, 2000.0, (36.0, 36.0), "1/s^2"),
+            *joints("Kd", "Kd", 2.0, 200.0, (12.0, 12.0), "1/s"),
+        ),
+        counts_on_d=True,
+    ),
+    Law("RISE", rise, OF_RISE),
+    Law("terminal SMC", terminal, OF_TERMINAL),
 )
-OBSERVED = tuple(behind_observers(one) for one in RIVALS if one.name in ("SMC", "feedforward + PD"))
-MAIN = (PROPOSALS[0], *RIVALS)
-ENTRANTS = (*MAIN, *OBSERVED, PROPOSALS[1])

@@ -1,6 +1,7 @@
 """The arm by itself: where it rests, how it moves there, and how well others linearise it."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 from paper_laws import ARM
@@ -115,7 +116,8 @@ def _table() -> Table:
         Column("q2", "rad", digits=4),
         Column("poles", "1/s"),
         Column("controllable by", digits=2),
-        Column("observable by", digits=2),
+        Column("observable by, q and qd", digits=2),
+        Column("observable by, q alone", digits=2),
     )
     rows: list[tuple[Cell, ...]] = []
     for point in rests().points:
@@ -123,15 +125,22 @@ def _table() -> Table:
         name = next(words for pose, words in NAMES.items() if np.allclose(pose, point.x[:2], atol=1e-6))
         seen = sorted({shown(pole.value) for pole in poles(G)})
         angles = (float(np.round(angle, 12)) + 0.0 for angle in point.x[:2])
-        margins = (controllability(G).margin, observability(G).margin)
-        rows.append((name, *angles, ", ".join(seen), *margins))
+        rows.append((name, *angles, ", ".join(seen), controllability(G).margin, *observed(G)))
     note = (
-        "Controllable and observable by: the smallest margin of the test of Popov, Belevitch and Hautus, as a share of "
-        "the norm of [A, B] or [A; C]; below 1e-9 a mode would count as lost.",
+        "Controllable and observable by: the margin of the test of Popov, Belevitch and Hautus, which is the least "
+        "singular value of [z I - A, B] or [z I - A; C] for z near an eigenvalue of A, as a share of the norm of "
+        "[A, B] or [A; C], in rad, s and N m; below 1e-9 a mode would count as lost. The outputs are positions and "
+        "velocities, or positions alone, which are all that observer (10) is given.",
     )
     return Table(
         "rest_points", "The rest points of the arm without torque, and their modes.", columns, tuple(rows), note
     )
+
+
+def observed(G: Any) -> tuple[float, float]:
+    """The margins of observability of the arm's linear model by positions and velocities, and by positions alone."""
+    positions = [i for i, label in enumerate(G.output_labels) if label.startswith("q[")]
+    return observability(G).margin, observability(G[positions, :]).margin
 
 
 def _accuracy() -> Table:

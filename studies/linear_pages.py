@@ -1,123 +1,17 @@
-"""How a5 reads: the findings, then each law at rest, its frequency responses, and its path."""
+"""How a5 reads after its findings: each law at rest, its frequency responses, and its path."""
 
 from collections.abc import Sequence
 
 import numpy as np
-from linear_arm import arm_section, deviations, rests, shown
+from linear_arm import arm_section, shown
 from linear_figures import bode, margins_on_path, poles_on_path, sensitivities
-from linear_loops import FINE, LEVEL, POSES, PROPOSED, SEVEN, AtRest, at_rest, late_gain, on_path
-from paper_card import CARD
+from linear_findings import alpha, delay, findings, slow_gain, thinnest
+from linear_loops import LEVEL, POSES, PROPOSED, SEVEN, AtRest, at_rest, late_gain, on_path
 
-from workbench.design.linear import sensitivity
-from workbench.study.document import Cell, Column, Paragraph, Section, Table, Verdict
-from workbench.study.study import Outcome, Results
+from workbench.study.document import Cell, Column, Paragraph, Section, Table
+from workbench.study.study import Results
 
-SHORT = 1.0  # ms, the period of a quick robot controller
 ADAPTIVE = (PROPOSED, "ASMC", "Fuzzy-ASMC", "RBF-ASMC")
-THIN = 0.2  # a disk margin below it allows gains off by a fifth, and no more
-STIFFER = 4.0  # of an observer, to see what its gain is to blame for
-WEAKER = 0.9  # of the torque that is commanded
-
-
-def findings(results: Results) -> Section:
-    """The answers first."""
-    return Section(
-        "What was found",
-        (_rests(), _delay(results), _observer(), _slow(), _twisting(), _adaptation(), _frozen(results)),
-    )
-
-
-def _rests() -> Verdict:
-    worst = deviations()["python-control's linearize"]
-    return Verdict(
-        "holds" if rests().complete else "open",
-        "All rest points of the arm are found.",
-        f"{len(rests().points)} of them, and intervals prove that there are no others. python-control's own linearize, "
-        f"a forward difference, is off by up to {worst:.0e} of the largest entry of A and B; here they are exact.",
-    )
-
-
-def _delay(results: Results) -> Verdict:
-    first, late = delay(at_rest("SMC")), delay(at_rest("ASMC", LEVEL, late_gain(results["FS", "ASMC"])))
-    return Verdict(
-        "holds" if first >= SHORT else "fails",
-        f"The sliding-mode rivals stand a delay of {SHORT:g} ms at the torque.",
-        f"At the level of the second scenario SMC stands {first:.2f} ms, and ASMC, with "
-        f"the gain that it has learned by the end of the first, {late:.2g} ms: a layer of {CARD['phi']:g} rad/s "
-        "makes both loops very fast. What a1 compares are loops in continuous time.",
-    )
-
-
-def _observer() -> Verdict:
-    rest, thin = at_rest(PROPOSED), thinnest()
-    weak, firm = at_rest(PROPOSED, thin), at_rest(PROPOSED, thin, stiffer=STIFFER)
-    pole = float(np.linalg.eigvals(weak.loop.A - WEAKER * weak.loop.B @ weak.loop.C).real.max())
-    return Verdict(
-        "fails" if alpha(weak) < THIN else "holds",
-        "The proposed law is robust at the plant's input wherever it may be asked to stand.",
-        f"Behind its observer it stands a delay of {delay(rest):.0f} ms, far more than its rivals. But its disk "
-        f"margin is {alpha(rest):.2f} at the level of the second scenario and {alpha(weak):.3f} {thin}: there, with "
-        f"torques at {100 * WEAKER:g} % of what is commanded, the slowest pole is {pole:+.2f} 1/s. L2 = 50 of the "
-        f"observer barely outweighs gravity: {STIFFER:g} times as stiff, it leaves a margin of {alpha(firm):.2f}.",
-    )
-
-
-def _slow() -> Verdict:
-    ours, pid, smc = (slow_gain(at_rest(law)) for law in (PROPOSED, "PID", "SMC"))
-    return Verdict(
-        "fails" if ours >= 1 else "holds",
-        "The proposed law rejects slow torques that its observer is not told of.",
-        f"It makes a constant one {ours:.1f} times as large, where SMC leaves {100 * smc:.1f} % of it and PID nothing "
-        f"({pid:.0e} at 0.001 rad/s). Its D_hat knows the disturbance of a1, and only that.",
-    )
-
-
-def thinnest() -> str:
-    """The pose at which the proposed law has the least margin."""
-    return min(POSES, key=lambda pose: alpha(at_rest(PROPOSED, pose)))
-
-
-def _twisting() -> Verdict:
-    rest = at_rest("super-twisting")
-    return Verdict(
-        "fails" if rest.disk is None else "holds",
-        "Spread over the boundary layer, super-twisting has a margin at rest.",
-        f"To first order its root vanishes at s = 0, and what is left oscillates undamped at "
-        f"{abs(rest.poles[0].value):.1f} rad/s, the root of k2 / phi: no margin exists.",
-    )
-
-
-def _adaptation() -> Verdict:
-    same = [abs(alpha(at_rest(law)) - alpha(at_rest("SMC"))) for law in ("ASMC", "Fuzzy-ASMC", "RBF-ASMC")]
-    network, plain = (slow_gain(at_rest(law)) for law in ("RBF-ASMC", "SMC"))
-    return Verdict(
-        "holds" if max(same) < 2e-3 else "fails",
-        "At rest and with the same gain, SMC, ASMC, Fuzzy-ASMC and RBF-ASMC have the same disk margin.",
-        f"It differs by at most {max(same):.0e}: adaptation is of second order in s, and the network of RBF-ASMC is "
-        f"slow and weak, so that of a constant torque it leaves {100 * network:.2f} % instead of {100 * plain:.2f}. "
-        "What tells them apart is the gain that they have learned.",
-    )
-
-
-def _frozen(results: Results) -> Verdict:
-    growing = [(law, _growth(results["FS", law])) for law in SEVEN]
-    worst, rate = max(growing, key=lambda pair: pair[1])
-    within, left = max(((law, _growth(results["FS", law], True)) for law in SEVEN), key=lambda pair: pair[1])
-    return Verdict(
-        "fails" if rate > 0 else "holds",
-        "Along the first scenario every frozen pole decays.",
-        f"Before the layer is reached the saturation has no slope, and the law no feedback of s: the frozen poles of "
-        f"{worst} reach {rate:+.1f} 1/s. Within it the largest is {left:+.1f} 1/s, of {within}. "
-        "Frozen poles do not decide stability; they say where linear design has "
-        "nothing to offer.",
-    )
-
-
-def _growth(outcome: Outcome, within: bool = False) -> float:
-    """The largest real part of a frozen pole, of all instants or of those within the layer."""
-    path = on_path(outcome)
-    largest = path.eigenvalues.real.max(axis=1)
-    return float(largest[path.inside[::FINE]].max() if within else largest.max())
 
 
 def at_rest_section(results: Results) -> Section:
@@ -157,7 +51,7 @@ def _poles_table(results: Results) -> Table:
         rows.append((name, shown(rest.poles[0].value), shown(rest.poles[-1].value), damping, slow_gain(rest)))
     note = (
         "Late K: with the gain at the end of the first scenario. Largest S at rest: by how much the loop leaves, or "
-        "amplifies, a constant torque that no block is told of, at 0.001 rad/s.",
+        "amplifies, a constant torque that no block is given, at 0.001 rad/s.",
     )
     return Table("at_rest", "Poles at rest at the level of the second scenario.", columns, tuple(rows), note)
 
@@ -177,7 +71,7 @@ def _margins_table(results: Results) -> Table:
     rows = tuple((name, *_margins(rest)) for name, rest in _loops(results).items())
     notes = (
         "Gain, phase and delay of one torque, the worse of the two; the last four columns are of both torques at "
-        "once, each changed by itself. A dash: the loop is not asymptotically stable.",
+        "once, each changed independently. A dash: the loop is not asymptotically stable.",
     )
     caption = "Margins at the torque, at rest at the level of the second scenario."
     return Table("margins", caption, columns, rows, notes)
@@ -189,12 +83,6 @@ def _margins(rest: AtRest) -> tuple[Cell, ...]:
     least, most = max(m.gain[0] for m in rest.channels), min(m.gain[1] for m in rest.channels)
     phase = min(m.phase for m in rest.channels)
     return (least, most, phase, delay(rest), rest.disk.alpha, *rest.disk.gain, rest.disk.phase)
-
-
-def slow_gain(rest: AtRest) -> float:
-    """The largest singular value of S at 0.001 rad/s."""
-    S = np.asarray(sensitivity(rest.loop)(1e-3j))
-    return float(np.linalg.norm(S, 2))
 
 
 def _poses_table() -> Table:
@@ -255,16 +143,6 @@ def _path_table(results: Results) -> Table:
         rows.append((law, share, float(real.max()), float(real.min()), float(known.min()), float(known.max())))
     note = ("Poles every 0.1 s, margins every second.",)
     return Table("path", "Frozen poles and margins along the first scenario.", columns, tuple(rows), note)
-
-
-def delay(rest: AtRest) -> float:
-    """The delay that a loop stands at either torque, in ms."""
-    return 1e3 * min((m.delay for m in rest.channels), default=0.0)
-
-
-def alpha(rest: AtRest) -> float:
-    """The disk margin; 0 where there is none."""
-    return rest.disk.alpha if rest.disk else 0.0
 
 
 def sections(results: Results) -> Sequence[Section]:

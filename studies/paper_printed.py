@@ -35,9 +35,10 @@ CHANGES = {
     "(24)": "slip (24): D_hat is the integral of eta",
     "(28)": "slip (28): qd_d and qdd_d in place of the reference velocity",
     "(33)": "slip (33): the minus sign",
-    "D_hat in (10)": "one repair more: the observer (10) is told D_hat",
+    "D_hat in (10)": "one repair more: the observer (10) is given D_hat, an oracle",
 }
 LATE = 5.0  # s, from when on an error counts as late
+SHORT = 10.0  # s, the horizon at which changes and readings are compared with one another
 FAR = 10.0  # rad, beyond which a path is lost
 PLANTS = {"derived arm": ARM, "printed arm": PRINTED_ARM}
 
@@ -71,8 +72,8 @@ def leaves(outcome: Outcome) -> float | None:
     return float(outcome.t[beyond[0]]) if beyond.size else None
 
 
-def printed_section(results: Results) -> Section:
-    """As printed, in each reading of (33), on both arms."""
+def printed_section(results: Results, small_q: Table) -> Section:
+    """As printed, in each reading of (33), on both arms; then with a small Q."""
     rows: list[tuple[Cell, ...]] = []
     for scenario, title in SCENARIOS.items():
         for shape in SHAPES:
@@ -98,8 +99,8 @@ def printed_section(results: Results) -> Section:
         (
             Paragraph(
                 "Equation (33) multiplies a matrix, a vector and a vector of signs, which has no consistent shape: "
-                "each reading gives it one. With its minus sign the gain falls until it is no longer positive "
-                "definite, as (29) asks it to be. The readings, from the expression that is simulated:"
+                "each reading gives it one. With its minus sign the gain falls, while (29) asks it to stay "
+                "positive definite. The readings, from the expression that is simulated:"
             ),
             Equation(readings(), note="(33) as printed, in its readings outer, elementwise, diagonal and norm"),
             Paragraph(
@@ -107,6 +108,8 @@ def printed_section(results: Results) -> Section:
                 "an arm that itself obeys (3) as printed."
             ),
             table,
+            Paragraph("Q and R are not stated, and Q = R = I is assumed here. With a smaller Q, K falls more slowly:"),
+            small_q,
             components(
                 "printed_gain",
                 "The gain of the law as printed (first scenario, reading 'outer', derived arm) until the run ends.",
@@ -221,11 +224,12 @@ def repair_section(results: Results) -> Section:
             ),
             Paragraph(
                 (
-                    "The late error is the bias of observer (10), which ignores ",
+                    "The late error is the bias of observer (10), which leaves out ",
                     symbol("D"),
-                    f": joint 2 falls from {before:.3f} to {after:.3f} rad where the observer is told ",
+                    f": joint 2 falls from {before:.3f} to {after:.3f} rad where the observer is given ",
                     symbol("D_hat"),
-                    ". RMSE over the horizon does not show it, as the initial error dominates.",
+                    ", which here is filtered from the true disturbance. In RMSE over the horizon the initial error "
+                    "hides it.",
                 )
             ),
             Paragraph(LEFT),

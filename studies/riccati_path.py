@@ -14,8 +14,10 @@ from workbench.core.layout import Array
 from workbench.design.riccati import care
 from workbench.design.riccati_flow import RiccatiFlow, fpre, rde
 from workbench.study.study import Outcome
+from workbench.validation.words import Integers
 
 WINDOW = 2.5  # s: the approach, and in the second scenario one jump
+EVENLY = 10_001  # evenly spaced times, of which a median over time is taken
 INSTANTS = 60  # at which the algebraic equation is solved
 RTOL = 1e-4  # of the equations in time: the path between kept states is a spline, and known no better
 B, Q, R = np.diag(CARD["Lambda"]), np.asarray(CARD["Q"]), np.asarray(CARD["R"])
@@ -37,6 +39,8 @@ class Compared:
         (32) minimised from each time to the end of the window, and (34) solved again.
     growth
         The largest real part of an eigenvalue of A = -M^-1 K at each time, in 1/s.
+    memory
+        The longest time in which a difference of two solutions of (34) near X falls to 1/e, in s, over the instants.
     residual
         The largest residual of X among the instants.
     ratios
@@ -50,6 +54,7 @@ class Compared:
     backward: RiccatiFlow
     forward: RiccatiFlow
     growth: Array
+    memory: float
     residual: float
     ratios: Mapping[str, float]
 
@@ -63,8 +68,7 @@ def compared(outcome: Outcome) -> Compared:
     A = np.array(
         [-np.linalg.solve(M, k) for M, k in zip(inertia(run["observer.state.q_hat"][0, inside]), K, strict=True)]
     )
-    kept = np.unique(np.geomspace(1, len(t), INSTANTS).round().astype(int) - 1)
-    kept = np.union1d(kept, np.linspace(0, len(t) - 1, INSTANTS).round().astype(int))
+    kept = instants(len(t))
     solved = [care(A[i], B, Q, R) for i in kept]
     X, path = np.array([found.X for found in solved]), CubicSpline(t, A)
     backward = rde(path, B, Q, R, ZERO, t[kept], rtol=RTOL)
@@ -82,9 +86,16 @@ def compared(outcome: Outcome) -> Compared:
         backward,
         fpre(path, B, Q, R, P[0], t[kept], rtol=RTOL),
         np.linalg.eigvals(A[kept]).real.max(axis=1),
+        -0.5 / float(np.linalg.eigvals(A[kept] - G @ X).real.max()),
         max(found.certificate.residual for found in solved),
         {name: worst(cost(path, choice, t[kept]), backward.P[0]) for name, choice in choices.items()},
     )
+
+
+def instants(states: int) -> Integers:
+    """The numbers of those of the kept states at which the algebraic equation is solved: more of the early ones."""
+    early = np.geomspace(1, states, INSTANTS) - 1
+    return np.union1d(early.round(), np.linspace(0, states - 1, INSTANTS).round()).astype(int)
 
 
 def cost(path: Callable[[float], Array], choice: Callable[[float], Array], t: Array) -> Array:
@@ -110,6 +121,17 @@ def worst(Y: Array, least: Array) -> float:
 def distance(P: Array, X: Array) -> Array:
     """The norm of P - X over that of X, (N,)."""
     return np.asarray(np.linalg.norm(P - X, axis=(1, 2)) / np.linalg.norm(X, axis=(1, 2)))
+
+
+def median_in_time(values: Array, t: Array) -> float:
+    """Half of the time from t[0] to t[-1] the values (N,) are at most this; between their times they are linear."""
+    return float(np.median(np.interp(np.linspace(t[0], t[-1], EVENLY), t, values)))
+
+
+def rise(K: Array, t: Array) -> float:
+    """The first time at which the norm of K - K(0) is 1 - 1/e of its largest, in s."""
+    moved = np.linalg.norm(K - K[0], axis=(1, 2))
+    return float(t[np.argmax(moved >= (1 - np.exp(-1)) * moved.max())])
 
 
 def symmetric(X: Array) -> Array:

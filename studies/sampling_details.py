@@ -3,12 +3,11 @@
 from collections.abc import Sequence
 
 import numpy as np
-from linear_loops import SEVEN
 from sampling_card import LATE, NOISY, PERIODS, REALISTIC, SEED
-from sampling_evidence import PLACES, SOME, Evidence
+from sampling_evidence import PLACES, ROWS, SOME, Evidence
 from sampling_figures import steps
 from sampling_folded import K, Row
-from sampling_loops import LATE_ERROR, RMSE, SWITCHING, TV, Computer
+from sampling_loops import LATE_ERROR, RMSE, SWITCHING, TV, WAYS, Computer
 from sampling_sections import MS, UNITS, cell
 from sampling_steps import Curve
 
@@ -73,23 +72,18 @@ def _rough(evidence: Evidence, metric: str) -> Table:
     unit, scale = UNITS[metric]
     heads = ("continuous", MS, "late", "noisy", "both")
     columns = (Column("law"), Column("where"), *(Column(head, unit, "right") for head in heads))
-    kinds = (
-        evidence.still(metric),
-        *(
-            evidence.at(metric, REALISTIC, delay, noise)
-            for delay, noise in ((False, False), (True, False), (False, True), (True, True))
-        ),
-    )
-    rows = tuple(
-        (law, f"{scenario}, joint {joint + 1}", *(cell(scores(law, scenario, joint), scale) for scores in kinds))
-        for law in SEVEN
-        for scenario, joint in PLACES
-    )
+    rough = ((False, False), (True, False), (False, True), (True, True))
+    rows = []
+    for law, way, label in ROWS:
+        kinds = (evidence.still(metric), *(evidence.at(metric, REALISTIC, *how, stepping=way) for how in rough))
+        for scenario, joint in PLACES:
+            cells = (cell(scores(law, scenario, joint), scale) for scores in kinds)
+            rows.append((label, f"{scenario}, joint {joint + 1}", *cells))
     name = "rough_rmse" if metric == RMSE else "rough_tv"
     notes = (
         () if metric == RMSE else (f"In kN m/s, TV at {MS} is also the mean change of a torque in a period, in N m.",)
     )
-    return Table(name, f"{metric} at {MS}, with delay and noise.", columns, rows, notes)
+    return Table(name, f"{metric} at {MS}, with delay and noise.", columns, tuple(rows), notes)
 
 
 def theory_section(rows: Sequence[Row]) -> Section:
@@ -141,6 +135,12 @@ def _pair(frequency: float, amplitude: str) -> str:
     return f"{frequency / (2 * np.pi):.1f}, {amplitude}"
 
 
+def _by_way(evidence: Evidence) -> str:
+    """How many of all lost runs each way to step the memories has."""
+    lost = {way: sum(int(a.lost.sum()) for key, a in evidence.audits.items() if key[2].stepping == way) for way in WAYS}
+    return ", ".join(f"{lost[way]} with {words}" for way, words in WAYS.items())
+
+
 def trust_section(evidence: Evidence, curves: Sequence[Curve]) -> Section:
     """Steps and errors."""
     columns = (
@@ -172,9 +172,9 @@ def trust_section(evidence: Evidence, curves: Sequence[Curve]) -> Section:
             ),
             Table("trust", caption, columns, rows),
             Paragraph(
-                f"Of {len(evidence.audits)} loops beneath a computer {lost} diverged with exact readings, and {rough} "
-                f"of {NOISY * len(evidence.audits)} runs with noise. They are named, count as above all others and are "
-                f"never averaged away. The seed of the noise is {SEED}."
+                f"Of {len(evidence.audits)} loops with a computer {lost} diverged with exact readings, and {rough} "
+                f"of {NOISY * len(evidence.audits)} runs with noise, {_by_way(evidence)}. They are named, count as "
+                f"above all others and are never averaged away. The seed of the noise is {SEED}."
             ),
             steps(curves),
         ),

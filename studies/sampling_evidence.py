@@ -6,19 +6,26 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from linear_loops import SEVEN
+from linear_loops import PROPOSED, SEVEN
 from paper_card import LAWS, PUBLISHED
 from paper_comparison import MARGIN
 from sampling_card import PERIODS, QUIET, REALISTIC, TRACKS
-from sampling_loops import RMSE, SCENARIOS, SWITCHING, TV, Audit, Computer, audit, exact
+from sampling_loops import RMSE, SCENARIOS, SWITCHING, TV, WAYS, Audit, Computer, audit, exact
 from sampling_safe import Longest, exact_limit, frozen, longest, rule_of_thumb
 
 from workbench.core.layout import Array
+from workbench.study.causes import Causes
 from workbench.study.comparison import order
 from workbench.study.study import Outcome, Results
 
+APART = (5e-3, 1e-2)  # s, the periods at which integrator and law are told apart
 SOME = (2e-4, 1e-3, 5e-3)  # s, the periods at which the other ways to switch are looked at
 PLACES = tuple((scenario, joint) for scenario in SCENARIOS for joint in (0, 1))
+ROWS = (  # of tables and figures: a law, how its memory steps, and what it is called there
+    (PROPOSED, "euler", f"{PROPOSED}, Euler"),
+    (PROPOSED, "cayley", f"{PROPOSED}, Cayley"),
+    *((law, "euler", law) for law in SEVEN if law != PROPOSED),
+)
 Score = tuple[float, float]
 Scores = Callable[[str, str, int], Score]  # of a law, a scenario and a joint
 
@@ -41,7 +48,7 @@ class Safe:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """The loops in continuous time by (law, scenario), beneath computers, and the safe periods by law."""
+    """The loops in continuous time by (law, scenario), those run by computers, and the safe periods by law."""
 
     continuous: Mapping[tuple[str, str], Audit]
     audits: Mapping[tuple[str, str, Computer], Audit]
@@ -51,19 +58,27 @@ class Evidence:
         """The scores in continuous time."""
         return lambda law, scenario, joint: self.continuous[law, scenario].score(metric, joint)
 
-    def at(self, metric: str, period: float, delay: bool = False, noisy: bool = False) -> Scores:
-        """The scores beneath a computer."""
+    def at(
+        self, metric: str, period: float, delay: bool = False, noisy: bool = False, stepping: str = "euler"
+    ) -> Scores:
+        """The scores with a computer, in which AOSMC-RGS steps in one of `WAYS` and all others by explicit Euler."""
 
         def score(law: str, scenario: str, joint: int) -> Score:
-            found = self.audits[law, scenario, Computer(period, delay)]
+            way = stepping if law == PROPOSED else "euler"
+            found = self.audits[law, scenario, Computer(period, delay, stepping=way)]
             return found.noisy_score(metric, joint) if noisy else found.score(metric, joint)
 
         return score
 
-    def lost(self, law: str, scenario: str, period: float) -> int:
+    def lost(self, law: str, scenario: str, period: float, stepping: str = "euler") -> int:
         """How many runs without delay diverged, the one with exact readings and those with noise."""
-        found = self.audits[law, scenario, Computer(period)]
-        return (found.diverged_at is not None) + int(np.isnan(found.noisy[RMSE][:, 0]).sum())
+        way = stepping if law == PROPOSED else "euler"
+        return int(self.audits[law, scenario, Computer(period, stepping=way)].lost.sum())
+
+    def causes(self, scenario: str, period: float) -> Causes:
+        """Why the runs of AOSMC-RGS diverge that explicit Euler loses, of those periods at which all ways were run."""
+        ways = {way: self.audits[PROPOSED, scenario, Computer(period, stepping=way)].lost for way in WAYS}
+        return Causes({way: lost[ways["euler"] == 1] for way, lost in ways.items()})
 
     def worst_step(self, metric: str, period: float) -> float:
         """The largest relative change of a metric by half the substep, of all runs that stayed finite."""
@@ -83,10 +98,14 @@ def gathered(results: Results) -> Evidence:
 
 
 def plan() -> Iterator[tuple[str, str, Computer]]:
-    """Which laws run beneath which computers."""
+    """Which laws run on which computers."""
     for period in PERIODS:
         yield from ((law, scenario, Computer(period)) for law in SEVEN for scenario in SCENARIOS)
+        yield from ((PROPOSED, scenario, Computer(period, stepping="cayley")) for scenario in SCENARIOS)
     yield from ((law, scenario, Computer(REALISTIC, delay=True)) for law in SEVEN for scenario in SCENARIOS)
+    yield from ((PROPOSED, scenario, Computer(REALISTIC, True, stepping="cayley")) for scenario in SCENARIOS)
+    for way in ("cayley34", "fine"):
+        yield from ((PROPOSED, scenario, Computer(T, stepping=way)) for scenario in SCENARIOS for T in APART)
     for switching, laws in SWITCHING.items():
         yield from ((law, "FS", Computer(period, switching=switching)) for law in laws for period in SOME)
 
@@ -141,7 +160,7 @@ class Flip:
     period: float
 
 
-def flips(evidence: Evidence, metric: str) -> tuple[Flip, ...]:
+def flips(evidence: Evidence, metric: str, stepping: str = "euler") -> tuple[Flip, ...]:
     """Each pair of the paper's laws that changes places, with exact readings and with noisy ones alike."""
     found = []
     still = evidence.still(metric)
@@ -152,7 +171,7 @@ def flips(evidence: Evidence, metric: str) -> tuple[Flip, ...]:
                 continue
             better, worse = (a, b) if before == "below" else (b, a)
             for period in PERIODS:
-                both = (evidence.at(metric, period, noisy=noisy) for noisy in (False, True))
+                both = (evidence.at(metric, period, noisy=noisy, stepping=stepping) for noisy in (False, True))
                 if all(judged(now(better, scenario, joint), now(worse, scenario, joint)) == "above" for now in both):
                     found.append(Flip(scenario, joint, better, worse, period))
                     break

@@ -4,10 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from a1_paper_tables import STYLES
-from linear_loops import SEVEN
 from paper_comparison import SCENARIOS as TITLES
 from sampling_card import PERIODS
-from sampling_evidence import PLACES, Evidence
+from sampling_evidence import PLACES, ROWS, Evidence
 from sampling_loops import RMSE, TV
 from sampling_steps import LAWS, Curve
 
@@ -36,12 +35,13 @@ def _over_periods(evidence: Evidence, metric: str, name: str, ylabel: str, capti
     x = 1e3 * np.array(PERIODS)
     for scenario, joint in PLACES:
         series = []
-        for law in SEVEN:
-            y = np.array([evidence.at(metric, period)(law, scenario, joint)[0] for period in PERIODS])
+        for law, way, label in ROWS:
+            y = np.array([evidence.at(metric, T, stepping=way)(law, scenario, joint)[0] for T in PERIODS])
             y[np.isinf(y)] = np.nan
-            series.append(Series(law, x, y, STYLES[law]))
+            style = STYLES[law] if way == "euler" else len(STYLES)
+            series.append(Series(label, x, y, style))
             still = evidence.still(metric)(law, scenario, joint)[0]
-            series.append(Series(law, [x[0]], [still], STYLES[law], look="marks"))
+            series.append(Series(label, [x[0]], [still], style, look="marks"))
         title = f"{TITLES[scenario]}, joint {joint + 1}"
         panels.append(Panel(ylabel, tuple(series), PERIOD, xscale="log", yscale="log", title=title))
     return Figure(name, f"{caption} {NOTE}", tuple(panels), columns=2)
@@ -59,6 +59,6 @@ def steps(curves: Sequence[Curve]) -> Figure:
         )
     caption = (
         "Total variation of the first torque over the step of Runge-Kutta, first scenario, 10 s: in continuous time a "
-        "step of the loop, beneath the computer a step of the plant within its period."
+        "step of the loop, with the computer a step of the plant within its period."
     )
     return Figure("tv_steps", caption, tuple(panels), columns=2)

@@ -8,15 +8,15 @@ from paper_card import LAWS
 from paper_comparison import MARGIN
 from sampling_card import NOISY, PERIODS, QUIET, REALISTIC, RULE
 from sampling_evidence import PLACES, SOME, Evidence, flips, judged, printed
-from sampling_loops import RMSE, SCENARIOS, SWITCHING, TV, Audit, Computer
+from sampling_integrator import GIVEN, finite, integrator
+from sampling_loops import RMSE, SWITCHING, TV, Audit, Computer
 from sampling_steps import Curve
 
 from workbench.study.document import Section, Verdict
 
-ALIKE = 0.02  # of the total variation, by which it may depend on the substep
 FORESEEN = 1.15  # the factor within which a foreseen period is right: searches end 1.12 apart
-HALF = (0.4, 0.6)
 MS = f"{1e3 * REALISTIC:g} ms"
+QUIETLY = f"Quiet: at most {QUIET:g} times the total variation of continuous time."
 
 
 def findings(evidence: Evidence, curves: Sequence[Curve]) -> Section:
@@ -25,6 +25,7 @@ def findings(evidence: Evidence, curves: Sequence[Curve]) -> Section:
         "What was found",
         (
             finite(evidence),
+            integrator(evidence),
             unseen(evidence),
             survives(evidence),
             places(evidence),
@@ -39,79 +40,93 @@ def findings(evidence: Evidence, curves: Sequence[Curve]) -> Section:
     )
 
 
-def finite(evidence: Evidence) -> Verdict:
-    """Whether every run stays finite."""
-    lost = {
-        f"{law} at {1e3 * period:g} ms ({scenario}, {count} of {1 + NOISY} runs)": count
-        for period in PERIODS
-        for law in SEVEN
-        for scenario in SCENARIOS
-        if (count := evidence.lost(law, scenario, period))
-    }
-    return Verdict(
-        "fails" if lost else "holds",
-        f"Every law stays finite up to {1e3 * max(PERIODS):g} ms, without delay, with noise and without.",
-        f"In both scenarios; diverged: {', '.join(lost) or 'none'}.",
-    )
-
-
 def unseen(evidence: Evidence) -> Verdict:
-    """Whether the paper's own figure shows the computer."""
+    """How far the paper's own figure shows the computer."""
     still, now = evidence.still(RMSE), evidence.at(RMSE, REALISTIC)
     change = {(law, *place): abs(now(law, *place)[0] / still(law, *place)[0] - 1) for law in SEVEN for place in PLACES}
     worst = max(change, key=lambda key: change[key])
+    error = now(*worst)[1] / still(*worst)[0]
     factor = {law: max(variation(evidence, law, *place) for place in PLACES) for law in SEVEN}
     loud, calm = max(factor, key=lambda law: factor[law]), [law for law in SEVEN if factor[law] <= QUIET]
     quiet = f" Only {_and(calm)} {'stay' if len(calm) > 1 else 'stays'} within {QUIET:g} times." if calm else ""
     return Verdict(
-        "holds" if change[worst] <= MARGIN else "fails",
-        f"A computer of {MS} leaves the RMSE (43) of every law within {100 * MARGIN:g} % of continuous time.",
-        f"It changes by up to {100 * change[worst]:.2f} % ({_at(worst)}). The total variation of the torque becomes up "
-        f"to {_round(factor[loud])} times what it is in continuous time ({loud}).{quiet}",
+        "found",
+        f"A computer of {MS} changes the RMSE (43) of a law by up to {100 * change[worst]:.2f} %, and the total "
+        f"variation of its torque by a factor of up to {_round(factor[loud])}.",
+        f"The RMSE of {_at(worst)} changes most, with an error of {100 * error:.2f} %; the variation that of {loud}."
+        f"{quiet}",
+        estimand=f"Each over continuous time, the largest of {len(SEVEN)} laws and {len(PLACES)} joints and scenarios, "
+        "one run each with exact readings, without delay, by explicit Euler.",
+        given=GIVEN,
+        reversal="A wider layer or a smaller gain, with which the laws do not chatter at this period.",
     )
 
 
 def variation(evidence: Evidence, law: str, scenario: str, joint: int, period: float = REALISTIC) -> float:
-    """Total variation beneath a computer over that in continuous time."""
+    """Total variation with a computer over that in continuous time."""
     return evidence.at(TV, period)(law, scenario, joint)[0] / evidence.still(TV)(law, scenario, joint)[0]
 
 
 def survives(evidence: Evidence) -> Verdict:
-    """Whether a realistic computer changes what holds of the published ranking."""
-    before, now = printed(evidence.still(RMSE)), printed(evidence.at(RMSE, REALISTIC, delay=True, noisy=True))
+    """How much of what holds of the published ranking a realistic computer leaves."""
+    before, now, by_cayley = (
+        printed(evidence.still(RMSE)),
+        *(printed(evidence.at(RMSE, REALISTIC, delay=True, noisy=True, stepping=way)) for way in ("euler", "cayley")),
+    )
     turned, opened = before.below & now.above, before.below & now.undecided
     return Verdict(
-        "fails" if turned else "open" if opened else "holds",
-        f"What holds of the published ranking in continuous time holds at {MS}, a period late, with noise.",
-        f"Of the printed pairs, in continuous time {before.text}; beneath the realistic computer {now.text}. Of the "
-        f"{len(before.below)} that held, {len(turned)} are turned and {len(opened)} become too close to call.",
+        "found",
+        f"Of {len(before.below)} printed pairs of laws that hold in continuous time {len(before.below & now.below)} "
+        f"hold at {MS}, a period late, with noise.",
+        f"{len(turned)} are turned and {len(opened)} become too close to call. Of all printed pairs, in continuous "
+        f"time {before.text}; with this computer {now.text}, and with Cayley steps of AOSMC-RGS {by_cayley.text}.",
+        estimand=f"Order by RMSE (43): with noise the mean of {NOISY} runs, apart by more than {100 * MARGIN:g} % and "
+        "twice the standard errors.",
+        given=GIVEN,
+        reversal="A longer period, or other numbers of the rivals, which the paper does not state (a6).",
     )
 
 
 def places(evidence: Evidence) -> Verdict:
-    """Whether laws change places by RMSE as the period grows."""
-    found = flips(evidence, RMSE)
-    statement = f"No two of the paper's laws change places by RMSE (43) up to {1e3 * max(PERIODS):g} ms."
-    if not found:
-        return Verdict("holds", statement, "Every pair that is decided in continuous time stays or becomes open.")
-    first = min(flip.period for flip in found)
+    """Which laws change places by RMSE as the period grows."""
+    found, by_euler = flips(evidence, RMSE, "cayley"), flips(evidence, RMSE)
+    first = min((flip.period for flip in found), default=np.inf)
+    before = max((T for T in PERIODS if first > T), default=0.0)
     early = [f"{f.better} and {f.worse} ({f.scenario}, joint {f.joint + 1})" for f in found if f.period == first]
+    ours, euler = (sum(PROPOSED in (f.better, f.worse) for f in kind) for kind in (found, by_euler))
+    pairs = len(PLACES) * len(LAWS) * (len(LAWS) - 1) // 2
     return Verdict(
-        "fails", statement, f"{len(found)} pairs do, the first from {1e3 * first:g} ms on: {', '.join(early)}."
+        "found",
+        f"By RMSE (43) all pairs of the paper's laws keep their order up to {1e3 * before:g} ms; by "
+        f"{1e3 * max(PERIODS):g} ms {len(found)} of {pairs} have changed it.",
+        (f"At {1e3 * first:g} ms these change: {', '.join(early)}. " if early else "")
+        + f"Pairs with AOSMC-RGS that change: {ours}, and with explicit Euler {euler}, as a run that diverges ranks "
+        "above all others.",
+        estimand=f"Order in one run with exact readings and by the mean of {NOISY} with noise, where both agree, "
+        f"beyond {100 * MARGIN:g} % and both errors; {len(PERIODS)} periods without delay.",
+        given=f"{GIVEN} AOSMC-RGS steps by Cayley, all others by explicit Euler.",
+        reversal="Explicit Euler of (34), for the pairs with AOSMC-RGS.",
     )
 
 
 def quieter(evidence: Evidence) -> Verdict:
-    """The paper's claim of reduced chattering, beneath a computer."""
-    now = evidence.at(TV, REALISTIC)
-    rivals = [law for law in LAWS if law != PROPOSED]
-    stands = [judged(now(PROPOSED, *place), now(rival, *place)) for place in PLACES for rival in rivals]
+    """The paper's claim of reduced chattering, in a sampled-data loop."""
+    now, rivals = evidence.at(TV, REALISTIC), [law for law in LAWS if law != PROPOSED]
+    stands, by_cayley = (
+        [judged(at(PROPOSED, *place), at(rival, *place)) for place in PLACES for rival in rivals]
+        for at in (now, evidence.at(TV, REALISTIC, stepping="cayley"))
+    )
     largest = max(now(PROPOSED, *place)[0] for place in PLACES)
     return Verdict(
-        "fails" if "above" in stands else "open" if "undecided" in stands else "holds",
-        f"Beneath a computer of {MS} AOSMC-RGS chatters less than its rivals (TV).",
-        f"Below the rival in {stands.count('below')} of {len(stands)} comparisons, above in {stands.count('above')}. "
-        f"Its torque varies by up to {_round(largest)} N m/s: by {_round(largest * REALISTIC)} N m each period.",
+        "found",
+        f"At {MS} AOSMC-RGS has a smaller total variation than the rival in {stands.count('below')} of {len(stands)} "
+        f"comparisons, and a larger one in {stands.count('above')}.",
+        f"By Cayley steps it is smaller in {by_cayley.count('below')}, larger in {by_cayley.count('above')}. Its "
+        f"torque varies by up to {_round(largest)} N m/s: by {_round(largest * REALISTIC)} N m each period. The paper "
+        "claims reduced chattering.",
+        estimand="TV of the held torque of one run with exact readings, without delay, at each joint in each scenario.",
+        given=GIVEN,
+        reversal="A wider layer, or other gains of the rivals, which the paper does not state.",
     )
 
 
@@ -127,10 +142,14 @@ def foreseen(evidence: Evidence) -> Verdict:
         if not (seen.safe or 0.0) / FORESEEN <= limit <= (seen.unsafe or np.inf) * FORESEEN
     ]
     return Verdict(
-        "fails" if wrong else "holds",
-        "The multipliers of the frozen loop foretell the longest period without chattering.",
-        f"Within a factor {FORESEEN:g} of what the search by runs leaves, in {len(asked) - len(wrong)} of {len(asked)} "
-        "cases, with a period of delay and without" + (f"; not for {_and(wrong)}." if wrong else "."),
+        "found",
+        f"The multipliers of the frozen loop foretell the longest period without chattering within a factor "
+        f"{FORESEEN:g} in {len(asked) - len(wrong)} of {len(asked)} cases.",
+        f"They do not for {_and(wrong)}." if wrong else "",
+        estimand=f"{len(SEVEN)} laws, with a period of delay and without, beside what a search by runs in both "
+        f"scenarios leaves. {QUIETLY}",
+        given=GIVEN,
+        reversal="Noise, which no multiplier knows of.",
     )
 
 
@@ -145,14 +164,22 @@ def thumb(evidence: Evidence) -> Verdict:
     near = [law for law, (quiet, unsafe) in ratios.items() if quiet < 1 <= unsafe]
     late = [law for law, (rule, safe) in ruled.items() if (safe.late_quiet.unsafe or np.inf) < rule]
     listed = ", ".join(f"{law} {low:.2f} to {high:.2f}" for law, (low, high) in ratios.items())
+    safe_for = len(ratios) - len(over) - len(near)
     return Verdict(
-        "fails" if over else "open" if near else "holds",
-        ("For a computer without delay ", RULE, ", with the least eigenvalue of M, is a safe period."),
-        f"The longest quiet period over the rule: {listed}. The rule takes the largest gain at the worst pose, "
-        "which is the limit itself where all gains are equal, and too strict elsewhere"
-        + (f"; for {_and(near)} the search leaves it open. " if near else ". ")
-        + "With a period of delay it is "
-        + (f"too long for {_and(late)}." if late else "safe too."),
+        "found",
+        (
+            "Without delay ",
+            RULE,
+            f", with the least eigenvalue of M, is a safe period of {safe_for} of {len(ratios)} laws.",
+        ),
+        f"The longest quiet period over the rule: {listed}."
+        + (f" It is too long for {_and(over)}." if over else "")
+        + (f" For {_and(near)} the search leaves it open." if near else "")
+        + (f" With a period of delay it is too long for {_and(late)}." if late else ""),
+        estimand=f"The rule with the largest gain of a run and the worst pose, beside a search by runs in both "
+        f"scenarios. {QUIETLY}",
+        given=GIVEN,
+        reversal="A period of delay." if late else "A larger gain than those of these runs.",
     )
 
 
@@ -163,17 +190,21 @@ def halved(evidence: Evidence) -> Verdict:
         for law, safe in evidence.safe.items()
         if safe.quiet.safe and safe.late_quiet.safe and safe.quiet.unsafe
     }
-    odd = [law for law, ratio in ratios.items() if not HALF[0] <= ratio <= HALF[1]]
-    listed = ", ".join(f"{law} {ratio:.2f}" for law, ratio in ratios.items())
+    if not ratios:
+        return Verdict("open", "What a period of delay does to the longest period without chattering is not known.")
+    low, high = min(ratios.values()), max(ratios.values())
     return Verdict(
-        "open" if not ratios else "fails" if odd else "holds",
-        "One period of delay halves the longest period without chattering.",
-        f"Longest with the delay over longest without: {listed or 'known of no law'}.",
+        "found",
+        f"With a period of delay the longest period without chattering is {low:.2f} to {high:.2f} times as long.",
+        f"By law: {', '.join(f'{law} {ratio:.2f}' for law, ratio in ratios.items())}.",
+        estimand=f"The longest period with the delay over the longest without, of {len(ratios)} laws that have both, "
+        f"by a search by runs in both scenarios. {QUIETLY}",
+        given=GIVEN,
     )
 
 
 def noisy(evidence: Evidence) -> Verdict:
-    """Whether a layer that suits the period suits the noise."""
+    """How many runs whose layer suits the period chatter with noise."""
     quiet: dict[tuple[str, str, int, float], float] = {}
     for law in SEVEN:
         for place in PLACES:
@@ -181,19 +212,25 @@ def noisy(evidence: Evidence) -> Verdict:
                 if law != "PID" and variation(evidence, law, *place, period) <= QUIET:
                     still = evidence.still(TV)(law, *place)[0]
                     quiet[law, *place, period] = evidence.at(TV, period, noisy=True)(law, *place)[0] / still
+    if not quiet:
+        return Verdict("open", "No law with a layer is quiet with exact readings.")
     loud = [key for key, factor in quiet.items() if factor > QUIET]
-    worst = max(quiet, key=lambda key: quiet[key], default=None)
-    most = f" The worst: {_round(quiet[worst])} times ({_at(worst[:3])}, {1e3 * worst[3]:g} ms)." if worst else ""
+    worst = max(quiet, key=lambda key: quiet[key])
     return Verdict(
-        "open" if worst is None else "fails" if loud else "holds",
-        "A law with a layer that is quiet with exact readings is quiet with noisy ones.",
-        f"Of {len(quiet)} runs that are quiet (at most {QUIET:g} times the total variation of continuous time), "
-        f"{len(loud)} are not with noise.{most} The slope K / phi of a layer makes torque of noise.",
+        "found",
+        f"Of {len(quiet)} cases in which a law with a layer is quiet with exact readings, {len(loud)} chatter with "
+        "noise.",
+        f"The worst varies {_round(quiet[worst])} times as much as in continuous time ({_at(worst[:3])}, "
+        f"{1e3 * worst[3]:g} ms). The slope K / phi of a layer makes torque of noise.",
+        estimand=f"Cases: a law, joint, scenario and period without delay; with noise the mean of {NOISY} runs. "
+        f"{QUIETLY}",
+        given=GIVEN,
+        reversal="Readings with less noise than assumed, or a filter of the velocities: none is in these loops.",
     )
 
 
 def implicit(evidence: Evidence) -> Verdict:
-    """Whether the implicit relay keeps quiet."""
+    """How quiet the implicit relay is."""
     laws, still = SWITCHING["implicit"], evidence.still(TV)
 
     def found(law: str, period: float) -> Audit:
@@ -209,25 +246,31 @@ def implicit(evidence: Evidence) -> Verdict:
     rough = {law: found(law, REALISTIC).noisy_score(TV, 0)[0] for law in laws}
     loud = max(laws, key=lambda law: rough[law])
     return Verdict(
-        "holds" if factors[worst] <= QUIET else "fails",
-        f"A relay by backward Euler does not chatter from {1e3 * min(SOME):g} to {1e3 * max(SOME):g} ms.",
-        f"First scenario, exact readings and model: at most {factors[worst]:.2f} times the total variation of "
-        f"the layer in continuous time ({_at(worst[:3])}, {1e3 * worst[3]:g} ms), whatever K has grown to. With "
-        f"noise at {MS} it reaches {_round(rough[loud])} N m/s ({loud}): its slope is M / T, up to the limits of K.",
+        "found",
+        f"A relay by backward Euler varies the torque at most {factors[worst]:.2f} times as much as the layer does in "
+        f"continuous time, from {1e3 * min(SOME):g} to {1e3 * max(SOME):g} ms.",
+        f"The most is that of {_at(worst[:3])}, at {1e3 * worst[3]:g} ms. With noise at {MS} it reaches "
+        f"{_round(rough[loud])} N m/s ({loud}): its slope is M / T, up to the limits of K.",
+        estimand=f"TV of one run with exact readings in the first scenario, for {len(laws)} laws, both joints and "
+        f"{len(SOME)} periods; with noise the mean of {NOISY} runs at joint 1.",
+        given=f"{', '.join(laws)}: positions and velocities, and the exact M, which backward Euler uses.",
+        reversal="Noise on the readings; a wrong M was not tried.",
     )
 
 
 def computers(curves: Sequence[Curve]) -> Verdict:
-    """Whether chattering is the computer's or the simulation's."""
+    """How far chattering is the computer's or the simulation's."""
     spread = max(float(np.ptp(c.TV, axis=0).max() / c.TV.min()) for c in curves if c.digital)
     own = {c.law: float((c.TV.max(axis=0) / c.TV[np.argmin(c.h)]).max()) for c in curves if _spread_layer(c)}
     worst = max(own, key=lambda law: own[law])
     return Verdict(
-        "holds" if spread <= ALIKE else "fails",
-        f"What chatters beneath the computer of {1e3 * REALISTIC:g} ms is the computer's, not the simulation's.",
-        f"A shorter step within the period changes the total variation by at most {100 * spread:.2g} %. In continuous "
-        f"time it is the step that chatters: with its layer {worst} reaches {_round(own[worst])} times what the "
-        "shortest step shows, beyond the stability limit of RK4, and a relay varies the more the shorter the step is.",
+        "found",
+        f"A shorter step of the simulation changes the total variation of the loop with a computer of {MS} by at most "
+        f"{100 * spread:.2g} %; in continuous time the step changes it up to {_round(own[worst])} times.",
+        f"The latter is {worst} with its layer, beyond the stability limit of RK4, over what the shortest step shows. "
+        "There it is the step that chatters. A relay in continuous time varies the more the shorter the step is.",
+        estimand=f"TV of one run a law and step in the first scenario, of {_and(sorted({c.law for c in curves}))}.",
+        given=GIVEN,
     )
 
 

@@ -1,4 +1,4 @@
-"""What theory foresees of a relay beneath a computer, on the folded arm, whose joints are uncoupled."""
+"""What theory foresees of a relay run by a computer, on the folded arm, whose joints are uncoupled."""
 
 from dataclasses import dataclass, replace
 

@@ -15,6 +15,7 @@ from workbench.loop import ClosedLoop, Instruments
 from workbench.metrics import AbstractMetric, late_error, measured, sampled_rmse, total_variation
 from workbench.metrics.final import final_values
 from workbench.simulate import simulate
+from workbench.validation.words import Integers
 
 RMSE, TV, LATE_ERROR = "RMSE (43)", "TV", "late error"
 SCENARIOS = ("FS", "SS")
@@ -26,13 +27,25 @@ SUBSTEP = 2.5e-3  # s, at most: between two instants the plant is smooth
 ROUGH = Instruments(2, CARD["noise of q"], CARD["noise of qd"], CARD["steps of q"], CARD["steps of qd"])
 
 
+WAYS = {
+    "euler": "explicit Euler",
+    "cayley34": "Cayley step of (34)",
+    "cayley": "Cayley steps of (34) and (10)",
+    "fine": "16 Runge-Kutta steps",
+}
+
+
 @dataclass(frozen=True)
 class Computer:
-    """How a law is run: once in `period` seconds, a period late or not, its switching as the law has it or another."""
+    """How a law is run: once in `period` seconds, a period late or not, its switching as the law has it or another.
+
+    `stepping` is the way in which the memories of AOSMC-RGS and its observer step, one of `WAYS`.
+    """
 
     period: float
     delay: bool = False
     switching: str = "clip"
+    stepping: str = "euler"
 
     @property
     def substeps(self) -> int:
@@ -42,7 +55,7 @@ class Computer:
 
 @dataclass(frozen=True, eq=False)
 class Audit:
-    """One law in one scenario beneath one computer.
+    """One law in one scenario, run by one computer.
 
     Attributes
     ----------
@@ -58,6 +71,11 @@ class Audit:
     errors: Mapping[str, Array]
     noisy: Mapping[str, Array]
     diverged_at: float | None
+
+    @property
+    def lost(self) -> Integers:
+        """(1 + runs,): 1 for a run that diverged, that with exact readings first."""
+        return np.array([self.diverged_at is not None, *np.isnan(self.noisy[RMSE][:, 0])], dtype=int)
 
     def score(self, metric: str, joint: int) -> tuple[float, float]:
         """The value with exact readings and its error; infinite where the run diverged."""
@@ -79,12 +97,24 @@ def metrics(scenario: str, period: float) -> tuple[AbstractMetric, ...]:
     return (*both, late_error(LATE)) if scenario == "FS" else both
 
 
-def switched(law: str, scenario: str, switching: str = "clip") -> ClosedLoop:
-    """The loop of a law as in a1, which has a layer, or one that switches otherwise."""
+def switched(law: str, scenario: str, switching: str = "clip", stepping: str = "euler") -> ClosedLoop:
+    """The loop of a law as in a1, which has a layer and steps by Euler, or one that switches or steps otherwise."""
     loop = loop_of(law, scenario)
+    if stepping.startswith("cayley"):
+        loop = replace(loop, controller=replace(loop.controller, integrator="cayley"))
+    if stepping == "cayley":
+        state = replace(loop.observer.state, integrator="cayley")
+        loop = replace(loop, observer=replace(loop.observer, state=state))
     if switching == "clip":
         return loop
     return replace(loop, controller=replace(loop.controller, saturation=switching))
+
+
+def digital(law: str, scenario: str, computer: Computer, instruments: Instruments | None = None) -> Sampled:
+    """A law as the computer runs it."""
+    loop = switched(law, scenario, computer.switching, computer.stepping)
+    integrator = "fine" if computer.stepping == "fine" else "declared"
+    return loop.digital(computer.period, instruments, delay=computer.delay, integrator=integrator, name=law)
 
 
 def horizon(scenario: str) -> float:
@@ -94,9 +124,8 @@ def horizon(scenario: str) -> float:
 
 @cache
 def audit(law: str, scenario: str, computer: Computer) -> Audit:
-    """A law beneath a computer at two lengths of its substep, with and without noise."""
-    loop = switched(law, scenario, computer.switching)
-    sampled = loop.digital(computer.period, ROUGH, delay=computer.delay, name=law)
+    """A law run by a computer at two lengths of its substep, with and without noise."""
+    sampled = digital(law, scenario, computer, ROUGH)
     rows = np.tile(sampled.parameters.default, (1 + NOISY, 1))
     for name in ("noise_q", "noise_qd", "quantum_q", "quantum_qd"):
         rows[0, sampled.parameters.slice(f"instruments.{name}")] = 0.0
@@ -135,7 +164,7 @@ def ends(
 @cache
 def exact(law: str, scenario: str, computer: Computer) -> Mapping[str, Array]:
     """The metrics (2,) with exact readings alone, for a search; NaN where the run diverged."""
-    sampled = switched(law, scenario, computer.switching).digital(computer.period, delay=computer.delay, name=law)
+    sampled = digital(law, scenario, computer)
     asked = metrics(scenario, computer.period)
     row, x0 = sampled.parameters.default[np.newaxis], start(law, scenario, computer)
     values, _ = ends(sampled, asked, row, x0, horizon(scenario), computer.substeps)

@@ -44,7 +44,7 @@ class Longest:
 
 
 def longest(safe: Callable[[float], bool]) -> Longest:
-    """By bisection over the periods 10 ms / m: as if what is safe at one were safe at all shorter ones."""
+    """By bisection over the periods 10 ms / m, which takes every period shorter than a safe one to be safe."""
     asked = cache(lambda m: safe(GRID / m))
     low, high = -1, len(PARTS)  # the last place that is safe, and the first that is not
     while high - low > 1:
@@ -74,7 +74,7 @@ class Frozen:
 
 
 def multipliers(loop: Frozen, period: float, delay: bool = False) -> Complexes:
-    """The multipliers (N, m) of a loop beneath a computer, frozen at N states.
+    """The multipliers (N, m) of a loop with a computer, frozen at N states.
 
     The plant moves by exp(A T) while the torque is held; what the computer remembers by one step of explicit Euler.
     With `delay` plant and observer have the torque of the period before.

@@ -36,7 +36,7 @@ class Curve:
 
 
 def curves() -> tuple[Curve, ...]:
-    """Both laws, with layer and relay, in continuous time and beneath a computer."""
+    """Both laws, with layer and relay, in continuous time and run by a computer."""
     return tuple(curve(law, switching, digital) for law in LAWS for switching in WORDS for digital in (False, True))
 
 

@@ -1,7 +1,7 @@
 """What a7 varies of each law: its gains, the arm that is simulated, and the arm that the law believes in.
 
 One rule for all laws. A number that the paper states, or that follows from one, is off by up to 10 % either way. A
-number that is assumed lies within a factor of two of its value, and within the range on the card where that is
+number that is assumed lies within a factor of 1.5 of its value, and within the range on the card where that is
 narrower. All are shares of the loop's own numbers, so that what belongs together moves together.
 """
 

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 from sensitivity_sweeps import EVERY, called, kinds, metrics
+from sensitivity_words import GROUPS, group_of
 
 from workbench.core.layout import Array
 from workbench.study.sample import Sample
@@ -54,11 +55,17 @@ class Found:
     @cached_property
     def shares(self) -> SobolIndices:
         """Of the free factors in the variance of every output."""
-        return self._judged(sobol, self.indices, self.outputs)
+        return self.shares_of(self.outputs)
 
     def shares_of(self, outputs: Sequence[tuple[str, int]]) -> SobolIndices:
         """The same of some outputs."""
-        return self._judged(sobol, self.indices, outputs)
+        return self._judged(partial(sobol, groups=self.groups, control=True), self.indices, outputs)
+
+    @property
+    def groups(self) -> dict[str, tuple[str, ...]]:
+        """The free factors by group, and all of them."""
+        free = self.indices.factors
+        return {**{group: tuple(f for f in free if group_of(f) == group) for group in GROUPS}, "all": free}
 
     def effects_on(self, metric: str) -> MorrisEffects:
         """Of every factor on both joints of one metric."""
@@ -72,7 +79,8 @@ class Found:
     def shares_over_time(self, joint: int) -> SobolIndices:
         """Of the free factors in the variance of the error of each window of time."""
         names = [f"{t:g} s" for t in middles(self.indices)]
-        return sobol(self.indices.design, windows(self.indices, joint), names, factors=self.indices.factors)
+        design, factors = self.indices.design, self.indices.factors
+        return sobol(design, windows(self.indices, joint), names, factors=factors, groups=self.groups, control=True)
 
     def bands(self, joint: int) -> Quantiles:
         """Quantiles of the decimal logarithm of the error of each window, at least `FLOOR`, over random runs."""

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 from sensitivity_found import FLOOR, Found, middles, unit_of
-from sensitivity_sweeps import CLEARED, EVERY, HELD, METRICS, PROPOSED
-from sensitivity_words import group_of, labels, percent, with_interval, written
+from sensitivity_sweeps import CLEARED, EVERY, HELD, METRICS, NARROW, PROPOSED
+from sensitivity_words import labels, percent, with_interval, written
 
 from workbench.study.document import Block, Cell, Column, Paragraph, Phrase, Reference, Section, Table
 from workbench.study.pictures import (
@@ -90,14 +90,25 @@ def over_time(one: Found) -> tuple[Block, ...]:
 
 def course(one: Found, indices: SobolIndices) -> str:
     """How much of the error of a window the gains decide: at first, at most, and at last."""
-    gains = [group_of(factor) == "gains" for factor in indices.factors]
-    total = indices.ST.value[:, gains].sum(axis=1)
-    t = middles(one.indices)
-    most = int(np.nanargmax(total))
+    total, t = indices.of_group("gains", total=True), middles(one.indices)
+    most = int(np.nanargmax(total.value))
+    first, top, last = (with_interval(float(total.value[k]), float(total.half[k])) for k in (0, most, -1))
+    wide, unsure = (
+        ", ".join(f"{t[k]:.3g}" for k in np.flatnonzero(~(2 * part < NARROW)))
+        for part in (total.half, indices.ST.half.max(axis=1))
+    )
+    of_gains = (
+        f" Its interval is wider than {NARROW:g}, and what the gains decide open, about {wide} s." if wide else ""
+    )
+    of_one = (
+        f" Intervals of single factors are wider than {NARROW:g} about {unsure} s, where a few runs have most of the "
+        "variance: which of them decides is open there."
+    )
     return (
         f"The error of a window is its root mean square over {EVERY:g} s. The total indices of all gains of {one.law} "
-        f"sum to {total[0]:.2f} in the first window, to {total[most]:.2f} around {t[most]:.3g} s, where they have most "
-        f"to say, and to {total[-1]:.2f} in the last; what is left is the arm and its model."
+        f"sum to {first} in the first window, to {top} around {t[most]:.3g} s, where they have most "
+        f"to say, and to {last} in the last; what is left is the arm and its model.{of_gains}"
+        f"{of_one if unsure else ''}"
     )
 
 
@@ -130,7 +141,7 @@ def law_blocks(one: Found) -> tuple[Block, ...]:
             labels=labels(one.shares.factors),
         ),
         totals_table(one),
-        Paragraph(acting_pairs(one.shares)),
+        *([Paragraph(acting_pairs(one.shares))] if one.shares.S2 is not None else []),
     )
 
 
@@ -139,21 +150,30 @@ def left_out(one: Found) -> Phrase:
     held = HELD[one.law]
     if not held:
         return ("The Sobol indices are those of all factors of ", Reference(f"{stem(one.law)}_morris"), ".")
-    share = largest_shares(one)
+    share, most = largest_shares(one, high=False), largest_shares(one, high=True)
     worst = max(held, key=lambda name: share[name])
-    verdict = "as the rule asks" if share[worst] < CLEARED else "which is more than the rule allows"
+    largest = max(most[name] for name in held)
+    verdict = (
+        "as the rule asks"
+        if largest < CLEARED
+        else "which is more than the rule allows"
+        if share[worst] >= CLEARED
+        else "as the rule asks, though the intervals leave that open"
+    )
     names = ", ".join(held)
     return (
         f"Left at their values in the Sobol indices: {names}. By the screening the largest mu* among them is that of "
-        f"{worst}, {percent(share[worst])} of the largest of the same output, {verdict} "
-        f"(less than {percent(CLEARED)}).",
+        f"{worst}, {percent(share[worst])} of the largest of the same output, at most {percent(largest)} within the "
+        f"intervals, {verdict} (less than {percent(CLEARED)}).",
     )
 
 
-def largest_shares(one: Found) -> dict[str, float]:
-    """The largest mu* of each factor over the outputs, relative to the largest of the same output."""
-    size = one.effects.mu_star.value
-    share = (size / size.max(axis=1, keepdims=True)).max(axis=0)
+def largest_shares(one: Found, high: bool) -> dict[str, float]:
+    """The largest mu* of each factor over the outputs, or the upper end of its interval, relative to the largest mu*
+    of the same output.
+    """
+    size = one.effects.mu_star
+    share = ((size.high if high else size.value) / size.value.max(axis=1, keepdims=True)).max(axis=0)
     return dict(zip(one.effects.factors, share.tolist(), strict=True))
 
 
@@ -171,7 +191,7 @@ def totals_table(one: Found) -> Table:
         f"Total indices ST of {one.law}.",
         columns,
         tuple(rows),
-        (f"{one.indices.note}. Behind each value half of its interval of 95 %.", *indices.remarks),
+        (f"{one.indices.note}. Each value with its interval of 95 %.", *indices.remarks),
     )
 
 
@@ -180,21 +200,22 @@ def acting_pairs(indices: SobolIndices) -> str:
     said = [f"{name}: {', '.join(pairs)}" for name in indices.names if (pairs := told(indices[name]))]
     asked = f"{len(indices.pairs)} pairs"
     if not said:
-        return f"Of {asked} none acts together in a way that these runs can tell from none."
+        return (
+            f"Of {asked} these runs single out no one that acts together: all intervals of S2 reach {FELT:g} or below."
+        )
     return (
-        f"Of {asked} these act together: {'; '.join(said)}. (Second-order indices above {FELT:g} whose interval "
-        "excludes 0, and no larger than what ST - S1 of both factors leaves.)"
+        f"Of {asked} these act together: {'; '.join(said)}. (Second-order indices whose interval lies above {FELT:g}; "
+        "the intervals of all pairs of an output hold together.)"
     )
 
 
 def told(one: SobolIndices) -> list[str]:
     """The pairs of one output whose S2 is there, and can be."""
     assert one.S2 is not None
-    room = one.ST.high - one.S1.low
     found = []
     for place, (i, j) in enumerate(one.pairs):
         low, value, half = one.S2.low[place], one.S2.value[place], one.S2.half[place]
-        if low > 0 and value >= FELT and value <= min(room[i], room[j]):
+        if low > FELT:
             found.append((float(value), f"{one.factors[i]} and {one.factors[j]} {with_interval(value, half)}"))
     return [words for _, words in sorted(found, reverse=True)[:3]]
 

@@ -27,9 +27,12 @@ STEPS = {
     "RBF-ASMC": 1e-3 / 16,
     "super-twisting": 1e-3,
 }
-TRAJECTORIES = {PROPOSED: 30, "PID": 50, "SMC": 50, "ASMC": 20, "Fuzzy-ASMC": 12, "RBF-ASMC": 12, "super-twisting": 50}
-BASE = {"PID": 256, "ASMC": 64, "Fuzzy-ASMC": 64, "RBF-ASMC": 64}  # of the Sobol design, and 128 elsewhere
-RANDOM = 128
+TRAJECTORIES = {"ASMC": 24, "Fuzzy-ASMC": 24, "RBF-ASMC": 24}  # and 50 elsewhere
+# Of the Sobol design, and 1024 elsewhere: what brings the intervals that decide a sentence below `NARROW`.
+BASE = {PROPOSED: 512, "ASMC": 256, "Fuzzy-ASMC": 256, "RBF-ASMC": 256}
+NARROW = 0.1  # of a variance, the whole width of an interval: a sentence that rests on a wider one stays open
+RANDOM = 256
+HALVED = 32  # one run in so many is run again at half of the step
 # What the screening finds of little weight, and the Sobol indices so leave at its value: see `CLEARED`.
 CLEARED = 0.2  # of the largest mu* of an output
 HELD = {
@@ -77,8 +80,8 @@ def sweeps(law: str) -> tuple[Sweep, ...]:
     """The sweeps of a law; only the proposed one has a tornado."""
     every, some = factors(law), free(law)
     designs = {
-        "screening": (every, MorrisDesign(len(every), TRAJECTORIES[law], seed=SEED)),
-        "indices": (some, SobolDesign(len(some), BASE.get(law, 128), second_order=True, seed=SEED)),
+        "screening": (every, MorrisDesign(len(every), TRAJECTORIES.get(law, 50), seed=SEED)),
+        "indices": (some, SobolDesign(len(some), BASE.get(law, 1024), law == PROPOSED, seed=SEED)),
         "tornado": (every, OneAtATime(len(every), levels=(0.0, 1.0))),
         "bands": (every, MonteCarlo(len(every), RANDOM, SEED)),
     }
@@ -93,6 +96,7 @@ def sweeps(law: str) -> tuple[Sweep, ...]:
             UNTIL,
             EVERY if looks(law, kind) else None,
             SEED,
+            halved=HALVED,
         )
         for kind, (moved, design) in designs.items()
         if kind in kinds(law)

@@ -6,7 +6,7 @@ import numpy as np
 from paper_laws import RIVALS
 from sensitivity_factors import SPAN, TOLERANCE, factors
 from sensitivity_found import Found
-from sensitivity_sweeps import METRICS, PROPOSED, SEED, STEPS, UNTIL, loop, metrics
+from sensitivity_sweeps import HALVED, METRICS, PROPOSED, SEED, STEPS, UNTIL, loop, metrics
 from sensitivity_words import percent, written
 
 from workbench.metrics import measure
@@ -102,17 +102,17 @@ def trust(found: dict[str, Found], stresses: list[Stress]) -> Section:
     said = (
         f"In {', '.join(beyond)} one of these runs is beyond its limit: its TV is partly that of the step."
         if beyond
-        else "All of them are within their limit, so that what chatters most does not by the step."
+        else "All of them are within their limit: the largest TV is that of the law."
     )
     return Section(
         "Can the numbers be trusted?",
         (
             Paragraph(
                 f"{sum(len(s) for one in found.values() for s in one.samples):,} runs of {UNTIL:g} s, seed {SEED}. "
-                "A failed run has no metrics, and with one in a sample its indices are refused, not averaged without "
-                "it. One run in 16 is run again at half of the step. As a rare run that chatters by its step could "
-                f"hide from that, the {WORST} runs of each joint with the largest TV are looked at too, where gains "
-                f"are highest. {said}"
+                "A sample with a failed run has no indices. "
+                f"One run in {HALVED} is run again at half of the step. The step errs most in runs whose gains grow "
+                f"largest, and these chatter most: so the {WORST} runs of each joint with the largest TV are run again "
+                f"too. {said}"
             ),
             runs_table(found),
             stress_table(stresses),

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from sensitivity_factors import MODEL, PARTS
+from sensitivity_sweeps import NARROW
 
 from workbench.notation.formula import symbol
 from workbench.study.cells import Part, Phrase
@@ -47,8 +48,8 @@ def percent(share: float) -> str:
 
 
 def with_interval(value: float, half: float) -> str:
-    """A part of a variance with half of its interval."""
-    return f"{value:.2f} \N{PLUS-MINUS SIGN} {half:.2f}"
+    """A number with its interval, rounded up."""
+    return f"{value:.2f} \N{PLUS-MINUS SIGN} {np.ceil(100 * half) / 100:.2f}"
 
 
 def leaders(factors: Sequence[str], total: Estimate) -> tuple[str, ...]:
@@ -58,10 +59,6 @@ def leaders(factors: Sequence[str], total: Estimate) -> tuple[str, ...]:
     return tuple(factors[i] for i in order if total.high[i] >= least or i == order[0])
 
 
-def sums(factors: Sequence[str], first: Estimate) -> dict[str, tuple[float, float]]:
-    """The parts of the variance that groups of factors have without acting together, and half of their intervals."""
-    found = {}
-    for group in GROUPS:
-        inside = np.array([group_of(factor) == group for factor in factors])
-        found[group] = float(first.value[inside].sum()), float(first.half[inside].sum())
-    return found
+def narrow(*estimates: Estimate) -> bool:
+    """Whether every interval is narrow enough for a sentence to rest on it."""
+    return all(bool((2 * one.half < NARROW).all()) for one in estimates)

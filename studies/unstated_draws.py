@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Literal, TypeAlias
 
 import numpy as np
 from paper_card import CARD, LAWS
@@ -10,6 +11,7 @@ from unstated_loops import FACTORS, PID, PROPOSED, SCENARIOS, SQUARE, STEPS, Rea
 
 from workbench.core.layout import Array
 from workbench.metrics import sampled_rmse
+from workbench.study.distributions import LogUniform, Uniform
 from workbench.study.factors import Factor
 from workbench.study.sample import Sample
 from workbench.study.sampling import AbstractDesign, MonteCarlo, SobolDesign
@@ -18,9 +20,9 @@ from workbench.study.study import Results
 from workbench.study.sweep import Sweep
 from workbench.validation.words import Integers
 
+Scale: TypeAlias = Literal["linear", "log"]
 RMSE = sampled_rmse(CARD["sample time of (43)"])
 SHORTEST, LONGEST = 5, 30  # s, the horizons of the card
-SECONDS = Reading(tuple(f"{T} s" for T in range(SHORTEST, LONGEST + 1)))
 HORIZONS = {scenario: f"horizon of {scenario}" for scenario in SCENARIOS}
 
 
@@ -74,17 +76,63 @@ class Part(AbstractDesign):
         return self._distinct[0][begin:end]
 
 
+@dataclass(frozen=True)
+class Prior:
+    """On which scale each number is drawn evenly: those of the proposed law, and all others with the experiment's."""
+
+    ours: Scale
+    rest: Scale
+
+    def scales(self, law: str, scenario: str) -> tuple[Scale, ...]:
+        """Those of a law's own numbers and, where there is one, of the square wave."""
+        return (self.ours if law == PROPOSED else self.rest, *((self.rest,) if scenario == "SS" else ()))
+
+    def factors(self, law: str, scenario: str) -> tuple[Factor, ...]:
+        """What a law and a scenario leave open, spread on these scales."""
+        own, *square = self.scales(law, scenario)
+        return tuple(on_scale(factor, square[0] if factor in SQUARE else own) for factor in factors_of(law, scenario))
+
+    def horizons(self, u: Array) -> Integers:
+        """Whole seconds for numbers (N,) from 0 to 1."""
+        spread = RANGES[self.rest](SHORTEST, LONGEST + 1)
+        return np.minimum(spread.quantile(u).astype(int), LONGEST)
+
+
+RANGES = {"linear": Uniform, "log": LogUniform}
+# Logarithmic is what the card knows by its order of magnitude only: Q, R and l of the proposed law.
+OF_CARD = Prior("log", "linear")
+PRIORS: Mapping[str, Prior] = {
+    "of the card": OF_CARD,
+    "all linear": Prior("linear", "linear"),
+    "all logarithmic": Prior("log", "log"),
+    "exchanged": Prior("linear", "log"),
+}
+
+
+def on_scale(factor: Factor, scale: Scale) -> Factor:
+    """The factor drawn evenly on a scale; a reading has none, and a range from 0 on no logarithmic one."""
+    spread = factor.distribution
+    if isinstance(spread, Reading) or spread.low <= 0:
+        return factor
+    return replace(factor, distribution=RANGES[scale](spread.low, spread.high))
+
+
 def slug(*words: str) -> str:
     """A name for files."""
     return "_".join(word.lower().replace("-", "_") for word in words)
 
 
-def draws(kind: str, law: str, scenario: str) -> Sweep:
-    """A law in a scenario, over all that they leave open."""
-    factors = factors_of(law, scenario)
+def named(kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> str:
+    """The name of the runs of a law in a scenario: several priors share them."""
+    return slug(kind, law, scenario, *prior.scales(law, scenario))
+
+
+def draws(kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> Sweep:
+    """A law in a scenario, over all that they leave open: the same points of the unit cube for every prior."""
+    factors = prior.factors(law, scenario)
     design = Part(KINDS[kind], tuple(NAMES.index(factor.name) for factor in factors))
     metrics, h, halved = (RMSE,), STEPS[law], 32 if kind == "random" else None
-    name = slug(kind, law, scenario)
+    name = named(kind, law, scenario, prior)
     return Sweep(name, searched(law, scenario), metrics, factors, design, h, LONGEST, every=1.0, halved=halved)
 
 
@@ -97,9 +145,9 @@ def asides() -> tuple[Sweep, ...]:
     )
 
 
-def at_draws(results: Results, kind: str, law: str, scenario: str) -> Sample:
+def at_draws(results: Results, kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> Sample:
     """The runs of a law in a scenario, one a point of the whole design."""
-    sample = results.sample(slug(kind, law, scenario))
+    sample = results.sample(named(kind, law, scenario, prior))
     assert isinstance(sample.design, Part)
     places, none = sample.design.places, np.empty(0, dtype=int)
     held = {name: getattr(sample, name)[places] for name in ("drawn", "values", "diverged_at")}
@@ -129,13 +177,13 @@ class Drawn:
         return np.asarray((np.diff(values, axis=1) > 0).all(axis=1))
 
 
-def drawn(results: Results, kind: str, scenario: str) -> Drawn:
+def drawn(results: Results, kind: str, scenario: str, prior: Prior = OF_CARD) -> Drawn:
     """The draws of a scenario, each at its own horizon."""
     whole = KINDS[kind]
     u = whole.points()[:, NAMES.index(HORIZONS[scenario])]
     rmse = {}
     for law in LAWS:
-        sample = at_draws(results, kind, law, scenario)
-        rows = np.round(sample.t).astype(int).searchsorted(SHORTEST + SECONDS.quantile(u))
+        sample = at_draws(results, kind, law, scenario, prior)
+        rows = np.round(sample.t).astype(int).searchsorted(prior.horizons(u))
         rmse[law] = sample.values[np.arange(len(sample)), rows]
     return Drawn(rmse)

@@ -1,6 +1,6 @@
 """What was found for each law: the nearest fits, how many choices come near, and what these have in common."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -76,9 +76,15 @@ def words(factor: Factor) -> str:
 
 def said(one: Fit, square: bool) -> str:
     """The numbers of a fit in words."""
+    factors = factors_of(one.law, "SS" if square else "FS")
+    return in_words(factors, [one.numbers[factor.name] for factor in factors])
+
+
+def in_words(factors: Sequence[Factor], values: Iterable[float]) -> str:
+    """Factors with their values."""
     parts = []
-    for factor in factors_of(one.law, "SS" if square else "FS"):
-        value, spread = one.numbers[factor.name], factor.distribution
+    for factor, value in zip(factors, values, strict=True):
+        spread = factor.distribution
         shown = spread.names[round(value)] if isinstance(spread, Reading) else f"{value:.4g}"
         parts.append(f"{factor.name} {shown}")
     return ", ".join(parts)

@@ -158,7 +158,11 @@ def unit(law: str, factor: Factor) -> str:
 
 def searched(law: str, scenario: str) -> ClosedLoop | Relayed:
     """The same as searches and draws run it: the rivals that switch as `Relayed`."""
-    found = loop(law, scenario)
+    return relayed(law, loop(law, scenario))
+
+
+def relayed(law: str, found: ClosedLoop) -> ClosedLoop | Relayed:
+    """A loop of a law, `Relayed` if it is a rival that switches."""
     if law in (PROPOSED, PID):
         return found
     return Relayed(replace(found, controller=replace(found.controller, saturation="implicit")))

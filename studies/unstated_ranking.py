@@ -6,18 +6,17 @@ from itertools import combinations
 
 import numpy as np
 from paper_card import LAWS, PUBLISHED
-from unstated_draws import NAMES, PAIRED, RANDOM, drawn, slug
+from unstated_draws import NAMES, OF_CARD, PAIRED, RANDOM, Prior, drawn, named
 from unstated_fits import CLOSE
 from unstated_loops import PROPOSED, SCENARIOS
 
-from workbench.study.document import Cell, Column, Paragraph, Section, Table, Verdict
+from workbench.study.document import Cell, Column, Paragraph, Section, Table
 from workbench.study.evidence import Ranks, paired, ranks
 from workbench.study.pictures import rank_figure, sobol_bars
 from workbench.study.sensitivity import Estimate, Share, SobolIndices, share, sobol
 from workbench.study.study import Results
 
 COLUMNS = tuple((scenario, joint) for scenario in SCENARIOS for joint in (1, 2))
-LIKELY = 0.95
 SHOWN = 8  # factors of a figure
 
 
@@ -49,14 +48,16 @@ class Rankings:
         return float(found.value[at, 0]), float(found.low[at, 0]), float(found.high[at, 0])
 
 
-def rankings(results: Results) -> dict[tuple[str, int], Rankings]:
+def rankings(results: Results, prior: Prior = OF_CARD) -> dict[tuple[str, int], Rankings]:
     """Those of all four columns."""
-    return {column: _ranking(results, *column) for column in COLUMNS}
+    return {column: _ranking(results, *column, prior) for column in COLUMNS}
 
 
-def _ranking(results: Results, scenario: str, joint: int) -> Rankings:
-    held, printed = drawn(results, "random", scenario), PUBLISHED[scenario, joint].values
-    errors = {law: results.sample(slug("random", law, scenario)).step_error("RMSE (43)", joint - 1) for law in LAWS}
+def _ranking(results: Results, scenario: str, joint: int, prior: Prior) -> Rankings:
+    held, printed = drawn(results, "random", scenario, prior), PUBLISHED[scenario, joint].values
+    errors = {
+        law: results.sample(named("random", law, scenario, prior)).step_error("RMSE (43)", joint - 1) for law in LAWS
+    }
     found = ranks(
         paired(
             {law: values[:, joint - 1] for law, values in held.rmse.items()},
@@ -83,21 +84,6 @@ def indices(results: Results) -> SobolIndices:
     return sobol(PAIRED, margin, [title(*column) for column in COLUMNS], factors=NAMES)
 
 
-def winner_verdict(found: Mapping[tuple[str, int], Rankings]) -> Verdict:
-    """Whether the proposed law wins whatever the open numbers are."""
-    lows, highs = ([one.first[i] for one in found.values()] for i in (1, 2))
-    said = ", ".join(f"{_percent(*one.first)} ({title(*column)})" for column, one in found.items())
-    return Verdict(
-        "holds" if min(lows) > LIKELY else "fails" if min(highs) < LIKELY else "open",
-        f"{PROPOSED} has the smallest RMSE, as published, in nearly all choices of what is not stated.",
-        f"It is first in {said} of the draws; the interval of a share in brackets.",
-    )
-
-
-def _percent(value: float, low: float, high: float) -> str:
-    return f"{100 * value:.0f} % ({100 * low:.0f} to {100 * high:.0f})"
-
-
 def _cell(value: float, low: float, high: float) -> str:
     return f"{100 * value:.0f} ({100 * low:.0f} to {100 * high:.0f})"
 
@@ -121,7 +107,8 @@ def ranking_section(results: Results, found: Mapping[tuple[str, int], Rankings])
         "Does the published ranking hold whatever is not stated?",
         (
             Paragraph(
-                f"{RANDOM.runs} independent draws of everything at once: all numbers over the ranges of the card, all "
+                f"{RANDOM.runs} independent draws of everything at once under the prior of the card: all numbers over "
+                f"its ranges, Q, R and l of {PROPOSED} evenly on logarithmic scales and all others evenly, all "
                 "readings alike, the same horizon and the same square wave for the six laws of a draw. A run that "
                 f"diverged is worse than any other. Of the {len(every)} printed pairs {likely} come in their printed "
                 f"order in more than half of the draws; all six laws of a column do {ordered}. A run "
@@ -136,7 +123,7 @@ def ranking_section(results: Results, found: Mapping[tuple[str, int], Rankings])
 
 def _shaken(results: Results) -> str:
     """How many draws of the proposed law the step decides."""
-    samples = [results.sample(slug("random", PROPOSED, scenario)) for scenario in SCENARIOS]
+    samples = [results.sample(named("random", PROPOSED, scenario)) for scenario in SCENARIOS]
     pairs = [(sample, joint) for sample in samples for joint in (0, 1)]
     values = np.concatenate([sample.outputs("RMSE (43)", joint) for sample, joint in pairs])
     errors = np.concatenate([sample.errors_of("RMSE (43)", joint) for sample, joint in pairs])
@@ -160,7 +147,8 @@ def _pairs(found: Mapping[tuple[str, int], Rankings]) -> Table:
     rows.append(("all six", *(_cell(s.value, s.low, s.high) for s in orders)))
     return Table(
         "rankings",
-        "The published rankings over all that is open: of a hundred draws how many have laws in the printed order.",
+        "The published rankings over all that is open, under the prior of the card: of a hundred draws how many have "
+        "laws in the printed order.",
         (Column("laws"), *(Column(title(*column), "%", "right") for column in found)),
         tuple(rows),
         (
@@ -173,7 +161,7 @@ def _pairs(found: Mapping[tuple[str, int], Rankings]) -> Table:
 def deciding_section(results: Results) -> Section:
     """Sobol indices of the margin of the proposed law."""
     found = indices(results)
-    runs = sum(len(results.sample(slug("paired", law, scenario))) for law in LAWS for scenario in SCENARIOS)
+    runs = sum(len(results.sample(named("paired", law, scenario))) for law in LAWS for scenario in SCENARIOS)
     note = (
         f"{PAIRED.size:,} points of a Sobol design, of which {runs:,} runs differ; a run that diverged counts as a "
         f"margin of 1; seed {PAIRED.seed}"
@@ -182,6 +170,7 @@ def deciding_section(results: Results) -> Section:
         "Which unstated number decides who wins?",
         (
             Paragraph(
+                "Under the prior of the card; these indices hold for no other. "
                 f"The margin is the RMSE of {PROPOSED} as a share of its sum with that of the best rival: below 1/2 "
                 f"{PROPOSED} is first, and it is 1 where its run diverged. Its Sobol indices say what part of its "
                 "variance is due to a number by itself (S1) and together with others (ST). " + deciding_words(found)

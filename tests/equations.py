@@ -19,9 +19,9 @@ def oscillator() -> Ode:
     return Ode.of("oscillator", states, parameters, (t, x, p), rates, outputs)
 
 
-def decay(rate: float = 3.0) -> Ode:
-    """x' = -rate x from 1, with x as its error."""
-    states = Layout((Entry("x", np.ones(1)),))
+def decay(rate: float = 3.0, start: float = 1.0) -> Ode:
+    """x' = -rate x from `start`, with x as its error."""
+    states = Layout((Entry("x", np.array([start])),))
     parameters = Layout((Entry("rate", np.array(rate)),))
     t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
     return Ode.of("decay", states, parameters, (t, x, p), {"x": -p * x}, {"e": x})

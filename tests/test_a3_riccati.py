@@ -1,14 +1,21 @@
 """The study of the Riccati part: what it computes along a path, against closed forms."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pytest
+from scipy.linalg import solve_continuous_are
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
 
 import riccati_loops as loops
 import riccati_path as path
+
+from workbench.metrics import rmse
+from workbench.study.runner import run
+from workbench.study.study import Study
 
 
 def test_the_cost_of_a_fixed_gain_is_the_integral_by_hand():
@@ -59,3 +66,31 @@ def test_without_adaptation_the_gain_does_not_move():
     law = loops.law("FS", loops.NONE)
     assert law.riccati == "frozen"
     assert not np.any(law.P)
+
+
+def test_the_median_in_time_does_not_count_an_instant_more_often_for_having_neighbours():
+    t = np.concatenate([np.linspace(0, 1, 1000), np.linspace(1.1, 10, 90)])
+    assert path.median_in_time(np.where(t <= 1, 7.0, 3.0), t) == 3.0
+    np.testing.assert_allclose(path.median_in_time(t, t), 5.0)
+
+
+@pytest.mark.parametrize(("scenario", "median"), [("FS", 2.8e-4), ("SS", 4.1e-4)])
+def test_the_median_distance_of_p_is_that_of_scipys_solutions_at_evenly_spaced_times(scenario, median):
+    (case,) = (case for case in loops.cases(scenario) if case.law == loops.FORWARD)
+    case = replace(case, metrics=(rmse(),), until=path.WINDOW)
+    (outcome,) = run(Study("s", "t", "q", "m", lambda results: (), cases=(case,))).outcomes
+    states = outcome.measurement.trajectories
+    t, K, P = states.t, states["controller.K"][0], states["controller.P"][0]
+    q2 = states["observer.state.q_hat"][0, :, 1]
+    M = np.array([[3 + 2 * np.cos(q2), 1 + np.cos(q2)], [1 + np.cos(q2), np.ones_like(q2)]]).transpose(2, 0, 1)
+    A = -np.linalg.solve(M, K)
+
+    def gaps(some):
+        X = np.array([solve_continuous_are(A[i], path.B, path.Q, path.R) for i in some])
+        return np.linalg.norm(P[some] - X, axis=(1, 2)) / np.linalg.norm(X, axis=(1, 2))
+
+    late = np.flatnonzero(t >= 0.05)
+    uneven = np.intersect1d(path.instants(len(t)), late)
+    ours, evenly = path.median_in_time(gaps(uneven), t[uneven]), np.median(gaps(late[::7]))
+    np.testing.assert_allclose(evenly, median, rtol=0.05)  # 140 of 981 times
+    np.testing.assert_allclose(ours, evenly, rtol=0.05)

@@ -110,3 +110,21 @@ def test_the_arm_has_four_rest_points_and_no_other():
 )
 def test_a_pole_is_printed_as_one_reads_it(value, text):
     assert linear_arm.shown(value) == text
+
+
+@pytest.mark.parametrize("point", linear_arm.rests().points, ids=lambda point: str(np.round(point.x[:2], 1)))
+def test_positions_alone_show_the_modes_of_the_arm_less_than_positions_and_velocities(point):
+    G = linear_arm.linearize(linear_arm.arm(), 0.0, point.x, at_rest=True)
+    both, positions = linear_arm.observed(G)
+    z = [complex(a, b) for a in np.linspace(-7, 7, 141) for b in np.linspace(-7, 7, 141)]
+    for C, margin in ((np.eye(4), both), (np.eye(2, 4), positions)):
+        pencil = np.array([np.vstack([value * np.eye(4) - G.A, C]) for value in z])
+        least = np.linalg.svd(pencil, compute_uv=False)[:, -1].min() / np.linalg.norm(np.vstack([G.A, C]), 2)
+        np.testing.assert_allclose(margin, least, rtol=0.01)  # half a step of the grid
+    assert positions < both / 3
+
+
+def test_the_hanging_arm_is_observable_by_three_hundredths_with_velocities_and_by_five_thousandths_without():
+    hanging = next(point for point in linear_arm.rests().points if np.allclose(point.x, 0, atol=1e-9))
+    found = linear_arm.observed(linear_arm.linearize(linear_arm.arm(), 0.0, hanging.x, at_rest=True))
+    np.testing.assert_allclose(found, (0.0298, 0.00507), rtol=2e-3)

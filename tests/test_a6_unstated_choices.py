@@ -14,7 +14,9 @@ import unstated_fits as fits
 import unstated_found as found
 import unstated_loops as loops
 import unstated_pages as pages
+import unstated_priors as priors
 import unstated_ranking as ranking
+import unstated_shared as shared
 from paper_card import CARD, INERTIA, LAWS
 from paper_laws import ARM, PRINTED_ARM, REFERENCES, plant, rival
 
@@ -160,18 +162,91 @@ def test_the_margin_is_below_one_half_where_the_proposed_law_is_first():
     assert held.ordered(1, ("AOSMC-RGS", "SMC")).tolist() == [True, False, True]
 
 
-def test_the_verdict_on_the_winner_turns_with_the_draws():
-    for share, kind in ((1.0, "holds"), (0.2, "fails"), (0.96, "open")):
-        wins = np.arange(400) < 400 * share
-        assert ranking.winner_verdict({("FS", 1): made(wins)}).kind == kind
+def test_the_verdict_on_who_is_first_turns_with_the_draws_of_any_prior():
+    seldom, most = made(np.arange(400) < 40), priors.share(np.arange(400) < 60)
+    for part, kind in ((0.1, "found"), (0.9, "depends"), (0.5, "open")):
+        ranked = {"one": {("FS", 1): seldom}, "other": {("FS", 1): made(np.arange(400) < 400 * part)}}
+        assert priors.first_verdict(ranked, most).kind == kind
+
+
+def test_a_rival_that_is_better_under_one_prior_alone_is_said_to_turn_with_it():
+    worse, better = made(np.arange(400) < 40), made(np.arange(400) < 360)
+    alike = {"one": {("FS", 1): worse}, "other": {("FS", 1): worse}}
+    everyone = "ASMC, Fuzzy-ASMC, RBF-ASMC, PID, SMC"
+    assert priors.pairs_verdict(alike).kind == "found"
+    assert f"under each prior and in each column: {everyone}" in priors.pairs_verdict(alike).evidence
+    apart = priors.pairs_verdict({"one": {("FS", 1): worse}, "other": {("FS", 1): better}})
+    assert apart.kind == "depends"
+    assert "than ASMC in 10 % to 90 %" in apart.statement
+    assert f"and worse in another: {everyone}" in apart.evidence
+    assert "ASMC 10 % (7 to 13) to 90 % (87 to 93)" in apart.evidence
+
+
+def test_the_majority_of_the_draws_is_told_only_where_all_intervals_agree():
+    low, high, half = (0.1, 0.05, 0.2), (0.8, 0.7, 0.9), (0.5, 0.4, 0.6)
+    assert priors.majority([low, low]) == "no, under each"
+    assert priors.majority([high, high]) == "yes, under each"
+    assert priors.majority([low, high]) == priors.TURNS
+    assert priors.majority([low, half]) == priors.majority([high, half]) == "open"
 
 
 def made(wins):
-    """A ranking in which the proposed law is first in these draws."""
+    """A ranking in which the proposed law is first in these draws, and last in the others."""
     values = {law: np.full(len(wins), 2.0 + i) for i, law in enumerate(LAWS)}
     values["AOSMC-RGS"] = np.where(wins, 1.0, 9.0)
     found = ranking.ranks(ranking.paired(values, metric="RMSE", unit="rad"))
-    return ranking.Rankings(found, {}, ranking.share(wins))
+    one = ranking.share(wins)
+    return ranking.Rankings(
+        found, {("AOSMC-RGS", law): (one.value, one.low, one.high) for law in LAWS[1:]}, ranking.share(wins)
+    )
+
+
+@pytest.mark.parametrize("name", draws.PRIORS)
+def test_a_prior_draws_numbers_evenly_on_its_scales(name):
+    prior = draws.PRIORS[name]
+    middle = {"linear": lambda low, high: (low + high) / 2, "log": lambda low, high: (low * high) ** 0.5}
+    for law in LAWS:
+        for factor in prior.factors(law, "SS"):
+            spread = factor.distribution
+            if isinstance(spread, loops.Reading) or spread.low <= 0:
+                continue
+            scale = prior.ours if law == loops.PROPOSED and factor.name not in ("a1", "a2", "f") else prior.rest
+            expected = middle[scale](spread.low, spread.high)
+            assert spread.quantile(np.array([0.5]))[0] == pytest.approx(expected, rel=1e-12)  # rounding
+    seconds = prior.horizons(np.array([1e-9, 1 - 1e-9]))
+    assert seconds.tolist() == [draws.SHORTEST, draws.LONGEST]
+
+
+def test_the_prior_of_the_card_is_that_of_the_factors():
+    for law in LAWS:
+        for scenario in loops.SCENARIOS:
+            assert draws.OF_CARD.factors(law, scenario) == draws.factors_of(law, scenario)
+
+
+def test_priors_with_the_same_scales_of_a_law_share_its_runs():
+    names = {draws.named("random", law, "FS", prior) for law in LAWS for prior in draws.PRIORS.values()}
+    assert len(names) == 2 * len(LAWS)
+    assert len({draws.named("random", "AOSMC-RGS", "SS", prior) for prior in draws.PRIORS.values()}) == 4
+
+
+def test_the_one_experiment_is_the_same_for_all_laws_and_leaves_open_only_what_is_their_own():
+    for law in LAWS:
+        loop = shared.shared_loop(law)
+        square = loop.reference.square
+        assert (tuple(square.amplitude), square.frequency) == (shared.AMPLITUDES, shared.FREQUENCY)
+        names = {factor.name for factor in shared.own(law)}
+        assert not names & {"a1", "a2", "f", "rivals' measurements"}
+        if law not in (loops.PROPOSED, loops.PID):
+            assert loop.observer.inside == 1.0
+
+
+def test_the_verdict_on_one_experiment_holds_only_if_all_rows_are_met():
+    near, numbers = dict.fromkeys(LAWS, 0.004), dict.fromkeys(LAWS, "")
+    assert shared.shared_verdict(shared.Shared(9.0, near, numbers)).kind == "found"
+    verdict = shared.shared_verdict(shared.Shared(9.0, near | {"PID": 0.02}, numbers))
+    assert verdict.kind == "open"
+    assert "5 of 6 rows" in verdict.statement
+    assert "+0.5 % and -0.3 %" in verdict.evidence  # by how much the amplitudes were moved by hand
 
 
 def test_casadi_takes_the_reading_that_is_named():
@@ -204,10 +279,12 @@ def findings(misses, spread):
 
 
 def test_the_verdicts_on_the_fits_turn_with_their_misses_and_their_spread():
-    good = [verdict.kind for verdict in pages.verdicts(findings(0.002, 0.9))]
-    assert good == ["holds", "holds", "holds", "fails"]
-    bad = [verdict.kind for verdict in pages.verdicts(findings(0.2, 0.001))]
-    assert bad == ["open", "open", "open", "holds"]
+    good, bad = pages.verdicts(findings(0.002, 0.9)), pages.verdicts(findings(0.2, 0.001))
+    assert [verdict.kind for verdict in good] == ["found"] * 4
+    assert [verdict.kind for verdict in bad] == ["open", "open", "open", "found"]
+    # two of the four shapes of (33) are no more than half of them
+    assert [verdict.statement.split(" of ")[0] for verdict in good[1:]] == ["24", "For 6", "31"]
+    assert bad[3].statement.startswith("0 of the 32 ")
 
 
 def test_what_is_searched_over_orders_of_magnitude_is_spread_over_its_logarithm():

@@ -11,15 +11,18 @@ import pytest
 sys.path.append(str(Path(__file__).parents[1] / "studies"))
 
 import fair_findings as findings
-from a8_fair_comparison import SEED, study
+from a8_fair_comparison import study
 from fair_conditions import HELD_OUT, TRAINING, uncertain
-from fair_evidence import FAMILY, RESAMPLES, cost_of, judged, of_other_search
-from fair_laws import ENTRANTS, MAIN, OBSERVED, PROPOSALS, PROPOSED, TOLD
+from fair_evidence import AGAIN, ASKED, DRAWN, FAMILY, OTHERS, RESAMPLES, cost_of, half_budget, judged, other_search
+from fair_found import Found
+from fair_given import ALL, BOTH, ENTRANTS, GIVEN, PROPOSAL, READINGS, TOLD
+from fair_laws import LAWS, PROPOSED
 from fair_objective import TERMS, cost, metrics, objective
 from tunings import tuning
 
-from workbench.core import lift
-from workbench.study.evidence import compare, paired
+from workbench.core import grouped, lift
+from workbench.loop import Estimate, Motion, roles
+from workbench.study.evidence import Standings, compare, judge, paired
 from workbench.study.factors import Space
 from workbench.study.sample import Sample
 from workbench.study.tuning import tune
@@ -27,9 +30,11 @@ from workbench.study.tuning import tune
 PAPER, JUMPS = HELD_OUT[0], next(one for one in HELD_OUT if one.jumps)
 RNG = np.random.default_rng(5)
 BASE = np.abs(RNG.normal(size=60)) + 1
+LONG = np.abs(RNG.normal(size=160)) + 1
+REST = Motion(*(ca.SX.zeros(2) for _ in range(3)))
 
 
-@pytest.mark.parametrize("entrant", ENTRANTS, ids=lambda one: one.key)
+@pytest.mark.parametrize("entrant", ALL, ids=lambda one: one.key)
 def test_a_number_reaches_the_loop_by_its_paths_as_by_its_name(entrant):
     """The search sets numbers by paths; the law that is judged is built from the same numbers by name."""
     u = np.linspace(0.2, 0.8, len(entrant.tuned))
@@ -45,7 +50,7 @@ def test_a_number_reaches_the_loop_by_its_paths_as_by_its_name(entrant):
 
 @pytest.mark.parametrize("scenario", [*TRAINING, *HELD_OUT], ids=lambda one: one.name)
 def test_all_laws_face_the_same_arm_and_the_same_instruments(scenario):
-    loops = [entrant.loop(scenario, entrant.card) for entrant in ENTRANTS]
+    loops = [entrant.loop(scenario, entrant.card) for entrant in ALL]
     arms = [lift(loop.loop.plant).layout.default for loop in loops]
     instruments = [lift(loop.instruments).layout.default for loop in loops]
     for loop, arm, reading in zip(loops, arms, instruments, strict=True):
@@ -54,9 +59,17 @@ def test_all_laws_face_the_same_arm_and_the_same_instruments(scenario):
         assert (loop.period, loop.delay, loop.loop.reference) == (loops[0].period, loops[0].delay, scenario.reference)
 
 
-def test_only_the_law_that_is_told_uses_the_truth():
-    told = [one.name for one in ENTRANTS if one.loop(PAPER, one.card).loop.uses_truth]
-    assert told == [TOLD]
+def test_only_the_oracle_uses_the_truth():
+    assert [one.key for one in ALL if one.loop(PAPER, one.card).loop.uses_truth] == [TOLD.key]
+
+
+@pytest.mark.parametrize("given", GIVEN, ids=lambda one: one.key)
+def test_laws_that_are_compared_are_given_the_same(given):
+    """By the equations: alone PID without an observer is given less, as it has no model, and the observers have one."""
+    held = {one.name: roles(one.loop(PAPER, one.card).loop) for one in ENTRANTS[given.key]}
+    everyone = tuple(one.name for one in LAWS)
+    with_model = tuple(name for name in everyone if name != "PID")
+    assert set(grouped(held)) == ({everyone} if "observer" in given.words else {with_model, ("PID",)})
 
 
 def test_nobody_is_judged_where_it_was_tuned():
@@ -66,9 +79,14 @@ def test_nobody_is_judged_where_it_was_tuned():
 
 
 def test_no_law_is_judged_by_the_noise_that_it_was_tuned_for():
-    training = {trial.seed for tuning in study.tunings for trial in tuning.trials}
-    assert len(training) == len(TRAINING)  # nor is the noise of both scenarios one
-    assert SEED not in training
+    training = {
+        tuning.noise(trial, search)
+        for tuning in study.tunings
+        for trial in tuning.trials
+        for search in range(len(tuning.seeds))
+    }
+    assert len(training) == len(TRAINING) * len(study.tunings[0].seeds)  # nor have two scenarios or searches one noise
+    assert DRAWN not in training
 
 
 def test_the_error_of_the_step_is_the_largest_of_the_runs_that_were_run_again():
@@ -78,15 +96,11 @@ def test_the_error_of_the_step_is_the_largest_of_the_runs_that_were_run_again():
     assert np.isinf(cost_of({"a": held, "b": unbounded}, "cost").errors).tolist() == [False, True]
 
 
-def test_the_other_search_is_not_the_one_of_the_best_and_is_refused_if_it_found_nothing():
-    found = tune(tuning(evaluations=16, seeds=(0, 1)))
-    own = found.place // 16
-    other = 1 - own
-    at = 16 * other + int(np.argmin(found.objectives[16 * other : 16 * other + 16]))
-    assert list(of_other_search(found).values()) == found.numbers[at].tolist()
-    lost = np.where(np.arange(32) // 16 == own, found.objectives, np.inf)
-    with pytest.raises(ValueError, match="The other search of 'pd' found no admissible point"):
-        of_other_search(replace(found, objectives=lost))
+def test_the_other_search_and_half_of_the_budget_are_what_their_names_say():
+    found = tune(tuning(evaluations=32, seeds=(0, 1)))
+    own = found.place // 32
+    assert other_search(found) == found.best_of(found.tuning.seeds[1 - own])
+    assert half_budget(found) == found.best_within(16)
 
 
 def costed(errors):
@@ -99,18 +113,18 @@ def costed(errors):
 
 
 def test_intervals_of_all_scenarios_hold_at_once():
-    values = paired({"a": BASE, "b": 1.001 * BASE}, metric="cost")
-    one = judged(values)
+    values = paired({"a": LONG, "b": 1.001 * LONG}, metric="cost")
+    one = judged(values).by[ASKED.words]
     assert len(HELD_OUT) * (1 - one.confidence) == pytest.approx(1 - FAMILY)  # the union bound
-    alone = compare(values, confidence=FAMILY, resamples=RESAMPLES, seed=88)
+    alone = compare(values, ASKED, confidence=FAMILY, resamples=RESAMPLES, seed=88)
     assert (one.level.low < alone.level.low).all()
     assert (one.level.high > alone.level.high).all()
 
 
 def test_the_same_draws_reach_a_law_whatever_it_is_made_of():
     points = RNG.uniform(size=(3, 11))
-    loops = [one.loop(PAPER, one.card) for one in MAIN[:2]]
-    loops += PROPOSALS[0].loop(PAPER, PROPOSALS[0].card).ablations().values()
+    loops = [one.loop(PAPER, one.card) for one in ALL]
+    loops += PROPOSAL.loop(PAPER, PROPOSAL.card).ablations().values()
     starts = []
     for loop in loops:
         equation = loop.ode()
@@ -123,13 +137,13 @@ def test_the_same_draws_reach_a_law_whatever_it_is_made_of():
     assert all(np.array_equal(start, starts[0]) for start in starts)
 
 
-def test_behind_the_observers_a_law_counts_on_the_estimated_disturbance():
-    entrant = OBSERVED[0]
+@pytest.mark.parametrize("entrant", ENTRANTS[BOTH.key], ids=lambda one: one.key)
+def test_behind_both_observers_each_law_counts_on_the_estimated_disturbance_once(entrant):
     loop = entrant.loop(PAPER, entrant.card).loop
-    ode, x = loop.ode(), RNG.uniform(-1, 1, loop.ode().states.size)
-    y = ode.outputs_at(0.3, x)
-    bare = type(loop)(loop.plant, loop.observer, loop.controller.law, loop.reference).ode().outputs_at(0.3, x)
-    np.testing.assert_allclose(y["tau"] - bare["tau"], y["d"] - y["d_error"], atol=1e-12)  # D_hat
+    est = ca.SX.sym("d", 2)
+    law, z = loop.controller, loop.controller.memory
+    torque = law.torque(0.0, z.view(ca.SX(z.default)), Estimate(ca.SX([0.1, 0.2]), ca.SX([0.3, 0.4]), est), REST)
+    np.testing.assert_allclose(np.array(ca.evalf(ca.jacobian(torque, est))), np.eye(2), atol=1e-12)
 
 
 def test_late_is_the_second_half_of_a_run_or_of_each_level():
@@ -159,57 +173,78 @@ def test_the_cost_is_the_sum_of_its_terms():
     np.testing.assert_allclose(objective({"a": held, "b": held}), [by_hand] * 2)
 
 
-def held(**shares):
-    """A comparison for each scenario: each law's cost as a share of the same draws; None for a law that fails."""
-    return {
-        scenario: compare(
-            paired({law: np.full(60, np.nan) if s is None else s * BASE for law, s in laws.items()}, metric=scenario),
-            margin=0.02,
-        )
-        for scenario, laws in shares.items()
-    }
+def standings(**shares):
+    """Judgements by scenario: each law's cost as a share of the same draws; None for a law that fails."""
+    return Standings(
+        {
+            scenario: judged(
+                paired({law: np.full(160, np.nan) if s is None else s * LONG for law, s in laws.items()}, metric="cost")
+            )
+            for scenario, laws in shares.items()
+        }
+    )
+
+
+def found(cost, again=None):
+    """All judgements that a winner is told from, the same given all that a law is given."""
+    kinds = dict.fromkeys(AGAIN, again or cost)
+    held = [{given.key: one for given in GIVEN} for one in (cost, kinds)]
+    return Found({}, *held, cost, cost, {}, cost, next(iter(cost.judgements.values())), {}, {})
 
 
 WINS, LOSES = {PROPOSED: 1.0, "SMC": 2.0, "PID": 3.0}, {PROPOSED: 2.0, "SMC": 1.0, "PID": 3.0}
-TIED, FAILS = {PROPOSED: 1.0, "SMC": 1.001, "PID": 3.0}, {PROPOSED: None, "SMC": 1.0, "PID": 1.0}
+TIED, FAILS = {PROPOSED: 1.0, "SMC": 1.001, "PID": 3.0}, {PROPOSED: None, "SMC": 1.0, "PID": 2.0}
 
 
 @pytest.mark.parametrize(
-    ("figures", "mostly", "everywhere"),
+    ("figures", "kind", "champion"),
     [
-        ({"a": WINS, "b": WINS}, "holds", "holds"),
-        ({"a": WINS, "b": TIED}, "holds", "open"),
-        ({"a": WINS, "b": WINS, "c": LOSES}, "holds", "fails"),
-        ({"a": WINS, "b": LOSES}, "open", "fails"),
-        ({"a": LOSES, "b": TIED}, "fails", "fails"),
-        ({"a": TIED, "b": TIED}, "open", "open"),
-        ({"a": WINS, "b": FAILS}, "holds", "fails"),
+        ({"a": WINS, "b": WINS}, "found", PROPOSED),
+        ({"a": WINS, "b": TIED}, "open", None),
+        ({"a": WINS, "b": WINS, "c": LOSES}, "found", PROPOSED),
+        ({"a": WINS, "b": LOSES}, "open", None),
+        ({"a": LOSES, "b": LOSES, "c": TIED}, "found", "SMC"),
+        ({"a": TIED, "b": TIED}, "open", None),
+        ({"a": WINS, "b": WINS, "c": FAILS}, "found", PROPOSED),
     ],
 )
-def test_who_wins_follows_from_the_figures(figures, mostly, everywhere):
-    found = held(**figures)
-    assert findings.mostly(found, PROPOSED).kind == mostly
-    assert findings.everywhere(found, PROPOSED, "cost").kind == everywhere
-    assert findings.by_its_law(found, PROPOSED).kind == everywhere
+def test_who_wins_follows_from_the_figures(figures, kind, champion):
+    held = standings(**figures)
+    verdict = findings.winner(found(held), READINGS)
+    assert (verdict.kind, findings.champion(held)) == (kind, champion)
+    assert champion is None or champion in verdict.statement
+    assert "mean cost" in verdict.estimand.lower()
 
 
-def test_a_failed_run_is_told_by_scenario():
-    assert findings.fails_nowhere(held(a=WINS), PROPOSED).kind == "holds"
-    found = findings.fails_nowhere(held(a=WINS, b=FAILS), PROPOSED)
-    assert found.kind == "fails"
-    assert "60 of 60 in 'b'" in str(found.evidence)
+def test_a_winner_by_the_mean_alone_is_no_winner():
+    """Of half of the draws SMC is better, and much worse in a few: median and mean tell other laws."""
+    heavy = np.where(np.arange(160) % 8 == 0, 20.0, 0.8)
+    values = paired({PROPOSED: LONG, "SMC": heavy * LONG}, metric="cost")
+    verdict = findings.winner(found(Standings({"a": judged(values)})), READINGS)
+    assert verdict.kind == "depends"
+    assert "depends on what is asked" in verdict.statement
+    assert "; SMC by median" in verdict.statement
+    assert f": {PROPOSED} by mean, " in verdict.statement
 
 
-@pytest.mark.parametrize(("other", "kind"), [({"a": WINS}, "holds"), ({"a": LOSES}, "fails"), ({"a": TIED}, "open")])
-def test_the_winner_of_one_search_is_held_against_that_of_the_other(other, kind):
-    assert findings.whichever_search(held(a=WINS, b=LOSES), held(**other)).kind == kind
+def test_a_winner_that_another_search_turns_round_depends_on_it():
+    verdict = findings.winner(found(standings(a=WINS), standings(a=LOSES)), READINGS)
+    assert verdict.kind == "depends"
+    assert "SMC by another search" in verdict.statement
+
+
+def test_each_statistic_stands_beside_the_one_asked():
+    by = judged(paired({"a": LONG, "b": LONG}, metric="cost")).by
+    assert list(by) == ["mean", "median", "90 % quantile", "mean of the worst 10 %", "success (<= 4)"]
+    assert len(by) == 1 + len(OTHERS)
 
 
 @pytest.mark.parametrize(
-    ("less", "kind", "words"),
-    [(1.5, "holds", "cost rises without part"), (1.001, "fails", "less than 2 %"), (0.5, "fails", "cost falls")],
+    ("less", "count", "words"),
+    [(1.5, "1 of 1", "cost rises without part"), (1.001, "0 of 1", "less than 2 %"), (0.5, "0 of 1", "cost falls")],
 )
-def test_a_part_matters_only_where_the_cost_rises_without_it(less, kind, words):
-    found = findings.parts_matter(held(a={PROPOSED: 1.0, "part": less}), PROPOSED)
-    assert found.kind == kind
-    assert words in str(found.evidence)
+def test_a_part_matters_only_where_the_cost_rises_without_it(less, count, words):
+    judgement = judge(paired({PROPOSED: BASE, "part": less * BASE}, metric="cost"), ASKED, margin=0.02)
+    verdict = findings.parts_matter(replace(found(standings(a=WINS)), parts={"a": (judgement,)}))
+    assert verdict.statement.startswith(f"{count} parts")
+    assert words in verdict.evidence

@@ -11,7 +11,9 @@ from workbench.controllers import (
     AdaptiveSlidingMode,
     AosmcRgs,
     FuzzyAsmc,
+    NonsingularTerminalSlidingMode,
     RbfAsmc,
+    Rise,
     SlidingMode,
     StateFeedback,
     SuperTwisting,
@@ -34,6 +36,8 @@ LAWS = {
     "Fuzzy-ASMC": FuzzyAsmc(**LEARNING, lag=0.02),
     "RBF-ASMC": RbfAsmc(**LEARNING, Gamma=5.0, sigma=0.1, centres=[[0.0] * 4, [1.0] * 4], widths=[1.0] * 4),
     "super-twisting": SuperTwisting(**SURFACE, k1=8.0, k2=15.0),
+    "RISE": Rise(6.0 * np.ones(2), 4.0, 20.0, 8.0, 0.5, model=ARM),
+    "NTSMC": NonsingularTerminalSlidingMode(ARM, 4.0, 1.5, 10.0, 15.0, 0.5, 0.1),
     "AOSMC-RGS": AosmcRgs(**SURFACE, K=5 * I, P=2 * I, Q=I, R=I, velocity="reference", gain_sign="raised"),
 }
 PARTS = {
@@ -43,6 +47,8 @@ PARTS = {
     "Fuzzy-ASMC": {"fuzzy rules", "adaptation", "boundary layer"},
     "RBF-ASMC": {"network", "adaptation", "boundary layer"},
     "super-twisting": {"integral part", "root part", "boundary layer"},
+    "RISE": {"integral of the sign", "boundary layer", "feedforward"},
+    "NTSMC": {"linear reaching", "switched reaching", "boundary layer"},
     "AOSMC-RGS": {"adaptation of K", "Riccati equation", "model in the torque", "boundary layer"},
 }
 OBSERVER = WithDisturbance(

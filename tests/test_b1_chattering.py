@@ -1,6 +1,7 @@
 """The study of chattering: one line of its table, and what it says where nothing oscillates."""
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -28,3 +29,17 @@ def test_a_layer_that_is_wide_enough_rests_as_foreseen():
     found = study.row(2e-3, 2e-3)
     assert found.layer[0].oscillations == ()
     assert study.cells(found)[-2:] == ("rest", "rest")
+
+
+def test_what_is_found_of_chattering_follows_its_rows():
+    rows = [study.row(2e-3, 2e-3), study.row(1e-2, 5e-3)]
+    assert [r.agreed for r in rows] == [True, True]
+    assert "in 2 of 2 pairs" in study.layers(rows).statement
+    assert "in 2 of 2 pairs" in study.cycles(rows).statement
+    swapped = [replace(rows[0], layer=(rows[1].layer[0], rows[0].layer[1])), rows[1]]
+    assert "in 1 of 2 pairs" in study.layers(swapped).statement
+    balance, run = rows[0].relay
+    met = replace(rows[0], relay=(replace(balance, frequency=run.frequency, amplitude=2 * run.amplitude), run))
+    assert "off by 0 % in frequency and 100 % in amplitude" in study.relays([met]).statement
+    larger = replace(rows[0], relay=(balance, replace(run, amplitude=2 * rows[0].cycle.highest)))
+    assert "in 0 of 1 pairs" in study.cycles([larger]).statement

@@ -10,7 +10,7 @@ from test_falsify import ODE, RANGES, blow_up, late
 
 from workbench.core import Claim
 from workbench.core.claim import Declared
-from workbench.verify.counterexample import CounterExample, in_reference_mode
+from workbench.verify.counterexample import CounterExample, hypotheses_kept, in_reference_mode
 from workbench.verify.falsify import Budget, Hunt
 
 HUNT = Hunt(ODE, late(0.0), RANGES, 2.0, 0.01)
@@ -102,3 +102,10 @@ def test_the_reference_mode_sees_the_same_run():
     y, error = in_reference_mode(HUNT.watched, "e", p[0], x0[0], [2.0])
     assert y[0, 0] == pytest.approx(WORST.value, abs=1e-8)  # the violation of x(2) <= 0 is x(2)
     assert error[0, 0] < 1e-8
+
+
+def test_the_hypotheses_that_a_run_keeps_at_every_step_are_named():
+    held = Declared(Claim("x is small", "x <= 1", "by hand", (), lambda y: 1 - y["x"]))  # x(0) = 1, and x falls
+    broken = Declared(Claim("x is large", "x >= 0.2", "by hand", (), lambda y: y["x"] - 0.2))  # until ln 5 s = 1.61 s
+    assert hypotheses_kept(ODE, (held, broken), 1.5, 0.01) == ("x is small", "x is large")
+    assert hypotheses_kept(ODE, (held, broken), 1.7, 0.01) == ("x is small",)

@@ -82,7 +82,7 @@ def test_a_reference_is_found_wherever_words_stand():
     document(
         Equation(symbol("M"), "mass", note=reference),
         table(rows=((reference, Diverged(3.0)),), notes=(reference,)),
-        Verdict("open", reference, reference),
+        Verdict("open", reference, reference, estimand=reference, given=reference, reversal=reference),
         question=reference,
         method=reference,
     )
@@ -93,9 +93,14 @@ def test_two_blocks_of_one_name_are_refused():
         document(table(), table())
 
 
-def test_a_verdict_knows_three_words():
-    with pytest.raises(ValueError, match="'holds', 'fails' or 'open'"):
+def test_a_verdict_knows_five_words():
+    with pytest.raises(ValueError, match="'holds', 'fails', 'open', 'found' or 'depends'"):
         Verdict("maybe", "It works.")
+
+
+def test_a_verdict_lists_only_the_terms_that_it_has():
+    found = Verdict("found", "PID is best.", estimand="mean cost", reversal="a gap below 2 %")
+    assert found.terms == (("Statistic and sample", "mean cost"), ("Would be reversed by", "a gap below 2 %"))
 
 
 @pytest.mark.parametrize(
@@ -177,6 +182,7 @@ def test_a_list_serves_where_a_tuple_is_asked_for():
         (lambda: table(notes="one"), r"notes=...\)` must be a tuple of texts"),
         (lambda: Measured("a", 0.1), "finite value"),
         (lambda: Diverged(None), "`Diverged"),
+        (lambda: Verdict("open", "s", given=3), r"`Verdict\(given=...\)` must be text.*got int 3"),
         (lambda: Verdict("open", None), r"`Verdict\(statement\)` must be text.*got None"),
         (lambda: Equation("M = 1"), r"`Equation\(formulas\)`.*'M = 1'"),
         (lambda: Series(3, [0], [0]), r"`Series\(label=...\)` must be text or a `Number`"),

@@ -184,3 +184,38 @@ def test_a_violation_that_changes_much_with_the_step_is_no_refutation():
 
 def test_metrics_without_a_gradient_are_left_to_the_population():
     assert slope_of(ODE, peak_error(), Box.of(ODE, RANGES), np.array([0.5, 0.5]), 1.0, 0.01) is None
+
+
+def test_a_witness_keeps_its_verdict_in_as_few_decimals_as_show_it():
+    hunt = Hunt(ODE, late(0.0), {"x": (0.0, 1.23456), "b": (-1.0, 0.98765)}, 2.0, 0.01)
+    found = hunt.search(1, Budget(16, 6, 3))
+    short = hunt.shortened(found)
+    assert found.worst.sought == pytest.approx({"x": 1.23456, "b": 0.98765}, rel=1e-15)
+    # by hand: x(2) = 0.135 x(0) + 0.730 b, of which one decimal, 1.2 and 0.9, keeps 92 %, and two keep 99 %
+    assert short.worst.sought == {"x": 1.23, "b": 0.98}
+    assert short.kind == found.kind == "refuted"
+    assert found.worst.value > short.worst.value > 0.95 * found.worst.value
+    # the digits alone give it again
+    assert hunt.at(short.worst.sought).value == short.worst.value
+
+
+def test_a_witness_is_not_cut_where_that_breaks_a_hypothesis():
+    narrow = Claim("b is narrow", "b >= 0.9876", "by hand", (), lambda y: y["b"] - 0.9876)
+    hunt = Hunt(ODE, at_most(0.5, narrow), {"x": (0.0, 1.0), "b": (0.98761, 0.98769)}, 2.0, 0.01)
+    short = hunt.shortened(hunt.search(1, Budget(16, 6, 0)))
+    assert short.worst.sought["b"] >= 0.9876
+    assert hunt.at(short.worst.sought).excess <= 0
+
+
+def test_a_run_is_told_whether_it_keeps_its_hypotheses():
+    hunt = Hunt(ODE, at_most(0.5, weak()), RANGES, 2.0, 0.01)
+    assert hunt.at({"x": 2.0, "b": 0.2}).excess < 0
+    assert hunt.at({"x": 2.0, "b": 0.3}).excess == pytest.approx(0.05)
+    with pytest.raises(LookupError, match="no parameter and no state 'c'"):
+        hunt.at({"c": 1.0})
+
+
+def test_the_worst_run_of_another_search_is_refused():
+    other = Hunt(ODE, late(0.0), {"x": (-2.0, 2.0)}, 2.0, 0.01).search(1, Budget(8, 2, 0))
+    with pytest.raises(LookupError, match="There is no 'b' among the 1 numbers of the worst run"):
+        Hunt(ODE, late(0.0), RANGES, 2.0, 0.01).shortened(other)

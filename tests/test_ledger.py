@@ -1,5 +1,7 @@
 """The ledger: findings that say what they rest on, and hypotheses linked to claims."""
 
+from dataclasses import replace
+
 import pytest
 
 from workbench.core import Claim
@@ -63,9 +65,9 @@ def test_samples_belong_to_what_is_not_refuted():
     assert Finding("not refuted", "by search", samples=1200).verdict == "not refuted in 1,200 samples"
 
 
-def test_a_verdict_is_one_of_four():
+def test_a_verdict_is_one_of_seven():
     with pytest.raises(
-        ValueError, match="must be one of 'proved', 'refuted', 'not refuted', 'not checkable'; got 'true'"
+        ValueError, match="must be one of 'proved', 'refuted', 'does not hold under', 'not refuted', .*; got 'true'"
     ):
         Finding("true", "it is so")
 
@@ -73,3 +75,50 @@ def test_a_verdict_is_one_of_four():
 def test_a_check_must_find_something():
     with pytest.raises(ValueError, match="The check of 'model'"):
         Ledger.of([(RIGHT, lambda: None)])
+
+
+def test_a_condition_is_named_where_a_claim_fails_under_it():
+    under = Finding("does not hold under", "3 is above 2", "f(1)", under="the numbers of a1")
+    assert under.verdict == "does not hold under: the numbers of a1"
+    with pytest.raises(ValueError, match="names the condition of 'does not hold under', which needs one"):
+        Finding("does not hold under", "3 is above 2", "f(1)")
+    with pytest.raises(ValueError, match="needs a line of Python"):
+        Finding("does not hold under", "3 is above 2", under="the numbers of a1")
+    with pytest.raises(ValueError, match="got 'the numbers of a1' with 'proved'"):
+        Finding("proved", "by normal form", under="the numbers of a1")
+    held = Finding("not refuted", "1 is below 2", samples=20, under="the numbers of a1")
+    assert held.verdict == "not refuted in 20 samples, under: the numbers of a1"
+
+
+def test_a_claim_that_cannot_be_checked_says_what_is_unstated():
+    assert Finding("not checkable as published", "no gain is printed", unstated="all gains").verdict == (
+        "not checkable as published"
+    )
+    with pytest.raises(ValueError, match="names what the source does not state"):
+        Finding("not checkable as published", "no gain is printed")
+    with pytest.raises(ValueError, match="got 'all gains' with 'refuted'"):
+        Finding("refuted", "it fails", "f(1)", unstated="all gains")
+
+
+def test_an_ill_posed_claim_says_why_and_needs_no_witness():
+    assert Finding("ill-posed", "a 2 x 1 matrix times a 2 x 1 matrix").verdict == "ill-posed"
+    with pytest.raises(ValueError, match="must say on what the verdict rests"):
+        Finding("ill-posed", "")
+
+
+@pytest.mark.parametrize("finding", [REFUTED, Finding("does not hold under", "3 > 2", "f(1)", under="a1")])
+def test_a_witness_that_was_not_seen_to_keep_a_hypothesis_is_no_witness(finding):
+    margin = Claim("gain", "K > delta", "(40)", (), lambda y: y["K"])
+    lemma = Claim("lemma", "V falls", "(40)", (margin,))
+    theorem = Claim("theorem", "e tends to zero", "(41)", (lemma,))
+    with pytest.raises(
+        ValueError, match="'theorem' must keep every hypothesis of the claim.*\\['gain'\\] have margins"
+    ):
+        Line(theorem, finding)
+    assert Line(theorem, replace(finding, kept=("gain",))).finding.kept == ("gain",)
+    assert Line(theorem, PROVED).finding is PROVED
+
+
+def test_a_hypothesis_that_fails_under_a_condition_has_fallen():
+    lines = (Line(RIGHT, Finding("does not hold under", "3 > 2", "f(1)", under="a1")), Line(LEMMA, PROVED))
+    assert Ledger(lines).fallen("lemma") == ("model",)

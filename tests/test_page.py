@@ -80,6 +80,8 @@ def document(title="Six laws on one arm", *more, words="text"):
         Verdict("fails", (words, q), words),
         Verdict("holds", words),
         Verdict("open", words),
+        Verdict("depends", words, words, words, words, words),
+        Verdict("found", words, estimand=words),
         Itemize((words, q)),
         *more,
     )
@@ -135,7 +137,20 @@ def test_figures_and_tables_speak_to_those_who_cannot_see_them():
 
 def test_a_verdict_is_a_word_and_not_only_a_colour():
     words = Reader(html(document())).words
-    assert {"fails", "holds", "open"} <= set(words)
+    assert {"fails", "holds", "open", "depends"} <= set(words)
+
+
+def test_what_was_found_bears_no_word_of_right_or_wrong():
+    assert "found" not in Reader(html(document())).words
+
+
+def test_a_verdict_has_its_sentence_its_evidence_and_its_terms_in_one_box():
+    words = [word for word in Reader(html(document())).words if word.strip()]
+    start = words.index("depends")
+    assert words[start : start + 9] == [
+        *("depends", "text", "text"),
+        *("Statistic and sample", "text", "Given", "text", "Would be reversed by", "text"),
+    ]
 
 
 def test_provenance_says_how_to_get_the_report_again():
@@ -163,6 +178,16 @@ def test_control_characters_do_not_reach_the_page():
     assert not re.search("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff]", page)
     assert "<h1>a\ufffdb</h1>" in page
     page.encode("utf-8")
+
+
+def test_the_head_of_a_page_says_how_to_run_it_and_digests_stand_at_its_end():
+    colophon = Colophon("workbench run it", "0", {"W": "aa11"}, digests={"S: law": "bb22"})
+    page = html(Document("t", "q", "m", (Section("Found", ()),), colophon))
+    words = [word.strip() for word in Reader(page).words if word.strip()]
+    head, end = words[: words.index("Contents")], words[words.index("Provenance") :]
+    assert "workbench run it" in head
+    assert not {"aa11", "bb22"} & set(head)
+    assert {"aa11", "bb22", "fingerprint of W", "digest of S: law"} <= set(end)
 
 
 def test_fingerprints_that_would_fill_pages_stand_in_one_paragraph_and_none_is_lost():

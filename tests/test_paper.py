@@ -9,14 +9,18 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
 
 import a1_paper_tables
+from paper_assumed import firm, reached, with_small_q
 from paper_card import CARD, PUBLISHED
 from paper_laws import ARM, proposed_as_printed, proposed_repaired
 
+from workbench.controllers import AosmcRgs
 from workbench.core.layout import Array
-from workbench.metrics import measured, sampled_rmse
+from workbench.metrics import measured, rmse, sampled_rmse
 from workbench.metrics.final import final_values
 from workbench.robots import paper_arm
 from workbench.simulate import simulate, step_limit
+from workbench.study.runner import run
+from workbench.study.study import Case, Study
 
 H = 1e-3 / 12  # s, below the limit of 0.094 ms that the gains of the repaired law set
 
@@ -53,6 +57,26 @@ def test_the_law_as_printed_loses_its_positive_gain_and_then_the_path(scenario):
     assert 0 < lost < runs.diverged_at[0]
 
 
+@pytest.mark.parametrize("shape", ["outer", "elementwise"])
+def test_with_a_small_q_the_printed_law_keeps_its_gain_positive_and_misses_the_path_all_the_same(shape):
+    runs = simulate(measured(with_small_q(shape).ode(), (), 1e-4), until=CARD["FS: horizon"], every=0.01)
+    assert smallest_eigenvalue(runs["controller.K"][0]).min() > 2.5
+    late = np.abs(runs["e"][0, runs.t >= 5]).max(axis=0)
+    assert late.min() > 1  # rad
+    assert late.max() < 2.5
+
+
+def test_smc_reaches_its_layer_only_after_seconds_with_the_assumed_gain_and_at_once_with_a_firm_one():
+    loops = {"assumed": firm("FS", float(CARD["SMC: K"][0])), "firm": firm("FS", 50.0)}
+    cases = tuple(Case("FS", law, loop, (rmse(),), 5e-5, 4.0, 0.01) for law, loop in loops.items())
+    for outcome in run(Study("s", "t", "q", "m", lambda results: (), cases=cases)).outcomes:
+        s = np.abs(outcome.measurement.trajectories["s"][0])
+        at = reached(outcome)
+        assert ((s[outcome.t <= at] < CARD["phi"]).any(axis=0)).all()
+        assert not ((s[outcome.t < at - 1e-9] < CARD["phi"]).any(axis=0)).all()
+        assert (at > 3) if outcome.case.law == "assumed" else (at < 0.5)
+
+
 def test_the_arm_of_the_card_is_the_one_of_the_catalogue():
     ours, known = ARM, paper_arm()
     assert [(p.mass, p.length) for p in ours.links] == [(p.mass, p.length) for p in known.links]
@@ -68,6 +92,6 @@ def test_every_case_of_the_study_has_a_grid_that_its_step_divides():
 
 def test_the_proposed_law_is_marked_as_using_the_truth_and_no_rival_is():
     for case in a1_paper_tables.study.cases:
-        proposed = case.scenario not in ("FS", "SS") or case.law == "AOSMC-RGS"
+        proposed = isinstance(case.loop.controller, AosmcRgs)
         assert case.loop.uses_truth == proposed
         assert bool(case.loop.ode().notes) == proposed

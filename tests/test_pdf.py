@@ -13,7 +13,18 @@ from workbench.report import pdf as module
 from workbench.report.figures.sheet import draw
 from workbench.report.outline import labels, notes
 from workbench.report.pdf import LONGEST, REST, data, pdf
-from workbench.study.document import Code, Colophon, Column, Document, Equation, Measured, Paragraph, Section, Table
+from workbench.study.document import (
+    Code,
+    Colophon,
+    Column,
+    Document,
+    Equation,
+    Measured,
+    Paragraph,
+    Section,
+    Table,
+    Verdict,
+)
 
 
 def compiled(doc):
@@ -53,6 +64,16 @@ def test_a_hostile_title_and_text_are_inert_and_readable(tmp_path):
         assert joined.count(piece) >= 10
 
 
+def test_a_verdict_has_its_sentence_its_evidence_and_its_terms_in_one_box(tmp_path):
+    verdict = Verdict("depends", "S.", "E.", "mean cost", "readings", "a wider margin")
+    text = text_of(pdf(with_blocks(verdict)), tmp_path)
+    lines = [" ".join(line.split()) for line in text.split("More")[-1].splitlines() if line.strip()]
+    assert lines[:5] == [
+        *("DEPENDS S.", "E.", "Statistic and sample mean cost"),
+        *("Given readings", "Would be reversed by a wider margin"),
+    ]
+
+
 def test_the_same_document_gives_the_same_bytes_and_no_date():
     first = pdf(document())
     assert first == pdf(document())
@@ -69,6 +90,15 @@ def test_references_provenance_and_running_title_are_there(tmp_path):
     for said in ("Table 1.", "Figure 1.", "Equation (1)", "diverged at 3.14 s", "0.5847(2)", "3f9a2c1b"):
         assert said in text
     assert text.startswith("Study report 1")
+
+
+def test_the_digests_of_a_pdf_stand_in_its_provenance_and_on_no_other_page(tmp_path):
+    colophon = replace(document().colophon, fingerprints={"W": "aa11"}, digests={"S: law": "bb22"}, command="run it")
+    before, _, after = text_of(pdf(replace(document(), colophon=colophon)), tmp_path).rpartition("Provenance")
+    assert "run it" in before
+    for digest in ("aa11", "bb22"):
+        assert digest in after
+        assert digest not in before
 
 
 def test_a_long_table_goes_on_over_pages_with_its_head_on_each(tmp_path):

@@ -118,6 +118,25 @@ def test_factors_that_crowd_next_to_zero_are_named_in_the_caption():
     assert points_of(apart).names == factors
 
 
+def test_two_factors_far_beyond_all_others_make_the_plane_logarithmic_and_said_so():
+    factors = tuple("abcdefg")
+
+    def outliers(u):
+        return u @ [100, 80, 1, 2, 1, 2, 1e-9] + 50 * u[:, 0] * u[:, 1] + u[:, 2] * u[:, 3] + u[:, 4] * u[:, 5]
+
+    figure = morris_plane("f", "", morris_effects(outliers, factors), NOTE)
+    (panel,) = figure.panels
+    assert (panel.xscale, panel.yscale) == ("log", "log")
+    assert "Both axes are logarithmic" in words(figure.caption)
+    assert "Below 0.001 of the largest number lie g." in words(figure.caption)
+    # those that are not the two outliers have room of their own: more than a tenth of the axis from its end
+    x = np.asarray(points_of(figure).x)[2:6]
+    share = np.log(x / panel.xlim[0]) / np.log(panel.xlim[1] / panel.xlim[0])
+    assert ((share > 0.1) & (share < 0.9)).all()
+    alike = morris_plane("f", "", morris_effects(lambda u: u @ [1, -4, 2]), NOTE)
+    assert alike.panels[0].xscale == "linear"
+
+
 def test_sobol_bars_are_the_indices_in_the_order_of_the_largest_total():
     found = indices(lambda u: u @ [1, -4, 2])
     figure = sobol_bars("f", "", found, NOTE)
@@ -160,7 +179,7 @@ def test_a_wide_interval_does_not_squeeze_the_bars():
 def test_a_bar_without_an_interval_is_said_to_have_none():
     found = indices(lambda u: u @ [1, -4, 2])
     without = replace(found, ST=replace(found.ST, half=np.array([[np.nan, 0.01, 0.01]])))
-    assert "Of a bar without an interval none is known." in words(sobol_bars("f", "", without, NOTE).caption)
+    assert "Where a bar has no interval, it is not known." in words(sobol_bars("f", "", without, NOTE).caption)
     assert "arrow" not in words(sobol_bars("f", "", without, NOTE).caption)
 
 

@@ -43,6 +43,10 @@ def steep(u):
     return 1e-7 * (u @ 0.8 ** np.arange(len(u.T)) + 3 * u[:, 0] * u[:, -1])
 
 
+def outliers(u):
+    return 1e3 * u[:, 0] * u[:, 1] + steep(u) / 1e-7
+
+
 WORST = {
     "twenty long rows": lambda: tornado_figure("f", "", tornado_of(steep, LONG), NOTE, "N*m/s"),
     "twenty long bars": lambda: sobol_bars("f", "", indices(steep, LONG, base=8), NOTE),
@@ -52,6 +56,7 @@ WORST = {
     "a crowd of names": lambda: morris_plane("f", "", morris_effects(steep, SHORT), NOTE, labels=FORMULAS),
     "a crowd of numbers": lambda: morris_plane("f", "", morris_effects(steep, LONG), NOTE),
     "all names at one place": lambda: morris_plane("f", "", morris_effects(lambda u: u.sum(axis=1), SHORT), NOTE),
+    "two factors far beyond all others": lambda: morris_plane("f", "", morris_effects(outliers, SHORT), NOTE),
     "a map of twenty": lambda: second_order_map("f", "", indices(steep, LONG, second_order=True, base=8), NOTE),
     "one factor": lambda: sobol_bars("f", "", indices(lambda u: -1e9 - u[:, 0], ("a",)), NOTE),
     "one long word": lambda: rank_figure("f", "", {"w" * 120: [1.0]}, NOTE),

@@ -1,6 +1,7 @@
 """Running the cases of a study."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -133,3 +134,30 @@ def test_headlines_that_are_no_list_of_texts_are_refused(answer):
 def test_the_seed_of_a_study_is_in_its_colophon():
     seeds = [document(study(**given), Results(), "again").colophon.seed for given in ({"seed": 7}, {})]
     assert seeds == [7, None]
+
+
+def printed(*cases: Case, seed: int | None = None) -> dict[str, str]:
+    """What the page prints beside each case."""
+    one = study(cases=cases, seed=seed)
+    return dict(document(one, run(one), "command").colophon.digests)
+
+
+def test_cases_that_differ_in_one_number_have_two_digests():
+    case = Case("S", "law", Given(decay(1.0)), (iae(),), 0.01, 2.0, 0.1)
+    others = {
+        "rate": {"loop": Given(decay(1.0 + 2**-52))},
+        "start": {"loop": Given(decay(1.0, start=1.0 + 2**-52))},
+        "step": {"h": 0.005},
+        "horizon": {"until": 2.1},
+        "grid": {"every": 0.05},
+    }
+    cases = [case, *(replace(case, law=name, **change) for name, change in others.items())]
+    digests = printed(*cases)
+    assert len(digests) == len(set(digests.values())) == 6
+    assert len({outcome.ode.fingerprint for outcome in run(study(cases=tuple(cases))).outcomes}) == 1
+
+
+def test_another_name_of_a_case_leaves_its_digest_as_it_is():
+    case = Case("S", "law", Given(decay(1.0)), (iae(),), 0.01, 2.0, 0.1)
+    told = (case, replace(case, scenario="T", law="other", style=3, remark="new"), replace(case, law="whole", until=2))
+    assert len(set(printed(*told).values())) == 1

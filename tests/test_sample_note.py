@@ -67,3 +67,14 @@ def test_the_colophon_of_a_study_without_a_seed_says_those_of_its_samples():
         for samples in ((), (drawn,), (drawn, replace(drawn, name="other", seed=4)))
     ]
     assert seeds == [None, "9", "9 of s; 9, of the noise 4 of other"]
+
+
+def test_samples_of_one_equation_with_other_numbers_have_other_digests_and_with_another_name_the_same():
+    one = sample([[0.1, 0.1, 0.1]])
+    others = [
+        replace(one, drawn=np.ones((1200, 1))),
+        replace(one, values=one.values + 1e-12),
+        replace(one, t=one.t + 1),
+    ]
+    assert len({one.digest, *(other.digest for other in others)}) == 4
+    assert replace(one, name="other").digest == one.digest

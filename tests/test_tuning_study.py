@@ -14,10 +14,12 @@ from sweeps import sweep
 from tunings import tuning
 
 from workbench.script import Script, digest_of
-from workbench.study.executors import ClusterError
+from workbench.study.executors import ClusterError, on_threads
 from workbench.study.runner import run
-from workbench.study.store import FOLDER, chunks
+from workbench.study.store import FOLDER, chunks, opened
 from workbench.study.study import Results, Study
+from workbench.study.tuning import kept
+from workbench.study.tuning.ready import ready
 
 TUNED = """
 from tunings import DoubleIntegrator, quadratic, tuning
@@ -79,7 +81,7 @@ def forget(folder, runs):
 
 def test_a_study_tunes_then_sweeps_and_is_never_computed_twice(command, tuned, tmp_path):
     first = command("run", tuned, "--out", "out", "--ack")
-    assert (first.exit_code, first.stdout.splitlines()[-2]) == (0, "J = 1.419806")
+    assert (first.exit_code, first.stdout.splitlines()[-2]) == (0, "J = 1.415162")
     told = first.stderr.splitlines()
     assert told[0].startswith("tuned: tuning, 88 runs: at most about")
     assert told[1].startswith("tuned: 32 runs: at most about")
@@ -152,7 +154,8 @@ def test_too_long_a_search_is_refused_before_it_begins(command, tuned, tmp_path)
 
 @pytest.mark.skipif(os.name != "posix", reason="needs POSIX signals")
 def test_a_search_that_was_killed_and_stopped_goes_on_and_ends_as_if_it_had_not_been(command, tuned, tmp_path):
-    (tmp_path / tuned).write_text(TUNED.replace("EVALUATIONS", "480"), encoding="utf-8")
+    until_settled = TUNED.replace("EVALUATIONS", "480, seeds=(0, 1), settle=0.4")
+    (tmp_path / tuned).write_text(until_settled, encoding="utf-8")
     call = [sys.executable, "-m", "workbench", "run", tuned, "--out", "out", "--ack"]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     got = {}
@@ -165,18 +168,44 @@ def test_a_search_that_was_killed_and_stopped_goes_on_and_ends_as_if_it_had_not_
         assert process.returncode == status
         assert not got.keys() & found.keys()
         got |= found
-    kept = len(digests(command))
-    assert said.splitlines()[-1].startswith(f"workbench: stopped; {kept} chunks are kept in 'out'. The same command")
+    held = len(digests(command))
+    assert said.splitlines()[-1].startswith(f"workbench: stopped; {held} chunks are kept in 'out'. The same command")
     lines = command("status", "out").stdout.splitlines()
-    assert lines[0] == f"pd_step: {8 * kept} of 480 runs in {kept} of 60 chunks, 0 failed; fused 1."
+    assert lines[0] == f"pd_step: {8 * held} of at most 960 runs in {held} of at most 120 chunks, 0 failed; fused 1."
+    assert lines[1].startswith("pd_step_half: 0 of at most 16 runs in 0 of at most 1 chunks")
     assert lines[-1].endswith("Its command goes on with the rest.")
-    rest = acknowledged(command("run", tuned, "--out", "out", "--ack").stdout)
+    done = command("run", tuned, "--out", "out", "--ack")
+    assert "tuned: tuning, at most 976 runs: " in done.stderr
+    rest = acknowledged(done.stdout)
     assert not got.keys() & rest.keys()
     whole = acknowledged(command("run", tuned, "--out", "whole", "--ack").stdout)
     assert digests(command) == digests(command, "whole") == whole
     assert (got | rest).items() <= whole.items()
+    runs = 8 * sum(name.startswith("pd_step/") for name in whole)
+    assert 2 * 192 <= runs < 960  # some search has settled before its 480 evaluations, and none before 0.4 of them
+    assert command("status", "out").stdout.startswith(f"pd_step: {runs} of {runs} runs in {runs // 8} of {runs // 8} ")
     tables = (tmp_path / out / "runs" / "held_out.csv" for out in ("out", "whole"))
     assert next(tables).read_bytes() == next(tables).read_bytes()
+
+
+def test_what_a_settled_tuning_did_without_is_taken_off_what_is_to_come(tmp_path):
+    first, second = (ready(tuning(name=name, evaluations=320, settle=0.3)) for name in ("one", "two"))
+    told, said = [], []
+    with opened(tmp_path, fresh=False) as ledger:
+        found, done = kept.complete(
+            (first, second), ledger, on_threads, lambda: told.append, describe=lambda sweeps: said.append(sweeps)
+        )
+        again = kept.complete((first, second), ledger, on_threads, lambda: pytest.fail("it runs"))
+    spared = 320 - found["one"].used[0]
+    assert spared > 0
+    assert told[0].total == 2 * (320 + 8)
+    assert told[-1].total == 2 * (320 + 8) - spared
+    assert told[-1].done == sum(found[name].used[0] for name in ("one", "two")) + 8  # and the last eight are to come
+    assert [(sweep.runs, sweep.at_most) for sweep in said[0]] == [(320, True), (8, True)] * 2
+    runs = [runs for name in ("one", "two") for runs in (found[name].used[0], 8)]
+    assert [(sweep.runs, sweep.at_most) for sweep in done] == [(count, False) for count in runs]
+    assert again[1] == done
+    assert again[0]["two"].objectives.tobytes() == found["two"].objectives.tobytes()
 
 
 def test_a_worker_finds_the_same_sweeps_from_the_chunks_of_the_tuning(command, tuned, tmp_path):

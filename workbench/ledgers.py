@@ -26,8 +26,9 @@ def status(folder: Path) -> list[str]:
     lines = []
     for sweep in said.sweeps:
         there = [held[name] for name in sweep.chunks if name in held]
+        of = "of at most" if sweep.at_most else "of"
         lines.append(
-            f"{sweep.name}: {sum(map(runs_of, there)):,} of {sweep.runs:,} runs in {len(there)} of "
+            f"{sweep.name}: {sum(map(runs_of, there)):,} {of} {sweep.runs:,} runs in {len(there)} {of} "
             f"{len(sweep.chunks)} chunks, {sum(map(lost, there)):,} failed; {sweep.arithmetic}."
         )
     complete = all(name in held for sweep in said.sweeps for name in sweep.chunks)

@@ -6,6 +6,7 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 
 from workbench.progress import runs, shown_of
@@ -92,8 +93,8 @@ def swept(study: Study, out: Path, order: Order) -> Iterator[Answered]:
     with opened(out, order.fresh) as ledger:
         for remark in ledger.remarks:
             order.say(remark)
-        tunings = tuple(_settled_tuning(one, ledger, order) for one in tunings)
-        sweeps = _settled(sweeps, ledger, order)
+        tunings = _settled(tunings, ledger, order)
+        sweeps = in_arithmetic(sweeps, ledger, order.arithmetic)
         for name, times in {one.arithmetic: cost.slower(one) for one in (*_searches(tunings), *sweeps)}.items():
             if times > 1:
                 order.say(
@@ -108,7 +109,7 @@ def swept(study: Study, out: Path, order: Order) -> Iterator[Answered]:
             if callable(study.sweeps):
                 resolved = resized(study.resolved(found), order.samples)
                 _say_kept(resolved, order)
-                sweeps = _settled(sweeps_of(resolved), ledger, order)
+                sweeps = in_arithmetic(sweeps_of(resolved), ledger, order.arithmetic)
                 _afford(sweeps, out, order)
             plan = planned(sweeps)
             execute = _executor(sweeps, order, *_searched(tunings, ledger, searched) if callable(study.sweeps) else ())
@@ -127,13 +128,13 @@ def _held(plan: Plan | None, ledger: Ledger) -> str:
     return f"{sum(task.name in ledger for task in plan.tasks)} of {len(plan.tasks)} chunks"
 
 
-def _settled(sweeps: Sequence[Prepared], ledger: Ledger, order: Order) -> tuple[Prepared, ...]:
-    """The sweeps in the arithmetic of the ledger, or in the one that is asked for."""
-    return tuple(in_arithmetic(one, ledger, order.arithmetic) for one in sweeps)
-
-
-def _settled_tuning(made: Ready, ledger: Ledger, order: Order) -> Ready:
-    return replace(made, trials=_settled(made.trials, ledger, order), halves=_settled(made.halves, ledger, order))
+def _settled(tunings: Sequence[Ready], ledger: Ledger, order: Order) -> tuple[Ready, ...]:
+    """The tunings in the arithmetic of the ledger, or in the one that is asked for."""
+    sweeps = iter(in_arithmetic(_searches(tunings), ledger, order.arithmetic))
+    return tuple(
+        replace(made, trials=tuple(islice(sweeps, len(made.trials))), halves=tuple(islice(sweeps, len(made.halves))))
+        for made in tunings
+    )
 
 
 def _searches(tunings: Sequence[Ready]) -> list[Prepared]:
@@ -176,7 +177,8 @@ def _tuned(
                     f"{ledger.out}` goes on with them."
                 )
             where = "" if order.cluster is None else ", on this machine"
-            order.say(f"{study.name}: tuning{where}, {cost.cost_of(_searches(tunings), order.workers)}.")
+            most = "at most " if any(made.tuning.settle is not None for made in tunings) else ""
+            order.say(f"{study.name}: tuning{where}, {most}{cost.cost_of(_searches(tunings), order.workers)}.")
             told = runs(bar.enter_context(shown_of(study.name, order.say)))
             return lambda state: told(*state)
 

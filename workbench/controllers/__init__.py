@@ -3,31 +3,39 @@
 from workbench.controllers.adaptation import AbstractAdaptation, DeadZone, Frozen, Leakage, Plain
 from workbench.controllers.adaptive_sliding_mode import AdaptiveSlidingMode
 from workbench.controllers.aosmc_rgs import AosmcRgs
+from workbench.controllers.compensation import WithCompensation
+from workbench.controllers.computed_torque import ComputedTorque
 from workbench.controllers.fuzzy import RuleBase
 from workbench.controllers.fuzzy_asmc import FuzzyAsmc
 from workbench.controllers.pid import PID
 from workbench.controllers.rbf_asmc import RbfAsmc
+from workbench.controllers.rise import Rise
 from workbench.controllers.scheduled_feedback import ScheduledFeedback
 from workbench.controllers.sdre import Sdre
 from workbench.controllers.sliding_mode import SlidingMode
 from workbench.controllers.state_feedback import StateFeedback
 from workbench.controllers.super_twisting import SuperTwisting
+from workbench.controllers.terminal_sliding_mode import NonsingularTerminalSlidingMode
 
 __all__ = [
     "PID",
     "AbstractAdaptation",
     "AdaptiveSlidingMode",
     "AosmcRgs",
+    "ComputedTorque",
     "DeadZone",
     "Frozen",
     "FuzzyAsmc",
     "Leakage",
+    "NonsingularTerminalSlidingMode",
     "Plain",
     "RbfAsmc",
+    "Rise",
     "RuleBase",
     "ScheduledFeedback",
     "Sdre",
     "SlidingMode",
     "StateFeedback",
     "SuperTwisting",
+    "WithCompensation",
 ]

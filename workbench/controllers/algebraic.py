@@ -1,4 +1,4 @@
-"""The stabilising solution of A'P + PA - PGP + Q = 0 as an expression, for laws that solve it as they run."""
+"""A'P + PA - PGP + Q as expressions, for laws that run: where it is zero, and a step of P' = A'P + PA - PGP + Q."""
 
 from __future__ import annotations
 
@@ -64,15 +64,40 @@ def doubled(A: ca.SX, G: ca.SX, Q: ca.SX, rate: ca.SX, doublings: int) -> ca.SX:
     """
     n = A.shape[0]
     eye = ca.SX.eye(n)
-    moved = ca.solve(A - rate * eye, ca.horzcat(eye, G))
-    inverse, by_G = moved[:, :n], moved[:, n:]
-    W = ca.solve(A.T - rate * eye + Q @ by_G, ca.horzcat(eye, Q @ inverse))
-    E, F, P = eye + 2 * rate * W[:, :n].T, 2 * rate * by_G @ W[:, :n], 2 * rate * W[:, n:]
+    E, F, P = _cayley(A, G, Q, rate)
     for _ in range(doublings):
         F, P = _even(F), _even(P)
         V = ca.solve(eye + F @ P, ca.horzcat(E, F @ E.T))
         E, F, P = E @ V[:, :n], F + E @ V[:, n:], P + E.T @ (P @ V[:, :n])
     return _even(P)
+
+
+def stepped(A: ca.SX, G: ca.SX, Q: ca.SX, P: ca.SX, h: float) -> ca.SX:
+    """P after h seconds of P' = A'P + PA - PGP + Q, by one Cayley step; symmetric where P is.
+
+    With P = X2 X1^-1 the equation is linear, [X1; X2]' = H [X1; X2], H = [-A, G; Q, A']. The step takes
+    X = (I - h H / 2)^-1 (I + h H / 2) for exp(h H), of second order and symplectic as that is, so that
+    P+ = (X21 + X22 P) (X11 + X12 P)^-1. As X is symplectic, this is P+ = P0 + E' P (I + F P)^-1 E, and F, P0 are
+    semidefinite as G, Q are, P0 definite as Q is, for each h but where 2 / h is an eigenvalue of A: a semidefinite P
+    stays so, and becomes definite at once where Q is. Each stationary P of the equation is one of the step.
+
+    References
+    ----------
+    Schiff and Shnider (1999), A natural approach to the numerical integration of Riccati differential equations, SIAM
+    Journal on Numerical Analysis 36(5).
+    """
+    E, F, P0 = _cayley(A, G, Q, 2 / h)
+    return _even(P0 + E.T @ P @ ca.solve(ca.SX.eye(A.shape[0]) + F @ P, E))
+
+
+def _cayley(A: ca.SX, G: ca.SX, Q: ca.SX, rate: ca.SX | float) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """E, F and P0 of the map P0 + E' P (I + F P)^-1 E of P, which is the Cayley transform at `rate` in 1/s."""
+    n = A.shape[0]
+    eye = ca.SX.eye(n)
+    moved = ca.solve(A - rate * eye, ca.horzcat(eye, G))
+    inverse, by_G = moved[:, :n], moved[:, n:]
+    W = ca.solve(A.T - rate * eye + Q @ by_G, ca.horzcat(eye, Q @ inverse))
+    return eye + 2 * rate * W[:, :n].T, 2 * rate * by_G @ W[:, :n], 2 * rate * W[:, n:]
 
 
 def residual(A: ca.SX, G: ca.SX, Q: ca.SX, P: ca.SX) -> ca.SX:

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.controllers.algebraic import residual, stabilising
+from workbench.controllers.algebraic import residual, stabilising, stepped
 from workbench.controllers.checks import symmetric
 from workbench.controllers.promises import K_STAYS_DEFINITE, P_STAYS_DEFINITE
 from workbench.controllers.switching import SATURATIONS, layered, matrices, saturation, sliding
@@ -16,7 +16,7 @@ from workbench.core import AbstractArm, Entry, Layout, block, initial, option, p
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.dynamics import solve_definite
-from workbench.loop.contracts import AbstractController
+from workbench.loop.contracts import EULER, AbstractController, euler
 from workbench.loop.ports import Estimate, Motion, Parts
 from workbench.validation.shapes import Number
 
@@ -44,6 +44,10 @@ RICCATIS = {
     "frozen": "P' = 0: P stays P(0), to see what (34) is worth",
     "algebraic": "P' = 0 in (34) at every instant: P solves the algebraic equation of the present A = -M^-1 K",
 }
+INTEGRATORS = {
+    "euler": "K and P by explicit Euler",
+    "cayley": "P by a Cayley step of (34) with A as the period begins, which keeps it definite; K by explicit Euler",
+}
 DOUBLINGS = 10  # of the algebraic equation for three joints and more
 
 
@@ -68,6 +72,9 @@ class AosmcRgs(AbstractController):
     With riccati "algebraic" P is no state: it is solved for at each instant, in closed form for two joints,
     and the signals "P" and "residual" show it and what it leaves of its equation relative to the terms.
 
+    A computer steps K and P by `integrator`. Explicit Euler multiplies P by 1 - 2 h |a| for a mode a of A, and so
+    loses it where a period h is longer than 1 / |a|; the Cayley step of (34) loses it at none.
+
     (34) run forward is not the minimiser of (32), which runs backward from the horizon; A has lost
     the 1 / phi of sat(s / phi) = s / phi, so its unit is not 1/s; and nothing keeps K positive definite,
     which (29) asks for.
@@ -86,7 +93,8 @@ class AosmcRgs(AbstractController):
     ------
     ValueError
         If a number is out of its bounds or has the wrong shape; if Q or P(0) is not symmetric and
-        positive semidefinite, or R not symmetric and positive definite; if P, Q, R do not suit `riccati`.
+        positive semidefinite, or R not symmetric and positive definite; if P, Q, R or the integrator do not suit
+        `riccati`.
 
     References
     ----------
@@ -118,8 +126,15 @@ class AosmcRgs(AbstractController):
     saturation: str = option(SATURATIONS, default="clip")
     feedforward: str = option(FEEDFORWARDS, default="model")
 
+    integrator: str = option(INTEGRATORS, default="euler")
+
     def __post_init__(self) -> None:
         self._check_start()
+        if self.integrator == "cayley" and self.riccati != "forward":
+            raise ValueError(
+                f"`AosmcRgs(integrator='cayley')` is a step of (34), which riccati='{self.riccati}' does not "
+                "take: leave it out."
+            )
         if self.riccati == "frozen":
             if self.Q is not None or self.R is not None:
                 raise ValueError(
@@ -185,6 +200,19 @@ class AosmcRgs(AbstractController):
                 K_rate = {"K": -growth}
         return K_rate if algebraic else K_rate | {"P": self._riccati(z, est)}
 
+    @property
+    def method(self) -> str:
+        """Explicit Euler, or that of K and that of P."""
+        return "K by explicit Euler, P by a Cayley step of (34)" if self.integrator == "cayley" else EULER
+
+    def advance(self, t: Number, z: Parts, est: Estimate, ref: Motion, period: float) -> Parts:
+        """(33) and (34) over a period by `integrator`."""
+        moved = euler(z, self.rate(t, z, est, ref), period)
+        if self.integrator == "euler":
+            return moved
+        A, G, Q = self._weighted(z, est)
+        return moved | {"P": stepped(A, G, Q, z["P"], period)}
+
     def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """The sliding variable s, and P with its residual where it is solved for."""
         s = {"s": sliding(est, ref, self.Lambda).s}
@@ -195,7 +223,9 @@ class AosmcRgs(AbstractController):
 
     def without(self) -> Mapping[str, AbstractController]:
         """The law with K(0) for good, with P(0) for good, without its model in the torque, and less its layer."""
-        still = replace(self, riccati="frozen", Q=None, R=None) if self.riccati == "forward" else self
+        still = (
+            replace(self, riccati="frozen", Q=None, R=None, integrator="euler") if self.riccati == "forward" else self
+        )
         adaptation = {"adaptation of K": replace(still, gain_sign="zero")} if self.gain_sign != "zero" else {}
         riccati = {"Riccati equation": still} if still is not self else {}
         model = {"model in the torque": replace(self, feedforward="none")} if self.feedforward == "model" else {}
@@ -227,9 +257,13 @@ class AosmcRgs(AbstractController):
 
     def _algebraic(self, z: Parts, est: Estimate) -> tuple[ca.SX, ca.SX]:
         """The stabilising P of (34) with P' = 0, (n, n), and its residual."""
-        Q: Matrix = self.Q
-        R: Matrix = self.R
-        A, B = -solve_definite(self.model.mass_matrix(est.q), z["K"]), ca.SX(ca.diag(self.Lambda))
-        G = B @ ca.solve(R, B.T)
+        A, G, Q = self._weighted(z, est)
         P = stabilising(A, G, Q, DOUBLINGS)
         return P, residual(A, G, Q, P)
+
+    def _weighted(self, z: Parts, est: Estimate) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """A, G = B R^-1 B^T and Q of (34), each (n, n)."""
+        A, B = -solve_definite(self.model.mass_matrix(est.q), z["K"]), ca.SX(ca.diag(self.Lambda))
+        Q: Matrix = self.Q
+        R: Matrix = self.R
+        return A, B @ ca.solve(R, B.T), Q

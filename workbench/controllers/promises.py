@@ -22,6 +22,15 @@ def _pulled_by_the_surface(y: Signals) -> ca.SX:
     return ca.fabs(e) * ca.fabs(s) - y["Lambda"] * e**2 - e * y["e'"] + ROUNDING
 
 
+def _linear(y: Signals) -> ca.SX:
+    return ROUNDING - ca.fabs(y["ed'"] + y["Kd"] * y["ed"] + y["Kp"] * y["e"])
+
+
+def _moved_by_the_terminal_surface(y: Signals) -> ca.SX:
+    power = ca.sign(y["e'"]) * ca.fabs(y["e'"]) ** y["gamma"]
+    return ROUNDING - ca.fabs(power - y["beta"] * (y["surface"] - y["e"]))
+
+
 def _leading_minors(X: ca.SX) -> ca.SX:
     """The leading principal minors (n, 1) of the symmetric part: all positive if and only if it is definite.
 
@@ -43,6 +52,27 @@ SURFACE_PULLS_THE_ERROR = Claim(
     "Slotine and Li (1991), chapter 7",
     (EXACT_ESTIMATES,),
     _pulled_by_the_surface,
+)
+EXACT_DISTURBANCE = Claim(
+    "the exact disturbance",
+    "D_hat = D at all times, to 1e-9 N m.",
+    "`OracleFilter`, or no disturbance",
+    margin=lambda y: 1e-9 - ca.fabs(y["d_error"]),
+)
+ERROR_IS_LINEAR = Claim(
+    "the error is linear",
+    "With the right model e'' + Kd e' + Kp e = 0, to 1e-7 rad/s^2.",
+    "Siciliano et al. (2009), section 8.5.2",
+    (EXACT_ESTIMATES, EXACT_DISTURBANCE),
+    _linear,
+)
+TERMINAL_SURFACE_MOVES_THE_ERROR = Claim(
+    "the terminal surface moves the error",
+    "|e_i'|^gamma sign(e_i') = beta_i (s_i - e_i), to 1e-7 in units of beta_i e_i: while |s_i| <= phi, |e_i| falls to "
+    "phi in finite time.",
+    "Feng, Yu and Man (2002)",
+    (EXACT_ESTIMATES,),
+    _moved_by_the_terminal_surface,
 )
 GAINS_STAY_POSITIVE = Claim(
     "no gain turns negative",

@@ -17,7 +17,7 @@ from workbench.controllers.switching import SWITCHINGS, layered, matrices, slidi
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.loop.contracts import AbstractController
+from workbench.loop.contracts import EULER, AbstractController, euler
 from workbench.loop.ports import Estimate, Motion, Parts
 from workbench.validation.shapes import Number
 
@@ -41,6 +41,9 @@ class RbfAsmc(AbstractController):
     from the network: they cancel for W' = -Gamma h s^T. What is left, eps, is for K. The leak sigma
     keeps W bounded where eps and the layer keep s from vanishing. What of f depends on more than
     e and ed (on time, say) is in eps.
+
+    A computer steps W with its leak by `integrator`, h(x) and s held over a period T: explicit Euler multiplies W by
+    1 - sigma T, which is stable for sigma T < 2 only, and "exact" by exp(-sigma T).
 
     The paper names this rival and prints none of its numbers.
 
@@ -83,6 +86,9 @@ class RbfAsmc(AbstractController):
     K: Vector = initial(unit="N m", shape=("n",), symbol="K")
     adaptation: AbstractAdaptation = Plain()
     saturation: str = option(SWITCHINGS, default="clip")
+    integrator: str = option(
+        {"euler": "K and W by explicit Euler", "exact": "W' exactly, K by explicit Euler"}, default="euler"
+    )
 
     def __post_init__(self) -> None:
         gains_that_start_at("RbfAsmc", self.K)
@@ -121,6 +127,22 @@ class RbfAsmc(AbstractController):
             "K": self.adaptation.rate(self.gamma * ca.fabs(s), s, z["K"]),
             "W": -self.Gamma * self._h(e, ed) @ s.T - self.sigma * z["W"],
         }
+
+    @property
+    def method(self) -> str:
+        """Explicit Euler, or W exactly."""
+        return f"exact step of W, K by {EULER}" if self.integrator == "exact" else EULER
+
+    def advance(self, t: Number, z: Parts, est: Estimate, ref: Motion, period: float) -> Parts:
+        """The memory over a period by `integrator`."""
+        rates = self.rate(t, z, est, ref)
+        moved = euler(z, rates, period)
+        if self.integrator == "euler":
+            return moved
+        x = self.sigma * period
+        # (1 - exp(-x)) / x, which is 1 where nothing is forgotten
+        share = ca.if_else(x > 0, (1 - ca.exp(-x)) / ca.if_else(x > 0, x, 1), 1)
+        return moved | {"W": z["W"] + period * share * rates["W"]}
 
     def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """The sliding variable s, and the torque that the network has learned: W^T h(x)."""

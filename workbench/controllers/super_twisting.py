@@ -15,7 +15,7 @@ from workbench.controllers.switching import SWITCHINGS, layered, matrices, sampl
 from workbench.core import AbstractArm, Entry, Layout, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.loop.contracts import AbstractController
+from workbench.loop.contracts import EULER, AbstractController
 from workbench.loop.ports import Estimate, Motion, Parts
 from workbench.validation.shapes import Number
 
@@ -106,6 +106,11 @@ class SuperTwisting(AbstractController):
         """The sliding variable s."""
         del z
         return {"s": sliding(est, ref, self.Lambda).s}
+
+    @property
+    def method(self) -> str:
+        """Explicit Euler, or the backward step that "implicit" is."""
+        return "backward Euler" if self.saturation == "implicit" else EULER
 
     def without(self) -> Mapping[str, AbstractController]:
         """Less either line of u, and less its layer."""

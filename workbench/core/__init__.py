@@ -10,6 +10,7 @@ from workbench.core.dynamics import AbstractArm, Dynamics
 from workbench.core.layout import Entry, Layout
 from workbench.core.lift import Lifted, lift
 from workbench.core.ode import Ode
+from workbench.core.roles import Roles, grouped, same_information
 from workbench.core.rule import Rule
 from workbench.core.sampled import Sampled
 from workbench.core.stabilised import rkc, stepper
@@ -23,16 +24,19 @@ __all__ = [
     "Layout",
     "Lifted",
     "Ode",
+    "Roles",
     "Rule",
     "Sampled",
     "Step",
     "block",
+    "grouped",
     "initial",
     "lift",
     "option",
     "parameter",
     "rk4",
     "rkc",
+    "same_information",
     "stepper",
     "with_quadrature",
     "with_sensitivity",

@@ -1,4 +1,4 @@
-"""Sampled: an equation that flows, and jumps once a period, as a plant does beneath a computer."""
+"""Sampled: an equation that flows, and jumps once a period, as a plant in a sampled-data loop does."""
 
 from __future__ import annotations
 
@@ -36,6 +36,8 @@ class Sampled:
     jump
         g as an expression (m, 1) in k, `flow.x`, `flow.p` and w, for the first m states. The others,
         integrals that were added to the flow, say, do not jump.
+    methods
+        How the computer steps the memory of each block, in words.
 
     Raises
     ------
@@ -49,6 +51,7 @@ class Sampled:
     k: ca.SX
     w: ca.SX
     jump: ca.SX
+    methods: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         seconds("Sampled(period=...)", self.period)

@@ -10,6 +10,7 @@ from workbench.loop.contracts import (
 )
 from workbench.loop.instruments import Instruments
 from workbench.loop.ports import Estimate, Measurement, Motion, Parts
+from workbench.loop.roles import roles
 
 __all__ = [
     "AbstractController",
@@ -24,4 +25,5 @@ __all__ = [
     "Motion",
     "Parts",
     "open_loop",
+    "roles",
 ]

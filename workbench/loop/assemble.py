@@ -7,14 +7,15 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Ode, Sampled, Step, block, lift
+from workbench.core import Entry, Layout, Ode, Roles, Sampled, Step, block, lift
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, AbstractReference
 from workbench.loop.instruments import Instruments
 from workbench.loop.ports import Measurement
-from workbench.loop.sampled import digital
+from workbench.loop.roles import roles
+from workbench.loop.sampled import FINE, digital
 from workbench.loop.wiring import SOCKETS, UNITS, above, below, dense, memory, notes, outputs, signals, visible
 from workbench.validation.doors import door
-from workbench.validation.words import seconds
+from workbench.validation.words import one_of, seconds
 
 
 @block
@@ -39,6 +40,11 @@ class ClosedLoop:
     def uses_truth(self) -> bool:
         """Whether the observer needs what no instrument can give it."""
         return self.observer.uses_truth
+
+    @property
+    def roles(self) -> Roles:
+        """What the law is given, see `roles`."""
+        return roles(self)
 
     def ablations(self) -> dict[str, ClosedLoop]:
         """The loop less each part that its observer and its controller are made of, by the name of the part.
@@ -90,7 +96,13 @@ class ClosedLoop:
         return _around(self, name, broken=True)
 
     def digital(
-        self, period: float, instruments: Instruments | None = None, *, delay: bool = False, name: str = "loop"
+        self,
+        period: float,
+        instruments: Instruments | None = None,
+        *,
+        delay: bool = False,
+        integrator: str = "declared",
+        name: str = "loop",
     ) -> Sampled:
         """The closed loop with observer and controller in a computer, which runs them once in `period` seconds.
 
@@ -98,8 +110,9 @@ class ClosedLoop:
         the law sees the estimates and the reference of that instant; its torque, limited, is held until
         t_(k+1) while the plant moves. With `delay` the torque computed at t_k waits as the state 'hold.next'
         and is held from t_(k+1) on; what that state is at the start, zero unless set, is held until t_1.
-        Then observer and controller move their memories on by one explicit Euler step, z + period z', as
-        embedded code does; the observer counts on the torque that is held.
+        Then observer and controller move their memories on by the method that each declares, explicit Euler unless
+        it has an `integrator` of its own; the observer counts on the torque that is held. `methods` of what comes
+        back names them.
 
         The outputs are those of `ode`. The estimates and the controller's own signals are held as the torque
         is ('hold.tau', 'hold.q_hat', ...), so between two instants q_error, say, is that of an old estimate.
@@ -108,14 +121,21 @@ class ClosedLoop:
         ----------
         instruments
             Noise and steps of the readings, limits of the torque; without any, readings are exact.
+        integrator
+            "declared", or "fine" for 16 Runge-Kutta steps a period through all memories, with readings, estimate,
+            reference and torque held: near the exact flow of their own equations, which tells what diverges by its
+            integrator from what diverges by its law.
 
         Raises
         ------
         ValueError
             If the period is no positive finite number, the instruments are none or for other joints, `delay` is
-            neither True nor False, or the law calls a signal of its own as the loop calls one.
+            neither True nor False, the integrator is neither of the two, "fine" is asked of a law whose memory has
+            no rate in continuous time, or the law calls a signal of its own as the loop calls one.
         """
-        return digital(self, seconds("ClosedLoop.digital(period=...)", period), instruments, delay, name)
+        fine = one_of("ClosedLoop.digital(integrator=...)", integrator, ("declared", "fine")) == "fine"
+        length = seconds("ClosedLoop.digital(period=...)", period)
+        return digital(self, length, instruments, delay, FINE if fine else 0, name)
 
     def sampled(
         self,

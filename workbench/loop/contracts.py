@@ -1,6 +1,7 @@
 """What each block of a loop must be able to say. Every class below is abstract; every law is final.
 
-A block's own states are its `memory` (a `Layout`); its `rate` returns a part for each of them.
+A block's own states are its `memory` (a `Layout`); its `rate` returns a part for each of them. In a computer it
+moves them over a period by its `advance`, an explicit Euler step unless the block has a method of its own.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from workbench.loop.ports import Estimate, Measurement, Motion, Parts
 from workbench.validation.doors import door
 from workbench.validation.shapes import Column, Number
 from workbench.validation.words import seconds
+
+EULER = "explicit Euler"
 
 
 class AbstractReference(ABC):
@@ -107,6 +110,16 @@ class AbstractObserver(ABC):
     def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
         """The derivative of each state, when the torque `tau` is commanded."""
 
+    @property
+    def method(self) -> str:
+        """The name of the method by which `advance` steps the memory, as a page has it."""
+        return EULER
+
+    @door
+    def advance(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column, period: float) -> Parts:
+        """The memory at the end of a period in s, over which a computer holds the readings and the torque `tau`."""
+        return euler(z, self.rate(t, z, y, est, tau), period)
+
     def without(self) -> Mapping[str, AbstractObserver]:
         """The observer less each of its parts, by the name of the part; none where it has no parts."""
         return {}
@@ -145,6 +158,16 @@ class AbstractController(ABC):
     def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
         """What is worth watching besides the memory: the sliding variable s, say."""
 
+    @property
+    def method(self) -> str:
+        """The name of the method by which `advance` steps the memory, as a page has it."""
+        return EULER
+
+    @door
+    def advance(self, t: Number, z: Parts, est: Estimate, ref: Motion, period: float) -> Parts:
+        """The memory at the end of a period in s, over which a computer holds the estimate and the reference."""
+        return euler(z, self.rate(t, z, est, ref), period)
+
     def without(self) -> Mapping[str, AbstractController]:
         """The law less each of its parts, by the name of the part; none where it has no parts."""
         return {}
@@ -155,3 +178,8 @@ class AbstractController(ABC):
         law = copy(self)
         object.__setattr__(law, "period", seconds("run_every(period=...)", period))
         return law
+
+
+def euler(z: Parts, rates: Parts, period: float) -> dict[str, ca.SX]:
+    """z + period z', the explicit Euler step of each part of a memory."""
+    return {name: z[name] + period * rate for name, rate in rates.items()}

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Lifted, Ode, Sampled, lift
+from workbench.loop.contracts import euler
 from workbench.loop.instruments import Instruments
 from workbench.loop.ports import Estimate, Parts
-from workbench.loop.wiring import UNITS, Blocks, above, below, dense, memory, notes, outputs, signals, visible
+from workbench.loop.wiring import UNITS, Blocks, above, below, dense, memory, methods, notes, outputs, signals, visible
 
 NEXT = "hold.next"  # the torque that waits for the next instant
+FINE = 16  # steps of Runge-Kutta a period: stable up to 44 / period, where (34) at 500 N m and 4 ms has 23
 HELD = {"tau": "N m", "q_hat": "rad", "qd_hat": "rad/s", "d_hat": "N m"} | UNITS
 
 
-def digital(loop: Blocks, period: float, instruments: Instruments | None, delay: bool, name: str) -> Sampled:
+def digital(loop: Blocks, period: float, instruments: Instruments | None, delay: bool, fine: int, name: str) -> Sampled:
     """The loop as a flow and a jump, see `ClosedLoop.digital`."""
     joints = loop.plant.dof
     if instruments is not None and instruments.dof != joints:
@@ -29,18 +32,19 @@ def digital(loop: Blocks, period: float, instruments: Instruments | None, delay:
     own = memory(loop) + (Layout((Entry(NEXT, np.zeros(joints), "N m"),)) if delay else Layout())
     k, w = ca.SX.sym("k"), ca.SX.sym("w", instruments.entries if instruments is not None else 0)
     x = own.symbols()
-    after = dense(_after(lifted.block, gauges.block, period, k, own.view(x), w))
+    after = dense(_after(lifted.block, gauges.block, period, k, own.view(x), w, fine))
     held = Layout(tuple(_entry(key, part) for key, part in after.items() if key not in own))
     states, x = own + held, ca.vertcat(x, held.symbols())
     t = ca.SX.sym("t")
     rates, watched = _between(lifted.block, t, states.view(x))
     parameters, p = lifted.layout + gauges.layout, ca.vertcat(lifted.symbols, gauges.symbols)
     flow = Ode.of(name, states, parameters, (t, x, p), rates, dense(watched), UNITS)
-    return Sampled(replace(flow, notes=notes(loop)), period, k, w, states.flatten(after))
+    jump = states.flatten(after)
+    return Sampled(replace(flow, notes=notes(loop)), period, k, w, jump, methods(loop, fine))
 
 
 def _after(
-    loop: Blocks, instruments: Instruments | None, period: float, k: ca.SX, z: Parts, w: ca.SX
+    loop: Blocks, instruments: Instruments | None, period: float, k: ca.SX, z: Parts, w: ca.SX, fine: int
 ) -> dict[str, ca.SX]:
     """What the states z become at the instant t_k: all that the computer remembers and holds."""
     t, law = k * period, loop.controller.run_every(period)
@@ -53,17 +57,40 @@ def _after(
     if instruments is not None:
         tau = instruments.limited(tau)
     held = z.get(NEXT, tau)
-    rates = {
-        "observer": loop.observer.rate(t, observer, seen, est, held),
-        "controller": law.rate(t, controller, est, ref),
+
+    def observed(z: Parts) -> Parts:
+        return loop.observer.rate(t, z, seen, loop.observer.estimate(t, z, seen), held)
+
+    def adapted(z: Parts) -> Parts:
+        return loop.controller.rate(t, z, est, ref)
+
+    moved = {
+        "observer": _refined(observed, observer, period, fine)
+        if fine
+        else loop.observer.advance(t, observer, seen, est, held, period),
+        "controller": _refined(adapted, controller, period, fine)
+        if fine
+        else law.advance(t, controller, est, ref, period),
     }
     return {
         **above({"plant": plant}),
-        **{name: z[name] + period * rate for name, rate in above(rates).items()},
+        **above(moved),
         **({NEXT: tau} if NEXT in z else {}),
         **above({"hold": {"tau": held, "q_hat": est.q, "qd_hat": est.qd, "d_hat": est.d}}),
-        **above({"hold": signals(law, controller, est, ref)}),
+        **above({"hold": {name: ca.vec(part) for name, part in signals(law, controller, est, ref).items()}}),
     }
+
+
+def _refined(rate: Callable[[Parts], Parts], z: Parts, period: float, steps: int) -> Parts:
+    """A memory after so many classical Runge-Kutta steps of a period together."""
+    h = period / steps
+    for _ in range(steps):
+        a = rate(z)
+        b = rate(euler(z, a, h / 2))
+        c = rate(euler(z, b, h / 2))
+        d = rate(euler(z, c, h))
+        z = euler(z, {name: a[name] + 2 * b[name] + 2 * c[name] + d[name] for name in a}, h / 6)
+    return z
 
 
 def _between(loop: Blocks, t: ca.SX, z: Parts) -> tuple[dict[str, ca.SX], dict[str, ca.SX]]:

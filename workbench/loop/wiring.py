@@ -115,6 +115,13 @@ def dense(parts: Mapping[str, ca.SX | None]) -> dict[str, ca.SX]:
     return {name: ca.densify(ca.SX(part)) for name, part in parts.items() if part is not None}
 
 
+def methods(loop: Blocks, fine: int) -> tuple[str, ...]:
+    """How a computer steps each memory: as its block declares, or by so many Runge-Kutta steps a period."""
+    by = f"{fine} Runge-Kutta steps a period" if fine else ""
+    blocks = {socket: getattr(loop, socket) for socket in ("observer", "controller")}
+    return tuple(f"memory of the {socket}: {by or own.method}" for socket, own in blocks.items() if own.memory.size)
+
+
 def notes(loop: Blocks) -> tuple[str, ...]:
     """What a reader must know of the loop's equations."""
     return ("the observer uses the true disturbance, which no instrument gives",) if loop.observer.uses_truth else ()

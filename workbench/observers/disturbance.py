@@ -5,11 +5,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import ClassVar
 
 import casadi as ca
 
 from workbench.core import Layout, block
-from workbench.loop.contracts import AbstractObserver
+from workbench.loop.contracts import EULER, AbstractObserver, euler
 from workbench.loop.ports import Estimate, Measurement, Parts
 from workbench.validation.shapes import Column, Number
 
@@ -56,6 +57,8 @@ class WithDisturbance(AbstractObserver):
         If the two are for different numbers of joints.
     """
 
+    noun: ClassVar[str] = ""  # it is called what its parts are called
+
     state: AbstractObserver
     disturbance: AbstractDisturbanceObserver
 
@@ -93,6 +96,18 @@ class WithDisturbance(AbstractObserver):
         y_d = _seen(y, self.disturbance.uses_truth)
         disturbance = self.disturbance.rate(t, _below(DISTURBANCE, z), y_d, est, tau)
         return _above(STATE, state) | _above(DISTURBANCE, disturbance)
+
+    @property
+    def method(self) -> str:
+        """That of the observer of the state, with the other one's."""
+        return f"{self.state.method}, D_hat by {EULER}" if self.disturbance.memory.size else self.state.method
+
+    def advance(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column, period: float) -> Parts:
+        """The state by its own method, the disturbance by explicit Euler."""
+        moved = euler(z, self.rate(t, z, y, est, tau), period)
+        y_state = _seen(y, self.state.uses_truth)
+        state = self.state.advance(t, _below(STATE, z), y_state, est, tau, period)
+        return moved | _above(STATE, state)
 
     def without(self) -> Mapping[str, AbstractObserver]:
         """The observer of the state alone, and both with each part of that one left out."""

@@ -89,6 +89,7 @@ class OracleFilter(AbstractDisturbanceObserver):
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (ORACLE_FOLLOWS,)
+    noun: ClassVar[str] = "oracle"
 
     joints: int
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")

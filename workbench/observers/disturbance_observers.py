@@ -107,6 +107,7 @@ class MomentumObserver(AbstractDisturbanceObserver):
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (MOMENTUM_FOLLOWS,)
+    noun: ClassVar[str] = "momentum"
 
     model: AbstractArm
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")

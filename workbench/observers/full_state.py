@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import casadi as ca
 
 from workbench.core import Layout, block
@@ -26,6 +28,8 @@ class FullState(AbstractObserver):
     ValueError
         If `joints` is not a positive whole number.
     """
+
+    noun: ClassVar[str] = ""  # no observer at all
 
     joints: int
 

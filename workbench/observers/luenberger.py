@@ -10,7 +10,7 @@ import casadi as ca
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Vector
 from workbench.core.claim import Claim
-from workbench.loop.contracts import AbstractObserver
+from workbench.loop.contracts import EULER, AbstractObserver, euler
 from workbench.loop.ports import Estimate, Measurement, Parts
 from workbench.observers.full_state import FullState
 from workbench.observers.promises import THEOREM_1
@@ -28,6 +28,16 @@ class Luenberger(AbstractObserver):
     disturbance and settles at a biased state where one acts; "compensated" has tau - D_hat in place
     of tau, which takes an observer of the disturbance beside this one (`WithDisturbance`) and is
     as printed without one, where D_hat = 0.
+
+    A computer steps it by `integrator`, with e = q - q_hat, v = qd_hat and a = M^-1 (...) as a period h begins:
+
+        "euler"   q_hat+ = q_hat + h (v + L1 e),                        v+ = v + h (a + L2 e)
+        "cayley"  q_hat+ = q_hat + h (v + h a / 2 + (L1 + h L2) w),     v+ = v + h (a + L2 w)
+                  (I + h L1 / 2 + h^2 L2 / 4) w = e
+
+    Where a is right the errors obey L = [-L1, I; -L2, 0]. Explicit Euler multiplies a mode l of it by 1 + h l, which
+    grows where h |l|^2 > -2 Re l; the Cayley step by (1 + h l / 2) / (1 - h l / 2), which decays where l does. Without
+    an error the Cayley step moves q_hat and v on as an arm of the acceleration a moves.
 
     The paper's theorem 1 claims global exponential convergence for any positive definite L1, L2. Its proof
     has no negative term in the velocity error, and the claim fails; so nothing is asked of L1, L2 here.
@@ -59,6 +69,13 @@ class Luenberger(AbstractObserver):
         },
         default="ignored",
     )
+    integrator: str = option(
+        {
+            "euler": "(10) by explicit Euler",
+            "cayley": "the correction of (10) by its Cayley transform, the model by what its acceleration makes",
+        },
+        default="euler",
+    )
 
     @property
     def dof(self) -> int:
@@ -88,6 +105,24 @@ class Luenberger(AbstractObserver):
         return {
             "q_hat": qd_hat + self.L1 @ (y.q - q_hat),
             "qd_hat": self.model.acceleration(q_hat, qd_hat, torque) + self.L2 @ (y.q - q_hat),
+        }
+
+    @property
+    def method(self) -> str:
+        """Explicit Euler, or the Cayley step."""
+        return "Cayley step of (10)" if self.integrator == "cayley" else EULER
+
+    def advance(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column, period: float) -> Parts:
+        """(10) over a period by `integrator`."""
+        rates = self.rate(t, z, y, est, tau)
+        if self.integrator == "euler":
+            return euler(z, rates, period)
+        h, L1, L2, e = period, ca.SX(self.L1), ca.SX(self.L2), y.q - z["q_hat"]
+        a = rates["qd_hat"] - L2 @ e
+        w = ca.solve(ca.SX.eye(self.dof) + h / 2 * L1 + h**2 / 4 * L2, e)
+        return {
+            "q_hat": z["q_hat"] + h * (z["qd_hat"] + h / 2 * a + (L1 + h * L2) @ w),
+            "qd_hat": z["qd_hat"] + h * (a + L2 @ w),
         }
 
     def without(self) -> Mapping[str, AbstractObserver]:

@@ -19,6 +19,12 @@ def _follows(y: Signals) -> ca.SX:
     return ca.fabs(E) * ca.fabs(y["d'"]) - y["l"] * E**2 - E * y["d_error'"] + ROUNDING
 
 
+def _filtered(y: Signals) -> ca.SX:
+    """|E_i| |qdd_i| - omega E_i^2 - E_i E_i': >= 0, but for rounding, where E' = qdd - omega E."""
+    E = y["qd_error"]
+    return ca.fabs(E) * ca.fabs(y["qd'"]) - y["omega"] * E**2 - E * y["qd_error'"] + ROUNDING
+
+
 def _dissipates(y: Signals) -> ca.SX:
     """E^T (D' - E') = l E^T M^-1 E: >= 0, but for rounding."""
     E = y["d_error"]
@@ -30,6 +36,12 @@ TRUE_STATE = Claim(
     "q_hat = q and qd_hat = qd at all times, to 1e-7 rad and rad/s.",
     "`FullState`",
     margin=_true_state,
+)
+FILTER_FOLLOWS = Claim(
+    "the filter follows qd",
+    "E = qd - qd_hat has E_i E_i' <= |E_i| |qdd_i| - omega E_i^2 + 1e-7 rad^2/s^3: |E_i| falls to |qdd_i| / omega.",
+    "the equation of a low-pass filter of first order",
+    margin=_filtered,
 )
 PRINTED_FOLLOWS = Claim(
     "D_hat follows D",

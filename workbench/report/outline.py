@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from workbench.report.tables import BRACKETS, measures
 from workbench.study.document import Block, Document, Equation, Figure, Phrase, Reference, Section, Table, parts
 
-ROWS = 40  # of fingerprints, one below the other
+ROWS = 40  # of digests, one below the other
+OF_A_RUN = "SHA-256 of equations, parameters, initial state, steps and horizon, its first digits"
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +89,9 @@ def provenance(document: Document) -> tuple[tuple[str, str], ...]:
         ("control-workbench", colophon.version),
         ("seed", "none: nothing here is random" if colophon.seed is None else str(colophon.seed)),
         *([("arithmetic", colophon.arithmetic)] if colophon.arithmetic else []),
-        *_fingerprints(colophon.fingerprints),
+        *_hexadecimal("fingerprint", colophon.fingerprints),
+        *([("digest", OF_A_RUN)] if colophon.digests else []),
+        *_hexadecimal("digest", colophon.digests),
     ]
     if colophon.python:
         rows.append(("Python", colophon.python))
@@ -97,11 +100,11 @@ def provenance(document: Document) -> tuple[tuple[str, str], ...]:
     return tuple(rows)
 
 
-def _fingerprints(prints: Mapping[str, str]) -> list[tuple[str, str]]:
+def _hexadecimal(word: str, prints: Mapping[str, str]) -> list[tuple[str, str]]:
     """A row each; many of them in one, each digest once with all that bear it, as they would fill pages."""
     if len(prints) <= ROWS:
-        return [(f"fingerprint of {name}", digest) for name, digest in prints.items()]
+        return [(f"{word} of {name}", digest) for name, digest in prints.items()]
     bearers: dict[str, list[str]] = {}
     for name, digest in prints.items():
         bearers.setdefault(digest, []).append(name)
-    return [("fingerprints", "; ".join(f"{digest} of {', '.join(names)}" for digest, names in bearers.items()))]
+    return [(f"{word}s", "; ".join(f"{digest} of {', '.join(names)}" for digest, names in bearers.items()))]

@@ -104,16 +104,15 @@ class _Writer:
     def document(self, document: Document) -> Tree:
         colophon = document.colophon
         title = document.title
-        seed = "" if colophon.seed is None else f" · seed {colophon.seed}"
-        prints = "".join(f" · {name} {digest[:12]}" for name, digest in list(colophon.fingerprints.items())[:2])
         return {
             "title": self.short(title),
             "running": title if len(title) <= RUNNING else f"{title[: RUNNING - 1].rstrip()}…",
-            "imprint": f"control-workbench {colophon.version}{seed}{prints}",
+            "imprint": f"control-workbench {colophon.version}",
             "subtitle": self.short(document.subtitle),
             "authors": list(map(self.short, document.authors)),
             "question": self.phrase(document.question),
             "method": self.phrase(document.method),
+            "command": self.short(colophon.command),
             "chapters": [
                 {
                     "number": chapter.number,
@@ -142,11 +141,12 @@ class _Writer:
             case Equation() as equation:
                 tree["lines"] = [typst_math.emit(line, width=ROOM) for line in equation.lines]
                 tree["note"] = self.phrase(equation.note)
-            case Verdict(kind, statement, evidence):
+            case Verdict(kind, statement, evidence) as verdict:
                 tree |= {
                     "word": kind,
                     "statement": self.phrase(statement),
                     "evidence": self.phrase(evidence),
+                    "terms": [{"label": label, "phrase": self.phrase(phrase)} for label, phrase in verdict.terms],
                 }
             case Figure(name, caption):
                 alt = plain(named(caption, self.known))

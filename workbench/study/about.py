@@ -12,12 +12,19 @@ NAME = "about"
 
 @dataclass(frozen=True)
 class SweepAbout:
-    """The runs and the chunks of one sweep, as many as are known, and the arithmetic that they are computed in."""
+    """The runs and the chunks of one sweep, as many as are known, and the arithmetic that they are computed in.
+
+    Attributes
+    ----------
+    at_most
+        Whether a search may end before it has asked for all these runs.
+    """
 
     name: str
     runs: int
     arithmetic: str
     chunks: tuple[str, ...]
+    at_most: bool = False
 
 
 @dataclass(frozen=True)
@@ -48,7 +55,8 @@ def about_of(chunk: Chunk) -> About | None:
 
 def _sweep(said: Any) -> SweepAbout:
     name, arithmetic = _text(said["name"]), _text(said["arithmetic"])
-    return SweepAbout(name, _count(said["runs"]), arithmetic, tuple(map(_text, said["chunks"])))
+    at_most = said.get("at_most", False) is True  # which an earlier version did not say
+    return SweepAbout(name, _count(said["runs"]), arithmetic, tuple(map(_text, said["chunks"])), at_most)
 
 
 def _text(value: Any) -> str:

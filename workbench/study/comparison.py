@@ -169,7 +169,7 @@ class Ranking:
         against = (
             f" {winner} is printed below {_listed(lost)}, and is above here."
             if lost
-            else f" No printed advantage of {winner} is turned round here."
+            else f" All printed advantages of {winner} hold here or are too close to call."
         )
         return (
             f"{self.published.where}: of {pairs} printed pairs {len(self.holds)} hold, "

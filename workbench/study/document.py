@@ -9,9 +9,9 @@ import difflib
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias, get_args
+from typing import Any, TypeAlias, get_args
 
-from workbench.notation.formula import Formula
+from workbench.study.blocks import Equation, Itemize, Paragraph, Verdict
 from workbench.study.cells import (
     Cell,
     Code,
@@ -25,21 +25,19 @@ from workbench.study.cells import (
     Strong,
     Table,
     Value,
-    check_choice,
     check_name,
     check_phrase,
     check_text,
     described,
     is_whole,
     parts,
-    phrases,
     plain_words,
     several,
     texts,
 )
 from workbench.study.curves import Band, Label, Series, Style
 from workbench.study.panel import Panel
-from workbench.study.shapes import Bars, HeatMap, Mark, Points
+from workbench.study.shapes import Bars, HeatMap, Mark, Points, Tiles
 
 __all__ = [
     "Band",
@@ -70,6 +68,7 @@ __all__ = [
     "Strong",
     "Style",
     "Table",
+    "Tiles",
     "Value",
     "Verdict",
     "parts",
@@ -80,7 +79,8 @@ __all__ = [
 class Figure:
     """One or more panels below a common legend, laid out row by row in so many `columns`.
 
-    `numbers` are what it shows, for a reader who goes on with them: a table of its own file, not printed.
+    With `lead` the first panel has the whole width, above the others. `numbers` are what the figure shows, for a reader
+    who goes on with them: a table of its own file, not printed.
     """
 
     name: str
@@ -88,6 +88,7 @@ class Figure:
     panels: tuple[Panel, ...]
     columns: int = 1
     numbers: Table | None = None
+    lead: bool = False
 
     def __post_init__(self) -> None:
         check_name("Figure", self.name)
@@ -100,63 +101,10 @@ class Figure:
                 f"got {len(self.panels)} panels and for the columns {described(self.columns)}."
             )
         object.__setattr__(self, "columns", int(self.columns))
+        if not isinstance(self.lead, bool):
+            raise ValueError(f"`Figure('{self.name}', lead=...)` must be True or False; got {described(self.lead)}.")
         if not isinstance(self.numbers, Table | None):
             raise ValueError(f"`Figure('{self.name}', numbers=...)` must be a `Table`; got {described(self.numbers)}.")
-
-
-@dataclass(frozen=True)
-class Paragraph:
-    """Running text."""
-
-    text: Phrase
-
-    def __post_init__(self) -> None:
-        check_phrase("Paragraph(text)", self.text)
-
-
-@dataclass(frozen=True)
-class Itemize:
-    """A list of points."""
-
-    items: tuple[Phrase, ...]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "items", phrases("Itemize(items)", self.items))
-
-
-@dataclass(frozen=True)
-class Equation:
-    """Formulas on lines of their own below one number; the `note` says where they come from."""
-
-    formulas: Formula | tuple[Formula, ...]
-    name: str = ""
-    note: Phrase = ""
-
-    def __post_init__(self) -> None:
-        if not (isinstance(self.name, str) and self.name == ""):
-            check_name("Equation", self.name)
-        check_phrase("Equation(note=...)", self.note)
-        if not several("Equation(formulas)", self.lines, get_args(Formula), "formula"):
-            raise ValueError("`Equation(formulas)` must have at least one formula to number; got none.")
-
-    @property
-    def lines(self) -> tuple[Formula, ...]:
-        """The formulas, one a line."""
-        return self.formulas if isinstance(self.formulas, tuple) else (self.formulas,)
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """A claim with what became of it, and the evidence: a bound, a residual, a witness."""
-
-    kind: Literal["holds", "fails", "open"]
-    statement: Phrase
-    evidence: Phrase = ""
-
-    def __post_init__(self) -> None:
-        check_choice("Verdict(kind)", self.kind, ("holds", "fails", "open"))
-        check_phrase("Verdict(statement)", self.statement)
-        check_phrase("Verdict(evidence=...)", self.evidence)
 
 
 Block: TypeAlias = Paragraph | Itemize | Equation | Table | Figure | Verdict
@@ -185,9 +133,9 @@ class Section:
 class Colophon:
     """How to get this report again: the command, the seed, and what the numbers were made of.
 
-    `fingerprints` maps the name of a set of equations to its hexadecimal digest, `packages` the name
-    of a package to its version; `arithmetic` is the signature of that in which the loops were run; `again` says what
-    the same command would give.
+    `fingerprints` maps names to the hexadecimal digest of equations alone, `digests` to that of equations and numbers,
+    `packages` the name of a package to its version; `arithmetic` is the signature of that in which the loops were run;
+    `again` says what the same command would give.
     """
 
     command: str
@@ -198,11 +146,12 @@ class Colophon:
     python: str = ""
     arithmetic: str = ""
     again: str = "The same command with the same versions gives this report again, byte for byte."
+    digests: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         for name in ("command", "version", "python", "again"):
             check_text(f"Colophon({name}=...)", getattr(self, name))
-        for name in ("fingerprints", "packages"):
+        for name in ("fingerprints", "digests", "packages"):
             given = getattr(self, name)
             if not isinstance(given, Mapping):
                 raise ValueError(f"`Colophon({name}=...)` must map names to texts; got {described(given)}.")

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from workbench.study.curves import Label
-from workbench.study.shapes import Bars, HeatMap, Mark
+from workbench.study.shapes import Bars, HeatMap, Mark, Tiles
 from workbench.validation.doors import door
 from workbench.validation.words import Array, described
 
@@ -58,7 +58,7 @@ class Panel:
             for mark in self.series:
                 self._check_scale(f"{name}scale", scale, mark, mark.spans[which])
             self._check_names(name, scale, lim, [mark.spans[which] for mark in self.series])
-        if any(isinstance(mark, Bars | HeatMap) for mark in self.series) and not self.ynames:
+        if any(isinstance(mark, Bars | HeatMap | Tiles) for mark in self.series) and not self.ynames:
             raise ValueError(
                 f"`Panel({described(self.ylabel)}, series=...)` holds bars or cells, which stand in rows: name these "
                 "by `ynames=`."

@@ -130,6 +130,10 @@ class Prepared:
         vars(other)["fingerprint"] = self.fingerprint  # which the runs do not change, and which takes a while
         return other
 
+    def under(self, seed: int) -> Prepared:
+        """The same under the noise of another seed."""
+        return replace(self, sweep=replace(self.sweep, seed=seed))
+
     def at_half(self, name: str) -> Prepared:
         """The same at h / 2, under another name; none of its runs is run again, and all of them are watched."""
         sweep = replace(self.sweep, name=name, h=self.sweep.h / 2, halved=None)

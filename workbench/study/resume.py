@@ -56,16 +56,20 @@ def about_of_sweep(one: Prepared, chunks: Sequence[str]) -> SweepAbout:
     return SweepAbout(one.sweep.name, one.sweep.design.size, signature(one.arithmetic), tuple(chunks))
 
 
-def in_arithmetic(one: Prepared, ledger: Ledger, asked: str | None) -> Prepared:
-    """The sweep in the arithmetic that is asked for, or else in that of its chunks in a ledger.
+def in_arithmetic(sweeps: Sequence[Prepared], ledger: Ledger, asked: str | None) -> tuple[Prepared, ...]:
+    """The sweeps in the arithmetic that is asked for, or else each in that of its chunks in a ledger.
 
     Raises
     ------
     LedgerError
-        If its chunks are of another one: two do not mix.
+        If the chunks of one are of another arithmetic: two do not mix.
     """
-    held = {sweep.name: sweep.arithmetic for sweep in ledger.about.sweeps} if ledger.about else {}
-    kept = held.get(one.sweep.name)
+    said = ledger.about
+    held = {sweep.name: sweep.arithmetic for sweep in said.sweeps} if said else {}
+    return tuple(_in_arithmetic(one, held.get(one.sweep.name), ledger, asked) for one in sweeps)
+
+
+def _in_arithmetic(one: Prepared, kept: str | None, ledger: Ledger, asked: str | None) -> Prepared:
     name = asked or (kept.partition(" ")[0] if kept else one.arithmetic)
     if kept is not None and kept != signature(name):
         raise LedgerError(

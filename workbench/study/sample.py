@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -62,6 +63,14 @@ class Sample:
 
     def __len__(self) -> int:
         return len(self.values)
+
+    @property
+    def digest(self) -> str:
+        """A name of equations, times, seed and arithmetic, and of the numbers of all runs (64 hexadecimal digits)."""
+        digest = hashlib.sha256(self.fingerprint.encode())
+        for name in ARRAYS:
+            digest.update(getattr(self, name).astype("<f8").tobytes())
+        return digest.hexdigest()
 
     @property
     def failed(self) -> int:

@@ -1,9 +1,9 @@
-"""What a figure shows beside curves, as data: bars, points with names, and a map of cells, each with its intervals."""
+"""What a figure shows beside curves, as data: bars, points with names, maps of cells, and tiles with texts."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any, ClassVar, TypeAlias
 
 import numpy as np
 
@@ -115,11 +115,7 @@ class HeatMap:
                 f"{values.shape}."
             )
         object.__setattr__(self, "values", values)
-        try:
-            faint = np.broadcast_to(np.asarray(self.faint, dtype=bool), values.shape)
-        except Exception:  # whatever an object says when it is asked for its truth
-            raise refusal("HeatMap(faint=...)", "True or False, one for each cell or one for all", self.faint) from None
-        object.__setattr__(self, "faint", faint)
+        object.__setattr__(self, "faint", _flags("HeatMap(faint=...)", self.faint, values.shape))
         whole("HeatMap(digits=...)", self.digits, 0, 17)
         if self.most is not None:
             positive("HeatMap(most=...)", self.most)
@@ -128,11 +124,70 @@ class HeatMap:
     @property
     def spans(self) -> Spans:
         """All numbers along the abscissa, and all along the ordinate."""
-        rows, columns = np.shape(self.values)
-        return (np.array([-0.5, columns - 0.5]),), (np.array([-0.5, rows - 0.5]),)
+        return _around(self.values)
 
 
-Mark: TypeAlias = Series | Band | Bars | Points | HeatMap
+@dataclass(frozen=True, eq=False)
+@door
+class Tiles:
+    """Texts (r, c), each of some lines, in tiles of a panel that names its rows, as dark as their shades from 0 to 1.
+
+    The first line of a text is large, the others are small. A shade that is NaN leaves its tile white, and a tile
+    without a text is not drawn unless it is shaded. A tile may be `framed`, have a corner that is `marked`, be
+    `hatched`, or all of it. `keys` are what the legend shows instead, small tiles each with a label.
+    """
+
+    label: Label
+    texts: tuple[tuple[tuple[str, ...], ...], ...]
+    shades: Array
+    framed: Any = False
+    marked: Any = False
+    hatched: Any = False
+    keys: tuple[Tiles, ...] = ()
+
+    style: ClassVar[Style] = 0
+
+    def __post_init__(self) -> None:
+        call = f"Tiles({described(self.label)})"
+        shades, shape = self.shades.copy(), (len(self.texts), len(self.texts[0]) if self.texts else 0)
+        if 0 in shape or {len(row) for row in self.texts} != {shape[1]} or shades.shape != shape:
+            raise ValueError(
+                f"`{call}` needs rows of texts (r, c), all of one length, and a shade for each; got "
+                f"{[len(row) for row in self.texts]} texts and shades {shades.shape}."
+            )
+        if not np.all(np.isnan(shades) | ((shades >= 0) & (shades <= 1))):
+            raise ValueError(f"`{call}` needs shades from 0 to 1, parts of the scale, or NaN; got {shades.tolist()}.")
+        shades.flags.writeable = False
+        object.__setattr__(self, "shades", shades)
+        for name in ("framed", "marked", "hatched"):
+            object.__setattr__(self, name, _flags(f"Tiles({name}=...)", getattr(self, name), shape))
+
+    @property
+    def spans(self) -> Spans:
+        """All numbers along the abscissa, and all along the ordinate."""
+        return _around(self.shades)
+
+    @property
+    def lines(self) -> int:
+        """How many lines the longest text has."""
+        return max(len(text) for row in self.texts for text in row)
+
+
+Mark: TypeAlias = Series | Band | Bars | Points | HeatMap | Tiles
+
+
+def _around(cells: Array) -> Spans:
+    """What cells (r, c) span, one unit each about 0, 1, ..."""
+    rows, columns = np.shape(cells)
+    return (np.array([-0.5, columns - 0.5]),), (np.array([-0.5, rows - 0.5]),)
+
+
+def _flags(call: str, given: Any, shape: tuple[int, ...]) -> Any:
+    """True or False for each cell."""
+    try:
+        return np.broadcast_to(np.asarray(given, dtype=bool), shape)
+    except Exception:  # whatever an object says when it is asked for its truth
+        raise refusal(call, "True or False, one for each cell or one for all", given) from None
 
 
 def _store_intervals(mark: Bars | Points, call: str, names: tuple[str, ...]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -88,6 +89,16 @@ class Outcome:
     measurement: Measurement
 
     @property
+    def digest(self) -> str:
+        """A name of equations, parameters, initial state, steps and horizon (64 hexadecimal digits)."""
+        case, ode = self.case, self.ode
+        spans = [None if span is None else float(span) for span in (case.h, case.until, case.every, case.tolerance)]
+        digest = hashlib.sha256(repr((ode.fingerprint, spans)).encode())
+        for numbers in (ode.parameters.default, ode.states.default):
+            digest.update(numbers.astype("<f8").tobytes())
+        return digest.hexdigest()
+
+    @property
     def diverged_at(self) -> float | None:
         """When the run diverged, in s."""
         at = self.measurement.trajectories.diverged_at[0]
@@ -101,12 +112,13 @@ class Outcome:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What must stand below a table beside the law's name: truth used, step beyond its limit, tolerance missed."""
+        """What must stand below a table beside the law's name: truth used, methods of a computer, step, tolerance."""
         limit, check = self.measurement.limits[0], self.measurement.check
         found = f"beyond the stability limit {limit.limit:.3g} s" if limit.checked else "checked at no state of the run"
         beyond = () if limit.holds else (f"step {limit.h:g} s {found}",)
         missed = () if check is None else tuple(a.miss for a in check.metrics if not a.met)
-        return self.ode.notes + beyond + missed
+        methods = self.ode.methods if isinstance(self.ode, Sampled) else ()
+        return self.ode.notes + methods + beyond + missed
 
     @door
     def within(self, metric: str) -> bool | None:

@@ -19,15 +19,16 @@ PACKAGES = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "typs
 
 
 def document(study: Study, results: Results, command: str) -> Document:
-    """What the study says, with all that is needed to get it again: command, versions, fingerprints."""
-    prints = {outcome.case.name: outcome.ode.fingerprint[:16] for outcome in results.outcomes}
-    prints |= {sample.name: sample.fingerprint[:16] for sample in results.all_samples}
+    """What the study says, with all that is needed to get it again: command, versions, digests."""
+    digests = {outcome.case.name: outcome.digest[:16] for outcome in results.outcomes}
+    digests |= {sample.name: sample.digest[:16] for sample in results.all_samples}
     runs = (outcome.measurement.trajectories for outcome in results.outcomes)
     arithmetics = {signature(one.arithmetic) for one in runs} | {sample.arithmetic for sample in results.all_samples}
     colophon = Colophon(
         command=command,
         version=__version__,
-        fingerprints={**study.fingerprints, **prints},
+        fingerprints=study.fingerprints,
+        digests=digests,
         seed=_seed(study, results),
         packages={name: version(name) for name in PACKAGES},
         python=platform.python_version(),

@@ -11,55 +11,89 @@ from workbench.validation.doors import door
 from workbench.validation.words import described, known, require
 
 # How it stands with a claim. A finite simulation can refute one, and never proves one.
-Kind = Literal["proved", "refuted", "not refuted", "not checkable"]
+Kind = Literal[
+    "proved",
+    "refuted",
+    "does not hold under",
+    "not refuted",
+    "not checkable as published",
+    "ill-posed",
+    "not checkable",
+]
+BROKEN = ("refuted", "does not hold under")  # the kinds that stand on a witness
+CONDITIONAL = ("does not hold under", "not refuted")
 
 
 @dataclass(frozen=True)
 @door
 class Finding:
-    """What a check came to.
+    """The outcome of a check.
 
     Attributes
     ----------
     kind
-        `proved` by exact or interval arithmetic, `refuted` by a witness, `not refuted` in so many `samples`, or
-        `not checkable`, in which case the evidence says why.
+        `proved` by exact or interval arithmetic; `refuted` by a witness; `does not hold under` a named condition, by
+        a witness; `not refuted` in so many samples; `not checkable as published`, because something is unstated;
+        `ill-posed`, in which case the evidence says why there is nothing to check; `not checkable`, in which case
+        the evidence says why the check could not decide.
     evidence
-        What was seen or derived, with its numbers and their errors, in a sentence.
+        The observation or derivation, with its numbers and their errors, in a sentence.
     witness
         A line of Python that shows it again.
     samples
-        How many states or runs were looked at, where that is the evidence.
+        The number of states or runs in which a claim was not refuted.
+    under
+        The condition beside the claim's own hypotheses: a choice of numbers, a repair.
+    unstated
+        The quantities whose values a check would need and the source does not give.
+    kept
+        The names of the hypotheses with a margin that the witness keeps at every step.
 
     Raises
     ------
     ValueError
-        If there is no evidence, a refutation has no witness, or a claim is not refuted in no samples.
+        If a text, a witness or a number that belongs to the kind is missing, or one that does not is given.
     """
 
     kind: Kind
     evidence: str
     witness: str = ""
     samples: int = 0
+    under: str = ""
+    unstated: str = ""
+    kept: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.evidence:
             raise ValueError(f"`Finding('{self.kind}', evidence)` must say on what the verdict rests; got nothing.")
-        if self.kind == "refuted" and not self.witness:
+        if self.kind in BROKEN and not self.witness:
             raise ValueError(
-                "`Finding('refuted', witness=...)` needs a line of Python with which anyone can see the claim fail; "
-                f"got none for: {described(self.evidence)}"
+                f"`Finding('{self.kind}', witness=...)` needs a line of Python with which anyone can see the claim "
+                f"fail; got none for: {described(self.evidence)}"
             )
         if (self.kind == "not refuted") != (self.samples > 0):
             raise ValueError(
                 "`Finding(samples=...)` counts what a claim was not refuted in, and belongs to that verdict alone; got "
                 f"{self.samples} with {self.kind!r}."
             )
+        if (self.kind == "does not hold under" and not self.under) or (self.under and self.kind not in CONDITIONAL):
+            raise ValueError(
+                "`Finding(under=...)` names the condition of 'does not hold under', which needs one, or of "
+                f"'not refuted'; got {described(self.under)} with {self.kind!r}."
+            )
+        if (self.kind == "not checkable as published") != bool(self.unstated):
+            raise ValueError(
+                "`Finding(unstated=...)` names what the source does not state, which 'not checkable as published' "
+                f"needs and no other verdict has; got {described(self.unstated)} with {self.kind!r}."
+            )
 
     @property
     def verdict(self) -> str:
-        """The verdict in words, with the number of samples where it rests on them."""
-        return f"not refuted in {self.samples:,} samples" if self.kind == "not refuted" else self.kind
+        """The verdict in words, with the number of samples or the condition where it rests on them."""
+        if self.kind == "does not hold under":
+            return f"{self.kind}: {self.under}"
+        under = f", under: {self.under}" if self.under else ""
+        return f"not refuted in {self.samples:,} samples{under}" if self.kind == "not refuted" else self.kind
 
 
 Check = Callable[[], Finding]
@@ -68,10 +102,25 @@ Check = Callable[[], Finding]
 @dataclass(frozen=True)
 @door
 class Line:
-    """A claim and what became of it."""
+    """A claim with the finding of its check.
+
+    Raises
+    ------
+    ValueError
+        If the witness of a claim that does not hold was not seen to keep a hypothesis that has a margin.
+    """
 
     claim: Claim
     finding: Finding
+
+    def __post_init__(self) -> None:
+        open_ = [below.name for below in _below(self.claim) if below.margin and below.name not in self.finding.kept]
+        if self.finding.kind in BROKEN and open_:
+            raise ValueError(
+                f"`Line(finding=...)`: a witness against '{self.claim.name}' must keep every hypothesis of the claim, "
+                f"else it says nothing of it; {open_} have margins and are not among those it was seen to keep, "
+                f"{list(self.finding.kept)}. Measure them along its run, and name them in `Finding(kept=...)`."
+            )
 
 
 @dataclass(frozen=True)
@@ -131,8 +180,8 @@ class Ledger:
 
     @door
     def fallen(self, name: str) -> tuple[str, ...]:
-        """The refuted hypotheses of a claim: beside one of them, a proof of it says nothing of the case."""
-        return tuple(hypothesis for hypothesis, kind in self.hypotheses(name) if kind == "refuted")
+        """The hypotheses of a claim that do not hold: beside one of them, a proof of it says nothing of the case."""
+        return tuple(hypothesis for hypothesis, kind in self.hypotheses(name) if kind in BROKEN)
 
 
 def _below(claim: Claim) -> Iterator[Claim]:

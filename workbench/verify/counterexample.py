@@ -12,13 +12,14 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
+from workbench.core.claim import Declared
 from workbench.core.layout import Array, Layout
 from workbench.metrics import AbstractMetric, measure
 from workbench.simulate import StepLimit
 from workbench.simulate.reference import reference
 from workbench.validation.doors import door
 from workbench.validation.words import described, known, nearest, refusal
-from workbench.verify.margins import Largest
+from workbench.verify.margins import Largest, violation, watching
 
 LARGEST_FILE = 1_000_000  # bytes; one with a hundred parameters has ten thousand
 # A run counts if its error of the step is no more than this share of its value, and one that diverges if it does so
@@ -227,6 +228,23 @@ def _rough(value: float, error: float, h: float) -> str:
     if error <= CREDIBLE * abs(value):
         return ""
     return f"{TOO_LONG}: from {h:.3g} s to half of it the value changes by {error:.2g} to {value:.4g}"
+
+
+@door
+def hypotheses_kept(
+    ode: Ode, claims: Sequence[Declared], until: float, h: float, p: Array | None = None, x0: Array | None = None
+) -> tuple[str, ...]:
+    """The names of those claims that a run keeps at every step, at the step h and at half of it.
+
+    Raises
+    ------
+    ValueError
+        If one has no margin, or `measure` refuses the run.
+    """
+    violations = [violation(said.claim) for said in claims]
+    scores = measure(watching(ode, claims), violations, p, x0, until=until, h=h).scores
+    kept = [float((scores[each.name].value + scores[each.name].error).max()) <= 0 for each in violations]
+    return tuple(said.claim.name for said, holds in zip(claims, kept, strict=True) if holds)
 
 
 @door

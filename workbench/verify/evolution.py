@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.core.layout import Array
 from workbench.validation.doors import door
-from workbench.validation.words import refusal, require, whole
+from workbench.validation.words import described, refusal, require, whole
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
@@ -65,23 +65,37 @@ def _refuse_others(these: Judged, others: Judged) -> None:
 
 @door
 def evolve(
-    judge: Callable[[Array], Judged], dimensions: int, population: int, generations: int, rng: np.random.Generator
+    judge: Callable[[Array], Judged],
+    dimensions: int,
+    population: int,
+    generations: int,
+    rng: np.random.Generator,
+    start: tuple[Array, Array] | None = None,
+    ended: Callable[[], bool] = lambda: False,
+    mixed: bool = True,
 ) -> tuple[Array, Judged]:
     """The last population u (B, d) in the unit cube, and what its members are worth, by DE/best/1 and DE/rand/1.
 
-    Half of the trials start from the best member, half from any: the first are quick, the second keep looking
-    elsewhere. A trial beyond the cube is put between its parent and the face.
+    Half of the trials start from the best member, half from any if `mixed`: the first are quick, the second keep
+    looking elsewhere. A trial beyond the cube is put between its parent and the face.
 
     Parameters
     ----------
     judge
         From trials (B, d) to their worth; called once a generation and once before.
+    start
+        The ends (d,) and (d,) of the box from which the first population is drawn; the whole cube without it. Later
+        trials leave it.
+    ended
+        Asked before each generation whether the search is over.
+    mixed
+        Whether half of the trials start from any member; else all start from the best.
 
     Raises
     ------
     ValueError
-        If there is no dimension, or less than four members, three of which make a trial for another one; or if
-        `judge` gives no `Judged` of all of them.
+        If there is no dimension, or less than four members, three of which make a trial for another one; if `start`
+        is no box in the cube; or if `judge` gives no `Judged` of all of them.
 
     References
     ----------
@@ -90,22 +104,42 @@ def evolve(
     """
     dimensions, population = whole("evolve(dimensions=...)", dimensions), whole("evolve(population=...)", population, 4)
     generations = whole("evolve(generations=...)", generations, 0)
-    # one point in every slice of every axis: a Latin hypercube
-    u = (np.argsort(rng.random((dimensions, population)), axis=1).T + rng.random((population, dimensions))) / population
+    u = _first(start, dimensions, population, rng)
     worth = _worth(judge, u)
     for _ in range(generations):
-        a, b, c = (rng.permutation(population) for _ in range(3))
-        base = np.where((np.arange(population) % 2 == 0)[:, None], u[worth.best()], u[a])
-        trial = base + rng.uniform(*WEIGHTS, (population, 1)) * (u[b] - u[c])
-        inherited = rng.random((population, dimensions)) > CROSSOVER
-        inherited[np.arange(population), rng.integers(dimensions, size=population)] = False
-        trial = np.where(inherited, u, trial)
-        back = rng.random((population, dimensions))
-        trial = np.where(trial < 0, u * back, np.where(trial > 1, u + (1 - u) * back, trial))
+        if ended():
+            break
+        trial = _trials(u, u[worth.best()], rng, mixed)
         found = _worth(judge, trial)
         better = found.beats(worth)
         u, worth = np.where(better[:, None], trial, u), found.where(better, worth)
     return u, worth
+
+
+def _trials(u: Array, best: Array, rng: np.random.Generator, mixed: bool) -> Array:
+    """A trial for each member (B, d) of a population."""
+    population, dimensions = u.shape
+    a, b, c = (rng.permutation(population) for _ in range(3))
+    elsewhere = mixed & (np.arange(population) % 2 == 1)
+    base = np.where(elsewhere[:, None], u[a], best)
+    trial = base + rng.uniform(*WEIGHTS, (population, 1)) * (u[b] - u[c])
+    inherited = rng.random((population, dimensions)) > CROSSOVER
+    inherited[np.arange(population), rng.integers(dimensions, size=population)] = False
+    trial = np.where(inherited, u, trial)
+    back = rng.random((population, dimensions))
+    return np.where(trial < 0, u * back, np.where(trial > 1, u + (1 - u) * back, trial))
+
+
+def _first(start: tuple[Array, Array] | None, dimensions: int, population: int, rng: np.random.Generator) -> Array:
+    """A Latin hypercube (B, d): one point in every slice of every axis of a box."""
+    low, high = (np.zeros(dimensions), np.ones(dimensions)) if start is None else start
+    if low.shape != (dimensions,) or high.shape != low.shape or not ((low >= 0) & (low < high) & (high <= 1)).all():
+        raise ValueError(
+            f"`evolve(start=...)` must be the low and the high ends ({dimensions},) of a box in the unit cube, "
+            f"low < high; got {described(start)}."
+        )
+    u = np.argsort(rng.random((dimensions, population)), axis=1).T + rng.random((population, dimensions))
+    return np.asarray(low + (high - low) * (u / population))
 
 
 def _worth(judge: Callable[[Array], Judged], trials: Array) -> Judged:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -16,7 +16,7 @@ from workbench.metrics import AbstractMetric, measured
 from workbench.metrics.final import final_values
 from workbench.simulate import simulate
 from workbench.validation.doors import door
-from workbench.validation.words import multiple, seconds, whole
+from workbench.validation.words import known, multiple, seconds, whole
 from workbench.validation.words import seed as key
 from workbench.verify.ascent import slope_of
 from workbench.verify.box import Box
@@ -26,6 +26,7 @@ from workbench.verify.margins import UNDEFINED, Largest, violation, watching
 
 Kind = Literal["refuted", "not refuted", "not checkable"]
 ROWS = 20  # of states kept, so that of a run that diverges little is lost
+ENOUGH, DECIMALS = 0.95, 16  # of the worst value that shorter numbers keep; decimals that a double has
 HALVINGS = 16  # of the step along a gradient, all tried at once
 
 
@@ -160,7 +161,8 @@ class Hunt:
         broken = isinstance(self.target, Declared) and pair.value - pair.error > 0 and pair.excess <= 0
         if np.isnan(pair.value) or (isinstance(self.target, Declared) and pair.value > 0 and pair.doubt):
             return _found("not checkable", None, seen, pair.doubt or "the worst run is no number")
-        return _found("refuted" if broken else "not refuted", self._example(best, pair, seed), seen)
+        theta = self.box.at(best[np.newaxis])[0]
+        return _found("refuted" if broken else "not refuted", self._example(theta, pair, seed), seen)
 
     @door
     def judge(self, u: Array) -> Judged:
@@ -182,6 +184,41 @@ class Hunt:
                 f"'{self.target.claim.name}' is none at some instant of some run."
             )
         return Judged(value, np.max(excess, axis=0) if excess else np.zeros(len(p)))
+
+    @door
+    def at(self, numbers: Mapping[str, Any]) -> Pair:
+        """The run with these parameters and initial states by name, all others at their defaults, and half its step.
+
+        Raises
+        ------
+        LookupError
+            If a name is neither a parameter's nor a state's.
+        ValueError
+            If a number is out of bounds, or is one of several runs.
+        """
+        at = Box.of(self.ode, {name: (value, value) for name, value in numbers.items()})
+        return run(self.watched, self.metric, self._violations, *at.rows(at.low[np.newaxis]), self.until, self.h)
+
+    @door
+    def shortened(self, found: Found) -> Found:
+        """The same outcome with the fewest decimals in the worst run's numbers that keep verdict and `ENOUGH` of it.
+
+        Raises
+        ------
+        LookupError
+            If the worst run is one of another search.
+        """
+        if found.worst is None:
+            return found
+        sought = found.worst.sought
+        theta = np.array([sought[known(label, sought, "numbers of the worst run")] for label in self.box.labels])
+        for decimals in range(1, DECIMALS):
+            cut = np.clip(np.trunc(theta * 10**decimals) / 10**decimals + 0.0, self.box.low, self.box.high)
+            pair = self.at(dict(zip(self.box.labels, cut.tolist(), strict=True)))
+            holds = pair.excess <= 0 and not (found.kind == "refuted" and (pair.doubt or pair.value <= pair.error))
+            if holds and pair.value >= found.worst.value - (1 - ENOUGH) * abs(found.worst.value):
+                return replace(found, worst=self._example(cut, pair, found.worst.seed))
+        return found
 
     @door
     def replay(self, example: CounterExample) -> Replay:
@@ -214,14 +251,13 @@ class Hunt:
         rows = self.box.rows(self.box.at(u[np.newaxis]))
         return run(self.watched, self.metric, self._violations, *rows, self.until, self.h)
 
-    def _example(self, u: Array, pair: Pair, seed: int) -> CounterExample:
-        """The same as plain numbers."""
-        theta = self.box.at(u[np.newaxis])
-        p, x0 = self.box.rows(theta)
+    def _example(self, theta: Array, pair: Pair, seed: int) -> CounterExample:
+        """The run with the sought numbers theta (d,), as plain numbers."""
+        p, x0 = self.box.rows(theta[np.newaxis])
         return CounterExample(
             self.metric.name,
             self.ode.fingerprint,
-            dict(zip(self.box.labels, theta[0].tolist(), strict=True)),
+            dict(zip(self.box.labels, theta.tolist(), strict=True)),
             dict(zip(self.ode.parameters.labels, p[0].tolist(), strict=True)),
             dict(zip(self.ode.states.labels, x0[0].tolist(), strict=True)),
             self.until,

@@ -22,14 +22,19 @@ def calls() -> dict[str, Any]:
         "AbstractAdaptation": controllers.Plain(),
         "AdaptiveSlidingMode": partial(controllers.AdaptiveSlidingMode, ARM, two, 0.1, 1.0, two, learns, "tanh"),
         "AosmcRgs": partial(controllers.AosmcRgs, ARM, two, 0.1, K=eye, P=eye, Q=eye, R=eye),
+        "ComputedTorque": partial(controllers.ComputedTorque, ARM, two, two),
         "DeadZone": partial(controllers.DeadZone, 0.1),
         "Frozen": partial(controllers.Frozen),
         "FuzzyAsmc": partial(controllers.FuzzyAsmc, ARM, two, 0.1, 1.0, 0.1, two),
         "Leakage": partial(controllers.Leakage, 0.1, two),
+        "NonsingularTerminalSlidingMode": partial(
+            controllers.NonsingularTerminalSlidingMode, ARM, two, 1.5, two, two, 0.5, 0.1, "tanh"
+        ),
         "Plain": partial(controllers.Plain),
         "RbfAsmc": partial(
             controllers.RbfAsmc, ARM, two, 0.1, 1.0, 1.0, 0.1, np.ones((3, 4)), np.ones(4), two, learns, "clip"
         ),
+        "Rise": partial(controllers.Rise, two, two, two, two, 0.1, two, ARM, "clip"),
         "RuleBase": partial(controllers.RuleBase, [0.0, 1.0], 0.1, [0.0, 1.0], 0.1, eye),
         "ScheduledFeedback": partial(controllers.ScheduledFeedback, ARM, 1.0, flat, flat, "fourier"),
         "ScheduledFeedback.of": partial(controllers.ScheduledFeedback.of, ARM, coefficients, 1.0, "chebyshev"),
@@ -39,6 +44,7 @@ def calls() -> dict[str, Any]:
         "StateFeedback": partial(controllers.StateFeedback, ARM, eye, eye),
         "StateFeedback.of": partial(controllers.StateFeedback.of, ARM, np.ones((2, 4))),
         "SuperTwisting": partial(controllers.SuperTwisting, ARM, two, two, two, 0.1, "sign"),
+        "WithCompensation": partial(controllers.WithCompensation, controllers.SlidingMode(ARM, two, two, 0.1)),
     }
 
 

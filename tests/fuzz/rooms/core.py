@@ -16,6 +16,7 @@ from ..parts import ARM, LAW, LOOP, ODE, PLANT, signals
 
 MODULES = ("workbench.core",)
 T, X, P, W, H, K = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX.sym("p"), ca.SX(0, 1), ca.SX.sym("h"), ca.SX.sym("k")
+ROLES = LOOP.roles
 STATES, PARAMETERS = Layout((Entry("x", 1.0),)), Layout((Entry("k", 2.0),))
 
 
@@ -52,6 +53,9 @@ def calls() -> dict[str, Any]:
         "Lifted": partial(core.Lifted, ARM, STATES, X),
         "Ode": partial(core.Ode, **decay(inputs=("k",), notes=("a note",))),
         "Ode.of": partial(core.Ode.of, "decay", STATES, PARAMETERS, (T, X, P), {"x": -P * X}, {"y": X}, {"y": "m"}),
+        "Roles": partial(core.Roles, **vars(ROLES)),
+        "grouped": partial(core.grouped, {"a": ROLES, "b": ROLES}),
+        "same_information": partial(core.same_information, ROLES, ROLES),
         "Rule": partial(core.Rule, rule.h, rule.k, rule.t, rule.x, rule.p, rule.w, rule.rate, rule.update, rule.output),
         "Sampled": partial(core.Sampled, ode, 0.1, K, W, 0.5 * X),
         "Step": partial(

@@ -27,6 +27,7 @@ QUANTILES = sensitivity.quantiles(RANDOM, outputs(RANDOM), NAMES)
 TORNADO = sensitivity.tornado(ALONE, outputs(ALONE), NAMES, factors=FACTORS)
 PAIRED = evidence.paired(dict(zip(NAMES, outputs(RANDOM).T, strict=True)), metric="error", unit="rad")
 COMPARISON = evidence.compare(PAIRED, resamples=100)
+JUDGEMENT = evidence.judge(PAIRED, evidence.Mean(), (evidence.Median(),), resamples=100)
 RANKS = evidence.ranks(PAIRED)
 
 
@@ -36,11 +37,15 @@ def calls() -> dict[str, Any]:
     part = sensitivity.Estimate(flat, flat)
     told = {"a": outputs(RANDOM)[:, 0], "b": outputs(RANDOM)[:, 1]}
     return {
-        "Comparison": partial(evidence.Comparison, PAIRED, "mean", 0.95, level, square, 0.02, {}),
+        "Comparison": partial(evidence.Comparison, PAIRED, evidence.Mean(), 0.95, level, square, 0.02),
         "Estimate": partial(sensitivity.Estimate, [1.0, 2.0], [0.1, 0.2]),
         "Intervals": partial(evidence.Intervals, two, two, two),
+        "Judgement": partial(evidence.Judgement, {"mean": JUDGEMENT.by["mean"]}),
+        "Mean": evidence.Mean,
+        "Median": evidence.Median,
         "MorrisEffects": partial(sensitivity.MorrisEffects, NAMES, FACTORS, part, part, part, {}, ()),
         "Paired": partial(evidence.Paired, "error", "rad", NAMES, flat, two, [0, 1], "a note"),
+        "Quantile": partial(evidence.Quantile, 0.6),
         "Quantiles": partial(sensitivity.Quantiles, NAMES, (0.1, 0.9), flat, flat, flat, [0, 1]),
         "Ranks": partial(evidence.Ranks, PAIRED, 0.95, square, square),
         "Share": partial(sensitivity.Share, 0.5, 0.25, 0.75, 20, 0),
@@ -55,11 +60,28 @@ def calls() -> dict[str, Any]:
             {},
             ("a remark",),
         ),
+        "Predictor": partial(evidence.Predictor, "k", "above", 1.0, 0.9, 0.01, 20, 3),
+        "Shape": partial(evidence.Shape, "a", "error", "rad", "one group", [0, 1], 40, 1.0, 1.0, 0.1, None),
+        "Standings": partial(evidence.Standings, {"paper": JUDGEMENT}),
+        "Success": partial(evidence.Success, 1.0),
+        "Tail": partial(evidence.Tail, 0.6),
         "Tornado": partial(sensitivity.Tornado, NAMES, FACTORS, (0.1, 0.9), two, np.ones((2, 2, 2)), {}),
         "ablation_table": partial(evidence.ablation_table, "t", "c", (COMPARISON,), "a", ("a note",)),
-        "compare": partial(evidence.compare, PAIRED, "median", confidence=0.9, margin=0.02, resamples=100, seed=1),
+        "compare": partial(
+            evidence.compare, PAIRED, evidence.Tail(0.6), confidence=0.9, margin=0.02, resamples=100, seed=1
+        ),
         "comparison_table": partial(evidence.comparison_table, "t", "c", (COMPARISON,), ("a note",)),
         "difference_table": partial(evidence.difference_table, "t", "c", COMPARISON, ("a note",)),
+        "judge": partial(
+            evidence.judge,
+            PAIRED,
+            evidence.Success(1.0),
+            (evidence.Mean(),),
+            confidence=0.9,
+            margin=0.02,
+            resamples=100,
+            seed=1,
+        ),
         "morris": partial(
             sensitivity.morris,
             PATHS,
@@ -75,6 +97,7 @@ def calls() -> dict[str, Any]:
         "ranks": partial(evidence.ranks, PAIRED, 0.9),
         "same_draws": partial(evidence.same_draws, {"a": sample(), "b": sample()}),
         "share": partial(sensitivity.share, [1.0, 0.0, np.nan], 0.9),
+        "shapes": partial(evidence.shapes, PAIRED, RANDOM.points(), FACTORS, confidence=0.9, seed=1),
         "sobol": partial(
             sensitivity.sobol,
             PAIRS,
@@ -87,6 +110,7 @@ def calls() -> dict[str, Any]:
         "sobol_by_salib": partial(
             sensitivity.sobol_by_salib, PAIRS, outputs(PAIRS), NAMES, factors=FACTORS, resamples=4, seed=1
         ),
+        "statistics_table": partial(evidence.statistics_table, "t", "c", JUDGEMENT, ("a note",)),
         "tornado": partial(sensitivity.tornado, ALONE, outputs(ALONE), NAMES, factors=FACTORS),
     }
 

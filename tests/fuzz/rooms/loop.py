@@ -4,6 +4,7 @@ from functools import partial
 from typing import Any
 
 from workbench import loop
+from workbench.study.information import information_table
 
 from ..parts import LAW, LOOP, OBSERVER, PLANT, REFERENCE, column, signals
 
@@ -24,7 +25,9 @@ def calls() -> dict[str, Any]:
         "Measurement": partial(loop.Measurement, q, qd, d),
         "Motion": partial(loop.Motion, q, qd, d),
         "Parts": loop.Parts,
+        "information_table": partial(information_table, "t", "c", {"a": LOOP.roles}, {"a": 3}),
         "open_loop": partial(loop.open_loop, PLANT, "plant"),
+        "roles": partial(loop.roles, LOOP),
     }
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from workbench.study import curves, panel, pictures, shapes, traces
 from workbench.study.sensitivity import sobol
 
-from .evidence import EFFECTS, INDICES, NAMES, PAIRS, QUANTILES, TORNADO, outputs
+from .evidence import COMPARISON, EFFECTS, INDICES, NAMES, PAIRS, QUANTILES, TORNADO, outputs
 from .study import outcomes
 
 MODULES = ("workbench.study.pictures",)
@@ -32,6 +32,7 @@ def calls() -> dict[str, Any]:
         "Panel with names": partial(panel.Panel, "y", (bars,), ynames=("a", "b")),
         "Points": partial(shapes.Points, "a", T, T, ("x", "y"), 1, T, T, T, T),
         "Series": partial(curves.Series, "a", T, T, 1, "steps"),
+        "Tiles": partial(shapes.Tiles, "a", ((("x",), ("y", "z")),), [[0.5, np.nan]], True, [[True, False]], False, ()),
         "Window": partial(traces.Window, 0.0, 1.0, (0.0, 1.0)),
         "budget_curves": partial(pictures.budget_curves, "f", "c", {"a": (T, [T, T])}, NOTE, "y"),
         "components": partial(traces.components, "f", "c", outcomes()[0], [("e", "e", 0)], "e", [window]),
@@ -42,6 +43,7 @@ def calls() -> dict[str, Any]:
         "rank_figure": partial(pictures.rank_figure, "f", "c", {"a": [0.5, 0.5], "b": [0.5, 0.5]}, NOTE),
         "second_order_map": partial(pictures.second_order_map, "f", "c", INDICES, NOTE, labels=LABELS),
         "sobol_bars": partial(pictures.sobol_bars, "f", "c", INDICES, NOTE, labels=LABELS),
+        "standings_figure": partial(pictures.standings_figure, "f", "c", {"s": {"median": COMPARISON}}, "median"),
         "tornado_figure": partial(pictures.tornado_figure, "f", "c", TORNADO, NOTE, "rad", labels=LABELS),
         "traces": partial(traces.traces, "f", "c", outcomes(), "e", 0, "e", [window], "e"),
     }

@@ -114,7 +114,7 @@ def frequencies(W: LinearPart, switch: AbstractSwitch) -> list[float]:
     roots = [float(brentq(at, w[i], w[i + 1], xtol=1e-14 * w[i], rtol=1e-14)) for i in places]
     roots += w[mismatch == 0].tolist()  # two equal lags, say, balance just at their corner, which the grid holds
     if W.period and not isinstance(switch, SuperTwist):
-        roots.append(np.pi / W.period)  # where every W beneath a computer is real
+        roots.append(np.pi / W.period)  # where every sampled W is real
     return sorted(x for x in roots if isinstance(switch, SuperTwist) or W.response(x)[0][0].real < 0)
 
 

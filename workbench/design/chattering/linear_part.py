@@ -1,4 +1,4 @@
-"""The linear part of a loop that switches: s = W u, where u = -f(s), in continuous time or beneath a computer."""
+"""The linear part of a loop that switches: s = W u, where u = -f(s), in continuous time or sampled."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class LinearPart:
 
     @door
     def held(self, period: float, *, delay: bool = False) -> LinearPart:
-        """The same beneath a computer that reads s at k period and holds u; with `delay`, from the next instant on.
+        """The same, sampled: s is read at k period and u held; with `delay`, from the next instant on.
 
         Raises
         ------
@@ -160,7 +160,7 @@ class LinearPart:
 
     @property
     def corners(self) -> Complexes:
-        """Poles and zeros, (m,) in 1/s, by the logarithm beneath a computer: where the phase of W turns."""
+        """Poles and zeros, (m,) in 1/s, by the logarithm in a sampled-data loop: where the phase of W turns."""
         nx = len(self.c)
         pencil, mass = np.zeros((nx + 1, nx + 1)), np.diag(np.append(np.ones(nx), 0.0))
         pencil[:nx, :nx], pencil[:nx, nx], pencil[nx, :nx] = self.A, self.b, self.c

@@ -1,4 +1,4 @@
-"""Exact limit cycles of a relay, in continuous time and beneath a computer: what harmonic balance only estimates."""
+"""Exact limit cycles of a relay, in continuous time and sampled: what harmonic balance only estimates."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Cycle:
     Attributes
     ----------
     amplitude, highest
-        The peak of |s|, and the highest that it can be: beneath a computer a linear part with an integrator
+        The peak of |s|, and the highest that it can be: sampled, a linear part with an integrator
         keeps any offset of s that changes none of its signs, and `highest` is that of the farthest one.
     frequency
         w in rad/s.
@@ -34,7 +34,7 @@ class Cycle:
     samples
         How many instants of the computer make up half a period; None in continuous time.
     residual
-        |s| at the switch, over the amplitude; beneath a computer |x(T/2) + x(0)| over |x(0)|.
+        |s| at the switch, over the amplitude; sampled, |x(T/2) + x(0)| over |x(0)|.
     """
 
     amplitude: float
@@ -63,7 +63,7 @@ def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
     system
         W: a `LinearPart`, or a python-control system from u to s.
     most
-        How many instants half a period may have beneath a computer.
+        How many instants half a period may have in a sampled-data loop.
 
     Raises
     ------

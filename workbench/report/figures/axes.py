@@ -14,13 +14,15 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from workbench.report.cleaning import cleaned
-from workbench.report.figures.axes_marks import add_bars, add_map, add_points
+from workbench.report.figures.axes_marks import add_bars, add_map, add_points, add_tiles
 from workbench.report.figures.labels import written
 from workbench.report.figures.legend import across, entries
 from workbench.report.figures.looks import (
+    GREY,
     LINES,
     MARKS,
     POINTS_LOOK,
+    below,
     house_style,
     layer_of,
     letter_of,
@@ -30,12 +32,13 @@ from workbench.report.figures.looks import (
 )
 from workbench.report.figures.marks import EDGE, tint
 from workbench.report.figures.rulers import rulers
-from workbench.report.figures.sizes import size_of
+from workbench.report.figures.sizes import led, size_of
+from workbench.report.figures.tiles import FRAME, tone
 from workbench.report.thinning import thinned, windowed
 from workbench.study.curves import Array, Band, Series
 from workbench.study.document import Figure
 from workbench.study.panel import Panel
-from workbench.study.shapes import Bars, HeatMap, Mark, Points
+from workbench.study.shapes import Bars, HeatMap, Mark, Points, Tiles
 
 CROWDED = 60  # letters of names side by side below a panel
 
@@ -70,18 +73,32 @@ def plot(figure: Figure, axes: Axes | Sequence[Axes] | npt.NDArray[Any] | None =
 
 
 def _plot_alone(figure: Figure) -> Canvas:
-    rows = -(-len(figure.panels) // figure.columns)
     engine = ConstrainedLayoutEngine(w_pad=0.05, h_pad=0.04, wspace=0.02, hspace=0.02)
     canvas = Canvas(figsize=size_of(figure), layout=engine)
+    places = _places(figure, canvas)
     for i, panel in enumerate(figure.panels):
-        ax = canvas.add_subplot(rows, figure.columns, i + 1)
+        ax = canvas.add_subplot(places[i])
         _draw_panel(figure, i, ax)
         if len(figure.panels) > 1:
             ax.set_title(f"{letter_of(figure, i)} {written(panel.title)}".rstrip(), loc="left")
-        if i + figure.columns < len(figure.panels) and shares_abscissa(figure):
+        if below(figure, i) is not None and shares_abscissa(figure):
             ax.set_xlabel("")
     _add_legend(canvas, figure)
     return canvas
+
+
+def _places(figure: Figure, canvas: Canvas) -> list[Any]:
+    """Where each panel stands."""
+    rows = -(-(len(figure.panels) - figure.lead) // figure.columns)
+    heights = [1.0] * rows
+    if figure.lead:
+        lead, rest = led(figure)
+        heights = [lead, *[rest / max(rows, 1)] * rows]
+    grid = canvas.add_gridspec(len(heights), figure.columns, height_ratios=heights)
+    lower = [
+        grid[figure.lead + k // figure.columns, k % figure.columns] for k in range(len(figure.panels) - figure.lead)
+    ]
+    return [grid[0, :], *lower] if figure.lead else lower
 
 
 def _draw_panel(figure: Figure, i: int, ax: Axes) -> None:
@@ -92,7 +109,7 @@ def _draw_panel(figure: Figure, i: int, ax: Axes) -> None:
         ax.axhline(at, color="#555555", linewidth=0.6, zorder=1.5)
     for at in panel.vlines:
         ax.axvline(at, color="#555555", linewidth=0.6, zorder=1.5)
-    if any(isinstance(mark, Bars | Points | HeatMap) for mark in panel.series):
+    if any(isinstance(mark, Bars | Points | HeatMap | Tiles) for mark in panel.series):
         _set_limits(figure, i, ax)
     for k, mark in enumerate(panel.series):
         _draw_mark(mark, ax, panel, points_of(figure), layer_of(k, panel))
@@ -134,6 +151,8 @@ def _draw_mark(mark: Mark, ax: Axes, panel: Panel, points: int, layer: float) ->
             add_points(mark, ax, layer)
         case HeatMap():
             add_map(mark, ax, layer)
+        case Tiles():
+            add_tiles(mark, ax, layer)
 
 
 def _draw_series(series: Series, ax: Axes, curves: tuple[Array, ...], zorder: float) -> None:
@@ -173,6 +192,12 @@ def _handle(mark: Mark) -> Any:
     match mark:
         case Band():
             return Patch(facecolor=look["color"], alpha=0.3, linewidth=0)
+        case Tiles():
+            shade = float(np.nanmax(mark.shades)) if np.isfinite(mark.shades).any() else 0.0
+            if np.any(mark.marked):
+                return Line2D([], [], color="k", linestyle="none", marker=">")
+            edge = {"edgecolor": "k", "linewidth": FRAME} if np.any(mark.framed) else {"edgecolor": GREY}
+            return Patch(facecolor=tone(shade), hatch="////" if np.any(mark.hatched) else None, **edge)
         case Bars():
             return Patch(facecolor=tint(mark.style, mark.shade), edgecolor=look["color"], linewidth=EDGE)
         case Points():

@@ -1,4 +1,4 @@
-"""Bars, points with names and maps of cells on matplotlib's axes, whose limits are set already."""
+"""Bars, points with names, maps of cells and tiles on matplotlib's axes, whose limits are set already."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ from matplotlib.patches import Rectangle
 from workbench.report.figures.labels import written
 from workbench.report.figures.looks import GREY, LINES, MARKS, POINTS_LOOK, SMALL_LETTERS
 from workbench.report.figures.marks import CAP, EDGE, FAINT, WHISKER, ink_on, shades_of, tint, written_cells
-from workbench.study.shapes import Bars, HeatMap, Points
+from workbench.report.figures.tiles import FRAME, ink_over, tone
+from workbench.study.shapes import Bars, HeatMap, Points, Tiles
 
 ROOM = 0.05  # of the abscissa: what a bar takes at least whose text is printed
 
@@ -72,3 +73,20 @@ def add_map(held: HeatMap, ax: Axes, zorder: float) -> None:
         ax.add_patch(cell).set_zorder(zorder)
         color = FAINT if np.asarray(held.faint)[i, j] else ink_on(held.style, shade)
         ax.text(j, i, text, ha="center", va="center", size=SMALL_LETTERS, color=color, zorder=zorder + 1)
+
+
+def add_tiles(tiles: Tiles, ax: Axes, zorder: float) -> None:
+    """Tiles with their texts and what marks them: a triangle is the marked corner."""
+    for (i, j), shade in np.ndenumerate(np.asarray(tiles.shades)):
+        text = "\n".join(tiles.texts[i][j])
+        if text or not np.isnan(shade):
+            look: dict[str, Any] = {"facecolor": tone(float(np.nan_to_num(shade))), "edgecolor": GREY, "linewidth": 0.4}
+            hatch = "///" if tiles.hatched[i, j] else None
+            ax.add_patch(Rectangle((j - 0.5, i - 0.5), 1, 1, hatch=hatch, zorder=zorder, **look))
+            color = ink_over(float(np.nan_to_num(shade)))
+            if tiles.framed[i, j]:
+                ax.add_patch(Rectangle((j - 0.45, i - 0.45), 0.9, 0.9, fill=False, linewidth=FRAME, zorder=zorder + 1))
+            if tiles.marked[i, j]:
+                ax.fill([j + 0.3, j + 0.5, j + 0.5], [i - 0.5, i - 0.5, i - 0.2], color, zorder=zorder + 1)
+            size = SMALL_LETTERS / (1 + 0.3 * (tiles.lines - 1))
+            ax.text(j, i, text, ha="center", va="center", size=size, color=color, linespacing=0.9, zorder=zorder + 2)

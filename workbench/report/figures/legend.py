@@ -6,7 +6,7 @@ import re
 
 from workbench.report.figures.labels import written
 from workbench.report.figures.looks import WIDTH
-from workbench.study.document import Figure, Mark
+from workbench.study.document import Figure, Mark, Tiles
 
 
 def entries(figure: Figure) -> dict[str, Mark]:
@@ -14,8 +14,9 @@ def entries(figure: Figure) -> dict[str, Mark]:
     found: dict[str, Mark] = {}
     for panel in figure.panels:
         for series in panel.series:
-            if series.label and series.label != panel.title:
-                found.setdefault(written(series.label), series)
+            for mark in series.keys if isinstance(series, Tiles) and series.keys else (series,):
+                if mark.label and mark.label != panel.title:
+                    found.setdefault(written(mark.label), mark)
     return found
 
 

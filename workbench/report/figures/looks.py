@@ -12,7 +12,7 @@ import numpy as np
 from workbench.study.curves import Array, Band, Series, Style
 from workbench.study.document import Figure
 from workbench.study.panel import Panel
-from workbench.study.shapes import Bars, HeatMap
+from workbench.study.shapes import Bars, HeatMap, Tiles
 
 WIDTH = 6.3  # inches: the text width of an A4 page with margins of 25 mm
 LETTERS, SMALL_LETTERS, LEGEND_LETTERS = 9.0, 8.0, 8.5  # points
@@ -119,6 +119,17 @@ def shares_rows(figure: Figure) -> bool:
     return len({str(panel.ynames) for panel in figure.panels}) == 1
 
 
+def column_of(figure: Figure, i: int) -> int:
+    """In which column a panel stands."""
+    return (i - figure.lead) % figure.columns if i or not figure.lead else 0
+
+
+def below(figure: Figure, i: int) -> Panel | None:
+    """The panel below another; none stands in the columns below the one that leads."""
+    under = i + figure.columns
+    return figure.panels[under] if under < len(figure.panels) and (i or not figure.lead) else None
+
+
 def layer_of(i: int, panel: Panel) -> float:
     """Where a mark lies: what is wanted below all laws, what is promised above them, the first law on top.
 
@@ -126,7 +137,7 @@ def layer_of(i: int, panel: Panel) -> float:
     """
     mark, below = panel.series[i], {"reference": 2.0, "bound": 3.5}
     layer = below.get(str(mark.style), 3.0 - i / len(panel.series))
-    return layer - 0.9 if isinstance(mark, Band | Bars | HeatMap) else layer
+    return layer - 0.9 if isinstance(mark, Band | Bars | HeatMap | Tiles) else layer
 
 
 def chatters(y: Array) -> bool:

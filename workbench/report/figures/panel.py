@@ -11,9 +11,10 @@ from workbench.report.figures.looks import LINES, MARKS, PAD, POINTS_LOOK, RULES
 from workbench.report.figures.marks import draw_bars, draw_map, draw_points, fill_box
 from workbench.report.figures.pen import Box, Pen
 from workbench.report.figures.ruler import Ruler, Ticks
+from workbench.report.figures.tiles import draw_tiles
 from workbench.study.curves import Array, Band, Series
 from workbench.study.panel import Panel
-from workbench.study.shapes import Bars, HeatMap, Mark, Points
+from workbench.study.shapes import Bars, HeatMap, Mark, Points, Tiles
 
 GRID = {"color": RULES["grid.color"], "linewidth": RULES["grid.linewidth"]}
 RULED = {"color": "#555555", "linewidth": 0.6}
@@ -107,6 +108,8 @@ def draw_curves(pen: Pen, box: Box, panel: Panel, curves: Sequence[tuple[Array, 
                 draw_points(pen, box, points, x, y, [line for held in drawn for line in held])
             case HeatMap() as cells:
                 draw_map(pen, box, cells, x, y)
+            case Tiles() as tiles:
+                draw_tiles(pen, box, tiles, x, y)
 
 
 def _draw_series(pen: Pen, series: Series, line: tuple[Array, Array], ordinates: Array, box: Box) -> None:
@@ -131,7 +134,10 @@ def draw_sample(pen: Pen, series: Mark, box: Box) -> None:
     """How a series looks, for the legend."""
     ends, middle = np.array([box.left, box.left + box.width]), np.full(2, box.bottom + box.height / 2)
     look = LINES[series.style]
-    if isinstance(series, Band):
+    if isinstance(series, Tiles):
+        x_of, y_of = (Ruler.of_names(("",) * size) for size in np.shape(series.shades)[::-1])
+        draw_tiles(pen, box, series, x_of, y_of)
+    elif isinstance(series, Band):
         x, y = np.repeat(ends, 2), box.bottom + box.height * np.array([0.0, 1.0, 1.0, 0.0])
         pen.area(x, y, look["color"], 0.3)
     elif isinstance(series, Bars):

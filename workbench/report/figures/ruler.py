@@ -42,6 +42,8 @@ class Ticks:
         """The room that the numbers take below an abscissa, in points."""
         if not self.named:
             return NUMBER.height
+        if not any(self.numbers):  # as the names stand below another panel
+            return 0.0
         return self.width if self.upright else max(block_of(name, SMALL_LETTERS).height for name in self.numbers)
 
 

@@ -6,8 +6,8 @@ take ten times as long.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from workbench.report.figures.looks import (
     SMALL_LETTERS,
     TICK,
     TITLE,
+    below,
     house_style,
     letter_of,
     points_of,
@@ -31,7 +32,7 @@ from workbench.report.figures.panel import draw_axes, draw_curves, draw_sample
 from workbench.report.figures.pen import Box, Pen
 from workbench.report.figures.ruler import Ruler, Ticks
 from workbench.report.figures.rulers import rulers
-from workbench.report.figures.sizes import size_of
+from workbench.report.figures.sizes import led, size_of
 from workbench.report.thinning import thinned, windowed
 from workbench.study.curves import Array, Band, Series
 from workbench.study.document import Figure
@@ -75,7 +76,7 @@ def _draw(figure: Figure) -> str:
     pen.area(width * np.array([0.0, 1.0, 1.0, 0.0]), height * np.array([0.0, 0.0, 1.0, 1.0]), "#ffffff", 1.0)
     head = _draw_legend(pen, figure, width, height)
     plates = [_plate(figure, i) for i in range(len(figure.panels))]
-    for plate, box, ticks in _laid_out(plates, figure.columns, width, height - head):
+    for plate, box, ticks in _placed(figure, plates, width, height - head):
         draw_axes(pen, box, (plate.x, ticks[0]), (plate.y, ticks[1]))
         draw_curves(pen, box, plate.panel, plate.curves, plate.x, plate.y)
         _write_labels(pen, plate, box, ticks)
@@ -85,13 +86,12 @@ def _draw(figure: Figure) -> str:
 def _plate(figure: Figure, i: int) -> Plate:
     panel = figure.panels[i]
     curves = tuple(_drawn(mark, panel, points_of(figure)) for mark in panel.series)
-    last = i + figure.columns >= len(figure.panels)
     return Plate(
         panel,
         curves,
         *rulers(figure, i, curves),
         f"{letter_of(figure, i)} {written(panel.title)}".strip(),
-        written(panel.xlabel) if last or not shares_abscissa(figure) else "",
+        written(panel.xlabel) if below(figure, i) is None or not shares_abscissa(figure) else "",
         written(panel.ylabel),
     )
 
@@ -99,6 +99,19 @@ def _plate(figure: Figure, i: int) -> Plate:
 def _drawn(mark: Mark, panel: Panel, points: int) -> tuple[Array, ...]:
     """The points of a curve that are drawn; what is no curve has none."""
     return thinned(windowed(mark.curves, panel.xlim), points) if isinstance(mark, Series | Band) else ()
+
+
+def _placed(
+    figure: Figure, plates: Sequence[Plate], width: float, height: float
+) -> Iterator[tuple[Plate, Box, tuple[Ticks, Ticks]]]:
+    """Each plate with its box and the marks of its rulers: the one that leads stands above all others."""
+    lead, others = led(figure) if figure.lead else (0.0, 1.0)
+    foot = height * others / (lead + others)
+    if figure.lead:
+        for plate, box, ticks in _laid_out(plates[:1], 1, width, height - foot):
+            yield plate, replace(box, bottom=box.bottom + foot), ticks
+    if rest := plates[figure.lead :]:
+        yield from _laid_out(rest, figure.columns, width, foot)
 
 
 def _laid_out(
@@ -113,14 +126,14 @@ def _laid_out(
         left = [max((_left(p, t[1]) for p, t in held[j::columns]), default=0.0) for j in range(columns)]
         right = [max((_right(p, t[0], w) for p, t in held[j::columns]), default=0.0) for j in range(columns)]
         above = [max(_above(p, t[1]) for p, t in held[i * columns : (i + 1) * columns]) for i in range(rows)]
-        below = [max(_below(p, t[0]) for p, t in held[i * columns : (i + 1) * columns]) for i in range(rows)]
+        under = [max(_below(p, t[0]) for p, t in held[i * columns : (i + 1) * columns]) for i in range(rows)]
         w = max(1.0, (width - sum(left) - sum(right)) / columns)
-        h = max(1.0, (height - sum(above) - sum(below)) / rows)
+        h = max(1.0, (height - sum(above) - sum(under)) / rows)
     placed = []
     for k, (plate, marks) in enumerate(held):
         i, j = divmod(k, columns)
         start = sum(left[: j + 1]) + sum(right[:j]) + j * w
-        foot = sum(below[i:]) + sum(above[i + 1 :]) + (rows - 1 - i) * h
+        foot = sum(under[i:]) + sum(above[i + 1 :]) + (rows - 1 - i) * h
         placed.append((plate, Box(start, foot, w, h), marks))
     return placed
 
@@ -152,9 +165,9 @@ def _below(plate: Plate, ticks: Ticks) -> float:
 
 
 def _write_labels(pen: Pen, plate: Plate, box: Box, ticks: tuple[Ticks, Ticks]) -> None:
-    below, beside = extent(plate.xlabel, LETTERS), extent(plate.ylabel, LETTERS)
-    foot = box.bottom - TICK - PAD - ticks[0].depth - LABEL - below.ascent
-    pen.words(plate.xlabel, box.left + (box.width - below.width) / 2, foot, LETTERS)
+    under, beside = extent(plate.xlabel, LETTERS), extent(plate.ylabel, LETTERS)
+    foot = box.bottom - TICK - PAD - ticks[0].depth - LABEL - under.ascent
+    pen.words(plate.xlabel, box.left + (box.width - under.width) / 2, foot, LETTERS)
     edge = box.left - TICK - PAD - ticks[1].width - LABEL - beside.descent
     pen.words(plate.ylabel, edge, box.bottom + (box.height - beside.width) / 2, LETTERS, upwards=True)
     pen.words(plate.title, box.left, box.bottom + box.height + TITLE + _lift(ticks[1]), LETTERS)

@@ -1,4 +1,4 @@
-"""Simultaneous intervals of means and medians: one bootstrap of whole draws for all columns together."""
+"""Simultaneous intervals of columns: one bootstrap of whole draws, which keeps the runs of a draw together."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.study.sampling.contract import uniforms
-from workbench.study.sensitivity.outputs import check_size
+from workbench.study.sensitivity.outputs import Flags, check_size
 from workbench.validation.doors import door
-from workbench.validation.words import Array
+from workbench.validation.words import Array, Integers
 
 BLOCK = 2**22  # counts in memory at once
 
@@ -33,66 +33,206 @@ class Intervals:
             raise ValueError(f"`Intervals(value, low, high)` must have two ends for each value; got shapes {shapes}.")
 
 
-def means(columns: Array, confidence: float, resamples: int, seed: int) -> Intervals:
+def means(columns: Array, rounding: Array, confidence: float, resamples: int, seed: int) -> Intervals:
     """The means of finite columns (N, k), between ends that hold all of them at once with the confidence.
 
-        mean +- c s / sqrt(N),    c the quantile of max_k |mean*_k - mean_k| sqrt(N) / s*_k
+        mean_k - a_k s_k / sqrt(N),  mean_k + b_k s_k / sqrt(N)
 
-    over resampled draws *: the studentised bootstrap with its largest statistic.
+    with a_k and b_k quantiles of t*_k = (mean*_k - mean_k) sqrt(N) / s*_k and of -t*_k over resampled draws *, all of
+    one share, and such that t*_k <= a_k and -t*_k <= b_k for all k in a share of the resamples that is the confidence:
+    the studentised bootstrap, which sees a skewed column, and balanced, so that one with a heavy tail widens no other.
+    A column that varies by no more than its rounding, (k,), is constant; one of which a resample may miss all that
+    varies is not bounded on that side.
+
+    References
+    ----------
+    Beran, "Balanced simultaneous confidence sets", Journal of the American Statistical Association 83 (1988).
     """
     runs = len(columns)
     middle = columns.mean(axis=0)
     left = columns - middle
     size = np.abs(left).max(axis=0)
+    size[size <= rounding] = 0
+    left[:, size == 0] = 0
     left /= np.where(size > 0, size, 1)  # no square overflows, and none loses its digits
-    largest = []
+    parts = []
     for counts in _counts(runs, resamples, seed):
         mean = counts @ left / runs
         spread = np.sqrt(np.maximum(counts @ left**2 / runs - mean**2, 0))
         with np.errstate(divide="ignore", invalid="ignore"):
-            t = np.where(mean == 0, 0.0, np.abs(mean) / spread)  # a column that does not vary is known exactly
-        largest.append(t.max(axis=1))
-    c = np.quantile(np.concatenate(largest), confidence, method="higher")
+            parts.append(np.where(mean == 0, 0.0, mean / spread))  # what does not vary is known exactly
+    t = np.concatenate(parts)
+    ends = np.maximum(_balanced(np.concatenate([t, -t], axis=1), confidence), 0).reshape(2, -1)
     varies = size > 0
-    half = np.zeros(len(middle))
-    half[varies] = c * left.std(axis=0)[varies] * size[varies]
-    return Intervals(middle, middle - half, middle + half)
+    low, high = middle.copy(), middle.copy()
+    scale = (left.std(axis=0) * size)[varies]
+    low[varies] -= ends[0, varies] * scale
+    high[varies] += ends[1, varies] * scale
+    return Intervals(middle, low, high)
 
 
-def medians(columns: Array, confidence: float, resamples: int, seed: int) -> Intervals:
-    """The medians of columns (N, k), infinite entries allowed, between order statistics that hold all at once.
+def order_statistics(columns: Array, share: float, confidence: float, resamples: int, seed: int) -> Intervals:
+    """The quantiles of columns (N, k), infinite entries allowed, between order statistics that hold all at once.
 
-        y_(N/2 - c) <= median <= y_(N/2 + c + 1),    c the quantile of max_k |B*_k - N/2|
+        y_(N p - c) <= Q_p <= y_(N p + c + 1),    c the quantile of max_k |B*_k - N p|
 
-    with B*_k how many of the resampled draws fall into the lower half of column k. For one column B is binomial
-    and the interval that of the sign test; for several the bootstrap knows how they move together.
+    with B*_k how many of the resampled draws fall into the lower share p of column k. For one column B is binomial
+    and the interval, of the median, that of the sign test; for several the bootstrap knows how they move together.
     """
     runs = len(columns)
-    order = np.argsort(columns, axis=0, kind="stable")
-    lower = np.empty(columns.shape)  # ties are split, so that exactly half of the draws are below
-    np.put_along_axis(lower, order, np.broadcast_to((np.arange(runs) < runs / 2)[:, None], order.shape) * 1.0, axis=0)
-    expected = lower.sum(axis=0)
+    below, expected, lower, ordered = _halves(columns, share)
     largest = [np.abs(counts @ lower - expected).max(axis=1) for counts in _counts(runs, resamples, seed)]
-    c = np.quantile(np.concatenate(largest), confidence, method="higher")
-    ordered = np.take_along_axis(columns, order, axis=0)
-    first, last = int(np.ceil(runs / 2 - c)) - 1, int(np.floor(runs / 2 + c))
+    c = _high(np.concatenate(largest), confidence)
+    first, last = int(np.ceil(below - c)) - 1, int(np.ceil(below + c))
     nothing = np.full(columns.shape[1], np.inf)
     low = ordered[first] if first >= 0 else -nothing
     high = ordered[last] if last < runs else nothing
-    return Intervals(ordered[(runs - 1) // 2], low, high)
+    return Intervals(ordered[expected - 1], low, high)
+
+
+def percentiles(value: Array, resampled: Array, confidence: float) -> Intervals:
+    """Values (k,) between ends that hold all at once, from what they are in resamples (R, k).
+
+        value - c (value - y*_low),  value + c (y*_high - value)
+
+    with y*_low and y*_high the ends of each column's own percentile interval, and one c, 1 for a single column, that
+    makes the confidence that of all together; but at least as wide as the percentiles by Bonferroni, which see the gap
+    that a scale does not. A side that resamples make infinite, or not a number, is not bounded.
+    """
+    size, finite = len(value), np.isfinite(value)
+    outer = int(len(resampled) * (1 - confidence) / (2 * size))
+    least, most = (s * _place(np.where(np.isnan(resampled), -np.inf, s * resampled), outer) for s in (1, -1))
+    off = resampled[:, finite] - value[finite]
+    sides = np.concatenate([-off, off], axis=1)
+    sides = np.where(np.isnan(sides), np.inf, np.maximum(sides, 0))
+    own = _high(sides, 0.5 + confidence / 2)
+    own = np.where(own > 0, own, sides.max(axis=0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = np.where(np.isinf(sides), np.inf, np.where(sides == 0, 0.0, sides / own))
+    c, bounded = _largest(t, confidence)
+    below, above = np.where(bounded, c * np.where(bounded, own, 0), np.inf).reshape(2, -1)
+    least[finite] = np.minimum(least[finite], value[finite] - below)
+    most[finite] = np.maximum(most[finite], value[finite] + above)
+    return Intervals(value, least, most)
+
+
+def likely_quantiles(columns: Array, share: float, resamples: int, seed: int) -> Array:
+    """Where the quantiles of columns (N, k) may lie, (R, k): the middle of y_(B*) and y_(B*+1) in each resample *.
+
+    B*_k is as in `order_statistics`, and the percentile interval of one column is about the one there; the sample's
+    quantile in each resample instead would miss more often on the side where the draws are few. Of several columns the
+    resamples know how they move together.
+    """
+    below, expected, lower, ordered = _halves(columns, share)
+    beyond = np.full((1, columns.shape[1]), np.inf)
+    padded = np.concatenate([-beyond, ordered, beyond])
+    parts = []
+    for counts in _counts(len(columns), resamples, seed):
+        place, rest = np.divmod(counts @ lower - expected + below + 0.5, 1)
+        one, two = (np.take_along_axis(padded, place.astype(np.intp) + i, axis=0) for i in (0, 1))
+        with np.errstate(invalid="ignore"):
+            parts.append(np.where(np.isinf(one) | (rest == 0), one, one + rest * (two - one)))
+    return np.concatenate(parts)
+
+
+def resampled_tails(columns: Array, share: float, resamples: int, seed: int) -> Array:
+    """The means of the largest 1 - share of finite columns (N, k) in each resample, (R, k)."""
+    runs, below = len(columns), len(columns) * share
+    found = np.empty((resamples, columns.shape[1]))
+    for k, column in enumerate(columns.T):
+        order = np.argsort(column, kind="stable")
+        for rows, held in _held(runs, order, resamples, seed):
+            first = int((held < below).all(axis=1).sum())
+            within = np.diff(np.maximum(held[first:], below), axis=0, prepend=below)  # of each draw, how much is tail
+            found[rows, k] = column[order][first:] @ within / (runs - below)
+    return found
+
+
+def place_of(runs: int, share: float) -> int:
+    """The place, from 0, of a quantile among so many ordered values: the least that so large a share do not exceed."""
+    return int(np.ceil(round(runs * share, 9))) - 1
+
+
+def _halves(columns: Array, share: float) -> tuple[float, int, Array, Array]:
+    """N p, the draws that are then in the lower share, which these are in each column, and the columns in order.
+
+    Ties are split, so that as many are in the lower share of each.
+    """
+    runs, expected = len(columns), place_of(len(columns), share) + 1
+    order = np.argsort(columns, axis=0, kind="stable")
+    lower = np.empty(columns.shape)
+    np.put_along_axis(lower, order, (np.arange(runs) < expected)[:, None] * np.ones(columns.shape), axis=0)
+    return round(runs * share, 9), expected, lower, np.take_along_axis(columns, order, axis=0)
+
+
+def _high(values: Array, share: float) -> Array:
+    """The quantile along the first axis, an entry not below it; infinite entries allowed."""
+    return _place(values, int(np.ceil(share * (len(values) - 1))))
+
+
+def _place(values: Array, place: int) -> Array:
+    """The entry along the first axis that has so many below it."""
+    return np.asarray(np.partition(values, place, axis=0)[place])
+
+
+def _balanced(t: Array, confidence: float) -> Array:
+    """A quantile of each column, all of one share, below which whole rows lie in a share that is the confidence.
+
+    Infinite for a column that is so in more resamples than its part of what may be missed.
+    """
+    bounded = np.flatnonzero(np.isposinf(t).mean(axis=0) <= (1 - confidence) / max(t.shape[1], 1))
+    found = np.full(t.shape[1], np.inf)
+    worst = np.zeros(len(t), dtype=np.intp)
+    ordered = {k: np.sort(t[:, k]) for k in bounded}
+    for k, column in ordered.items():
+        np.maximum(worst, np.searchsorted(column, t[:, k]), out=worst)  # of equal ones the first
+    place = int(_high(worst, confidence))
+    found[bounded] = [column[place] for column in ordered.values()]
+    return found
+
+
+def _largest(t: Array, confidence: float) -> tuple[float, Flags]:
+    """The quantile of the largest of the columns that are bounded, and which these are.
+
+    The others are infinite in more resamples than their part of what may be missed.
+    """
+    bounded = np.isinf(t).mean(axis=0) <= (1 - confidence) / (2 * max(t.shape[1], 1))
+    return float(_high(t[:, bounded].max(axis=1, initial=0), confidence)), bounded
+
+
+def _held(runs: int, order: Integers, resamples: int, seed: int) -> Iterator[tuple[slice, Integers]]:
+    """How many of the draws up to each, in an order, come in each resample: (N, some) at a time."""
+    for first, last in _blocks(runs, resamples):
+        held = _across(runs, first, last, seed)[order]
+        for row, before in zip(held[1:], held, strict=False):
+            row += before
+        yield slice(first, last), held
 
 
 def _counts(runs: int, resamples: int, seed: int) -> Iterator[Array]:
     """How often each of N draws comes in a resample, (some, N) at a time: each resample from its own numbers."""
+    for first, last in _blocks(runs, resamples):
+        yield _drawn(runs, first, last, seed)
+
+
+def _blocks(runs: int, resamples: int) -> Iterator[tuple[int, int]]:
     some = max(1, BLOCK // runs)
-    for first in range(0, resamples, some):
-        yield _drawn(runs, first, min(first + some, resamples), seed)
+    return ((first, min(first + some, resamples)) for first in range(0, resamples, some))
 
 
-@lru_cache(maxsize=1)  # of a study's many comparisons each asks for the same resamples
+@lru_cache(maxsize=2)  # of a study's many comparisons each asks for the same resamples
 def _drawn(runs: int, first: int, last: int, seed: int) -> Array:
     drawn = (uniforms(seed, first, last, runs) * runs).astype(np.intp)
     drawn += runs * np.arange(last - first)[:, None]
     found = np.bincount(drawn.ravel(), minlength=runs * (last - first)).reshape(last - first, runs).astype(float)
+    found.flags.writeable = False
+    return found
+
+
+@lru_cache(maxsize=2)
+def _across(runs: int, first: int, last: int, seed: int) -> Integers:
+    """The same, a row a draw."""
+    small = np.int16 if runs < 2**15 else np.int32  # no sum of them exceeds the draws
+    found = np.ascontiguousarray(_drawn(runs, first, last, seed).T.astype(small))
     found.flags.writeable = False
     return found

@@ -1,48 +1,47 @@
-"""Comparison: how far laws are apart in the same draws, all pairs at once, and who is best."""
+"""Comparison: how far laws are apart in the same draws, all pairs at once, and who is best by one estimand."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 from typing import Literal
 
 import numpy as np
 
-from workbench.study.evidence.bootstrap import Intervals, means, medians
+from workbench.study.evidence.bootstrap import Intervals
+from workbench.study.evidence.estimands import Estimand, Median, Success, blur, flaw, intervals
 from workbench.study.evidence.paired import Paired
-from workbench.study.sensitivity.outputs import t_quantile
+from workbench.study.sensitivity.outputs import LARGEST, Flags, t_quantile
 from workbench.validation.doors import door
 from workbench.validation.words import Array, whole
 from workbench.validation.words import seed as as_seed
 
 RESAMPLES = 4000
+MEDIAN = Median()
 
 
 @dataclass(frozen=True, eq=False)
 @door
 class Comparison:
-    """Means or medians of a metric over draws, and of its paired differences, with simultaneous intervals.
+    """An estimand of a metric over draws, and its differences between laws, with simultaneous intervals.
 
     Attributes
     ----------
     level
-        (L,), the mean or the median of each law.
+        (L,), the estimand of each law; infinite where too many runs failed for it.
     difference
-        (L, L), that of the law of the row minus the law of the column, draw by draw.
+        (L, L), that of the law of the row minus that of the column; NaN where both are infinite.
     margin
-        The share of the smaller level that a difference must be beyond to count.
-    refused
-        The reason for each law that has no mean; its numbers are NaN.
+        The share of the smaller level that a difference must be beyond to count; for `Success` the share of the draws.
     """
 
     paired: Paired
-    statistic: Literal["mean", "median"]
+    estimand: Estimand
     confidence: float
     level: Intervals
     difference: Intervals
     margin: float = 0.0
-    refused: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         laws = len(self.paired.laws)
@@ -58,11 +57,15 @@ class Comparison:
 
         Where all of the interval is infinite, as one of them fails too often, no error of the step counts.
         """
-        low, high, steps, share = self._apart(a, b)
-        off = steps + share  # NaN where an error of the step is not known
-        if high < -off or high == -np.inf:
-            return "below"
-        return "above" if low > off or low == np.inf else "undecided"
+        i, j = self.paired.place(a), self.paired.place(b)
+        return "below" if self.below[i, j] else "above" if self.below[j, i] else "undecided"
+
+    @cached_property
+    def below(self) -> Flags:
+        """(L, L), whether the law of the row is significantly below that of the column."""
+        steps, share = self._off
+        high = self.difference.high
+        return (high < -(steps + share)) | np.isneginf(high)  # NaN where an error of the step is not known
 
     @door
     def alike(self, a: str, b: str) -> bool:
@@ -70,44 +73,51 @@ class Comparison:
 
         Two laws that both fail too often for a level are not alike: nobody knows how far apart they would be.
         """
-        low, high, steps, share = self._apart(a, b)
-        known = np.isfinite([self.level.value[self.paired.place(law)] for law in (a, b)]).all()
-        return bool(known and max(-low, high) + steps <= share)
-
-    def _apart(self, a: str, b: str) -> tuple[float, float, float, float]:
-        """The interval of a's difference from b, the errors of both by the step, and the margin in their unit."""
         i, j = self.paired.place(a), self.paired.place(b)
-        least = min(abs(self.level.value[i]), abs(self.level.value[j]))
-        share = self.margin * least if self.margin and np.isfinite(least) else 0.0
-        steps = float(self.paired.errors[i] + self.paired.errors[j])
-        return float(self.difference.low[i, j]), float(self.difference.high[i, j]), steps, float(share)
+        (steps, share), d = self._off, self.difference
+        known = np.isfinite(self.level.value[[i, j]]).all()
+        return bool(known and max(-d.low[i, j], d.high[i, j]) + steps[i, j] <= share[i, j])
+
+    @cached_property
+    def _off(self) -> tuple[Array, Array]:
+        """(L, L), the errors of two laws by the step together, and the margin in their unit."""
+        levels = np.abs(self.level.value)
+        units = np.ones_like(levels) if isinstance(self.estimand, Success) else np.minimum(levels, LARGEST)
+        errors = blur(self.estimand, self.paired.values, self.paired.errors)
+        return np.add.outer(errors, errors), self.margin * np.minimum.outer(units, units)
 
     @property
     def best(self) -> str | None:
-        """The law that is significantly below every other; None if there is none."""
-        for law in self.paired.laws:
-            if all(law == other or self.order(law, other) == "below" for other in self.paired.laws):
-                return law
-        return None
+        """The law that is significantly below every other by this estimand alone; None if there is none.
+
+        No verdict by itself: a `Judgement` says whether other estimands reverse it.
+        """
+        others = self.below.sum(axis=1)
+        return next((law for law, n in zip(self.paired.laws, others, strict=True) if n == len(others) - 1), None)
 
     @property
     def leaders(self) -> tuple[str, ...]:
         """The laws that no other is significantly below."""
-        laws = self.paired.laws
-        return tuple(law for law in laws if all(self.order(law, other) != "above" for other in laws))
+        return tuple(law for law, above in zip(self.paired.laws, self.below.T, strict=True) if not above.any())
 
     @property
     def said(self) -> str:
-        """What must stand below a table beside the runs: the statistic, its intervals, and when a difference counts."""
-        beyond = f", and a difference counts beyond {100 * self.margin:g} %" if self.margin else ""
-        level = f"{100 * self.confidence:g} %"
-        return f"{self.statistic.capitalize()}s over the draws; intervals hold all at once with {level}{beyond}."
+        """What must stand below a table beside the runs: the estimand, its intervals, and when a difference counts."""
+        words = self.estimand.words
+        return f"{words[0].upper()}{words[1:]} over the draws; {self.holds}."
+
+    @property
+    def holds(self) -> str:
+        """What the intervals hold, and when a difference counts."""
+        of = " of the draws" if isinstance(self.estimand, Success) else ""
+        beyond = f", and a difference counts beyond {100 * self.margin:g} %{of}" if self.margin else ""
+        return f"intervals hold all at once with {100 * self.confidence:g} %{beyond}"
 
 
 @door
 def compare(
     paired: Paired,
-    statistic: Literal["mean", "median"] = "median",
+    estimand: Estimand = MEDIAN,
     *,
     confidence: float = 0.95,
     margin: float = 0.0,
@@ -116,71 +126,42 @@ def compare(
 ) -> Comparison:
     """All laws and all pairs of them by a bootstrap over draws, which keeps the runs of a draw together.
 
-    The intervals of all levels hold at once with the confidence, and so do those of all differences; see `means` and
-    `medians` of `bootstrap` for how. A failed run is worse than any other: a law that has one has no mean, and is
-    refused by name; its median and the order of laws are defined. Where both of a pair failed they are equal.
+    The intervals of all levels hold at once with the confidence, and so do those of all differences; see the estimands
+    for how. A failed run is worse than any other: a law that has one has an infinite mean and tail, and is above every
+    law that has none; two such laws are undecided.
 
     Parameters
     ----------
     margin
-        Of the smaller level: a difference within that share of it is significant for nobody, however sure.
+        Of the smaller level, or for `Success` of the draws: a difference within it is significant for nobody, however
+        sure.
 
     Raises
     ------
     ValueError
-        If an argument has the wrong kind, there are fewer than 100 resamples, the margin does not lie between 0 and
-        1, or every law is refused.
+        If an argument has the wrong kind, there are fewer than 100 resamples or too few draws for the estimand, or the
+        margin does not lie between 0 and 1.
     """
     t_quantile("compare", confidence, 1)  # refuses what is no confidence
     if not 0 <= margin < 1:
         raise ValueError(f"`compare(margin=...)` must be a share from 0 to 1 of the smaller level; got {margin}.")
     whole("compare(resamples=...)", resamples, 100)
     as_seed("compare(seed=...)", seed)
-    laws = len(paired.laws)
-    refused = _without_mean(paired) if statistic == "mean" else {}
-    kept = [i for i, law in enumerate(paired.laws) if law not in refused]
-    if not kept:
-        raise ValueError(f"`compare(statistic='mean')` has no law left: {'; '.join(refused.values())}.")
-    summary = means if statistic == "mean" else medians
-    found = summary(paired.values[:, kept], confidence, resamples, seed)
-    level = Intervals(*(_spread(part, kept, laws) for part in (found.value, found.low, found.high)))
-    pairs = list(combinations(kept, 2))
-    none = Intervals(*(np.empty(0),) * 3)
-    apart = summary(_differences(paired.values, pairs), confidence, resamples, seed) if pairs else none
-    return Comparison(
-        paired, statistic, confidence, level, _square(apart, pairs, laws, kept), margin=margin, refused=refused
-    )
+    if why := flaw(estimand, len(paired)):
+        raise ValueError(f"`compare(estimand={estimand})` {why}: take more draws, or a share nearer to one half.")
+    pairs = list(combinations(range(len(paired.laws)), 2))
+    level, apart = intervals(estimand, paired.values, pairs, confidence, resamples, seed)
+    return Comparison(paired, estimand, confidence, level, _square(apart, len(paired.laws)), margin=margin)
 
 
-def _without_mean(paired: Paired) -> dict[str, str]:
-    """Why a law has no mean."""
-    found = {}
-    for law, column, failed in zip(paired.laws, paired.values.T, paired.failed, strict=True):
-        if not np.isfinite(column).all():
-            what = f"{failed} of its {len(column)} runs failed" if failed else "some of its runs are infinite"
-            found[law] = f"{law} has no mean, as {what}: take the median"
-    return found
-
-
-def _differences(values: Array, pairs: list[tuple[int, int]]) -> Array:
-    first, second = values[:, [i for i, _ in pairs]], values[:, [j for _, j in pairs]]
-    both = np.isinf(first) & np.isinf(second)
-    with np.errstate(invalid="ignore"):
-        return np.where(both, 0.0, first - second)
-
-
-def _spread(part: Array, kept: list[int], laws: int) -> Array:
-    whole_part = np.full(laws, np.nan)
-    whole_part[kept] = part
-    return whole_part
-
-
-def _square(apart: Intervals, pairs: list[tuple[int, int]], laws: int, kept: list[int]) -> Intervals:
+def _square(apart: Intervals, laws: int) -> Intervals:
     """The intervals of all pairs, and with their sign turned those of the pairs turned round."""
-    value, low, high = (np.full((laws, laws), np.nan) for _ in range(3))
-    for part in (value, low, high):
-        part[kept, kept] = 0.0
-    for (i, j), v, a, b in zip(pairs, apart.value, apart.low, apart.high, strict=True):
-        value[i, j], low[i, j], high[i, j] = v, a, b
-        value[j, i], low[j, i], high[j, i] = -v, -b, -a
+    upper = np.triu_indices(laws, 1)
+    value, low, high = np.zeros((3, laws, laws))
+    for part, above, below in (
+        (value, apart.value, apart.value),
+        (low, apart.low, apart.high),
+        (high, apart.high, apart.low),
+    ):
+        part[upper], part.T[upper] = above, -below
     return Intervals(value, low, high)

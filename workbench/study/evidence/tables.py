@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
 from workbench.study.document import Cell, Column, Emphasis, Measured, Phrase, Table, Value
 from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.comparison import Comparison
+from workbench.study.evidence.estimands import Success, unit_of, words_of
+from workbench.study.evidence.judgement import Judgement, listed
 from workbench.study.evidence.ranks import Ranks
 from workbench.validation.doors import door
 
+BOLD = "Bold: significantly better than each other law."
 HALF = "in brackets the half-width of its interval, in units of the last digits"
-FAILS = "fails"
 MANY = 1000  # percent, from which on a change is told in times
 
 
@@ -32,15 +34,39 @@ def comparison_table(
     failed = np.max([one.paired.failed for one in comparisons], axis=0)
     rows: list[tuple[Cell, ...]] = []
     for i, law in enumerate(laws):
-        cells: list[Cell] = []
-        for one in comparisons:
-            shown = _measured(one.level, (i,))
-            cells.append(Emphasis(shown) if one.best == law else shown)
-        rows.append((law, *cells, int(failed[i])))
-    heads = (Column(one.paired.metric, one.paired.unit, "right") for one in comparisons)
+        rows.append((law, *(_level(one, law) for one in comparisons), int(failed[i])))
+    several = len({one.estimand for one in comparisons}) > 1
+    names = (words_of(one.estimand, one.paired.metric) if several else one.paired.metric for one in comparisons)
+    units = (unit_of(one.estimand, one.paired.unit) for one in comparisons)
+    heads = (Column(metric, unit, "right") for metric, unit in zip(names, units, strict=True))
     columns = (Column("law"), *heads, Column("failed runs", align="right"))
-    bold = f"Bold: significantly less than for each other law. A number is a {_statistics(comparisons)}, {HALF}."
+    bold = f"{BOLD} A number is {_statistics(comparisons)}, {HALF}."
     return Table(name, caption, columns, tuple(rows), (bold, *_said(comparisons), *notes))
+
+
+@door
+def statistics_table(name: str, caption: Phrase, judgement: Judgement, notes: tuple[Phrase, ...] = ()) -> Table:
+    """One row a law, one column an estimand, the one asked first; the notes have the verdict and what is reversed.
+
+    Raises
+    ------
+    ValueError
+        If this is no judgement.
+    """
+    paired, comparisons = judgement.paired, tuple(judgement.by.values())
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (law, *(_level(one, law) for one in comparisons), int(failed))
+        for law, failed in zip(paired.laws, paired.failed, strict=True)
+    )
+    marks = (", asked", *[""] * len(comparisons))
+    heads = (
+        Column(f"{words_of(one.estimand, paired.metric)}{mark}", unit_of(one.estimand, paired.unit), "right")
+        for one, mark in zip(comparisons, marks, strict=False)
+    )
+    columns = (Column("law"), *heads, Column("failed runs", align="right"))
+    verdict = f"{judgement.sentence[0].upper()}{judgement.sentence[1:]}."
+    how = f"{BOLD} Behind each number, {HALF}; of a column {comparisons[0].holds}."
+    return Table(name, caption, columns, rows, (verdict, *_reversed(judgement), how, *_runs(comparisons), *notes))
 
 
 @door
@@ -57,11 +83,11 @@ def difference_table(name: str, caption: Phrase, comparison: Comparison, notes: 
     for i, law in enumerate(paired.laws):
         cells: list[Cell] = []
         for j, other in enumerate(paired.laws):
-            shown = None if i == j else _measured(comparison.difference, (i, j))
+            shown = None if i == j else _apart(comparison, i, j)
             cells.append(Emphasis(shown) if comparison.order(law, other) != "undecided" else shown)
         rows.append((law, *cells))
-    heads = (Column(f"- {law}", paired.unit, "right") for law in paired.laws)
-    bold = f"Bold: significant. A number is a {comparison.statistic} of differences within a draw, {HALF}."
+    heads = (Column(f"- {law}", unit_of(comparison.estimand, paired.unit), "right") for law in paired.laws)
+    bold = f"Bold: significant. A number is a difference of {_statistics((comparison,))}, {HALF}."
     return Table(name, caption, (Column("law"), *heads), tuple(rows), (bold, comparison.said, *notes))
 
 
@@ -94,14 +120,19 @@ def ablation_table(
     Raises
     ------
     ValueError
-        If there is no comparison, or two are of other laws.
+        If there is no comparison, two are of other laws, or one is of `Success`, a share in points and not percent.
     LookupError
         If `whole` is none of the laws.
     """
     laws = _laws("ablation_table", comparisons)
     at = comparisons[0].paired.place(whole)
+    if any(isinstance(one.estimand, Success) for one in comparisons):
+        raise ValueError(
+            "`ablation_table(comparisons=...)` tells changes in percent of a level, which is not what a "
+            "share of successes is compared by; got `Success`: take `difference_table`."
+        )
     failed = np.max([one.paired.failed for one in comparisons], axis=0)
-    rows: list[tuple[Cell, ...]] = [(whole, *(_measured(one.level, (at,)) for one in comparisons), int(failed[at]))]
+    rows: list[tuple[Cell, ...]] = [(whole, *(_shown(one, at) for one in comparisons), int(failed[at]))]
     rows += [
         (f"without {law}", *(_change(one, i, at) for one in comparisons), int(failed[i]))
         for i, law in enumerate(laws)
@@ -110,7 +141,7 @@ def ablation_table(
     heads = (Column(one.paired.metric, one.paired.unit, "left") for one in comparisons)
     columns = (Column("law"), *heads, Column("failed runs", align="right"))
     how = (
-        f"First row: the {_statistics(comparisons)} of the whole law, {HALF}. Below: how much more the law has without "
+        f"First row: {_statistics(comparisons)} of the whole law, {HALF}. Below: how much more the law has without "
         "a block, in percent of the whole law's, with the interval; less is better. Bold: significant."
     )
     return Table(name, caption, columns, tuple(rows), (how, *_said(comparisons), *notes))
@@ -124,27 +155,58 @@ def _laws(call: str, comparisons: Sequence[Comparison]) -> tuple[str, ...]:
 
 
 def _statistics(comparisons: Sequence[Comparison]) -> str:
-    return " or ".join(dict.fromkeys(one.statistic for one in comparisons))
+    return " or ".join(dict.fromkeys(f"the {one.estimand.words}" for one in comparisons))
 
 
 def _said(comparisons: Sequence[Comparison]) -> tuple[str, ...]:
-    """What is to be said of each metric, and once what is to be said of all."""
-    each = (one.paired.said for one in comparisons)
-    alike = dict.fromkeys(one.said for one in comparisons)
-    notes = dict.fromkeys(one.paired.note for one in comparisons if one.paired.note)
-    often = any(np.isinf(one.level.value).any() for one in comparisons)
-    fails = ("Fails: no median, as half of the runs or more failed.",) if often else ()
-    return (*fails, *alike, *each, *notes)
+    """What is to be said of the statistics, of each metric, and once what is to be said of all."""
+    return (*dict.fromkeys(one.said for one in comparisons), *_runs(comparisons))
 
 
-def _measured(found: Intervals, place: tuple[int, ...]) -> Value:
-    value, low, high = float(found.value[place]), float(found.low[place]), float(found.high[place])
-    if np.isnan(value):
-        return "no mean"
+def _runs(comparisons: Sequence[Comparison]) -> tuple[str, ...]:
+    each = dict.fromkeys(one.paired.said for one in comparisons)
+    return (*each, *dict.fromkeys(one.paired.note for one in comparisons if one.paired.note))
+
+
+def _reversed(judgement: Judgement) -> Iterator[str]:
+    """What another estimand orders the other way round, a sentence for each."""
+    for words in judgement.by:
+        pairs = [f"{a} is below {b}" for a, b, _, other in judgement.reversals if other == words]
+        if pairs:
+            yield f"By {judgement.asked.words} {listed(pairs)}, and by {words} significantly above."
+
+
+def _level(one: Comparison, law: str) -> Cell:
+    shown = _shown(one, one.paired.place(law))
+    return Emphasis(shown) if one.best == law else shown
+
+
+def _shown(one: Comparison, i: int) -> Value:
+    """The level of a law, of successes in percent."""
+    value, low, high = (float(part[i]) for part in (one.level.value, one.level.low, one.level.high))
     if np.isinf(value):
-        return FAILS
+        return f"infinite: {np.isinf(one.paired.values[:, i]).sum()} of {len(one.paired)} runs failed"
+    return _percents(1 - value, 1 - high, 1 - low) if isinstance(one.estimand, Success) else _measured(value, low, high)
+
+
+def _apart(one: Comparison, i: int, j: int) -> Value:
+    """The difference of two laws, of successes in percent of the draws."""
+    d = one.difference
+    value, low, high = (float(part[i, j]) for part in (d.value, d.low, d.high))
+    if np.isnan(value):
+        return "both infinite"
+    if np.isinf(value):
+        return "infinite" if value > 0 else "−infinite"
+    return _percents(-value, -high, -low) if isinstance(one.estimand, Success) else _measured(value, low, high)
+
+
+def _measured(value: float, low: float, high: float) -> Value:
     half = max(high - value, value - low)
     return Measured(value, half) if np.isfinite(half) else f"{value:.3g}, not bounded"
+
+
+def _percents(value: float, low: float, high: float) -> Value:
+    return _measured(*(100 * end + 0.0 for end in (value, low, high)))
 
 
 def _change(one: Comparison, i: int, at: int) -> Cell:
@@ -155,7 +217,7 @@ def _change(one: Comparison, i: int, at: int) -> Cell:
         return "not known"
     value, low, high = (100 * float(part[i, at]) / size + 0.0 for part in (d.value, d.low, d.high))
     if np.isinf(value):
-        return Emphasis(FAILS)
+        return Emphasis("infinite")
     many = value >= MANY
     text = _text((1 + end / 100 for end in (value, low, high)), "times") if many else _text((value, low, high), "%")
     laws = one.paired.laws
@@ -174,6 +236,5 @@ def _short(number: float, sign: str) -> str:
     return f"{number:{sign},.0f}" if abs(number) >= 1000 else f"{number:{sign}.3g}"
 
 
-def _percent(found: Intervals, i: int, j: int) -> Measured:
-    value, low, high = (100 * float(part[i, j]) for part in (found.value, found.low, found.high))
-    return Measured(value, max(high - value, value - low))
+def _percent(found: Intervals, i: int, j: int) -> Value:
+    return _percents(*(float(part[i, j]) for part in (found.value, found.low, found.high)))

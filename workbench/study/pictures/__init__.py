@@ -8,6 +8,7 @@ from workbench.study.pictures.over_time import indices_over_time
 from workbench.study.pictures.rank import rank_figure
 from workbench.study.pictures.second_order import second_order_map
 from workbench.study.pictures.sobol import sobol_bars
+from workbench.study.pictures.standings import standings_figure
 from workbench.study.pictures.tornado import tornado_figure
 
 __all__ = [
@@ -19,5 +20,6 @@ __all__ = [
     "rank_figure",
     "second_order_map",
     "sobol_bars",
+    "standings_figure",
     "tornado_figure",
 ]

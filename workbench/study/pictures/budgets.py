@@ -24,7 +24,8 @@ def budget_curves(
     """The best so far against the evaluations that it cost, law by law.
 
     Of several searches the line is their median, and the band reaches from the best to the worst. Where a search has
-    nothing admissible yet there is no band, and no line if that holds for half of them.
+    nothing admissible yet there is no band, and no line if that holds for half of them. A search that ended before the
+    others goes on at its best, as `Tuned.curves` has it.
 
     Parameters
     ----------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from workbench.notation.formula import Relation, Symbol
 from workbench.study.cells import Column, Phrase, Table, parts
 from workbench.study.curves import Array, Label
 from workbench.study.document import Figure, Panel, Points, Series
-from workbench.study.pictures.parts import BEYOND, Labels, captioned, each, number, refusals, with_unit, written
+from workbench.study.pictures.parts import BEYOND, DECADE, Labels, captioned, each, number, refusals, with_unit, written
 from workbench.study.sensitivity import Estimate, MorrisEffects
 from workbench.validation.doors import door
 
@@ -19,6 +20,9 @@ LEAST = 0.02  # of the other axis that an axis spans: below lies rounding
 MOST = 1.6  # of the largest number that an axis spans: intervals that are wider are cut
 NEAR = 0.03  # of both axes: factors as near to 0 are named in the caption
 LETTERS = 200  # of names that the plane has room for
+FLOOR = 1e-3  # of the largest number of a logarithmic axis, where it begins
+
+LOGARITHMIC = "Both axes are logarithmic, as a few factors are more than ten times the median."
 
 
 @door
@@ -29,7 +33,8 @@ def morris_plane(
 
     Far right is what matters. Below the line a factor acts much alike everywhere, above it by curves or together with
     others. Intervals are cut at 0, as neither number can be negative; one that nothing bounds ends in an arrow.
-    Several outputs have a panel each.
+    Several outputs have a panel each. Where a few factors are more than ten times the median, in mu* or in sigma,
+    both axes are logarithmic, so that they do not press all others into a corner, and the caption says so.
 
     Parameters
     ----------
@@ -48,17 +53,31 @@ def morris_plane(
     single = each(effects)
     names, key = _names(single[0], labels)
     titles = [written(one.names[0], labels) if len(effects.names) > 1 else "" for one in single]
-    panels = tuple(_panel(one, unit, names, title) for one, title in zip(single, titles, strict=True))
-    near = [_near(panel, names) for panel in panels]
-    beyond = any(map(_goes_on, single, panels))
+    log = any(map(_uneven, single))
+    panels = tuple(_panel(one, unit, names, title, log) for one, title in zip(single, titles, strict=True))
+    near = [_below(panel) if log else _near(panel, names) for panel in panels]
+    where = f"Below {FLOOR:g} of the largest number" if log else "Next to 0"
+    said = (*([LOGARITHMIC] * log), *_said_near(near, names, where), *([BEYOND] * any(map(_goes_on, panels))))
     return Figure(
         name,
-        captioned(
-            "morris_plane", caption, note, *refusals(effects), *key, *_said_near(near, names), *([BEYOND] * beyond)
-        ),
+        captioned("morris_plane", caption, note, *refusals(effects), *key, *said),
         tuple(_without(panel, places) for panel, places in zip(panels, near, strict=True)),
         numbers=_numbers(name, caption, single, unit),
     )
+
+
+def _uneven(effects: MorrisEffects) -> bool:
+    """Whether a few factors are so much larger than most that they would set the scale alone."""
+    largest = float(effects.mu_star.value.max())
+    sizes = [part.value[part.value > LEAST * FLOOR * largest] for part in (effects.mu_star, effects.sigma)]
+    return any(len(size) > 2 and float(size.max()) > DECADE * float(np.median(size)) for size in sizes)
+
+
+def _below(panel: Panel) -> list[int]:
+    """The factors that a logarithmic axis leaves out."""
+    points = panel.series[0]
+    assert isinstance(points, Points)
+    return np.flatnonzero(np.isnan(np.asarray(points.x))).tolist()
 
 
 def _near(panel: Panel, names: tuple[Label, ...]) -> list[int]:
@@ -72,13 +91,13 @@ def _near(panel: Panel, names: tuple[Label, ...]) -> list[int]:
     return near if 2 <= len(near) < len(names) else []
 
 
-def _said_near(near: list[list[int]], names: tuple[Label, ...]) -> tuple[Phrase, ...]:
-    """A sentence for each panel whose factors next to 0 are named here."""
+def _said_near(near: list[list[int]], names: tuple[Label, ...], where: str) -> tuple[Phrase, ...]:
+    """A sentence for each panel whose smallest factors are named here."""
     said: list[Phrase] = []
     for letter, places in zip("abcdefghijklmnopqrstuvwxyz", near, strict=False):
         if places:
             listed = [part for k, i in enumerate(places) for part in (*([", "] if k else []), *parts(names[i]))]
-            said.append(("Next to 0", f" in ({letter})" if len(near) > 1 else "", " lie ", *listed, "."))
+            said.append((where, f" in ({letter})" if len(near) > 1 else "", " lie ", *listed, "."))
     return tuple(said)
 
 
@@ -90,11 +109,14 @@ def _without(panel: Panel, places: list[int]) -> Panel:
     return replace(panel, series=(replace(points, names=names), *panel.series[1:]))
 
 
-def _goes_on(effects: MorrisEffects, panel: Panel) -> bool:
+def _goes_on(panel: Panel) -> bool:
     """Whether an interval reaches beyond the axes."""
     assert panel.xlim is not None
     assert panel.ylim is not None
-    return bool((effects.mu_star.high > panel.xlim[1]).any() or (effects.sigma.high > panel.ylim[1]).any())
+    points = panel.series[0]
+    assert isinstance(points, Points)
+    ends = ((points.xlow, points.xhigh, panel.xlim), (points.ylow, points.yhigh, panel.ylim))
+    return any(bool((np.asarray(low) < lim[0]).any() or (np.asarray(high) > lim[1]).any()) for low, high, lim in ends)
 
 
 def _names(effects: MorrisEffects, labels: Labels) -> tuple[tuple[Label, ...], tuple[Phrase, ...]]:
@@ -114,18 +136,27 @@ def _letters(label: Label) -> int:
     return sum(len(part) if isinstance(part, str) else 3 for part in parts(label))
 
 
-def _panel(effects: MorrisEffects, unit: str, names: tuple[Label, ...], title: Label) -> Panel:
+def _panel(effects: MorrisEffects, unit: str, names: tuple[Label, ...], title: Label, log: bool) -> Panel:
     x, y = effects.mu_star, effects.sigma
     (xlow, xhigh, right), (ylow, yhigh, top) = _interval(x), _interval(y)
     right, top = max(right, LEAST * top), max(top, LEAST * right)
-    line = np.array([0.0, min(right, top)])
-    points = Points("", x.value, y.value, names, xlow=xlow, xhigh=xhigh, ylow=ylow, yhigh=yhigh)
+    left, bottom = (FLOOR * right, FLOOR * top) if log else (0.0, 0.0)
+    if log:  # an interval that reaches 0 goes on beyond the axis
+        xlow, ylow = np.maximum(xlow, 0.5 * left), np.maximum(ylow, 0.5 * bottom)
+    shown = (x.value >= left) & (y.value >= bottom)
+    across, up = (np.where(shown, part, np.nan) for part in (x.value, y.value))
+    ends = (np.where(shown, part, np.nan) for part in (xlow, xhigh, ylow, yhigh))
+    line = np.array([max(left, bottom), min(right, top)])
+    points = Points("", across, up, names, 0, *ends)
+    scale: Literal["log", "linear"] = "log" if log else "linear"
     return Panel(
         with_unit(SIGMA, unit),
         (points, Series(Relation(SIGMA, "=", MU_STAR), line, line, "bound")),
         xlabel=with_unit(MU_STAR, unit),
-        xlim=(0.0, right),
-        ylim=(0.0, top),
+        xlim=(left, right),
+        ylim=(bottom, top),
+        xscale=scale,
+        yscale=scale,
         title=title,
     )
 

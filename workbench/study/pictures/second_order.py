@@ -11,7 +11,7 @@ from workbench.study.sensitivity import Estimate, SobolIndices
 from workbench.validation.doors import door
 
 DARKEST = 0.1  # the least index whose cell may be as dark as can be
-ALONE = "Grey: the interval holds 0, so that these runs do not tell the index from none."
+ALONE = "Grey: the interval holds 0, so that these runs are too few to tell it from 0."
 
 
 @door

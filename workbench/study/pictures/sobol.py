@@ -11,7 +11,7 @@ from workbench.study.sensitivity import SobolIndices
 from workbench.validation.doors import door
 from workbench.validation.words import Integers
 
-UNKNOWN = "Of a bar without an interval none is known."
+UNKNOWN = "Where a bar has no interval, it is not known."
 BAR = 0.36  # of a row: the thickness of the bar of one index
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import ceil
 
 import numpy as np
 
@@ -14,9 +15,13 @@ from workbench.study.factors import Factor
 from workbench.study.sample import Sample
 from workbench.study.sweep import check_times
 from workbench.validation.doors import door
-from workbench.validation.words import Array, described, seed, whole
+from workbench.validation.words import Array, described, finite, known, seed, text, whole
 
 LEAST = 4  # members of a population, of which a new point is made
+GAIN = 0.01  # of the objective: a search that gains no more in a window has settled
+WINDOW = 4  # a window is one part of so many of the evaluations that a search may have
+ENDS = ("low", "high")
+NOISES = 1000  # from the seed of a trial's noise in one search to that in the next
 
 # The runs of each trial by its name, finite in all of them, to what they are worth, (n,): the smaller the better.
 Objective = Callable[[Mapping[str, Sample]], Array]
@@ -62,22 +67,33 @@ class Tuning:
     name
         Lower-case letters, digits and underscores: it becomes part of the names of files.
     factors
-        The numbers, the same paths in each trial, with the ranges in which they are sought. On a `LogUniform` range
-        the search is one of the logarithm.
+        The numbers, the same paths in each trial. The ends of a factor's distribution are the limits that a search
+        does not leave. On a `LogUniform` range the search is one of the logarithm.
     objective
         From the runs of each trial by its name, those of one point at one place in all of them, to (n,), the smaller
         the better, each by its own runs alone; infinite where a point is not admissible. A point with a run that
         diverged is left out, and not admissible.
     evaluations, population
-        Of each search: how many points it looks at in all, and how many at once.
+        Of each search: how many points it looks at, at most, and how many at once.
     seeds
-        One search each: chance takes part in where a search ends, and between several one sees how much.
+        One search each: chance takes part in where a search ends, and between several one sees how much. Each has its
+        own training noise, too: in search k, from 0 on, the noise of a trial has the trial's seed + 1000 k.
+    starts
+        By factor, the range in which the first population is drawn, from which a search goes on to the limits by
+        itself; from limit to limit where none is given.
+    physical
+        By factor and end, as in `("gamma", "low")`, why nothing can lie beyond that limit, in words.
+    settle
+        The share of its evaluations after which a search ends as soon as it has settled: when its last quarter of the
+        evaluations allowed gained no more than 1 %. Without it every search has all its evaluations.
 
     Raises
     ------
     ValueError
-        If a part is none of its kind or missing, names come twice, a range is open, or the evaluations are no
-        multiple of the population.
+        If a part is none of its kind or missing, names come twice, a range is open, a start is not within the limits,
+        or the evaluations are no multiple of the population.
+    LookupError
+        If a start or a physical limit is that of no factor.
     """
 
     name: str
@@ -87,6 +103,9 @@ class Tuning:
     evaluations: int
     population: int
     seeds: tuple[int, ...] = (0,)
+    starts: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    physical: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    settle: float | None = None
 
     def __post_init__(self) -> None:
         check_name("Tuning", self.name)
@@ -106,7 +125,22 @@ class Tuning:
                     f"`Tuning({self.name!r}, factors=...)` needs ranges with two ends, within which all laws search; "
                     f"that of '{factor.name}' is {spread.words()}."
                 )
+        self._check_limits()
         self._check_budget()
+
+    def _check_limits(self) -> None:
+        ranges = {factor.name: factor.distribution for factor in self.factors}
+        for name, (low, high) in self.starts.items():
+            limits = ranges[known(name, ranges, f"factors of `Tuning({self.name!r}, starts=...)`")]
+            if not limits.low <= low < high <= limits.high:
+                raise ValueError(
+                    f"`Tuning({self.name!r}, starts=...)` must be ranges, low < high, within the limits of their "
+                    f"factors; that of '{name}' is {low:g} to {high:g}, and its limits are {limits.words()}."
+                )
+        for (name, end), why in self.physical.items():
+            known(name, ranges, f"factors of `Tuning({self.name!r}, physical=...)`")
+            known(end, ENDS, "ends of a range")
+            text(f"Tuning({self.name!r}, physical=...) at the {end} end of '{name}'", why, empty=False)
 
     def _check_budget(self) -> None:
         call = f"Tuning({self.name!r}"
@@ -122,13 +156,37 @@ class Tuning:
             raise ValueError(f"`{call}, seeds=...)` needs at least one seed, each once; got {described(self.seeds)}.")
         for one in self.seeds:
             seed(f"{call}, seeds=...)", one)
+        for trial in self.trials:
+            seed(f"{call}, seeds=...): the noise of the last search in '{trial.name}'", self.noise(trial, -1))
+        if self.settle is not None:
+            finite(f"{call}, settle=...)", self.settle, ", a share of the evaluations", low=0.0, high=1.0)
 
     @property
     def size(self) -> int:
-        """How many points all searches look at together."""
+        """How many points all searches look at together, at most."""
         return self.evaluations * len(self.seeds)
 
     @property
     def generations(self) -> int:
-        """How often a search asks for a whole population."""
+        """How often a search asks for a whole population, at most."""
         return self.evaluations // self.population
+
+    @property
+    def window(self) -> int:
+        """Over how many generations a settled search gains no more than 1 %; 0 if it is too short to tell."""
+        return self.generations // WINDOW
+
+    @property
+    def least(self) -> int:
+        """How often a search asks for a whole population at the least."""
+        return self.generations if self.settle is None else max(1, ceil(self.settle * self.generations))
+
+    @property
+    def evaluations_per_number(self) -> float:
+        """How many points a search may look at for each number that it seeks."""
+        return self.evaluations / len(self.factors)
+
+    @door
+    def noise(self, trial: Trial, search: int) -> int:
+        """The seed of the noise of a trial in a search, both searches and noises counted from 0."""
+        return trial.seed + NOISES * (search % len(self.seeds))

@@ -43,14 +43,9 @@ def complete(
         Told what the ledger should say: first, now and then, and when the tunings are done or stopped.
     """
     names: Names = {one.sweep.name: [] for made in tunings for one in _sweeps(made)}
-    total = sum(one.sweep.design.size for made in tunings for one in _sweeps(made))
-    done = failed = 0
+    total, done, failed = sum(_spared(made, names) for made in tunings), 0, 0
     tell: Callable[[State], None] | None = None
-
-    def describe_now() -> None:
-        describe(about_of_tunings(tunings, names))
-
-    describe_seldom = _seldom(describe_now)
+    describe_seldom = _seldom(lambda: describe(about_of_tunings(tunings, names)))
 
     def evaluate(sweeps: Sequence[Prepared], first: int, last: int) -> list[Chunk]:
         nonlocal done, failed, tell
@@ -67,12 +62,20 @@ def complete(
         done, failed = done + len(sweeps) * (last - first), failed + sum(map(lost, chunks))
         return chunks
 
+    found = {}
     try:
-        found = {made.tuning.name: tune(made, evaluate) for made in tunings}
+        for made in tunings:
+            found[made.tuning.name] = tune(made, evaluate)
+            total -= _spared(made, names)
     finally:
         if tell:
-            describe_now()
+            describe(about_of_tunings(tunings, names))
     return found, about_of_tunings(tunings, names)
+
+
+def _spared(made: Ready, names: Names) -> int:
+    """How many runs a tuning did without, as its searches had settled or had few points to run again."""
+    return sum(one.sweep.design.size - _asked(names[one.sweep.name]) for one in _sweeps(made))
 
 
 def _tasks(sweeps: Sequence[Prepared], first: int, last: int, names: Names) -> list[Task]:
@@ -115,16 +118,27 @@ def about_of_tunings(tunings: Sequence[Ready], names: Names) -> tuple[SweepAbout
     """The runs of tunings as a ledger describes them; a chunk that nobody knows yet has a name that none has."""
     sweeps = []
     for made in tunings:
-        size = made.tuning.population
+        searched = bool(names[made.halves[0].sweep.name])  # the best are run again once all searches have ended
         for one in made.trials:
-            known = names[one.sweep.name]
-            coming = range(len(known) * size, made.tuning.size, size)
-            sweeps.append(about_of_sweep(one, [*known, *(f"{one.sweep.name}/{i}-{i + size}/" for i in coming)]))
+            known, size = names[one.sweep.name], made.tuning.population
+            runs = _asked(known) if searched else made.tuning.size
+            sweeps.append(_about(one, known, runs, size, made.tuning.settle is not None and not searched))
         for one in made.halves:
             known = names[one.sweep.name]
-            runs = int(known[0].split("/")[1].split("-")[1]) if known else one.sweep.design.size
-            sweeps.append(replace(about_of_sweep(one, known or [f"{one.sweep.name}/0-{runs}/"]), runs=runs))
+            size = _asked(known[:1]) or one.sweep.design.size // made.noises
+            sweeps.append(_about(one, known, size * made.noises, size, not searched))
     return tuple(sweeps)
+
+
+def _about(one: Prepared, known: Sequence[str], runs: int, size: int, at_most: bool) -> SweepAbout:
+    """A sweep of so many runs, as many in a chunk, of which some chunks are known."""
+    coming = (f"{one.sweep.name}/{i}-{i + size}/" for i in range(_asked(known), runs, size))
+    return replace(about_of_sweep(one, [*known, *coming]), runs=runs, at_most=at_most)
+
+
+def _asked(names: Sequence[str]) -> int:
+    """How many runs the chunks of these names have, which follow one another."""
+    return int(names[-1].split("/")[1].split("-")[1]) if names else 0
 
 
 def _sweeps(made: Ready) -> tuple[Prepared, ...]:

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
+import numpy as np
+
+from workbench.study.distributions import AbstractDistribution
 from workbench.study.prepared import Prepared, prepared
 from workbench.study.sampling import AbstractDesign
 from workbench.study.sweep import Sweep
 from workbench.study.tuning.contract import Trial, Tuning
 from workbench.validation.words import Array
 
-FINALISTS = 8  # points that are run again at half the step: as many as one vector of the widest processors holds
+# Points of a search that are run again at half the step: as many as one vector of the widest processors holds.
+FINALISTS = 8
+BISECTIONS = 60  # of the unit interval, to its last bit
 
 
 @dataclass(frozen=True)
@@ -50,10 +56,24 @@ class Ready:
         """Those of the trials."""
         return tuple(trial.name for trial in self.tuning.trials)
 
+    @cached_property
+    def noises(self) -> int:
+        """How many training noises there are: one a search, or one alone where no trial has any."""
+        return len(self.tuning.seeds) if any(one.coarse.noises for one in self.trials) else 1
+
     @property
-    def finalists(self) -> int:
-        """How many points are run again at h / 2."""
-        return min(FINALISTS, self.tuning.size)
+    def start(self) -> tuple[Array, Array]:
+        """The ends of the box in the unit cube from which the first population is drawn."""
+        starts, low, high = self.tuning.starts, np.zeros(len(self.tuning.factors)), np.ones(len(self.tuning.factors))
+        for i, factor in enumerate(self.tuning.factors):
+            if factor.name in starts:
+                low[i], high[i] = (_place(factor.distribution, end) for end in starts[factor.name])
+        return low, high
+
+    def under(self, sweeps: Sequence[Prepared], noise: int) -> list[Prepared]:
+        """Sweeps of all trials under a training noise, counted from 0."""
+        trials = self.tuning.trials
+        return [one.under(self.tuning.noise(t, noise)) for one, t in zip(sweeps, trials, strict=True)]
 
 
 def ready(tuning: Tuning, arithmetics: Mapping[str, str] | None = None) -> Ready:
@@ -65,9 +85,21 @@ def ready(tuning: Tuning, arithmetics: Mapping[str, str] | None = None) -> Ready
         As `prepared`, with the name of the trial: if a factor varies what its loop does not have, say.
     """
     trials = tuple(_prepared(tuning, trial, arithmetics or {}) for trial in tuning.trials)
-    few = Awaited(len(tuning.factors), min(FINALISTS, tuning.size))
-    halves = tuple(one.at_half(f"{one.sweep.name}_half").at(few) for one in trials)
-    return Ready(tuning, trials, halves)
+    made = Ready(tuning, trials, ())
+    few = Awaited(len(tuning.factors), min(FINALISTS, tuning.evaluations) * len(tuning.seeds) * made.noises)
+    return replace(made, halves=tuple(one.at_half(f"{one.sweep.name}_half").at(few) for one in trials))
+
+
+def _place(distribution: AbstractDistribution, value: float) -> float:
+    """Where a value of a range lies in the unit cube: the inverse of the quantile, by bisection."""
+    low, high = 0.0, 1.0
+    if value in (distribution.low, distribution.high):
+        return low if value == distribution.low else high
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        below = float(distribution.quantile(np.array([middle]))[0]) < value
+        low, high = (middle, high) if below else (low, middle)
+    return high
 
 
 def _prepared(tuning: Tuning, trial: Trial, arithmetics: Mapping[str, str]) -> Prepared:

@@ -13,16 +13,15 @@ from workbench.study.contract import Loop, answer, check_loop, equations_of
 from workbench.study.factors import Space
 from workbench.study.pareto import pareto
 from workbench.study.sample import Sample
-from workbench.study.tuning.contract import Tuning
+from workbench.study.tuning.contract import NOISES, Tuning
+from workbench.study.tuning.course import Course, courses, percent, reasons_of, share
 from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers, vector
-from workbench.verify.evolution import Flags
+from workbench.validation.words import Array, Integers, known, vector, whole
 
 # Beyond these a search is said to be in doubt.
 EDGE = 0.01  # of a range, from its end: of the range of logarithms, if that is what is searched
-SETTLED = 0.01  # of the objective, by which it may still become better in the last quarter of a search
 STEP = 0.01  # of the objective, by which it may change at half the step
-SEEDS = 0.05  # of the objective, by which the bests of several searches may differ
+SEEDS = 0.05  # of the objective, by which the bests of several searches, or that of the best by noise, may differ
 
 Measure = Callable[[Mapping[str, Sample]], Array]
 
@@ -34,21 +33,25 @@ class Tuned:
 
     Attributes
     ----------
+    used
+        How many points each search looked at.
     points, numbers
         (N, d), in the unit cube and as values of the factors: one search behind the other.
     objectives
-        (N,) at the step h; infinite for a point that is not admissible.
+        (N,) at the step h, under the training noise of the point's search; infinite for one that is not admissible.
     samples
-        The runs of all points, by trial.
+        The runs of all points, by trial; what they say of a seed is that of the first search.
     finalists, halved, halves
-        The places (K,) of the best points of all searches, their objectives (K,) at h / 2, and the runs of these by
-        trial.
+        The places (K,) of the best points of each search; their objectives (K, S) at h / 2 under the training noises
+        of all searches, or under the one there is, (K, 1), if no trial has noise; and the runs of these by trial, all
+        points under one noise behind all under the one before it.
     limits
         (K,) by trial, the longest step in s that is stable at a few states of these runs; infinite where all are, NaN
         where that is not known.
     """
 
     tuning: Tuning
+    used: tuple[int, ...]
     points: Array
     numbers: Array
     objectives: Array
@@ -64,31 +67,80 @@ class Tuned:
         return self.tuning.name
 
     @property
+    def _row(self) -> int:
+        """The best point's among the finalists."""
+        return int(np.argmin(self.halved.mean(axis=1)))
+
+    @property
     def place(self) -> int:
-        """The number of the best point: among the finalists that whose objective is least at h / 2."""
-        return int(self.finalists[np.argmin(self.halved)])
+        """The number of the best point: that finalist whose objective at h / 2 is least in the mean over the noises."""
+        return int(self.finalists[self._row])
 
     @property
     def best(self) -> dict[str, float]:
         """The best value of each factor."""
-        names = (factor.name for factor in self.tuning.factors)
-        return dict(zip(names, map(float, self.numbers[self.place]), strict=True))
+        return self._numbers(self.place)
+
+    @door
+    def best_of(self, seed: int) -> dict[str, float]:
+        """The best value of each factor as one search alone tells it: the best of its finalists under its own noise.
+
+        Raises
+        ------
+        ValueError
+            If none of these is admissible at h / 2.
+        LookupError
+            If no search has that seed.
+        """
+        seeds = list(map(str, self.tuning.seeds))
+        search = seeds.index(known(str(seed), seeds, f"searches of '{self.name}' by their seeds"))
+        own = np.where(self._searches[self.finalists] == search, self._own, np.inf)
+        if not np.isfinite(own).any():
+            raise ValueError(
+                f"`best_of({seed})`: this search of '{self.name}' has no admissible point at half the step."
+            )
+        return self._numbers(int(self.finalists[np.argmin(own)]))
+
+    @door
+    def best_within(self, evaluations: int) -> dict[str, float]:
+        """The best value of each factor at the step h, among the first so many points of each search.
+
+        Each point counts by its objective under the noise of its search.
+
+        Raises
+        ------
+        ValueError
+            If none of these is admissible.
+        """
+        whole("best_within(evaluations)", evaluations)
+        nth = np.concatenate([np.arange(used) for used in self.used])
+        early = np.where(nth < evaluations, self.objectives, np.inf)
+        if not np.isfinite(early).any():
+            raise ValueError(
+                f"`best_within({evaluations})`: no search of '{self.name}' has an admissible point among its first "
+                f"{evaluations:,}."
+            )
+        return self._numbers(int(np.argmin(early)))
 
     @property
     def objective(self) -> float:
-        """That of the best point, at h / 2."""
-        return float(self.halved.min())
+        """That of the best point, at h / 2, in the mean over the training noises."""
+        return float(self.halved[self._row].mean())
+
+    @property
+    def spread(self) -> float:
+        """From the least to the greatest objective of the best point at h / 2 over the training noises."""
+        return float(np.ptp(self.halved[self._row]))
 
     @property
     def step_error(self) -> float:
-        """By how much the objective of the best point changes from h to h / 2."""
-        return abs(float(self.objectives[self.place]) - self.objective)
+        """By how much the objective of the best point changes from h to h / 2 under the noise of its search."""
+        return abs(float(self.objectives[self.place] - self._own[self._row]))
 
     @property
     def stable_steps(self) -> dict[str, float]:
         """The longest stable step along the run of the best point, in s, by trial: as in `limits`."""
-        best = int(np.argmin(self.halved))
-        return {name: float(limits[best]) for name, limits in self.limits.items()}
+        return {name: float(limits[self._row]) for name, limits in self.limits.items()}
 
     @property
     def failed(self) -> int:
@@ -101,42 +153,63 @@ class Tuned:
         return reasons_of(self.objectives, self.samples)
 
     @cached_property
+    def searches(self) -> tuple[Course, ...]:
+        """How each search went."""
+        return courses(self.tuning, self.objectives, self.used)
+
+    @property
     def curves(self) -> dict[str, tuple[Array, Array]]:
-        """By search, the evaluations after each generation and the least objective so far; infinite while none is."""
-        tuning = self.tuning
-        each = self.objectives.reshape(len(tuning.seeds), tuning.generations, tuning.population).min(axis=2)
-        spent = tuning.population * np.arange(1.0, tuning.generations + 1)
-        bests = np.minimum.accumulate(each, axis=1)
-        return {f"seed {seed}": (spent, best) for seed, best in zip(tuning.seeds, bests, strict=True)}
+        """By search, evaluations and the least objective so far, infinite while none is admissible.
+
+        All have as many as the longest search: one that has settled before keeps its last.
+        """
+        longest = max(self.searches, key=lambda one: one.evaluations).spent
+        bests = (np.pad(one.bests, (0, len(longest) - len(one.bests)), mode="edge") for one in self.searches)
+        return {f"seed {one.seed}": (longest, best) for one, best in zip(self.searches, bests, strict=True)}
 
     @property
     def bests(self) -> Array:
         """The least objective of each search at the step h, a number a seed."""
-        return np.array([best[-1] for _, best in self.curves.values()])
+        return np.array([one.bests[-1] for one in self.searches])
+
+    @property
+    def settled(self) -> tuple[bool, ...]:
+        """Whether each search has settled: its last quarter of the evaluations allowed gained no more than 1 %."""
+        return tuple(one.settled for one in self.searches)
 
     @property
     def at_edge(self) -> tuple[str, ...]:
-        """The factors whose best value lies at an end of its range."""
-        ends = np.minimum(self.points[self.place], 1 - self.points[self.place]) < EDGE
-        return tuple(factor.name for factor, at in zip(self.tuning.factors, ends, strict=True) if at)
+        """The factors whose best value lies at a limit that is not declared physical."""
+        return tuple(name for name, end in self._ends.items() if (name, end) not in self.tuning.physical)
 
     @property
-    def settled(self) -> bool:
-        """Whether no search became better by more than 1 % in its last quarter; False if it is too short to tell."""
-        return bool((self._late_gains <= SETTLED).all())
+    def at_physical(self) -> dict[str, str]:
+        """Why the best value of a factor lies where it does, by its name: at a limit that is declared physical."""
+        declared = self.tuning.physical
+        return {name: declared[name, end] for name, end in self._ends.items() if (name, end) in declared}
 
     @property
-    def _late_gains(self) -> Array:
-        """By what part of its objective each search became better in its last quarter; NaN if it is too short to tell.
+    def _ends(self) -> dict[str, str]:
+        """At which end of its range the best value of a factor lies, of those that lie at one."""
+        names, at = [factor.name for factor in self.tuning.factors], self.points[self.place]
+        low = {name: "low" for name, u in zip(names, at, strict=True) if u < EDGE}
+        return low | {name: "high" for name, u in zip(names, at, strict=True) if u > 1 - EDGE}
 
-        Infinite if nothing was admissible before.
-        """
-        count = self.tuning.generations
-        early = count - count // 4 - 1
-        if early == count - 1:
-            return np.full(len(self.tuning.seeds), np.nan)
-        pairs = ((best[early], best[-1]) for _, best in self.curves.values())
-        return np.array([_share(before - after, after) if np.isfinite(before) else np.inf for before, after in pairs])
+    @property
+    def _searches(self) -> Integers:
+        """The search that each point is of, (N,)."""
+        return np.arange(len(self.used)).repeat(self.used)
+
+    @property
+    def _own(self) -> Array:
+        """The objectives of the finalists at h / 2, each under the noise of its own search, (K,)."""
+        noises = self._searches[self.finalists] % self.halved.shape[1]
+        return np.asarray(self.halved[np.arange(len(self.halved)), noises])
+
+    def _numbers(self, place: int) -> dict[str, float]:
+        """The value of each factor at a point."""
+        names = (factor.name for factor in self.tuning.factors)
+        return dict(zip(names, map(float, self.numbers[place]), strict=True))
 
     def adjusted(self, loop: Loop) -> Adjusted:
         """A loop with the best numbers in the places of the factors.
@@ -177,33 +250,34 @@ class Tuned:
 
     @property
     def note(self) -> str:
-        """What must stand below a figure: evaluations, failed ones, seeds, step, and its error."""
+        """What must stand below a figure: evaluations, failed ones, seeds, step, its error, and the training noise."""
         tuning = self.tuning
         seeds = ", ".join(map(str, tuning.seeds))
         steps = ", ".join(f"{h:g} s" for h in dict.fromkeys(trial.h for trial in tuning.trials))
+        used = " and ".join(f"{used:,}" for used in dict.fromkeys(self.used))
+        most = "" if set(self.used) == {tuning.evaluations} else f" of at most {tuning.evaluations:,}"
+        noises = self.halved.shape[1]
+        varies = f"by {percent(share(self.spread, self.objective))} over the noises of {noises} searches"
         return (
-            f"{tuning.evaluations:,} evaluations a search, {self.failed:,} of {len(self.objectives):,} not admissible; "
-            f"{'seed' if len(tuning.seeds) == 1 else 'seeds'} {seeds}; step {steps}, at half of which the best "
-            f"objective changes by {_percent(_share(self.step_error, self.objective))}"
+            f"{used}{most} evaluations a search, {tuning.evaluations_per_number:,.4g} a number; {self.failed:,} of "
+            f"{len(self.objectives):,} not admissible; {'seed' if len(tuning.seeds) == 1 else 'seeds'} {seeds}; step "
+            f"{steps}, at half of which the best objective changes by {percent(share(self.step_error, self.objective))}"
+            + (f"; it varies {varies}, {NOISES} apart in seed" if noises > 1 else "")
+            + "".join(f"; '{name}' is at a physical limit: {why}" for name, why in self.at_physical.items())
         )
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Why the best may not be the best, in sentences."""
-        said = [f"The best '{name}' lies at an end of its range." for name in self.at_edge]
-        late = float(self._late_gains.max())
-        if np.isnan(late):
-            said.append("The search is too short to tell whether it has settled.")
-        elif late > SETTLED and late < np.inf:
-            said.append(f"A search became better by {_percent(late)} in its last quarter, so it has not settled.")
-        if (share := _share(self.step_error, self.objective)) > STEP:
-            said.append(f"The objective of the best changes by {_percent(share)} at half the step.")
+        said = [f"The best '{name}' lies at the {self._ends[name]} end of its range." for name in self.at_edge]
+        said += [sentence for one in self.searches if (sentence := one.doubt)]
+        if (error := share(self.step_error, self.objective)) > STEP:
+            said.append(f"The objective of the best changes by {percent(error)} at half the step.")
         said += self._beyond
-        spread = _share(float(np.ptp(self.bests)), self.objective)
-        if SEEDS < spread < np.inf:
-            said.append(f"The bests of the {len(self.bests)} searches differ by {_percent(spread)}.")
-        if np.isinf(late) or np.isinf(spread):
-            said.append("A search found an admissible point in its last quarter only, or none.")
+        if SEEDS < (spread := share(float(np.ptp(self.bests)), self.objective)) < np.inf:
+            said.append(f"The bests of the {len(self.bests)} searches differ by {percent(spread)}.")
+        if (spread := share(self.spread, self.objective)) > SEEDS:
+            said.append(f"The objective of the best varies by {percent(spread)} with the training noise.")
         return tuple(said)
 
     @property
@@ -220,29 +294,3 @@ class Tuned:
                     f"'{trial.name}'."
                 )
         return said
-
-
-def reasons_of(objectives: Array, samples: Mapping[str, Sample]) -> dict[str, int]:
-    """How many points are not admissible, by reason, from their objectives (N,) and their runs by trial."""
-    reasons: dict[str, int] = {}
-    for name, one in samples.items():
-        nameless = int((~have_values(one) & np.isnan(one.diverged_at)).sum())
-        reasons |= {f"the run in '{name}' diverged": one.failed, f"a metric in '{name}' is no number": nameless}
-    worthless = np.all([have_values(one) for one in samples.values()], axis=0) & ~np.isfinite(objectives)
-    return reasons | {"the objective is infinite": int(worthless.sum())}
-
-
-def have_values(sample: Sample) -> Flags:
-    """Which runs have a value of every metric at the horizon; a run near overflow may not, though it is finite."""
-    return np.asarray(~np.isnan(sample.values[:, -1]).any(axis=1))
-
-
-def _share(part: float, whole: float) -> float:
-    """A part of a whole; infinite if there is none to be a part of."""
-    return 0.0 if part == 0 else part / abs(whole) if whole else np.inf
-
-
-def _percent(share: float) -> str:
-    if 0 < share < 1e-4:
-        return "less than 0.01 %"
-    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:,.0f} %"

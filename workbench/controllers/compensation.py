@@ -1,0 +1,96 @@
+"""Compensation of the disturbance: a law that counts on what an observer knows of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import casadi as ca
+
+from workbench.core import Layout, block
+from workbench.loop.contracts import AbstractController
+from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
+
+LAW = "law."
+
+
+@block
+class WithCompensation(AbstractController):
+    """A law, and the estimated disturbance on top of its torque, for M qdd + C qd + G + D = tau:
+
+        tau = tau_law + D_hat
+
+    D_hat is that of the loop's observer: `WithDisturbance` estimates it, and beside an observer that does not it is
+    zero and the law is alone. Where a law adapts or integrates, both answer the same disturbance.
+
+    Raises
+    ------
+    ValueError
+        If the torque of the law depends on D_hat already.
+
+    References
+    ----------
+    Chen, Yang, Guo and Li (2016), Disturbance-observer-based control and related methods: an overview, IEEE
+    Transactions on Industrial Electronics 63(2).
+    """
+
+    law: AbstractController
+
+    def __post_init__(self) -> None:
+        n = self.dof
+        d = ca.SX.sym("d_hat", n)
+        t, z = ca.SX.sym("t"), self.law.memory.view(self.law.memory.symbols())
+        est = Estimate(ca.SX.sym("q_hat", n), ca.SX.sym("qd_hat", n), d)
+        ref = Motion(ca.SX.sym("q_ref", n), ca.SX.sym("qd_ref", n), ca.SX.sym("qdd_ref", n))
+        sampled = self.law.run_every(1.0)  # for laws that only a computer can run
+        if ca.depends_on(ca.SX(sampled.torque(t, z, est, ref)), d):
+            raise ValueError(
+                "`WithCompensation(law=...)` must be a law whose torque is free of D_hat, which is added here and must "
+                f"not count twice; that of `{type(self.law).__name__}` has it: take the law as it is."
+            )
+
+    @property
+    def dof(self) -> int:
+        """The number of joints of the law."""
+        return self.law.dof
+
+    @property
+    def memory(self) -> Layout:
+        """That of the law, below `law.`."""
+        return self.law.memory.prefixed(LAW)
+
+    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+        """The sum."""
+        return self._law.torque(t, _below(z), est, ref) + est.d
+
+    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """That of the law."""
+        return {f"{LAW}{name}": rate for name, rate in self._law.rate(t, _below(z), est, ref).items()}
+
+    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """Those of the law."""
+        return self._law.signals(_below(z), est, ref)
+
+    @property
+    def method(self) -> str:
+        """That of the law."""
+        return self.law.method
+
+    def advance(self, t: Number, z: Parts, est: Estimate, ref: Motion, period: float) -> Parts:
+        """That of the law."""
+        moved = self._law.advance(t, _below(z), est, ref, period)
+        return {f"{LAW}{name}": part for name, part in moved.items()}
+
+    def without(self) -> Mapping[str, AbstractController]:
+        """The law alone, and the sum with each part of the law left out."""
+        less = {name: WithCompensation(law) for name, law in self.law.without().items()}
+        return {"disturbance compensation": self.law} | less
+
+    @property
+    def _law(self) -> AbstractController:
+        """The law, run as often as the sum is."""
+        return self.law if self.period is None else self.law.run_every(self.period)
+
+
+def _below(z: Parts) -> Parts:
+    return {name.removeprefix(LAW): part for name, part in z.items()}

@@ -1,0 +1,83 @@
+"""Computed torque: the arm's own dynamics cancelled, and a linear law in their place."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import casadi as ca
+
+from workbench.controllers.promises import ERROR_IS_LINEAR
+from workbench.controllers.switching import matrices
+from workbench.core import AbstractArm, Layout, block, parameter
+from workbench.core.block import Vector
+from workbench.core.claim import Claim
+from workbench.loop.contracts import AbstractController
+from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
+
+
+@block
+class ComputedTorque(AbstractController):
+    """Feedback linearisation, and compensation of the disturbance that the observer knows of:
+
+        tau = M (qdd_ref - Kd ed - Kp e) + C qd + G + D_hat,        e = q - q_ref
+
+    with M, C, G of `model`, the arm as the designer believes it to be, at the estimated state. With the right
+    model and exact estimates of the state
+
+        e'' + Kd e' + Kp e = M^-1 (D_hat - D):
+
+    the joints are uncoupled and linear, at any speed. Beside an observer without a disturbance D_hat = 0; behind
+    `WithDisturbance` this is computed torque with a disturbance observer.
+
+    Parameters
+    ----------
+    Kp, Kd
+        (n,), one a joint: with a natural frequency w and a damping ratio zeta, w^2 and 2 zeta w.
+
+    Raises
+    ------
+    ValueError
+        If a gain is negative or not finite, or an array has not one number a joint.
+
+    References
+    ----------
+    Siciliano, Sciavicco, Villani and Oriolo (2009), Robotics: Modelling, Planning and Control, section 8.5.2
+    (inverse dynamics control).
+    Chen, Ballance, Gawthrop and O'Reilly (2000), A nonlinear disturbance observer for robotic manipulators, IEEE
+    Transactions on Industrial Electronics 47(4) (computed torque with a disturbance observer).
+    """
+
+    claims: ClassVar[tuple[Claim, ...]] = (ERROR_IS_LINEAR,)
+
+    model: AbstractArm
+    Kp: Vector = parameter(unit="1/s^2", low=0, shape=("n",), symbol="K_p")
+    Kd: Vector = parameter(unit="1/s", low=0, shape=("n",), symbol="K_d")
+
+    @property
+    def dof(self) -> int:
+        """The number of joints of the model."""
+        return self.model.dof
+
+    @property
+    def memory(self) -> Layout:
+        """None."""
+        return Layout()
+
+    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+        """The law as it stands above."""
+        del t, z
+        M, C, G = matrices(self.model, est)
+        e, ed = est.q - ref.q, est.qd - ref.qd
+        tau: ca.SX = M @ (ref.qdd - self.Kd * ed - self.Kp * e) + C @ est.qd + G + est.d
+        return tau
+
+    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """Nothing to remember."""
+        del t, z, est, ref
+        return {}
+
+    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """Nothing that the loop does not show already."""
+        del z, est, ref
+        return {}

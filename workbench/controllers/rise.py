@@ -1,0 +1,113 @@
+"""RISE: robust integral of the sign of the error, which answers a smooth disturbance by a continuous torque."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import ClassVar
+
+import casadi as ca
+
+from workbench.controllers.promises import SURFACE_PULLS_THE_ERROR
+from workbench.controllers.switching import SATURATIONS, layered, saturation, sliding
+from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
+from workbench.core.block import Scalar, Vector
+from workbench.core.claim import Claim
+from workbench.loop.contracts import AbstractController
+from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
+
+
+@block
+class Rise(AbstractController):
+    """The robust integral of the sign of the error, which needs no model:
+
+        s   = ed + Lambda e,                                        e = q - q_ref
+        tau = tau_ref - (ks + 1) s - w
+        w'  = (ks + 1) alpha s + beta sat(s / phi),                 w(0) = w_0
+
+    where tau_ref = 0 or, where a `model` is given, M qdd_ref + C qd_ref + G at q_ref, qd_ref: the arm as the
+    designer believes it to be. The authors write e_1 = -e, alpha_1 for Lambda, e_2 = -s and alpha_2 for alpha, and
+    begin at w_0 = -(ks + 1) s(0), so that tau = tau_ref at first. Their proof differentiates the torque, and w_0 is
+    one more initial error to it: zero, the default, answers the first error at once.
+
+    With sign for sat, where the torque that is left unknown along the reference has a derivative within b1_i and a
+    second one within b2_i, beta_i > b1_i + b2_i / alpha_i and ks large enough for the start take e to zero. The torque
+    is continuous for all that: the sign is below the integral. For one joint of inertia M the describing function
+    of the sign tells a least ks: ks + 1 < Lambda M leaves a limit cycle. The layer costs the exactness and spares w
+    its chattering in a computer, h beta from period to period.
+
+    Parameters
+    ----------
+    Lambda, alpha
+        (n,), one a joint.
+    ks, beta
+        (n,), one a joint; the 1 beside ks has its unit.
+    w
+        (n,), w_0.
+
+    Raises
+    ------
+    ValueError
+        If Lambda, alpha or phi is not positive, another gain is negative, an array has not one number a joint, or
+        the model has another number of joints.
+
+    References
+    ----------
+    Xian, Dawson, de Queiroz and Chen (2004), A continuous asymptotic tracking control strategy for uncertain
+    nonlinear systems, IEEE Transactions on Automatic Control 49(7).
+    Patre, MacKunis, Makkar and Dixon (2008), Asymptotic tracking for systems with structured and unstructured
+    uncertainties, IEEE Transactions on Control Systems Technology 16(2) (Euler-Lagrange systems, with feedforward).
+    """
+
+    claims: ClassVar[tuple[Claim, ...]] = (SURFACE_PULLS_THE_ERROR,)
+
+    Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
+    alpha: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="alpha")
+    ks: Vector = parameter(unit="N m s/rad", low=0, shape=("n",), symbol="k_s")
+    beta: Vector = parameter(unit="N m/s", low=0, shape=("n",), symbol="beta")
+    phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
+    w: Vector = initial(default=0.0, unit="N m", shape=("n",), symbol="w")
+    model: AbstractArm | None = None
+    saturation: str = option(SATURATIONS, default="clip")
+
+    def __post_init__(self) -> None:
+        if self.model is not None and self.model.dof != self.dof:
+            raise ValueError(
+                "`Rise(model=...)` must have one joint for each number of Lambda, as the torque of the reference is "
+                f"added to tau: got a model of {self.model.dof} joints and {self.dof} numbers."
+            )
+
+    @property
+    def dof(self) -> int:
+        """The number of joints: one for each number in Lambda."""
+        return int(self.Lambda.shape[0])
+
+    @property
+    def memory(self) -> Layout:
+        """The integral."""
+        return Layout((Entry("w", self.w, "N m", symbol="w"),))
+
+    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+        """Feedback and integral, and the torque of the reference if there is a model."""
+        del t
+        tau: ca.SX = -(self.ks + 1) * sliding(est, ref, self.Lambda).s - z["w"]
+        return tau if self.model is None else tau + self.model.torque(ref.q, ref.qd, ref.qdd)
+
+    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """The rate of w."""
+        del t, z
+        s = sliding(est, ref, self.Lambda).s
+        return {"w": (self.ks + 1) * self.alpha * s + self.beta * saturation(s, self.phi, self.saturation)}
+
+    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """The sliding variable s."""
+        del z
+        return {"s": sliding(est, ref, self.Lambda).s}
+
+    def without(self) -> Mapping[str, AbstractController]:
+        """Less the sign below the integral, less its layer, and less the torque of the reference."""
+        sign = {"integral of the sign": replace(self, beta=0 * self.beta)} if self.beta.any() else {}
+        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
+        model = {"feedforward": replace(self, model=None)} if self.model is not None else {}
+        return sign | layer | model

@@ -1,0 +1,131 @@
+"""Nonsingular terminal sliding mode: a surface on which the error ends in finite time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+
+from workbench.controllers.promises import TERMINAL_SURFACE_MOVES_THE_ERROR
+from workbench.controllers.switching import SATURATIONS, layered, matrices, saturation
+from workbench.core import AbstractArm, Layout, block, option, parameter
+from workbench.core.block import Scalar, Vector
+from workbench.core.claim import Claim
+from workbench.loop.contracts import AbstractController
+from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.validation.shapes import Number
+
+TINY = np.finfo(float).tiny
+
+
+@block
+class NonsingularTerminalSlidingMode(AbstractController):
+    """Computed torque on a terminal sliding surface, joint by joint, with a reaching law:
+
+        s   = e + sig(ed)^gamma / beta,                  e = q - q_ref,   1 < gamma < 2
+        tau = M (qdd_ref - (beta / gamma) sig(ed)^(2 - gamma) - u) + C qd + G
+        u   = k1 s + k2 |s|^rho sat(s / phi),            0 <= rho < 1
+
+    where sig(x)^a = |x|^a sign(x), and M, C, G are those of `model`, the arm as the designer believes it to be. The
+    authors write p / q for gamma, with p and q odd; rho = 0 and k1 = 0 make u their relay, and rho > 0 the
+    continuous reaching law of the second source. No power is negative: the torque is finite at ed = 0, where that of
+    s = ed + beta' sig(e)^(1/gamma) is not.
+
+    With the right model s' = -(gamma / beta) |ed|^(gamma - 1) (u + M^-1 D). On the surface e' = -sig(beta e)^(1/gamma)
+    and e ends after gamma / (gamma - 1) beta^(-1/gamma) |e|^(1 - 1/gamma), which a linear surface never does. Under D
+    a relay needs k2_i > |M^-1 D|_i; with rho > 0 |s_i| falls to (|M^-1 D|_i / k2_i)^(1/rho) at most. The layer costs
+    finite time, as |e| falls to phi only; "sign" keeps it and chatters where it is sampled, less for a larger rho.
+    sig(ed)^(2 - gamma) is infinitely steep at ed = 0: it magnifies small noise of the velocity, which is best filtered.
+
+    Parameters
+    ----------
+    beta
+        (n,), one a joint: |ed| = (beta |e|)^(1/gamma) on the surface.
+    gamma, rho
+        The exponents of the surface and of the reaching law.
+    k1, k2
+        (n,), one a joint: without D, s is within its layer in finite time for k2 > 0.
+    phi
+        The width of the boundary layer: without effect where `saturation` is "sign", which has none.
+
+    Raises
+    ------
+    ValueError
+        If beta or phi is not positive, k1 or k2 is negative, gamma is not between 1 and 2, rho not from 0 to below 1,
+        or an array has not one number a joint.
+
+    References
+    ----------
+    Feng, Yu and Man (2002), Non-singular terminal sliding mode control of rigid manipulators, Automatica 38(12).
+    Yu, Yu, Shirinzadeh and Man (2005), Continuous finite-time control for robotic manipulators with terminal sliding
+    mode, Automatica 41(11).
+    """
+
+    claims: ClassVar[tuple[Claim, ...]] = (TERMINAL_SURFACE_MOVES_THE_ERROR,)
+
+    model: AbstractArm
+    beta: Vector = parameter(unit="rad^(gamma-1)/s^gamma", low=0, strict=True, shape=("n",), symbol="beta")
+    gamma: Scalar = parameter(unit="", low=1, high=2, strict=True, symbol="gamma")
+    k1: Vector = parameter(unit="1/s^2", low=0, shape=("n",), symbol="k_1")
+    k2: Vector = parameter(unit="rad^(1-rho)/s^2", low=0, shape=("n",), symbol="k_2")
+    rho: Scalar = parameter(unit="", low=0, high=1, symbol="rho")
+    phi: Scalar = parameter(unit="rad", low=0, strict=True, symbol="phi")
+    saturation: str = option(SATURATIONS, default="clip")
+
+    def __post_init__(self) -> None:
+        if self.rho == 1:
+            raise ValueError(
+                "`NonsingularTerminalSlidingMode(rho=...)` must be below 1, since only below it s reaches zero in "
+                "finite time; got 1. The part of the reaching law in proportion to s is k1."
+            )
+
+    @property
+    def dof(self) -> int:
+        """The number of joints of the model."""
+        return self.model.dof
+
+    @property
+    def memory(self) -> Layout:
+        """None."""
+        return Layout()
+
+    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+        """The law as it stands above."""
+        del t, z
+        M, C, G = matrices(self.model, est)
+        ed, s = est.qd - ref.qd, self._surface(est, ref)
+        u = self.k1 * s + self.k2 * _power(s, self.rho) * saturation(s, self.phi, self.saturation)
+        along = self.beta / self.gamma * _power(ed, 2 - self.gamma) * ca.sign(ed)
+        tau: ca.SX = M @ (ref.qdd - along - u) + C @ est.qd + G
+        return tau
+
+    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """Nothing to remember."""
+        del t, z, est, ref
+        return {}
+
+    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+        """The sliding variable s, which is in rad and so goes by another name than that of a linear surface."""
+        del z
+        return {"surface": self._surface(est, ref)}
+
+    def without(self) -> Mapping[str, AbstractController]:
+        """Less either part of the reaching law, and less its layer."""
+        linear = {"linear reaching": replace(self, k1=0 * self.k1)} if self.k1.any() else {}
+        switched = {"switched reaching": replace(self, k2=0 * self.k2)} if self.k2.any() else {}
+        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
+        return linear | switched | layer
+
+    def _surface(self, est: Estimate, ref: Motion) -> ca.SX:
+        e, ed = est.q - ref.q, est.qd - ref.qd
+        s: ca.SX = e + _power(ed, self.gamma) * ca.sign(ed) / self.beta
+        return s
+
+
+def _power(x: ca.SX, a: Scalar) -> ca.SX:
+    """|x|^a, elementwise; the smallest float below the power keeps its derivative finite at x = 0."""
+    power: ca.SX = ca.fmax(ca.fabs(x), TINY) ** a
+    return power

@@ -1,0 +1,181 @@
+"""The roles of a loop's blocks, read from its equations: which inputs reach the command, and by which way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from copy import copy
+from dataclasses import dataclass, fields
+from typing import Any
+
+import casadi as ca
+
+from workbench.core import AbstractArm, lift
+from workbench.core.block import is_block
+from workbench.core.roles import Roles
+from workbench.loop.contracts import AbstractController
+from workbench.loop.ports import Estimate, Measurement, Motion
+from workbench.loop.wiring import Blocks, visible
+from workbench.validation.doors import door
+from workbench.validation.shapes import Column
+from workbench.validation.words import refusal
+
+SOCKETS = ("plant", "observer", "controller", "reference")
+COMMAND = "tau"
+PERIOD = 1.0  # s: a law that only a computer can run needs one; which does not matter here
+Edges = dict[str, set[str]]
+
+
+@dataclass(frozen=True, eq=False)
+class Probe(AbstractArm):
+    """An arm whose matrices are symbols, so that it shows in an expression where each of them came in."""
+
+    joints: int
+    M: ca.SX
+    C: ca.SX
+    G: ca.SX
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+        return self.joints
+
+    def mass_matrix(self, q: Column) -> ca.SX:
+        """A symbol, and something of q."""
+        return self.M + ca.sum1(q)
+
+    def coriolis_matrix(self, q: Column, qd: Column) -> ca.SX:
+        """A symbol, and something of q and qd."""
+        return self.C + ca.sum1(q) + ca.sum1(qd)
+
+    def gravity_vector(self, q: Column) -> ca.SX:
+        """A symbol, and something of q."""
+        return self.G + ca.sum1(q)
+
+    def acceleration(self, q: Column, qd: Column, tau: Column) -> ca.SX:
+        """What depends on all that an acceleration does, without the solution of any equation."""
+        return self.mass_matrix(q) @ (tau + self.coriolis_matrix(q, qd) @ qd + self.gravity_vector(q))
+
+
+@door
+def roles(loop: Any) -> Roles:
+    """What the law of a loop is given: what its command depends on, at one instant or by way of a memory.
+
+    Dependence is that of the equations with the numbers of this loop, so that a term whose gain is 0 does not count.
+    It is one of structure: what cancels only after a calculation does count. The torque that the observer is told is
+    the computer's own and gives nothing.
+
+    Parameters
+    ----------
+    loop
+        A `ClosedLoop`, or what has one as its `loop`.
+
+    Raises
+    ------
+    ValueError
+        If it is neither.
+    """
+    closed = getattr(loop, "loop", loop)
+    if not is_block(closed) or any(not hasattr(closed, socket) for socket in SOCKETS):
+        raise refusal("roles(loop)", "a `ClosedLoop`, or what has one as its `loop`", loop)
+    models = dict((*_models(closed.observer, "observer"), *_models(closed.controller, "controller")))
+    edges = _edges(closed, models)
+    at_once = _reached(edges, {COMMAND}, but="observer.")
+    ever = _reached(edges, {COMMAND})
+    remembered = {node for node in edges["est.qd"] if node in edges and "est.qd" in ever}
+    estimated = bool(remembered) and "y.qd" not in _reached(edges, remembered)
+    return Roles(
+        _called(closed.controller),
+        _called(closed.observer),
+        ("read",) if "y.q" in at_once else ("estimated",) if "y.q" in ever else (),
+        (
+            *(("read",) if "y.qd" in at_once else ("filtered",) if "y.qd" in ever else ()),
+            *(("estimated",) if estimated else ()),
+        ),
+        tuple(name for name in ("q_ref", "qd_ref", "qdd_ref") if f"ref.{name}" in ever),
+        {path: tuple(matrix for matrix in "MCG" if f"{path}.{matrix}" in ever) for path in models},
+        "est.d" in ever and bool(edges["est.d"]),
+        "y.d" in ever,
+        closed.controller.memory.size,
+        closed.observer.memory.size,
+    )
+
+
+def _models(block: Any, path: str) -> Iterator[tuple[str, AbstractArm]]:
+    """All models of an arm that a block holds, by their paths."""
+    for field in fields(block):
+        part, place = getattr(block, field.name), f"{path}.{field.name}"
+        if isinstance(part, AbstractArm):
+            yield place, part
+        elif is_block(part):
+            yield from _models(part, place)
+
+
+def _probed(block: Any, path: str, probes: Mapping[str, Probe]) -> Any:
+    """The block with a probe in place of each of its models."""
+    twin = copy(block)
+    for field in fields(block):
+        part, place = getattr(block, field.name), f"{path}.{field.name}"
+        if place in probes:
+            object.__setattr__(twin, field.name, probes[place])
+        elif is_block(part):
+            object.__setattr__(twin, field.name, _probed(part, place, probes))
+    return twin
+
+
+def _edges(closed: Blocks, models: Mapping[str, AbstractArm]) -> Edges:
+    """For the command, each estimate and each state of observer and controller what they depend on directly."""
+    lifted, n, t = lift(closed), closed.plant.dof, ca.SX.sym("t")
+    probes = {path: _probe(arm.dof) for path, arm in models.items()}
+    observer = _probed(lifted.block.observer, "observer", probes)
+    law = _probed(lifted.block.controller, "controller", probes).run_every(PERIOD)
+    parts = [[ca.SX.sym(name, n) for name in kind._fields] for kind in (Measurement, Estimate, Motion)]
+    y, est, ref = Measurement(*parts[0]), Estimate(*parts[1]), Motion(*parts[2])
+    z = {socket: _memory(getattr(closed, socket)) for socket in ("observer", "controller")}
+    seen, told = visible(closed, y), ca.SX.sym("told", n)
+    given = observer.estimate(t, z["observer"], seen)
+    made = {
+        COMMAND: law.torque(t, z["controller"], est, ref),
+        **{f"est.{name}": part for name, part in given._asdict().items()},
+        **{f"observer.{name}": rate for name, rate in observer.rate(t, z["observer"], seen, est, told).items()},
+        **{f"controller.{name}": rate for name, rate in law.rate(t, z["controller"], est, ref).items()},
+    }
+    inputs = {
+        **{f"y.{name}": part for name, part in y._asdict().items()},
+        **{f"est.{name}": part for name, part in est._asdict().items()},
+        **{f"ref.{name}_ref": part for name, part in ref._asdict().items()},
+        **{f"{socket}.{name}": part for socket, own in z.items() for name, part in own.items()},
+        **{f"{path}.{name}": getattr(probe, name) for path, probe in probes.items() for name in "MCG"},
+    }
+    numbers = ca.DM(lifted.layout.default)
+    plain = {name: ca.substitute(ca.SX(part), lifted.symbols, numbers) for name, part in made.items()}
+    return {name: _inputs_of(part, inputs) for name, part in plain.items()}
+
+
+def _probe(n: int) -> Probe:
+    return Probe(n, ca.SX.sym("M", n, n), ca.SX.sym("C", n, n), ca.SX.sym("G", n))
+
+
+def _memory(block: Any) -> dict[str, ca.SX]:
+    return dict(block.memory.view(block.memory.symbols()))
+
+
+def _inputs_of(part: ca.SX, inputs: Mapping[str, ca.SX]) -> set[str]:
+    """The names of what an expression depends on."""
+    return {name for name, symbol in inputs.items() if symbol.numel() and ca.depends_on(part, ca.vec(symbol))}
+
+
+def _reached(edges: Edges, start: set[str], but: str | None = None) -> set[str]:
+    """All that is met on the way from nodes along the edges, but not beyond nodes whose names begin so."""
+    found, new = set(start), set(start)
+    while new:
+        new = {end for node in new if but is None or not node.startswith(but) for end in edges.get(node, ())} - found
+        found |= new
+    return found
+
+
+def _called(block: Any) -> str:
+    """What a block is called: the `noun` of its class or else its name, with the laws or observers that it holds."""
+    own = getattr(block, "noun", type(block).__name__)
+    parts = (getattr(block, field.name) for field in fields(block))
+    held = [_called(part) for part in parts if isinstance(part, AbstractController) or hasattr(part, "uses_truth")]
+    return " ".join(word for word in (own, " + ".join(filter(None, held))) if word)

@@ -1,0 +1,118 @@
+"""Tiles with texts, drawn by the pen, on a scale of even lightness that colour-blind eyes and grey prints keep."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.colors import to_hex
+
+from workbench.report.figures.labels import extent
+from workbench.report.figures.looks import GREY, SMALL_LETTERS
+from workbench.report.figures.pen import INK, Box, Pen
+from workbench.report.figures.ruler import Ruler
+from workbench.study.shapes import Tiles
+
+WHITE, DARKEST = np.array([100.0, 0.0, 0.0]), np.array([30.0, 2.0, -38.0])  # the ends of the scale, CIELAB
+TURN = 50.0  # the lightness below which white letters are read better than black ones
+DIGIT = 0.676  # of the size of the letters: the height of a digit
+SMALL = 0.76  # of the size of the first line of a text: that of the others
+LEAD = 0.36  # of the size of a line: the gap above it
+FRAME, THIN = 1.5, 0.09  # points, and of the lesser side of a small tile: the line around it
+CORNER, LEAST = 0.3, 3.0  # of the lesser side of a tile, and points: the marked corner's side
+STRIPE = 3.6  # points between the lines of a hatch
+HATCH = "#8c8c8c"
+
+
+def tone(shade: float) -> str:
+    """The colour of a shade from 0, white, to 1, a dark blue: equal steps look equal, as they are so in CIELAB."""
+    lightness, a, b = WHITE + shade * (DARKEST - WHITE)
+    f = (lightness + 16) / 116 + np.array([a / 500, 0.0, -b / 200])
+    xyz = np.where(f > 6 / 29, f**3, 3 * (6 / 29) ** 2 * (f - 4 / 29)) * (0.95047, 1.0, 1.08883)
+    linear = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]]) @ xyz
+    linear = np.clip(linear, 0, 1)
+    return to_hex(np.where(linear > 0.0031308, 1.055 * linear ** (1 / 2.4) - 0.055, 12.92 * linear))
+
+
+def ink_over(shade: float) -> str:
+    """Black or white, whichever is read better on a tone."""
+    return "#ffffff" if WHITE[0] + shade * (DARKEST[0] - WHITE[0]) < TURN else INK
+
+
+def draw_tiles(pen: Pen, box: Box, tiles: Tiles, x: Ruler, y: Ruler) -> None:
+    """Tiles with their texts, all as large as the smallest room allows, and what marks them."""
+    width, height = box.width / abs(x.high - x.low), box.height / abs(y.high - y.low)
+    shades = np.asarray(tiles.shades)
+    size = _size(tiles, width, height)
+    for (i, j), shade in np.ndenumerate(shades):
+        lines = tiles.texts[i][j]
+        if not lines and np.isnan(shade):
+            continue
+        left = box.left + box.width * float(x.share(j)) - width / 2
+        tile = Box(left, box.bottom + box.height * float(y.share(i)) - height / 2, width, height)
+        dark = float(np.nan_to_num(shade))
+        _fill(pen, tile, tone(dark))
+        if tiles.hatched[i, j]:
+            _hatch(pen, tile)
+        _outline(pen, tile, 0.0, GREY, 0.4)
+        _write(pen, tile, lines, size, dark, plain=bool(tiles.hatched[i, j]))
+        if tiles.marked[i, j]:
+            top, right, side = tile.bottom + height, tile.left + width, max(LEAST, CORNER * min(width, height))
+            pen.area(np.array([right - side, right, right]), np.array([top, top, top - side]), ink_over(dark), 1.0)
+        if tiles.framed[i, j]:
+            line = min(FRAME, THIN * min(width, height))
+            _outline(pen, tile, line / 2, INK, line)
+
+
+def _size(tiles: Tiles, width: float, height: float) -> float:
+    """The size of the first lines in points, so that every text fits its tile."""
+    texts = [text for row in tiles.texts for text in row if text]
+    widest = max((_width(text, 10.0) / 10 for text in texts), default=1.0)
+    return min(
+        SMALL_LETTERS, 0.84 * width / widest, 0.74 * height / max((_height(text) for text in texts), default=1.0)
+    )
+
+
+def _width(text: Sequence[str], size: float) -> float:
+    return max(extent(line, size * (SMALL if k else 1)).width for k, line in enumerate(text))
+
+
+def _height(text: Sequence[str]) -> float:
+    """Of the digits of a text from top to bottom, in sizes of its first line."""
+    return DIGIT + (len(text) - 1) * SMALL * (DIGIT + LEAD)
+
+
+def _write(pen: Pen, tile: Box, text: Sequence[str], size: float, shade: float, plain: bool) -> None:
+    """The lines of a text in the middle of their tile, on `plain` ground where stripes would cross them."""
+    middle = tile.left + tile.width / 2
+    top = tile.bottom + (tile.height + (_height(text) if text else 0.0) * size) / 2
+    for k, line in enumerate(text):
+        letters = size * (SMALL if k else 1)
+        wide = extent(line, letters).width
+        foot = top - DIGIT * letters
+        if plain:
+            _fill(pen, Box(middle - wide / 2 - 1, foot - 1, wide + 2, DIGIT * letters + 2), tone(shade))
+        pen.words(line, middle - wide / 2, foot, letters, color=ink_over(shade))
+        top = foot - LEAD * SMALL * size
+
+
+def _fill(pen: Pen, tile: Box, color: str) -> None:
+    x, y = tile.left + tile.width * np.array([0.0, 1, 1, 0]), tile.bottom + tile.height * np.array([0.0, 0, 1, 1])
+    pen.area(x, y, color, 1.0)
+
+
+def _outline(pen: Pen, tile: Box, inset: float, color: str, linewidth: float) -> None:
+    width, height = tile.width - 2 * inset, tile.height - 2 * inset
+    x = tile.left + inset + width * np.array([0.0, 1, 1, 0, 0])
+    y = tile.bottom + inset + height * np.array([0.0, 0, 1, 1, 0])
+    pen.line(x, y, {"color": color, "linewidth": linewidth})
+
+
+def _hatch(pen: Pen, tile: Box) -> None:
+    """Lines of 45 degrees across a tile."""
+    starts = np.arange(-tile.height, tile.width, STRIPE)
+    low, high = np.maximum(starts, 0), np.minimum(starts + tile.height, tile.width)
+    gaps = np.full_like(starts, np.nan)
+    x = np.column_stack([tile.left + low, tile.left + high, gaps]).ravel()
+    y = np.column_stack([tile.bottom + low - starts, tile.bottom + high - starts, gaps]).ravel()
+    pen.line(x, y, {"color": HATCH, "linewidth": 0.5}, tile)

@@ -1,0 +1,132 @@
+"""Causes: which of the runs that a computer's loop loses are lost by its integrator, and which by its law."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.core import Layout, Sampled
+from workbench.simulate import simulate
+from workbench.study.contract import Loop, equations_of
+from workbench.study.prepared import prepared
+from workbench.study.sweep import Sweep
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers, require
+
+FINE = "fine"
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Causes:
+    """B lost runs, run again from the same rows and noise with the memories of the computer stepped in other ways.
+
+    Attributes
+    ----------
+    lost
+        By way, (B,): 1 where it loses the run too, 0 where it keeps it finite. "fine" is near the exact flow.
+    """
+
+    lost: Mapping[str, Integers]
+
+    @property
+    def by_integrator(self) -> int:
+        """How many runs "fine" keeps finite: their law diverges by the integrator alone."""
+        return int((self.lost[FINE] == 0).sum())
+
+    @property
+    def by_law(self) -> int:
+        """How many runs every way loses."""
+        return int(np.min(list(self.lost.values()), axis=0).sum())
+
+    @property
+    def unsettled(self) -> int:
+        """How many runs "fine" loses and another way keeps."""
+        return len(self.lost[FINE]) - self.by_integrator - self.by_law
+
+    @property
+    def sentence(self) -> str:
+        """The counts in words."""
+        open_ = f", unsettled: {self.unsettled}" if self.unsettled else ""
+        return f"by the integrator: {self.by_integrator}, by the law: {self.by_law}{open_}"
+
+
+@door
+def causes(
+    ways: Mapping[str, Sampled],
+    p: Array,
+    x0: Array | None = None,
+    *,
+    until: float,
+    substeps: int = 1,
+    seed: int = 0,
+    runs: Integers | None = None,
+) -> Causes:
+    """Why runs were lost: each is run again in every way that a computer may step its memories, "fine" among them.
+
+    Parameters
+    ----------
+    ways
+        One loop by the names of ways: `ClosedLoop.digital(..., integrator="fine")` under "fine", and under other
+        names that of blocks with another `integrator`.
+    p, x0
+        (B, np) and (B, nx), the rows of the lost runs, or one row for all.
+    until, substeps
+        The horizon in s, and the steps of the plant in a period.
+    seed, runs
+        The keys of the noise that they had, as `simulate` takes them.
+
+    Raises
+    ------
+    LookupError
+        If no way is called "fine".
+    ValueError
+        If a way is no `Sampled`, the ways have other states or parameters than one another, or `simulate` refuses.
+    """
+    if FINE not in ways:
+        raise LookupError(f"`causes(ways)` needs the way '{FINE}' to tell law from integrator; got {sorted(ways)}.")
+    lost = {}
+    for name, sampled in ways.items():
+        require(f"causes(ways={{'{name}': ...}})", sampled, Sampled)
+        if [part.labels for part in _layouts(sampled)] != [part.labels for part in _layouts(ways[FINE])]:
+            raise ValueError(
+                f"`causes(ways)` must hold one loop in several ways; '{name}' has other states or parameters than "
+                f"'{FINE}'."
+            )
+        step = sampled.step(substeps)
+        ended = simulate(step, p, x0, until=until, every=until, seed=seed, runs=runs)
+        lost[name] = np.isfinite(ended.diverged_at).astype(int)
+    return Causes(lost)
+
+
+@door
+def causes_in_sweep(sweep: Sweep, diverged: Integers, ways: Mapping[str, Loop]) -> Causes:
+    """Why some runs of a sweep were lost, by their numbers: their own rows and noise in each of the ways.
+
+    Parameters
+    ----------
+    diverged
+        (B,), the numbers of the runs: `np.flatnonzero(np.isfinite(sample.diverged_at))`.
+    ways
+        The loop of the sweep by the names of ways, "fine" among them.
+
+    Raises
+    ------
+    LookupError, ValueError
+        If `causes` refuses, or the loop of the sweep is none that a computer closes.
+    """
+    made = prepared(sweep)
+    equation = require("causes_in_sweep(sweep=...) of a loop", made.equation, Sampled)
+    rows = [made.rows(int(run), int(run) + 1) for run in diverged]
+    p = np.concatenate([row[0] for row in rows])
+    x0 = np.concatenate([row[1][:, : equation.states.size] for row in rows])
+    loops = {name: equations_of(loop, name) for name, loop in ways.items()}
+    substeps = equation.substeps(sweep.h)
+    keys = np.zeros_like(diverged) if sweep.common else diverged
+    return causes(loops, p, x0, until=sweep.until, substeps=substeps, seed=sweep.seed, runs=keys)
+
+
+def _layouts(sampled: Sampled) -> tuple[Layout, Layout]:
+    return sampled.states, sampled.parameters

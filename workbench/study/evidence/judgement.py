@@ -1,0 +1,166 @@
+"""Judgement: which law is best by the estimand that was asked, and whether other estimands reverse it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from workbench.study.evidence.comparison import RESAMPLES, Comparison, compare
+from workbench.study.evidence.estimands import Estimand, Success, unit_of, words_of
+from workbench.study.evidence.paired import Paired
+from workbench.validation.doors import door
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Judgement:
+    """Comparisons of the same runs by several estimands, the first of them asked before the runs.
+
+    Attributes
+    ----------
+    by
+        The words of each estimand and its comparison.
+    """
+
+    by: Mapping[str, Comparison]
+
+    def __post_init__(self) -> None:
+        if not self.by or len({id(one.paired) for one in self.by.values()}) > 1:
+            raise ValueError("`Judgement(by=...)` must hold comparisons of the same paired values, at least one.")
+        if any(words != one.estimand.words for words, one in self.by.items()):
+            raise ValueError(f"`Judgement(by=...)` must name each comparison by its estimand; got {list(self.by)}.")
+
+    @property
+    def paired(self) -> Paired:
+        """The runs."""
+        return self._first.paired
+
+    @property
+    def asked(self) -> Estimand:
+        """The estimand that decides."""
+        return self._first.estimand
+
+    @property
+    def reversals(self) -> tuple[tuple[str, str, str, str], ...]:
+        """Two laws and the words of two estimands: by the asked one the first is below the second, by the other above.
+
+        Each by its whole interval, beyond the margin and the errors of the steps.
+        """
+        first, *others = self.by.values()
+        laws = self.paired.laws
+        return tuple(
+            (laws[i], laws[j], first.estimand.words, other.estimand.words)
+            for other in others
+            for i, j in np.argwhere(first.below & other.below.T)
+        )
+
+    @property
+    def kind(self) -> Literal["best", "open", "depends"]:
+        """One law is best; none is; or it depends on what is asked.
+
+        It depends where a law that none is below by the asked estimand is above one that it was below by another, and
+        where two estimands have different laws best.
+        """
+        leaders = self._first.leaders
+        bests = {one.best for one in self.by.values()} - {None}
+        if len(bests) > 1 or any(a in leaders for a, *_ in self.reversals):
+            return "depends"
+        return "best" if self._first.best else "open"
+
+    @property
+    def best(self) -> str | None:
+        """The law that is best by the asked estimand, unless it depends on what is asked."""
+        return self._first.best if self.kind == "best" else None
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in plain words, with its figures."""
+        least = least_of(self.asked, self.paired.metric)
+        if self.kind == "depends":
+            return f"depends on what is asked: {_grouped({words: _place(one) for words, one in self.by.items()})}"
+        if self.kind == "open":
+            return f"{least}: {_place(self._first)}"
+        best = self._first.best or ""
+        same = [words for words, one in list(self.by.items())[1:] if one.best == best]
+        others = {words: _place(one) for words, one in list(self.by.items())[1:] if one.best != best}
+        by_all = "best by every other statistic too" if not others else f"best by {', '.join(same)} too" if same else ""
+        return "; ".join(filter(None, (f"{least}: {best}, {figures(self._first, best)}", by_all, _grouped(others))))
+
+    @property
+    def _first(self) -> Comparison:
+        return next(iter(self.by.values()))
+
+
+@door
+def judge(
+    paired: Paired,
+    asked: Estimand,
+    others: Sequence[Estimand] = (),
+    *,
+    confidence: float = 0.95,
+    margin: float = 0.0,
+    resamples: int = RESAMPLES,
+    seed: int = 0,
+) -> Judgement:
+    """Laws by the estimand asked, and by others that may reverse it.
+
+    The estimand asked is part of the question: it is decided before the runs are made, by what the metric is for, as
+    the mean for what adds up over many uses and a tail for what must not happen. Who is best by one statistic alone is
+    no verdict where another reverses it.
+
+    Parameters
+    ----------
+    confidence
+        Of all intervals of one estimand at once.
+
+    Raises
+    ------
+    ValueError
+        If two estimands are the same, or `compare` refuses one.
+    """
+    estimands = (asked, *others)
+    words = [one.words for one in estimands]
+    if len(set(words)) < len(words):
+        raise ValueError(f"`judge(asked, others)` must be different estimands; got {', '.join(words)}.")
+    return Judgement(
+        {
+            one.words: compare(paired, one, confidence=confidence, margin=margin, resamples=resamples, seed=seed)
+            for one in estimands
+        }
+    )
+
+
+def least_of(estimand: Estimand, metric: str) -> str:
+    """What the best law has, in words."""
+    return f"{'highest' if isinstance(estimand, Success) else 'least'} {words_of(estimand, metric)}"
+
+
+def figures(one: Comparison, law: str) -> str:
+    """The level of a law with its interval, successes in percent."""
+    place = one.paired.place(law)
+    value, low, high = (float(part[place]) for part in (one.level.value, one.level.low, one.level.high))
+    if isinstance(one.estimand, Success):
+        value, low, high = (100 * (1 - end) for end in (value, high, low))
+    unit = unit_of(one.estimand, one.paired.unit)
+    shown = f"{value:.3g} {unit}".strip()
+    return f"{shown} ({low:.3g} to {high:.3g})"
+
+
+def _place(one: Comparison) -> str:
+    return one.best or f"open between {listed(one.leaders)}"
+
+
+def _grouped(places: Mapping[str, str]) -> str:
+    """Which law is best by which estimands: those that agree together."""
+    laws: dict[str, list[str]] = {}
+    for words, law in places.items():
+        laws.setdefault(law, []).append(words)
+    return "; ".join(f"{', '.join(words)} -> {law}" for law, words in laws.items())
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a row, with "and" before the last."""
+    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))

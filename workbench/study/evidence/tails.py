@@ -1,0 +1,202 @@
+"""Shapes: which laws have draws apart from the others or a heavy tail, and which factor of the draws predicts them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Literal
+
+import numpy as np
+from scipy.special import ndtr
+
+from workbench.study.evidence.modality import RESAMPLES, dip, gap, least_dip
+from workbench.study.evidence.paired import Paired
+from workbench.study.sampling.contract import uniforms
+from workbench.study.sensitivity.outputs import Flags, t_quantile
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers
+from workbench.validation.words import seed as as_seed
+
+WORST = 0.1  # part of the draws whose part of the total tells a heavy tail
+
+
+@dataclass(frozen=True)
+@door
+class Predictor:
+    """The factor, and its limit, that tell a group of draws from the others best.
+
+    Attributes
+    ----------
+    area
+        Under the receiver operating characteristic: the probability that the factor is larger in a draw of the group
+        than in one of the others.
+    p
+        That the area is as far from one half by chance, times the number of factors.
+    inside, outside
+        How many draws of the group, and of the others, are on that side of the limit.
+    """
+
+    factor: str
+    side: Literal["above", "below"]
+    limit: float
+    area: float
+    p: float
+    inside: int
+    outside: int
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Shape:
+    """How the values of a law lie over the draws.
+
+    Attributes
+    ----------
+    kind
+        By the first that holds: some runs failed; the values are in two groups, by a gap or by Hartigan's dip; the
+        worst tenth carries more of the total than that of an exponential law would; or none of these.
+    upper
+        The numbers of the draws that make up the failed runs, the upper group or the worst tenth, of so many runs.
+    limit
+        The least value of these.
+    ratio, carried
+        The mean over the median, and the part of the total that the worst tenth carries; of the finite values.
+    predictor
+        What tells these draws from the others; None where no factor does with the confidence.
+    """
+
+    law: str
+    metric: str
+    unit: str
+    kind: Literal["failures", "two groups", "heavy tail", "one group"]
+    upper: Integers
+    runs: int
+    limit: float
+    ratio: float
+    carried: float
+    predictor: Predictor | None
+
+    @property
+    def sentence(self) -> str:
+        """The finding in plain words, with its figures."""
+        count, runs = len(self.upper), self.runs
+        if self.kind == "one group":
+            return f"{self.law}: its {self.metric} is one group without a heavy tail"
+        above = f"{self.metric} of {self.limit:.3g} {self.unit}".strip() + " or more"
+        said = {
+            "failures": f"{count} of {runs} runs failed",
+            "two groups": f"two groups: {100 * count / runs:.2g} % of the draws have a {above}",
+            "heavy tail": f"heavy tail: the worst {100 * count / runs:.2g} % of the draws, with a {above}, carry "
+            f"{100 * self.carried:.2g} % of the total, and the mean is {self.ratio:.3g} times the median",
+        }[self.kind]
+        one = self.predictor
+        if one is None:
+            return f"{self.law}: {said}; no factor predicts which"
+        return (
+            f"{self.law}: {said}; {one.inside} of {count} of them have {one.factor} {one.side} {one.limit:.3g}, as "
+            f"have {one.outside} of the {runs - count} others"
+        )
+
+
+@door
+def shapes(
+    paired: Paired, drawn: Array, factors: Sequence[str], *, confidence: float = 0.95, seed: int = 0
+) -> tuple[Shape, ...]:
+    """The shape of each law's values, all with the confidence at once by Bonferroni.
+
+    Parameters
+    ----------
+    drawn
+        (N, d), the factors of each draw.
+
+    Raises
+    ------
+    ValueError
+        If the confidence is none, or the draws have no row for each run and no column for each factor.
+    """
+    t_quantile("shapes", confidence, 1)  # refuses what is no confidence
+    as_seed("shapes(seed=...)", seed)
+    if drawn.shape != (len(paired), len(factors)) or not np.isfinite(drawn).all():
+        raise ValueError(
+            f"`shapes(drawn=...)` must be {len(paired)} rows of {len(factors)} finite numbers, a row a draw and a "
+            f"column a factor; got shape {drawn.shape}."
+        )
+    sure = 1 - (1 - confidence) / len(paired.laws)
+    found = []
+    for law, y in zip(paired.laws, paired.values.T, strict=True):
+        ratio, carried = _weight(y[np.isfinite(y)])
+        kind, upper = _group(y, carried, sure, seed)
+        predictor = _predictor(upper, drawn, factors, 1 - sure)
+        least = float(y[upper].min(initial=np.inf))
+        group = (np.flatnonzero(upper), len(y), least)
+        found.append(Shape(law, paired.metric, paired.unit, kind, *group, ratio, carried, predictor))
+    return tuple(found)
+
+
+def _group(
+    y: Array, carried: float, sure: float, seed: int
+) -> tuple[Literal["failures", "two groups", "heavy tail", "one group"], Flags]:
+    """The kind of a sample, and which draws make it that."""
+    failed = np.isinf(y)
+    if failed.any():
+        return "failures", failed
+    x = np.log(y) if y.min() > 0 else y  # one mode of a positive value is one of its logarithm for all usual laws
+    chance, beyond = gap(x)
+    if chance <= (1 - sure) / 2:
+        return "two groups", x >= beyond
+    if dip(x) > least_dip(len(y), (1 + sure) / 2, seed):
+        return "two groups", x >= _between(x)
+    if carried > _carried_by_exponential(len(y), sure, seed):
+        return "heavy tail", y >= np.sort(y)[-round(WORST * len(y))]
+    return "one group", np.zeros(len(y), bool)
+
+
+def _between(x: Array) -> float:
+    """The least value of the upper group: of two parts with the least squares about their own means."""
+    ordered = np.sort(x)
+    sums, lower = np.cumsum(ordered - x.mean())[:-1], np.arange(1, len(x))
+    return float(ordered[1 + int(np.argmax(sums**2 / (lower * lower[::-1])))])
+
+
+def _weight(y: Array) -> tuple[float, float]:
+    """The mean over the median, and the part of the total that the worst tenth carries; NaN of what is not positive."""
+    if not len(y) or y.min() <= 0:
+        return np.nan, np.nan
+    ordered = np.sort(y / y.max())
+    return float(ordered.mean() / np.median(ordered)), float(ordered[-round(WORST * len(y)) :].sum() / ordered.sum())
+
+
+@lru_cache(maxsize=8)
+def _carried_by_exponential(runs: int, confidence: float, seed: int) -> float:
+    """The part of the total that the worst tenth of so many draws of an exponential law stays below so surely."""
+    parts = np.sort([_weight(row)[1] for row in -np.log(uniforms(seed, 0, RESAMPLES, runs))])
+    return float(parts[int(np.ceil(confidence * (RESAMPLES - 1)))])
+
+
+def _predictor(upper: Flags, drawn: Array, factors: Sequence[str], most: float) -> Predictor | None:
+    """The factor that tells a group best by the test of Mann and Whitney, if it is significant, and its best limit."""
+    inside, outside = drawn[upper], drawn[~upper]
+    n, m = len(inside), len(outside)
+    if not (n and m and len(factors)):
+        return None
+    areas = np.array(
+        [((a[:, None] > b).mean() + (a[:, None] >= b).mean()) / 2 for a, b in zip(inside.T, outside.T, strict=True)]
+    )
+    ties = np.array([(c**3 - c).sum() for c in (np.unique(column, return_counts=True)[1] for column in drawn.T)])
+    runs = n + m
+    spread = np.sqrt(np.maximum(runs + 1 - ties / (runs * (runs - 1)), 0) / (12 * n * m))
+    off = np.abs(areas - 0.5)
+    chances = len(factors) * 2 * ndtr(-off / np.where(spread > 0, spread, np.inf))
+    best = int(np.argmin(chances))
+    if chances[best] > most:
+        return None
+    sign = 1 if areas[best] > 0.5 else -1
+    a, b = np.sort(sign * inside[:, best]), np.sort(sign * outside[:, best])
+    limits = np.unique(np.concatenate([a, b]))
+    hit, false = n - np.searchsorted(a, limits), m - np.searchsorted(b, limits)
+    at = int(np.argmax(hit / n - false / m))
+    edge = (limits[at] + limits[at - 1]) / 2 if at else limits[at]
+    side: Literal["above", "below"] = "above" if sign > 0 else "below"
+    place = (factors[best], side, float(sign * edge), float(areas[best]), float(chances[best]))
+    return Predictor(*place, int(hit[at]), int(false[at]))

@@ -1,0 +1,202 @@
+"""Standings: laws by scenarios, a tile for each with its statistic, and who is best or tied in each scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TypeAlias
+
+import numpy as np
+
+from workbench.study.cells import Cell, Column, Phrase, Table, check_phrase
+from workbench.study.document import Figure, Panel, Tiles
+from workbench.study.evidence import Comparison, Intervals, Success
+from workbench.study.pictures.parts import captioned, number
+from workbench.validation.doors import door
+from workbench.validation.words import Array, known
+
+Text: TypeAlias = tuple[str, ...]
+BEYOND = 4.0  # times the best level of a column: the end of the scale
+WIDE = 6  # scenarios beyond which two panels fill the width
+DIGITS = 3  # of a number in the panel that leads; one less in all others
+LEAST, MOST = 1e-3, 1e5  # beyond these a number has a power of ten
+POWERS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+HEADS = ("statistic", "scenario", "law", "level", "low", "high", "standing", "failed runs")
+
+
+@door
+def standings_figure(
+    name: str, caption: Phrase, comparisons: Mapping[str, Mapping[str, Comparison]], asked: str
+) -> Figure:
+    """A panel a statistic with a row a law and a column a scenario; the statistic asked for leads, with its intervals.
+
+    A tile is the darker the larger the ratio of its level to the best of its column. The best of a column is framed
+    where it is significantly better than every other law; where none is, all laws that no other is significantly
+    better than are marked as tied. A law with failed runs is hatched.
+
+    Parameters
+    ----------
+    comparisons
+        By scenario and by the words of a statistic, the comparison of the same laws: the `by` of a `Judgement`.
+    asked
+        The words of the statistic that was declared before the runs.
+
+    Raises
+    ------
+    ValueError
+        If there is no scenario, statistics or laws differ between scenarios, or a level is negative, of which no ratio
+        says who is better.
+    LookupError
+        If `asked` is none of the statistics.
+    """
+    check_phrase("standings_figure(caption)", caption)
+    laws, statistics = _common(comparisons)
+    known(asked, statistics, "statistics")
+    order = (asked, *(words for words in statistics if words != asked))
+    columns = {words: {s: held[words] for s, held in comparisons.items()} for words in order}
+    panels = tuple(_panel(words, laws, columns[words], words == asked) for words in order)
+    beside = min(max(1, len(order) - 1), 2 if len(comparisons) > WIDE else 3)
+    first = next(iter(comparisons.values()))[asked]
+    rows = tuple(row for words in order for s, one in columns[words].items() for row in _rows(words, s, one))
+    return Figure(
+        name,
+        captioned("standings_figure", caption, _note(first, comparisons)),
+        panels,
+        beside,
+        numbers=Table(name, caption, tuple(map(Column, HEADS)), rows),
+        lead=True,
+    )
+
+
+def _common(comparisons: Mapping[str, Mapping[str, Comparison]]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """The laws and the statistics, the same in each scenario."""
+    found = {(tuple(held), tuple(one.paired.laws for one in held.values())) for held in comparisons.values()}
+    laws = {each for _, held in found for each in held}
+    if len(found) != 1 or len(laws) != 1:
+        raise ValueError(
+            "`standings_figure(comparisons)` must map one scenario or more to comparisons of the same laws by the same "
+            f"statistics, in one order; got {len(comparisons)} scenarios with {len({s for s, _ in found})} lists of "
+            f"statistics and {len(laws)} lists of laws."
+        )
+    return laws.pop(), found.pop()[0]
+
+
+def standing(comparison: Comparison, law: str) -> str:
+    """How a law stands: 'best' if it is significantly better than every other, 'tied' if none is better than it.
+
+    A law without a finite level 'fails'; all others are 'beaten'.
+    """
+    if not np.isfinite(comparison.level.value[comparison.paired.place(law)]):
+        return "fails"
+    if comparison.best == law:
+        return "best"
+    return "tied" if law in comparison.leaders else "beaten"
+
+
+def _panel(words: str, laws: tuple[str, ...], columns: Mapping[str, Comparison], leads: bool) -> Panel:
+    standings = np.array([[standing(one, law) for one in columns.values()] for law in laws])
+    failed = np.column_stack([one.paired.failed for one in columns.values()])
+    levels = np.concatenate([_shown(one).value for one in columns.values()])
+    usual = levels[np.isfinite(levels) & (levels > 0)]
+    decimals = _decimals(float(np.median(usual)), DIGITS if leads else DIGITS - 1) if usual.size else DIGITS
+    texts = tuple(tuple(_text(one, i, leads, decimals) for one in columns.values()) for i in range(len(laws)))
+    hatched = (failed > 0) | (standings == "fails")
+    marks = (standings == "best", standings == "tied", hatched)
+    tiles = Tiles("", texts, _shades(list(columns.values())), *marks, keys=_keys(*(bool(mark.any()) for mark in marks)))
+    words = words.replace("<=", "≤")
+    unit = " [%]" if isinstance(next(iter(columns.values())).estimand, Success) else ""
+    title = f"{words}{unit}: the statistic that was asked for, with its interval" if leads else f"{words}{unit}"
+    return Panel("", (tiles,), xlabel="", title=title, xnames=tuple(columns), ynames=laws)
+
+
+def _keys(best: bool, tied: bool, failed: bool) -> tuple[Tiles, ...]:
+    one, none = (((),),), np.zeros((1, 1))
+    scale = Tiles(f"1 to {BEYOND:g} times the best of its column, or more", (((),) * 5,), np.linspace(0, 1, 5)[None])
+    return (
+        scale,
+        *((Tiles("significantly better than all others", one, none, framed=True),) if best else ()),
+        *((Tiles("tied with the best", one, none, marked=True),) if tied else ()),
+        *((Tiles("some or all runs failed", one, none, hatched=True),) if failed else ()),
+    )
+
+
+def _text(one: Comparison, i: int, leads: bool, decimals: int) -> Text:
+    """The level of a law; in the panel that leads, below it its interval and its failed runs."""
+    shown = _shown(one)
+    level, low, high = (float(part[i]) for part in (shown.value, shown.low, shown.high))
+    digits = DIGITS if leads else DIGITS - 1
+    lines = [_short(level, digits, decimals) if np.isfinite(level) else "–"]
+    if leads and np.isfinite(level) and not (np.isnan(low) or np.isnan(high)):
+        lines.append(f"{_short(low, digits, decimals)}–{_short(high, digits, decimals)}")
+    if leads and one.paired.failed[i]:
+        lines.append(f"{one.paired.failed[i]} failed")
+    return tuple(lines)
+
+
+def _short(value: float, digits: int, most: int) -> str:
+    """So many digits of a number, but at most so many decimals."""
+    if np.isinf(value):
+        return "∞" if value > 0 else "−∞"
+    if value == 0:
+        return "0"
+    if not LEAST <= abs(value) < MOST:
+        mantissa, power = f"{value:.1e}".split("e")
+        text = f"{mantissa}·10{str(int(power)).translate(POWERS)}"
+    else:
+        text = f"{value:.{min(_decimals(value, digits), most)}f}"
+    return text.replace("-", "−")
+
+
+def _decimals(value: float, digits: int) -> int:
+    """The decimals of so many digits of a number."""
+    return max(0, digits - 1 - int(np.floor(np.log10(abs(value))))) if value else digits - 1
+
+
+def _shades(columns: list[Comparison]) -> Array:
+    """The ratio of each level to the best of its column as a part of the scale, (laws, scenarios); NaN without one."""
+    levels = np.column_stack([_shown(one).value for one in columns])
+    if (levels < 0).any():
+        raise ValueError(
+            "`standings_figure(comparisons)` shades tiles by the ratio of levels, which must not be negative; the "
+            f"least is {np.nanmin(levels):g}. Take a metric such as a norm or a cost."
+        )
+    levels = np.where(np.isfinite(levels), levels, np.nan)
+    if isinstance(columns[0].estimand, Success):  # the best has the largest share
+        levels = np.divide(1.0, levels, where=levels != 0, out=np.full_like(levels, np.inf))
+    best = np.array([np.nanmin(column, initial=np.inf) for column in levels.T])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(levels == best, 1.0, levels / best)
+        return np.asarray(np.clip(np.log(ratio) / np.log(BEYOND), 0, 1))
+
+
+def _shown(one: Comparison) -> Intervals:
+    """The levels as they are shown: successes, which are kept as the share of the other draws, in percent."""
+    held = one.level
+    if not isinstance(one.estimand, Success):
+        return held
+    return Intervals(*(100 * (1 - part) for part in (held.value, held.high, held.low)))
+
+
+def _note(one: Comparison, comparisons: Mapping[str, Mapping[str, Comparison]]) -> str:
+    """What is drawn, over how many draws, and how sure it is."""
+    sizes = sorted({len(each.paired) for held in comparisons.values() for each in held.values()})
+    draws = f"{sizes[0]:,}" if len(sizes) == 1 else f"{sizes[0]:,} to {sizes[-1]:,}"
+    unit = f" in {one.paired.unit}" if one.paired.unit not in ("", "1") else ""
+    return (
+        f"Each tile has the statistic of {one.paired.metric}{unit} over {draws} draws; intervals hold for all laws of "
+        f"a column at once with {100 * one.confidence:g} %. Darkness grows with the logarithm of the ratio to the best "
+        "of the column. Frame: the one law that is significantly better than all others. Marked corner: tied with "
+        "the best, as no law is significantly better. Stripes: failed runs; a dash stands where they leave no finite "
+        "statistic."
+    )
+
+
+def _rows(words: str, scenario: str, one: Comparison) -> list[tuple[Cell, ...]]:
+    shown = _shown(one)
+    return [
+        (
+            *(words, scenario, law),
+            *(number(float(part[i])) for part in (shown.value, shown.low, shown.high)),
+            *(standing(one, law), int(one.paired.failed[i])),
+        )
+        for i, law in enumerate(one.paired.laws)
+    ]

@@ -1,0 +1,113 @@
+"""Course: how one search of a tuning went, whether it has settled, and why points of it are not admissible."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.study.sample import Sample
+from workbench.study.tuning.contract import GAIN, Tuning
+from workbench.validation.doors import door
+from workbench.validation.words import Array
+from workbench.verify.evolution import Flags
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Course:
+    """The least objective of a search after each of its generations.
+
+    Attributes
+    ----------
+    search
+        Its number, from 0 on.
+    bests
+        (G,) at the step h; infinite while no point is admissible.
+    """
+
+    tuning: Tuning
+    search: int
+    bests: Array
+
+    @property
+    def seed(self) -> int:
+        """That of the search."""
+        return self.tuning.seeds[self.search]
+
+    @property
+    def evaluations(self) -> int:
+        """How many points it looked at."""
+        return self.tuning.population * len(self.bests)
+
+    @property
+    def spent(self) -> Array:
+        """The evaluations after each generation, (G,)."""
+        return self.tuning.population * np.arange(1.0, len(self.bests) + 1)
+
+    @property
+    def late_gain(self) -> float:
+        """By what part of its objective the search became better in its last window; NaN if it is too short to tell.
+
+        Infinite if nothing was admissible before.
+        """
+        window = self.tuning.window
+        if not 0 < window < len(self.bests):
+            return np.nan
+        before, after = self.bests[-1 - window], self.bests[-1]
+        return share(before - after, after) if np.isfinite(before) else np.inf
+
+    @property
+    def settled(self) -> bool:
+        """Whether its last window gained no more than 1 %; False if it is too short to tell."""
+        return bool(self.late_gain <= GAIN)
+
+    @property
+    def ended(self) -> bool:
+        """Whether it needs no more evaluations, though it may have more."""
+        return self.tuning.settle is not None and len(self.bests) >= self.tuning.least and self.settled
+
+    @property
+    def doubt(self) -> str:
+        """Why it may not have found its best, in a sentence; empty if it has settled."""
+        if np.isnan(late := self.late_gain):
+            return f"The search of seed {self.seed} is too short to tell whether it has settled."
+        if np.isinf(late):
+            return f"The search of seed {self.seed} found an admissible point in its last quarter only, or none."
+        gained = f"The search of seed {self.seed} became better by {percent(late)} in its last quarter"
+        return "" if self.settled else f"{gained}, so it has not settled."
+
+
+def courses(tuning: Tuning, objectives: Array, used: tuple[int, ...]) -> tuple[Course, ...]:
+    """Each search of a tuning, from the objectives (N,) of all their points and how many of these are of each."""
+    parts = np.split(objectives, np.cumsum(used)[:-1])
+    each = (part.reshape(-1, tuning.population).min(axis=1) for part in parts)
+    return tuple(Course(tuning, k, np.minimum.accumulate(bests)) for k, bests in enumerate(each))
+
+
+def reasons_of(objectives: Array, samples: Mapping[str, Sample]) -> dict[str, int]:
+    """How many points are not admissible, by reason, from their objectives (N,) and their runs by trial."""
+    reasons: dict[str, int] = {}
+    for name, one in samples.items():
+        nameless = int((~have_values(one) & np.isnan(one.diverged_at)).sum())
+        reasons |= {f"the run in '{name}' diverged": one.failed, f"a metric in '{name}' is no number": nameless}
+    worthless = np.all([have_values(one) for one in samples.values()], axis=0) & ~np.isfinite(objectives)
+    return reasons | {"the objective is infinite": int(worthless.sum())}
+
+
+def have_values(sample: Sample) -> Flags:
+    """Which runs have a value of every metric at the horizon; a run near overflow may not, though it is finite."""
+    return np.asarray(~np.isnan(sample.values[:, -1]).any(axis=1))
+
+
+def share(part: float, whole: float) -> float:
+    """A part of a whole; infinite if there is none to be a part of."""
+    return 0.0 if part == 0 else part / abs(whole) if whole else np.inf
+
+
+def percent(share: float) -> str:
+    """A share as a sentence has it."""
+    if 0 < share < 1e-4:
+        return "less than 0.01 %"
+    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:,.0f} %"
