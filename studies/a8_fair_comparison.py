@@ -12,7 +12,7 @@ Method    All laws run on a computer, with the same noisy readings, torque limit
           and where one of them turns a verdict round, that is the verdict. Intervals hold for all pairs and all
           scenarios at once. The laws that could win are run again as another search tuned them, and with half of the
           budget.
-Runs in   about five minutes on two cores.
+Runs in   about six minutes on two cores.
 """
 
 from collections.abc import Iterator, Mapping

@@ -165,7 +165,7 @@ def peer(one: Prepared) -> tuple[float | None, float | None]:
     noise = np.random.default_rng(0).random((design.size, len(one.columns)))
     analysis, _ = timed(lambda: sobol_by_salib(design, noise))
     run = control.runner(HORIZON)
-    _, p, _ = one.rows(0, PEER_RUNS)
+    p, _ = one.rows(0, PEER_RUNS)
     spent, _ = timed(lambda: run(p))
     return spent / PEER_RUNS, analysis
 
