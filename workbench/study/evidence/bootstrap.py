@@ -182,10 +182,10 @@ def _balanced(t: Array, confidence: float) -> Array:
     """
     bounded = np.flatnonzero(np.isposinf(t).mean(axis=0) <= (1 - confidence) / max(t.shape[1], 1))
     found = np.full(t.shape[1], np.inf)
-    worst = np.zeros(len(t), dtype=np.intp)
+    worst = np.zeros(len(t))
     ordered = {k: np.sort(t[:, k]) for k in bounded}
     for k, column in ordered.items():
-        np.maximum(worst, np.searchsorted(column, t[:, k]), out=worst)  # of equal ones the first
+        np.maximum(worst, np.searchsorted(column, t[:, k]).astype(float), out=worst)  # of equal ones the first
     place = int(_high(worst, confidence))
     found[bounded] = [column[place] for column in ordered.values()]
     return found
