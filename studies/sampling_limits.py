@@ -25,12 +25,12 @@ def foreseen(evidence: Evidence) -> Verdict:
     right = [name for name, (limit, seen) in told.items() if seen.meets(limit, FORESEEN)]
     agreed = [name for name, (limit, seen) in left.items() if seen.holds(limit)]
     wrong = [name for name in asked if name not in right + agreed]
-    ends = " or ".join(sorted({seen.ends for _, seen in left.values()}))
+    ends = "; ".join(sorted({seen.ends for _, seen in left.values()}))
     return Verdict(
         "found",
         f"The multipliers of the frozen loop foretell the longest period without chattering within a factor "
         f"{FORESEEN:g} in {len(right)} of {len(told)} cases that the search by runs resolves"
-        + (f"; in {len(agreed)} of {len(left)} others they lie where it leaves it: {ends}." if left else "."),
+        + (f"; in {len(agreed)} of {len(left)} others they lie where it leaves it ({ends})." if left else "."),
         f"They do not for {joined(wrong)}." if wrong else "",
         estimand=f"{len(SEVEN)} laws, with a period of delay and without, beside a search by runs in both scenarios. A "
         f"case is resolved where the ends of the search are a factor {FORESEEN:g} apart or less; a foretold period is "

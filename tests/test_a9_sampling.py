@@ -323,7 +323,7 @@ def test_what_the_step_changes_in_all_laws_is_said_beside_the_two_of_the_figure(
     [
         (Longest(5e-3, 1e-2), 7e-3, "0 of 0 cases that the search by runs resolves; in 14 of 14 others"),
         (Longest(5e-3, 1e-2), 1.1e-2, "0 of 0 cases that the search by runs resolves; in 0 of 14 others"),
-        (Longest(1e-2, None), 2e-2, "14 others they lie where it leaves it: 10 ms or more."),
+        (Longest(1e-2, None), 2e-2, "14 others they lie where it leaves it (10 ms or more)."),
         (Longest(1e-3, 1.12e-3), 1.2e-3, "0 of 14 cases that the search by runs resolves."),
         (Longest(1e-3, 1.12e-3), 1.1e-3, "14 of 14 cases that the search by runs resolves."),
     ],
