@@ -172,6 +172,12 @@ class Fit:
         """Whether all cells of the target are within 1 %, the error of the step included."""
         return self.miss <= CLOSE
 
+    @property
+    def at_step(self) -> float:
+        """The miss at the fine step itself, without the change to half of it."""
+        cells = TARGETS[self.target].items()
+        return max(float(misses(self.law, scenario, self.values[scenario], joints)) for scenario, joints in cells)
+
 
 def fit(law: str, target: str, tuned: Tuned, checks: Mapping[str, Sample]) -> Fit:
     """The best of the points that were run again in the scenarios of a target, each scenario at its best horizon."""
