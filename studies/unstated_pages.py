@@ -93,8 +93,8 @@ def verdicts(found: Mapping[str, Found]) -> tuple[Verdict, ...]:
         Verdict(
             "found" if together == len(both) else "open",
             f"For {together} of {len(both)} laws one choice meets all four cells of the law within {_percent(CLOSE)}.",
-            f"{worst.law} misses most, by {_percent(worst.miss)}, of which {_percent(worst.miss - worst.at_step)} by "
-            "the change to half of the fine step, which is added. At the step of the search "
+            f"{worst.law} misses most, by {_percent(worst.miss)}; without the change to half of the fine step, which "
+            f"is added, a choice of it misses by {_percent(worst.at_step)}. At the step of the search "
             f"{_close(found[worst.law])} of its choices come within {_percent(CLOSE)}.",
             OF_A_FIT,
             f"{RANGES}; one set of gains for both scenarios, and a square wave and two horizons of its own for each "
