@@ -75,7 +75,7 @@ def tracking(results: Results) -> tuple[Paragraph, Table]:
             f"Tracking needs fewer repairs. With (3) and (28) repaired alone, (24) and the minus of (33) as printed, "
             f"and R = I, K stays positive definite for {until} in {len(kept(results))} of {len(runs(results))} runs, "
             f"with late errors of {_late(results)}; RMSE (43) is {min(above):.0f} to {max(above):.0f} % above the "
-            "printed values. What the minus costs in the table above is with the Q and R that were fitted to the printed RMSE."
+            "printed values. What the minus costs in the table above is with the fitted Q and R."
         ),
         Table(
             "two_repairs",
