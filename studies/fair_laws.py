@@ -180,7 +180,7 @@ def rbf(x: Numbers) -> RbfAsmc:
 
 
 def aosmc(x: Numbers) -> AosmcRgs:
-    """The smallest repair of the paper's law, as in a1, with (34) in Cayley steps."""
+    """The paper's law with the four repairs of a1, with (34) in Cayley steps."""
     return AosmcRgs(
         **surface(x),
         K=x["K(0)"] * I,
