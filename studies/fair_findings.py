@@ -65,13 +65,13 @@ def winner(found: Found, given: Given) -> Verdict:
     others = reversals(found, given.key)
     count = tally(found.cost[given.key]).get(first or "", 0)
     tallied = told(found.cost[given.key])
-    best = f"{first} in {count} of {SCENARIOS} scenarios" if first else f"no law in most scenarios ({tallied})"
-    if others:
-        kind = "depends"
-        statement = f"which law is best depends on what is asked: by {MEASURE} {best}; {_by_law(others)}"
-    else:
-        kind = "found" if first else "open"
-        statement = f"the least {MEASURE} has {best}"
+    best = (
+        f"{first} has the least {MEASURE} in {count} of {SCENARIOS} scenarios"
+        if first
+        else f"no law has the least {MEASURE} in most scenarios ({tallied})"
+    )
+    kind = "depends" if others else "found" if first else "open"
+    statement = f"which law is best depends on what is asked: {best}; {_by_law(others)}" if others else best
     return Verdict(
         kind,
         f"Given {given.words}, {statement}.",
@@ -82,8 +82,7 @@ def winner(found: Found, given: Given) -> Verdict:
         "with one budget a number.",
         reversal=(f"{_upper(_by_law(others))}. " if others else "Nothing that was tried. ")
         + "Tried were the five statistics, all scenarios together, and with the numbers of another search or of half "
-        "of "
-        f"the budget the {CONTENDERS} laws of least training cost and {PROPOSED}, held against the same laws as tuned.",
+        f"of the budget the {CONTENDERS} laws of least training cost and {PROPOSED}, against the same laws as tuned.",
     )
 
 

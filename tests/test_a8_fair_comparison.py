@@ -238,7 +238,7 @@ def test_a_winner_by_the_mean_alone_is_no_winner():
     assert verdict.kind == "depends"
     assert "depends on what is asked" in verdict.statement
     assert "; SMC by median" in verdict.statement
-    assert f"by mean cost {PROPOSED} in 1 of" in verdict.statement
+    assert f"{PROPOSED} has the least mean cost in 1 of" in verdict.statement
 
 
 def test_a_winner_that_another_search_turns_round_depends_on_it():
