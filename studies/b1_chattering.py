@@ -152,13 +152,15 @@ def relays(rows: Sequence[Row]) -> Verdict:
 def cycles(rows: Sequence[Row]) -> Verdict:
     """What the exact cycles say of a relay."""
     regular = [(r.exact, r.relay[1].amplitude) for r in rows if r.exact is not None]
-    inside = sum(c.amplitude / NEARLY <= a <= c.highest * NEARLY for c, a in regular)
+    met = sum(c.amplitude / NEARLY <= a <= c.amplitude * NEARLY for c, a in regular)
     return Verdict(
         "found",
-        f"Where the relay oscillates regularly, its amplitude lies within the range of the exact cycle in {inside} of "
+        f"For the half period of the run, the relay's amplitude is the least of the exact cycle's in {met} of "
         f"{len(regular)} pairs of lag and period.",
+        "An exact cycle keeps an offset of s, which raises its peak alone; the amplitude of a run is free of it. "
         f"For the other {len(rows) - len(regular)} of {len(rows)} pairs no exact cycle is stated.",
-        estimand="The amplitude of s of joint 1 in one run a pair, to 0.1 %, where it is symmetric and of one length.",
+        estimand=f"Half of the highest minus the lowest s of joint 1 in one run a pair, to {100 * (NEARLY - 1):.1g} %, "
+        "where it is symmetric about its offset and of one length.",
         given=f"SMC with K = {K:g} N m: exact positions and velocities. The exact cycle: the half period of the run.",
     )
 

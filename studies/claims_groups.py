@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import claims_paper as paper
 from claims_law import DEFINITE_P, RAISED
 from claims_observers import SWINGING
-from claims_others import PROMISES, UNDER
+from claims_others import AS_READ, PROMISES, UNDER
 
 from workbench.verify.claims import Ledger
 
@@ -22,6 +22,7 @@ OF_OURS = tuple(
         RAISED,
         DEFINITE_P,
         SWINGING,
+        AS_READ,
     )
 )
 OF_A1 = tuple(claim.name for claim in UNDER.values())

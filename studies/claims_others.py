@@ -75,9 +75,9 @@ def printed_tracking() -> Finding:
     return Finding(
         "not checkable as published",
         f"The printed RMSE of AOSMC-RGS is below the rival's in {sum(below)} of {len(below)} pairs; the runs behind "
-        "the tables cannot be repeated without the numbers that are unstated. For each of the 24 printed cells by "
-        "itself a6 finds a choice of these and of the readings, with a plus in (33), that comes within 1 % of it: as "
-        "long as the numbers are unstated, each cell taken alone is possible, and none is confirmed.",
+        "the tables cannot be repeated without the numbers that are unstated. a6 meets each of the 24 printed cells "
+        "within 1 %, and, with a plus in (33) and one horizon, all six rows of a scenario together; in the second "
+        "scenario with one square wave. So both tables are possible, and neither is confirmed.",
         unstated=UNSTATED,
     )
 
@@ -173,11 +173,15 @@ def checks(results: Results) -> tuple[tuple[Claim, Check], ...]:
     rejection = (paper.REJECTION, uncheckable("figures of runs with D, none without,"))
     published = ((paper.TRACKING, printed_tracking), *shown, rejection, (paper.ACCURACY, accuracy))
     assumed = tuple((UNDER[claim.name], ranked(results, metric)) for claim, metric, _ in METRICS)
-    rest = ((UNDER[paper.REJECTION.name], rejected), (UNDER[paper.ACCURACY.name], estimated))
+    rest = ((UNDER[paper.REJECTION.name], rejected), (AS_READ, estimated))
     return (*published, *assumed, *rest, *(promise(name) for name in PROMISES))
 
 
 UNDER = {claim.name: under(claim, f"its {metric} is below that of each rival") for claim, metric, _ in METRICS} | {
     paper.REJECTION.name: under(paper.REJECTION, "D moves its joints less than those of each rival"),
-    paper.ACCURACY.name: under(paper.ACCURACY, "the late |qd - qd_hat| of each joint is below its late |qd - qd_d|"),
 }
+# 'Minimal' names no measure: this one is ours, and no comparison of the paper.
+AS_READ = replace(
+    under(paper.ACCURACY, "the late |qd - qd_hat| of each joint is below its late |qd - qd_d|"),
+    name=f"{paper.ACCURACY.name}, as read here",
+)

@@ -64,7 +64,7 @@ REVERSALS: Mapping[Kind, str] = {
     "ill-posed": "A statement of what is meant.",
     "not checkable": "A sharper check.",
 }
-IN_TALLY = {"does not hold under": "failing under a named condition"}
+IN_TALLY = {"does not hold under": "not true under the numbers of a1"}
 STEMS = ("ledger", "ledger_assumed", "ledger_ours", "ledger_blocks")  # of the tables' files, group by group
 RESTS_ON = "Rests on: hypotheses with their verdicts; a proof that rests on a refuted one says nothing here."
 FIRST = (

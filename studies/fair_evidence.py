@@ -55,12 +55,14 @@ def other_search(tuned: Tuned) -> Numbers:
 
 
 def half_budget(tuned: Tuned) -> Numbers:
-    """The best of the first half of the evaluations allowed."""
-    return tuned.best_within(tuned.tuning.evaluations // 2)
+    """The best of the first evaluations of each search, half as many as the shortest of them used."""
+    return tuned.best_within(min(tuned.used) // 2)
 
 
 AGAIN: Mapping[str, Callable[[Tuned], Numbers]] = {"_other": other_search, "_half": half_budget}
-WORDS = {"_other": "another search", "_half": "half of the budget"}
+FEW = "_few"  # the same laws as tuned
+WORDS = {FEW: "as tuned, fewer laws", "_other": "another search", "_half": "half of the budget"}
+TOGETHER = "all scenarios together"
 
 
 def contenders(entrants: Sequence[Entrant], tuned: Mapping[str, Tuned]) -> tuple[Entrant, ...]:

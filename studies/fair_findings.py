@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from fair_conditions import HELD_OUT
-from fair_evidence import ACCEPTABLE, ASKED, CONTENDERS, DRAWS, FAMILY, MARGIN, SEED, WORDS
+from fair_evidence import ACCEPTABLE, ASKED, CONTENDERS, DRAWS, FAMILY, FEW, MARGIN, SEED, TOGETHER, WORDS
 from fair_found import Found
 from fair_given import BOTH, FILTER, GIVEN, READINGS, Given
 from fair_laws import PROPOSED
@@ -43,52 +43,54 @@ def told(held: Standings, words: str = ASKED.words) -> str:
 
 
 def conditions(found: Found, key: str) -> dict[str, tuple[Standings, str]]:
-    """All under which a champion is sought: each statistic, then what was done otherwise, by the statistic asked."""
+    """All under which scenarios are counted: each statistic, then what was done otherwise, by the statistic asked."""
     cost = found.cost[key]
     return {words: (cost, words) for words in next(iter(cost.judgements.values())).by} | {
         WORDS[kind]: (held, ASKED.words) for kind, held in found.again[key].items()
     }
 
 
+def reversals(found: Found, key: str) -> dict[str, str]:
+    """What has another champion than the statistic asked, with its law: a search or a budget against the same laws."""
+    champions = {words: champion(*pair) for words, pair in conditions(found, key).items()}
+    against = {words: champions[WORDS[FEW] if words in WORDS.values() else ASKED.words] for words in champions}
+    champions[TOGETHER], against[TOGETHER] = found.together[key].best, champions[ASKED.words]
+    return {words: law for words, law in champions.items() if law and words != WORDS[FEW] and law != against[words]}
+
+
 def winner(found: Found, given: Given) -> Verdict:
     """The law that is best in most scenarios among laws that are given the same, and what turns that round."""
     under = conditions(found, given.key)
-    champions = {words: champion(*pair) for words, pair in under.items()}
-    first = champions[ASKED.words]
-    unsure = [words for words, law in champions.items() if law is None]
-    if len(set(champions.values()) - {None}) > 1:
-        statement = (
-            f"Given {given.words}: the law that is best most often depends on what is asked: {_by_law(champions)}."
-        )
-        kind = "depends"
-    elif first is None:
-        best = told(found.cost[given.key])
-        statement = f"Given {given.words}: no law has the least {MEASURE} in most scenarios; best in: {best}."
-        kind = "open"
-    else:
-        count = tally(found.cost[given.key])[first]
-        beyond = f"; in no majority by {_and(unsure)}" if unsure else "; in most by every other statistic too"
-        statement = f"Given {given.words}: {first} has the least {MEASURE} in {count} of {SCENARIOS} scenarios{beyond}."
-        kind = "found"
-    others = {words: law for words, law in champions.items() if law not in (first, None)}
+    first = champion(found.cost[given.key])
+    others = reversals(found, given.key)
+    count = tally(found.cost[given.key]).get(first or "", 0)
+    tallied = told(found.cost[given.key])
+    best = (
+        f"{first} has the least {MEASURE} in {count} of {SCENARIOS} scenarios"
+        if first
+        else f"no law has the least {MEASURE} in most scenarios ({tallied})"
+    )
+    kind = "depends" if others else "found" if first else "open"
+    statement = f"which law is best depends on what is asked: {best}; {_by_law(others)}" if others else best
     return Verdict(
         kind,
-        statement,
-        f"Best in so many scenarios by {'; by '.join(f'{words}: {told(*pair)}' for words, pair in under.items())}.",
+        f"Given {given.words}, {statement}.",
+        f"Best in so many scenarios by {'; by '.join(f'{words}: {told(*pair)}' for words, pair in under.items())}. "
+        f"Over all scenarios together: {found.together[given.key].sentence}.",
         estimand=f"{_upper(MEASURE)}, declared before the runs; {_sample(found)}.",
         given=f"To each law {given.words}{NO_MODEL if given in (READINGS, FILTER) else ''}; its numbers by searches "
         "with one budget a number.",
         reversal=(f"{_upper(_by_law(others))}. " if others else "Nothing that was tried. ")
-        + "Tried were the five statistics, another search, and half of the budget; the last two with the "
-        f"{CONTENDERS} laws of least training cost and {PROPOSED}.",
+        + "Tried were the five statistics, all scenarios together, and with the numbers of another search or of half "
+        f"of the budget the {CONTENDERS} laws of least training cost and {PROPOSED}, against the same laws as tuned.",
     )
 
 
-def _by_law(champions: Mapping[str, str | None]) -> str:
+def _by_law(champions: Mapping[str, str]) -> str:
     """Each champion with all that has it first."""
     held: dict[str, list[str]] = {}
     for words, law in champions.items():
-        held.setdefault(law or "no law", []).append(words)
+        held.setdefault(law, []).append(words)
     return "; ".join(f"{law} by {_and(words)}" for law, words in held.items())
 
 
@@ -96,17 +98,26 @@ def proposed(found: Found) -> Verdict:
     """How AOSMC-RGS stands, whatever it is given."""
     held = {given: found.cost[given.key] for given in GIVEN}
     counts = {given: tally(one).get(PROPOSED, 0) for given, one in held.items()}
-    best = {words: len(held[BOTH].wins[words][PROPOSED]) for words in held[BOTH].wins}
+    by = {words: tally(*pair).get(PROPOSED, 0) for words, pair in conditions(found, BOTH.key).items()}
     elsewhere = _and([f"{counts[given] or 'none'} given {given.name}" for given in GIVEN if given != BOTH])
+    least = [s for s, one in held[BOTH].judgements.items() if _least(one) == PROPOSED and one.best != PROPOSED]
+    tied = f"; in {_and([repr(s) for s in least])} its mean is the least, and tied with others" if least else ""
     return Verdict(
-        "depends" if len({2 * n > SCENARIOS for n in best.values()}) > 1 else "found",
-        f"{PROPOSED} has the least {MEASURE} in {counts[BOTH] or 'none'} of {SCENARIOS} scenarios behind its own "
-        f"observers, in {elsewhere}.",
+        "depends" if len({2 * n > SCENARIOS for n in by.values()}) > 1 else "found",
+        f"{PROPOSED} is significantly best by {MEASURE} in {counts[BOTH] or 'none'} of {SCENARIOS} scenarios behind "
+        f"its "
+        f"own observers{tied}; it is so in {elsewhere}.",
         f"Behind its own observers {_behind(held[BOTH])}.",
         estimand=f"{_upper(MEASURE)}; {_sample(found)}.",
         given="In each case the same to all laws.",
-        reversal=f"By statistic, behind its own observers: {', '.join(f'{words} {n}' for words, n in best.items())}.",
+        reversal=f"Behind its own observers it is best by {', '.join(f'{words} in {n}' for words, n in by.items())}.",
     )
+
+
+def _least(one: Judgement) -> str:
+    """The law of the least level by the statistic asked, significant or not."""
+    asked = one.by[ASKED.words]
+    return asked.paired.laws[int(np.argmin(asked.level.value))]
 
 
 def tails(found: Found) -> tuple[Verdict, ...]:
@@ -188,8 +199,8 @@ def parts_matter(found: Found) -> Verdict:
     count = len({part for held in said.values() for part in held})
     return Verdict(
         "found",
-        f"{len(useful)} of {count} parts of {PROPOSED} lower its {MEASURE} wherever it was taken apart"
-        + (f": {_and(useful)}." if useful else "."),
+        f"{len(useful)} of {count} parts of {PROPOSED} lower its {MEASURE} in both scenarios in which it was taken "
+        f"apart" + (f": {_and(useful)}." if useful else "."),
         f"As tuned, {parts}.",
         estimand=f"{_upper(MEASURE)} in the scenarios {_and(list(found.parts))}.",
         given="The numbers of the whole law: a part is taken out, and nothing is tuned again.",
@@ -227,13 +238,6 @@ def _behind(held: Standings) -> str:
 def _sample(found: Found) -> str:
     judgement: Judgement = next(iter(found.cost[BOTH.key].judgements.values()))
     return SAMPLE.format(draws=len(judgement.paired))
-
-
-def mean_of_scenarios(held: Standings) -> dict[str, float]:
-    """The mean cost of each law, and over all scenarios with equal weight; infinite if a run failed."""
-    levels = [one.by[ASKED.words].level.value for one in held.judgements.values()]
-    laws = next(iter(held.judgements.values())).paired.laws
-    return dict(zip(laws, map(float, np.mean(levels, axis=0)), strict=True))
 
 
 def _upper(text: str) -> str:

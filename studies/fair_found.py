@@ -6,12 +6,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
+import numpy as np
 from fair_conditions import HELD_OUT, Scenario
 from fair_evidence import (
     ABLATED,
     AGAIN,
     CARD,
     CARDED,
+    FEW,
     by_mean,
     causes_of,
     contenders,
@@ -27,7 +29,7 @@ from fair_laws import PROPOSED
 from fair_objective import LATE, TERMS
 
 from workbench.study.causes import Causes
-from workbench.study.evidence import Judgement, Paired, Standings
+from workbench.study.evidence import Judgement, Paired, Standings, paired
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 
@@ -51,8 +53,10 @@ class Found:
         By the key of what a law is given: all laws in all scenarios.
     cost
         The same, judged by cost.
+    together
+        By the same key: the cost of each draw, the mean over the scenarios.
     again
-        By the same key and the kind of what was done otherwise: the laws that could win.
+        By the same key and by what was done: the laws of least training cost, as tuned and otherwise.
     late, chattering
         Of the laws behind both observers.
     weighted
@@ -69,6 +73,7 @@ class Found:
 
     runs: Mapping[str, Runs]
     cost: Mapping[str, Standings]
+    together: Mapping[str, Judgement]
     again: Mapping[str, Mapping[str, Standings]]
     late: Standings
     chattering: Standings
@@ -86,8 +91,8 @@ def found_of(results: Results) -> Found:
     tuned = {one.key: results.tuned(one.key) for entrants in ENTRANTS.values() for one in entrants}
     again = {
         key: {
-            kind: standings({s.name: samples(results, s, contenders(entrants, tuned), kind) for s in HELD_OUT})
-            for kind in AGAIN
+            kind: standings({s.name: samples(results, s, contenders(entrants, tuned), of) for s in HELD_OUT})
+            for kind, of in {FEW: "", **{kind: kind for kind in AGAIN}}.items()
         }
         for key, entrants in ENTRANTS.items()
     }
@@ -98,6 +103,7 @@ def found_of(results: Results) -> Found:
     return Found(
         runs,
         {key: standings(held) for key, held in runs.items()},
+        {key: judged(_together(held)) for key, held in runs.items()},
         again,
         standings(ours, by_mean, lambda held: metric_of(held, terms[LATE])),
         standings(ours, by_mean, lambda held: metric_of(held, terms["TV"])),
@@ -109,6 +115,20 @@ def found_of(results: Results) -> Found:
         judged(cost_of(samples(results, carded, ENTRANTS[BOTH.key], CARD))),
         _causes(results, runs),
         {s.name: _parts(results, s, ours[s.name][PROPOSED]) for s in HELD_OUT if s.name in ABLATED},
+    )
+
+
+def _together(runs: Runs) -> Paired:
+    """The draws are the same in all scenarios, so that each has a cost in all of them."""
+    costs = [cost_of(held) for held in runs.values()]
+    mean = np.mean([one.values for one in costs], axis=0)
+    errors = np.mean([one.errors for one in costs], axis=0)
+    laws = costs[0].laws
+    return paired(
+        dict(zip(laws, np.where(np.isinf(mean), np.nan, mean).T, strict=True)),
+        metric="cost",
+        errors=dict(zip(laws, map(float, errors), strict=True)),
+        note=costs[0].note,
     )
 
 

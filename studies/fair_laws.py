@@ -125,6 +125,7 @@ def diagonal(path: str) -> tuple[str, str]:
 
 LAMBDA = joints("Lambda", "Lambda", 1.0, 40.0, CARD["Lambda"], "1/s")
 LAYER = (1e-5, 100.0), "s stays within so wide a layer, where the gain over phi alone counts"
+LAG = (5e-6, 500.0), "with so long a lag the gain follows no rule, and with so short a one it follows at once"
 PHI = one("phi", "phi", 0.01, 10.0, CARD["phi"], "rad/s", *LAYER)
 SURFACE = (*LAMBDA, PHI)
 GAIN = (1.0, 500.0)  # N m, of a switching torque
@@ -179,7 +180,7 @@ def rbf(x: Numbers) -> RbfAsmc:
 
 
 def aosmc(x: Numbers) -> AosmcRgs:
-    """The smallest repair of the paper's law, as in a1, with (34) in Cayley steps."""
+    """The paper's law with the four repairs of a1, with (34) in Cayley steps."""
     return AosmcRgs(
         **surface(x),
         K=x["K(0)"] * I,
@@ -211,7 +212,7 @@ LAWS = (
     Law(
         "Fuzzy-ASMC",
         lambda x: FuzzyAsmc(**learning(x), lag=x["lag"], rules=RULES),
-        (*LEARNED, one("lag", "lag", 0.005, 0.5, CARD["Fuzzy-ASMC: lag"], "s")),
+        (*LEARNED, one("lag", "lag", 0.005, 0.5, CARD["Fuzzy-ASMC: lag"], "s", *LAG)),
     ),
     Law(
         "RBF-ASMC",

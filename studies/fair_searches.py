@@ -73,11 +73,12 @@ def searches(name: str, caption: str, found: Mapping[str, Tuned], entrants: Sequ
         least = Measured(tuned.objective, tuned.step_error)
         rows.append(
             (
-                entrant.name,
+                f"{entrant.name}, oracle" if entrant == TOLD else entrant.name,
                 len(entrant.tuned),
                 least,
                 tuned.spread,
                 own,
+                f"{100 * (tuned.bests.max() / tuned.bests.min() - 1):.2g}",
                 used,
                 tuned.tuning.evaluations,
                 tuned.failed,
@@ -90,6 +91,7 @@ def searches(name: str, caption: str, found: Mapping[str, Tuned], entrants: Sequ
         Column("least cost", align="right"),
         Column("by noise", align="right"),
         Column("of each search"),
+        Column("apart", "%", "right"),
         Column("evaluations"),
         Column("at most", align="right"),
         Column("not admissible", align="right"),
@@ -97,12 +99,14 @@ def searches(name: str, caption: str, found: Mapping[str, Tuned], entrants: Sequ
     )
     asked = found[entrants[0].key].tuning
     notes = (
-        "Least cost: the mean over both training scenarios and the training noises of both searches, at half the step; "
-        "in brackets its change from the step. By noise: how far it varies from one training noise to the other. Of "
-        "each search: its least cost at the step under its own noise. *: not settled, as its last quarter of the "
+        "Least cost: the mean over both training scenarios and the training noises of all searches, at half the step; "
+        "in brackets its change from the step. By noise: how far it varies between the training noises. Of "
+        "each search: its least cost at the step under its own noise; apart: by how much the worst is above the best. "
+        "*: not settled, as its last quarter of the "
         "evaluations allowed gained more than 1 %. Not admissible: a run diverged.",
         f"{asked.evaluations_per_number:.3g} evaluations a number and search at most, {asked.population} at once; a "
-        f"search ends after half of them if it has settled; seeds {', '.join(map(str, asked.seeds))}; step "
+        f"search ends from {100 * (asked.settle or 1):g} % of them on, once it has settled; seeds "
+        f"{', '.join(map(str, asked.seeds))}; step "
         f"{1e3 * asked.trials[0].h:g} ms.",
     )
     return Table(name, caption, columns, tuple(rows), notes)

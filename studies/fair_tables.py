@@ -5,11 +5,13 @@ from __future__ import annotations
 import fair_findings as findings
 import numpy as np
 from fair_conditions import HELD_OUT, HORIZON, NOISE_Q, NOISE_QD, TRAINING
+from fair_evidence import ASKED
 from fair_found import Found
 from fair_given import GIVEN
 from fair_objective import TERMS
 
 from workbench.study.document import Cell, Column, Emphasis, Table
+from workbench.study.evidence import Intervals
 
 
 def scenarios() -> Table:
@@ -46,13 +48,18 @@ def dependence(found: Found) -> Table:
     words = list(findings.conditions(found, GIVEN[0].key))
     for given in GIVEN:
         under = findings.conditions(found, given.key)
-        rows.append((given.name, *(_champion(*under[one]) for one in words)))
-    columns = (Column("given"), *map(Column, words))
+        together = found.together[given.key].best or "open"
+        rows.append((given.name, *(_champion(*under[one]) for one in words), together))
+    columns = (Column("given"), *map(Column, words), Column("all scenarios together"))
     notes = (
-        "The law that is best in most held-out scenarios, with their number; where none is, the one that is best most "
-        "often, in brackets. "
-        f"First by each statistic, then by the {findings.MEASURE} as another search tuned the laws that could win, "
-        "and with the best numbers of the first half of the evaluations allowed.",
+        "The law that is best in most held-out scenarios, with their number; where none is, those that are best most "
+        "often, in "
+        "brackets. First by each statistic. Then by the mean: the laws of least training cost alone, as tuned; the "
+        "same as "
+        "another search tuned them; and with the best numbers, at the step and under the noise of their own search, "
+        "of as "
+        "many first evaluations as half of the shortest search. Last the law of the least mean cost over all scenarios "
+        "together, where that is significant.",
     )
     return Table("dependence", "What the verdict depends on.", columns, tuple(rows), notes)
 
@@ -61,27 +68,36 @@ def _champion(held: findings.Standings, words: str) -> str:
     counts = findings.tally(held, words)
     if not counts:
         return "open everywhere"
-    law = next(iter(counts))
-    shown = f"{law} {counts[law]}"
+    most = max(counts.values())
+    shown = ", ".join(f"{law} {count}" for law, count in counts.items() if count == most)
     return shown if findings.champion(held, words) else f"({shown})"
 
 
 def worth(found: Found) -> Table:
     """What each law's mean cost is behind all that it is given."""
-    levels = {given.key: findings.mean_of_scenarios(found.cost[given.key]) for given in GIVEN}
+    judged = {given: found.together[given.key].by[ASKED.words] for given in GIVEN}
     rows: list[tuple[Cell, ...]] = []
-    for law in next(iter(levels.values())):
-        values = [levels[given.key][law] for given in GIVEN]
-        best = min(values)
-        shown = [f"{value:.3g}" if np.isfinite(value) else "infinite" for value in values]
-        rows.append((law, *(Emphasis(s) if v == best < np.inf else s for s, v in zip(shown, values, strict=True))))
+    for i, law in enumerate(next(iter(judged.values())).paired.laws):
+        cells = [_level(one.level, i) for one in judged.values()]
+        rows.append(
+            (law, *(Emphasis(c) if one.best == law else c for c, one in zip(cells, judged.values(), strict=True)))
+        )
     columns = (Column("law"), *(Column(given.name, align="right") for given in GIVEN))
     notes = (
-        "Mean cost over all draws, and over the scenarios with equal weight; each pair tuned by itself. Infinite: a "
-        "run diverged. Bold: the least of a row, with no claim to significance. Between columns a law is given "
-        "something else: they tell what it is worth to this law, not which law is better.",
+        "Mean cost over all draws and scenarios, these with equal weight, with its interval; each pair tuned by "
+        "itself. "
+        "Bold: significantly less than for each other law of the column. Between columns a law is given something "
+        "else: "
+        "they tell what an observer is worth to this law, not which law is better. One scenario may decide: 'slow' "
+        "costs "
+        "some laws thirty times what the others do.",
     )
-    return Table("worth", "What an observer is worth to each law: mean cost.", columns, tuple(rows), notes)
+    return Table("worth", "Mean cost over all scenarios together.", columns, tuple(rows), notes)
+
+
+def _level(level: Intervals, i: int) -> str:
+    value, low, high = (float(part[i]) for part in (level.value, level.low, level.high))
+    return f"{value:.3g} ({low:.3g} to {high:.3g})" if np.isfinite(value) else "infinite: a run diverged"
 
 
 def weights(found: Found) -> Table:

@@ -54,7 +54,9 @@ def _delay(results: Results) -> Verdict:
 
 def _observer() -> Verdict:
     rest, thin = at_rest(PROPOSED), thinnest()
-    weak, firm = at_rest(PROPOSED, thin), at_rest(PROPOSED, thin, stiffer=STIFFER)
+    weak = at_rest(PROPOSED, thin)
+    firm = {pose: alpha(at_rest(PROPOSED, pose, stiffer=STIFFER)) for pose in POSES}
+    still = "still the least" if firm[thin] == min(firm.values()) else "no longer the least"
     pole = float(np.linalg.eigvals(weak.loop.A - WEAKER * weak.loop.B @ weak.loop.C).real.max())
     return Verdict(
         "found",
@@ -65,8 +67,8 @@ def _observer() -> Verdict:
         f"torque, that of SMC {delay(at_rest('SMC')):.2f} ms.",
         estimand="The disk margin of both torques at once, of the linear loop at rest with the first gain K(0).",
         given=f"AOSMC-RGS: positions alone. SMC: {EXACT}.",
-        reversal=f"A stiffer observer: with L2 {STIFFER:g} times as large the least margin, in its pose, is "
-        f"{alpha(firm):.2f}.",
+        reversal=f"A stiffer observer: with L2 {STIFFER:g} times as large the margin {thin} is {firm[thin]:.2f}, "
+        f"{still} of the {len(POSES)} poses.",
     )
 
 

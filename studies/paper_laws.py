@@ -96,7 +96,7 @@ def proposed_as_printed(scenario: str, shape: str = "outer", arm: AbstractArm = 
 
 
 def proposed_repaired(scenario: str, observer: AbstractObserver | None = None) -> ClosedLoop:
-    """AOSMC-RGS with the smallest repair: C right, qd_r in (28), a plus in (33), D_hat = eta in (24)."""
+    """AOSMC-RGS with a repair of four slips: C right, qd_r in (28), a plus in (33), D_hat = eta in (24)."""
     law = AosmcRgs(
         **SURFACE,
         K=CARD["K(0)"],

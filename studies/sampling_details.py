@@ -158,7 +158,10 @@ def trust_section(evidence: Evidence, curves: Sequence[Curve]) -> Section:
         )
         for period in PERIODS
     )
-    caption = "Largest step error over all laws, joints and scenarios, with exact readings and no delay."
+    caption = (
+        "Largest step error over all laws, with both steps of AOSMC-RGS, joints and scenarios, with exact readings and "
+        "no delay."
+    )
     lost = sum(found.diverged_at is not None for found in evidence.audits.values())
     rough = sum(int(np.isnan(found.noisy[RMSE][:, 0]).sum()) for found in evidence.audits.values())
     return Section(

@@ -42,6 +42,25 @@ class Longest:
             return f"below {1e3 * self.unsafe:.2g}" if self.unsafe else "none"
         return f"{1e3 * self.safe:.2g}" if self.unsafe else f"{1e3 * self.safe:.2g} or more"
 
+    @property
+    def ends(self) -> str:
+        """As a sentence has what the search leaves."""
+        if self.safe is None:
+            return f"{self.text} ms"
+        return f"{1e3 * self.safe:.2g} " + (f"to {1e3 * self.unsafe:.2g} ms" if self.unsafe else "ms or more")
+
+    def within(self, factor: float) -> bool:
+        """Whether both ends were found, so close to one another."""
+        return self.safe is not None and self.unsafe is not None and self.unsafe <= factor * self.safe
+
+    def holds(self, period: float) -> bool:
+        """Whether a period lies between the ends."""
+        return (self.safe or 0.0) <= period <= (self.unsafe or np.inf)
+
+    def meets(self, period: float, factor: float) -> bool:
+        """Whether a period is that close to the longest safe one, wherever this lies between the ends."""
+        return (self.unsafe or np.inf) / factor <= period <= factor * (self.safe or 0.0)
+
 
 def longest(safe: Callable[[float], bool]) -> Longest:
     """By bisection over the periods 10 ms / m, which takes every period shorter than a safe one to be safe."""

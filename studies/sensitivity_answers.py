@@ -1,11 +1,13 @@
 """What a7 found, first: which numbers decide each metric of each law, and verdicts that follow from the figures."""
 
+from decimal import ROUND_CEILING, ROUND_FLOOR
+
 import numpy as np
 from paper_laws import RIVALS
 from sensitivity_factors import SPAN
-from sensitivity_found import Found, named
-from sensitivity_sweeps import HELD, LATE, LAWS, METRICS, NARROW, PROPOSED, SAMPLE, UNTIL
-from sensitivity_words import GROUPS, group_of, leaders, narrow, percent, with_interval, written
+from sensitivity_found import Found, heaviest, named
+from sensitivity_sweeps import HELD, LATE, LAWS, METRICS, NARROW, OF_LATE, PROPOSED, SAMPLE, UNTIL
+from sensitivity_words import GROUPS, group_of, leaders, narrow, percent, plain, with_interval, written
 
 from workbench.study.document import Cell, Column, Paragraph, Part, Phrase, Reference, Section, Table, Verdict
 from workbench.study.sample import Sample
@@ -89,25 +91,32 @@ def deciding_gain(ours: Found, metric: str = "RMSE") -> Verdict:
     """Which gain has the largest total index among the gains at each joint."""
     gains = [i for i, factor in enumerate(ours.shares.factors) if group_of(factor) == "gains"]
     names = [ours.shares.factors[i] for i in gains]
-    first: list[str] = []  # by joint
-    said = []
+    first, said = [], []  # by joint
     for joint in (0, 1):
         total = ours.shares[named(metric, joint)].ST
         among = Estimate(total.value[gains], total.half[gains])
-        leading = leaders(names, among)
-        first.append(leading[0] if len(leading) == 1 and narrow(among) else "open")
+        first.append(_leads(f"the {metric} of joint {joint + 1}", names, among))
         shown = sorted(zip(among.value, among.half, names, strict=True), reverse=True)[:FEW]
         listed = ", ".join(f"{name} {with_interval(value, half)}" for value, half, name in shown)
         said.append(f"joint {joint + 1}: {listed}")
     return Verdict(
-        "open" if "open" in first else "found",
-        f"Of the gains of {PROPOSED} the one that decides most about the {metric} is {first[0]} at joint 1 and "
-        f"{first[1]} at joint 2, over these ranges.",
+        "found" if all(known for known, _ in first) else "open",
+        f"Of the gains of {PROPOSED}, over these ranges, {'; '.join(words for _, words in first)}.",
         f"Total indices of the gains, {'; '.join(said)}.",
         f"ST of the {metric} up to {UNTIL:g} s, {INDICES}.",
         f"Q and R a factor of {SPAN:g} either way, as the paper does not state them, the stated gains 10 %.",
         "Equal ranges for stated and assumed gains, or ranges as wide as those of the card.",
     )
+
+
+def _leads(output: str, names: list[str], total: Estimate) -> tuple[bool, str]:
+    """Whether one name leads, and the sentence on it."""
+    first, *others = leaders(names, total)
+    if not narrow(total):
+        return False, f"which decides most about {output} is open, as an interval is wider than {NARROW:g}"
+    if others:
+        return False, f"about {output} the runs do not tell {first} from {', '.join(others)}"
+    return True, f"{first} decides most about {output}"
 
 
 def idle_gains(ours: Found, names: tuple[str, ...] = ("phi", "K(0)", "P(0)", "l")) -> Verdict:
@@ -136,14 +145,15 @@ def late_error_of(ours: Found) -> Verdict:
     # what gains do together counts in the total index of each, so their sum bounds from above
     high = max(float(one.high) for one in total)
     held = [factor for factor in HELD[PROPOSED] if group_of(factor) == "gains"]
-    said = " and ".join(with_interval(float(one.value), float(one.half)) for one in total)
+    free = [factor for factor in ours.indices.factors if group_of(factor) == "gains"]
+    said = " and ".join(with_interval(float(one.value), float(one.half), 3) for one in total)
     return Verdict(
         "found" if narrow(*total) else "open",
-        f"The gains have at most {percent(high)} of the variance of the late error of {PROPOSED}; the arm and its "
-        "model have at least the rest, over these ranges.",
-        f"The total indices of the gains sum to {said} at joints 1 and 2; without {', '.join(held)}, which the "
-        "screening left at their values.",
-        f"The sum of ST over the gains, for the RMSE from {LATE:g} to {UNTIL:g} s, {INDICES}.",
+        f"Of the gains those left free ({', '.join(free)}) have at most {100 * high:.1f} % of the variance of the late "
+        f"error of {PROPOSED}; the arm and its model have at least the rest, over these ranges.",
+        f"The total indices of these gains sum to {said} at joints 1 and 2; {', '.join(held)} the screening left at "
+        f"their values. {heaviest(ours.indices)}",
+        f"The sum of ST over the gains, for the largest |e| from {LATE:g} to {UNTIL:g} s, {INDICES}.",
         "Links and masses of arm and model 10 % off either way, independently of each other.",
         "A better model: the smaller its errors, the larger the part of the variance that the gains have.",
     )
@@ -153,29 +163,30 @@ def late_errors(found: dict[str, Found]) -> Verdict:
     """The late error of the laws that learn a gain, beside that of the proposed law."""
     ends = {law: [found[law].spread("late error", joint) for joint in (0, 1)] for law in LAWS}
     learning = [law for law in RIVALS if law.endswith("ASMC")]
-    ours = min(float(one.low[0, -1]) for one in ends[PROPOSED])
+    ours = float(_worse(ends[PROPOSED]).low[0, -1])
     theirs = max(float(one.high[0, -1]) for law in learning for one in ends[law])
     shown = ", ".join(f"{law} {_quantile(ends[law])}" for law in LAWS)
     return Verdict(
         "found" if theirs < ours else "open",
-        f"The 95 % quantile of the late error is at least {_plain(1e3 * ours)} mrad with {PROPOSED} behind its "
-        f"observer, and at most {_plain(1e3 * theirs)} mrad with {', '.join(learning)} on exact states.",
+        f"The 95 % quantile of the late error of the worse joint is at least {plain(1e3 * ours, ROUND_FLOOR)} mrad "
+        f"with {PROPOSED} behind its observer, and at most {plain(1e3 * theirs, ROUND_CEILING)} mrad with "
+        f"{', '.join(learning)} on exact states.",
         f"The quantile at the worse joint, in mrad: {shown}.",
-        f"The 95 % quantile of the RMSE from {LATE:g} to {UNTIL:g} s over {len(found[PROPOSED].random)} independent "
-        "draws, with the interval of order statistics, 95 %.",
+        f"The 95 % quantile of the largest |e| from {LATE:g} to {UNTIL:g} s over {len(found[PROPOSED].random)} "
+        "independent draws, with the interval of order statistics, 95 %.",
         f"{EXACT}. The laws are not given the same, so this says nothing of the law apart from its observer.",
         "The same observer for all laws, which a8 gives them, or measurements with noise.",
     )
 
 
+def _worse(joints: list[Quantiles]) -> Quantiles:
+    return max(joints, key=lambda held: float(held.value[0, -1]))
+
+
 def _quantile(joints: list[Quantiles]) -> str:
-    one = max(joints, key=lambda held: float(held.value[0, -1]))
-    value, low, high = (_plain(1e3 * float(part[0, -1])) for part in (one.value, one.low, one.high))
-    return f"{value} ({low} to {high})"
-
-
-def _plain(value: float) -> str:
-    return f"{float(f'{value:.2g}'):,g}"
+    one = _worse(joints)
+    value, low, high = (1e3 * float(part[0, -1]) for part in (one.value, one.low, one.high))
+    return f"{plain(value)} ({plain(low, ROUND_FLOOR)} to {plain(high, ROUND_CEILING)})"
 
 
 def chattering(ours: Found) -> Verdict:
@@ -189,7 +200,7 @@ def chattering(ours: Found) -> Verdict:
     return Verdict(
         "found" if known and (above or below) else "open",
         f"The model has {_parts(pairs, 0)} of the variance of the chattering (TV) of {PROPOSED} at joints 1 and 2 by "
-        f"itself, and all of the gains {_parts(pairs, 1)}.",
+        f"itself, and all gains together {_parts(pairs, 1)}.",
         f"First-order parts of the model against those of the gains, joints 1 and 2: {said}.",
         f"Sums of S1 of the total variation of the torque, sampled every {1e3 * SAMPLE:g} ms, {INDICES}.",
         "Four numbers of the model and the stated gains 10 % off, Q and R a factor of "
@@ -218,6 +229,7 @@ def leaders_table(found: dict[str, Found]) -> Table:
         (
             "'model' before a letter: the number that the law believes in, where the arm keeps its own.",
             "Each interval holds by itself: among so many a few miss.",
+            OF_LATE,
         ),
     )
 

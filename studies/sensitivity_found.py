@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 from sensitivity_sweeps import EVERY, called, kinds, metrics
-from sensitivity_words import GROUPS, group_of
+from sensitivity_words import GROUPS, group_of, percent
 
 from workbench.core.layout import Array
 from workbench.study.sample import Sample
@@ -124,3 +124,16 @@ def middles(sample: Sample) -> Array:
 def unit_of(metric: str) -> str:
     """The unit of a metric, as axes print it."""
     return {"TV": "N m/s", "effort": "N m"}.get(metric, "rad")
+
+
+def heaviest(sample: Sample, metric: str = "late error") -> str:
+    """How much of the variance of a metric a single run has, at the joint where it has most."""
+    values = np.stack([sample.outputs(metric, joint) for joint in (0, 1)])
+    squares = (values - values.mean(axis=1, keepdims=True)) ** 2
+    part = squares.max(axis=1) / squares.sum(axis=1)
+    joint = int(part.argmax())
+    second, first = np.sort(values[joint])[-2:]
+    return (
+        f"One of {len(sample):,} runs has {percent(part[joint])} of the variance at joint {joint + 1} "
+        f"({first:.2f} rad; the next is {second:.2f})."
+    )

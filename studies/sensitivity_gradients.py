@@ -53,12 +53,14 @@ def foretold(found: dict[str, Found], near: dict[str, Local], metric: str = "RMS
     # without a gradient, where the difference is NaN, nothing is foretold
     missed = [key for key, (far, half) in gaps.items() if not far - half <= NEAR]
     listed = ", ".join(f"{law} q{joint + 1} {with_interval(*one)}" for (law, joint), one in gaps.items())
+    slopes = ", ".join(f"{law} in {holds} of {of}" for law in near for holds, of in [near[law].held(metric)])
     left = len(gaps) - len(held) - len(missed)
     return Verdict(
         "open" if left else "found",
         f"For {len(held)} of {len(gaps)} pairs of law and joint the gradient at the numbers of the card foretells "
         f"every first-order index of the {metric} within {NEAR:g}; for {len(missed)} it is farther off{_open(left)}.",
-        f"Largest difference of a linear share from S1, with the interval of that S1: {listed}.",
+        f"Largest difference of a linear share from S1, with the interval of that S1: {listed}. The gradient is the "
+        f"slope of the runs, of all derivatives at both joints: {slopes}.",
         "S1, of Sobol designs with a quadratic control variate, against the share of a linear function with the exact "
         "gradient.",
         "The ranges of this study, which are alike for all laws.",

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 from sensitivity_found import FLOOR, Found, middles, unit_of
-from sensitivity_sweeps import CLEARED, EVERY, HELD, METRICS, NARROW, PROPOSED
+from sensitivity_sweeps import CLEARED, EVERY, HELD, METRICS, NARROW, OF_LATE, PROPOSED
 from sensitivity_words import labels, percent, with_interval, written
 
 from workbench.study.document import Block, Cell, Column, Paragraph, Phrase, Reference, Section, Table
@@ -154,17 +154,17 @@ def left_out(one: Found) -> Phrase:
     worst = max(held, key=lambda name: share[name])
     largest = max(most[name] for name in held)
     verdict = (
-        "as the rule asks"
+        f"below the {percent(CLEARED)} that the rule asks"
         if largest < CLEARED
-        else "which is more than the rule allows"
+        else f"more than the {percent(CLEARED)} that the rule allows"
         if share[worst] >= CLEARED
-        else "as the rule asks, though the intervals leave that open"
+        else f"below the {percent(CLEARED)} that the rule asks, but not so within the intervals"
     )
     names = ", ".join(held)
     return (
         f"Left at their values in the Sobol indices: {names}. By the screening the largest mu* among them is that of "
         f"{worst}, {percent(share[worst])} of the largest of the same output, at most {percent(largest)} within the "
-        f"intervals, {verdict} (less than {percent(CLEARED)}).",
+        f"intervals: {verdict}.",
     )
 
 
@@ -191,21 +191,18 @@ def totals_table(one: Found) -> Table:
         f"Total indices ST of {one.law}.",
         columns,
         tuple(rows),
-        (f"{one.indices.note}. Each value with its interval of 95 %.", *indices.remarks),
+        (f"{one.indices.note}. Each value with its interval of 95 %. {OF_LATE}", *indices.remarks),
     )
 
 
 def acting_pairs(indices: SobolIndices) -> str:
     """The pairs of factors that act together, as far as the runs can tell."""
     said = [f"{name}: {', '.join(pairs)}" for name in indices.names if (pairs := told(indices[name]))]
-    asked = f"{len(indices.pairs)} pairs"
     if not said:
-        return (
-            f"Of {asked} these runs single out no one that acts together: all intervals of S2 reach {FELT:g} or below."
-        )
+        return f"For none of {len(indices.pairs)} pairs does the interval of S2 lie above {FELT:g}."
     return (
-        f"Of {asked} these act together: {'; '.join(said)}. (Second-order indices whose interval lies above {FELT:g}; "
-        "the intervals of all pairs of an output hold together.)"
+        f"Of {len(indices.pairs)} pairs these act together: {'; '.join(said)}. (Second-order indices whose interval "
+        f"lies above {FELT:g}; the intervals of all pairs of an output hold together.)"
     )
 
 
@@ -264,7 +261,7 @@ def spread_table(found: dict[str, Found]) -> Table:
         "quantile's interval of 95 %.",
         (Column("law"), Column("joint"), *columns),
         tuple(rows),
-        (f"{len(found[PROPOSED].random)} random runs of each law.",),
+        (f"{len(found[PROPOSED].random)} random runs of each law.", OF_LATE),
     )
 
 

@@ -14,6 +14,7 @@ LAWS = (PROPOSED, *RIVALS)
 SCENARIO = "FS"
 UNTIL, EVERY, LATE, SAMPLE = 5.0, 0.25, 3.0, 1e-3  # s: horizon, windows, when the start is over, grid of the TV
 SEED = 7
+OF_LATE = f"The late error is the largest |e| from {LATE:g} to {UNTIL:g} s."
 METRICS = (rmse(), late_error(LATE), total_variation(SAMPLE), effort())
 OBSERVER = observer_error("q_error")
 

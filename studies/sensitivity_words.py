@@ -1,6 +1,7 @@
 """How a7 writes factors, groups of them, and indices with their intervals."""
 
 from collections.abc import Sequence
+from decimal import ROUND_HALF_EVEN, Context
 
 import numpy as np
 from sensitivity_factors import MODEL, PARTS
@@ -47,9 +48,14 @@ def percent(share: float) -> str:
     return f"{100 * share:.0f} %"
 
 
-def with_interval(value: float, half: float) -> str:
+def plain(value: float, rounding: str = ROUND_HALF_EVEN) -> str:
+    """A number to two digits."""
+    return f"{float(Context(2, rounding).create_decimal(value)):,g}"
+
+
+def with_interval(value: float, half: float, digits: int = 2) -> str:
     """A number with its interval, rounded up."""
-    return f"{value:.2f} \N{PLUS-MINUS SIGN} {np.ceil(100 * half) / 100:.2f}"
+    return f"{value:.{digits}f} \N{PLUS-MINUS SIGN} {np.ceil(10**digits * half) / 10**digits:.{digits}f}"
 
 
 def leaders(factors: Sequence[str], total: Estimate) -> tuple[str, ...]:

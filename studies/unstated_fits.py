@@ -1,7 +1,7 @@
 """How near the runs of a law come to its printed cells, whatever the horizon, and which of them come nearest."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, reduce
 
 import numpy as np
@@ -157,6 +157,8 @@ class Fit:
         RMSE (2,) in rad and its change to half the step, by scenario.
     miss
         The largest of |off| with the error added.
+    at_step
+        The least miss without the error, of all points that were run again.
     """
 
     law: str
@@ -166,6 +168,7 @@ class Fit:
     values: Mapping[str, Array]
     errors: Mapping[str, Array]
     miss: float
+    at_step: float
 
     @property
     def met(self) -> bool:
@@ -177,21 +180,24 @@ def fit(law: str, target: str, tuned: Tuned, checks: Mapping[str, Sample]) -> Fi
     """The best of the points that were run again in the scenarios of a target, each scenario at its best horizon."""
     again = (checked(law, tuned, scenario) for scenario in TARGETS[target])
     found = [_at(law, target, int(place), tuned, checks) for place in reduce(np.intersect1d, again)]
-    return min(found, key=lambda one: one.miss)
+    return replace(min(found, key=lambda one: one.miss), at_step=min(one.at_step for one in found))
 
 
 def _at(law: str, target: str, place: int, tuned: Tuned, checks: Mapping[str, Sample]) -> Fit:
     horizon, values, errors = {}, {}, {}
     missed: list[float] = []
+    nominal: list[float] = []
     for scenario, joints in TARGETS[target].items():
         sample = checks[scenario]
         row = int(np.flatnonzero(checked(law, tuned, scenario) == place)[0])
         rmse, change = sample.values[row], sample.errors[row]
         sizes = [misses(law, scenario, rmse + side * change, joints) for side in (-1, 0, 1)]
-        size = np.where(sample.t < SHORTEST - 1e-9, np.inf, np.max(sizes, axis=0))
+        short = sample.t < SHORTEST - 1e-9
+        size = np.where(short, np.inf, np.max(sizes, axis=0))
+        nominal.append(float(sizes[1][~short].min()))
         best = int(np.argmin(size))
         horizon[scenario], missed = float(sample.t[best]), [*missed, float(size[best])]
         values[scenario], errors[scenario] = rmse[best], change[best]
     names = (factor.name for factor in tuned.tuning.factors)
     numbers = dict(zip(names, map(float, tuned.numbers[place]), strict=True))
-    return Fit(law, target, numbers, horizon, values, errors, max(missed))
+    return Fit(law, target, numbers, horizon, values, errors, max(missed), max(nominal))

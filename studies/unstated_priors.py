@@ -7,7 +7,7 @@ import numpy as np
 from paper_card import LAWS
 from unstated_draws import NAMES, PRIORS, RANDOM, Prior, drawn, factors_of
 from unstated_loops import PROPOSED, Reading
-from unstated_ranking import COLUMNS, Rankings, rankings, title
+from unstated_ranking import COLUMNS, INTERVALS, Rankings, rankings, title
 
 from workbench.study.document import Cell, Column, Paragraph, Section, Table, Verdict
 from workbench.study.sensitivity import Share, share
@@ -27,7 +27,7 @@ MOSTLY = {
 MOST = 50  # draws, without which a share given a reading says nothing
 SAMPLE = (
     f"Shares of {RANDOM.runs} independent draws for each prior, the same points of the unit cube for all of them, "
-    "with the interval of Clopper and Pearson, 95 %, of each share by itself."
+    f"with {INTERVALS}."
 )
 GIVEN = (
     "All readings alike; the same square wave, horizon and kind of measurement for the rivals in a draw, while the "
@@ -41,8 +41,8 @@ def of_all_priors(results: Results) -> Ranked:
     return {name: rankings(results, prior) for name, prior in PRIORS.items()}
 
 
-def first_verdict(ranked: Ranked, most: Share) -> Verdict:
-    """How often the proposed law is first, under each prior and in each column."""
+def first_verdict(ranked: Ranked, most: Share, step: str) -> Verdict:
+    """How often the proposed law is first, under each prior and in each column, and by how much the step moves it."""
     parts = {name: [one.first for one in columns.values()] for name, columns in ranked.items()}
     every = [part for held in parts.values() for part in held]
     said = "; ".join(f"{name} {_one(min(held))} to {_one(max(held))}" for name, held in parts.items())
@@ -51,16 +51,16 @@ def first_verdict(ranked: Ranked, most: Share) -> Verdict:
         f"{PROPOSED} has the smallest RMSE of the six laws in {_percent(min(every))} to {_percent(max(every))} of the "
         "choices drawn of what is not stated, by column of the tables and prior; the paper prints it first in all four "
         "columns.",
-        f"From the least to the largest of the four columns: {said}. Given any one of its readings, with the prior and "
-        f"the column that favour it most, it is first in {_one((most.value, most.low, most.high))}, the largest of "
-        "many shares and so an optimistic one.",
-        SAMPLE,
+        f"From the least to the largest of the four columns: {said}. Given the reading, the prior and the column that "
+        f"favour it most, it is first in {_one((most.value, most.low, most.high))}, the largest of many shares, its "
+        "interval by itself, and so an optimistic one.",
+        f"{SAMPLE} {step}",
         GIVEN,
         "Ranges about a few of the choices that meet the tables: there it is first by construction.",
     )
 
 
-def pairs_verdict(ranked: Ranked) -> Verdict:
+def pairs_verdict(ranked: Ranked, step: str) -> Verdict:
     """How often the proposed law is below each rival, and how far that turns with priors.
 
     It is one sentence for all rivals, so that none is picked because its number moves most.
@@ -76,7 +76,7 @@ def pairs_verdict(ranked: Ranked) -> Verdict:
         "depends" if apart else "found",
         f"{PROPOSED} has a smaller RMSE than {shares} of the draws, by {'prior and ' * apart}column.",
         f"{'; '.join(words)}. Least and largest share over four priors and four columns: {said}.",
-        SAMPLE,
+        f"{SAMPLE} {step}",
         GIVEN,
         "Another prior: these four are the corners of two scales, and a range twice as wide is a prior too.",
     )
@@ -153,7 +153,7 @@ def priors_table(ranked: Ranked) -> Table:
         (Column("is"), Column("column"), *(Column(name, "%", "right") for name in ranked), Column("in most draws")),
         tuple(rows),
         (
-            "In brackets the 95 % interval of the share (Clopper and Pearson), of each share by itself.",
+            f"In brackets {INTERVALS}; one question has four lines.",
             f"{RANDOM.runs} draws for each prior, seed {RANDOM.seed}.",
         ),
     )

@@ -1,23 +1,27 @@
 """How probable each published ranking is over all that is open, and which open number decides who wins."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 from paper_card import LAWS, PUBLISHED
-from unstated_draws import NAMES, OF_CARD, PAIRED, RANDOM, Prior, drawn, named
+from unstated_draws import NAMES, OF_CARD, PAIRED, PRIORS, RANDOM, Prior, drawn, named
 from unstated_fits import CLOSE
 from unstated_loops import PROPOSED, SCENARIOS
 
 from workbench.study.document import Cell, Column, Paragraph, Section, Table
-from workbench.study.evidence import Ranks, paired, ranks
+from workbench.study.evidence import Paired, Ranks, paired, ranks
 from workbench.study.pictures import rank_figure, sobol_bars
 from workbench.study.sensitivity import Estimate, Share, SobolIndices, share, sobol
+from workbench.study.sensitivity.outputs import Flags
 from workbench.study.study import Results
 
 COLUMNS = tuple((scenario, joint) for scenario in SCENARIOS for joint in (1, 2))
 SHOWN = 8  # factors of a figure
+SHARES = len(COLUMNS) * len(PRIORS)  # of one question, which a sentence on it rests on together
+TOGETHER = 1 - 0.05 / SHARES  # Bonferroni
+INTERVALS = f"intervals of Clopper and Pearson, which for the {SHARES} shares of one question hold together, 95 %"
 
 
 def title(scenario: str, joint: int) -> str:
@@ -58,15 +62,21 @@ def _ranking(results: Results, scenario: str, joint: int, prior: Prior) -> Ranki
     errors = {
         law: results.sample(named("random", law, scenario, prior)).step_error("RMSE (43)", joint - 1) for law in LAWS
     }
-    found = ranks(
-        paired(
-            {law: values[:, joint - 1] for law, values in held.rmse.items()},
-            metric="RMSE (43)",
-            unit="rad",
-            errors={law: error if np.isfinite(error) else np.nan for law, error in errors.items()},
-        )
+    values = paired(
+        {law: values[:, joint - 1] for law, values in held.rmse.items()},
+        metric="RMSE (43)",
+        unit="rad",
+        errors={law: error if np.isfinite(error) else np.nan for law, error in errors.items()},
     )
     laws = tuple(sorted(LAWS, key=printed.__getitem__))
+    return counted(values, laws, held.ordered(joint, laws))
+
+
+def counted(values: Paired, laws: Sequence[str], ordered: Flags) -> Rankings:
+    """The shares of the draws, of laws in their printed order, with intervals that hold together over columns and
+    priors.
+    """
+    found = ranks(values, TOGETHER)
     places = {law: found.paired.place(law) for law in laws}
     pairs = {
         (a, b): tuple(
@@ -75,7 +85,7 @@ def _ranking(results: Results, scenario: str, joint: int, prior: Prior) -> Ranki
         for i, a in enumerate(laws)
         for b in laws[i + 1 :]
     }
-    return Rankings(found, pairs, share(held.ordered(joint, laws)))
+    return Rankings(found, pairs, share(ordered, TOGETHER))
 
 
 def indices(results: Results) -> SobolIndices:
@@ -114,25 +124,25 @@ def ranking_section(results: Results, found: Mapping[tuple[str, int], Rankings])
                 f"order in more than half of the draws; all six laws of a column do {ordered}. A run "
                 "that diverges later than its horizon has its RMSE there, and counts as any other."
             ),
-            Paragraph(_shaken(results)),
+            Paragraph(f"{shaken(results, (OF_CARD,))} In such draws the step decides the rank."),
             _pairs(found),
             *figures,
         ),
     )
 
 
-def _shaken(results: Results) -> str:
-    """How many draws of the proposed law the step decides."""
-    samples = [results.sample(named("random", PROPOSED, scenario)) for scenario in SCENARIOS]
-    pairs = [(sample, joint) for sample in samples for joint in (0, 1)]
+def shaken(results: Results, priors: Iterable[Prior]) -> str:
+    """How many values of the proposed law the step moves, of which the intervals know nothing."""
+    names = {named("random", PROPOSED, scenario, prior) for prior in priors for scenario in SCENARIOS}
+    pairs = [(results.sample(name), joint) for name in sorted(names) for joint in (0, 1)]
     values = np.concatenate([sample.outputs("RMSE (43)", joint) for sample, joint in pairs])
     errors = np.concatenate([sample.errors_of("RMSE (43)", joint) for sample, joint in pairs])
     known = ~np.isnan(errors)
     moved = int((errors[known] > CLOSE * values[known]).sum())
     return (
-        f"Of {known.sum()} values of {PROPOSED} at 30 s that were taken again at half the step, {moved} change by more "
-        f"than {100 * CLOSE:g} %, the most by {errors[known].max():.2g} rad: in such draws the step decides the rank, "
-        "and the intervals know nothing of it."
+        f"The intervals leave out the error of the step: of {known.sum()} values of {PROPOSED} at 30 s that were taken "
+        f"again at half of it, {moved} change by more than {100 * CLOSE:g} %, the most by "
+        f"{errors[known].max():.2g} rad."
     )
 
 
@@ -152,7 +162,7 @@ def _pairs(found: Mapping[tuple[str, int], Rankings]) -> Table:
         (Column("laws"), *(Column(title(*column), "%", "right") for column in found)),
         tuple(rows),
         (
-            "In brackets the 95 % interval of the share (Clopper and Pearson), of each share by itself.",
+            f"In brackets {INTERVALS}; a line has one question, under four priors.",
             f"{RANDOM.runs} draws, seed {RANDOM.seed}.",
         ),
     )

@@ -107,7 +107,7 @@ class Readings:
 
 
 class Observers:
-    """Observer (10) in implicit midpoint steps of its linear part, and an observer of the momentum in Euler steps."""
+    """Observer (10) in Cayley steps of its correction, and an observer of the momentum in Euler steps."""
 
     def __init__(self, numbers, draw):
         self.L1, self.L2, self.l = (numbers[name] for name in ("L1", "L2", "l"))
@@ -125,11 +125,10 @@ class Observers:
         h = PERIOD
         free = self.model.acceleration(self.q, self.qd, tau)
         self.p = self.p + h * (tau + times(self.C.transpose(0, 2, 1), self.qd) - self.G - self.d)
-        # z+ = z + h (A (z + z+) / 2 + b), A = [-L1 1; -L2 0], b = [L1 q; L2 q + free]
-        along = self.q + h / 2 * (self.qd - self.L1 * self.q) + h * self.L1 * q
-        speed = self.qd - h / 2 * self.L2 * self.q + h * (self.L2 * q + free)
-        self.q = (along + h / 2 * speed) / (1 + h / 2 * self.L1 + h**2 / 4 * self.L2)
-        self.qd = speed - h / 2 * self.L2 * self.q
+        # the arm by its acceleration, and the error by its Cayley transform: both as if the arm moved on so
+        w = (q - self.q) / (1 + h / 2 * self.L1 + h**2 / 4 * self.L2)
+        self.q = self.q + h * self.qd + h**2 / 2 * free + h * (self.L1 + h * self.L2) * w
+        self.qd = self.qd + h * (free + self.L2 * w)
 
 
 class Sliding:

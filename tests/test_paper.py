@@ -12,6 +12,7 @@ import a1_paper_tables
 from paper_assumed import firm, reached, with_small_q
 from paper_card import CARD, PUBLISHED
 from paper_laws import ARM, proposed_as_printed, proposed_repaired
+from paper_repaired import with_two_repairs
 
 from workbench.controllers import AosmcRgs
 from workbench.core.layout import Array
@@ -64,6 +65,15 @@ def test_with_a_small_q_the_printed_law_keeps_its_gain_positive_and_misses_the_p
     late = np.abs(runs["e"][0, runs.t >= 5]).max(axis=0)
     assert late.min() > 1  # rad
     assert late.max() < 2.5
+
+
+@pytest.mark.parametrize("Q", [0.01, 1.0])
+def test_with_3_and_28_repaired_alone_the_law_tracks_with_the_minus_as_printed(Q):
+    loop = with_two_repairs("outer", Q)
+    assert loop.controller.gain_sign == "printed"
+    runs = simulate(measured(loop.ode(), (), 1e-4), until=CARD["FS: horizon"], every=0.01)
+    assert smallest_eigenvalue(runs["controller.K"][0]).min() > 1.8  # N m, of 5 at the start
+    assert np.abs(runs["e"][0, runs.t > 5]).max() < 0.13  # rad, as with all four slips repaired
 
 
 def test_smc_reaches_its_layer_only_after_seconds_with_the_assumed_gain_and_at_once_with_a_firm_one():

@@ -7,13 +7,16 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.special import ndtri
 
 from workbench.study.sampling.contract import uniforms
-from workbench.study.sensitivity.outputs import Flags, check_size
+from workbench.study.sensitivity.outputs import check_size
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers
 
 BLOCK = 2**22  # counts in memory at once
+BEYOND = 2  # resamples above a quantile, below which they cannot tell it
+TOLD = 20  # resamples above the one from which the normal law goes on
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,27 +96,21 @@ def order_statistics(columns: Array, share: float, confidence: float, resamples:
 def percentiles(value: Array, resampled: Array, confidence: float) -> Intervals:
     """Values (k,) between ends that hold all at once, from what they are in resamples (R, k).
 
-        value - c (value - y*_low),  value + c (y*_high - value)
-
-    with y*_low and y*_high the ends of each column's own percentile interval, and one c, 1 for a single column, that
-    makes the confidence that of all together; but at least as wide as the percentiles by Bonferroni, which see the gap
-    that a scale does not. A side that resamples make infinite, or not a number, is not bounded.
+    The ends are quantiles of the resamples, of one share for both sides of all columns, such that all values lie
+    between them in a share of the resamples that is the confidence. A side that resamples make infinite, or not a
+    number, is not bounded; nor is a value that is not finite.
     """
-    size, finite = len(value), np.isfinite(value)
-    outer = int(len(resampled) * (1 - confidence) / (2 * size))
-    least, most = (s * _place(np.where(np.isnan(resampled), -np.inf, s * resampled), outer) for s in (1, -1))
-    off = resampled[:, finite] - value[finite]
-    sides = np.concatenate([-off, off], axis=1)
-    sides = np.where(np.isnan(sides), np.inf, np.maximum(sides, 0))
-    own = _high(sides, 0.5 + confidence / 2)
-    own = np.where(own > 0, own, sides.max(axis=0))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        t = np.where(np.isinf(sides), np.inf, np.where(sides == 0, 0.0, sides / own))
-    c, bounded = _largest(t, confidence)
-    below, above = np.where(bounded, c * np.where(bounded, own, 0), np.inf).reshape(2, -1)
-    least[finite] = np.minimum(least[finite], value[finite] - below)
-    most[finite] = np.maximum(most[finite], value[finite] + above)
-    return Intervals(value, least, most)
+    with np.errstate(invalid="ignore"):
+        off = resampled - value
+    off = np.where(np.isnan(off), np.inf, off)
+    down = np.where(np.isnan(resampled), np.inf, -off)
+    ends = np.maximum(_balanced(np.concatenate([down, off], axis=1), confidence), 0).reshape(2, -1)
+    with np.errstate(invalid="ignore"):
+        low, high = value - ends[0], value + ends[1]
+    known = np.isfinite(value)
+    nothing = np.isnan(value)
+    low = np.where(known, low, np.where(nothing, -np.inf, value))
+    return Intervals(value, low, np.where(known, high, np.where(nothing, np.inf, value)))
 
 
 def likely_quantiles(columns: Array, share: float, resamples: int, seed: int) -> Array:
@@ -178,26 +175,24 @@ def _place(values: Array, place: int) -> Array:
 def _balanced(t: Array, confidence: float) -> Array:
     """A quantile of each column, all of one share, below which whole rows lie in a share that is the confidence.
 
-    Infinite for a column that is so in more resamples than its part of what may be missed.
+    Where that share is beyond what so many rows can tell, each column goes on as the normal law does, from its own
+    quantile, to the share by Bonferroni. Infinite for a column that is so in more rows than its part of what may be
+    missed.
     """
-    bounded = np.flatnonzero(np.isposinf(t).mean(axis=0) <= (1 - confidence) / max(t.shape[1], 1))
-    found = np.full(t.shape[1], np.inf)
-    worst = np.zeros(len(t))
+    rows, columns = t.shape
+    missed = (1 - confidence) / max(columns, 1)
+    bounded = np.flatnonzero(np.isposinf(t).mean(axis=0) <= missed)
+    found = np.full(columns, np.inf)
+    worst = np.zeros(rows)
     ordered = {k: np.sort(t[:, k]) for k in bounded}
     for k, column in ordered.items():
         np.maximum(worst, np.searchsorted(column, t[:, k]).astype(float), out=worst)  # of equal ones the first
     place = int(_high(worst, confidence))
     found[bounded] = [column[place] for column in ordered.values()]
+    if place >= rows - BEYOND:
+        told = [column[rows - TOLD] for column in ordered.values()]
+        found[bounded] = np.maximum(found[bounded], np.array(told) * ndtri(1 - missed) / ndtri(1 - TOLD / rows))
     return found
-
-
-def _largest(t: Array, confidence: float) -> tuple[float, Flags]:
-    """The quantile of the largest of the columns that are bounded, and which these are.
-
-    The others are infinite in more resamples than their part of what may be missed.
-    """
-    bounded = np.isinf(t).mean(axis=0) <= (1 - confidence) / (2 * max(t.shape[1], 1))
-    return float(_high(t[:, bounded].max(axis=1, initial=0), confidence)), bounded
 
 
 def _held(runs: int, order: Integers, resamples: int, seed: int) -> Iterator[tuple[slice, Integers]]:

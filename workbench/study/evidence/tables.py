@@ -16,6 +16,7 @@ from workbench.validation.doors import door
 
 BOLD = "Bold: significantly better than each other law."
 HALF = "in brackets the half-width of its interval, in units of the last digits"
+WIDE = 0.25  # of a value: an interval beyond that is told by its ends
 MANY = 1000  # percent, from which on a change is told in times
 
 
@@ -186,7 +187,10 @@ def _shown(one: Comparison, i: int) -> Value:
     value, low, high = (float(part[i]) for part in (one.level.value, one.level.low, one.level.high))
     if np.isinf(value):
         return f"infinite: {np.isinf(one.paired.values[:, i]).sum()} of {len(one.paired)} runs failed"
-    return _percents(1 - value, 1 - high, 1 - low) if isinstance(one.estimand, Success) else _measured(value, low, high)
+    if isinstance(one.estimand, Success):
+        return _percents(1 - value, 1 - high, 1 - low)
+    wide = WIDE * abs(value) < max(high - value, value - low) < np.inf  # brackets would leave no digit of the value
+    return f"{value:.3g} ({low:.3g} to {high:.3g})" if wide else _measured(value, low, high)
 
 
 def _apart(one: Comparison, i: int, j: int) -> Value:
