@@ -78,9 +78,16 @@ def _information() -> Table:
     """Who is given what."""
     scenario = HELD_OUT[0]
     entrants = {one.name: one for one in ENTRANTS[BOTH.key]} | {f"{PROPOSED}, oracle": TOLD}
+    others = (one for given in GIVEN if given != BOTH for one in ENTRANTS[given.key] if one.name in ("SMC", "PID"))
+    entrants |= {f"{one.name}, {one.given.name}": one for one in others}
     loops = {name: one.loop(scenario, one.card).loop for name, one in entrants.items()}
     tuned = {name: len(one.tuned) for name, one in entrants.items()}
-    return information_table("information", "Who is given what, behind both observers.", loops, tuned)
+    return information_table(
+        "information",
+        "Who is given what: all laws behind both observers, and two of them behind the rest.",
+        loops,
+        tuned,
+    )
 
 
 def terms() -> Section:
