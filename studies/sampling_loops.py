@@ -11,9 +11,10 @@ from sampling_card import CARD, LATE, NOISY, SEED
 
 from workbench.core import Sampled
 from workbench.core.layout import Array
-from workbench.loop import ClosedLoop, Instruments
+from workbench.loop import ClosedLoop
 from workbench.metrics import AbstractMetric, late_error, measured, sampled_rmse, total_variation
 from workbench.metrics.final import final_values
+from workbench.plants import ArmInstruments
 from workbench.simulate import simulate
 from workbench.validation.words import Integers
 
@@ -24,7 +25,7 @@ SWITCHING = {
     "implicit": tuple(law for law in SEVEN if law not in ("PID", PROPOSED)),
 }
 SUBSTEP = 2.5e-3  # s, at most: between two instants the plant is smooth
-ROUGH = Instruments(2, CARD["noise of q"], CARD["noise of qd"], CARD["steps of q"], CARD["steps of qd"])
+ROUGH = ArmInstruments(2, CARD["noise of q"], CARD["noise of qd"], CARD["steps of q"], CARD["steps of qd"])
 
 
 WAYS = {
@@ -110,7 +111,7 @@ def switched(law: str, scenario: str, switching: str = "clip", stepping: str = "
     return replace(loop, controller=replace(loop.controller, saturation=switching))
 
 
-def digital(law: str, scenario: str, computer: Computer, instruments: Instruments | None = None) -> Sampled:
+def digital(law: str, scenario: str, computer: Computer, instruments: ArmInstruments | None = None) -> Sampled:
     """A law as the computer runs it."""
     loop = switched(law, scenario, computer.switching, computer.stepping)
     integrator = "fine" if computer.stepping == "fine" else "declared"

@@ -11,13 +11,13 @@ from linear_loops import cut, loop_of, states
 from paper_card import CARD as PAPER
 from paper_laws import ARM
 from scipy.linalg import expm
+from workbench.loop.ports import Measurement
 
 from workbench.core import Ode
 from workbench.core.layout import Array
 from workbench.design.linear import along
 from workbench.design.linear.paths import LinearPath
 from workbench.loop import ClosedLoop
-from workbench.loop.ports import Measurement
 from workbench.study.study import Outcome
 
 GRID = 1e-2  # s, that of (43), which every period divides

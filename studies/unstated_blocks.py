@@ -9,13 +9,13 @@ from __future__ import annotations
 import casadi as ca
 import numpy as np
 from printed_arm import PrintedArm
+from workbench.loop.ports import Parts
 
 from workbench.controllers.switching import matrices, saturation, sliding
 from workbench.core import AbstractArm, Entry, Layout, block, initial, parameter
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.dynamics import solve_definite
 from workbench.loop import AbstractController, AbstractObserver, AbstractReference, Estimate, Measurement, Motion
-from workbench.loop.ports import Parts
 from workbench.observers import Luenberger
 from workbench.signals import Sines, SquareWave
 

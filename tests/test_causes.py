@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from workbench.controllers import PID, AosmcRgs
-from workbench.loop import AbstractController, ClosedLoop, Instruments
+from workbench.loop import AbstractController, ClosedLoop
 from workbench.metrics import rmse
 from workbench.observers import FullState
-from workbench.plants import Manipulator
+from workbench.plants import ArmInstruments, Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold
 from workbench.study.causes import Causes, causes, causes_in_sweep
@@ -35,7 +35,7 @@ class Computed:
 
     def ode(self, name="loop"):
         closed = ClosedLoop(Manipulator(ARM, q=[0.6, -0.8]), FullState(2), self.law, Hold([0.5, -0.7]))
-        return closed.digital(PERIOD, Instruments(2, noise_q=1e-5), integrator=self.integrator, name=name)
+        return closed.digital(PERIOD, ArmInstruments(2, noise_q=1e-5), integrator=self.integrator, name=name)
 
 
 def ways_of(**changes):

@@ -15,9 +15,9 @@ import pandas as pd
 import pytest
 
 from workbench.controllers import PID
-from workbench.loop import Estimate, Instruments, Measurement, Motion
+from workbench.loop import Estimate, Measurement, Motion
 from workbench.notation.formula import Symbol
-from workbench.plants import FirstOrderLag, Friction
+from workbench.plants import ArmInstruments, FirstOrderLag, Friction
 from workbench.robots import paper_arm
 from workbench.validation import words as v
 from workbench.validation.doors import door
@@ -308,7 +308,7 @@ MISSHAPEN = [
     (lambda: LAW.torque(0.0, MEMORY, WANTED, WANTED), ValueError, "must be an `Estimate`; got a `Motion`."),
     (lambda: ARM.mass_matrix(np.longdouble(1)), ValueError, "must have shape (2, 1), one number for each of n = 2"),
     (lambda: Friction([1.0, 1.0], [1.0, 1.0]).torque(THREE), ValueError, "must have shape (2, 1)"),
-    (lambda: Instruments(2).read(Measurement(TWO, TWO, None), TWO), ValueError, "must have shape (4, 1)"),
+    (lambda: ArmInstruments(2).read(Measurement(TWO, TWO, None), TWO), ValueError, "must have shape (4, 1)"),
     (lambda: FirstOrderLag(0.1).applied({}, TWO), LookupError, "got no 'tau_m'"),
 ]  # fmt: skip
 

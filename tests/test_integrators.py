@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm, solve_continuous_are
+from workbench.loop.ports import Estimate, Measurement, Motion
 
 from workbench.controllers import PID, AosmcRgs, RbfAsmc, SuperTwisting, WithCompensation
 from workbench.controllers.algebraic import stepped
-from workbench.loop import ClosedLoop, Instruments
-from workbench.loop.ports import Estimate, Measurement, Motion
+from workbench.loop import ClosedLoop
 from workbench.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
-from workbench.plants import Manipulator
+from workbench.plants import ArmInstruments, Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold, Sines
 from workbench.simulate import simulate
@@ -215,7 +215,7 @@ def test_p_that_is_solved_for_runs_in_a_sampled_loop_too(n):
         solved = replace(solved, model=named("planar-3r"), Lambda=[6.0] * 3, K=5 * np.eye(3), Q=np.eye(3), R=np.eye(3))
     q = [0.1] * n
     closed = ClosedLoop(Manipulator(solved.model, q=q), FullState(n), solved, Hold(q))
-    for step in (closed.sampled(1e-3), closed.digital(1e-3, Instruments(n, noise_q=1e-4), delay=True).step(2)):
+    for step in (closed.sampled(1e-3), closed.digital(1e-3, ArmInstruments(n, noise_q=1e-4), delay=True).step(2)):
         run = simulate(step, until=0.02)
         shown = run["P"][0, -1].reshape(n, n)
         np.testing.assert_array_equal(shown, shown.T)

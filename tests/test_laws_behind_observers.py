@@ -18,7 +18,7 @@ from workbench.controllers import (
     SuperTwisting,
     WithCompensation,
 )
-from workbench.loop import ClosedLoop, Instruments
+from workbench.loop import ClosedLoop
 from workbench.observers import (
     DirtyDerivative,
     FullState,
@@ -27,7 +27,7 @@ from workbench.observers import (
     VelocityFilter,
     WithDisturbance,
 )
-from workbench.plants import Manipulator
+from workbench.plants import ArmInstruments, Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines, SineTorque
 from workbench.simulate import simulate
@@ -62,7 +62,7 @@ STATES = {
 OBSERVERS = STATES | {
     f"{name} and momentum": WithDisturbance(state, MomentumObserver(ARM, 20.0)) for name, state in STATES.items()
 }
-INSTRUMENTS = Instruments(2, noise_q=1e-4, noise_qd=5e-3, limit=[100.0, 50.0])
+INSTRUMENTS = ArmInstruments(2, noise_q=1e-4, noise_qd=5e-3, limit=[100.0, 50.0])
 INSTANT = ["readings", "readings and momentum"]  # where a reading of the velocity reaches the law at once
 
 

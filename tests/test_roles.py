@@ -8,9 +8,9 @@ from test_sampled_loop import marched
 
 from workbench.controllers import PID, AosmcRgs, SlidingMode
 from workbench.core import Roles, grouped, same_information
-from workbench.loop import ClosedLoop, Instruments, roles
+from workbench.loop import ClosedLoop, roles
 from workbench.observers import FullState, Luenberger, MomentumObserver, OracleFilter, WithDisturbance
-from workbench.plants import Manipulator
+from workbench.plants import ArmInstruments, Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
 from workbench.study.information import information_table
@@ -104,12 +104,12 @@ def test_laws_that_only_a_computer_runs_have_roles_too():
 @dataclass(frozen=True)
 class Computed:
     loop: ClosedLoop
-    instruments: Instruments
+    instruments: ArmInstruments
 
 
 def test_a_loop_of_a_computer_has_the_roles_of_its_loop_whatever_the_noise():
     closed = ClosedLoop(PLANT, MOMENTUM, PROPOSED, WANTED)
-    assert roles(Computed(closed, Instruments(2, noise_q=0.001))) == closed.roles == roles(closed)
+    assert roles(Computed(closed, ArmInstruments(2, noise_q=0.001))) == closed.roles == roles(closed)
 
 
 READINGS = [("q", slice(2), "positions"), ("qd", slice(2, 4), "velocities")]
@@ -120,7 +120,7 @@ READINGS = [("q", slice(2), "positions"), ("qd", slice(2, 4), "velocities")]
 def test_a_disturbed_reading_moves_the_torque_if_and_only_if_the_roles_say_so(law, observer, reading, which, quantity):
     """The oracle: the loop of a computer twice, once with noise on this reading, for a few periods."""
     closed = ClosedLoop(PLANT, observer, law, WANTED)
-    digital = closed.digital(1e-3, Instruments(2, noise_q=1e-3, noise_qd=1e-2))
+    digital = closed.digital(1e-3, ArmInstruments(2, noise_q=1e-3, noise_qd=1e-2))
     noise = np.zeros((6, 4))
     calm = marched(digital.step(1), noise)
     noise[:, which] = 1.0
@@ -154,7 +154,7 @@ def test_the_table_of_information_says_what_each_law_is_given():
     unused = WithDisturbance(FullState(2), MomentumObserver(ARM, 20.0))
     loops = {
         "PID": ClosedLoop(PLANT, FullState(2), BARE, WANTED),
-        "proposed": Computed(ClosedLoop(PLANT, MOMENTUM, PROPOSED, WANTED), Instruments(2)),
+        "proposed": Computed(ClosedLoop(PLANT, MOMENTUM, PROPOSED, WANTED), ArmInstruments(2)),
         "SMC": given(SMC, unused),
         "PID again": given(BARE),
         "oracle": given(PROPOSED, WithDisturbance(OBSERVER, OracleFilter(2, 20.0))),

@@ -7,9 +7,10 @@ import math
 import casadi as ca
 import numpy as np
 
-from workbench.core import block, parameter
+from workbench.core import Layout, Signals, block, parameter
 from workbench.core.block import Scalar, Vector
-from workbench.loop import AbstractDisturbance, AbstractReference, Motion
+from workbench.loop import AbstractDisturbance, AbstractReference
+from workbench.loop.arm import motion
 from workbench.validation.shapes import Number
 
 
@@ -26,11 +27,21 @@ class Sines(AbstractReference):
         """The number of joints."""
         return int(self.amplitude.shape[0])
 
-    def at(self, t: Number) -> Motion:
+    @property
+    def says(self) -> Layout:
+        """Positions, velocities and accelerations."""
+        return motion(("rad",) * self.dof)
+
+    @property
+    def primary(self) -> tuple[str, ...]:
+        """The positions."""
+        return ("q",)
+
+    def at(self, t: Number) -> Signals:
         """The sines and their exact derivatives."""
         a, w = self.amplitude, self.frequency
         angle = w * t + self.phase
-        return Motion(a * ca.sin(angle), a * w * ca.cos(angle), -a * w**2 * ca.sin(angle))
+        return Signals(q=a * ca.sin(angle), qd=a * w * ca.cos(angle), qdd=-a * w**2 * ca.sin(angle))
 
 
 @block
@@ -49,11 +60,21 @@ class SquareWave(AbstractReference):
         """The number of joints."""
         return int(self.amplitude.shape[0])
 
-    def at(self, t: Number) -> Motion:
+    @property
+    def says(self) -> Layout:
+        """Positions, velocities and accelerations."""
+        return motion(("rad",) * self.dof)
+
+    @property
+    def primary(self) -> tuple[str, ...]:
+        """The positions."""
+        return ("q",)
+
+    def at(self, t: Number) -> Signals:
         """The wave at t, and zeros for its derivatives."""
         down = ca.fmod(ca.floor(self.frequency * t), 2)
         zero = ca.SX.zeros(self.dof)
-        return Motion(self.amplitude * (1 - down), zero, zero)
+        return Signals(q=self.amplitude * (1 - down), qd=zero, qdd=zero)
 
 
 @block
@@ -73,14 +94,25 @@ class SmoothSquareWave(AbstractReference):
         """The number of joints."""
         return int(self.amplitude.shape[0])
 
-    def at(self, t: Number) -> Motion:
+    @property
+    def says(self) -> Layout:
+        """Positions, velocities and accelerations."""
+        return motion(("rad",) * self.dof)
+
+    @property
+    def primary(self) -> tuple[str, ...]:
+        """The positions."""
+        return ("q",)
+
+    def at(self, t: Number) -> Signals:
         """The wave at t with its derivatives, taken by CasADi."""
         w = np.pi * self.frequency
         time = ca.SX.sym("t")
         q = self.amplitude * (ca.tanh(ca.sin(w * time) / (w * self.rise)) + 1) / 2
         qd = ca.jacobian(q, time)
-        motion = ca.horzcat(q, qd, ca.jacobian(qd, time))
-        return Motion(*ca.horzsplit(ca.substitute(ca.densify(motion), time, t)))
+        columns = ca.horzcat(q, qd, ca.jacobian(qd, time))
+        parts = ca.horzsplit(ca.substitute(ca.densify(columns), time, t))
+        return Signals(dict(zip(self.says.names, parts, strict=True)))
 
 
 @block
@@ -94,11 +126,21 @@ class Hold(AbstractReference):
         """The number of joints."""
         return int(self.position.shape[0])
 
-    def at(self, t: Number) -> Motion:
+    @property
+    def says(self) -> Layout:
+        """Positions, velocities and accelerations."""
+        return motion(("rad",) * self.dof)
+
+    @property
+    def primary(self) -> tuple[str, ...]:
+        """The positions."""
+        return ("q",)
+
+    def at(self, t: Number) -> Signals:
         """The position, at rest."""
         del t
         zero = ca.SX.zeros(self.dof)
-        return Motion(ca.SX(self.position), zero, zero)
+        return Signals(q=ca.SX(self.position), qd=zero, qdd=zero)
 
 
 @block

@@ -16,13 +16,13 @@ from workbench.controllers.switching import SWITCHINGS, layered, matrices, slidi
 from workbench.core import AbstractArm, Layout, block, initial, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.loop.contracts import AbstractController
-from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.loop.arm import AbstractArmController
+from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
 
 
 @block
-class AdaptiveSlidingMode(AbstractController):
+class AdaptiveSlidingMode(AbstractArmController):
     """Computed torque on a sliding surface, with a switching gain that learns its own size:
 
         s    = ed + Lambda e,                   e = q - q_ref
@@ -83,25 +83,25 @@ class AdaptiveSlidingMode(AbstractController):
         """The gains."""
         return Layout((gains_that_start_at("AdaptiveSlidingMode", self.K),))
 
-    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del t
         M, C, G = matrices(self.model, est)
         _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
         return M @ qdd_r + C @ qd_r + G - switched(self, z["K"], s, M)
 
-    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """K' by the chosen form of adaptation."""
         del t
         s = sliding(est, ref, self.Lambda).s
         return {"K": self.adaptation.rate(self.gamma * ca.fabs(s), s, z["K"])}
 
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s."""
         del z
         return {"s": sliding(est, ref, self.Lambda).s}
 
-    def without(self) -> Mapping[str, AbstractController]:
+    def without(self) -> Mapping[str, AbstractArmController]:
         """Sliding mode with K(0) for good, and the law less its layer."""
         layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
         return {"adaptation": SlidingMode(self.model, self.Lambda, self.K, self.phi, self.saturation)} | layer

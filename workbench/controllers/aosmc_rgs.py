@@ -16,8 +16,8 @@ from workbench.core import AbstractArm, Entry, Layout, block, initial, option, p
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.dynamics import solve_definite
-from workbench.loop.contracts import EULER, AbstractController, euler
-from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.loop.arm import AbstractArmController
+from workbench.loop.contracts import EULER, Follows, Parts, Reads, euler
 from workbench.validation.shapes import Number
 
 VELOCITIES = {
@@ -52,7 +52,7 @@ DOUBLINGS = 10  # of the algebraic equation for three joints and more
 
 
 @block
-class AosmcRgs(AbstractController):
+class AosmcRgs(AbstractArmController):
     """Adaptive observer-based sliding mode control with Riccati gain synthesis, equations (25) to (34):
 
         e1  = q_hat - q_d,   e2 = qd_hat - qd_d,   s = e2 + Lambda e1                    (25), (26)
@@ -106,6 +106,8 @@ class AosmcRgs(AbstractController):
         K_STAYS_DEFINITE,
         P_STAYS_DEFINITE,
     )
+
+    estimates: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
 
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
@@ -174,7 +176,7 @@ class AosmcRgs(AbstractController):
         K = Entry("K", self.K, "N m", symbol="K")
         return Layout((K,) if self.P is None else (K, Entry("P", self.P, "N m/rad", symbol="P")))
 
-    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """(27) to (29)."""
         del t
         M, C, G = matrices(self.model, est)
@@ -185,7 +187,7 @@ class AosmcRgs(AbstractController):
         tau_sw = -z["K"] @ saturation(s, self.phi, self.saturation)
         return tau_eq + tau_sw
 
-    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """(33) and (34)."""
         del t
         s = sliding(est, ref, self.Lambda).s
@@ -205,7 +207,7 @@ class AosmcRgs(AbstractController):
         """Explicit Euler, or that of K and that of P."""
         return "K by explicit Euler, P by a Cayley step of (34)" if self.integrator == "cayley" else EULER
 
-    def advance(self, t: Number, z: Parts, est: Estimate, ref: Motion, period: float) -> Parts:
+    def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
         """(33) and (34) over a period by `integrator`."""
         moved = euler(z, self.rate(t, z, est, ref), period)
         if self.integrator == "euler":
@@ -213,7 +215,7 @@ class AosmcRgs(AbstractController):
         A, G, Q = self._weighted(z, est)
         return moved | {"P": stepped(A, G, Q, z["P"], period)}
 
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s, and P with its residual where it is solved for."""
         s = {"s": sliding(est, ref, self.Lambda).s}
         if self.riccati != "algebraic":
@@ -221,7 +223,7 @@ class AosmcRgs(AbstractController):
         P, left = self._algebraic(z, est)
         return s | {"P": P, "residual": left}
 
-    def without(self) -> Mapping[str, AbstractController]:
+    def without(self) -> Mapping[str, AbstractArmController]:
         """The law with K(0) for good, with P(0) for good, without its model in the torque, and less its layer."""
         still = (
             replace(self, riccati="frozen", Q=None, R=None, integrator="euler") if self.riccati == "forward" else self
@@ -244,7 +246,7 @@ class AosmcRgs(AbstractController):
             case _:
                 return P * ca.sum1(ca.fabs(s))
 
-    def _riccati(self, z: Parts, est: Estimate) -> ca.SX:
+    def _riccati(self, z: Parts, est: Reads) -> ca.SX:
         """P' of (34), (n, n)."""
         if self.riccati == "frozen":
             return ca.SX.zeros(self.dof, self.dof)
@@ -255,13 +257,13 @@ class AosmcRgs(AbstractController):
         rate: ca.SX = A.T @ P + P @ A - P @ B @ ca.solve(R, B.T @ P) + Q
         return rate
 
-    def _algebraic(self, z: Parts, est: Estimate) -> tuple[ca.SX, ca.SX]:
+    def _algebraic(self, z: Parts, est: Reads) -> tuple[ca.SX, ca.SX]:
         """The stabilising P of (34) with P' = 0, (n, n), and its residual."""
         A, G, Q = self._weighted(z, est)
         P = stabilising(A, G, Q, DOUBLINGS)
         return P, residual(A, G, Q, P)
 
-    def _weighted(self, z: Parts, est: Estimate) -> tuple[ca.SX, ca.SX, ca.SX]:
+    def _weighted(self, z: Parts, est: Reads) -> tuple[ca.SX, ca.SX, ca.SX]:
         """A, G = B R^-1 B^T and Q of (34), each (n, n)."""
         A, B = -solve_definite(self.model.mass_matrix(est.q), z["K"]), ca.SX(ca.diag(self.Lambda))
         Q: Matrix = self.Q

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import ClassVar
 
 import casadi as ca
 
-from workbench.core import Layout, block
-from workbench.loop.contracts import AbstractController
-from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.core import Layout, Signals, block
+from workbench.loop.arm import AbstractArmController
+from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
 
 LAW = "law."
 
 
 @block
-class WithCompensation(AbstractController):
+class WithCompensation(AbstractArmController):
     """A law, and the estimated disturbance on top of its torque, for M qdd + C qd + G + D = tau:
 
         tau = tau_law + D_hat
@@ -34,14 +35,16 @@ class WithCompensation(AbstractController):
     Transactions on Industrial Electronics 63(2).
     """
 
-    law: AbstractController
+    estimates: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
+
+    law: AbstractArmController
 
     def __post_init__(self) -> None:
         n = self.dof
         d = ca.SX.sym("d_hat", n)
         t, z = ca.SX.sym("t"), self.law.memory.view(self.law.memory.symbols())
-        est = Estimate(ca.SX.sym("q_hat", n), ca.SX.sym("qd_hat", n), d)
-        ref = Motion(ca.SX.sym("q_ref", n), ca.SX.sym("qd_ref", n), ca.SX.sym("qdd_ref", n))
+        est = Signals(q=ca.SX.sym("q_hat", n), qd=ca.SX.sym("qd_hat", n), d=d)
+        ref = Signals(q=ca.SX.sym("q_ref", n), qd=ca.SX.sym("qd_ref", n), qdd=ca.SX.sym("qdd_ref", n))
         sampled = self.law.run_every(1.0)  # for laws that only a computer can run
         if ca.depends_on(ca.SX(sampled.torque(t, z, est, ref)), d):
             raise ValueError(
@@ -55,19 +58,24 @@ class WithCompensation(AbstractController):
         return self.law.dof
 
     @property
+    def units(self) -> tuple[str, ...]:
+        """Those of the law."""
+        return self.law.units
+
+    @property
     def memory(self) -> Layout:
         """That of the law, below `law.`."""
         return self.law.memory.prefixed(LAW)
 
-    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The sum."""
         return self._law.torque(t, _below(z), est, ref) + est.d
 
-    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """That of the law."""
         return {f"{LAW}{name}": rate for name, rate in self._law.rate(t, _below(z), est, ref).items()}
 
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """Those of the law."""
         return self._law.signals(_below(z), est, ref)
 
@@ -76,18 +84,18 @@ class WithCompensation(AbstractController):
         """That of the law."""
         return self.law.method
 
-    def advance(self, t: Number, z: Parts, est: Estimate, ref: Motion, period: float) -> Parts:
+    def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
         """That of the law."""
         moved = self._law.advance(t, _below(z), est, ref, period)
         return {f"{LAW}{name}": part for name, part in moved.items()}
 
-    def without(self) -> Mapping[str, AbstractController]:
+    def without(self) -> Mapping[str, AbstractArmController]:
         """The law alone, and the sum with each part of the law left out."""
         less = {name: WithCompensation(law) for name, law in self.law.without().items()}
         return {"disturbance compensation": self.law} | less
 
     @property
-    def _law(self) -> AbstractController:
+    def _law(self) -> AbstractArmController:
         """The law, run as often as the sum is."""
         return self.law if self.period is None else self.law.run_every(self.period)
 

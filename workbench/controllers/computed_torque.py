@@ -11,13 +11,13 @@ from workbench.controllers.switching import matrices
 from workbench.core import AbstractArm, Layout, block, parameter
 from workbench.core.block import Vector
 from workbench.core.claim import Claim
-from workbench.loop.contracts import AbstractController
-from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.loop.arm import AbstractArmController
+from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
 
 
 @block
-class ComputedTorque(AbstractController):
+class ComputedTorque(AbstractArmController):
     """Feedback linearisation, and compensation of the disturbance that the observer knows of:
 
         tau = M (qdd_ref - Kd ed - Kp e) + C qd + G + D_hat,        e = q - q_ref
@@ -50,6 +50,8 @@ class ComputedTorque(AbstractController):
 
     claims: ClassVar[tuple[Claim, ...]] = (ERROR_IS_LINEAR,)
 
+    estimates: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
+
     model: AbstractArm
     Kp: Vector = parameter(unit="1/s^2", low=0, shape=("n",), symbol="K_p")
     Kd: Vector = parameter(unit="1/s", low=0, shape=("n",), symbol="K_d")
@@ -64,7 +66,7 @@ class ComputedTorque(AbstractController):
         """None."""
         return Layout()
 
-    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del t, z
         M, C, G = matrices(self.model, est)
@@ -72,12 +74,12 @@ class ComputedTorque(AbstractController):
         tau: ca.SX = M @ (ref.qdd - self.Kd * ed - self.Kp * e) + C @ est.qd + G + est.d
         return tau
 
-    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """Nothing to remember."""
         del t, z, est, ref
         return {}
 
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """Nothing that the loop does not show already."""
         del z, est, ref
         return {}

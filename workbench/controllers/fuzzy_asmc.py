@@ -18,13 +18,13 @@ from workbench.controllers.switching import SWITCHINGS, layered, matrices, slidi
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.loop.contracts import AbstractController
-from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.loop.arm import AbstractArmController
+from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
 
 
 @block
-class FuzzyAsmc(AbstractController):
+class FuzzyAsmc(AbstractArmController):
     """Adaptive sliding mode whose gain learns faster or slower as a fuzzy rule base says:
 
         s    = ed + Lambda e,                        e = q - q_ref
@@ -89,14 +89,14 @@ class FuzzyAsmc(AbstractController):
         slow = Entry("s_slow", np.zeros(self.dof), "rad/s", symbol="z")
         return Layout((gains_that_start_at("FuzzyAsmc", self.K), slow))
 
-    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del t
         M, C, G = matrices(self.model, est)
         _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
         return M @ qdd_r + C @ qd_r + G - switched(self, z["K"], s, M)
 
-    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """K' by the rules and the chosen form of adaptation; z' = v."""
         del t
         s = sliding(est, ref, self.Lambda).s
@@ -104,12 +104,12 @@ class FuzzyAsmc(AbstractController):
         r = self.rules.strength(ca.fabs(s), v)
         return {"K": self.adaptation.rate(self.gamma * r * ca.fabs(s), s, z["K"]), "s_slow": v}
 
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s, and what the rules say: r."""
         s = sliding(est, ref, self.Lambda).s
         return {"s": s, "r": self.rules.strength(ca.fabs(s), self._trend(z, s))}
 
-    def without(self) -> Mapping[str, AbstractController]:
+    def without(self) -> Mapping[str, AbstractArmController]:
         """Adaptive sliding mode without rules, sliding mode with K(0) for good, and the law less its layer."""
         plain = AdaptiveSlidingMode(
             self.model, self.Lambda, self.phi, self.gamma, self.K, self.adaptation, self.saturation

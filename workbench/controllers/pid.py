@@ -10,13 +10,13 @@ import numpy as np
 
 from workbench.core import AbstractArm, Entry, Layout, block, parameter
 from workbench.core.block import Vector
-from workbench.loop.contracts import AbstractController
-from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.loop.arm import AbstractArmController
+from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
 
 
 @block
-class PID(AbstractController):
+class PID(AbstractArmController):
     """Proportional, integral and derivative action on each joint by itself:
 
         tau = -(Kp e + Ki z + Kd ed),      z' = e,  z(0) = 0,      e = q - q_ref,
@@ -62,24 +62,24 @@ class PID(AbstractController):
         """The integral of the error."""
         return Layout((Entry("integral", np.zeros(self.dof), "rad s", symbol="z"),))
 
-    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """Feedback, and the weight of the model if there is one."""
         del t
         e, ed = est.q - ref.q, est.qd - ref.qd
         tau: ca.SX = -(self.Kp * e + self.Ki * z["integral"] + self.Kd * ed)
         return tau if self.model is None else tau + self.model.gravity_vector(est.q)
 
-    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The integral grows by e."""
         del t, z
         return {"integral": est.q - ref.q}
 
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """Nothing that the loop does not show already."""
         del z, est, ref
         return {}
 
-    def without(self) -> Mapping[str, AbstractController]:
+    def without(self) -> Mapping[str, AbstractArmController]:
         """Less either action beside the proportional one that has a gain, and less the weight of the arm."""
         integral = {"integral action": replace(self, Ki=0 * self.Ki)} if self.Ki.any() else {}
         derivative = {"derivative action": replace(self, Kd=0 * self.Kd)} if self.Kd.any() else {}

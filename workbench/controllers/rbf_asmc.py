@@ -17,13 +17,13 @@ from workbench.controllers.switching import SWITCHINGS, layered, matrices, slidi
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.loop.contracts import EULER, AbstractController, euler
-from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.loop.arm import AbstractArmController
+from workbench.loop.contracts import EULER, Follows, Parts, Reads, euler
 from workbench.validation.shapes import Number
 
 
 @block
-class RbfAsmc(AbstractController):
+class RbfAsmc(AbstractArmController):
     """Adaptive sliding mode with a Gaussian network for the torque that the model leaves out:
 
         s    = ed + Lambda e,                        e = q - q_ref
@@ -111,7 +111,7 @@ class RbfAsmc(AbstractController):
         W = Entry("W", np.zeros((self.centres.shape[0], self.dof)), "N m", symbol="W")
         return Layout((gains_that_start_at("RbfAsmc", self.K), W))
 
-    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del t
         M, C, G = matrices(self.model, est)
@@ -119,7 +119,7 @@ class RbfAsmc(AbstractController):
         learned = z["W"].T @ self._h(e, ed)
         return M @ qdd_r + C @ qd_r + G + learned - switched(self, z["K"], s, M)
 
-    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """K' by the chosen form of adaptation; W' with its leak."""
         del t
         e, ed, s, _, _ = sliding(est, ref, self.Lambda)
@@ -133,7 +133,7 @@ class RbfAsmc(AbstractController):
         """Explicit Euler, or W exactly."""
         return f"exact step of W, K by {EULER}" if self.integrator == "exact" else EULER
 
-    def advance(self, t: Number, z: Parts, est: Estimate, ref: Motion, period: float) -> Parts:
+    def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
         """The memory over a period by `integrator`."""
         rates = self.rate(t, z, est, ref)
         moved = euler(z, rates, period)
@@ -144,12 +144,12 @@ class RbfAsmc(AbstractController):
         share = ca.if_else(x > 0, (1 - ca.exp(-x)) / ca.if_else(x > 0, x, 1), 1)
         return moved | {"W": z["W"] + period * share * rates["W"]}
 
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s, and the torque that the network has learned: W^T h(x)."""
         e, ed, s, _, _ = sliding(est, ref, self.Lambda)
         return {"s": s, "learned": z["W"].T @ self._h(e, ed)}
 
-    def without(self) -> Mapping[str, AbstractController]:
+    def without(self) -> Mapping[str, AbstractArmController]:
         """Adaptive sliding mode without a network, the law with K(0) for good, and the law less its layer."""
         plain = AdaptiveSlidingMode(
             self.model, self.Lambda, self.phi, self.gamma, self.K, self.adaptation, self.saturation

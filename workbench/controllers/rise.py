@@ -13,13 +13,13 @@ from workbench.controllers.switching import SATURATIONS, layered, saturation, sl
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.loop.contracts import AbstractController
-from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.loop.arm import AbstractArmController
+from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
 
 
 @block
-class Rise(AbstractController):
+class Rise(AbstractArmController):
     """The robust integral of the sign of the error, which needs no model:
 
         s   = ed + Lambda e,                                        e = q - q_ref
@@ -88,24 +88,24 @@ class Rise(AbstractController):
         """The integral."""
         return Layout((Entry("w", self.w, "N m", symbol="w"),))
 
-    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """Feedback and integral, and the torque of the reference if there is a model."""
         del t
         tau: ca.SX = -(self.ks + 1) * sliding(est, ref, self.Lambda).s - z["w"]
         return tau if self.model is None else tau + self.model.torque(ref.q, ref.qd, ref.qdd)
 
-    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The rate of w."""
         del t, z
         s = sliding(est, ref, self.Lambda).s
         return {"w": (self.ks + 1) * self.alpha * s + self.beta * saturation(s, self.phi, self.saturation)}
 
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s."""
         del z
         return {"s": sliding(est, ref, self.Lambda).s}
 
-    def without(self) -> Mapping[str, AbstractController]:
+    def without(self) -> Mapping[str, AbstractArmController]:
         """Less the sign below the integral, less its layer, and less the torque of the reference."""
         sign = {"integral of the sign": replace(self, beta=0 * self.beta)} if self.beta.any() else {}
         layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}

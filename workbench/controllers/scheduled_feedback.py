@@ -10,8 +10,8 @@ import numpy as np
 from workbench.controllers.checks import halves
 from workbench.core import AbstractArm, Layout, block, option, parameter
 from workbench.core.block import Matrix, Scalar
-from workbench.loop.contracts import AbstractController
-from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.loop.arm import AbstractArmController
+from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
 from workbench.validation.words import numbers, refusal
 
@@ -22,7 +22,7 @@ SERIES = {
 
 
 @block
-class ScheduledFeedback(AbstractController):
+class ScheduledFeedback(AbstractArmController):
     """Feedforward along the reference, and linear feedback whose gain varies in time:
 
         tau = tau_ref - Kp(t) e - Kd(t) ed,       e = q - q_ref,
@@ -96,7 +96,7 @@ class ScheduledFeedback(AbstractController):
         """None."""
         return Layout()
 
-    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del z
         e, ed = est.q - ref.q, est.qd - ref.qd
@@ -113,12 +113,12 @@ class ScheduledFeedback(AbstractController):
         Kp, Kd = (ca.reshape(basis @ K, n, n).T for K in (self.Kp, self.Kd))
         return Kp, Kd
 
-    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """Nothing to remember."""
         del t, z, est, ref
         return {}
 
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """Nothing that the loop does not show already."""
         del z, est, ref
         return {}

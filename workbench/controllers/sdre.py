@@ -12,8 +12,8 @@ from workbench.controllers.switching import matrices
 from workbench.core import AbstractArm, Layout, block, parameter
 from workbench.core.block import Matrix
 from workbench.core.dynamics import solve_definite
-from workbench.loop.contracts import AbstractController
-from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.loop.arm import AbstractArmController
+from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
 
 DOUBLINGS = 9
@@ -29,7 +29,7 @@ class Problem(NamedTuple):
 
 
 @block
-class Sdre(AbstractController):
+class Sdre(AbstractArmController):
     """Feedback by a Riccati equation that is solved at each state, with x = [e; ed], e = q - q_ref:
 
         tau = M qdd_ref + C qd_ref + G - R^-1 B' P x
@@ -83,7 +83,7 @@ class Sdre(AbstractController):
         """None."""
         return Layout()
 
-    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del t, z
         M, C, G = matrices(self.model, est)
@@ -92,12 +92,12 @@ class Sdre(AbstractController):
         u = -ca.solve(self.R, solve_definite(M, P[self.dof :, :] @ x))
         return M @ ref.qdd + C @ ref.qd + G + u
 
-    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """Nothing to remember."""
         del t, z, est, ref
         return {}
 
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """What P leaves of its equation, relative to the equation's terms."""
         del z, ref
         M, C, _ = matrices(self.model, est)

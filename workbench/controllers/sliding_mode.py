@@ -13,13 +13,13 @@ from workbench.controllers.switching import SWITCHINGS, layered, matrices, slidi
 from workbench.core import AbstractArm, Layout, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.loop.contracts import AbstractController
-from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.loop.arm import AbstractArmController
+from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
 
 
 @block
-class SlidingMode(AbstractController):
+class SlidingMode(AbstractArmController):
     """Computed torque on a sliding surface, and a switching torque that outweighs the unknown:
 
         s   = ed + Lambda e,                    e = q - q_ref
@@ -70,7 +70,7 @@ class SlidingMode(AbstractController):
         """None."""
         return Layout()
 
-    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del t, z
         M, C, G = matrices(self.model, est)
@@ -78,17 +78,17 @@ class SlidingMode(AbstractController):
         tau: ca.SX = M @ qdd_r + C @ qd_r + G - switched(self, self.K, s, M)
         return tau
 
-    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """Nothing to remember."""
         del t, z, est, ref
         return {}
 
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s."""
         del z
         return {"s": sliding(est, ref, self.Lambda).s}
 
-    def without(self) -> Mapping[str, AbstractController]:
+    def without(self) -> Mapping[str, AbstractArmController]:
         """Less the switching torque, and less its layer."""
         layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
         return {"switching torque": replace(self, K=0 * self.K)} | layer

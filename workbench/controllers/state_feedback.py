@@ -10,13 +10,13 @@ import numpy as np
 from workbench.controllers.checks import halves
 from workbench.core import AbstractArm, Layout, block, parameter
 from workbench.core.block import Matrix
-from workbench.loop.contracts import AbstractController
-from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.loop.arm import AbstractArmController
+from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
 
 
 @block
-class StateFeedback(AbstractController):
+class StateFeedback(AbstractArmController):
     """Feedforward along the reference, and linear feedback of the whole state:
 
         tau = tau_ref - Kp e - Kd ed,             e = q - q_ref,
@@ -77,19 +77,19 @@ class StateFeedback(AbstractController):
         """None."""
         return Layout()
 
-    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del t, z
         e, ed = est.q - ref.q, est.qd - ref.qd
         tau: ca.SX = self.model.torque(ref.q, ref.qd, ref.qdd) - self.Kp @ e - self.Kd @ ed
         return tau
 
-    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """Nothing to remember."""
         del t, z, est, ref
         return {}
 
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """Nothing that the loop does not show already."""
         del z, est, ref
         return {}

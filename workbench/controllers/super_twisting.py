@@ -15,15 +15,15 @@ from workbench.controllers.switching import SWITCHINGS, layered, matrices, sampl
 from workbench.core import AbstractArm, Entry, Layout, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.loop.contracts import EULER, AbstractController
-from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.loop.arm import AbstractArmController
+from workbench.loop.contracts import EULER, Follows, Parts, Reads
 from workbench.validation.shapes import Number
 
 TINY = np.finfo(float).tiny
 
 
 @block
-class SuperTwisting(AbstractController):
+class SuperTwisting(AbstractArmController):
     """The super-twisting algorithm on each joint of a sliding surface:
 
         s   = ed + Lambda e,                     e = q - q_ref
@@ -86,7 +86,7 @@ class SuperTwisting(AbstractController):
         """The integral part of u."""
         return Layout((Entry("w", np.zeros(self.dof), "rad/s^2", symbol="w"),))
 
-    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del t
         M, C, G = matrices(self.model, est)
@@ -96,13 +96,13 @@ class SuperTwisting(AbstractController):
         tau: ca.SX = M @ (qdd_r + u) + C @ est.qd + G
         return tau
 
-    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The integral part by -k2 sat(s / phi)."""
         del t
         _, sigma, _ = self._switched(sliding(est, ref, self.Lambda).s, z["w"])
         return {"w": -self.k2 * sigma}
 
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s."""
         del z
         return {"s": sliding(est, ref, self.Lambda).s}
@@ -112,7 +112,7 @@ class SuperTwisting(AbstractController):
         """Explicit Euler, or the backward step that "implicit" is."""
         return "backward Euler" if self.saturation == "implicit" else EULER
 
-    def without(self) -> Mapping[str, AbstractController]:
+    def without(self) -> Mapping[str, AbstractArmController]:
         """Less either line of u, and less its layer."""
         layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
         lines = {"integral part": replace(self, k2=0 * self.k2), "root part": replace(self, k1=0 * self.k1)}

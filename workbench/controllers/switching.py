@@ -9,7 +9,7 @@ import casadi as ca
 from workbench.controllers.relay import relay
 from workbench.core import AbstractArm
 from workbench.core.block import Scalar, Vector
-from workbench.loop.ports import Estimate, Motion
+from workbench.loop.contracts import Follows, Reads
 
 SATURATIONS = {
     "clip": "sat(x) = x within -1 and 1, sign(x) outside: continuous, with a corner at the layer's edge",
@@ -47,7 +47,7 @@ class Surface(NamedTuple):
     qdd_r: ca.SX
 
 
-def sliding(est: Estimate, ref: Motion, Lambda: Vector) -> Surface:
+def sliding(est: Reads, ref: Follows, Lambda: Vector) -> Surface:
     """The sliding variable s = ed + Lambda e of the error that the observer sees, and all that goes with it.
 
     Here e = q - q_ref, and the reference velocity qd_r = qd_ref - Lambda e makes s = qd - qd_r; its
@@ -94,6 +94,6 @@ def sampling_period(law: Switching) -> float:
     return law.period
 
 
-def matrices(model: AbstractArm, est: Estimate) -> tuple[ca.SX, ca.SX, ca.SX]:
+def matrices(model: AbstractArm, est: Reads) -> tuple[ca.SX, ca.SX, ca.SX]:
     """M (n, n), C (n, n) and G (n, 1) as the designer's model gives them at the estimated state."""
     return model.mass_matrix(est.q), model.coriolis_matrix(est.q, est.qd), model.gravity_vector(est.q)

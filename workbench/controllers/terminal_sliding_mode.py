@@ -14,15 +14,15 @@ from workbench.controllers.switching import SATURATIONS, layered, matrices, satu
 from workbench.core import AbstractArm, Layout, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.loop.contracts import AbstractController
-from workbench.loop.ports import Estimate, Motion, Parts
+from workbench.loop.arm import AbstractArmController
+from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
 
 TINY = np.finfo(float).tiny
 
 
 @block
-class NonsingularTerminalSlidingMode(AbstractController):
+class NonsingularTerminalSlidingMode(AbstractArmController):
     """Computed torque on a terminal sliding surface, joint by joint, with a reaching law:
 
         s   = e + sig(ed)^gamma / beta,                  e = q - q_ref,   1 < gamma < 2
@@ -92,7 +92,7 @@ class NonsingularTerminalSlidingMode(AbstractController):
         """None."""
         return Layout()
 
-    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del t, z
         M, C, G = matrices(self.model, est)
@@ -102,24 +102,24 @@ class NonsingularTerminalSlidingMode(AbstractController):
         tau: ca.SX = M @ (ref.qdd - along - u) + C @ est.qd + G
         return tau
 
-    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """Nothing to remember."""
         del t, z, est, ref
         return {}
 
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s, which is in rad and so goes by another name than that of a linear surface."""
         del z
         return {"surface": self._surface(est, ref)}
 
-    def without(self) -> Mapping[str, AbstractController]:
+    def without(self) -> Mapping[str, AbstractArmController]:
         """Less either part of the reaching law, and less its layer."""
         linear = {"linear reaching": replace(self, k1=0 * self.k1)} if self.k1.any() else {}
         switched = {"switched reaching": replace(self, k2=0 * self.k2)} if self.k2.any() else {}
         layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
         return linear | switched | layer
 
-    def _surface(self, est: Estimate, ref: Motion) -> ca.SX:
+    def _surface(self, est: Reads, ref: Follows) -> ca.SX:
         e, ed = est.q - ref.q, est.qd - ref.qd
         s: ca.SX = e + _power(ed, self.gamma) * ca.sign(ed) / self.beta
         return s

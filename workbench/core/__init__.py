@@ -10,9 +10,11 @@ from workbench.core.dynamics import AbstractArm, Dynamics
 from workbench.core.layout import Entry, Layout
 from workbench.core.lift import Lifted, lift
 from workbench.core.ode import Ode
+from workbench.core.port import layout
 from workbench.core.roles import Roles, grouped, same_information
 from workbench.core.rule import Rule
 from workbench.core.sampled import Sampled
+from workbench.core.signals import Signals
 from workbench.core.stabilised import rkc, stepper
 from workbench.core.step import Step, rk4
 
@@ -27,10 +29,12 @@ __all__ = [
     "Roles",
     "Rule",
     "Sampled",
+    "Signals",
     "Step",
     "block",
     "grouped",
     "initial",
+    "layout",
     "lift",
     "option",
     "parameter",

@@ -88,6 +88,14 @@ def quantities(owner: Any) -> list[tuple[Field[Any], Quantity]]:
     return [(f, f.metadata["quantity"]) for f in fields(owner) if "quantity" in f.metadata]
 
 
+def unit_of(owner: Any, quantity: Quantity) -> str:
+    """The unit of a number, in which `{field}` stands for the text of another field: the unit of a signal, say."""
+    unit = quantity.unit
+    for f in fields(owner) if "{" in unit else ():
+        unit = unit.replace(f"{{{f.name}}}", str(getattr(owner, f.name)))
+    return unit
+
+
 def options(owner: Any) -> dict[str, tuple[str, str]]:
     """The named choices of a block: field to (choice, what it means)."""
     chosen = {f.name: (getattr(owner, f.name), f.metadata["option"]) for f in fields(owner) if "option" in f.metadata}
@@ -122,7 +130,8 @@ def block(cls: type[T]) -> type[T]:
 def _repr_html_(self: Any) -> str:
     """What a notebook shows of a block: its numbers, its choices, and the blocks it is made of."""
     rows: list[tuple[object, ...]] = [
-        (f.name, letters(q.symbol or f.name), _plain(getattr(self, f.name)), q.unit) for f, q in quantities(self)
+        (f.name, letters(q.symbol or f.name), _plain(getattr(self, f.name)), unit_of(self, q))
+        for f, q in quantities(self)
     ]
     rows += [(f.name, "", getattr(self, f.name), "") for f in _sockets(self) if _is_plain(getattr(self, f.name))]
     rows += [(name, "", choice, meaning) for name, (choice, meaning) in options(self).items()]
@@ -184,7 +193,7 @@ def _check_quantities(owner: Any) -> None:
         value = numbers(f"{type(owner).__name__}({f.name}=...)", getattr(owner, f.name))
         value = _fit(owner, f.name, value, quantity, sizes)
         if not quantity.bounds.allow(value).all():
-            unit = f" [{quantity.unit}]" if quantity.unit else ""
+            unit = f" [{held}]" if (held := unit_of(owner, quantity)) else ""
             raise ValueError(
                 f"`{type(owner).__name__}({f.name}=...)` must be {quantity.bounds}{unit}; got {_show(value)}."
             )

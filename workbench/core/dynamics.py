@@ -29,6 +29,16 @@ class AbstractArm(ABC):
     def dof(self) -> int:
         """The number of joints n."""
 
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each joint's position: rad where it turns, m where it slides."""
+        return ("rad",) * self.dof
+
+    @property
+    def motors(self) -> tuple[int, ...]:
+        """The joints that have a motor, in order: all of them, unless the arm says otherwise."""
+        return tuple(range(self.dof))
+
     @abstractmethod
     def mass_matrix(self, q: Column) -> ca.SX:
         """M(q), (n, n), in kg m^2."""
@@ -53,6 +63,16 @@ class AbstractArm(ABC):
         if tau is None:
             tau = self.mass_matrix(q) @ qdd + self.coriolis_matrix(q, qd) @ qd + self.gravity_vector(q)
         return tau
+
+    @door
+    def driven(self, tau: ca.SX) -> ca.SX:
+        """The torque at each joint, (n, 1), where the motors' torques are `tau`: none at a joint without a motor."""
+        if len(self.motors) == self.dof:
+            return tau
+        joints = ca.SX(self.dof, 1)
+        for i, joint in enumerate(self.motors):
+            joints[joint] = tau[i]
+        return joints
 
     @door
     def acceleration(self, q: Column, qd: Column, tau: Column) -> ca.SX:

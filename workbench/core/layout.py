@@ -56,6 +56,12 @@ class Entry:
         """How many numbers the quantity takes in the flat vector."""
         return int(self.default.size)
 
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each of its numbers: `unit` may name them one by one, as in "m, rad"."""
+        several = tuple(self.unit.split(", "))
+        return several if len(several) == self.size else (self.unit,) * self.size
+
     def labels(self) -> list[str]:
         """The names of its numbers in their order in the flat vector: `K[0,1]`, column by column."""
         if not self.shape:

@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 import casadi as ca
 import numpy as np
 
-from workbench.core.block import Quantity, is_block
+from workbench.core.block import Quantity, is_block, unit_of
 from workbench.core.layout import Entry, Layout
 from workbench.validation.doors import door
 from workbench.validation.words import refusal
@@ -54,7 +54,9 @@ def _twin(block: T, path: str, index: str, found: list[tuple[Entry, ca.SX]]) -> 
         value = getattr(block, f.name)
         quantity: Quantity | None = f.metadata.get("quantity")
         if quantity is not None and quantity.lifted and value is not None:
-            entry = _entry(f"{path}{f.name}", value, quantity, quantity.symbol or f.name, index)
+            entry = _entry(
+                f"{path}{f.name}", value, quantity, unit_of(block, quantity), quantity.symbol or f.name, index
+            )
             found.append((entry, _symbol(entry)))
             value = found[-1][1]
         else:
@@ -71,9 +73,9 @@ def _twin_of_field(value: Any, path: str, found: list[tuple[Entry, ca.SX]]) -> A
     return value
 
 
-def _entry(name: str, value: Any, quantity: Quantity, symbol: str, index: str) -> Entry:
+def _entry(name: str, value: Any, quantity: Quantity, unit: str, symbol: str, index: str) -> Entry:
     printed = f"{symbol}_{index}" if index and "_" not in symbol else f"{symbol}{index}"
-    return Entry(name, np.asarray(value, dtype=float), quantity.unit, quantity.bounds, printed)
+    return Entry(name, np.asarray(value, dtype=float), unit, quantity.bounds, printed)
 
 
 def _symbol(entry: Entry) -> ca.SX:

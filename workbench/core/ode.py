@@ -35,6 +35,8 @@ class Ode:
         The parameters that an outside signal may drive (the torque of an open loop, say).
     notes
         What a reader must know of these equations: an estimate that uses the truth, say.
+    follows, drives
+        Of a loop, the outputs that follow a reference, each beside what is wanted of it (`x_ref`), and the commands.
 
     Raises
     ------
@@ -56,6 +58,8 @@ class Ode:
     output: ca.SX
     inputs: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    follows: tuple[str, ...] = ()
+    drives: tuple[str, ...] = ()
 
     WAYS: ClassVar = {"ClosedLoop": "a loop becomes one by its method `ode()`"}
 

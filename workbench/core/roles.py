@@ -8,7 +8,8 @@ from typing import Literal, TypeAlias
 
 from workbench.validation.doors import door
 
-Information: TypeAlias = tuple[tuple[str, ...], tuple[str, ...], bool, bool, bool]
+Way: TypeAlias = Literal["read", "filtered", "estimated"]
+Information: TypeAlias = tuple[tuple[tuple[str, tuple[Way, ...]], ...], bool, bool, bool]
 
 
 @dataclass(frozen=True)
@@ -20,30 +21,30 @@ class Roles:
     ----------
     law, observer
         What they are called; '' where there is no observer.
-    positions, velocities
-        'read' where a reading acts at its own instant, 'filtered' where it acts by the memory of the observer alone,
-        and 'estimated' where the observer's estimate stands for a quantity that it does not read.
+    readings
+        By the name of each output of the plant: 'read' where a reading acts at its own instant, 'filtered'
+        where it acts by a memory of that output alone, and 'estimated' where an estimate from other readings, too,
+        stands for it; nothing where it does not act.
     reference
-        Of 'q_ref', 'qd_ref' and 'qdd_ref' those that the command depends on.
+        Of the wanted signals, 'q_ref' for that of q, those that the command depends on.
     models
         By the path of each model of the arm, which of its 'M', 'C' and 'G' the command depends on: none of them where
         a model is given and not used.
-    disturbance
-        Whether an estimate of the disturbance acts.
-    oracle
-        Whether the true disturbance acts, which no instrument gives.
+    unread
+        The signals which no instrument gives, a disturbance among them, of which an estimate acts.
+    truths
+        Of those, the ones that act themselves.
     law_states, observer_states
         How many numbers each remembers.
     """
 
     law: str
     observer: str
-    positions: tuple[Literal["read", "filtered", "estimated"], ...]
-    velocities: tuple[Literal["read", "filtered", "estimated"], ...]
+    readings: Mapping[str, tuple[Way, ...]]
     reference: tuple[str, ...]
     models: Mapping[str, tuple[str, ...]]
-    disturbance: bool
-    oracle: bool
+    unread: tuple[str, ...]
+    truths: tuple[str, ...]
     law_states: int
     observer_states: int
 
@@ -54,8 +55,8 @@ class Roles:
 
     @property
     def information(self) -> Information:
-        """What a comparison must hold equal: how positions and velocities come, model, disturbance and oracle."""
-        return self.positions, self.velocities, any(self.models.values()), self.disturbance, self.oracle
+        """What a comparison must hold equal: how each output comes, model, estimated disturbance and truth."""
+        return tuple(self.readings.items()), any(self.models.values()), bool(self.unread), bool(self.truths)
 
 
 @door

@@ -5,36 +5,76 @@ from __future__ import annotations
 from dataclasses import replace
 
 import casadi as ca
-import numpy as np
 
-from workbench.core import Entry, Layout, Ode, Roles, Sampled, Step, block, lift
-from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, AbstractReference
-from workbench.loop.instruments import Instruments
-from workbench.loop.ports import Measurement
+from workbench.core import Layout, Ode, Roles, Sampled, Signals, Step, block, lift
+from workbench.core.port import joined
+from workbench.loop.contracts import (
+    AbstractController,
+    AbstractInstruments,
+    AbstractObserver,
+    AbstractPlant,
+    AbstractReference,
+    is_recursion,
+)
+from workbench.loop.defaults import Readings, Rest
+from workbench.loop.matching import refuse_misfits
 from workbench.loop.roles import roles
 from workbench.loop.sampled import FINE, digital
-from workbench.loop.wiring import SOCKETS, UNITS, above, below, dense, memory, notes, outputs, signals, visible
+from workbench.loop.wiring import (
+    above,
+    asked,
+    commanded,
+    estimated,
+    measured,
+    memory,
+    notes,
+    rates,
+    shown,
+    signals,
+    split,
+    wanted,
+)
 from workbench.validation.doors import door
-from workbench.validation.words import one_of, seconds
+from workbench.validation.words import one_of, refusal, seconds
 
 
 @block
 class ClosedLoop:
-    """A plant, an observer, a controller and a wanted motion, all of the same number of joints."""
+    """A plant, an observer, a controller and a reference, whose ports fit one another.
+
+    Parameters
+    ----------
+    observer
+        Where there is none, the law reads what the instruments read.
+    reference
+        Where there is none, the law follows nothing.
+
+    Raises
+    ------
+    ValueError
+        If there is no plant or no controller; or if a block asks for a signal that no other gives, or in another shape
+        or unit, or an input of the plant is driven by nothing.
+    """
 
     plant: AbstractPlant
-    observer: AbstractObserver
-    controller: AbstractController
-    reference: AbstractReference
+    observer: AbstractObserver = None  # type: ignore[assignment]
+    controller: AbstractController = None  # type: ignore[assignment]
+    reference: AbstractReference = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
-        sizes = {socket: getattr(self, socket).dof for socket in ("plant", "observer", "controller", "reference")}
-        if len(set(sizes.values())) > 1:
-            raise ValueError(
-                "`ClosedLoop(...)` needs blocks of the same number of joints; got "
-                + ", ".join(f"{socket} with {n}" for socket, n in sizes.items())
-                + "."
-            )
+        if self.controller is None:
+            raise refusal("ClosedLoop(controller=...)", "an `AbstractController`", None)
+        if self.observer is None:
+            object.__setattr__(self, "observer", Readings(self.plant.outputs))
+        if self.reference is None:
+            object.__setattr__(self, "reference", Rest())
+        refuse_misfits(self)
+
+    @property
+    def follows(self) -> tuple[str, ...]:
+        """The outputs of the plant that the law is to make follow the reference."""
+        law, outputs = self.controller.follows, self.plant.outputs
+        return tuple(name for name in self.reference.primary if name in law and name in outputs)
 
     @property
     def uses_truth(self) -> bool:
@@ -69,10 +109,10 @@ class ClosedLoop:
     def ode(self, name: str = "loop") -> Ode:
         """The closed loop as x' = f(t, x, p), every parameter a symbol keyed by its path.
 
-        The outputs are the motion (q, qd), the wanted one (q_ref, qd_ref), the tracking error
-        e = q - q_ref and its rate ed, the error e_hat that the observer sees, the torque commanded
-        (tau) and applied (tau_applied), the disturbance d, the observer's errors (q_error, qd_error,
-        d_error: true minus estimated), and the controller's own signals.
+        The outputs are those of the plant, and of each what is wanted (`x_ref`), the tracking error
+        e_x = x - x_ref and that of the estimate (`e_hat_x`); the commands and what acts where they are commanded
+        (`u_applied`); the truths; the observer's errors (`x_error`: true minus estimated); and the law's own signals.
+        An arm calls e_q, e_qd and e_hat_q by the letters of its book, e, ed and e_hat.
 
         Raises
         ------
@@ -83,10 +123,10 @@ class ClosedLoop:
         return _around(self, name, broken=False)
 
     def broken(self, name: str = "loop") -> Ode:
-        """The loop cut at the plant's input: the plant moves by the torque 'drive' (n,), the declared input.
+        """The loop cut at the plant's inputs: the plant moves by 'drive' (nu,), the declared input, in order.
 
-        The only output is the torque 'tau' that the controller commands, which the observer counts on. With
-        drive = tau the loop is that of `ode`; its gain is L, from drive to -tau.
+        The outputs are the inputs as the controller commands them, which the observer counts on. With
+        drive = command the loop is that of `ode`; its gain is L, from drive to -command.
 
         Raises
         ------
@@ -98,7 +138,7 @@ class ClosedLoop:
     def digital(
         self,
         period: float,
-        instruments: Instruments | None = None,
+        instruments: AbstractInstruments | None = None,
         *,
         delay: bool = False,
         integrator: str = "declared",
@@ -107,20 +147,23 @@ class ClosedLoop:
         """The closed loop with observer and controller in a computer, which runs them once in `period` seconds.
 
         At t_k = k period the computer reads the instruments, and its observer estimates from the readings;
-        the law sees the estimates and the reference of that instant; its torque, limited, is held until
-        t_(k+1) while the plant moves. With `delay` the torque computed at t_k waits as the state 'hold.next'
+        the law sees the estimates and the reference of that instant; its command, limited, is held until
+        t_(k+1) while the plant moves. With `delay` the command computed at t_k waits as the state 'hold.next'
         and is held from t_(k+1) on; what that state is at the start, zero unless set, is held until t_1.
         Then observer and controller move their memories on by the method that each declares, explicit Euler unless
-        it has an `integrator` of its own; the observer counts on the torque that is held. `methods` of what comes
+        it has an `integrator` of its own; the observer counts on the command that is held. `methods` of what comes
         back names them.
 
-        The outputs are those of `ode`. The estimates and the controller's own signals are held as the torque
-        is ('hold.tau', 'hold.q_hat', ...), so between two instants q_error, say, is that of an old estimate.
+        The outputs are those of `ode`. The estimates and the controller's own signals are held as the command
+        is ('hold.tau', 'hold.q_hat', ... of an arm), so between two instants q_error, say, is that of an old estimate.
+
+        A law or an observer with a `period` of its own, a whole multiple of this one, runs once in that and is held
+        between.
 
         Parameters
         ----------
         instruments
-            Noise and steps of the readings, limits of the torque; without any, readings are exact.
+            Noise and steps of the readings, limits of the commands; without any, readings are exact.
         integrator
             "declared", or "fine" for 16 Runge-Kutta steps a period through all memories, with readings, estimate,
             reference and torque held: near the exact flow of their own equations, which tells what diverges by its
@@ -129,9 +172,9 @@ class ClosedLoop:
         Raises
         ------
         ValueError
-            If the period is no positive finite number, the instruments are none or for other joints, `delay` is
-            neither True nor False, the integrator is neither of the two, "fine" is asked of a law whose memory has
-            no rate in continuous time, or the law calls a signal of its own as the loop calls one.
+            If the period is no positive finite number, or does not divide that of a block; the instruments are none or
+            for another plant; `delay` is neither True nor False; the integrator is neither of the two; or the law calls
+            a signal of its own as the loop calls one.
         """
         fine = one_of("ClosedLoop.digital(integrator=...)", integrator, ("declared", "fine")) == "fine"
         length = seconds("ClosedLoop.digital(period=...)", period)
@@ -141,7 +184,7 @@ class ClosedLoop:
         self,
         period: float,
         substeps: int = 1,
-        instruments: Instruments | None = None,
+        instruments: AbstractInstruments | None = None,
         *,
         delay: bool = False,
         name: str = "loop",
@@ -157,59 +200,68 @@ class ClosedLoop:
 
 
 def _around(closed: ClosedLoop, name: str, *, broken: bool) -> Ode:
-    """Once round a loop, whose plant moves by the controller's torque or, where it is broken, by one from outside."""
+    """Once round a loop, whose plant moves by the controller's command or, where it is broken, by one from outside."""
+    for socket in ("plant", "observer", "controller"):
+        if is_recursion(part := getattr(closed, socket)):
+            raise ValueError(
+                f"`{type(part).__name__}` is a recursion in discrete time, which only a computer runs: take "
+                "`ClosedLoop.digital(period)` in place of `ode()`."
+            )
     lifted = lift(closed)
-    loop, states = lifted.block, memory(closed)
-    outside = Layout((Entry("drive", np.zeros(closed.plant.dof), "N m"),)) if broken else Layout()
+    loop, states, inputs = lifted.block, memory(closed), closed.plant.inputs
+    outside = Layout((joined(inputs, "drive"),)) if broken else Layout()
     t, x, drive = ca.SX.sym("t"), states.symbols(), outside.symbols()
-    z = {socket: below(socket, states.view(x)) for socket in SOCKETS}
+    z = split(states.view(x))
 
-    ref = loop.reference.at(t)
-    y = loop.plant.measure(t, z["plant"])
-    seen = visible(closed, y)
-    est = loop.observer.estimate(t, z["observer"], seen)
-    tau = ca.densify(loop.controller.torque(t, z["controller"], est, ref))
-    rates = {
-        "plant": loop.plant.rate(t, z["plant"], drive if broken else tau),
-        "observer": loop.observer.rate(t, z["observer"], seen, est, tau),
-        "controller": loop.controller.rate(t, z["controller"], est, ref),
-    }
-    watched = (
-        {"tau": tau}
-        if broken
-        else {
-            **outputs(y, ref, est, tau, loop.plant.applied(z["plant"], tau)),
-            **signals(loop.controller, z["controller"], est, ref),
-        }
-    )
+    ref = wanted(loop, t)
+    y = measured(loop, t, z["plant"])
+    seen, est = estimated(loop, t, z["observer"], y)
+    u = commanded(loop, t, z["controller"], est, ref)
+    acts = Signals(inputs.view(drive)) if broken else u
+    moves = {"plant": asked(loop.plant, "rate", closed.plant.states, t, z["plant"], acts)}
+    moves |= rates(loop, t, z, seen, est, u, ref)
+    if broken:
+        outputs, watched = inputs, dict(u)
+    else:
+        applied = asked(loop.plant, "applied", inputs, t, z["plant"], u)
+        outputs, watched = shown(loop, y, ref, est, u, applied, signals(loop, z["controller"], est, ref))
     symbols = (t, x, ca.vertcat(lifted.symbols, drive))
-    ode = Ode.of(name, states, lifted.layout + outside, symbols, above(rates), dense(watched), UNITS)
-    return replace(ode, notes=notes(closed), inputs=outside.names)
+    return Ode(
+        name,
+        states,
+        lifted.layout + outside,
+        outputs,
+        *symbols,
+        states.flatten(above(moves)),
+        outputs.flatten(watched),
+        inputs=outside.names,
+        notes=notes(closed),
+        follows=() if broken else closed.follows,
+        drives=inputs.names,
+    )
 
 
 @door
 def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
-    """The plant alone, driven by the torque 'tau' (n,), which is a parameter and the declared input.
+    """The plant alone, driven by its inputs, which are parameters and the declared inputs.
 
     Raises
     ------
     ValueError
-        If `plant` is none.
+        If `plant` is none, or moves in discrete time.
     """
+    if is_recursion(plant):
+        raise ValueError(
+            f"`{type(plant).__name__}` moves in discrete time and has no rate: take it in a `digital` loop."
+        )
     lifted = lift(plant)
-    drive = Layout((Entry("tau", np.zeros(plant.dof), "N m"),))
-    tau = drive.symbols()
-    states = plant.memory
-    t, x = ca.SX.sym("t"), states.symbols()
-    z = states.view(x)
-    y: Measurement = lifted.block.measure(t, z)
-    ode = Ode.of(
-        name,
-        states,
-        lifted.layout + drive,
-        (t, x, ca.vertcat(lifted.symbols, tau)),
-        lifted.block.rate(t, z, tau),
-        dense({"q": y.q, "qd": y.qd}),
-        UNITS,
+    states, inputs, outputs = plant.states, plant.inputs, plant.outputs
+    u, t, x = inputs.symbols(), ca.SX.sym("t"), states.symbols()
+    z = Signals(states.view(x))
+    rate = asked(lifted.block, "rate", states, t, z, Signals(inputs.view(u)))
+    y = asked(lifted.block, "measure", outputs + plant.truths, t, z)
+    watched = outputs.flatten({name: ca.densify(part) for name, part in y.only(outputs).items()})
+    p = ca.vertcat(lifted.symbols, u)
+    return Ode(
+        name, states, lifted.layout + inputs, outputs, t, x, p, states.flatten(rate), watched, inputs=inputs.names
     )
-    return replace(ode, inputs=("tau",))

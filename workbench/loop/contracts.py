@@ -1,7 +1,9 @@
 """What each block of a loop must be able to say. Every class below is abstract; every law is final.
 
-A block's own states are its `memory` (a `Layout`); its `rate` returns a part for each of them. In a computer it
-moves them over a period by its `advance`, an explicit Euler step unless the block has a method of its own.
+A block declares its ports as layouts, and its own states as its `memory`; a plant calls its own states `states`.
+Where a class does not, they are the fields that it declares with `initial`. Its `rate` returns a part for each of them.
+In a computer a block moves its memory over a period by its `advance`: an explicit Euler step unless the block has a
+method of its own, and the `update` of a law or an observer that is a recursion in discrete time.
 """
 
 from __future__ import annotations
@@ -9,116 +11,151 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from copy import copy
-from typing import Self
+from typing import Annotated, Self
 
 import casadi as ca
+import numpy as np
 
-from workbench.core import Layout
-from workbench.loop.ports import Estimate, Measurement, Motion, Parts
+from workbench.core import Entry, Layout, Signals
+from workbench.core.block import quantities, unit_of
 from workbench.validation.doors import door
-from workbench.validation.shapes import Column, Number
+from workbench.validation.shapes import Memory, Number, States
 from workbench.validation.words import seconds
 
-EULER = "explicit Euler"
+EULER, RECURSION = "explicit Euler", "its own recursion in discrete time"
+
+# The memory of a block, or its rate: a name for each quantity.
+Parts = Memory
+Reads = Annotated[Signals, "reads"]
+Follows = Annotated[Signals, "follows"]
+Inputs = Annotated[Signals, "inputs"]
 
 
 class AbstractReference(ABC):
-    """A wanted motion as an expression in time."""
+    """Wanted signals as expressions in time."""
 
     @property
     @abstractmethod
-    def dof(self) -> int:
-        """The number of joints n."""
-
-    @abstractmethod
-    def at(self, t: Number) -> Motion:
-        """The wanted motion at time t [s]."""
-
-
-class AbstractDisturbance(ABC):
-    """A torque D(t) that acts on the joints from outside, with known bounds (Assumption 4 of the paper)."""
+    def says(self) -> Layout:
+        """The signals that it gives."""
 
     @property
-    @abstractmethod
-    def dof(self) -> int:
-        """The number of joints n."""
+    def primary(self) -> tuple[str, ...]:
+        """The signals that are wanted for themselves; others are their derivatives."""
+        return self.says.names
 
     @abstractmethod
-    def at(self, t: Number) -> ca.SX:
-        """D(t), (n, 1), in N m."""
-
-    @property
-    @abstractmethod
-    def D_max(self) -> float:
-        """A bound on the Euclidean norm of D(t) over all time, in N m."""
-
-    @property
-    @abstractmethod
-    def L_D(self) -> float:
-        """A bound on the Euclidean norm of D'(t) over all time, in N m/s."""
+    def at(self, t: Number) -> Signals:
+        """The signals at time t [s]."""
 
 
 class AbstractPlant(ABC):
-    """What is controlled: driven by a torque command, watched by instruments."""
+    """What is controlled: driven by its inputs, watched by its outputs.
+
+    Attributes
+    ----------
+    truths
+        The signals that no instrument gives, a disturbance among them; `measure` returns them beside the outputs.
+    labels
+        Shorter names that a loop gives to signals of this plant: `{"e_q": "e"}`.
+    period
+        Of a plant in discrete time, which has an `update` in place of a `rate`, in s; else None.
+    """
+
+    truths: Layout = Layout()
+    labels: Mapping[str, str] = {}
+    period: float | None = None
+
+    @property
+    def states(self) -> Layout:
+        """The states, each with its start: the fields that are declared by `initial`."""
+        return starts(self)
 
     @property
     @abstractmethod
-    def dof(self) -> int:
-        """The number of joints n."""
+    def inputs(self) -> Layout:
+        """What drives it."""
 
     @property
     @abstractmethod
-    def memory(self) -> Layout:
-        """The states; 'q' and 'qd' are among them."""
+    def outputs(self) -> Layout:
+        """What instruments read of it."""
 
-    @abstractmethod
-    def measure(self, t: Number, z: Parts) -> Measurement:
-        """What the instruments say at a state."""
+    def measure(self, t: Number, x: States) -> Signals:
+        """Outputs and truths at a state: the states of their names."""
+        del t
+        return Signals({name: x[name] for name in self.outputs.names})
 
-    @abstractmethod
-    def applied(self, z: Parts, tau: Column) -> ca.SX:
-        """The torque that acts on the joints when `tau` is commanded, (n, 1), in N m."""
+    def applied(self, t: Number, x: States, u: Inputs) -> Signals:
+        """What acts in the plant where `u` is commanded."""
+        del t, x
+        return u
 
-    @abstractmethod
-    def rate(self, t: Number, z: Parts, tau: Column) -> Parts:
+    def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         """The derivative of each state."""
+        raise NotImplementedError(f"`{type(self).__name__}` needs a `rate`, or an `update` and a `period`.")
+
+    def update(self, t: Number, x: States, u: Inputs) -> Parts:
+        """The states at the next instant, of a plant in discrete time, which has no rate."""
+        raise NotImplementedError(f"`{type(self).__name__}` has a rate, and no update.")
 
 
 class AbstractObserver(ABC):
-    """From measurements to estimates. An estimate never sees the torque of the same instant."""
+    """From measurements to estimates. An estimate never sees the command of the same instant.
+
+    Attributes
+    ----------
+    inputs
+        The inputs of the plant whose command it counts on.
+    uses_truth
+        Whether it needs what no instrument can give it.
+    period
+        How often a computer runs it, in s; None where it runs in continuous time, or as often as the loop's computer.
+    """
+
+    inputs: Layout = Layout()
+    uses_truth: bool = False
+    period: float | None = None
 
     @property
     @abstractmethod
-    def dof(self) -> int:
-        """The number of joints n."""
+    def reads(self) -> Layout:
+        """The outputs of the plant that it reads, and the truths where it `uses_truth`."""
 
     @property
     @abstractmethod
-    def uses_truth(self) -> bool:
-        """Whether it needs what no instrument can give it."""
+    def gives(self) -> Layout:
+        """What it estimates."""
 
     @property
-    @abstractmethod
     def memory(self) -> Layout:
-        """The observer's own states."""
+        """Its own states: the fields that are declared by `initial`."""
+        return starts(self)
 
     @abstractmethod
-    def estimate(self, t: Number, z: Parts, y: Measurement) -> Estimate:
+    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         """What the observer believes."""
 
-    @abstractmethod
-    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
-        """The derivative of each state, when the torque `tau` is commanded."""
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
+        """The derivative of each state, when `u` is commanded; nothing where there is no memory."""
+        del t, z, y, est, u
+        return {}
+
+    def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
+        """The memory at the next instant, of an observer that is a recursion in discrete time and has no rate."""
+        raise NotImplementedError(f"`{type(self).__name__}` has a rate, and no update.")
 
     @property
     def method(self) -> str:
         """The name of the method by which `advance` steps the memory, as a page has it."""
-        return EULER
+        return RECURSION if is_recursion(self) else EULER
 
     @door
-    def advance(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column, period: float) -> Parts:
-        """The memory at the end of a period in s, over which a computer holds the readings and the torque `tau`."""
-        return euler(z, self.rate(t, z, y, est, tau), period)
+    def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
+        """The memory at the end of a period in s, over which a computer holds the readings and the commands."""
+        if is_recursion(self):
+            return self.update(t, z, y, est, u)
+        return euler(z, self.rate(t, z, y, est, u), period)
 
     def without(self) -> Mapping[str, AbstractObserver]:
         """The observer less each of its parts, by the name of the part; none where it has no parts."""
@@ -126,46 +163,66 @@ class AbstractObserver(ABC):
 
 
 class AbstractController(ABC):
-    """From estimates and the wanted motion to a torque command.
+    """From estimates and the wanted signals to commands.
 
     Attributes
     ----------
+    follows
+        The signals of the reference; none where the law keeps the plant at rest.
     period
-        How often a computer runs the law, in s; None where it runs in continuous time.
+        How often a computer runs the law, in s; None where it runs in continuous time, or as often as the loop's
+        computer.
+    signal_units
+        The units of what `signals` returns.
     """
 
+    follows: Layout = Layout()
     period: float | None = None
+    signal_units: Mapping[str, str] = {}
 
     @property
     @abstractmethod
-    def dof(self) -> int:
-        """The number of joints n."""
+    def reads(self) -> Layout:
+        """The estimates that it reads."""
 
     @property
     @abstractmethod
+    def drives(self) -> Layout:
+        """The inputs of the plant that it commands."""
+
+    @property
     def memory(self) -> Layout:
-        """The controller's own states."""
+        """Its own states: the fields that are declared by `initial`."""
+        return starts(self)
 
     @abstractmethod
-    def torque(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
-        """The torque command, (n, 1), in N m."""
+    def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
+        """What it commands."""
 
-    @abstractmethod
-    def rate(self, t: Number, z: Parts, est: Estimate, ref: Motion) -> Parts:
-        """The derivative of each state."""
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """The derivative of each state; nothing where there is no memory."""
+        del t, z, est, ref
+        return {}
 
-    @abstractmethod
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """What is worth watching besides the memory: the sliding variable s, say."""
+        del z, est, ref
+        return {}
+
+    def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """The memory at the next instant, of a law that is a recursion in discrete time and has no rate."""
+        raise NotImplementedError(f"`{type(self).__name__}` has a rate, and no update.")
 
     @property
     def method(self) -> str:
         """The name of the method by which `advance` steps the memory, as a page has it."""
-        return EULER
+        return RECURSION if is_recursion(self) else EULER
 
     @door
-    def advance(self, t: Number, z: Parts, est: Estimate, ref: Motion, period: float) -> Parts:
+    def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
         """The memory at the end of a period in s, over which a computer holds the estimate and the reference."""
+        if is_recursion(self):
+            return self.update(t, z, est, ref)
         return euler(z, self.rate(t, z, est, ref), period)
 
     def without(self) -> Mapping[str, AbstractController]:
@@ -180,6 +237,77 @@ class AbstractController(ABC):
         return law
 
 
+class AbstractInstruments(ABC):
+    """What stands between a plant and its computer."""
+
+    @property
+    @abstractmethod
+    def reads(self) -> Layout:
+        """The outputs of the plant that they touch."""
+
+    @property
+    @abstractmethod
+    def limits(self) -> Layout:
+        """The inputs of the plant that they limit."""
+
+    @property
+    @abstractmethod
+    def noises(self) -> int:
+        """How many standard normal numbers one reading takes."""
+
+    @abstractmethod
+    def read(self, y: Signals, w: ca.SX) -> Signals:
+        """What the computer reads where y is true, with w (noises, 1)."""
+
+    @abstractmethod
+    def limited(self, u: Signals) -> Signals:
+        """What is asked for where the law commands `u`."""
+
+
+class AbstractDisturbance(ABC):
+    """Signals D(t) that act from outside, with known bounds (Assumption 4 of the paper, for torques)."""
+
+    @property
+    @abstractmethod
+    def dof(self) -> int:
+        """The number of its components n."""
+
+    @abstractmethod
+    def at(self, t: Number) -> ca.SX:
+        """D(t), (n, 1)."""
+
+    @property
+    @abstractmethod
+    def D_max(self) -> float:
+        """A bound on the Euclidean norm of D(t) over all time, in the unit of D."""
+
+    @property
+    @abstractmethod
+    def L_D(self) -> float:
+        """A bound on the Euclidean norm of D'(t) over all time, in the unit of D per second."""
+
+
+def is_recursion(block: AbstractObserver | AbstractController | AbstractPlant) -> bool:
+    """Whether a block is one in discrete time: it has an `update` of its own in place of a `rate`."""
+    return not any(type(block).update is kind.update for kind in (AbstractObserver, AbstractController, AbstractPlant))
+
+
 def euler(z: Parts, rates: Parts, period: float) -> dict[str, ca.SX]:
     """z + period z', the explicit Euler step of each part of a memory."""
     return {name: z[name] + period * rate for name, rate in rates.items()}
+
+
+def starts(block: object) -> Layout:
+    """The fields that a block declares by `initial`, as the layout of its states."""
+    return Layout(
+        tuple(
+            Entry(
+                f.name,
+                np.asarray(getattr(block, f.name), dtype=float),
+                unit_of(block, quantity),
+                symbol=quantity.symbol,
+            )
+            for f, quantity in quantities(block)
+            if not quantity.lifted
+        )
+    )

@@ -1,69 +1,145 @@
-"""What stands between an arm and its computer: instruments with noise and steps, a torque with limits."""
+"""What stands between any plant and its computer: sensors with noise and steps, limits of the commands."""
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Mapping
+from typing import Any
 
 import casadi as ca
+import numpy as np
 
-from workbench.core import block, parameter
+from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Vector
-from workbench.loop.ports import Measurement
-from workbench.validation.shapes import Column
+from workbench.loop.contracts import AbstractInstruments, AbstractPlant
+from workbench.validation.words import known, numbers, refusal
 
 
 @block
-class Instruments:
-    """Positions and velocities as a computer reads them, and the torque that it can ask for:
+class Sensor:
+    """One output as a computer reads it, with standard normal w, fresh at every reading:
 
-        reading = quantised(x + noise w, quantum),     quantised(x, b) = floor(x / b + 1/2) b,   or x where b = 0
-        tau     = command within -limit and limit, where there is one
-
-    for x = q and x = qd, joint by joint, with independent standard normal w, fresh ones at every reading.
+        reading = quantised(x + noise w, quantum),      quantised(x, b) = floor(x / b + 1/2) b,   or x where b = 0.
 
     Parameters
     ----------
-    joints
-        How many there are; one number stands for all of them.
-    noise_q, noise_qd
-        (n,), standard deviations.
-    quantum_q, quantum_qd
-        (n,), the steps in which a reading comes; 0 for a reading without steps.
-    limit
-        (n,), or None.
-
-    Raises
-    ------
-    ValueError
-        If `joints` is not positive, a number is negative, or a limit is not positive.
+    output
+        Its name.
+    unit
+        That of the output.
+    noise
+        (k,), standard deviations, one for each number of the output.
+    quantum
+        (k,), the steps in which a reading comes; 0 for a reading without steps.
     """
 
-    joints: int
-    noise_q: Vector = parameter(default=0.0, unit="rad", low=0, shape=("n",), symbol="sigma_q")
-    noise_qd: Vector = parameter(default=0.0, unit="rad/s", low=0, shape=("n",), symbol="sigma_v")
-    quantum_q: Vector = parameter(default=0.0, unit="rad", low=0, shape=("n",), symbol="b_q")
-    quantum_qd: Vector = parameter(default=0.0, unit="rad/s", low=0, shape=("n",), symbol="b_v")
-    limit: Vector | None = parameter(default=None, unit="N m", low=0, strict=True, shape=("n",), symbol="tau_max")
+    output: str
+    unit: str
+    noise: Vector = parameter(unit="{unit}", low=0, shape=("k",), symbol="sigma")
+    quantum: Vector = parameter(unit="{unit}", low=0, shape=("k",), symbol="b")
+
+
+@block
+class Limit:
+    """One command within low and high.
+
+    Parameters
+    ----------
+    input
+        Its name.
+    unit
+        That of the input.
+    low, high
+        (k,), one for each number of the input.
+    """
+
+    input: str
+    unit: str
+    low: Vector = parameter(unit="{unit}", shape=("k",), symbol="u_min")
+    high: Vector = parameter(unit="{unit}", shape=("k",), symbol="u_max")
+
+    def __post_init__(self) -> None:
+        if np.any(self.low >= self.high):
+            raise ValueError(
+                f"`Limit(low=..., high=...)` of '{self.input}' must leave room between them; got {self.low} and "
+                f"{self.high}."
+            )
+
+
+@block
+class Instruments(AbstractInstruments):
+    """Sensors for outputs of a plant and limits for its inputs; what has none is read and commanded as it is."""
+
+    sensors: tuple[Sensor, ...] = ()
+    bounds: tuple[Limit, ...] = ()
+
+    @staticmethod
+    def of(
+        plant: AbstractPlant,
+        noise: Mapping[str, Any] | None = None,
+        quantum: Mapping[str, Any] | None = None,
+        limit: Mapping[str, Any] | None = None,
+    ) -> Instruments:
+        """Instruments of a plant, by the names of its outputs and inputs.
+
+        Parameters
+        ----------
+        noise, quantum
+            A number for each output that is named, or one for each of its numbers.
+        limit
+            The lowest and the highest command for each input that is named, (low, high).
+
+        Raises
+        ------
+        LookupError
+            If a name is no output or no input of the plant.
+        ValueError
+            If a number is negative or not finite, or a limit is no pair with room between.
+        """
+        noise, quantum, limit = noise or {}, quantum or {}, limit or {}
+        sensors = []
+        for name in dict.fromkeys((*noise, *quantum)):
+            known(name, plant.outputs.names, "outputs of the plant")
+            entry = plant.outputs[name]
+            call = "Instruments.of(noise=..., quantum=...)"
+            steps = (_each(call, entry, held.get(name, 0.0)) for held in (noise, quantum))
+            sensors.append(Sensor(name, entry.unit, *steps))
+        bounds = []
+        for name, pair in limit.items():
+            known(name, plant.inputs.names, "inputs of the plant")
+            if not isinstance(pair, tuple | list) or len(pair) != 2:
+                raise refusal("Instruments.of(limit=...)", f"a pair (low, high) for '{name}'", pair)
+            entry = plant.inputs[name]
+            bounds.append(Limit(name, entry.unit, *(_each("Instruments.of(limit=...)", entry, end) for end in pair)))
+        return Instruments(tuple(sensors), tuple(bounds))
 
     @property
-    def dof(self) -> int:
-        """The number of joints; a negative one counts as none, which is refused."""
-        return max(self.joints, 0)
+    def reads(self) -> Layout:
+        """The outputs that have a sensor."""
+        return Layout(tuple(Entry(s.output, np.zeros(s.noise.shape[0]), s.unit) for s in self.sensors))
 
     @property
-    def entries(self) -> int:
-        """How many standard normal numbers one reading takes: for each joint one of q, then one of qd."""
-        return 2 * self.dof
+    def limits(self) -> Layout:
+        """The inputs that have a limit."""
+        return Layout(tuple(Entry(b.input, np.zeros(b.low.shape[0]), b.unit) for b in self.bounds))
 
-    def read(self, y: Measurement, w: Annotated[ca.SX, "2n"]) -> Measurement:
-        """What the computer reads where y is true, with w (2n, 1); the disturbance is no reading and stays as it is."""
-        q = quantised(y.q + self.noise_q * w[: self.dof], self.quantum_q)
-        qd = quantised(y.qd + self.noise_qd * w[self.dof :], self.quantum_qd)
-        return Measurement(q, qd, y.d)
+    @property
+    def noises(self) -> int:
+        """One for each number that is read."""
+        return self.reads.size
 
-    def limited(self, tau: Column) -> ca.SX:
-        """The torque that is asked for where the law commands `tau`, (n, 1), in N m."""
-        return tau if self.limit is None else ca.fmin(ca.fmax(tau, -self.limit), self.limit)
+    def read(self, y: Signals, w: ca.SX) -> Signals:
+        """The readings."""
+        draws = self.reads.view(w)
+        return Signals({s.output: quantised(y[s.output] + s.noise * draws[s.output], s.quantum) for s in self.sensors})
+
+    def limited(self, u: Signals) -> Signals:
+        """The commands within their limits."""
+        return Signals({b.input: ca.fmin(ca.fmax(u[b.input], b.low), b.high) for b in self.bounds})
+
+
+def _each(call: str, entry: Entry, value: Any) -> Any:
+    each = numbers(call, value)
+    return np.full(entry.size, float(each)) if each.ndim == 0 else each
 
 
 def quantised(x: ca.SX, quantum: ca.SX) -> ca.SX:

@@ -9,18 +9,16 @@ from typing import Any
 
 import casadi as ca
 
-from workbench.core import AbstractArm, lift
+from workbench.core import AbstractArm, Layout, Signals, lift
 from workbench.core.block import is_block
-from workbench.core.roles import Roles
-from workbench.loop.contracts import AbstractController
-from workbench.loop.ports import Estimate, Measurement, Motion
-from workbench.loop.wiring import Blocks, visible
+from workbench.core.roles import Roles, Way
+from workbench.loop.contracts import AbstractController, is_recursion
+from workbench.loop.wiring import Blocks
 from workbench.validation.doors import door
 from workbench.validation.shapes import Column
 from workbench.validation.words import refusal
 
 SOCKETS = ("plant", "observer", "controller", "reference")
-COMMAND = "tau"
 PERIOD = 1.0  # s: a law that only a computer can run needs one; which does not matter here
 Edges = dict[str, set[str]]
 
@@ -79,25 +77,34 @@ def roles(loop: Any) -> Roles:
         raise refusal("roles(loop)", "a `ClosedLoop`, or what has one as its `loop`", loop)
     models = dict((*_models(closed.observer, "observer"), *_models(closed.controller, "controller")))
     edges = _edges(closed, models)
-    at_once = _reached(edges, {COMMAND}, but="observer.")
-    ever = _reached(edges, {COMMAND})
-    remembered = {node for node in edges["est.qd"] if node in edges and "est.qd" in ever}
-    estimated = bool(remembered) and "y.qd" not in _reached(edges, remembered)
+    commands = {f"u.{name}" for name in closed.controller.drives.names}
+    at_once, ever = _reached(edges, commands, but="observer."), _reached(edges, commands)
+    outputs, truths = closed.plant.outputs.names, closed.plant.truths.names
     return Roles(
         _called(closed.controller),
         _called(closed.observer),
-        ("read",) if "y.q" in at_once else ("estimated",) if "y.q" in ever else (),
-        (
-            *(("read",) if "y.qd" in at_once else ("filtered",) if "y.qd" in ever else ()),
-            *(("estimated",) if estimated else ()),
-        ),
-        tuple(name for name in ("q_ref", "qd_ref", "qdd_ref") if f"ref.{name}" in ever),
+        {name: tuple(_ways(name, edges, at_once, ever)) for name in outputs},
+        tuple(f"{name}_ref" for name in closed.controller.follows.names if f"ref.{name}" in ever),
         {path: tuple(matrix for matrix in "MCG" if f"{path}.{matrix}" in ever) for path in models},
-        "est.d" in ever and bool(edges["est.d"]),
-        "y.d" in ever,
+        tuple(name for name in truths if f"est.{name}" in ever and edges.get(f"est.{name}")),
+        tuple(name for name in truths if f"y.{name}" in ever),
         closed.controller.memory.size,
         closed.observer.memory.size,
     )
+
+
+def _ways(name: str, edges: Edges, at_once: set[str], ever: set[str]) -> Iterator[Way]:
+    """How an output reaches the commands: read at once, by a memory, or as an estimate of what is not read."""
+    read, given = f"y.{name}", f"est.{name}"
+    remembered = {node for node in edges.get(given, ()) if node in edges}
+    behind = _reached(edges, remembered)
+    alone = behind <= remembered | {read}
+    if read in at_once:
+        yield "read"
+    elif read in ever and alone:
+        yield "filtered"
+    if (given in ever and remembered and not alone) or (read in ever and read not in at_once and not alone):
+        yield "estimated"
 
 
 def _models(block: Any, path: str) -> Iterator[tuple[str, AbstractArm]]:
@@ -123,26 +130,27 @@ def _probed(block: Any, path: str, probes: Mapping[str, Probe]) -> Any:
 
 
 def _edges(closed: Blocks, models: Mapping[str, AbstractArm]) -> Edges:
-    """For the command, each estimate and each state of observer and controller what they depend on directly."""
-    lifted, n, t = lift(closed), closed.plant.dof, ca.SX.sym("t")
+    """For each command, each estimate and each state of observer and controller what they depend on directly."""
+    lifted, t = lift(closed), ca.SX.sym("t")
     probes = {path: _probe(arm.dof) for path, arm in models.items()}
     observer = _probed(lifted.block.observer, "observer", probes)
-    law = _probed(lifted.block.controller, "controller", probes).run_every(PERIOD)
-    parts = [[ca.SX.sym(name, n) for name in kind._fields] for kind in (Measurement, Estimate, Motion)]
-    y, est, ref = Measurement(*parts[0]), Estimate(*parts[1]), Motion(*parts[2])
-    z = {socket: _memory(getattr(closed, socket)) for socket in ("observer", "controller")}
-    seen, told = visible(closed, y), ca.SX.sym("told", n)
-    given = observer.estimate(t, z["observer"], seen)
+    law = _probed(lifted.block.controller, "controller", probes).run_every(closed.controller.period or PERIOD)
+    y, est, ref, told = map(_symbols, (observer.reads, observer.gives, law.follows, observer.inputs))
+    z = {"observer": _symbols(closed.observer.memory), "controller": _symbols(closed.controller.memory)}
+    heard = est.only(law.reads)
+    given = observer.estimate(t, z["observer"], y)
+    remembers = observer.update if is_recursion(observer) else observer.rate
+    adapts = law.update if is_recursion(law) else law.rate
     made = {
-        COMMAND: law.torque(t, z["controller"], est, ref),
-        **{f"est.{name}": part for name, part in given._asdict().items()},
-        **{f"observer.{name}": rate for name, rate in observer.rate(t, z["observer"], seen, est, told).items()},
-        **{f"controller.{name}": rate for name, rate in law.rate(t, z["controller"], est, ref).items()},
+        **{f"u.{name}": part for name, part in law.command(t, z["controller"], heard, ref).items()},
+        **{f"est.{name}": part for name, part in given.items()},
+        **{f"observer.{name}": rate for name, rate in remembers(t, z["observer"], y, est, told).items()},
+        **{f"controller.{name}": rate for name, rate in adapts(t, z["controller"], heard, ref).items()},
     }
     inputs = {
-        **{f"y.{name}": part for name, part in y._asdict().items()},
-        **{f"est.{name}": part for name, part in est._asdict().items()},
-        **{f"ref.{name}_ref": part for name, part in ref._asdict().items()},
+        **{f"y.{name}": part for name, part in y.items()},
+        **{f"est.{name}": part for name, part in est.items()},
+        **{f"ref.{name}": part for name, part in ref.items()},
         **{f"{socket}.{name}": part for socket, own in z.items() for name, part in own.items()},
         **{f"{path}.{name}": getattr(probe, name) for path, probe in probes.items() for name in "MCG"},
     }
@@ -151,12 +159,12 @@ def _edges(closed: Blocks, models: Mapping[str, AbstractArm]) -> Edges:
     return {name: _inputs_of(part, inputs) for name, part in plain.items()}
 
 
+def _symbols(port: Layout) -> Signals:
+    return Signals(port.view(port.symbols()))
+
+
 def _probe(n: int) -> Probe:
     return Probe(n, ca.SX.sym("M", n, n), ca.SX.sym("C", n, n), ca.SX.sym("G", n))
-
-
-def _memory(block: Any) -> dict[str, ca.SX]:
-    return dict(block.memory.view(block.memory.symbols()))
 
 
 def _inputs_of(part: ca.SX, inputs: Mapping[str, ca.SX]) -> set[str]:

@@ -2,107 +2,229 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Lifted, Ode, Sampled, lift
-from workbench.loop.contracts import euler
-from workbench.loop.instruments import Instruments
-from workbench.loop.ports import Estimate, Parts
-from workbench.loop.wiring import UNITS, Blocks, above, below, dense, memory, methods, notes, outputs, signals, visible
+from workbench.core import Entry, Layout, Lifted, Ode, Sampled, Signals, lift
+from workbench.core.port import joined
+from workbench.loop.contracts import AbstractInstruments, Parts, euler, is_recursion
+from workbench.loop.matching import refuse_instruments
+from workbench.loop.wiring import (
+    Blocks,
+    above,
+    asked,
+    below,
+    commanded,
+    estimated,
+    measured,
+    memory,
+    methods,
+    notes,
+    shown,
+    signals,
+    split,
+    wanted,
+)
+from workbench.validation.words import MOST
 
-NEXT = "hold.next"  # the torque that waits for the next instant
+NEXT = "hold.next"  # the command that waits for the next instant
 FINE = 16  # steps of Runge-Kutta a period: stable up to 44 / period, where (34) at 500 N m and 4 ms has 23
-HELD = {"tau": "N m", "q_hat": "rad", "qd_hat": "rad/s", "d_hat": "N m"} | UNITS
 
 
-def digital(loop: Blocks, period: float, instruments: Instruments | None, delay: bool, fine: int, name: str) -> Sampled:
+def digital(
+    loop: Blocks, period: float, instruments: AbstractInstruments | None, delay: bool, fine: int, name: str
+) -> Sampled:
     """The loop as a flow and a jump, see `ClosedLoop.digital`."""
-    joints = loop.plant.dof
-    if instruments is not None and instruments.dof != joints:
-        raise ValueError(
-            f"`ClosedLoop.digital(instruments=...)` must be for the {joints} joints of the loop; got instruments for "
-            f"{instruments.dof}."
-        )
+    if instruments is not None:
+        refuse_instruments(loop, instruments)
+    every = {socket: _every(getattr(loop, socket), period) for socket in ("plant", "observer", "controller")}
     lifted = lift(loop)
     gauges = Lifted(None, Layout(), ca.SX(0, 1)) if instruments is None else lift(instruments, "instruments.")
-    own = memory(loop) + (Layout((Entry(NEXT, np.zeros(joints), "N m"),)) if delay else Layout())
-    k, w = ca.SX.sym("k"), ca.SX.sym("w", instruments.entries if instruments is not None else 0)
-    x = own.symbols()
-    after = dense(_after(lifted.block, gauges.block, period, k, own.view(x), w, fine))
-    held = Layout(tuple(_entry(key, part) for key, part in after.items() if key not in own))
-    states, x = own + held, ca.vertcat(x, held.symbols())
-    t = ca.SX.sym("t")
-    rates, watched = _between(lifted.block, t, states.view(x))
+    remembers = memory(loop) + _remembered(loop, every, delay)
+    k, w = ca.SX.sym("k"), ca.SX.sym("w", instruments.noises if instruments is not None else 0)
+    x = remembers.symbols()
+    computer = Computer(lifted.block, gauges.block, period, every, fine)
+    after = {n: ca.densify(ca.SX(part)) for n, part in computer.after(k, remembers.view(x), w).items()}
+    units = _units(loop)
+    new = [(n, part) for n, part in after.items() if n not in remembers]
+    held = Layout(tuple(Entry(n, np.zeros(part.numel()), units.get(n, "")) for n, part in new))
+    states, x, t = remembers + held, ca.vertcat(x, held.symbols()), ca.SX.sym("t")
+    moves, outputs, watched = _between(lifted.block, t, states.view(x))
     parameters, p = lifted.layout + gauges.layout, ca.vertcat(lifted.symbols, gauges.symbols)
-    flow = Ode.of(name, states, parameters, (t, x, p), rates, dense(watched), UNITS)
-    jump = states.flatten(after)
-    return Sampled(replace(flow, notes=notes(loop)), period, k, w, jump, methods(loop, fine))
+    equations = (states.flatten(moves), outputs.flatten(watched))
+    names = {"notes": notes(loop), "follows": loop.follows, "drives": loop.plant.inputs.names}
+    flow = Ode(name, states, parameters, outputs, t, x, p, *equations, **names)
+    return Sampled(flow, period, k, w, states.flatten(after), methods(loop, fine))
 
 
-def _after(
-    loop: Blocks, instruments: Instruments | None, period: float, k: ca.SX, z: Parts, w: ca.SX, fine: int
-) -> dict[str, ca.SX]:
-    """What the states z become at the instant t_k: all that the computer remembers and holds."""
-    t, law = k * period, loop.controller.run_every(period)
-    plant, observer, controller = (below(socket, z) for socket in ("plant", "observer", "controller"))
-    ref = loop.reference.at(t)
-    y = loop.plant.measure(t, plant)
-    seen = visible(loop, y if instruments is None else instruments.read(y, w))
-    est = loop.observer.estimate(t, observer, seen)
-    tau = law.torque(t, controller, est, ref)
-    if instruments is not None:
-        tau = instruments.limited(tau)
-    held = z.get(NEXT, tau)
+def _every(block: Any, period: float) -> int:
+    """How many periods of the computer make one of a block that has its own."""
+    if block.period is None:
+        return 1
+    count = block.period / period
+    if not round(min(count, MOST)) >= 1 or abs(count - round(min(count, MOST))) > 1e-6:
+        raise ValueError(
+            f"`ClosedLoop.digital(period=...)` must divide the period of each block: `{type(block).__name__}` runs "
+            f"once in {block.period:g} s, which is no whole multiple of {period:g} s."
+        )
+    return round(count)
 
-    def observed(z: Parts) -> Parts:
-        return loop.observer.rate(t, z, seen, loop.observer.estimate(t, z, seen), held)
 
-    def adapted(z: Parts) -> Parts:
-        return loop.controller.rate(t, z, est, ref)
+def _remembered(loop: Blocks, every: Mapping[str, int], delay: bool) -> Layout:
+    """What a computer holds from one instant to the next beside the memories, as something there reads it."""
+    inputs = loop.plant.inputs
+    waits = Layout((joined(inputs, NEXT),)) if delay else Layout()
+    commands = is_recursion(loop.plant) or (every["controller"] > 1 and not delay)
+    estimates = Layout(tuple(_renamed(entry, f"{entry.name}_hat") for entry in loop.observer.gives.entries))
+    return (
+        waits
+        + (inputs.prefixed("hold.") if commands else Layout())
+        + (estimates.prefixed("hold.") if every["observer"] > 1 else Layout())
+    )
 
-    moved = {
-        "observer": _refined(observed, observer, period, fine)
-        if fine
-        else loop.observer.advance(t, observer, seen, est, held, period),
-        "controller": _refined(adapted, controller, period, fine)
-        if fine
-        else law.advance(t, controller, est, ref, period),
-    }
+
+def _renamed(entry: Entry, name: str) -> Entry:
+    return Entry(name, entry.default, entry.unit)
+
+
+def _units(loop: Blocks) -> dict[str, str]:
+    """The units of what is held."""
     return {
-        **above({"plant": plant}),
-        **above(moved),
-        **({NEXT: tau} if NEXT in z else {}),
-        **above({"hold": {"tau": held, "q_hat": est.q, "qd_hat": est.qd, "d_hat": est.d}}),
-        **above({"hold": {name: ca.vec(part) for name, part in signals(law, controller, est, ref).items()}}),
+        **{f"hold.{name}": unit for name, unit in loop.controller.signal_units.items()},
+        **{f"hold.{entry.name}_hat": entry.unit for entry in loop.observer.gives.entries},
+        **{f"hold.{entry.name}": entry.unit for entry in loop.plant.inputs.entries},
     }
 
 
-def _refined(rate: Callable[[Parts], Parts], z: Parts, period: float, steps: int) -> Parts:
+@dataclass(frozen=True)
+class Computer:
+    """What a computer does at an instant.
+
+    Attributes
+    ----------
+    every
+        How many periods make one of each block.
+    fine
+        Runge-Kutta steps a period through the memories; 0 for the method that each block declares.
+    """
+
+    loop: Blocks
+    instruments: AbstractInstruments | None
+    period: float
+    every: Mapping[str, int]
+    fine: int
+
+    def after(self, k: ca.SX, x: Mapping[str, ca.SX], w: ca.SX) -> dict[str, ca.SX]:
+        """What the states x become at the instant t_k: all that the computer remembers and holds."""
+        loop, z, t, inputs = self.loop, split(x), k * self.period, self.loop.plant.inputs
+        plant = self._moved_plant(k, t, z["plant"], x)
+        ref, y = wanted(loop, t), measured(loop, t, plant)
+        if self.instruments is not None:
+            y = y | self.instruments.read(y.only(self.instruments.reads), w)
+        seen, est = estimated(loop, t, z["observer"], y)
+        est = self._unless("observer", k, est, {n: x.get(f"hold.{n}_hat", part) for n, part in est.items()})
+        law = loop.controller.run_every(self.every["controller"] * self.period)
+        twin = Turn(loop.plant, loop.observer, law, loop.reference)
+        u = commanded(twin, t, z["controller"], est, ref)
+        if self.instruments is not None:
+            u = u | self.instruments.limited(u.only(self.instruments.limits))
+        waiting = inputs.view(x[NEXT]) if NEXT in x else {}
+        u = self._unless("controller", k, u, {n: waiting.get(n, x.get(f"hold.{n}", part)) for n, part in u.items()})
+        held = Signals(waiting) if waiting else u
+        moved = self._moved(twin, t, z, seen, est, held, ref)
+        moved = {socket: self._unless(socket, k, Signals(new), z[socket]) for socket, new in moved.items()}
+        own = signals(twin, z["controller"], est, ref)
+        return {
+            **above({"plant": plant, **moved}),
+            **({NEXT: ca.vertcat(*(u[name] for name in inputs.names))} if NEXT in x else {}),
+            **above({"hold": held}),
+            **above({"hold": {f"{name}_hat": part for name, part in est.items()}}),
+            **above({"hold": {name: ca.vec(ca.SX(part)) for name, part in own.items()}}),
+        }
+
+    def _unless(self, socket: str, k: ca.SX, new: Signals, old: Mapping[str, ca.SX]) -> Signals:
+        """What a block makes anew where this is one of its instants, and what it was elsewhere."""
+        if self.every[socket] == 1:
+            return new
+        runs = ca.fmod(k, self.every[socket]) == 0
+        return Signals({name: ca.if_else(runs, part, old[name]) for name, part in new.items()})
+
+    def _moved_plant(self, k: ca.SX, t: ca.SX, z: Signals, x: Mapping[str, ca.SX]) -> Signals:
+        """The states of a plant in discrete time, by the command held until now; others have moved by themselves."""
+        plant = self.loop.plant
+        if not is_recursion(plant):
+            return z
+        u = Signals({name: x[f"hold.{name}"] for name in plant.inputs.names})
+        new = asked(plant, "update", plant.states, t - self.every["plant"] * self.period, z, u)
+        runs = ca.logic_and(k > 0, ca.fmod(k, self.every["plant"]) == 0)
+        return Signals({name: ca.if_else(runs, part, z[name]) for name, part in new.items()})
+
+    def _moved(
+        self, loop: Blocks, t: ca.SX, z: Mapping[str, Signals], seen: Signals, est: Signals, u: Signals, ref: Signals
+    ) -> dict[str, Mapping[str, ca.SX]]:
+        """The memories of observer and law at the end of a period of theirs."""
+        observer, law = loop.observer, loop.controller
+        told, heard, followed = u.only(observer.inputs), est.only(law.reads), ref.only(law.follows)
+
+        def observed(own: Signals) -> Mapping[str, ca.SX]:
+            _, now = estimated(loop, t, own, seen)
+            return asked(observer, "rate", observer.memory, t, own, seen, now, told)
+
+        def adapted(own: Signals) -> Mapping[str, ca.SX]:
+            return asked(law, "rate", law.memory, t, own, heard, followed)
+
+        lengths = {socket: self.every[socket] * self.period for socket in ("observer", "controller")}
+        moved: dict[str, Mapping[str, ca.SX]] = {}
+        if self.fine and not is_recursion(observer):
+            moved["observer"] = _refined(observed, z["observer"], lengths["observer"], self.fine)
+        else:
+            moved["observer"] = asked(
+                observer, "advance", observer.memory, t, z["observer"], seen, est, told, lengths["observer"]
+            )
+        if self.fine and not is_recursion(law):
+            moved["controller"] = _refined(adapted, z["controller"], lengths["controller"], self.fine)
+        else:
+            moved["controller"] = asked(
+                law, "advance", law.memory, t, z["controller"], heard, followed, lengths["controller"]
+            )
+        return moved
+
+
+@dataclass(frozen=True)
+class Turn:
+    """The blocks of a loop, of which the law runs at its period."""
+
+    plant: Any
+    observer: Any
+    controller: Any
+    reference: Any
+
+
+def _refined(rate: Callable[[Signals], Parts], z: Signals, period: float, steps: int) -> Mapping[str, ca.SX]:
     """A memory after so many classical Runge-Kutta steps of a period together."""
     h = period / steps
     for _ in range(steps):
         a = rate(z)
-        b = rate(euler(z, a, h / 2))
-        c = rate(euler(z, b, h / 2))
-        d = rate(euler(z, c, h))
-        z = euler(z, {name: a[name] + 2 * b[name] + 2 * c[name] + d[name] for name in a}, h / 6)
+        b = rate(Signals(euler(z, a, h / 2)))
+        c = rate(Signals(euler(z, b, h / 2)))
+        d = rate(Signals(euler(z, c, h)))
+        z = Signals(euler(z, {name: a[name] + 2 * b[name] + 2 * c[name] + d[name] for name in a}, h / 6))
     return z
 
 
-def _between(loop: Blocks, t: ca.SX, z: Parts) -> tuple[dict[str, ca.SX], dict[str, ca.SX]]:
-    """The rates of all states z between two instants, where only the plant moves, and what is watched then."""
-    plant, held = below("plant", z), below("hold", z)
-    tau, est = held.pop("tau"), Estimate(held.pop("q_hat"), held.pop("qd_hat"), held.pop("d_hat"))
+def _between(loop: Blocks, t: ca.SX, x: Mapping[str, ca.SX]) -> tuple[dict[str, ca.SX], Layout, dict[str, ca.SX]]:
+    """The rates of all states between two instants, where only the plant moves, and what is watched then."""
+    plant, z, held = loop.plant, split(x)["plant"], below("hold", x)
+    u = Signals({name: held.pop(name) for name in plant.inputs.names})
+    est = Signals({name: held.pop(f"{name}_hat") for name in loop.observer.gives.names})
     held.pop("next", None)
-    still = {name: ca.SX.zeros(part.shape) for name, part in z.items()}
-    rates = still | above({"plant": loop.plant.rate(t, plant, tau)})
-    y, ref = loop.plant.measure(t, plant), loop.reference.at(t)
-    return rates, {**outputs(y, ref, est, tau, loop.plant.applied(plant, tau)), **held}
-
-
-def _entry(name: str, part: ca.SX) -> Entry:
-    return Entry(name, np.zeros(part.numel()), HELD.get(name.removeprefix("hold."), ""))
+    moves = {name: ca.SX.zeros(part.shape) for name, part in x.items()}
+    if not is_recursion(plant):
+        moves |= above({"plant": asked(plant, "rate", plant.states, t, z, u)})
+    y, ref = measured(loop, t, z), wanted(loop, t)
+    outputs, watched = shown(loop, y, ref, est, u, asked(plant, "applied", plant.inputs, t, z, u), held)
+    return moves, outputs, watched

@@ -1,34 +1,26 @@
-"""What a loop in continuous time and a sampled one have in common: its sockets, its outputs and their units."""
+"""What a loop in continuous time and a sampled one have in common: sockets, one turn around them, and the outputs."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Protocol
+from collections.abc import Iterable, Mapping
+from typing import Any, Protocol
 
 import casadi as ca
+import numpy as np
 
-from workbench.core import Layout
-from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, AbstractReference
-from workbench.loop.ports import Estimate, Measurement, Motion, Parts
+from workbench.core import Entry, Layout, Signals
+from workbench.core.port import fitting
+from workbench.loop.contracts import (
+    AbstractController,
+    AbstractObserver,
+    AbstractPlant,
+    AbstractReference,
+    Parts,
+    is_recursion,
+)
+from workbench.validation.words import described
 
 SOCKETS = ("plant", "observer", "controller")  # those with a memory
-UNITS = {
-    "q": "rad",
-    "qd": "rad/s",
-    "q_ref": "rad",
-    "qd_ref": "rad/s",
-    "e": "rad",
-    "e_hat": "rad",
-    "ed": "rad/s",
-    "tau": "N m",
-    "tau_applied": "N m",
-    "d": "N m",
-    "q_error": "rad",
-    "qd_error": "rad/s",
-    "d_error": "N m",
-    "s": "rad/s",
-}
-OWN = {*UNITS, "q_hat", "qd_hat", "d_hat", "next"} - {"s"}  # what a loop watches and holds by itself
 
 
 class Blocks(Protocol):
@@ -44,84 +36,150 @@ class Blocks(Protocol):
 
     @property
     def controller(self) -> AbstractController:
-        """What commands the torque."""
+        """What commands the inputs of the plant."""
 
     @property
     def reference(self) -> AbstractReference:
         """What is wanted."""
 
+    @property
+    def follows(self) -> tuple[str, ...]:
+        """The outputs of the plant that the law is to make follow the reference."""
+
+
+def own(socket: str, block: Any) -> Layout:
+    """The states of a block, by their own names."""
+    layout: Layout = block.states if socket == "plant" else block.memory
+    return layout
+
 
 def memory(loop: Blocks) -> Layout:
     """The states of all blocks, each below the name of its socket."""
-    return sum((getattr(loop, socket).memory.prefixed(f"{socket}.") for socket in SOCKETS), Layout())
+    return sum((own(socket, getattr(loop, socket)).prefixed(f"{socket}.") for socket in SOCKETS), Layout())
 
 
-def visible(loop: Blocks, y: Measurement) -> Measurement:
-    """What the observer may see: the true disturbance only where it declares to use it."""
-    return y if loop.observer.uses_truth else y._replace(d=None)
+def asked(block: Any, method: str, port: Layout, *arguments: Any) -> Signals:
+    """What a method of a block returns for a port, or a refusal that names the class, the method and the port."""
+    return fitting(f"{type(block).__name__}.{method}(...)", port, getattr(block, method)(*arguments))
 
 
-def outputs(y: Measurement, ref: Motion, est: Estimate, tau: ca.SX, applied: ca.SX) -> dict[str, ca.SX]:
-    """What is worth watching in any loop: the motion, the wanted one, the torques, and all errors."""
-    d = y.d if y.d is not None else ca.SX.zeros(tau.shape)
+def wanted(loop: Blocks, t: ca.SX) -> Signals:
+    """What the reference says at a time."""
+    return asked(loop.reference, "at", loop.reference.says, t)
+
+
+def measured(loop: Blocks, t: ca.SX, x: Signals) -> Signals:
+    """The outputs of the plant and what no instrument gives."""
+    return asked(loop.plant, "measure", loop.plant.outputs + loop.plant.truths, t, x)
+
+
+def estimated(loop: Blocks, t: ca.SX, z: Signals, y: Signals) -> tuple[Signals, Signals]:
+    """What the observer reads, which is the truth only where it declares to use it, and what it makes of that."""
+    seen = y.only(loop.observer.reads)
+    return seen, asked(loop.observer, "estimate", loop.observer.gives, t, z, seen)
+
+
+def commanded(loop: Blocks, t: ca.SX, z: Signals, est: Signals, ref: Signals) -> Signals:
+    """What the law commands."""
+    law = loop.controller
+    return asked(law, "command", law.drives, t, z, est.only(law.reads), ref.only(law.follows))
+
+
+def rates(
+    loop: Blocks, t: ca.SX, z: Mapping[str, Signals], seen: Signals, est: Signals, u: Signals, ref: Signals
+) -> dict[str, Signals]:
+    """The derivatives of the states of observer and law."""
+    law, observer = loop.controller, loop.observer
+    heard, followed = est.only(law.reads), ref.only(law.follows)
     return {
-        "q": y.q,
-        "qd": y.qd,
-        "q_ref": ref.q,
-        "qd_ref": ref.qd,
-        "e": y.q - ref.q,
-        "e_hat": est.q - ref.q,
-        "ed": y.qd - ref.qd,
-        "tau": tau,
-        "tau_applied": applied,
-        "d": d,
-        "q_error": y.q - est.q,
-        "qd_error": y.qd - est.qd,
-        "d_error": d - est.d,
+        "observer": asked(observer, "rate", observer.memory, t, z["observer"], seen, est, u.only(observer.inputs)),
+        "controller": asked(law, "rate", law.memory, t, z["controller"], heard, followed),
     }
 
 
-def signals(law: AbstractController, z: Parts, est: Estimate, ref: Motion) -> Parts:
-    """What a law adds to these.
+def split(parts: Mapping[str, ca.SX]) -> dict[str, Signals]:
+    """The states of a loop as those of each socket, by their own names."""
+    return {socket: Signals(below(socket, parts)) for socket in SOCKETS}
+
+
+def shown(
+    loop: Blocks, y: Signals, ref: Signals, est: Signals, u: Signals, applied: Signals, own: Parts
+) -> tuple[Layout, dict[str, ca.SX]]:
+    """What is worth watching in any loop, with its layout.
+
+    Each output, wanted signal, command and truth goes by its own name; `x_ref` is what is wanted of x, `e_x` the error
+    x - x_ref, `e_hat_x` that of the estimate, `u_applied` what acts where u is commanded, and `x_error` what is true
+    less what is estimated. The plant's `labels` shorten them. Behind them comes what the law shows, `own`.
 
     Raises
     ------
     ValueError
-        If it uses a name that is the loop's own, whose quantity it would take the place of.
+        If two of them have one name.
     """
-    parts = law.signals(z, est, ref)
-    for name in parts:
-        if name in OWN:
+    outputs, inputs, truths = loop.plant.outputs, loop.plant.inputs, loop.plant.truths
+    of = {entry.name: entry for entry in (outputs + truths).entries}
+    follows = [of[name] for name in loop.reference.says.names if name in outputs]
+    rows = [(e.name, y[e.name], e.unit) for e in outputs.entries]
+    rows += [(f"{e.name}_ref", ref[e.name], e.unit) for e in follows]
+    rows += [(f"e_{e.name}", y[e.name] - ref[e.name], e.unit) for e in follows]
+    rows += [(f"e_hat_{e.name}", est[e.name] - ref[e.name], e.unit) for e in follows if e.name in est]
+    rows += [(e.name, u[e.name], e.unit) for e in inputs.entries]
+    rows += [(f"{e.name}_applied", applied[e.name], e.unit) for e in inputs.entries]
+    rows += [(e.name, y[e.name], e.unit) for e in truths.entries]
+    rows += [(f"{e.name}_error", y[e.name] - est[e.name], e.unit) for e in of.values() if e.name in est]
+    short, law = loop.plant.labels, loop.controller
+    parts = [(short.get(name, name), part, unit) for name, part, unit in rows]
+    _refuse_twice(type(law).__name__, [name for name, _, _ in parts], own)
+    parts += [(name, ca.vec(ca.SX(part)), law.signal_units.get(name, "")) for name, part in own.items()]
+    layout = Layout(tuple(Entry(name, np.zeros(part.numel()), unit) for name, part, unit in parts))
+    return layout, {name: ca.densify(ca.SX(part)) for name, part, _ in parts}
+
+
+def _refuse_twice(law: str, names: list[str], own: Iterable[str]) -> None:
+    for name in own:
+        if name in names:
             raise ValueError(
-                f"`{type(law).__name__}.signals(...)` must not use the name '{name}', which is the loop's own; "
-                "rename it."
+                f"`{law}.signals(...)` must not use the name '{name}', which is the loop's own; rename it."
             )
-    return parts
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise ValueError(
+            f"A loop shows each signal by a name of its own, and here '{twice}' would stand for two of them: rename an "
+            "input or an output of the plant."
+        )
 
 
-def below(socket: str, parts: Parts) -> dict[str, ca.SX]:
+def signals(loop: Blocks, z: Signals, est: Signals, ref: Signals) -> Parts:
+    """What the law shows by itself."""
+    law = loop.controller
+    own: Parts = law.signals(z, est.only(law.reads), ref.only(law.follows))
+    if not isinstance(own, Mapping):
+        raise ValueError(f"`{type(law).__name__}.signals(...)` must return a mapping; it returned {described(own)}.")
+    return own
+
+
+def below(socket: str, parts: Mapping[str, ca.SX]) -> dict[str, ca.SX]:
     """The parts of one socket by their own names."""
     prefix = f"{socket}."
     return {name.removeprefix(prefix): part for name, part in parts.items() if name.startswith(prefix)}
 
 
-def above(parts: Mapping[str, Parts]) -> dict[str, ca.SX]:
+def above(parts: Mapping[str, Mapping[str, ca.SX]]) -> dict[str, ca.SX]:
     """The parts of several sockets, each below the name of its own."""
     return {f"{socket}.{name}": part for socket, own in parts.items() for name, part in own.items()}
-
-
-def dense(parts: Mapping[str, ca.SX | None]) -> dict[str, ca.SX]:
-    """The parts that there are, with every zero written out."""
-    return {name: ca.densify(ca.SX(part)) for name, part in parts.items() if part is not None}
 
 
 def methods(loop: Blocks, fine: int) -> tuple[str, ...]:
     """How a computer steps each memory: as its block declares, or by so many Runge-Kutta steps a period."""
     by = f"{fine} Runge-Kutta steps a period" if fine else ""
     blocks = {socket: getattr(loop, socket) for socket in ("observer", "controller")}
-    return tuple(f"memory of the {socket}: {by or own.method}" for socket, own in blocks.items() if own.memory.size)
+    return tuple(
+        f"memory of the {socket}: {own.method if is_recursion(own) or not fine else by}"
+        for socket, own in blocks.items()
+        if own.memory.size
+    )
 
 
 def notes(loop: Blocks) -> tuple[str, ...]:
     """What a reader must know of the loop's equations."""
-    return ("the observer uses the true disturbance, which no instrument gives",) if loop.observer.uses_truth else ()
+    truths = ", ".join(loop.plant.truths.names)
+    return (f"the observer uses the truth ({truths}), which no instrument gives",) if loop.observer.uses_truth else ()

@@ -9,10 +9,11 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.core import Layout, block
-from workbench.loop.contracts import EULER, AbstractObserver, euler
-from workbench.loop.ports import Estimate, Measurement, Parts
-from workbench.validation.shapes import Column, Number
+from workbench.core import Layout, Signals, block
+from workbench.core.port import ANY
+from workbench.loop.arm import AbstractArmObserver, motors, torques
+from workbench.loop.contracts import EULER, Inputs, Parts, Reads, euler
+from workbench.validation.shapes import Number
 
 STATE, DISTURBANCE = "state.", "disturbance."
 
@@ -35,17 +36,28 @@ class AbstractDisturbanceObserver(ABC):
     def memory(self) -> Layout:
         """The observer's own states."""
 
+    @property
+    def reads(self) -> Layout:
+        """The true disturbance where it needs it, nothing else."""
+        return torques("d", (ANY,) * self.dof) if self.uses_truth else Layout()
+
+    @property
+    def inputs(self) -> Layout:
+        """The torques of its model's motors; none where it has no model."""
+        model = getattr(self, "model", None)
+        return Layout() if model is None else motors(model)
+
     @abstractmethod
-    def estimate(self, t: Number, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
+    def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
         """D_hat, (n, 1), in N m; of `est` the state is known so far and d is zero."""
 
     @abstractmethod
-    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The derivative of each state, when the torque `tau` is commanded; `est` holds D_hat."""
 
 
 @block
-class WithDisturbance(AbstractObserver):
+class WithDisturbance(AbstractArmObserver):
     """An observer of the state and one of the disturbance as one: first the state, then D_hat from it.
 
     Both rates see the whole estimate. The true disturbance is handed only to the part that declares
@@ -59,7 +71,7 @@ class WithDisturbance(AbstractObserver):
 
     noun: ClassVar[str] = ""  # it is called what its parts are called
 
-    state: AbstractObserver
+    state: AbstractArmObserver
     disturbance: AbstractDisturbanceObserver
 
     def __post_init__(self) -> None:
@@ -84,17 +96,32 @@ class WithDisturbance(AbstractObserver):
         """The states of both, below `state.` and `disturbance.`."""
         return self.state.memory.prefixed(STATE) + self.disturbance.memory.prefixed(DISTURBANCE)
 
-    def estimate(self, t: Number, z: Parts, y: Measurement) -> Estimate:
-        """The estimated state, with D_hat."""
-        est = self.state.estimate(t, _below(STATE, z), _seen(y, self.state.uses_truth))
-        y_d = _seen(y, self.disturbance.uses_truth)
-        return est._replace(d=self.disturbance.estimate(t, _below(DISTURBANCE, z), y_d, est))
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Those of the observer of the state."""
+        return self.state.units
 
-    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
+    @property
+    def reads(self) -> Layout:
+        """What either of them reads."""
+        return _both(self.state.reads, self.disturbance.reads)
+
+    @property
+    def inputs(self) -> Layout:
+        """The torques that either of them counts on."""
+        return _both(self.state.inputs, self.disturbance.inputs)
+
+    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
+        """The estimated state, with D_hat."""
+        est = self.state.estimate(t, _below(STATE, z), y.only(self.state.reads))
+        seen = y.only(self.disturbance.reads)
+        return est | {"d": self.disturbance.estimate(t, _below(DISTURBANCE, z), seen, est)}
+
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The rates of both."""
-        state = self.state.rate(t, _below(STATE, z), _seen(y, self.state.uses_truth), est, tau)
-        y_d = _seen(y, self.disturbance.uses_truth)
-        disturbance = self.disturbance.rate(t, _below(DISTURBANCE, z), y_d, est, tau)
+        one, other = self.state, self.disturbance
+        state = one.rate(t, _below(STATE, z), y.only(one.reads), est, u.only(one.inputs))
+        disturbance = other.rate(t, _below(DISTURBANCE, z), y.only(other.reads), est, u.only(other.inputs))
         return _above(STATE, state) | _above(DISTURBANCE, disturbance)
 
     @property
@@ -102,14 +129,13 @@ class WithDisturbance(AbstractObserver):
         """That of the observer of the state, with the other one's."""
         return f"{self.state.method}, D_hat by {EULER}" if self.disturbance.memory.size else self.state.method
 
-    def advance(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column, period: float) -> Parts:
+    def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
         """The state by its own method, the disturbance by explicit Euler."""
-        moved = euler(z, self.rate(t, z, y, est, tau), period)
-        y_state = _seen(y, self.state.uses_truth)
-        state = self.state.advance(t, _below(STATE, z), y_state, est, tau, period)
+        moved, one = euler(z, self.rate(t, z, y, est, u), period), self.state
+        state = one.advance(t, _below(STATE, z), y.only(one.reads), est, u.only(one.inputs), period)
         return moved | _above(STATE, state)
 
-    def without(self) -> Mapping[str, AbstractObserver]:
+    def without(self) -> Mapping[str, AbstractArmObserver]:
         """The observer of the state alone, and both with each part of that one left out."""
         less = {name: replace(self, state=state) for name, state in self.state.without().items()}
         return {"disturbance estimate": self.state} | less
@@ -123,5 +149,6 @@ def _below(prefix: str, z: Parts) -> Parts:
     return {name.removeprefix(prefix): part for name, part in z.items() if name.startswith(prefix)}
 
 
-def _seen(y: Measurement, uses_truth: bool) -> Measurement:
-    return y if uses_truth else y._replace(d=None)
+def _both(a: Layout, b: Layout) -> Layout:
+    """The signals of two ports, each once."""
+    return a + Layout(tuple(entry for entry in b.entries if entry.name not in a))

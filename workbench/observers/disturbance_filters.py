@@ -7,14 +7,14 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, block, parameter
+from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Scalar
 from workbench.core.claim import Claim
 from workbench.core.dynamics import MOST_JOINTS
-from workbench.loop.ports import Estimate, Measurement, Parts
+from workbench.loop.contracts import Inputs, Parts, Reads
 from workbench.observers.disturbance import AbstractDisturbanceObserver
 from workbench.observers.promises import ORACLE_FOLLOWS, PRINTED_FOLLOWS
-from workbench.validation.shapes import Column, Number
+from workbench.validation.shapes import Number
 from workbench.validation.words import whole
 
 
@@ -62,15 +62,15 @@ class PrintedFilter(AbstractDisturbanceObserver):
         zero = np.zeros(self.joints)
         return Layout((Entry("eta", zero, "N m", symbol="eta"), Entry("D_hat", zero, "N m s")))
 
-    def estimate(self, t: Number, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
+    def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
         """The integral of eta."""
         del t, y, est
         return z["D_hat"]
 
-    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """(24)."""
-        del t, est, tau
-        return {"eta": -self.l * (z["eta"] - _truth(y)), "D_hat": z["eta"]}
+        del t, est, u
+        return {"eta": -self.l * (z["eta"] - y.d), "D_hat": z["eta"]}
 
 
 @block
@@ -112,18 +112,12 @@ class OracleFilter(AbstractDisturbanceObserver):
         """The estimate."""
         return Layout((Entry("D_hat", np.zeros(self.joints), "N m"),))
 
-    def estimate(self, t: Number, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
+    def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
         """The memory."""
         del t, y, est
         return z["D_hat"]
 
-    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The filter."""
-        del t, est, tau
-        return {"D_hat": -self.l * (z["D_hat"] - _truth(y))}
-
-
-def _truth(y: Measurement) -> ca.SX:
-    if y.d is None:
-        raise ValueError("A filter of the true disturbance was built into a loop that hides it: `uses_truth` was lost.")
-    return y.d
+        del t, est, u
+        return {"D_hat": -self.l * (z["D_hat"] - y.d)}

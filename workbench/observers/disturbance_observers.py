@@ -6,13 +6,13 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.core import AbstractArm, Entry, Layout, block, initial, parameter
+from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.loop.ports import Estimate, Measurement, Parts
+from workbench.loop.contracts import Inputs, Parts, Reads
 from workbench.observers.disturbance import AbstractDisturbanceObserver
 from workbench.observers.promises import CHEN_DISSIPATES, MOMENTUM_FOLLOWS
-from workbench.validation.shapes import Column, Number
+from workbench.validation.shapes import Number
 
 
 @block
@@ -69,16 +69,16 @@ class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
         """The sum z = D_hat + l qd."""
         return Layout((Entry("z", self.z, "N m"),))
 
-    def estimate(self, t: Number, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
+    def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
         """D_hat = z - l qd."""
         del t, y
         d: ca.SX = z["z"] - self.l * est.qd
         return d
 
-    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The rate of z, l M^-1 (tau - C qd - G - D_hat)."""
         del t, z, y
-        return {"z": self.l * self.model.acceleration(est.q, est.qd, tau - est.d)}
+        return {"z": self.l * self.model.acceleration(est.q, est.qd, self.model.driven(u.tau) - est.d)}
 
 
 @block
@@ -128,15 +128,15 @@ class MomentumObserver(AbstractDisturbanceObserver):
         """The momentum as the observer believes it to be."""
         return Layout((Entry("p_hat", self.p_hat, "N m s"),))
 
-    def estimate(self, t: Number, z: Parts, y: Measurement, est: Estimate) -> ca.SX:
+    def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
         """D_hat = l (p_hat - M qd)."""
         del t, y
         p = self.model.mass_matrix(est.q) @ est.qd
         d: ca.SX = self.l * (z["p_hat"] - p)
         return d
 
-    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The rate of p_hat, tau + C^T qd - G - D_hat."""
         del t, z, y
         C, G = self.model.coriolis_matrix(est.q, est.qd), self.model.gravity_vector(est.q)
-        return {"p_hat": tau + C.T @ est.qd - G - est.d}
+        return {"p_hat": self.model.driven(u.tau) + C.T @ est.qd - G - est.d}

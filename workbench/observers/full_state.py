@@ -6,16 +6,16 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.core import Layout, block
+from workbench.core import Layout, Signals, block
 from workbench.core.dynamics import MOST_JOINTS
-from workbench.loop.contracts import AbstractObserver
-from workbench.loop.ports import Estimate, Measurement, Parts
-from workbench.validation.shapes import Column, Number
+from workbench.loop.arm import AbstractArmObserver
+from workbench.loop.contracts import Inputs, Parts, Reads
+from workbench.validation.shapes import Number
 from workbench.validation.words import whole
 
 
 @block
-class FullState(AbstractObserver):
+class FullState(AbstractArmObserver):
     """Positions and velocities as they are measured, and no disturbance: q_hat = q, qd_hat = qd, D_hat = 0.
 
     Parameters
@@ -51,12 +51,12 @@ class FullState(AbstractObserver):
         """None."""
         return Layout()
 
-    def estimate(self, t: Number, z: Parts, y: Measurement) -> Estimate:
+    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         """What the instruments say."""
         del t, z
-        return Estimate(y.q, y.qd, ca.SX.zeros(self.dof))
+        return Signals(q=y.q, qd=y.qd, d=ca.SX.zeros(self.dof))
 
-    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """Nothing to remember."""
-        del t, z, y, est, tau
+        del t, z, y, est, u
         return {}

@@ -7,18 +7,18 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
+from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, option, parameter
 from workbench.core.block import Matrix, Vector
 from workbench.core.claim import Claim
-from workbench.loop.contracts import EULER, AbstractObserver, euler
-from workbench.loop.ports import Estimate, Measurement, Parts
+from workbench.loop.arm import AbstractArmObserver
+from workbench.loop.contracts import EULER, Inputs, Parts, Reads, euler
 from workbench.observers.full_state import FullState
 from workbench.observers.promises import THEOREM_1
-from workbench.validation.shapes import Column, Number
+from workbench.validation.shapes import Number
 
 
 @block
-class Luenberger(AbstractObserver):
+class Luenberger(AbstractArmObserver):
     """A nonlinear observer of Luenberger's structure, fed by positions only, equation (10) of the paper:
 
         q_hat'  = qd_hat + L1 (q - q_hat)
@@ -56,6 +56,7 @@ class Luenberger(AbstractObserver):
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (THEOREM_1,)
+    measured: ClassVar[tuple[str, ...]] = ("q",)
 
     model: AbstractArm
     L1: Matrix = parameter(unit="1/s", shape=("n", "n"), symbol="L_1")
@@ -92,15 +93,16 @@ class Luenberger(AbstractObserver):
         """The estimated positions and velocities."""
         return Layout((Entry("q_hat", self.q_hat, "rad"), Entry("qd_hat", self.qd_hat, "rad/s")))
 
-    def estimate(self, t: Number, z: Parts, y: Measurement) -> Estimate:
+    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         """The memory, and no disturbance."""
         del t, y
-        return Estimate(z["q_hat"], z["qd_hat"], ca.SX.zeros(self.dof))
+        return Signals(q=z["q_hat"], qd=z["qd_hat"], d=ca.SX.zeros(self.dof))
 
-    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """(10), with what is known of the disturbance in `est`."""
         del t
         q_hat, qd_hat = z["q_hat"], z["qd_hat"]
+        tau = self.model.driven(u.tau)
         torque = tau - est.d if self.disturbance == "compensated" else tau
         return {
             "q_hat": qd_hat + self.L1 @ (y.q - q_hat),
@@ -112,9 +114,9 @@ class Luenberger(AbstractObserver):
         """Explicit Euler, or the Cayley step."""
         return "Cayley step of (10)" if self.integrator == "cayley" else EULER
 
-    def advance(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column, period: float) -> Parts:
+    def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
         """(10) over a period by `integrator`."""
-        rates = self.rate(t, z, y, est, tau)
+        rates = self.rate(t, z, y, est, u)
         if self.integrator == "euler":
             return euler(z, rates, period)
         h, L1, L2, e = period, ca.SX(self.L1), ca.SX(self.L2), y.q - z["q_hat"]
@@ -125,6 +127,6 @@ class Luenberger(AbstractObserver):
             "qd_hat": z["qd_hat"] + h * (a + L2 @ w),
         }
 
-    def without(self) -> Mapping[str, AbstractObserver]:
+    def without(self) -> Mapping[str, AbstractArmObserver]:
         """The instruments themselves, with a velocity that is measured too."""
         return {"state observer": FullState(self.dof)}

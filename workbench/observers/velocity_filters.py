@@ -7,20 +7,20 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.core import Entry, Layout, block, initial, parameter
+from workbench.core import Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.dynamics import MOST_JOINTS
-from workbench.loop.contracts import AbstractObserver
-from workbench.loop.ports import Estimate, Measurement, Parts
+from workbench.loop.arm import AbstractArmObserver
+from workbench.loop.contracts import Inputs, Parts, Reads
 from workbench.observers.full_state import FullState
 from workbench.observers.promises import FILTER_FOLLOWS
-from workbench.validation.shapes import Column, Number
+from workbench.validation.shapes import Number
 from workbench.validation.words import whole
 
 
 @block
-class VelocityFilter(AbstractObserver):
+class VelocityFilter(AbstractArmObserver):
     """Positions as they are read, velocities through a low-pass filter of first order, and no disturbance:
 
         qd_hat' = omega (qd - qd_hat),        q_hat = q,        D_hat = 0
@@ -68,14 +68,14 @@ class VelocityFilter(AbstractObserver):
         """The filtered velocity."""
         return Layout((Entry("qd_hat", self.qd_hat, "rad/s"),))
 
-    def estimate(self, t: Number, z: Parts, y: Measurement) -> Estimate:
+    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         """The reading of the positions, and the memory."""
         del t
-        return Estimate(y.q, z["qd_hat"], ca.SX.zeros(self.dof))
+        return Signals(q=y.q, qd=z["qd_hat"], d=ca.SX.zeros(self.dof))
 
-    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The filter."""
-        del t, est, tau
+        del t, est, u
         return {"qd_hat": self.omega * (y.qd - z["qd_hat"])}
 
     @property
@@ -83,18 +83,18 @@ class VelocityFilter(AbstractObserver):
         """Exact for a reading that is held."""
         return "exact step of the filter"
 
-    def advance(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column, period: float) -> Parts:
+    def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
         """The filter over a period in which the reading is held."""
-        del t, est, tau
+        del t, est, u
         return {"qd_hat": y.qd + (z["qd_hat"] - y.qd) * ca.exp(-self.omega * period)}
 
-    def without(self) -> Mapping[str, AbstractObserver]:
+    def without(self) -> Mapping[str, AbstractArmObserver]:
         """The instruments themselves."""
         return {"velocity filter": FullState(self.dof)}
 
 
 @block
-class DirtyDerivative(AbstractObserver):
+class DirtyDerivative(AbstractArmObserver):
     """Positions as they are read, velocities from them by omega s / (s + omega), and no disturbance:
 
         q_hat' = omega (q - q_hat),        qd_hat = q_hat',        D_hat = 0
@@ -127,6 +127,7 @@ class DirtyDerivative(AbstractObserver):
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (FILTER_FOLLOWS,)
+    measured: ClassVar[tuple[str, ...]] = ("q",)
 
     joints: int
     omega: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="omega")
@@ -150,20 +151,20 @@ class DirtyDerivative(AbstractObserver):
         """The filtered position."""
         return Layout((Entry("q_hat", self.q_hat, "rad"),))
 
-    def estimate(self, t: Number, z: Parts, y: Measurement) -> Estimate:
+    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         """The reading of the positions, and the rate of the memory."""
         del t
-        return Estimate(y.q, self._velocity(z, y), ca.SX.zeros(self.dof))
+        return Signals(q=y.q, qd=self._velocity(z, y), d=ca.SX.zeros(self.dof))
 
-    def rate(self, t: Number, z: Parts, y: Measurement, est: Estimate, tau: Column) -> Parts:
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The filter."""
-        del t, est, tau
+        del t, est, u
         return {"q_hat": self._velocity(z, y)}
 
-    def without(self) -> Mapping[str, AbstractObserver]:
+    def without(self) -> Mapping[str, AbstractArmObserver]:
         """The instruments themselves, with a velocity that is measured too."""
         return {"velocity filter": FullState(self.dof)}
 
-    def _velocity(self, z: Parts, y: Measurement) -> ca.SX:
+    def _velocity(self, z: Parts, y: Reads) -> ca.SX:
         qd_hat: ca.SX = self.omega * (y.q - z["q_hat"])
         return qd_hat

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.core import Entry, Layout, block, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.dynamics import MOST_JOINTS
-from workbench.loop.ports import Parts
+from workbench.loop.contracts import Parts
 from workbench.validation.shapes import Column
 from workbench.validation.words import whole
 

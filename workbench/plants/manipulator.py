@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 import casadi as ca
 
-from workbench.core import AbstractArm, Entry, Layout, block, initial, parameter
+from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Scalar, Vector, quantities
-from workbench.loop.contracts import AbstractDisturbance, AbstractPlant
-from workbench.loop.ports import Measurement, Parts
+from workbench.loop.arm import motion, motors, torques
+from workbench.loop.contracts import AbstractDisturbance, AbstractPlant, Inputs, Parts
 from workbench.plants.actuator import AbstractActuator, DirectDrive
-from workbench.validation.shapes import Column, Number
+from workbench.validation.shapes import Column, Number, States
 
 
 @block
@@ -32,6 +35,8 @@ class Manipulator(AbstractPlant):
 
     M(q) qdd + C(q, qd) qd + G(q) + F(qd) + D(t) = tau.
     """
+
+    labels: ClassVar[Mapping[str, str]] = {"e_q": "e", "e_qd": "ed", "e_hat_q": "e_hat", "e_hat_qd": "ed_hat"}
 
     arm: AbstractArm
     q: Vector = initial(unit="rad", shape=("n",))
@@ -65,26 +70,43 @@ class Manipulator(AbstractPlant):
         return self.arm.dof
 
     @property
-    def memory(self) -> Layout:
+    def states(self) -> Layout:
         """Positions, velocities, and what the drives hold."""
-        motion = Layout((Entry("q", self.q, "rad"), Entry("qd", self.qd, "rad/s")))
-        return motion + self.actuator.memory(self.dof)
+        q, qd = self.outputs.entries
+        moving = Layout((Entry("q", self.q, q.unit), Entry("qd", self.qd, qd.unit)))
+        return moving + self.actuator.memory(len(self.arm.motors))
 
-    def measure(self, t: Number, z: Parts) -> Measurement:
+    @property
+    def inputs(self) -> Layout:
+        """The torques of the motors."""
+        return motors(self.arm)
+
+    @property
+    def outputs(self) -> Layout:
+        """Positions and velocities."""
+        return motion(self.arm.units, ("q", "qd"))
+
+    @property
+    def truths(self) -> Layout:
+        """The disturbance."""
+        return torques("d", self.arm.units)
+
+    def measure(self, t: Number, x: States) -> Signals:
         """Exact positions and velocities, and the true disturbance for those who may see it."""
-        return Measurement(z["q"], z["qd"], self._disturbance(t))
+        return Signals(q=x["q"], qd=x["qd"], d=self._disturbance(t))
 
-    def applied(self, z: Parts, tau: Column) -> ca.SX:
-        """The torque of the drives."""
-        return self.actuator.applied(z, tau)
+    def applied(self, t: Number, x: States, u: Inputs) -> Signals:
+        """The torques of the drives."""
+        del t
+        return Signals(tau=self.actuator.applied(x, u["tau"]))
 
-    def rate(self, t: Number, z: Parts, tau: Column) -> Parts:
+    def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         """Newton's law solved for the acceleration."""
-        q, qd = z["q"], z["qd"]
+        q, qd = x["q"], x["qd"]
         friction = self.friction.torque(qd) if self.friction is not None else 0
-        torque = self.applied(z, tau) - friction - self._disturbance(t)
+        torque = self.arm.driven(self.actuator.applied(x, u["tau"])) - friction - self._disturbance(t)
         qdd = self.arm.acceleration(q, qd, torque)
-        return {"q": qd, "qd": qdd, **self.actuator.rate(z, tau)}
+        return {"q": qd, "qd": qdd, **self.actuator.rate(x, u["tau"])}
 
     def _disturbance(self, t: ca.SX) -> ca.SX:
         return self.disturbance.at(t) if self.disturbance is not None else ca.SX.zeros(self.dof)

@@ -76,15 +76,15 @@ def _cells(held: Roles) -> tuple[Cell, ...]:
         held.observer or None,
         _state(held),
         None if model == "–" else model,
-        "oracle" if held.oracle else "estimated" if held.disturbance else None,
+        "oracle" if held.truths else "estimated" if held.unread else None,
         states,
     )
 
 
 def _state(held: Roles) -> str:
-    """How positions and velocities come, in one word where they come alike."""
-    ways = [" and ".join(ways) or "unused" for ways in (held.positions, held.velocities)]
-    return ways[0] if ways[0] == ways[1] else ", ".join(ways)
+    """How the outputs of the plant come, in one word where they come alike."""
+    ways = [" and ".join(ways) or "unused" for ways in held.readings.values()]
+    return ways[0] if len(set(ways)) == 1 else ", ".join(ways)
 
 
 def _model(held: Roles, socket: str) -> str:

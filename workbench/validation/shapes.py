@@ -1,4 +1,4 @@
-"""Shapes of expressions, declared where their types are: one number, one for each joint, or all of a block's memory.
+"""Shapes of expressions, declared where their types are: one number, one for each joint, or all signals of a port.
 
 An axis is named as a `parameter` names it; in one call it has one size, which a block's `dof` or its own numbers say.
 """
@@ -17,6 +17,14 @@ import casadi as ca
 Number = Annotated[ca.SX, "1"]
 Column = Annotated[ca.SX, "n"]
 Memory = Annotated[Mapping[str, ca.SX], "memory"]
+States = Annotated[Mapping[str, ca.SX], "states"]
+PORTS = {  # of a block, each a layout
+    "memory": "the whole memory",
+    "states": "all states",
+    "reads": "all that the block reads",
+    "follows": "all that the law follows",
+    "inputs": "all inputs",
+}
 AXIS = re.compile(r"(\d*)([a-z]*)")
 
 # The name of an argument, how a message calls its part, how the part is taken of it, and the axis of that.
@@ -38,15 +46,15 @@ def refuse_misshapen(call: str, owner: object, parts: list[Part], given: Mapping
     ValueError
         If a part has another number of entries, or is no column.
     LookupError
-        If a part of the memory is missing.
+        If a signal of a port, or a part of the memory, is missing.
     """
     sizes = _sizes(owner)
-    for name, words, part_of, axis in sorted(parts, key=lambda part: part[3] == "memory"):
+    for name, words, part_of, axis in sorted(parts, key=lambda part: part[3] in PORTS):
         value = part_of(given[name]) if name in given else None
         if value is None:
             continue
-        if axis == "memory":
-            _refuse_memory(f"{call}({words}=...)", getattr(owner, "memory", None), value, sizes)
+        if axis in PORTS:
+            _refuse_part(f"{call}({words}=...)", axis, getattr(owner, axis, None), value, sizes)
             continue
         times, letter = AXIS.fullmatch(axis).groups()  # type: ignore[union-attr]
         size = int(times or 1) * (sizes.setdefault(letter, value.shape[0]) if letter else 1)
@@ -55,15 +63,16 @@ def refuse_misshapen(call: str, owner: object, parts: list[Part], given: Mapping
             raise ValueError(f"`{call}({words}=...)` must have shape ({size}, 1){why}; got {value.shape}.")
 
 
-def _refuse_memory(call: str, memory: Any, value: Mapping[str, ca.SX], sizes: Mapping[str, int]) -> None:
-    if callable(memory):
-        memory = memory(sizes.get("n", 0))
-    for entry in memory.entries if memory is not None else ():
+def _refuse_part(call: str, of: str, port: Any, value: Mapping[str, ca.SX], sizes: Mapping[str, int]) -> None:
+    if callable(port):
+        port = port(sizes.get("n", 0))
+    for entry in port.entries if port is not None else ():
         if entry.name not in value:
-            raise LookupError(f"`{call}` must hold the whole memory, {', '.join(memory.names)}; got no '{entry.name}'.")
+            raise LookupError(f"`{call}` must hold {PORTS[of]}, {', '.join(port.names)}; got no '{entry.name}'.")
         want = (entry.shape + (1, 1))[:2]
-        if value[entry.name].shape != want:
-            raise ValueError(f"`{call}` must hold '{entry.name}' in shape {want}; got {value[entry.name].shape}.")
+        if ca.SX(value[entry.name]).shape != want:
+            got = ca.SX(value[entry.name]).shape
+            raise ValueError(f"`{call}` must hold '{entry.name}' in shape {want}; got {got}.")
 
 
 def _axes(hint: Any) -> list[str]:

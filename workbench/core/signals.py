@@ -1,0 +1,59 @@
+"""Signals: what passes between the blocks of a loop, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import NoReturn
+
+import casadi as ca
+
+from workbench.core.layout import Layout
+from workbench.validation.words import known, nearest
+
+
+class Signals(Mapping[str, ca.SX]):
+    """A read-only mapping from names to columns of symbols, whose names are attributes too: `y["q"]` is `y.q`.
+
+    Parameters
+    ----------
+    parts, named
+        An expression for each name; a number stands for itself.
+    """
+
+    __slots__ = ("_parts",)
+
+    def __init__(self, parts: Mapping[str, ca.SX] | None = None, /, **named: ca.SX) -> None:
+        object.__setattr__(self, "_parts", {**(parts or {}), **named})
+
+    def __getitem__(self, name: str) -> ca.SX:
+        return self._parts[known(name, self._parts, "signals")]
+
+    def __getattr__(self, name: str) -> ca.SX:
+        if name.startswith("__") or name == "_parts":  # Python's own questions, those of `copy` among them
+            raise AttributeError(name)
+        if name in self._parts:
+            return self._parts[name]
+        held = ", ".join(self._parts) or "none"
+        raise AttributeError(f"There is no signal '{name}' among {held}.{nearest(name, self._parts)}")
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"Signals are read-only: '{name}' cannot be set. Take `signals | {{'{name}': ...}}`.")
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._parts)
+
+    def __len__(self) -> int:
+        return len(self._parts)
+
+    def __or__(self, other: Mapping[str, ca.SX]) -> Signals:
+        return Signals({**self._parts, **other})
+
+    def __reduce__(self) -> tuple[type[Signals], tuple[dict[str, ca.SX]]]:
+        return Signals, (self._parts,)
+
+    def __repr__(self) -> str:
+        return f"<Signals {', '.join(self._parts) or 'without names'}>"
+
+    def only(self, names: Layout) -> Signals:
+        """Those that a port has."""
+        return Signals({name: self[name] for name in names.names})

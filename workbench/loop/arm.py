@@ -1,0 +1,133 @@
+"""The ports of a robot arm: positions q, velocities qd, the disturbance d, and the torques tau of its motors."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterable
+from types import MappingProxyType
+from typing import Any, ClassVar
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import AbstractArm, Entry, Layout, Signals
+from workbench.core.port import ANY
+from workbench.loop.contracts import AbstractController, AbstractObserver, Follows, Parts, Reads
+from workbench.validation.shapes import Number
+
+ORDERS = {"q": "", "qd": "/s", "qdd": "/s^2"}
+
+
+def motion(units: Iterable[str], names: Iterable[str] = ORDERS) -> Layout:
+    """Positions, velocities and accelerations of joints whose positions have these units."""
+    held = tuple(units)
+    return Layout(tuple(_entry(name, (u if u == ANY else f"{u}{ORDERS[name]}" for u in held)) for name in names))
+
+
+def torques(name: str, units: Iterable[str]) -> Layout:
+    """What acts on joints whose positions have these units: torques where they turn, forces where they slide."""
+    return Layout((_entry(name, ({"rad": "N m", "m": "N"}.get(unit, ANY) for unit in units)),))
+
+
+def motors(arm: AbstractArm) -> Layout:
+    """The torques of the joints that have a motor."""
+    return torques("tau", (arm.units[joint] for joint in arm.motors))
+
+
+def _entry(name: str, units: Iterable[str]) -> Entry:
+    each = tuple(units)
+    return Entry(name, np.zeros(len(each)), each[0] if len(set(each)) == 1 else ", ".join(each))
+
+
+class AbstractArmController(AbstractController):
+    """A law for an arm with a motor at each joint: from q, qd and the wanted motion to the torques.
+
+    Attributes
+    ----------
+    estimates
+        What it reads, of q, qd and d.
+    """
+
+    estimates: ClassVar[tuple[str, ...]] = ("q", "qd")
+    signal_units = MappingProxyType({"s": "rad/s"})
+
+    @property
+    @abstractmethod
+    def dof(self) -> int:
+        """The number of joints n."""
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each joint's position, as the law's model has it; any where it has no model."""
+        return _units(self)
+
+    @property
+    def reads(self) -> Layout:
+        """The `estimates`, each (n,)."""
+        return _ports(self.units, self.estimates)
+
+    @property
+    def follows(self) -> Layout:
+        """Wanted positions, velocities and accelerations, each (n,)."""
+        return motion(self.units)
+
+    @property
+    def drives(self) -> Layout:
+        """The torques, (n,)."""
+        return torques("tau", self.units)
+
+    def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
+        """The torques."""
+        return Signals(tau=self.torque(t, z, est, ref))
+
+    @abstractmethod
+    def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
+        """The torque command, (n, 1), in N m."""
+
+
+class AbstractArmObserver(AbstractObserver):
+    """An observer of an arm's positions, velocities and disturbance.
+
+    Attributes
+    ----------
+    measured
+        What it reads, of q, qd and, where it uses the truth, d.
+    """
+
+    measured: ClassVar[tuple[str, ...]] = ("q", "qd")
+
+    @property
+    @abstractmethod
+    def dof(self) -> int:
+        """The number of joints n."""
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each joint's position, as the observer's model has it; any where it has no model."""
+        return _units(self)
+
+    @property
+    def inputs(self) -> Layout:
+        """The torques of its model's motors; none where it has no model."""
+        model = getattr(self, "model", None)
+        return Layout() if model is None else motors(model)
+
+    @property
+    def reads(self) -> Layout:
+        """The `measured`, each (n,)."""
+        return _ports(self.units, self.measured)
+
+    @property
+    def gives(self) -> Layout:
+        """Positions, velocities and disturbance, each (n,)."""
+        return _ports(self.units, ("q", "qd", "d"))
+
+
+def _units(block: Any) -> tuple[str, ...]:
+    model = getattr(block, "model", None)
+    return (ANY,) * block.dof if model is None else tuple(model.units)
+
+
+def _ports(units: tuple[str, ...], names: Iterable[str]) -> Layout:
+    parts = (torques(name, units) if name == "d" else motion(units, (name,)) for name in names)
+    return sum(parts, Layout())
