@@ -7,7 +7,7 @@ from paper_card import CARD
 from paper_laws import ARM
 from unit_mass_arm import UnitMassArm
 
-from workbench.core import Dynamics
+from workbench.core import Dynamics, Signals
 from workbench.core.layout import Array
 from workbench.plants import Manipulator
 
@@ -41,7 +41,7 @@ def _sides() -> dict[str, Sides]:
     repaired = M @ (qdd_d - LAMBDA @ e2) + C @ (qd_d - LAMBDA @ e1) + G + D_hat - K @ s
     unit, zero = UnitMassArm(ARM), ca.SX.zeros(2)  # with which each acceleration is M times that of the arm
     weight = at(q, zero)[2]
-    arm = Manipulator(unit, q=np.zeros(2)).rate(ca.SX(0), {"q": q, "qd": zero}, tau - D)["qd"]
+    arm = Manipulator(unit, q=np.zeros(2)).rate(ca.SX(0), {"q": q, "qd": zero}, Signals(tau=tau - D))["qd"]
     return {
         "(30), along (10)": (first, by_10),
         "(30), along (35)": (first, by_35),

@@ -10,8 +10,8 @@ from paper_card import CARD
 from paper_laws import ARM, REFERENCES, RIVALS, paper_observer, plant, proposed_as_printed, proposed_repaired
 
 from workbench.controllers import PID
-from workbench.core import AbstractArm, Entry, Layout, Ode, lift
-from workbench.loop import AbstractObserver, ClosedLoop, Estimate, Measurement
+from workbench.core import AbstractArm, Entry, Layout, Ode, Signals, lift
+from workbench.loop import AbstractObserver, ClosedLoop
 from workbench.observers import (
     FullState,
     Luenberger,
@@ -35,8 +35,8 @@ def beside_rest(L1: Any, L2: Any, zero: str = "down") -> Ode:
     lifted, states = lift(observer), observer.memory
     t, x = ca.SX.sym("t"), states.symbols()
     z, zero_q = states.view(x), ca.SX.zeros(2)
-    y = Measurement(zero_q, zero_q, None)
-    rates = lifted.block.rate(t, z, y, lifted.block.estimate(t, z, y), ca.SX.zeros(2))
+    y = Signals(q=zero_q, qd=zero_q)
+    rates = lifted.block.rate(t, z, y, lifted.block.estimate(t, z, y), Signals(tau=ca.SX.zeros(2)))
     errors = {"q_error": -z["q_hat"], "qd_error": -z["qd_hat"]}
     return Ode.of("observer (10) beside the arm at rest", states, lifted.layout, (t, x, lifted.symbols), rates, errors)
 
@@ -56,14 +56,14 @@ def filtered(kind: type[PrintedFilter] | type[OracleFilter]) -> Ode:
     t, x = ca.SX.sym("t"), block.memory.symbols()
     z, zero = block.memory.view(x), ca.SX.zeros(2)
     d = torque.block.at(t)
-    y, est = Measurement(zero, zero, d), Estimate(zero, zero, zero)
+    y, est = Signals(q=zero, qd=zero, d=d), Signals(q=zero, qd=zero, d=zero)
     d_hat = filter_.block.estimate(t, z, y, est)
     return Ode.of(
         f"(24), {kind.__name__}",
         block.memory,
         filter_.layout + torque.layout,
         (t, x, ca.vertcat(filter_.symbols, torque.symbols)),
-        filter_.block.rate(t, z, y, est, zero),
+        filter_.block.rate(t, z, y, est, Signals()),
         {"d": d, "d_hat": d_hat, "d_error": d - d_hat},
     )
 
@@ -120,8 +120,8 @@ def weighted(loop: ClosedLoop, Q: float, R: float) -> ClosedLoop:
 def observer_rate(model: AbstractArm, q: ca.SX, qd_hat: ca.SX, tau: ca.SX) -> ca.SX:
     """qd_hat' of the observer (10), with the gains of section 5, where its position is right: q_hat = q."""
     observer, t = replace(paper_observer(), model=model), ca.SX(0)
-    z, y = {"q_hat": q, "qd_hat": qd_hat}, Measurement(q, ca.SX.zeros(2), None)
-    return observer.rate(t, z, y, observer.estimate(t, z, y), tau)["qd_hat"]
+    z, y = {"q_hat": q, "qd_hat": qd_hat}, Signals(q=q, qd=ca.SX.zeros(2))
+    return observer.rate(t, z, y, observer.estimate(t, z, y), Signals(tau=tau))["qd_hat"]
 
 
 def vector(name: str, size: int = 2) -> ca.SX:

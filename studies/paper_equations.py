@@ -8,9 +8,9 @@ import numpy as np
 from paper_laws import RIVALS, proposed_repaired
 
 from workbench.controllers import AosmcRgs, RuleBase
-from workbench.core import AbstractArm, Layout, lift
+from workbench.core import AbstractArm, Layout, Signals, lift
 from workbench.core.show import formula_of
-from workbench.loop import AbstractController, Estimate, Motion
+from workbench.loop import AbstractArmController
 from workbench.notation.formula import Formula, Relation, Symbol, symbol
 from workbench.study.document import Equation, Paragraph, Section
 
@@ -47,7 +47,7 @@ class Letters(AbstractArm):
 LETTERS = {letter: ca.SX.sym(letter) for letter in "MCG"}
 
 
-def one_joint(law: AbstractController) -> AbstractController:
+def one_joint(law: AbstractArmController) -> AbstractArmController:
     """The same law with its arrays cut down to one joint, on an arm of letters."""
     changes: dict[str, Any] = {}
     for name, value in vars(law).items():
@@ -62,14 +62,14 @@ def one_joint(law: AbstractController) -> AbstractController:
     return replace(law, **changes)
 
 
-def equations(law: AbstractController) -> tuple[Formula, ...]:
+def equations(law: AbstractArmController) -> tuple[Formula, ...]:
     """tau = ... and the rate of each memory of a law, from the expressions that are simulated."""
     lifted = lift(one_joint(law))
     memory: Layout = lifted.block.memory
     z = memory.view(memory.symbols())
     signal = {name: ca.SX.sym(name) for name in NAMES}
-    est = Estimate(signal["q"], signal["qd"], signal["d"])
-    ref = Motion(signal["q_ref"], signal["qd_ref"], signal["qdd_ref"])
+    est = Signals(q=signal["q"], qd=signal["qd"], d=signal["d"])
+    ref = Signals(q=signal["q_ref"], qd=signal["qd_ref"], qdd=signal["qdd_ref"])
     names = NAMES | _letters(memory) | _letters(lifted.layout)
     t = ca.SX(0)
     formulas: list[Formula] = [Relation(Symbol("tau"), "=", formula_of(lifted.block.torque(t, z, est, ref), names))]

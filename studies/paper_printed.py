@@ -10,9 +10,8 @@ from paper_figures import GAINS
 from paper_laws import ARM, PRINTED_ARM, proposed_as_printed
 
 from workbench.controllers.aosmc_rgs import SHAPES
-from workbench.core import Dynamics
+from workbench.core import Dynamics, Signals
 from workbench.core.show import formula_of
-from workbench.loop import Estimate, Motion
 from workbench.notation.formula import Formula, Relation, Symbol, symbol
 from workbench.notation.reader import read
 from workbench.study.document import (
@@ -135,7 +134,7 @@ def readings() -> tuple[Formula, ...]:
         f"P_{i + 2 * j}": f"P_{i + 1}{j + 1}" for i in range(2) for j in range(2)
     }
     law = proposed_as_printed("FS").controller
-    still = Motion(zero, zero, zero), Estimate(zero, s, zero)  # s = qd where q = q_ref and qd_ref = 0
+    still = Signals(q=zero, qd=zero, qdd=zero), Signals(q=zero, qd=s, d=zero)  # s = qd where q = q_ref and qd_ref = 0
     rates = [
         replace(law, gain_shape=shape, riccati="frozen", Q=None, R=None).rate(
             ca.SX(0), {"K": ca.SX.zeros(2, 2), "P": P}, still[1], still[0]

@@ -11,9 +11,8 @@ from linear_loops import cut, loop_of, states
 from paper_card import CARD as PAPER
 from paper_laws import ARM
 from scipy.linalg import expm
-from workbench.loop.ports import Measurement
 
-from workbench.core import Ode
+from workbench.core import Ode, Signals
 from workbench.core.layout import Array
 from workbench.design.linear import along
 from workbench.design.linear.paths import LinearPath
@@ -143,11 +142,11 @@ def frozen(outcome: Outcome) -> Frozen:
 
 def linear(loop: ClosedLoop, broken: Ode, t: Array, x: Array, p: Array) -> Frozen:
     """The loop, which is `broken` once cut, linear at the states x (N, nx) with the parameters p (N, np)."""
-    path, plant, seen = along(broken, t, x, p), loop.plant.memory.size, loop.observer.memory
+    path, plant, seen = along(broken, t, x, p), loop.plant.states.size, loop.observer.memory
     z, now, n = seen.symbols(), ca.SX.sym("t"), loop.plant.dof
-    tau, y = ca.SX.sym("tau", n), Measurement(*(ca.SX.sym(name, n) for name in ("q", "qd", "d")))
+    tau, y = ca.SX.sym("tau", n), Signals({name: ca.SX.sym(name, n) for name in ("q", "qd", "d")})
     est = loop.observer.estimate(now, seen.view(z), y)
-    rates = seen.flatten(loop.observer.rate(now, seen.view(z), y, est, tau))
+    rates = seen.flatten(loop.observer.rate(now, seen.view(z), y, est, Signals(tau=tau)))
     counts = ca.Function("counts", [z], [ca.densify(ca.jacobian(rates, tau))])
     counted = np.zeros(path.B.shape)
     observed = slice(plant, plant + seen.size)

@@ -6,16 +6,17 @@ block that has this reading alone.
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 import casadi as ca
 import numpy as np
 from printed_arm import PrintedArm
-from workbench.loop.ports import Parts
 
 from workbench.controllers.switching import matrices, saturation, sliding
-from workbench.core import AbstractArm, Entry, Layout, block, initial, parameter
+from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.dynamics import solve_definite
-from workbench.loop import AbstractController, AbstractObserver, AbstractReference, Estimate, Measurement, Motion
+from workbench.loop import AbstractArmController, AbstractArmObserver, AbstractReference, Parts
 from workbench.observers import Luenberger
 from workbench.signals import Sines, SquareWave
 
@@ -55,13 +56,15 @@ class EitherArm(AbstractArm):
 
 
 @block
-class EitherObserver(AbstractObserver):
+class EitherObserver(AbstractArmObserver):
     """Positions and velocities as measured where `inside` is 0, those of `state` where it is 1; D_hat by `d_hat`:
 
     eta' = -l (eta - D),    z' = eta,    D_hat = 0, eta or z where `d_hat` is 0, 1 or 2
     """
 
     state: Luenberger
+    measured: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
+
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
     inside: Scalar = parameter(default=1.0, unit="", low=0, high=1)
     d_hat: Scalar = parameter(default=0.0, unit="", low=0, high=2)
@@ -70,6 +73,16 @@ class EitherObserver(AbstractObserver):
     def dof(self) -> int:
         """The number of joints."""
         return self.state.dof
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Those of the model."""
+        return self.state.units
+
+    @property
+    def inputs(self) -> Layout:
+        """Those of (10)."""
+        return self.state.inputs
 
     @property
     def uses_truth(self) -> bool:
@@ -82,25 +95,27 @@ class EitherObserver(AbstractObserver):
         zero = np.zeros(self.dof)
         return self.state.memory + Layout((Entry("eta", zero, "N m"), Entry("z", zero, "N m s")))
 
-    def estimate(self, t: ca.SX, z: Parts, y: Measurement) -> Estimate:
+    def estimate(self, t: ca.SX, z: Parts, y: Signals) -> Signals:
         """What is chosen."""
         seen = self.state.estimate(t, z, y)
         d = chosen(self.d_hat, ca.SX.zeros(self.dof), z["eta"], z["z"])
-        return Estimate(chosen(self.inside, y.q, seen.q), chosen(self.inside, y.qd, seen.qd), d)
+        return Signals(q=chosen(self.inside, y.q, seen.q), qd=chosen(self.inside, y.qd, seen.qd), d=d)
 
-    def rate(self, t: ca.SX, z: Parts, y: Measurement, est: Estimate, tau: ca.SX) -> Parts:
+    def rate(self, t: ca.SX, z: Parts, y: Signals, est: Signals, u: Signals) -> Parts:
         """(10), which sees its own estimates, and (24)."""
-        return {**self.state.rate(t, z, y, est, tau), "eta": -self.l * (z["eta"] - y.d), "z": z["eta"]}
+        return {**self.state.rate(t, z, y, est, u), "eta": -self.l * (z["eta"] - y.d), "z": z["eta"]}
 
 
 @block
-class EitherAosmcRgs(AbstractController):
+class EitherAosmcRgs(AbstractArmController):
     """AOSMC-RGS in every reading, equations (25) to (34) as `AosmcRgs` has them:
 
     K' = -P s sign(s) where `minus` is 1, with a plus where it is 0; P s sign(s) outer, elementwise, diagonal or
          norm where `shape` is 0, 1, 2 or 3                                               (33)
     tau_eq with qd_d and qdd_d where `printed` is 1, with qd_r and qdd_r where it is 0    (28)
     """
+
+    estimates: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
 
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
@@ -123,7 +138,7 @@ class EitherAosmcRgs(AbstractController):
         """K and P."""
         return Layout((Entry("K", self.K, "N m"), Entry("P", self.P, "N m/rad")))
 
-    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> ca.SX:
         """(27) to (29)."""
         del t
         M, C, G = matrices(self.model, est)
@@ -131,7 +146,7 @@ class EitherAosmcRgs(AbstractController):
         qd, qdd = chosen(self.printed, qd_r, ref.qd), chosen(self.printed, qdd_r, ref.qdd)
         return M @ qdd + C @ qd + G + est.d - z["K"] @ saturation(s, self.phi, "clip")
 
-    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> Parts:
         """(33) and (34), with Q and R that number times I."""
         del t
         s, K, P, n = sliding(est, ref, self.Lambda).s, z["K"], z["P"], self.dof
@@ -143,14 +158,14 @@ class EitherAosmcRgs(AbstractController):
             "P": A.T @ P + P @ A - P @ B @ B.T @ P / self.R + self.Q * ca.SX.eye(n),
         }
 
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def signals(self, z: Parts, est: Signals, ref: Signals) -> Parts:
         """The sliding variable s."""
         del z
         return {"s": sliding(est, ref, self.Lambda).s}
 
 
 @block
-class PlacedPid(AbstractController):
+class PlacedPid(AbstractArmController):
     """PID with a triple pole at -p_i for each joint by itself, and with the weight of `model` where `lifted` is 1:
 
         Kp = 3 p^2 J,   Ki = p^3 J,   Kd = 3 p J
@@ -176,19 +191,19 @@ class PlacedPid(AbstractController):
         """The integral of the error."""
         return Layout((Entry("integral", np.zeros(self.dof), "rad s"),))
 
-    def torque(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> ca.SX:
+    def torque(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> ca.SX:
         """Feedback, and the weight where it is lifted."""
         del t
         p, J = self.poles, self.inertia
         feedback = 3 * p**2 * J * (est.q - ref.q) + p**3 * J * z["integral"] + 3 * p * J * (est.qd - ref.qd)
         return self.lifted * self.model.gravity_vector(est.q) - feedback
 
-    def rate(self, t: ca.SX, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def rate(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> Parts:
         """The integral grows by e."""
         del t, z
         return {"integral": est.q - ref.q}
 
-    def signals(self, z: Parts, est: Estimate, ref: Motion) -> Parts:
+    def signals(self, z: Parts, est: Signals, ref: Signals) -> Parts:
         """Nothing that the loop does not show already."""
         del z, est, ref
         return {}
@@ -207,6 +222,17 @@ class EitherReference(AbstractReference):
         """The number of joints."""
         return self.sines.dof
 
-    def at(self, t: ca.SX) -> Motion:
+    @property
+    def says(self) -> Layout:
+        """Positions, velocities and accelerations."""
+        return self.sines.says
+
+    @property
+    def primary(self) -> tuple[str, ...]:
+        """The positions."""
+        return self.sines.primary
+
+    def at(self, t: ca.SX) -> Signals:
         """The chosen one, with its derivatives."""
-        return Motion(*(chosen(self.jumps, *parts) for parts in zip(self.sines.at(t), self.square.at(t), strict=True)))
+        square = self.square.at(t)
+        return Signals({name: chosen(self.jumps, part, square[name]) for name, part in self.sines.at(t).items()})

@@ -32,8 +32,8 @@ from fair_laws import LAWS, PROPOSED
 from fair_objective import TERMS, cost, metrics, objective
 from tunings import tuning
 
-from workbench.core import grouped, lift
-from workbench.loop import Estimate, Motion, roles
+from workbench.core import Signals, grouped, lift
+from workbench.loop import roles
 from workbench.study.evidence import Standings, compare, judge, paired
 from workbench.study.factors import Space
 from workbench.study.sample import Sample
@@ -43,7 +43,7 @@ PAPER, JUMPS = HELD_OUT[0], next(one for one in HELD_OUT if one.jumps)
 RNG = np.random.default_rng(5)
 BASE = np.abs(RNG.normal(size=60)) + 1
 LONG = np.abs(RNG.normal(size=160)) + 1
-REST = Motion(*(ca.SX.zeros(2) for _ in range(3)))
+REST = Signals({name: ca.SX.zeros(2) for name in ("q", "qd", "qdd")})
 
 
 @pytest.mark.parametrize("entrant", ALL, ids=lambda one: one.key)
@@ -154,7 +154,7 @@ def test_behind_both_observers_each_law_counts_on_the_estimated_disturbance_once
     loop = entrant.loop(PAPER, entrant.card).loop
     est = ca.SX.sym("d", 2)
     law, z = loop.controller, loop.controller.memory
-    torque = law.torque(0.0, z.view(ca.SX(z.default)), Estimate(ca.SX([0.1, 0.2]), ca.SX([0.3, 0.4]), est), REST)
+    torque = law.torque(0.0, z.view(ca.SX(z.default)), Signals(q=ca.SX([0.1, 0.2]), qd=ca.SX([0.3, 0.4]), d=est), REST)
     np.testing.assert_allclose(np.array(ca.evalf(ca.jacobian(torque, est))), np.eye(2), atol=1e-12)
 
 

@@ -4,16 +4,16 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.core import Entry, Layout, block, initial, parameter
+from workbench.core import Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Vector
-from workbench.loop import AbstractController, AbstractObserver, ClosedLoop, Estimate, open_loop
+from workbench.loop import AbstractArmController, AbstractArmObserver, ClosedLoop, open_loop
 from workbench.plants import DirectDrive, FirstOrderLag, Manipulator
 from workbench.robots import PlanarArm, named, paper_arm
 from workbench.signals import Hold, Sines, SineTorque
 
 
 @block
-class Watcher(AbstractObserver):
+class Watcher(AbstractArmObserver):
     """Positions and velocities as they are; the disturbance only where it may be seen."""
 
     joints: int = 2
@@ -28,19 +28,25 @@ class Watcher(AbstractObserver):
         return self.truth
 
     @property
+    def measured(self):
+        return ("q", "qd", "d") if self.truth else ("q", "qd")
+
+    @property
     def memory(self):
         return Layout((Entry("age", np.array(0.0), "s"),))
 
     def estimate(self, t, z, y):
-        return Estimate(y.q, y.qd, y.d if self.truth else ca.SX.zeros(self.joints) if y.d is None else y.d)
+        return Signals(q=y.q, qd=y.qd, d=y["d"] if "d" in y else ca.SX.zeros(self.joints))
 
-    def rate(self, t, z, y, est, tau):
+    def rate(self, t, z, y, est, u):
         return {"age": ca.SX(1)}
 
 
 @block
-class Gains(AbstractController):
+class Gains(AbstractArmController):
     """tau = G(q) of the model - K e - Kd ed + d_hat, and an integral of e that is only watched."""
+
+    estimates = ("q", "qd", "d")
 
     model: PlanarArm
     K: Vector = parameter(unit="N m/rad", low=0, shape=("n",))
@@ -110,7 +116,7 @@ def test_the_torque_drives_the_plant_as_commanded():
     y = ode.outputs_at(0.4, x)
     plant = Manipulator(paper_arm(), [0.3, -0.2], [0.1, 0.0], disturbance=SineTorque([1.0, 2.0], [3.0, 4.0]))
     z = {"q": ca.SX([0.3, -0.2]), "qd": ca.SX([0.1, 0.0])}
-    alone = plant.rate(ca.SX(0.4), z, ca.SX(y["tau"]))
+    alone = plant.rate(ca.SX(0.4), z, Signals(tau=ca.SX(y["tau"])))
     np.testing.assert_allclose(rate["plant.qd"], np.array(ca.evalf(alone["qd"])).ravel(), rtol=1e-12)
     np.testing.assert_array_equal(rate["plant.q"], [0.1, 0.0])
     np.testing.assert_allclose(rate["controller.sum"], y["e"], rtol=1e-14)
@@ -163,7 +169,7 @@ def test_an_estimate_sees_the_truth_only_where_that_is_declared():
     assert not honest.uses_truth
     assert honest.ode().notes == ()
     assert oracle.uses_truth
-    assert any("true disturbance" in note for note in oracle.ode().notes)
+    assert any("the truth (d)" in note for note in oracle.ode().notes)
 
 
 @pytest.mark.parametrize(
@@ -176,7 +182,9 @@ def test_an_estimate_sees_the_truth_only_where_that_is_declared():
     ],
 )
 def test_blocks_of_different_sizes_are_refused_by_socket(socket, odd):
-    with pytest.raises(ValueError, match=rf"`ClosedLoop\(...\)` needs blocks of the same number.*{socket} with 3"):
+    with pytest.raises(
+        ValueError, match=r"`\w+` (reads|follows) 'q' as (2|3) numbers, where `\w+` (gives|says) it as (2|3) n"
+    ):
         loop(**{socket: odd})
 
 

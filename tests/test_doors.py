@@ -15,7 +15,7 @@ import pandas as pd
 import pytest
 
 from workbench.controllers import PID
-from workbench.loop import Estimate, Measurement, Motion
+from workbench.core import Signals
 from workbench.notation.formula import Symbol
 from workbench.plants import ArmInstruments, FirstOrderLag, Friction
 from workbench.robots import paper_arm
@@ -293,22 +293,22 @@ ARM = paper_arm()
 LAW = PID([1.0, 1.0], [0.1, 0.1], [1.0, 1.0], ARM)
 TWO, THREE = ca.SX.sym("x", 2), ca.SX.sym("x", 3)
 MEMORY = {"integral": TWO}
-HERE, WANTED = Estimate(TWO, TWO, TWO), Motion(TWO, TWO, TWO)
+HERE, WANTED = Signals(q=TWO, qd=TWO, d=TWO), Signals(q=TWO, qd=TWO, qdd=TWO)
 
 MISSHAPEN = [
     (lambda: LAW.torque(TWO, MEMORY, HERE, WANTED), ValueError, "`PID.torque(t=...)` must have shape (1, 1); got (2, "),
     (
-        lambda: LAW.torque(0.0, MEMORY, HERE._replace(qd=THREE), WANTED),
+        lambda: LAW.torque(0.0, MEMORY, HERE | {"qd": THREE}, WANTED),
         ValueError,
-        "`PID.torque(est.qd=...)` must have shape (2, 1), one number for each of n = 2; got (3, 1).",
+        "`PID.torque(est=...)` must hold 'qd' in shape (2, 1); got (3, 1).",
     ),
     (lambda: LAW.torque(0.0, {}, HERE, WANTED), LookupError, "the whole memory, integral; got no 'integral'."),
     (lambda: LAW.torque(0.0, {"integral": THREE}, HERE, WANTED), ValueError, "'integral' in shape (2, 1); got (3, 1)."),
-    (lambda: LAW.torque(0.0, MEMORY, HERE, Motion(TWO, "x", TWO)), ValueError, "whose `qd` is a `SX`; got 'x'."),
-    (lambda: LAW.torque(0.0, MEMORY, WANTED, WANTED), ValueError, "must be an `Estimate`; got a `Motion`."),
+    (lambda: LAW.torque(0.0, MEMORY, HERE, HERE), LookupError, "all that the law follows, q, qd, qdd; got no 'qdd'."),
+    (lambda: LAW.torque(0.0, MEMORY, 3.0, WANTED), ValueError, "must be a `Signals`; got 3.0."),
     (lambda: ARM.mass_matrix(np.longdouble(1)), ValueError, "must have shape (2, 1), one number for each of n = 2"),
     (lambda: Friction([1.0, 1.0], [1.0, 1.0]).torque(THREE), ValueError, "must have shape (2, 1)"),
-    (lambda: ArmInstruments(2).read(Measurement(TWO, TWO, None), TWO), ValueError, "must have shape (4, 1)"),
+    (lambda: ArmInstruments(2).read(Signals(q=TWO, qd=TWO), TWO), ValueError, "must have shape (4, 1)"),
     (lambda: FirstOrderLag(0.1).applied({}, TWO), LookupError, "got no 'tau_m'"),
 ]  # fmt: skip
 

@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm, solve_continuous_are
-from workbench.loop.ports import Estimate, Measurement, Motion
 
 from workbench.controllers import PID, AosmcRgs, RbfAsmc, SuperTwisting, WithCompensation
 from workbench.controllers.algebraic import stepped
+from workbench.core import Signals
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
 from workbench.plants import ArmInstruments, Manipulator
@@ -163,9 +163,9 @@ def error_dynamics(period, **changes):
     """The error (q - q_hat, qd - qd_hat) of an observer of the arm after a period, where the model's a is right."""
     observer = Luenberger(**TUNED | changes)
     z = {"q_hat": ca.SX.sym("q", 2), "qd_hat": ca.SX.sym("v", 2)}
-    est = Estimate(z["q_hat"], z["qd_hat"], ca.SX.zeros(2))
+    est = Signals(q=z["q_hat"], qd=z["qd_hat"], d=ca.SX.zeros(2))
     tau = ca.SX(ARM.coriolis_matrix(*z.values()) @ z["qd_hat"] + ARM.gravity_vector(z["q_hat"]))  # so that a = 0
-    after = observer.advance(ca.SX(0), z, Measurement(ca.SX.zeros(2), ca.SX.zeros(2), None), est, tau, period)
+    after = observer.advance(ca.SX(0), z, Signals(q=ca.SX.zeros(2), qd=ca.SX.zeros(2)), est, Signals(tau=tau), period)
     x = ca.vertcat(*z.values())
     return np.array(ca.Function("J", [x], [ca.jacobian(ca.vertcat(*after.values()), x)])(np.array([0.3, 1, 0.1, -0.2])))
 
@@ -199,7 +199,7 @@ def test_without_an_error_the_cayley_step_moves_as_the_acceleration_of_the_model
     observer, h = Luenberger(**TUNED, integrator="cayley"), 1e-2
     q, v, tau = ca.SX([0.3, -0.5]), ca.SX([1.0, 2.0]), ca.SX([4.0, 1.0])
     z = {"q_hat": q, "qd_hat": v}
-    after = observer.advance(ca.SX(0), z, Measurement(q, v, None), Estimate(q, v, ca.SX.zeros(2)), tau, h)
+    after = observer.advance(ca.SX(0), z, Signals(q=q, qd=v), Signals(q=q, qd=v, d=ca.SX.zeros(2)), Signals(tau=tau), h)
     a = np.array(ca.DM(ARM.acceleration(q, v, tau)))
     np.testing.assert_allclose(ca.DM(after["q_hat"]), ca.DM(q) + h * ca.DM(v) + h**2 / 2 * a, rtol=1e-14)
     np.testing.assert_allclose(ca.DM(after["qd_hat"]), ca.DM(v) + h * a, rtol=1e-14)
@@ -283,8 +283,8 @@ def test_the_network_forgets_exactly_over_a_period(sigma):
     nodes = {"centres": np.outer([-1.0, 0.0, 1.0], np.ones(4)), "widths": np.ones(4)}
     law = RbfAsmc(ARM, [6.0, 5.0], 0.1, 2.0, 30.0, sigma, K=[5.0, 5.0], **nodes, integrator="exact")
     z = {"K": ca.SX([5.0, 6.0]), "W": ca.SX(np.arange(6.0).reshape(3, 2))}
-    est = Estimate(ca.SX([0.3, -0.2]), ca.SX([0.1, 0.4]), ca.SX.zeros(2))
-    ref, h = Motion(*(ca.SX(x) for x in ([0.1, 0.0], [0.0, 0.2], [0.0, 0.0]))), 4e-3
+    est = Signals(q=ca.SX([0.3, -0.2]), qd=ca.SX([0.1, 0.4]), d=ca.SX.zeros(2))
+    ref, h = Signals(q=ca.SX([0.1, 0.0]), qd=ca.SX([0.0, 0.2]), qdd=ca.SX([0.0, 0.0])), 4e-3
     forced = np.array(ca.DM(law.rate(0.0, z | {"W": ca.SX.zeros(3, 2)}, est, ref)["W"]))
     W = np.arange(6.0).reshape(3, 2)
     exact = solve_ivp(

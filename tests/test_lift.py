@@ -5,7 +5,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.core import block, lift, option, parameter
+from workbench.core import Signals, block, lift, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.plants import Friction, Manipulator
 from workbench.robots import Link, PlanarArm, paper_arm
@@ -86,7 +86,7 @@ def test_the_twin_with_default_numbers_is_the_block_itself(numbers, q2, qd2):
     )
     lifted = lift(plant)
     z = {"q": ca.SX([0.4, q2]), "qd": ca.SX([-1.0, qd2])}
-    tau = ca.SX([5.0, -3.0])
+    tau = Signals(tau=ca.SX([5.0, -3.0]))
     plain = plant.rate(ca.SX(0.7), z, tau)["qd"]
     twin = lifted.block.rate(ca.SX(0.7), z, tau)["qd"]
     value = ca.Function("twin", [lifted.symbols], [twin])(lifted.layout.default)

@@ -18,7 +18,7 @@ from oracles import (
 
 from workbench.controllers import PID, SlidingMode, SuperTwisting
 from workbench.core import Layout, block, rk4
-from workbench.loop import AbstractController, ClosedLoop
+from workbench.loop import AbstractArmController, ClosedLoop
 from workbench.observers import FullState, Luenberger, NonlinearDisturbanceObserver, OracleFilter, WithDisturbance
 from workbench.plants import ArmInstruments, Manipulator
 from workbench.robots import paper_arm
@@ -125,7 +125,7 @@ def test_with_a_short_period_the_loop_comes_near_to_that_in_continuous_time_at_f
 
 
 @block
-class Clockwork(AbstractController):
+class Clockwork(AbstractArmController):
     """tau = q_ref(t), whatever the arm does."""
 
     joints: int = 2
@@ -201,7 +201,7 @@ def test_names_and_outputs_are_those_of_the_loop_in_continuous_time():
 def test_an_observer_that_uses_the_truth_is_told_of_in_a_sampled_loop_too():
     honest, oracle = loop(), loop(observer=WithDisturbance(FullState(2), OracleFilter(2, 50.0)))
     assert honest.digital(1e-3).notes == ()
-    assert any("true disturbance" in note for note in oracle.digital(1e-3).notes)
+    assert any("the truth (d)" in note for note in oracle.digital(1e-3).notes)
 
 
 # What is refused
@@ -229,7 +229,9 @@ def test_substeps_that_are_no_positive_whole_number_are_refused(substeps):
 
 
 def test_instruments_for_other_joints_are_refused():
-    with pytest.raises(ValueError, match=r"must be for the 2 joints of the loop; got instruments for 3\."):
+    with pytest.raises(
+        ValueError, match=r"`ArmInstruments` reads 'q' as 3 numbers, where `Manipulator` gives it as 2 numbers"
+    ):
         loop().digital(1e-3, ArmInstruments(3))
 
 
@@ -238,7 +240,7 @@ def test_instruments_for_other_joints_are_refused():
     [
         (
             {"instruments": "x"},
-            r"`ClosedLoop.digital\(instruments=...\)` must be an `ArmInstruments` or None; got 'x'\.",
+            r"`ClosedLoop.digital\(instruments=...\)` must be an `AbstractInstruments` or None; got 'x'\.",
         ),
         ({"delay": "no"}, r"`ClosedLoop.digital\(delay=...\)` must be True or False; got 'no'\."),
     ],

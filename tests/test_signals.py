@@ -15,7 +15,7 @@ SINES = Sines([1.0, 2.0], [3.0, 0.7], [0.1, -0.4])
 def motion(reference, times):
     """q, qd, qdd, each (N, n)."""
     t = ca.SX.sym("t")
-    function = ca.Function("motion", [t], [ca.densify(ca.SX(part)) for part in reference.at(t)])
+    function = ca.Function("motion", [t], [ca.densify(ca.SX(part)) for part in reference.at(t).values()])
     return [np.array(part).T for part in function(np.asarray(times)[None])]
 
 
@@ -99,8 +99,8 @@ def test_the_peak_of_one_sine_is_its_bound():
 def test_a_lifted_reference_says_the_same(signal):
     t = ca.SX.sym("t")
     lifted = lift(signal)
-    twin = ca.vertcat(*[ca.SX(part) for part in lifted.block.at(t)])
-    plain = ca.vertcat(*[ca.SX(part) for part in signal.at(t)])
+    twin = ca.vertcat(*[ca.SX(part) for part in lifted.block.at(t).values()])
+    plain = ca.vertcat(*[ca.SX(part) for part in signal.at(t).values()])
     gap = ca.Function("gap", [t, lifted.symbols], [twin - plain])
     for time in (0.0, 0.3, 2.1):
         np.testing.assert_allclose(np.array(gap(time, lifted.layout.default)), 0, atol=1e-12)  # rounding of w t

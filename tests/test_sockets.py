@@ -66,13 +66,13 @@ SAID = [
     (lambda: Manipulator(PlanarArm, q=[0.0]), "got the class `PlanarArm` itself: make one with `PlanarArm(...)`."),
     (
         lambda: ClosedLoop(PLANT, LAW, STATE, WANTED),
-        "`ClosedLoop(observer=...)` must be an `AbstractObserver`; got a `PID`, which is an `AbstractController`.",
+        "`ClosedLoop(observer=...)` must be an `AbstractObserver`; got a `PID`, which is an `AbstractArmController`.",
     ),
     (lambda: Luenberger(None, np.eye(2), np.eye(2), [0.0, 0.0]), "must be an `AbstractArm`; got None."),
     (
         lambda: WithDisturbance(STATE, STATE),
         "`WithDisturbance(disturbance=...)` must be an `AbstractDisturbanceObserver`; got a `FullState`, which is "
-        "an `AbstractObserver`.",
+        "an `AbstractArmObserver`.",
     ),
     (
         lambda: PlanarArm((ARM, ARM)),
@@ -144,7 +144,7 @@ def test_a_copy_of_a_block_is_as_frozen_as_the_block(again):
     with pytest.raises(ValueError, match="read-only"):
         again(loop()).controller.Kp[0] = -5
     with pytest.raises(ValueError, match="read-only"):
-        again(PLANT.memory)["q"].default[0] = -5
+        again(PLANT.states)["q"].default[0] = -5
     np.testing.assert_array_equal(again(loop()).ode().parameters.default, loop().ode().parameters.default)
 
 

@@ -7,8 +7,8 @@ from typing import Any
 import casadi as ca
 
 from workbench.controllers import PID
-from workbench.core import Entry, Layout, Ode
-from workbench.loop import ClosedLoop, Estimate, Measurement, Motion
+from workbench.core import Entry, Layout, Ode, Signals
+from workbench.loop import ClosedLoop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
@@ -46,9 +46,9 @@ def signals() -> dict[str, Any]:
         "x": lambda block: column("x"),
         "v": lambda block: column("v"),
         "z": lambda block: _memory(block),
-        "y": lambda block: Measurement(column("q"), column("qd"), column("d")),
-        "est": lambda block: Estimate(column("q_hat"), column("qd_hat"), column("d_hat")),
-        "ref": lambda block: Motion(column("q_ref"), column("qd_ref"), column("qdd_ref")),
+        "y": lambda block: Signals(q=column("q"), qd=column("qd"), d=column("d")),
+        "est": lambda block: Signals(q=column("q_hat"), qd=column("qd_hat"), d=column("d_hat")),
+        "ref": lambda block: Signals(q=column("q_ref"), qd=column("qd_ref"), qdd=column("qdd_ref")),
         "w": lambda block: column("w", 4),
         "dof": lambda block: 2,
         "period": lambda block: 0.01,

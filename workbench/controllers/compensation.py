@@ -91,7 +91,11 @@ class WithCompensation(AbstractArmController):
 
     def without(self) -> Mapping[str, AbstractArmController]:
         """The law alone, and the sum with each part of the law left out."""
-        less = {name: WithCompensation(law) for name, law in self.law.without().items()}
+        less = {
+            name: WithCompensation(law)
+            for name, law in self.law.without().items()
+            if isinstance(law, AbstractArmController)
+        }
         return {"disturbance compensation": self.law} | less
 
     @property

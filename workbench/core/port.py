@@ -99,11 +99,11 @@ def fitting(call: str, port: Layout, parts: object) -> Signals:
     return Signals({entry.name: column(call, entry.name, entry.shape, parts[entry.name]) for entry in port.entries})
 
 
-def column(call: str, name: str, shape: tuple[int, ...], value: object) -> ca.SX:
+def column(call: str, name: str, shape: tuple[int, ...], value: Any) -> ca.SX:
     """An expression of the shape of a signal, or a refusal that says what a method returned."""
     want = (shape + (1, 1))[:2]
     try:
-        part = ca.SX(value)
+        part: ca.SX = ca.SX(value)
     except Exception:
         raise ValueError(
             f"`{call}` must return '{name}' as an expression of shape {want}; it returned {described(value)}."

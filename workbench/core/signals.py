@@ -8,9 +8,11 @@ from typing import NoReturn
 import casadi as ca
 
 from workbench.core.layout import Layout
+from workbench.validation.doors import door
 from workbench.validation.words import known, nearest
 
 
+@door
 class Signals(Mapping[str, ca.SX]):
     """A read-only mapping from names to columns of symbols, whose names are attributes too: `y["q"]` is `y.q`.
 
@@ -21,12 +23,16 @@ class Signals(Mapping[str, ca.SX]):
     """
 
     __slots__ = ("_parts",)
+    _parts: dict[str, ca.SX]
 
     def __init__(self, parts: Mapping[str, ca.SX] | None = None, /, **named: ca.SX) -> None:
         object.__setattr__(self, "_parts", {**(parts or {}), **named})
 
     def __getitem__(self, name: str) -> ca.SX:
         return self._parts[known(name, self._parts, "signals")]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._parts
 
     def __getattr__(self, name: str) -> ca.SX:
         if name.startswith("__") or name == "_parts":  # Python's own questions, those of `copy` among them

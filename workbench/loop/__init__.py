@@ -2,21 +2,11 @@
 
 from workbench.loop.arm import AbstractArmController, AbstractArmObserver
 from workbench.loop.assemble import ClosedLoop, open_loop
-from workbench.loop.contracts import (
-    AbstractController,
-    AbstractDisturbance,
-    AbstractInstruments,
-    AbstractObserver,
-    AbstractPlant,
-    AbstractReference,
-    Follows,
-    Inputs,
-    Parts,
-    Reads,
-)
+from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Follows, Inputs, Parts, Reads
 from workbench.loop.defaults import Readings, Rest
 from workbench.loop.instruments import Instruments
 from workbench.loop.roles import roles
+from workbench.loop.surroundings import AbstractDisturbance, AbstractInstruments, AbstractReference
 
 __all__ = [
     "AbstractArmController",

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Iterable
-from types import MappingProxyType
+from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
 
 import casadi as ca
@@ -49,7 +48,6 @@ class AbstractArmController(AbstractController):
     """
 
     estimates: ClassVar[tuple[str, ...]] = ("q", "qd")
-    signal_units = MappingProxyType({"s": "rad/s"})
 
     @property
     @abstractmethod
@@ -75,6 +73,11 @@ class AbstractArmController(AbstractController):
     def drives(self) -> Layout:
         """The torques, (n,)."""
         return torques("tau", self.units)
+
+    @property
+    def signal_units(self) -> Mapping[str, str]:
+        """Of the sliding variable s."""
+        return {"s": "rad/s"}
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         """The torques."""

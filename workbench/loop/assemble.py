@@ -8,18 +8,12 @@ import casadi as ca
 
 from workbench.core import Layout, Ode, Roles, Sampled, Signals, Step, block, lift
 from workbench.core.port import joined
-from workbench.loop.contracts import (
-    AbstractController,
-    AbstractInstruments,
-    AbstractObserver,
-    AbstractPlant,
-    AbstractReference,
-    is_recursion,
-)
+from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
 from workbench.loop.defaults import Readings, Rest
 from workbench.loop.matching import refuse_misfits
 from workbench.loop.roles import roles
 from workbench.loop.sampled import FINE, digital
+from workbench.loop.surroundings import AbstractInstruments, AbstractReference
 from workbench.loop.wiring import (
     above,
     asked,
@@ -62,11 +56,12 @@ class ClosedLoop:
     reference: AbstractReference = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
-        if self.controller is None:
+        empty = {socket for socket, block in vars(self).items() if block is None}
+        if "controller" in empty:
             raise refusal("ClosedLoop(controller=...)", "an `AbstractController`", None)
-        if self.observer is None:
+        if "observer" in empty:
             object.__setattr__(self, "observer", Readings(self.plant.outputs))
-        if self.reference is None:
+        if "reference" in empty:
             object.__setattr__(self, "reference", Rest())
         refuse_misfits(self)
 

@@ -31,40 +31,26 @@ Follows = Annotated[Signals, "follows"]
 Inputs = Annotated[Signals, "inputs"]
 
 
-class AbstractReference(ABC):
-    """Wanted signals as expressions in time."""
-
-    @property
-    @abstractmethod
-    def says(self) -> Layout:
-        """The signals that it gives."""
-
-    @property
-    def primary(self) -> tuple[str, ...]:
-        """The signals that are wanted for themselves; others are their derivatives."""
-        return self.says.names
-
-    @abstractmethod
-    def at(self, t: Number) -> Signals:
-        """The signals at time t [s]."""
-
-
 class AbstractPlant(ABC):
     """What is controlled: driven by its inputs, watched by its outputs.
 
     Attributes
     ----------
-    truths
-        The signals that no instrument gives, a disturbance among them; `measure` returns them beside the outputs.
-    labels
-        Shorter names that a loop gives to signals of this plant: `{"e_q": "e"}`.
     period
         Of a plant in discrete time, which has an `update` in place of a `rate`, in s; else None.
     """
 
-    truths: Layout = Layout()
-    labels: Mapping[str, str] = {}
     period: float | None = None
+
+    @property
+    def truths(self) -> Layout:
+        """The signals that no instrument gives, a disturbance among them; `measure` returns them beside the outputs."""
+        return Layout()
+
+    @property
+    def labels(self) -> Mapping[str, str]:
+        """Shorter names that a loop gives to signals of this plant: `{"e_q": "e"}`."""
+        return {}
 
     @property
     def states(self) -> Layout:
@@ -105,17 +91,21 @@ class AbstractObserver(ABC):
 
     Attributes
     ----------
-    inputs
-        The inputs of the plant whose command it counts on.
-    uses_truth
-        Whether it needs what no instrument can give it.
     period
         How often a computer runs it, in s; None where it runs in continuous time, or as often as the loop's computer.
     """
 
-    inputs: Layout = Layout()
-    uses_truth: bool = False
     period: float | None = None
+
+    @property
+    def inputs(self) -> Layout:
+        """The inputs of the plant whose command it counts on."""
+        return Layout()
+
+    @property
+    def uses_truth(self) -> bool:
+        """Whether it needs what no instrument can give it."""
+        return False
 
     @property
     @abstractmethod
@@ -167,18 +157,22 @@ class AbstractController(ABC):
 
     Attributes
     ----------
-    follows
-        The signals of the reference; none where the law keeps the plant at rest.
     period
         How often a computer runs the law, in s; None where it runs in continuous time, or as often as the loop's
         computer.
-    signal_units
-        The units of what `signals` returns.
     """
 
-    follows: Layout = Layout()
     period: float | None = None
-    signal_units: Mapping[str, str] = {}
+
+    @property
+    def follows(self) -> Layout:
+        """The signals of the reference; none where the law keeps the plant at rest."""
+        return Layout()
+
+    @property
+    def signal_units(self) -> Mapping[str, str]:
+        """The units of what `signals` returns."""
+        return {}
 
     @property
     @abstractmethod
@@ -235,56 +229,6 @@ class AbstractController(ABC):
         law = copy(self)
         object.__setattr__(law, "period", seconds("run_every(period=...)", period))
         return law
-
-
-class AbstractInstruments(ABC):
-    """What stands between a plant and its computer."""
-
-    @property
-    @abstractmethod
-    def reads(self) -> Layout:
-        """The outputs of the plant that they touch."""
-
-    @property
-    @abstractmethod
-    def limits(self) -> Layout:
-        """The inputs of the plant that they limit."""
-
-    @property
-    @abstractmethod
-    def noises(self) -> int:
-        """How many standard normal numbers one reading takes."""
-
-    @abstractmethod
-    def read(self, y: Signals, w: ca.SX) -> Signals:
-        """What the computer reads where y is true, with w (noises, 1)."""
-
-    @abstractmethod
-    def limited(self, u: Signals) -> Signals:
-        """What is asked for where the law commands `u`."""
-
-
-class AbstractDisturbance(ABC):
-    """Signals D(t) that act from outside, with known bounds (Assumption 4 of the paper, for torques)."""
-
-    @property
-    @abstractmethod
-    def dof(self) -> int:
-        """The number of its components n."""
-
-    @abstractmethod
-    def at(self, t: Number) -> ca.SX:
-        """D(t), (n, 1)."""
-
-    @property
-    @abstractmethod
-    def D_max(self) -> float:
-        """A bound on the Euclidean norm of D(t) over all time, in the unit of D."""
-
-    @property
-    @abstractmethod
-    def L_D(self) -> float:
-        """A bound on the Euclidean norm of D'(t) over all time, in the unit of D per second."""
 
 
 def is_recursion(block: AbstractObserver | AbstractController | AbstractPlant) -> bool:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from workbench.core import Layout, Signals, block
-from workbench.loop.contracts import AbstractObserver, AbstractReference, Parts, Reads
+from workbench.loop.contracts import AbstractObserver, Parts, Reads
+from workbench.loop.surroundings import AbstractReference
 from workbench.validation.shapes import Number
 
 

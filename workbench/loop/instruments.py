@@ -10,7 +10,8 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Vector
-from workbench.loop.contracts import AbstractInstruments, AbstractPlant
+from workbench.loop.contracts import AbstractPlant
+from workbench.loop.surroundings import AbstractInstruments
 from workbench.validation.words import known, numbers, refusal
 
 

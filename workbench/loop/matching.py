@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from workbench.core import Layout
 from workbench.core.port import misfits
-from workbench.loop.contracts import AbstractInstruments
-from workbench.loop.wiring import Blocks
+from workbench.loop.surroundings import AbstractInstruments
+from workbench.loop.wiring import Blocks, names
 from workbench.validation.words import nearest
 
 
@@ -26,6 +26,12 @@ def refuse_misfits(loop: Blocks) -> None:
                     f"`{_name(observer)}` reads '{name}', which no instrument of `{_name(plant)}` gives: read one of "
                     f"{_names(plant.outputs)}, or declare `uses_truth = True`."
                 )
+    shown = names(loop)
+    if twice := next((name for name in shown if shown.count(name) > 1), None):
+        raise ValueError(
+            f"A loop shows each signal by a name of its own, and here '{twice}' would stand for two of them: rename an "
+            f"input or an output of `{_name(plant)}`."
+        )
     visible = plant.outputs + plant.truths if observer.uses_truth else plant.outputs
     _refuse(observer, "reads", observer.reads, plant, "gives", visible)
     _refuse(observer, "counts on", observer.inputs, plant, "has as inputs", plant.inputs)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -11,8 +11,9 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Lifted, Ode, Sampled, Signals, lift
 from workbench.core.port import joined
-from workbench.loop.contracts import AbstractInstruments, Parts, euler, is_recursion
+from workbench.loop.contracts import Parts, euler, is_recursion
 from workbench.loop.matching import refuse_instruments
+from workbench.loop.surroundings import AbstractInstruments
 from workbench.loop.wiring import (
     Blocks,
     above,
@@ -56,8 +57,8 @@ def digital(
     moves, outputs, watched = _between(lifted.block, t, states.view(x))
     parameters, p = lifted.layout + gauges.layout, ca.vertcat(lifted.symbols, gauges.symbols)
     equations = (states.flatten(moves), outputs.flatten(watched))
-    names = {"notes": notes(loop), "follows": loop.follows, "drives": loop.plant.inputs.names}
-    flow = Ode(name, states, parameters, outputs, t, x, p, *equations, **names)
+    flow = Ode(name, states, parameters, outputs, t, x, p, *equations)
+    flow = replace(flow, notes=notes(loop), follows=loop.follows, drives=loop.plant.inputs.names)
     return Sampled(flow, period, k, w, states.flatten(after), methods(loop, fine))
 
 
@@ -71,7 +72,8 @@ def _every(block: Any, period: float) -> int:
             f"`ClosedLoop.digital(period=...)` must divide the period of each block: `{type(block).__name__}` runs "
             f"once in {block.period:g} s, which is no whole multiple of {period:g} s."
         )
-    return round(count)
+    times: int = round(count)
+    return times
 
 
 def _remembered(loop: Blocks, every: Mapping[str, int], delay: bool) -> Layout:
@@ -93,9 +95,10 @@ def _renamed(entry: Entry, name: str) -> Entry:
 
 def _units(loop: Blocks) -> dict[str, str]:
     """The units of what is held."""
+    true = {entry.name: entry.unit for entry in (loop.plant.outputs + loop.plant.truths).entries}
     return {
         **{f"hold.{name}": unit for name, unit in loop.controller.signal_units.items()},
-        **{f"hold.{entry.name}_hat": entry.unit for entry in loop.observer.gives.entries},
+        **{f"hold.{entry.name}_hat": true.get(entry.name, entry.unit) for entry in loop.observer.gives.entries},
         **{f"hold.{entry.name}": entry.unit for entry in loop.plant.inputs.entries},
     }
 
@@ -202,6 +205,7 @@ class Turn:
     observer: Any
     controller: Any
     reference: Any
+    follows: tuple[str, ...] = ()
 
 
 def _refined(rate: Callable[[Signals], Parts], z: Signals, period: float, steps: int) -> Mapping[str, ca.SX]:

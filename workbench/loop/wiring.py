@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any, Protocol
 
 import casadi as ca
@@ -10,14 +10,8 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Signals
 from workbench.core.port import fitting
-from workbench.loop.contracts import (
-    AbstractController,
-    AbstractObserver,
-    AbstractPlant,
-    AbstractReference,
-    Parts,
-    is_recursion,
-)
+from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Parts, is_recursion
+from workbench.loop.surroundings import AbstractReference
 from workbench.validation.words import described
 
 SOCKETS = ("plant", "observer", "controller")  # those with a memory
@@ -110,11 +104,6 @@ def shown(
     Each output, wanted signal, command and truth goes by its own name; `x_ref` is what is wanted of x, `e_x` the error
     x - x_ref, `e_hat_x` that of the estimate, `u_applied` what acts where u is commanded, and `x_error` what is true
     less what is estimated. The plant's `labels` shorten them. Behind them comes what the law shows, `own`.
-
-    Raises
-    ------
-    ValueError
-        If two of them have one name.
     """
     outputs, inputs, truths = loop.plant.outputs, loop.plant.inputs, loop.plant.truths
     of = {entry.name: entry for entry in (outputs + truths).entries}
@@ -129,31 +118,41 @@ def shown(
     rows += [(f"{e.name}_error", y[e.name] - est[e.name], e.unit) for e in of.values() if e.name in est]
     short, law = loop.plant.labels, loop.controller
     parts = [(short.get(name, name), part, unit) for name, part, unit in rows]
-    _refuse_twice(type(law).__name__, [name for name, _, _ in parts], own)
     parts += [(name, ca.vec(ca.SX(part)), law.signal_units.get(name, "")) for name, part in own.items()]
     layout = Layout(tuple(Entry(name, np.zeros(part.numel()), unit) for name, part, unit in parts))
     return layout, {name: ca.densify(ca.SX(part)) for name, part, _ in parts}
 
 
-def _refuse_twice(law: str, names: list[str], own: Iterable[str]) -> None:
-    for name in own:
-        if name in names:
-            raise ValueError(
-                f"`{law}.signals(...)` must not use the name '{name}', which is the loop's own; rename it."
-            )
-    if twice := next((name for name in names if names.count(name) > 1), None):
-        raise ValueError(
-            f"A loop shows each signal by a name of its own, and here '{twice}' would stand for two of them: rename an "
-            "input or an output of the plant."
-        )
+def names(loop: Blocks) -> list[str]:
+    """The names that a loop gives to what it shows and, below `hold.`, to what a computer holds."""
+    outputs, inputs, truths = loop.plant.outputs.names, loop.plant.inputs.names, loop.plant.truths.names
+    gives, follows = loop.observer.gives.names, [name for name in loop.reference.says.names if name in outputs]
+    own = [*outputs, *inputs, *truths, *(f"{name}_applied" for name in inputs)]
+    own += [f"{name}_ref" for name in follows] + [f"e_{name}" for name in follows]
+    own += [f"e_hat_{name}" for name in follows if name in gives]
+    own += [f"{name}_error" for name in (*outputs, *truths) if name in gives]
+    return [loop.plant.labels.get(name, name) for name in own] + [f"{name}_hat" for name in gives] + ["next"]
 
 
 def signals(loop: Blocks, z: Signals, est: Signals, ref: Signals) -> Parts:
-    """What the law shows by itself."""
+    """What the law shows by itself.
+
+    Raises
+    ------
+    ValueError
+        If it is no mapping, or uses a name that is the loop's own, whose signal it would take the place of.
+    """
     law = loop.controller
     own: Parts = law.signals(z, est.only(law.reads), ref.only(law.follows))
     if not isinstance(own, Mapping):
         raise ValueError(f"`{type(law).__name__}.signals(...)` must return a mapping; it returned {described(own)}.")
+    taken = names(loop)
+    for name in own:
+        if name in taken:
+            raise ValueError(
+                f"`{type(law).__name__}.signals(...)` must not use the name '{name}', which is the loop's own; rename "
+                "it."
+            )
     return own
 
 

@@ -137,7 +137,11 @@ class WithDisturbance(AbstractArmObserver):
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
         """The observer of the state alone, and both with each part of that one left out."""
-        less = {name: replace(self, state=state) for name, state in self.state.without().items()}
+        less = {
+            name: replace(self, state=state)
+            for name, state in self.state.without().items()
+            if isinstance(state, AbstractArmObserver)
+        }
         return {"disturbance estimate": self.state} | less
 
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import casadi as ca
 
 from workbench.core import Layout, Signals, block, parameter
 from workbench.core.block import Vector
 from workbench.core.port import ANY
 from workbench.loop.arm import motion, torques
-from workbench.loop.contracts import AbstractInstruments
 from workbench.loop.instruments import quantised
+from workbench.loop.surroundings import AbstractInstruments
 
 
 @block
@@ -65,7 +67,7 @@ class ArmInstruments(AbstractInstruments):
         """For each joint one of q, then one of qd."""
         return 2 * self.dof
 
-    def read(self, y: Signals, w: ca.SX) -> Signals:
+    def read(self, y: Signals, w: Annotated[ca.SX, "2n"]) -> Signals:
         """What the computer reads where y is true, with w (2n, 1)."""
         q = quantised(y.q + self.noise_q * w[: self.dof], self.quantum_q)
         qd = quantised(y.qd + self.noise_qd * w[self.dof :], self.quantum_qd)

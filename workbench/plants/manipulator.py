@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
 
 import casadi as ca
 
 from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Scalar, Vector, quantities
 from workbench.loop.arm import motion, motors, torques
-from workbench.loop.contracts import AbstractDisturbance, AbstractPlant, Inputs, Parts
+from workbench.loop.contracts import AbstractPlant, Inputs, Parts
+from workbench.loop.surroundings import AbstractDisturbance
 from workbench.plants.actuator import AbstractActuator, DirectDrive
 from workbench.validation.shapes import Column, Number, States
 
@@ -35,8 +35,6 @@ class Manipulator(AbstractPlant):
 
     M(q) qdd + C(q, qd) qd + G(q) + F(qd) + D(t) = tau.
     """
-
-    labels: ClassVar[Mapping[str, str]] = {"e_q": "e", "e_qd": "ed", "e_hat_q": "e_hat", "e_hat_qd": "ed_hat"}
 
     arm: AbstractArm
     q: Vector = initial(unit="rad", shape=("n",))
@@ -90,6 +88,11 @@ class Manipulator(AbstractPlant):
     def truths(self) -> Layout:
         """The disturbance."""
         return torques("d", self.arm.units)
+
+    @property
+    def labels(self) -> Mapping[str, str]:
+        """The letters of the book for the errors."""
+        return {"e_q": "e", "e_qd": "ed", "e_hat_q": "e_hat", "e_hat_qd": "ed_hat"}
 
     def measure(self, t: Number, x: States) -> Signals:
         """Exact positions and velocities, and the true disturbance for those who may see it."""

@@ -6,13 +6,12 @@ from typing import Any
 from workbench import loop
 from workbench.study.information import information_table
 
-from ..parts import LAW, LOOP, OBSERVER, PLANT, REFERENCE, column, signals
+from ..parts import LAW, LOOP, OBSERVER, PLANT, REFERENCE, signals
 
 MODULES = ("workbench.loop",)
 
 
 def calls() -> dict[str, Any]:
-    q, qd, d = column("q"), column("qd"), column("d")
     return {
         "AbstractController": LAW,
         "AbstractDisturbance": LOOP,
@@ -20,10 +19,7 @@ def calls() -> dict[str, Any]:
         "AbstractPlant": PLANT,
         "AbstractReference": REFERENCE,
         "ClosedLoop": partial(loop.ClosedLoop, PLANT, OBSERVER, LAW, REFERENCE),
-        "Estimate": partial(loop.Estimate, q, qd, d),
-        "Instruments": partial(loop.Instruments, 2, 0.1, 0.1, 0.1, 0.1, 1.0),
-        "Measurement": partial(loop.Measurement, q, qd, d),
-        "Motion": partial(loop.Motion, q, qd, d),
+        "Instruments": partial(loop.Instruments.of, PLANT, {"q": 0.1}, {"q": 0.1}, {"tau": (-1.0, 1.0)}),
         "Parts": loop.Parts,
         "information_table": partial(information_table, "t", "c", {"a": LOOP.roles}, {"a": 3}),
         "open_loop": partial(loop.open_loop, PLANT, "plant"),

@@ -1,0 +1,78 @@
+"""What stands around plant, observer and law: wanted signals, disturbances, and the instruments of a computer."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import casadi as ca
+
+from workbench.core import Layout, Signals
+from workbench.validation.shapes import Number
+
+
+class AbstractReference(ABC):
+    """Wanted signals as expressions in time."""
+
+    @property
+    @abstractmethod
+    def says(self) -> Layout:
+        """The signals that it gives."""
+
+    @property
+    def primary(self) -> tuple[str, ...]:
+        """The signals that are wanted for themselves; others are their derivatives."""
+        return self.says.names
+
+    @abstractmethod
+    def at(self, t: Number) -> Signals:
+        """The signals at time t [s]."""
+
+
+class AbstractInstruments(ABC):
+    """What stands between a plant and its computer."""
+
+    @property
+    @abstractmethod
+    def reads(self) -> Layout:
+        """The outputs of the plant that they touch."""
+
+    @property
+    @abstractmethod
+    def limits(self) -> Layout:
+        """The inputs of the plant that they limit."""
+
+    @property
+    @abstractmethod
+    def noises(self) -> int:
+        """How many standard normal numbers one reading takes."""
+
+    @abstractmethod
+    def read(self, y: Signals, w: ca.SX) -> Signals:
+        """What the computer reads where y is true, with w (noises, 1)."""
+
+    @abstractmethod
+    def limited(self, u: Signals) -> Signals:
+        """What is asked for where the law commands `u`."""
+
+
+class AbstractDisturbance(ABC):
+    """Signals D(t) that act from outside, with known bounds (Assumption 4 of the paper, for torques)."""
+
+    @property
+    @abstractmethod
+    def dof(self) -> int:
+        """The number of its components n."""
+
+    @abstractmethod
+    def at(self, t: Number) -> ca.SX:
+        """D(t), (n, 1)."""
+
+    @property
+    @abstractmethod
+    def D_max(self) -> float:
+        """A bound on the Euclidean norm of D(t) over all time, in the unit of D."""
+
+    @property
+    @abstractmethod
+    def L_D(self) -> float:
+        """A bound on the Euclidean norm of D'(t) over all time, in the unit of D per second."""
