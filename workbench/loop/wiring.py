@@ -102,7 +102,7 @@ def shown(
     """What is worth watching in any loop, with its layout.
 
     Each output, wanted signal, command and truth goes by its own name; `x_ref` is what is wanted of x, `e_x` the error
-    x - x_ref, `e_hat_x` that of the estimate, `u_applied` what acts where u is commanded, and `x_error` what is true
+    x - x_ref, `e_hat_x` that of the estimate where x is wanted for itself, `u_applied` what acts where u is commanded, and `x_error` what is true
     less what is estimated. The plant's `labels` shorten them. Behind them comes what the law shows, `own`.
     """
     outputs, inputs, truths = loop.plant.outputs, loop.plant.inputs, loop.plant.truths
@@ -110,8 +110,10 @@ def shown(
     follows = [of[name] for name in loop.reference.says.names if name in outputs]
     rows = [(e.name, y[e.name], e.unit) for e in outputs.entries]
     rows += [(f"{e.name}_ref", ref[e.name], e.unit) for e in follows]
-    rows += [(f"e_{e.name}", y[e.name] - ref[e.name], e.unit) for e in follows]
-    rows += [(f"e_hat_{e.name}", est[e.name] - ref[e.name], e.unit) for e in follows if e.name in est]
+    for e in follows:
+        rows.append((f"e_{e.name}", y[e.name] - ref[e.name], e.unit))
+        if e.name in est and e.name in loop.reference.primary:
+            rows.append((f"e_hat_{e.name}", est[e.name] - ref[e.name], e.unit))
     rows += [(e.name, u[e.name], e.unit) for e in inputs.entries]
     rows += [(f"{e.name}_applied", applied[e.name], e.unit) for e in inputs.entries]
     rows += [(e.name, y[e.name], e.unit) for e in truths.entries]
@@ -129,7 +131,7 @@ def names(loop: Blocks) -> list[str]:
     gives, follows = loop.observer.gives.names, [name for name in loop.reference.says.names if name in outputs]
     own = [*outputs, *inputs, *truths, *(f"{name}_applied" for name in inputs)]
     own += [f"{name}_ref" for name in follows] + [f"e_{name}" for name in follows]
-    own += [f"e_hat_{name}" for name in follows if name in gives]
+    own += [f"e_hat_{name}" for name in follows if name in gives and name in loop.reference.primary]
     own += [f"{name}_error" for name in (*outputs, *truths) if name in gives]
     return [loop.plant.labels.get(name, name) for name in own] + [f"{name}_hat" for name in gives] + ["next"]
 
