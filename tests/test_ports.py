@@ -244,14 +244,13 @@ class OneTorque(AbstractArmController):
 
 def test_a_law_that_returns_one_torque_for_two_joints_is_refused():
     """It was spread over both, and the RMSE of another law was reported without a word."""
-    loop = ClosedLoop(Manipulator(paper_arm(), q=[0.1, 0.2]), PID_READINGS, OneTorque(), Sines([1.0, 1.0], [1.0, 1.0]))
+    loop = ClosedLoop(
+        Manipulator(paper_arm(), q=[0.1, 0.2]), controller=OneTorque(), reference=Sines([1.0] * 2, [1.0] * 2)
+    )
     with pytest.raises(
         ValueError, match=r"`OneTorque.command\(...\)` must return 'tau' in shape \(2, 1\); it returned"
     ):
         loop.ode()
-
-
-PID_READINGS = None  # a loop without an observer
 
 
 def test_an_arm_needs_no_observer_either():

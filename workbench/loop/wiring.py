@@ -102,8 +102,9 @@ def shown(
     """What is worth watching in any loop, with its layout.
 
     Each output, wanted signal, command and truth goes by its own name; `x_ref` is what is wanted of x, `e_x` the error
-    x - x_ref, `e_hat_x` that of the estimate where x is wanted for itself, `u_applied` what acts where u is commanded, and `x_error` what is true
-    less what is estimated. The plant's `labels` shorten them. Behind them comes what the law shows, `own`.
+    x - x_ref, `e_hat_x` that of the estimate where x is wanted for itself, `u_applied` what acts where u is commanded,
+    and `x_error` what is true less what is estimated. The plant's `labels` shorten them. Behind them comes what the law
+    shows, `own`.
     """
     outputs, inputs, truths = loop.plant.outputs, loop.plant.inputs, loop.plant.truths
     of = {entry.name: entry for entry in (outputs + truths).entries}
