@@ -25,6 +25,9 @@ from workbench.signals import Sines
 from workbench.simulate import simulate
 
 
+WANTED = Sines([1.0, 1.0], [1.0, 1.0])
+
+
 @block
 class Motor(AbstractPlant):
     """L i' = v - R i - K omega, J omega' = K i - b omega."""
@@ -256,7 +259,7 @@ def test_a_law_that_returns_one_torque_for_two_joints_is_refused():
 def test_an_arm_needs_no_observer_either():
     arm = paper_arm()
     pid = PID([9.0, 9.0], [1.0, 1.0], [3.0, 3.0], arm)
-    loop = ClosedLoop(Manipulator(arm, q=[0.1, 0.2]), controller=pid, reference=Sines([1.0, 1.0], [1.0, 1.0]))
+    loop = ClosedLoop(Manipulator(arm, q=[0.1, 0.2]), controller=pid, reference=WANTED)
     assert loop.ode().follows == ("q",)
 
 
