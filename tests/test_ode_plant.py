@@ -171,7 +171,7 @@ def test_the_samples_in_a_computer_are_those_of_an_implicit_solver(f):
     for k in range(5):
         u = u_0 - got["K"] @ (at[-1] - got["x"])
         run = solve_ivp(
-            lambda t, x: f(t, x, u, np), (0.02 * k, 0.02 * k + 0.02), at[-1], "Radau", rtol=1e-9, atol=1e-11
+            lambda t, x, u=u: f(t, x, u, np), (0.02 * k, 0.02 * k + 0.02), at[-1], "Radau", rtol=1e-9, atol=1e-11
         )
         at.append(run.y[:, -1])
     np.testing.assert_allclose(got["samples"], at, rtol=1e-6, atol=1e-8)  # the exam's bar

@@ -76,9 +76,9 @@ def option(choices: Mapping[str, str], default: str) -> Any:
     return field(default=default, metadata={"option": dict(choices)})
 
 
-def parameters() -> Any:
+def parameters(*, init: Literal[False] = False) -> Any:
     """A layout of numbers of the equations, which `__post_init__` sets; `lift` turns each into symbols as well."""
-    return field(init=False, default=Layout(), metadata={"parameters": True})
+    return field(init=init, default=Layout(), metadata={"parameters": True})
 
 
 def _quantity(default: Any, quantity: Quantity) -> Any:

@@ -19,11 +19,13 @@ from workbench.core import Entry, Layout, Signals
 from workbench.core.port import ANY
 from workbench.validation.words import Array, described, raised, vector
 
-PLAIN = """sin cos tan asin acos atan atan2 arcsin arccos arctan arctan2 sinh cosh tanh arcsinh arccosh arctanh
-sqrt exp log log10 log1p expm1 fabs fmax fmin fmod sign floor ceil hypot power if_else""".split()
+PLAIN = """
+sin cos tan asin acos atan atan2 arcsin arccos arctan arctan2 sinh cosh tanh arcsinh arccosh arctanh
+sqrt exp log log10 log1p expm1 fabs fmax fmin fmod sign floor ceil hypot power if_else
+"""
 # What a Python function finds in its argument m: CasADi's functions, some by NumPy's names too.
 FUNCTIONS = SimpleNamespace(
-    **{name: getattr(ca, name) for name in PLAIN},
+    **{name: getattr(ca, name) for name in PLAIN.split()},
     abs=ca.fabs,
     maximum=ca.fmax,
     minimum=ca.fmin,
@@ -153,14 +155,17 @@ def _symbols_are_no_numbers() -> Iterator[None]:
     """While this lasts, a symbol refuses to become a number: CasADi's is NaN, which `math` passes on in silence."""
     plain = {name: getattr(ca.SX, name) for name in ("__float__", "__int__")}
 
-    def refuse(self: ca.SX, name: str) -> Any:
-        if not self.is_constant():
-            raise TypeError(f"the symbol '{self}' is no number")
-        return plain[name](self)
+    def guarded(convert: Callable[[ca.SX], Any]) -> Callable[[ca.SX], Any]:
+        def to_number(symbol: ca.SX) -> Any:
+            if not symbol.is_constant():
+                raise TypeError(f"the symbol '{symbol}' is no number")
+            return convert(symbol)
+
+        return to_number
 
     try:
-        ca.SX.__float__ = lambda self: refuse(self, "__float__")
-        ca.SX.__int__ = lambda self: refuse(self, "__int__")
+        for name, method in plain.items():
+            setattr(ca.SX, name, guarded(method))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", FutureWarning)  # of CasADi's, on NumPy's functions of its symbols
             yield

@@ -17,6 +17,18 @@ from workbench.validation.words import Array, text
 Port = Layout | tuple[str, ...]
 
 
+def _read_outputs(h: Callable[..., Any] | None, outputs: Port | None, given: Arguments) -> tuple[Layout, ca.SX]:
+    """What is read, and its expression (ny, 1): what h gives or, without it, states."""
+    if h is None:
+        known = given.states
+        names = known.names if outputs is None else port("outputs", outputs).names
+        return Layout(tuple(known[n] for n in names)), ca.vertcat(*(given.x[known.slice(n)] for n in names))
+    if outputs is None:
+        raise ValueError("`OdePlant.of(outputs=...)` must name what h gives, as in ('y:V',); got None.")
+    watched = port("outputs", outputs)
+    return watched, read("h", h, given.of_output(), watched)
+
+
 @block
 class OdePlant(AbstractPlant):
     """An open `Ode` as a plant: its declared inputs drive it, its outputs are read, its other parameters are its own.
@@ -44,8 +56,8 @@ class OdePlant(AbstractPlant):
             if ca.depends_on(ode.output[ode.outputs.slice(entry.name)], ode.input_symbols):
                 raise ValueError(
                     f"`OdePlant(ode=...)` must have outputs that depend on no input, as a law that reads one would "
-                    f"meet its own command of the same instant, an algebraic loop; '{entry.name}' of '{ode.name}' does: "
-                    "leave it out, or put the lag between the two into the states."
+                    f"meet its own command of the same instant, an algebraic loop; '{entry.name}' of '{ode.name}' "
+                    "does: leave it out, or put the lag between the two into the states."
                 )
         own = tuple(entry for entry in ode.parameters.entries if entry.name not in ode.inputs)
         object.__setattr__(self, "own", Layout(own))
@@ -92,15 +104,7 @@ class OdePlant(AbstractPlant):
         driven = started("u0", port("inputs", inputs), u0)
         given = Arguments(ca.SX.sym("t"), known, driven, p or Layout())
         rate = read("f", f, given.of_rate(), known)
-        if h is None:
-            names = known.names if outputs is None else port("outputs", outputs).names
-            watched = Layout(tuple(known[n] for n in names))
-            output = ca.vertcat(*(given.x[known.slice(n)] for n in names))
-        elif outputs is None:
-            raise ValueError("`OdePlant.of(outputs=...)` must name what h gives, as in ('y:V',); got None.")
-        else:
-            watched = port("outputs", outputs)
-            output = read("h", h, given.of_output(), watched)
+        watched, output = _read_outputs(h, outputs, given)
         own, symbols = given.parameters + driven, (given.t, given.x, ca.vertcat(given.p, given.u))
         called = text("OdePlant.of(name=...)", name, empty=False)
         return OdePlant(Ode(called, known, own, watched, *symbols, rate, output, inputs=driven.names))

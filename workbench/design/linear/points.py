@@ -119,8 +119,8 @@ def operating_point(
 ) -> OperatingPoint:
     """The inputs u and the states at which f(t, x, p, u) = 0, those that are wanted as they are: a trimmed state.
 
-    Gauss-Newton on all rates from the defaults, its step halved while the next one would be longer. Where inputs and free states are
-    more than the rates fix, the one nearest to the start in each step is taken.
+    Gauss-Newton on all rates from the defaults, its step halved while the next one would be longer. Where inputs and
+    free states are more than the rates fix, the one nearest to the start in each step is taken.
 
     Parameters
     ----------
