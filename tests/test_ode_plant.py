@@ -121,6 +121,7 @@ def test_a_function_that_cannot_be_read_is_refused_with_the_reason(f, says):
         ({"h": lambda t, x: [x[0]]}, r"outputs=...\)` must name what h gives"),
         ({"h": lambda t, x: [x[0]], "outputs": ("y", "z")}, r"h=...\)` must return 2 numbers, for y, z"),
         ({"x0": [1.0]}, r"x0=...\)` must have shape \(2,\)"),
+        ({"x0": [1.0, np.nan]}, "'omega' must be finite.*got nan"),
     ],
 )
 def test_a_port_that_does_not_fit_the_function_is_refused(more, says):

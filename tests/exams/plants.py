@@ -22,6 +22,7 @@ from workbench.simulate.reference import reference
 from .graders import Grader, Loaded
 
 AGREED = 1e-9  # by how much samples may change where the substeps are doubled, relative to the largest of each state
+ROUNDING = 1e-15  # by how much a state that rests may change, relative to the largest of all
 MOST_SUBSTEPS = 128
 
 
@@ -76,7 +77,7 @@ def _samples(loop: Sampled, last: int, names: tuple[str, ...]) -> Array:
     while substeps <= MOST_SUBSTEPS:
         run = simulate(loop.step(substeps), until=last * loop.period)
         now = np.column_stack([run[f"plant.{name}"][0] for name in names])
-        if (np.abs(now - before) <= AGREED * np.abs(now).max(axis=0)).all():
+        if (np.abs(now - before) <= AGREED * np.abs(now).max(axis=0) + ROUNDING * np.abs(now).max()).all():
             return now
         before, substeps = now, 2 * substeps
     return _stiff_samples(loop, last, names)

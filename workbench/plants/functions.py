@@ -48,7 +48,9 @@ def started(what: str, held: Layout, values: Array | None) -> Layout:
     """A layout with these numbers (size,) as its defaults."""
     if values is None:
         return held
-    numbers = held.unpack(vector(f"OdePlant.of({what}=...)", values, held.size, "names"))
+    column = vector(f"OdePlant.of({what}=...)", values, held.size, "names")
+    held.check(column[np.newaxis])
+    numbers = held.unpack(column)
     return Layout(tuple(replace(entry, default=numbers[entry.name]) for entry in held.entries))
 
 

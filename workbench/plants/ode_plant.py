@@ -62,6 +62,10 @@ class OdePlant(AbstractPlant):
         own = tuple(entry for entry in ode.parameters.entries if entry.name not in ode.inputs)
         object.__setattr__(self, "own", Layout(own))
 
+    def __repr__(self) -> str:
+        """One line: a notebook should not print the equations by accident."""
+        return f"<OdePlant '{self.ode.name}': {', '.join(self.inputs.names)} to {', '.join(self.outputs.names)}>"
+
     @staticmethod
     def of(
         f: Callable[..., Any],

@@ -166,8 +166,8 @@ def _descend(ode: Ode, t: float, x: Array, p: Array, free: list[int]) -> tuple[f
     for _ in range(GAUSS_NEWTON_STEPS):
         A, B, _, _ = jacobians("operating_point", ode, t, x, p)
         slope, at = np.hstack([A, B])[:, free], np.concatenate([x, p[driven]])
-        change = np.linalg.lstsq(slope, -ode.rate_at(t, x, p), rcond=1e-12)[0]
-        step = float(np.abs(change).max() / (1 + np.abs(at[free]).max()))
+        change = _towards_rest(slope, ode.rate_at(t, x, p))
+        step = _share(change, at[free])
         if not np.isfinite(step) or np.abs(at[free] + change).max() > 1e12:
             break
         for share in 0.5 ** np.arange(HALVINGS):  # a root of a level, say, ends where the level is negative
@@ -176,12 +176,24 @@ def _descend(ode: Ode, t: float, x: Array, p: Array, free: list[int]) -> tuple[f
             x[:], p[driven] = ahead[:n], ahead[n:]
             rate = ode.rate_at(t, x, p)
             # the step that would be left has no units of the rates: a fast state does not hide a slow one
-            left = np.linalg.lstsq(slope, -rate, rcond=1e-12)[0] if np.isfinite(rate).all() else np.inf
-            if step < SMALL or np.linalg.norm(left) < np.linalg.norm(change):
+            left = _share(_towards_rest(slope, rate), at[free]) if np.isfinite(rate).all() else np.inf
+            if step < SMALL or left < step:
                 break
         if step < 1e-14:
             break
     return step, slope
+
+
+def _share(change: Array, at: Array) -> float:
+    """The largest change, relative to the size of what changes."""
+    return float((np.abs(change) / (1 + np.abs(at))).max())
+
+
+def _towards_rest(slope: Array, rate: Array) -> Array:
+    """The least change that makes the rates zero to first order, each in parts of its own steepest slope."""
+    steepest = np.abs(slope).max(axis=1)
+    size = np.where(steepest > 0, steepest, 1.0)
+    return np.asarray(np.linalg.lstsq(slope / size[:, np.newaxis], -rate / size, rcond=1e-12)[0])
 
 
 def _wanted(ode: Ode, wanted: Mapping[str, Any], row: Array) -> tuple[Array, set[int]]:
