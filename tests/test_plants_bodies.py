@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from workbench.core import rk4
+from workbench import plants
+from workbench.core import Layout, block, layout, rk4
 from workbench.design.linear import linearize, operating_point
-from workbench.loop import open_loop
-from workbench.plants import FurutaPendulum, PlanarQuadrotor, Quadrotor, SingleTrackVehicle
+from workbench.loop import AbstractController, AbstractPlant, ClosedLoop, Instruments, open_loop
+from workbench.plants import FurutaPendulum, Manipulator, OdePlant, PlanarQuadrotor, Quadrotor, SingleTrackVehicle
 from workbench.simulate import simulate
 
 FURUTA = FurutaPendulum()
@@ -33,7 +34,7 @@ def test_a_furuta_pendulum_without_friction_or_torque_keeps_energy_and_momentum(
 
 def test_the_upright_furuta_pendulum_has_the_linear_model_of_the_paper():
     linear = linearize(open_loop(FURUTA), 0.0, [0.0, np.pi, 0.0, 0.0], at_rest=True)
-    D = JH_0 * JH_2 - COUPLING**2  # of equations (35) to (37)
+    D = JH_0 * JH_2 - COUPLING**2  # the paper writes both rows over this determinant
     b_1, b_2, m_2, L_1, l_2 = FURUTA.b_1, FURUTA.b_2, FURUTA.m_2, FURUTA.L_1, FURUTA.l_2
     arm = [0.0, FURUTA.g * m_2**2 * l_2**2 * L_1 / D, -b_1 * JH_2 / D, -b_2 * COUPLING / D]
     pendulum = [0.0, WEIGHT * JH_0 / D, -b_1 * COUPLING / D, -b_2 * JH_0 / D]
@@ -130,3 +131,35 @@ def test_a_vehicle_with_weak_rear_tyres_is_unstable_beyond_its_critical_speed():
         ode = open_loop(SingleTrackVehicle(C_r=40_000.0, V_x=V))
         A = np.array(ode.A(0.0, np.zeros(4), ode.parameters.default))[2:, 2:]
         assert (np.linalg.eigvals(A).real.max() > 0) == unstable
+
+
+@block
+class Still(AbstractController):
+    """The inputs that a plant starts with."""
+
+    inputs: Layout
+    reads = layout()
+
+    @property
+    def drives(self):
+        return self.inputs
+
+    def command(self, t, z, est, ref):
+        return {entry.name: entry.default for entry in self.inputs.entries}
+
+
+MADE = {name: getattr(plants, name) for name in plants.__all__}
+WHOLE = [kind() for kind in MADE.values() if issubclass(kind, AbstractPlant) and kind not in (Manipulator, OdePlant)]
+
+
+@pytest.mark.parametrize("plant", WHOLE, ids=lambda plant: type(plant).__name__)
+def test_a_plant_of_the_literature_needs_no_numbers_and_closes_in_a_computer(plant):
+    first, driven = plant.outputs.names[0], plant.inputs.names[0]
+    gauges = Instruments.of(plant, noise={first: 0.01}, limit={driven: (-0.5, 0.5)})
+    loop = ClosedLoop(plant, controller=Still(plant.inputs)).digital(1e-5, gauges, delay=True)
+    run = simulate(loop.step(), until=1e-3)
+    assert not run.diverged.any()
+    assert np.abs(run[driven]).max() <= 0.5
+    assert set(plant.states.names) <= {name.removeprefix("plant.") for name in loop.states.names}
+    units = [entry.unit for entry in loop.parameters.entries if entry.name.startswith("plant.")]
+    assert units.count("") == ("gamma_1" in vars(plant)) + ("gamma_2" in vars(plant))  # shares alone have none

@@ -118,7 +118,7 @@ def test_the_four_tanks_have_the_relative_gain_of_their_valves(setting, gain):
     G = linearize(ode, 0.0, point.x, u=point.u).dcgain()
     assert abs((G * np.linalg.inv(G).T)[0, 0] - gain) < 5e-4
     one, two = SETTINGS[setting][0].gamma_1, SETTINGS[setting][0].gamma_2
-    assert abs((G * np.linalg.inv(G).T)[0, 0] - one * two / (one + two - 1)) < 1e-12  # equation (10)
+    assert abs((G * np.linalg.inv(G).T)[0, 0] - one * two / (one + two - 1)) < 1e-12  # the paper's formula
 
 
 @block
@@ -170,11 +170,11 @@ def decay(setting, K, T):
 
 
 def test_two_pi_controllers_show_which_setting_of_the_tanks_is_hard():
-    # the gains of section IV
+    # the gains of the paper's decentralised PI control
     easy, hard = decay("P-", [3.0, 2.7], [30.0, 40.0]), decay("P+", [1.5, -0.12], [110.0, 220.0])
     assert easy > 0.0
     assert hard > 0.0
-    assert 5.0 < easy / hard < 20.0  # "the settling time is approximately ten times longer"
+    assert 5.0 < easy / hard < 20.0  # the paper's settling time is some ten times longer
     assert decay("P+", [3.0, 2.7], [30.0, 40.0]) < 0.0  # a zero in the right half-plane draws the loop over
 
 

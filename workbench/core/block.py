@@ -140,6 +140,13 @@ def _repr_html_(self: Any) -> str:
         (f.name, letters(q.symbol or f.name), _plain(getattr(self, f.name)), unit_of(self, q))
         for f, q in quantities(self)
     ]
+    named = [getattr(self, f.name) for f in fields(self) if "parameters" in f.metadata]
+    rows += [
+        (e.name, letters(e.symbol or e.name), _plain(e.default), e.unit)
+        for held in named
+        if isinstance(held, Layout)  # of a lifted twin they are symbols without units
+        for e in held.entries
+    ]
     rows += [(f.name, "", getattr(self, f.name), "") for f in _sockets(self) if _is_plain(getattr(self, f.name))]
     rows += [(name, "", choice, meaning) for name, (choice, meaning) in options(self).items()]
     for f in fields(self):

@@ -29,7 +29,7 @@ class QuadrupleTank(AbstractPlant):
     References
     ----------
     Johansson (2000), The quadruple-tank process: a multivariable laboratory process with an adjustable zero, IEEE
-    Transactions on Control Systems Technology 8, 456-465, equation (1) and the tables of section II.
+    Transactions on Control Systems Technology 8, 456-465, equation (1).
     """
 
     A_1: Scalar = parameter(default=28.0, unit="cm^2", low=0, strict=True)
