@@ -44,7 +44,7 @@ def port(what: str, given: Layout | tuple[str, ...]) -> Layout:
     return Layout(tuple(Entry(name, np.array(0.0), unit if colon else ANY) for name, colon, unit in parts))
 
 
-def started(what: str, held: Layout, values: Array | None) -> Layout:
+def with_defaults(what: str, held: Layout, values: Array | None) -> Layout:
     """A layout with these numbers (size,) as its defaults."""
     if values is None:
         return held
@@ -157,7 +157,7 @@ def _symbols_are_no_numbers() -> Iterator[None]:
     """While this lasts, a symbol refuses to become a number: CasADi's is NaN, which `math` passes on in silence."""
     plain = {name: getattr(ca.SX, name) for name in ("__float__", "__int__")}
 
-    def guarded(convert: Callable[[ca.SX], Any]) -> Callable[[ca.SX], Any]:
+    def guard(convert: Callable[[ca.SX], Any]) -> Callable[[ca.SX], Any]:
         def to_number(symbol: ca.SX) -> Any:
             if not symbol.is_constant():
                 raise TypeError(f"the symbol '{symbol}' is no number")
@@ -167,7 +167,7 @@ def _symbols_are_no_numbers() -> Iterator[None]:
 
     try:
         for name, method in plain.items():
-            setattr(ca.SX, name, guarded(method))
+            setattr(ca.SX, name, guard(method))
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", FutureWarning)  # of CasADi's, on NumPy's functions of its symbols
             yield

@@ -10,7 +10,7 @@ import casadi as ca
 from workbench.core import Layout, Ode, Signals, block
 from workbench.core.block import parameters
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts
-from workbench.plants.functions import Arguments, port, read, started
+from workbench.plants.functions import Arguments, port, read, with_defaults
 from workbench.validation.shapes import Number, States
 from workbench.validation.words import Array, text
 
@@ -104,8 +104,8 @@ class OdePlant(AbstractPlant):
         LookupError
             If an output without h is no state.
         """
-        known = started("x0", port("states", states), x0)
-        driven = started("u0", port("inputs", inputs), u0)
+        known = with_defaults("x0", port("states", states), x0)
+        driven = with_defaults("u0", port("inputs", inputs), u0)
         given = Arguments(ca.SX.sym("t"), known, driven, p or Layout())
         rate = read("f", f, given.of_rate(), known)
         watched, output = _read_outputs(h, outputs, given)
