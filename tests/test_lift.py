@@ -5,8 +5,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.core import Layout, Signals, block, layout, lift, option, parameter
-from workbench.core.block import Scalar, Vector, parameters
+from workbench.core import block, lift, option, parameter
+from workbench.core.block import Scalar, Vector
 from workbench.plants import Friction, Manipulator
 from workbench.robots import Link, PlanarArm, paper_arm
 from workbench.signals import SineTorque
@@ -92,33 +92,3 @@ def test_the_twin_with_default_numbers_is_the_block_itself(numbers, q2, qd2):
     value = ca.Function("twin", [lifted.symbols], [twin])(lifted.layout.default)
     # the same formula; CasADi folds the constants of the plain one in another order
     np.testing.assert_allclose(np.array(value), np.array(ca.evalf(plain)), rtol=1e-10, atol=1e-10)
-
-
-@block
-class Bag:
-    """Numbers that are named when it is made."""
-
-    k: Scalar = parameter(unit="N/m")
-    own: Layout = parameters()
-
-    def __post_init__(self):
-        object.__setattr__(self, "own", layout(c=("N s/m", 3.0), D=("", [[1.0, 2.0], [3.0, 4.0]])))
-
-
-@block
-class Holder:
-    """Two of them."""
-
-    bags: tuple[Bag, ...]
-
-
-def test_numbers_that_are_named_when_a_block_is_made_are_lifted_by_their_own_names():
-    lifted = lift(Holder((Bag(1.0), Bag(2.0))), "plant.")
-    assert lifted.layout.names == tuple(f"plant.bags[{i}].{name}" for i in (0, 1) for name in ("k", "c", "D"))
-    assert lifted.layout["plant.bags[1].c"].unit == "N s/m"
-    np.testing.assert_array_equal(lifted.layout.default, [1.0, 3.0, 1.0, 3.0, 2.0, 4.0, 2.0, 3.0, 1.0, 3.0, 2.0, 4.0])
-    own = lifted.block.bags[1].own
-    assert isinstance(own, Signals)
-    assert own.D.shape == (2, 2)
-    assert ca.is_equal(ca.vec(own.D), lifted.symbols[-4:])
-    assert "<td>3.0</td><td>N s/m</td>" in Bag(1.0)._repr_html_()

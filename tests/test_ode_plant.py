@@ -11,7 +11,8 @@ from exams.plants import solve
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
-from workbench.core import block, layout, rk4
+from workbench.core import Layout, Signals, block, layout, lift, parameter, rk4
+from workbench.core.block import Scalar, parameters
 from workbench.design.linear import operating_point
 from workbench.loop import AbstractController, ClosedLoop, open_loop
 from workbench.plants import OdePlant
@@ -186,3 +187,33 @@ def test_a_plant_too_stiff_for_substeps_keeps_the_time_of_its_instants():
     got = solve(case | {"Q": (1, 1), "R": (1,), "period": 0.1, "x0": (0.0, 0.0), "kept": [0, 4]})
     # behind sin(t) by the fast mode's time constant, 1e-5 s
     assert abs(got["samples"][1, 0] - math.sin(0.4 - 1e-5)) < 1e-8
+
+
+@block
+class Bag:
+    """Numbers that are named when it is made."""
+
+    k: Scalar = parameter(unit="N/m")
+    own: Layout = parameters()
+
+    def __post_init__(self):
+        object.__setattr__(self, "own", layout(c=("N s/m", 3.0), D=("", [[1.0, 2.0], [3.0, 4.0]])))
+
+
+@block
+class Holder:
+    """Two of them."""
+
+    bags: tuple[Bag, ...]
+
+
+def test_numbers_that_are_named_when_a_block_is_made_are_lifted_by_their_own_names():
+    lifted = lift(Holder((Bag(1.0), Bag(2.0))), "plant.")
+    assert lifted.layout.names == tuple(f"plant.bags[{i}].{name}" for i in (0, 1) for name in ("k", "c", "D"))
+    assert lifted.layout["plant.bags[1].c"].unit == "N s/m"
+    np.testing.assert_array_equal(lifted.layout.default, [1.0, 3.0, 1.0, 3.0, 2.0, 4.0, 2.0, 3.0, 1.0, 3.0, 2.0, 4.0])
+    own = lifted.block.bags[1].own
+    assert isinstance(own, Signals)
+    assert own.D.shape == (2, 2)
+    assert ca.is_equal(ca.vec(own.D), lifted.symbols[-4:])
+    assert "<td>3.0</td><td>N s/m</td>" in Bag(1.0)._repr_html_()
