@@ -1,7 +1,7 @@
 """Blocks: frozen dataclasses of plain numbers, each with its unit and its bounds.
 
-`parameter` declares a number of the equations, `initial` the start of a block's memory, `option` a
-named choice among readings. `block` makes the frozen class and checks what its user gives it.
+`parameter` declares a number of the equations, `parameters` a layout of them, `initial` the start of a block's memory,
+`option` a named choice among readings. `block` makes the frozen class and checks what its user gives it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any, Literal, TypeVar, dataclass_transform
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Bounds
+from workbench.core.layout import Bounds, Layout
 from workbench.core.show import Markup, letters, table_to_html
 from workbench.validation.doors import door, fitted
 from workbench.validation.words import numbers, one_of, refusal
@@ -76,6 +76,11 @@ def option(choices: Mapping[str, str], default: str) -> Any:
     return field(default=default, metadata={"option": dict(choices)})
 
 
+def parameters(*, init: Literal[False] = False) -> Any:
+    """A layout of numbers of the equations, which `__post_init__` sets; `lift` turns each into symbols as well."""
+    return field(init=init, default=Layout(), metadata={"parameters": True})
+
+
 def _quantity(default: Any, quantity: Quantity) -> Any:
     metadata = {"quantity": quantity}
     if isinstance(default, np.ndarray | list | tuple):
@@ -102,7 +107,9 @@ def options(owner: Any) -> dict[str, tuple[str, str]]:
     return {name: (choice, meaning[choice]) for name, (choice, meaning) in chosen.items()}
 
 
-@dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(parameter, initial, option, field))
+@dataclass_transform(
+    frozen_default=True, eq_default=False, field_specifiers=(parameter, parameters, initial, option, field)
+)
 def block(cls: type[T]) -> type[T]:
     """Make `cls` a frozen dataclass that refuses, when built, parts of a wrong type and numbers out of bounds."""
     if not isinstance(cls, type) or not cls.__flags__ & MADE_IN_PYTHON:
@@ -132,6 +139,13 @@ def _repr_html_(self: Any) -> str:
     rows: list[tuple[object, ...]] = [
         (f.name, letters(q.symbol or f.name), _plain(getattr(self, f.name)), unit_of(self, q))
         for f, q in quantities(self)
+    ]
+    named = [getattr(self, f.name) for f in fields(self) if "parameters" in f.metadata]
+    rows += [
+        (e.name, letters(e.symbol or e.name), _plain(e.default), e.unit)
+        for held in named
+        if isinstance(held, Layout)  # of a lifted twin they are symbols without units
+        for e in held.entries
     ]
     rows += [(f.name, "", getattr(self, f.name), "") for f in _sockets(self) if _is_plain(getattr(self, f.name))]
     rows += [(name, "", choice, meaning) for name, (choice, meaning) in options(self).items()]
