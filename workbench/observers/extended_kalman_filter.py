@@ -10,8 +10,9 @@ import casadi as ca
 from workbench.core import Signals, block, initial, parameter
 from workbench.core.block import Matrix
 from workbench.core.port import ANY
+from workbench.core.rule import runge_kutta
 from workbench.loop.contracts import AbstractPlant
-from workbench.observers.kalman_filter import AbstractKalmanFilter, gain, refuse_unfit_filter
+from workbench.observers.kalman_filter import AbstractKalmanFilter, gain, refuse_unfit_filter, symmetric
 from workbench.observers.model import jacobian
 
 
@@ -28,8 +29,9 @@ class ExtendedKalmanFilter(AbstractKalmanFilter):
     noises are normal no filter has a smaller covariance.
 
     Joseph's form of P+ keeps P symmetric and positive semidefinite whatever K; Runge-Kutta steps that are too long
-    for the model may not. The state `observer.pivot` is the least pivot of P so far as a share of its variance: one
-    below zero by more than rounding (1e-12) says that P was lost, and nothing that came later is to be trusted.
+    for the model may not. The state `observer.pivot` is the least pivot of P and of H P H' + R so far as a share of
+    the variance: one below zero by more than rounding (1e-12) says that P was lost, and nothing that came later is to
+    be trusted. Where H P H' + R is no covariance, nothing is corrected.
 
     Parameters
     ----------
@@ -63,7 +65,7 @@ class ExtendedKalmanFilter(AbstractKalmanFilter):
     model: AbstractPlant
     Q: Matrix = parameter(unit=ANY, symmetric=True, definite="semi", shape=("nx", "nx"), symbol="Q")
     R: Matrix = parameter(unit=ANY, symmetric=True, definite="positive", shape=("ny", "ny"), symbol="R")
-    P: Matrix = initial(unit=ANY, shape=("nx", "nx"))
+    P: Matrix = initial(unit=ANY, shape=("k", "k"))
     period: float
     outputs: tuple[str, ...] = ()
     every: Mapping[str, int] = field(default_factory=dict)
@@ -72,16 +74,22 @@ class ExtendedKalmanFilter(AbstractKalmanFilter):
     def __post_init__(self) -> None:
         refuse_unfit_filter(self)
 
-    def corrected(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX]:
+    def corrected(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
         """Kalman's correction in Joseph's form."""
         h, H = jacobian(lambda s: self.h(t, s), x)
         H = ca.diag(new) @ H
-        K = gain(P @ H.T, H @ P @ H.T + R)
+        K, least = gain(P @ H.T, H @ P @ H.T + R)
         rest = ca.SX.eye(x.numel()) - K @ H
-        return x + K @ (new * (y - h)), rest @ P @ rest.T + K @ R @ K.T
+        return x + K @ (new * (y - h)), rest @ P @ rest.T + K @ R @ K.T, least
 
-    def moved(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals) -> tuple[ca.SX, ca.SX]:
-        """The model, and P by its Jacobian."""
-        f, A = jacobian(lambda s: self.f(t, s, u), x)
-        flow = A @ P
-        return f, flow + flow.T + self.Q
+    def moved(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals, step: float) -> tuple[ca.SX, ca.SX]:
+        """One Runge-Kutta step of both."""
+        n = x.numel()
+
+        def rates(time: ca.SX, v: ca.SX, held: Signals) -> ca.SX:
+            f, A = jacobian(lambda s: self.f(time, s, held), v[:n])
+            flow = A @ symmetric(ca.reshape(v[n:], n, n))
+            return ca.vertcat(f, ca.vec(flow + flow.T + self.Q))
+
+        v = runge_kutta(rates, t, ca.vertcat(x, ca.vec(P)), u, step)
+        return v[:n], symmetric(ca.reshape(v[n:], n, n))

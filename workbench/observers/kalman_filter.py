@@ -12,7 +12,6 @@ from workbench.core import Entry, Layout, Signals
 from workbench.core.block import Matrix
 from workbench.core.layout import Bounds
 from workbench.core.port import ANY
-from workbench.core.rule import runge_kutta
 from workbench.loop.contracts import Inputs, Parts, Reads
 from workbench.observers.model import AbstractModelObserver, refuse_unfit, stacked, with_hats
 from workbench.validation.doors import door
@@ -61,25 +60,19 @@ class AbstractKalmanFilter(AbstractModelObserver):
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The states and P before the readings of the next instant."""
         del est
-        n = self.model.states.size
-
-        def moments(time: ca.SX, v: ca.SX, held: Signals) -> ca.SX:
-            rate, P_rate = self.moved(time, v[:n], symmetric(ca.reshape(v[n:], n, n)), held)
-            return ca.vertcat(rate, ca.vec(symmetric(P_rate)))
-
-        x, P = self._corrected(t, z, y)
-        v, step = ca.vertcat(x, ca.vec(P)), self.period / self.substeps
+        x, P, pivot = self._corrected(t, z, y)
+        step = self.period / self.substeps
         for i in range(self.substeps):
-            v = runge_kutta(moments, t + i * step, v, u, step)
-        P = symmetric(ca.reshape(v[n:], n, n))
-        return {**self.parts(v[:n]), COVARIANCE: P, PIVOT: ca.fmin(z[PIVOT], cholesky(P)[1])}
+            x, P = self.moved(t + i * step, x, P, u, step)
+        P = symmetric(P)
+        return {**self.parts(x), COVARIANCE: P, PIVOT: ca.fmin(ca.fmin(z[PIVOT], pivot), cholesky(P)[1])}
 
-    def _corrected(self, t: ca.SX, z: Parts, y: Signals) -> tuple[ca.SX, ca.SX]:
-        """x_hat and P after the readings of an instant. One that is not new has no row: it is left out exactly."""
+    def _corrected(self, t: ca.SX, z: Parts, y: Signals) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """What `corrected` gives of a memory. A reading that is not new has no row: it is left out exactly."""
         new = self._new(t)
         R = ca.SX(self.R) * (new @ new.T) + ca.diag(1 - new)
-        x, P = self.corrected(t, self.column(z), symmetric(z[COVARIANCE]), stacked(y, self.reads), R, new)
-        return x, symmetric(P)
+        x, P, pivot = self.corrected(t, self.column(z), symmetric(z[COVARIANCE]), stacked(y, self.reads), R, new)
+        return x, symmetric(P), pivot
 
     def _new(self, t: ca.SX) -> ca.SX:
         """1 for each number that is read anew at a time, else 0, (ny, 1)."""
@@ -89,12 +82,15 @@ class AbstractKalmanFilter(AbstractModelObserver):
         return ca.vertcat(*parts)
 
     @abstractmethod
-    def corrected(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX]:
-        """x_hat and P after readings y, where those that are not new have a row of their own in R and 0 in `new`."""
+    def corrected(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """x_hat and P after readings y, and the least pivot of their covariance.
+
+        A reading that is not new has 0 in `new`, (ny, 1), and a row of the identity in R.
+        """
 
     @abstractmethod
-    def moved(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals) -> tuple[ca.SX, ca.SX]:
-        """The rates of x_hat and P between two instants."""
+    def moved(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals, step: float) -> tuple[ca.SX, ca.SX]:
+        """x_hat and P after a step in s."""
 
 
 def symmetric(P: ca.SX) -> ca.SX:
@@ -122,10 +118,11 @@ def cholesky(P: ca.SX) -> tuple[ca.SX, ca.SX]:
     return G, least
 
 
-def gain(across: ca.SX, S: ca.SX) -> ca.SX:
-    """K = across S^-1 of a positive definite S, by its Cholesky factor."""
-    G, _ = cholesky(S)
-    return ca.solve(G.T, ca.solve(G, across.T)).T
+def gain(across: ca.SX, S: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """K = across S^-1 and the least pivot of S; where that is not positive S is no covariance, and K is 0."""
+    G, least = cholesky(S)
+    G = ca.if_else(least > 0, G, ca.SX.eye(S.shape[0]))
+    return ca.if_else(least > 0, ca.solve(G.T, ca.solve(G, across.T)).T, 0), least
 
 
 def refuse_unfit_filter(observer: AbstractKalmanFilter) -> None:

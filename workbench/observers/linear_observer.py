@@ -58,7 +58,7 @@ class LinearObserver(AbstractModelObserver):
     model: AbstractPlant
     L: Matrix = parameter(unit=ANY, shape=("nx", "ny"), symbol="L")
     outputs: tuple[str, ...] = ()
-    x_0: Vector = parameter(default=None, unit=ANY, shape=("nx",), symbol="x_0")
+    x_0: Vector = parameter(default=None, unit=ANY, shape=("k",), symbol="x_0")
     u_0: Vector = parameter(default=None, unit=ANY, shape=("nu",), symbol="u_0")
 
     def __post_init__(self) -> None:

@@ -10,8 +10,9 @@ import casadi as ca
 from workbench.core import Signals, block, initial, parameter
 from workbench.core.block import Matrix, Scalar
 from workbench.core.port import ANY
+from workbench.core.rule import runge_kutta
 from workbench.loop.contracts import AbstractPlant
-from workbench.observers.kalman_filter import AbstractKalmanFilter, cholesky, gain, refuse_unfit_filter
+from workbench.observers.kalman_filter import AbstractKalmanFilter, cholesky, gain, refuse_unfit_filter, symmetric
 
 
 @block
@@ -26,16 +27,20 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
         at t_k        y_hat = sum W_i h(X_i),    S = sum W_i (h(X_i) - y_hat)(h(X_i) - y_hat)' + R
                       K = sum W_i (X_i - x_hat)(h(X_i) - y_hat)' S^-1
                       x_hat+ = x_hat + K (y_k - y_hat),      P+ = P - K S K'
-        to t_(k+1)    x_hat' = sum W_i f(t, X_i, u),         P' = sum W_i ((X_i - x_hat) f' + f (X_i - x_hat)') + Q
+        to t_(k+1)    X_i' = f(t, X_i, u),    x_hat = sum W_i X_i,    P = sum W_i (X_i - x_hat)(X_i - x_hat)' + noise
 
-    where w is white noise of intensity Q and v_k a noise of covariance R. It takes no Jacobian, and is the Kalman
-    filter beside a linear plant. alpha = 1, beta = 0, kappa = 0 is the cubature rule, whose weights are all positive;
-    alpha = 1, beta = 0, kappa = 3 - n is Julier and Uhlmann's, alpha = 1e-3, beta = 2, kappa = 0 Wan and van der
-    Merwe's.
+    where w is white noise of intensity Q and v_k a noise of covariance R. In each of the `substeps` the points move by
+    a Runge-Kutta step to its middle and, drawn anew, by another to its end; of the noise Q h a sixth comes in before,
+    two thirds in the middle and a sixth behind, by Simpson's rule. So P stays positive semidefinite where no weight is
+    negative, and x_hat and P tend to the solution of Sarkka's equations as the steps get shorter. No Jacobian is
+    taken; beside a linear plant it is the Kalman filter.
 
-    It runs in a computer, which holds u; the law is given x_hat+ at t_k. Nothing keeps P definite where W_0 is
-    negative. The state `observer.pivot` is the least pivot of P so far as a share of its variance: one below zero by
-    more than rounding (1e-12) says that P was lost, and nothing that came later is to be trusted.
+    alpha = 1, beta = 0, kappa = 0 is the cubature rule, which has no negative weight; alpha = 1, beta = 0,
+    kappa = 3 - n is Julier and Uhlmann's, alpha = 1e-3, beta = 2, kappa = 0 Wan and van der Merwe's.
+
+    It runs in a computer, which holds u; the law is given x_hat+ at t_k. The state `observer.pivot` is the least pivot
+    of P and S so far as a share of the variance: one below zero by more than rounding (1e-12) says that P was lost,
+    and nothing that came later is to be trusted. Where S is no covariance, nothing is corrected.
 
     Parameters
     ----------
@@ -50,7 +55,7 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
     every
         For an output that is not read at each instant, after how many it is new: {"p": 10}.
     substeps
-        Runge-Kutta steps a period.
+        Steps a period, each of two Runge-Kutta steps.
 
     Raises
     ------
@@ -65,13 +70,13 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
     Julier and Uhlmann (1997), A new extension of the Kalman filter to nonlinear systems, AeroSense.
     Wan and van der Merwe (2000), The unscented Kalman filter for nonlinear estimation, AS-SPCC.
     Sarkka (2007), On unscented Kalman filtering for state estimation of continuous-time nonlinear systems, IEEE
-    Transactions on Automatic Control 52(9) (the rates of x_hat and P).
+    Transactions on Automatic Control 52(9).
     """
 
     model: AbstractPlant
     Q: Matrix = parameter(unit=ANY, symmetric=True, definite="semi", shape=("nx", "nx"), symbol="Q")
     R: Matrix = parameter(unit=ANY, symmetric=True, definite="positive", shape=("ny", "ny"), symbol="R")
-    P: Matrix = initial(unit=ANY, shape=("nx", "nx"))
+    P: Matrix = initial(unit=ANY, shape=("k", "k"))
     period: float
     outputs: tuple[str, ...] = ()
     every: Mapping[str, int] = field(default_factory=dict)
@@ -88,19 +93,22 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
                 f"lie sqrt(n + kappa) deviations away; got {self.kappa:g}."
             )
 
-    def corrected(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX]:
+    def corrected(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
         """Kalman's correction with the moments of the sigma points."""
         y_hat, dX, dY, weights = self._spread(x, P, lambda s: self.h(t, s))
         dY = ca.diag(new) @ dY
         S = dY @ weights @ dY.T + R
-        K = gain(dX @ weights @ dY.T, S)
-        return x + K @ (new * (y - y_hat)), P - K @ S @ K.T
+        K, least = gain(dX @ weights @ dY.T, S)
+        return x + K @ (new * (y - y_hat)), P - K @ S @ K.T, least
 
-    def moved(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals) -> tuple[ca.SX, ca.SX]:
-        """The mean rate of the sigma points, and what their rates make of P."""
-        mean, dX, dF, weights = self._spread(x, P, lambda s: self.f(t, s, u))
-        flow = dX @ weights @ dF.T
-        return mean, flow + flow.T + self.Q
+    def moved(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals, step: float) -> tuple[ca.SX, ca.SX]:
+        """The moments of the sigma points after two halves of a step, between which Q comes in by Simpson's rule."""
+        half, Q = step / 2, step * ca.SX(self.Q)
+        P = P + Q / 6
+        for time, share in ((t, 2 / 3), (t + half, 1 / 6)):
+            x, _, dX, weights = self._spread(x, P, lambda s, time=time: runge_kutta(self.f, time, s, u, half))
+            P = symmetric(dX @ weights @ dX.T) + share * Q
+        return x, P
 
     def _spread(self, x: ca.SX, P: ca.SX, function: Callable[[ca.SX], ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         """The mean of a function, deviations of the points (n, 2n + 1) and of their images, weights on a diagonal."""
@@ -111,5 +119,5 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
         images = ca.horzcat(*(function(x + dX[:, i]) for i in range(2 * n + 1)))
         # W_0 Y_0 + sum W_i Y_i with sum W_i = 1 - W_0: without a difference of large numbers where c is small
         mean = images[:, 0] + ca.sum2(images[:, 1:] - images[:, 0]) / (2 * c)
-        weights = ca.vertcat(1 - n / c + 1 - self.alpha**2 + self.beta, ca.SX.ones(2 * n) / (2 * c))
+        weights = ca.vertcat(2 - n / c - self.alpha**2 + self.beta, ca.SX.ones(2 * n) / (2 * c))
         return mean, dX, images - mean, ca.diag(weights)
