@@ -79,6 +79,18 @@ class Swaying(AbstractController):
 
 
 @block
+class Constant(AbstractController):
+    """a, always the same."""
+
+    a: Scalar = parameter(unit="?")
+    reads = layout()
+    drives = layout(a="?")
+
+    def command(self, t, z, est, ref):
+        return {"a": self.a}
+
+
+@block
 class Balance(AbstractController):
     """F = -K x of the estimated states of `CartPole`."""
 

@@ -1,4 +1,4 @@
-"""The extended and the unscented Kalman filter against filters written by hand, and against what theory says of them."""
+"""The extended and the unscented Kalman filter against filters written by hand, and against theory."""
 
 from itertools import pairwise
 
