@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import field
+from functools import partial
 
 import casadi as ca
 
@@ -106,9 +107,12 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
         half, Q = step / 2, step * ca.SX(self.Q)
         P = P + Q / 6
         for time, share in ((t, 2 / 3), (t + half, 1 / 6)):
-            x, _, dX, weights = self._spread(x, P, lambda s, time=time: runge_kutta(self.f, time, s, u, half))
+            x, _, dX, weights = self._spread(x, P, partial(self._flown, time, u, half))
             P = symmetric(dX @ weights @ dX.T) + share * Q
         return x, P
+
+    def _flown(self, t: ca.SX, u: Signals, h: float, x: ca.SX) -> ca.SX:
+        return runge_kutta(self.f, t, x, u, h)
 
     def _spread(self, x: ca.SX, P: ca.SX, function: Callable[[ca.SX], ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         """The mean of a function, deviations of the points (n, 2n + 1) and of their images, weights on a diagonal."""
