@@ -74,20 +74,20 @@ class ExtendedKalmanFilter(AbstractKalmanFilter):
     def __post_init__(self) -> None:
         refuse_unfit_filter(self)
 
-    def corrected(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    def _corrected(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
         """Kalman's correction in Joseph's form."""
-        h, H = jacobian(lambda s: self.h(t, s), x)
+        h, H = jacobian(lambda s: self._h(t, s), x)
         H = ca.diag(new) @ H
         K, least = gain(P @ H.T, H @ P @ H.T + R)
         rest = ca.SX.eye(x.numel()) - K @ H
         return x + K @ (new * (y - h)), rest @ P @ rest.T + K @ R @ K.T, least
 
-    def moved(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals, step: float) -> tuple[ca.SX, ca.SX]:
+    def _moved(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals, step: float) -> tuple[ca.SX, ca.SX]:
         """One Runge-Kutta step of both."""
         n = x.numel()
 
         def rates(time: ca.SX, v: ca.SX, held: Signals) -> ca.SX:
-            f, A = jacobian(lambda s: self.f(time, s, held), v[:n])
+            f, A = jacobian(lambda s: self._f(time, s, held), v[:n])
             flow = A @ symmetric(ca.reshape(v[n:], n, n))
             return ca.vertcat(f, ca.vec(flow + flow.T + self.Q))
 

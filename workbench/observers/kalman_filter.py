@@ -54,24 +54,24 @@ class AbstractKalmanFilter(AbstractModelObserver):
     @door
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         """The states after the readings of this instant, and the outputs there."""
-        return self.estimates(t, self._corrected(t, z, y)[0])
+        return self._estimates(t, self._read(t, z, y)[0])
 
     @door
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The states and P before the readings of the next instant."""
         del est
-        x, P, pivot = self._corrected(t, z, y)
+        x, P, pivot = self._read(t, z, y)
         step = self.period / self.substeps
         for i in range(self.substeps):
-            x, P = self.moved(t + i * step, x, P, u, step)
+            x, P = self._moved(t + i * step, x, P, u, step)
         P = symmetric(P)
-        return {**self.parts(x), COVARIANCE: P, PIVOT: ca.fmin(ca.fmin(z[PIVOT], pivot), cholesky(P)[1])}
+        return {**self._parts(x), COVARIANCE: P, PIVOT: ca.fmin(ca.fmin(z[PIVOT], pivot), cholesky(P)[1])}
 
-    def _corrected(self, t: ca.SX, z: Parts, y: Signals) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """What `corrected` gives of a memory. A reading that is not new has no row: it is left out exactly."""
+    def _read(self, t: ca.SX, z: Parts, y: Signals) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """What `_corrected` gives of a memory. A reading that is not new has no row: it is left out exactly."""
         new = self._new(t)
         R = ca.SX(self.R) * (new @ new.T) + ca.diag(1 - new)
-        x, P, pivot = self.corrected(t, self.column(z), symmetric(z[COVARIANCE]), stacked(y, self.reads), R, new)
+        x, P, pivot = self._corrected(t, self._column(z), symmetric(z[COVARIANCE]), stacked(y, self.reads), R, new)
         return x, symmetric(P), pivot
 
     def _new(self, t: ca.SX) -> ca.SX:
@@ -82,14 +82,14 @@ class AbstractKalmanFilter(AbstractModelObserver):
         return ca.vertcat(*parts)
 
     @abstractmethod
-    def corrected(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    def _corrected(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
         """x_hat and P after readings y, and the least pivot of their covariance.
 
         A reading that is not new has 0 in `new`, (ny, 1), and a row of the identity in R.
         """
 
     @abstractmethod
-    def moved(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals, step: float) -> tuple[ca.SX, ca.SX]:
+    def _moved(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals, step: float) -> tuple[ca.SX, ca.SX]:
         """x_hat and P after a step in s."""
 
 

@@ -72,7 +72,7 @@ class LinearObserver(AbstractModelObserver):
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The observer as it stands above."""
         del est
-        return self.parts(self._rate(t, self.column(z), y, u))
+        return self._parts(self._rate(t, self._column(z), y, u))
 
     @property
     def method(self) -> str:
@@ -82,17 +82,17 @@ class LinearObserver(AbstractModelObserver):
     def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
         """The observer over a period in which readings and commands are held."""
         del est
-        x = self.column(z)
+        x = self._column(z)
         rate, F = jacobian(lambda s: self._rate(t, s, y, u), x)
-        return self.parts(x + period * phi(period * F) @ rate)
+        return self._parts(x + period * phi(period * F) @ rate)
 
     def _rate(self, t: ca.SX, x: ca.SX, y: Signals, u: Signals) -> ca.SX:
         seen = stacked(y, self.reads)
         if self.x_0 is None:
-            return self.f(t, x, u) + ca.SX(self.L) @ (seen - self.h(t, x))
+            return self._f(t, x, u) + ca.SX(self.L) @ (seen - self._h(t, x))
         commands = self.inputs.flatten({name: ca.SX(u[name]) for name in self.inputs.names})
         x_0, u_0 = ca.SX(self.x_0), ca.SX.zeros(self.inputs.size) if self.u_0 is None else ca.SX(self.u_0)
-        f_0, A = jacobian(lambda s: self.f(t, s, Signals(self.inputs.view(u_0))), x_0)
-        _, B = jacobian(lambda s: self.f(t, x_0, Signals(self.inputs.view(s))), u_0)
-        h_0, C = jacobian(lambda s: self.h(t, s), x_0)
+        f_0, A = jacobian(lambda s: self._f(t, s, Signals(self.inputs.view(u_0))), x_0)
+        _, B = jacobian(lambda s: self._f(t, x_0, Signals(self.inputs.view(s))), u_0)
+        h_0, C = jacobian(lambda s: self._h(t, s), x_0)
         return f_0 + A @ (x - x_0) + B @ (commands - u_0) + ca.SX(self.L) @ (seen - h_0 - C @ (x - x_0))

@@ -57,25 +57,25 @@ class AbstractModelObserver(AbstractObserver):
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         """The states in the memory, and the outputs there."""
         del y
-        return self.estimates(t, self.column(z))
+        return self._estimates(t, self._column(z))
 
-    def estimates(self, t: ca.SX, x: ca.SX) -> Signals:
+    def _estimates(self, t: ca.SX, x: ca.SX) -> Signals:
         """The signals that the observer gives, of a column of states."""
         return (self._outputs(t, x) | self._view(x)).only(self.gives)
 
-    def column(self, z: Parts) -> ca.SX:
+    def _column(self, z: Parts) -> ca.SX:
         """The estimated states of a memory, (nx, 1)."""
         return self.model.states.flatten({name: z[f"{name}{HAT}"] for name in self.model.states.names})
 
-    def parts(self, x: ca.SX) -> dict[str, ca.SX]:
+    def _parts(self, x: ca.SX) -> dict[str, ca.SX]:
         """A column of states as the parts of a memory."""
         return {f"{name}{HAT}": part for name, part in self.model.states.view(x).items()}
 
-    def f(self, t: ca.SX, x: ca.SX, u: Inputs) -> ca.SX:
+    def _f(self, t: ca.SX, x: ca.SX, u: Inputs) -> ca.SX:
         """The rate of the model, (nx, 1)."""
         return self.model.states.flatten(asked(self.model, "rate", self.model.states, t, self._view(x), u))
 
-    def h(self, t: ca.SX, x: ca.SX) -> ca.SX:
+    def _h(self, t: ca.SX, x: ca.SX) -> ca.SX:
         """What the model lets the observer read, (ny, 1)."""
         return stacked(self._outputs(t, x), self.reads)
 

@@ -61,16 +61,16 @@ class SteadyKalmanFilter(AbstractModelObserver):
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         """The states after the readings of this instant, and the outputs there."""
-        return self.estimates(t, self._corrected(t, z, y))
+        return self._estimates(t, self._corrected(t, z, y))
 
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The states before the readings of the next instant."""
         del est
         x, step = self._corrected(t, z, y), self.period / self.substeps
         for i in range(self.substeps):
-            x = runge_kutta(self.f, t + i * step, x, u, step)
-        return self.parts(x)
+            x = runge_kutta(self._f, t + i * step, x, u, step)
+        return self._parts(x)
 
     def _corrected(self, t: ca.SX, z: Parts, y: Signals) -> ca.SX:
-        x = self.column(z)
-        return x + ca.SX(self.L) @ (stacked(y, self.reads) - self.h(t, x))
+        x = self._column(z)
+        return x + ca.SX(self.L) @ (stacked(y, self.reads) - self._h(t, x))

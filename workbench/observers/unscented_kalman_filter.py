@@ -94,15 +94,15 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
                 f"lie sqrt(n + kappa) deviations away; got {self.kappa:g}."
             )
 
-    def corrected(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    def _corrected(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
         """Kalman's correction with the moments of the sigma points."""
-        y_hat, dX, dY, weights = self._spread(x, P, lambda s: self.h(t, s))
+        y_hat, dX, dY, weights = self._spread(x, P, lambda s: self._h(t, s))
         dY = ca.diag(new) @ dY
         S = dY @ weights @ dY.T + R
         K, least = gain(dX @ weights @ dY.T, S)
         return x + K @ (new * (y - y_hat)), P - K @ S @ K.T, least
 
-    def moved(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals, step: float) -> tuple[ca.SX, ca.SX]:
+    def _moved(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals, step: float) -> tuple[ca.SX, ca.SX]:
         """The moments of the sigma points after two halves of a step, between which Q comes in by Simpson's rule."""
         half, Q = step / 2, step * ca.SX(self.Q)
         P = P + Q / 6
@@ -112,7 +112,7 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
         return x, P
 
     def _flown(self, t: ca.SX, u: Signals, h: float, x: ca.SX) -> ca.SX:
-        return runge_kutta(self.f, t, x, u, h)
+        return runge_kutta(self._f, t, x, u, h)
 
     def _spread(self, x: ca.SX, P: ca.SX, function: Callable[[ca.SX], ca.SX]) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
         """The mean of a function, deviations of the points (n, 2n + 1) and of their images, weights on a diagonal."""

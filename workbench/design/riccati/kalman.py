@@ -11,7 +11,7 @@ import scipy.linalg
 
 from workbench.core import Ode
 from workbench.core.layout import Array
-from workbench.design.linear.arguments import jacobians, row_of, time_of, vector_of
+from workbench.design.linear.arguments import jacobians, row_of, vector_of
 from workbench.design.matrices import definite, semidefinite
 from workbench.design.riccati.answers import Riccati
 from workbench.design.riccati.regulators import lqe
@@ -30,9 +30,8 @@ def steady_kalman(
     x: Any = None,
     u: Any = None,
     p: Any = None,
-    t: float = 0.0,
 ) -> Riccati:
-    """The steady gain K of the Kalman filter of x' = f + w, y = h + v, linearised exactly at (t, x, p, u).
+    """The steady gain K of the Kalman filter of x' = f + w, y = h + v, linearised exactly at (x, p, u), t = 0.
 
     Without a period K is that of x_hat' = f + K (y - h), for readings at all times, of the continuous Riccati equation.
     With one it is that of x_hat+ = x_hat + K (y_k - h) at each reading, between which x_hat' = f: X is then P before a
@@ -40,15 +39,12 @@ def steady_kalman(
 
         Q_d = integral of exp(A s) Q exp(A' s) from 0 to the period.
 
-    `poles` are those of the error, of A - K C or of (I - K C) exp(A period).
+    `poles` are those of the error. `open_loop(plant)` is such an `ode`.
 
     Parameters
     ----------
-    ode
-        An open loop, as `open_loop(plant)` makes it.
     Q, R
-        The intensity of w (nx, nx), positive semidefinite; and that of v, or with a period the covariance of one
-        reading, (ny, ny), positive definite.
+        The intensity of w (nx, nx), semidefinite; and that of v, with a period the covariance of one reading, (ny, ny).
     outputs
         The outputs that are read, or single numbers of them (`q[0]`); all where none is named.
     x, u, p
@@ -61,18 +57,13 @@ def steady_kalman(
     ValueError
         If a matrix is not real, finite, of its shape, or not as definite as it must be.
     Refused
-        If no gain is steady, as a mode that does not decay is seen by no output; or if none can be trusted.
+        If no gain is steady, as no output sees a mode that does not decay; or if none can be trusted.
 
     References
     ----------
-    Van Loon (1978), Computing integrals involving the matrix exponential, IEEE Transactions on Automatic Control 23(3).
     Simon (2006), Optimal State Estimation, sections 7.3 and 8.3.
     """
-    call, row = "steady_kalman(ode, Q, R)", row_of(ode, p, u)
-    state = ode.states.default if x is None else vector_of("x", x, ode.states)
-    A, _, Cy, _ = jacobians("steady_kalman", ode, time_of(t), state, row)
-    C = Cy[[place for name in outputs or ode.outputs.names for place in ode.outputs.indices(name)]]
-    q, r = semidefinite(call, "Q", Q, len(A)), definite(call, "R", R, len(C))
+    A, C, q, r = _given(ode, Q, R, outputs, x, row_of(ode, p, u), 0.0)
     if period is None:
         return lqe(A, np.eye(len(A)), C, q, r)
     Phi, Qd = _held(A, q, seconds("steady_kalman(period=...)", period))
@@ -81,8 +72,19 @@ def steady_kalman(
     return replace(answer, K=K)
 
 
+def _given(
+    ode: Ode, Q: Any, R: Any, outputs: Sequence[str], x: Any, row: Array, t: float
+) -> tuple[Array, Array, Array, Array]:
+    """A and C at a point, and the two intensities."""
+    state = ode.states.default if x is None else vector_of("x", x, ode.states)
+    A, _, Cy, _ = jacobians("steady_kalman", ode, t, state, row)
+    C = Cy[[place for name in outputs or ode.outputs.names for place in ode.outputs.indices(name)]]
+    call = "steady_kalman(ode, Q, R)"
+    return A, C, semidefinite(call, "Q", Q, len(A)), definite(call, "R", R, len(C))
+
+
 def _held(A: Array, Q: Array, period: float) -> tuple[Array, Array]:
-    """exp(A period), and the covariance that white noise of intensity Q gathers over the period, by Van Loon."""
+    """exp(A period), and the covariance that white noise of intensity Q gathers over the period, by Van Loon (1978)."""
     n = len(A)
     block = scipy.linalg.expm(np.block([[-A, Q], [np.zeros((n, n)), A.T]]) * period)
     Phi = block[n:, n:].T
