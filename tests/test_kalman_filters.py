@@ -5,7 +5,7 @@ from itertools import pairwise
 import casadi as ca
 import numpy as np
 import pytest
-from observed import Oscillator, Pendulum, Swaying
+from observed import Constant, Oscillator, Pendulum, Swaying
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm, solve_discrete_are
 from scipy.stats import chi2
@@ -269,6 +269,16 @@ def test_the_unscented_filter_tends_to_the_equations_of_sarkka_as_its_steps_get_
         (x,), (S,) = (part[-1:] for part in memory(r, ["phi", "omega"]))
         misses.append(np.abs(np.concatenate([x, S.ravel()]) - exact).max())
     assert 1.8 < misses[0] / misses[1] < 2.2
+
+
+@BOTH
+def test_in_a_faster_computer_it_runs_at_its_own_period(kind):
+    """With a command that never changes the plant does the same, and so does the filter."""
+    plant, observer = Oscillator(), kind(Oscillator(p=0.0), Q, [[0.01]], P, h, ("p",), {"p": 3}, substeps=2)
+    loop = ClosedLoop(plant, observer, Constant(0.5))
+    slow, fast = (simulate(loop.digital(h / n).step(4 // n), until=2.0, every=h)["observer.p_hat"][0] for n in (1, 2))
+    # the fast computer moves the memory at t_k on to t_(k+1) as its first step begins, as the slow one does
+    np.testing.assert_allclose(fast, slow, rtol=0, atol=1e-12)
 
 
 @BOTH
