@@ -122,8 +122,7 @@ class PulseTrain(AbstractSignal):
 
     def motion(self, t: Number) -> Motion:
         """The pulses, and zeros for their derivatives."""
-        s, zero = t - self.time, ca.SX.zeros(self.dof)
-        # as many begins as have passed, less as many ends
-        begun, ended = ca.floor(s / self.period), ca.floor((s - self.width) / self.period)
-        up = ca.logic_and(s >= 0, begun > ended)
+        before = (self.width - self.period) / 2  # amid a gap, where the time waits for the first begin
+        s, zero = ca.fmax(t - self.time, before), ca.SX.zeros(self.dof)
+        up = s - self.period * ca.floor(s / self.period) < self.width
         return ca.if_else(up, ca.SX(self.level), ca.SX(self.base)), zero, zero
