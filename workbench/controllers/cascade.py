@@ -88,7 +88,7 @@ class Cascade(AbstractController):
         return is_recursion(self._outer) or is_recursion(self._inner) or (self.ratio > 1 and self.period is not None)
 
     @property
-    def signal_units(self) -> Mapping[str, str]:  # type: ignore[override]
+    def signal_units(self) -> Mapping[str, str]:
         """Those of the outer law."""
         return self.outer.signal_units
 

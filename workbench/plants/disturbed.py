@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 from workbench.core import Entry, Layout, Signals, block
 from workbench.core.port import misfits
-from workbench.loop.contracts import AbstractPlant, AbstractReference, Inputs, Parts, is_recursion
+from workbench.loop.contracts import AbstractPlant, Inputs, Parts, is_recursion
+from workbench.loop.surroundings import AbstractReference
 from workbench.validation.shapes import Number, States
 
 TRUTH = "d_"
@@ -50,7 +51,7 @@ class Disturbed(AbstractPlant):
         return is_recursion(self.plant)
 
     @property
-    def labels(self) -> Mapping[str, str]:  # type: ignore[override]
+    def labels(self) -> Mapping[str, str]:
         """Those of the plant."""
         return self.plant.labels
 
@@ -70,7 +71,7 @@ class Disturbed(AbstractPlant):
         return self.plant.outputs
 
     @property
-    def truths(self) -> Layout:  # type: ignore[override]
+    def truths(self) -> Layout:
         """Those of the plant, and the disturbances."""
         return self.plant.truths + self._added.prefixed(TRUTH)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Signals, block
 from workbench.core.dimensions import per_second
-from workbench.loop.contracts import AbstractReference
+from workbench.loop.surroundings import AbstractReference
 from workbench.validation.shapes import Number
 
 Motion = tuple[ca.SX, ca.SX, ca.SX]  # a signal, its first and its second derivative, each (n, 1)

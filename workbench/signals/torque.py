@@ -8,7 +8,7 @@ import casadi as ca
 
 from workbench.core import block, parameter
 from workbench.core.block import Vector
-from workbench.loop.contracts import AbstractDisturbance
+from workbench.loop.surroundings import AbstractDisturbance
 from workbench.validation.shapes import Number
 
 
