@@ -4,9 +4,9 @@ from functools import partial
 from typing import Any
 
 from workbench import plants
-from workbench.signals import SineTorque
+from workbench.signals import Sines, SineTorque
 
-from ..parts import ARM, signals
+from ..parts import ARM, PLANT, signals
 
 MODULES = ("workbench.plants",)
 
@@ -17,6 +17,7 @@ def calls() -> dict[str, Any]:
     return {
         "AbstractActuator": plants.DirectDrive(),
         "DirectDrive": partial(plants.DirectDrive, [1.0, 2.0]),
+        "Disturbed": partial(plants.Disturbed, PLANT, Sines([1.0, 1.0], 1.0, signal="tau", unit="N m")),
         "FirstOrderLag": partial(plants.FirstOrderLag, 0.1, [1.0, 2.0]),
         "Friction": partial(plants.Friction, [1.0, 1.0], [0.1, 0.1], 0.01),
         "Manipulator": partial(

@@ -119,7 +119,6 @@ def choose(
     """
     cells, make = cells_of(until, tolerance, cell, grid), cache(partial(step_of, "choose", make))
     finest = make("rk4", cells.length / cells.references[0])
-    finest.flow.refuse_beyond("choose(until=...)", until)
     p, x0 = _checked(finest, p, x0, methods)
     found = None
     for place, fine in enumerate(cells.references):
