@@ -34,7 +34,7 @@ class Cascade(AbstractController):
 
     References
     ----------
-    Astrom and Hagglund (2006), Advanced PID Control, section 12.4.
+    Astrom and Hagglund (2006), Advanced PID Control, chapter 12.
     """
 
     outer: AbstractController

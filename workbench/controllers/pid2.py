@@ -58,8 +58,7 @@ class PID2(AbstractController):
 
     References
     ----------
-    Astrom and Hagglund (2006), Advanced PID Control, sections 3.4 (weights), 3.5 (windup) and chapter 13 (the form in a
-    computer).
+    Astrom and Hagglund (2006), Advanced PID Control, chapters 3 (weights, windup) and 13 (the form in a computer).
     """
 
     reads: Layout = Layout()

@@ -91,7 +91,7 @@ class ColouredNoise(AbstractSignal):
     References
     ----------
     Shinozuka and Deodatis (1991), Simulation of stochastic processes by spectral representation, Applied Mechanics
-    Reviews 44(4), section 2.
+    Reviews 44(4).
     """
 
     signal: str

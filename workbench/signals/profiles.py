@@ -79,7 +79,7 @@ class WayPoints(AbstractSignal):
     References
     ----------
     Flash and Hogan (1985), The coordination of arm movements: an experimentally confirmed mathematical model, Journal
-    of Neuroscience 5(7), equation (4).
+    of Neuroscience 5(7).
     """
 
     signal: str
