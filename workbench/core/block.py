@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
 from types import FunctionType
@@ -27,6 +28,7 @@ Matrix = Any
 T = TypeVar("T")
 MADE_IN_PYTHON = 1 << 9  # of a class's flags: others take no new attributes
 LONGEST = 1_000_000  # entries of one axis of a number
+PLACE = re.compile(r"\{(\w+)\}")  # of a text in a unit
 
 
 @dataclass(frozen=True)
@@ -94,11 +96,15 @@ def quantities(owner: Any) -> list[tuple[Field[Any], Quantity]]:
 
 
 def unit_of(owner: Any, quantity: Quantity) -> str:
-    """The unit of a number, in which `{field}` stands for the text of another field: the unit of a signal, say."""
-    unit = quantity.unit
-    for f in fields(owner) if "{" in unit else ():
-        unit = unit.replace(f"{{{f.name}}}", str(getattr(owner, f.name)))
-    return unit
+    """The unit of a number, in which `{name}` stands for the text of an attribute: the unit of a signal, say.
+
+    A text of several units, "m, rad", makes several, one for each number.
+    """
+    texts = {name: str(getattr(owner, name)).split(", ") for name in PLACE.findall(quantity.unit)}
+    units = [quantity.unit] * max(map(len, texts.values()), default=1)
+    for name, each in texts.items():
+        units = [unit.replace(f"{{{name}}}", each[i % len(each)]) for i, unit in enumerate(units)]
+    return ", ".join(units)
 
 
 def options(owner: Any) -> dict[str, tuple[str, str]]:
@@ -224,11 +230,13 @@ def _dof(owner: Any) -> int | None:
 
 
 def _fit(owner: Any, name: str, value: Any, quantity: Quantity, sizes: dict[str, int]) -> np.ndarray[Any, Any]:
-    """The value in its declared shape; one number stands for a whole vector of equal ones."""
+    """The value in its declared shape; one number stands for a vector of equal ones, a vector for a single column."""
     if max(sizes.values(), default=0) > LONGEST:
         raise ValueError(f"`{type(owner).__name__}({name}=...)` has at most {LONGEST} numbers; got {sizes}.")
     if len(quantity.shape) == 1 and value.ndim == 0 and quantity.shape[0] in sizes:
         value = np.full(sizes[quantity.shape[0]], float(value))
+    if len(quantity.shape) == 2 and value.ndim == 1 and sizes.get(quantity.shape[1]) == 1:
+        value = value[:, np.newaxis]
     if value.ndim == len(quantity.shape):
         for axis, size in zip(quantity.shape, value.shape, strict=True):
             sizes.setdefault(axis, int(axis) if axis.isdigit() else size)

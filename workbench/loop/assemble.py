@@ -19,6 +19,7 @@ from workbench.loop.wiring import (
     asked,
     commanded,
     estimated,
+    horizon,
     measured,
     memory,
     notes,
@@ -233,6 +234,7 @@ def _around(closed: ClosedLoop, name: str, *, broken: bool) -> Ode:
         notes=notes(closed),
         follows=() if broken else closed.follows,
         drives=inputs.names,
+        horizon=horizon(closed),
     )
 
 
@@ -257,6 +259,5 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     y = asked(lifted.block, "measure", outputs + plant.truths, t, z)
     watched = outputs.flatten({name: ca.densify(part) for name, part in y.only(outputs).items()})
     p = ca.vertcat(lifted.symbols, u)
-    return Ode(
-        name, states, lifted.layout + inputs, outputs, t, x, p, states.flatten(rate), watched, inputs=inputs.names
-    )
+    equations, ends = (t, x, p, states.flatten(rate), watched), horizon(plant)
+    return Ode(name, states, lifted.layout + inputs, outputs, *equations, inputs=inputs.names, horizon=ends)

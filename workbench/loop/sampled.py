@@ -21,6 +21,7 @@ from workbench.loop.wiring import (
     below,
     commanded,
     estimated,
+    horizon,
     measured,
     memory,
     methods,
@@ -58,7 +59,8 @@ def digital(
     parameters, p = lifted.layout + gauges.layout, ca.vertcat(lifted.symbols, gauges.symbols)
     equations = (states.flatten(moves), outputs.flatten(watched))
     flow = Ode(name, states, parameters, outputs, t, x, p, *equations)
-    flow = replace(flow, notes=notes(loop), follows=loop.follows, drives=loop.plant.inputs.names)
+    flow = replace(flow, notes=notes(loop), horizon=horizon(loop))
+    flow = replace(flow, follows=loop.follows, drives=loop.plant.inputs.names)
     return Sampled(flow, period, k, w, states.flatten(after), methods(loop, fine))
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 
 import casadi as ca
@@ -22,6 +23,11 @@ class AbstractReference(ABC):
     def primary(self) -> tuple[str, ...]:
         """The signals that are wanted for themselves; others are their derivatives."""
         return self.says.names
+
+    @property
+    def ends(self) -> float:
+        """The last time for which it has values, in s."""
+        return math.inf
 
     @abstractmethod
     def at(self, t: Number) -> Signals:

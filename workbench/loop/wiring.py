@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from dataclasses import fields
 from typing import Any, Protocol
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Signals
+from workbench.core.block import is_block
 from workbench.core.port import fitting
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Parts, is_recursion
 from workbench.loop.surroundings import AbstractReference
@@ -173,7 +176,8 @@ def above(parts: Mapping[str, Mapping[str, ca.SX]]) -> dict[str, ca.SX]:
 def methods(loop: Blocks, fine: int) -> tuple[str, ...]:
     """How a computer steps each memory: as its block declares, or by so many Runge-Kutta steps a period."""
     by = f"{fine} Runge-Kutta steps a period" if fine else ""
-    blocks = {socket: getattr(loop, socket) for socket in ("observer", "controller")}
+    # as a computer runs them: a law's method may depend on that
+    blocks: dict[str, Any] = {"observer": loop.observer, "controller": loop.controller.run_every(1.0)}
     return tuple(
         f"memory of the {socket}: {own.method if is_recursion(own) or not fine else by}"
         for socket, own in blocks.items()
@@ -185,3 +189,11 @@ def notes(loop: Blocks) -> tuple[str, ...]:
     """What a reader must know of the loop's equations."""
     truths = ", ".join(loop.plant.truths.names)
     return (f"the observer uses the truth ({truths}), which no instrument gives",) if loop.observer.uses_truth else ()
+
+
+def horizon(block: Any) -> float:
+    """The last time for which each reference in a block has values, however deep it lies, in s."""
+    own = block.ends if isinstance(block, AbstractReference) else math.inf
+    held = (getattr(block, field.name) for field in fields(block))
+    parts = (part for value in held for part in (value if isinstance(value, tuple) else (value,)))
+    return min([own, *(horizon(part) for part in parts if is_block(part))])

@@ -5,6 +5,7 @@ from workbench.plants.arm_instruments import ArmInstruments
 from workbench.plants.buck_converter import BuckConverter
 from workbench.plants.cart_pole import CartPole
 from workbench.plants.dc_motor import DCMotor
+from workbench.plants.disturbed import Disturbed
 from workbench.plants.furuta_pendulum import FurutaPendulum
 from workbench.plants.manipulator import Friction, Manipulator
 from workbench.plants.ode_plant import OdePlant
@@ -22,6 +23,7 @@ __all__ = [
     "CartPole",
     "DCMotor",
     "DirectDrive",
+    "Disturbed",
     "FirstOrderLag",
     "Friction",
     "FurutaPendulum",

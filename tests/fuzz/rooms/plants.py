@@ -6,9 +6,9 @@ from typing import Any
 from workbench import plants
 from workbench.core import layout
 from workbench.loop import open_loop
-from workbench.signals import SineTorque
+from workbench.signals import Sines, SineTorque
 
-from ..parts import ARM, signals
+from ..parts import ARM, PLANT, signals
 
 MODULES = ("workbench.plants",)
 
@@ -45,6 +45,7 @@ def calls() -> dict[str, Any]:
         "TwoMasses": partial(plants.TwoMasses, 1.0, 1.0, 1.0, 0.1, 0.2, 0.3, 0.4),
         "AbstractActuator": plants.DirectDrive(),
         "DirectDrive": partial(plants.DirectDrive, [1.0, 2.0]),
+        "Disturbed": partial(plants.Disturbed, PLANT, Sines([1.0, 1.0], 1.0, signal="tau", unit="N m")),
         "FirstOrderLag": partial(plants.FirstOrderLag, 0.1, [1.0, 2.0]),
         "Friction": partial(plants.Friction, [1.0, 1.0], [0.1, 0.1], 0.01),
         "Manipulator": partial(
