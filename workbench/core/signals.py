@@ -28,6 +28,9 @@ class Signals(Mapping[str, ca.SX]):
     def __getitem__(self, name: str) -> ca.SX:
         return self._parts[known(name, self._parts, "signals")]
 
+    def __contains__(self, name: object) -> bool:
+        return name in self._parts
+
     def __getattr__(self, name: str) -> ca.SX:
         if name.startswith("__") or name == "_parts":  # Python's own questions, those of `copy` among them
             raise AttributeError(name)
