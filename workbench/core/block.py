@@ -56,7 +56,7 @@ def parameter(
     """A number, vector or matrix of the equations: `lift` turns it into symbols keyed by its path.
 
     `shape` names its axes, as in ("n",) or ("n", "n"), where `n` is the block's `dof`, or counts them, as in
-    ("3",); `symbol` is how it is printed. With `strict` the bounds themselves are refused, with `symmetric` any other
+    ("3",), or is ("*",) for one number or a vector of them; `symbol` is how it is printed. With `strict` the bounds themselves are refused, with `symmetric` any other
     matrix; `definite` is that of `Bounds`. A default of None declares a number that may be left out.
     """
     bounds = Bounds(low, high, strict, symmetric, definite)
@@ -89,10 +89,15 @@ def quantities(owner: Any) -> list[tuple[Field[Any], Quantity]]:
 
 
 def unit_of(owner: Any, quantity: Quantity) -> str:
-    """The unit of a number, in which `{field}` stands for the text of another field: the unit of a signal, say."""
+    """The unit of a number, in which `{field}` stands for the text of another field: the unit of a signal, say.
+
+    Where that names several units, as "m, rad" does, so does this: "m/s, rad/s".
+    """
     unit = quantity.unit
     for f in fields(owner) if "{" in unit else ():
-        unit = unit.replace(f"{{{f.name}}}", str(getattr(owner, f.name)))
+        if f"{{{f.name}}}" in unit:
+            each = (unit.replace(f"{{{f.name}}}", part) for part in str(getattr(owner, f.name)).split(", "))
+            unit = ", ".join(f"1{part}" if part.startswith("/") else part for part in each).replace("/s/s", "/s^2")
     return unit
 
 
@@ -213,6 +218,8 @@ def _fit(owner: Any, name: str, value: Any, quantity: Quantity, sizes: dict[str,
     """The value in its declared shape; one number stands for a whole vector of equal ones."""
     if max(sizes.values(), default=0) > LONGEST:
         raise ValueError(f"`{type(owner).__name__}({name}=...)` has at most {LONGEST} numbers; got {sizes}.")
+    if quantity.shape == ("*",) and value.ndim == 0:
+        return np.array(value)
     if len(quantity.shape) == 1 and value.ndim == 0 and quantity.shape[0] in sizes:
         value = np.full(sizes[quantity.shape[0]], float(value))
     if value.ndim == len(quantity.shape):
@@ -227,6 +234,8 @@ def _fit(owner: Any, name: str, value: Any, quantity: Quantity, sizes: dict[str,
     known = (axis in sizes and not axis.isdigit() for axis in quantity.shape)
     axes = ", ".join(f"{axis} = {sizes[axis]}" if k else axis for axis, k in zip(quantity.shape, known, strict=True))
     want = f"an array of shape ({axes})" if quantity.shape else "a single number"
+    if quantity.shape == ("*",):
+        want = f"a number or a vector of {sizes.get('*', '')} numbers".replace("  ", " ")
     raise ValueError(f"`{type(owner).__name__}({name}=...)` must be {want}; got shape {value.shape}.")
 
 
