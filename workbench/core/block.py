@@ -56,8 +56,9 @@ def parameter(
     """A number, vector or matrix of the equations: `lift` turns it into symbols keyed by its path.
 
     `shape` names its axes, as in ("n",) or ("n", "n"), where `n` is the block's `dof`, or counts them, as in
-    ("3",), or is ("*",) for one number or a vector of them; `symbol` is how it is printed. With `strict` the bounds themselves are refused, with `symmetric` any other
-    matrix; `definite` is that of `Bounds`. A default of None declares a number that may be left out.
+    ("3",), or is ("*",) for one number or a vector of them; `symbol` is how it is printed. With `strict` the bounds
+    themselves are refused, with `symmetric` any other matrix; `definite` is that of `Bounds`. A default of None
+    declares a number that may be left out.
     """
     bounds = Bounds(low, high, strict, symmetric, definite)
     return _quantity(default, Quantity(unit, bounds, shape, symbol, lifted=True))

@@ -2,6 +2,35 @@
 
 from workbench.plants.actuator import AbstractActuator, DirectDrive, FirstOrderLag
 from workbench.plants.arm_instruments import ArmInstruments
+from workbench.plants.elements import (
+    AbstractElement,
+    Backlash,
+    DeadZone,
+    FirstOrder,
+    PadeDelay,
+    Quantiser,
+    RateLimit,
+    Saturation,
+    SecondOrder,
+)
+from workbench.plants.equipped import Equipped
 from workbench.plants.manipulator import Friction, Manipulator
 
-__all__ = ["AbstractActuator", "ArmInstruments", "DirectDrive", "FirstOrderLag", "Friction", "Manipulator"]
+__all__ = [
+    "AbstractActuator",
+    "AbstractElement",
+    "ArmInstruments",
+    "Backlash",
+    "DeadZone",
+    "DirectDrive",
+    "Equipped",
+    "FirstOrder",
+    "FirstOrderLag",
+    "Friction",
+    "Manipulator",
+    "PadeDelay",
+    "Quantiser",
+    "RateLimit",
+    "Saturation",
+    "SecondOrder",
+]

@@ -1,0 +1,291 @@
+"""Elements of actuators and sensors: from the signal that comes in to the one that goes out, number by number.
+
+A number of an element is one for all numbers of its signal, or a vector with one for each.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import field, replace
+from types import MappingProxyType
+from typing import Any, ClassVar
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Entry, Layout, block, initial, parameter
+from workbench.core.block import Scalar, Vector
+from workbench.core.port import ANY
+from workbench.loop.contracts import starts
+from workbench.loop.instruments import quantised
+from workbench.validation.words import whole
+
+NOISE = (
+    "white noise in continuous time has no step, so give the instruments to `digital(period, instruments)`, or take a "
+    "`ColouredNoise` in place of that"
+)
+MOST_ORDER = 50  # of a Pade approximant: each is a state
+
+
+@block
+class AbstractElement(ABC):
+    """One element in the way of a signal v, from which its output y follows.
+
+    Parameters
+    ----------
+    signal
+        The name of an input or an output of the plant.
+    unit
+        That of the signal, which the plant knows.
+    """
+
+    WAYS: ClassVar[Mapping[str, str]] = MappingProxyType({"Sensor": NOISE, "Instruments": NOISE})
+
+    signal: str
+    unit: str = field(default=ANY, init=False)
+
+    def memory(self, entry: Entry) -> Layout:
+        """The element's own states in the way of a signal, one for each of its numbers."""
+        return Layout(tuple(replace(own, default=spread(own.default, entry)) for own in starts(self).entries))
+
+    @abstractmethod
+    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
+        """What goes out, (k, 1), where v, (k, 1), comes in."""
+
+    def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
+        """The derivative of each of its states."""
+        del z, v
+        return {}
+
+
+@block
+class Saturation(AbstractElement):
+    """y = min(max(v, low), high)."""
+
+    low: Vector = parameter(unit="{unit}", shape=("*",), symbol="v_min")
+    high: Vector = parameter(unit="{unit}", shape=("*",), symbol="v_max")
+
+    def __post_init__(self) -> None:
+        _refuse_no_room(self)
+
+    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
+        """The signal within its limits."""
+        del z
+        return _within(v, self.low, self.high)
+
+
+@block
+class DeadZone(AbstractElement):
+    """y = v - min(max(v, low), high): nothing between low and high, and what is beyond them."""
+
+    low: Vector = parameter(unit="{unit}", shape=("*",), symbol="v_min")
+    high: Vector = parameter(unit="{unit}", shape=("*",), symbol="v_max")
+
+    def __post_init__(self) -> None:
+        _refuse_no_room(self)
+
+    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
+        """What is beyond the zone."""
+        del z
+        return v - _within(v, self.low, self.high)
+
+
+@block
+class Quantiser(AbstractElement):
+    """y = floor(v / quantum + 1/2) quantum, the nearest multiple of the quantum; y = v where that is 0."""
+
+    quantum: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="b")
+
+    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
+        """The signal in steps."""
+        del z
+        return quantised(v, self.quantum + 0 * v)
+
+
+@block
+class FirstOrder(AbstractElement):
+    """The lag of first order, 1 / (T s + 1):  y' = (v - y) / T,  y(0) = lag."""
+
+    time_constant: Vector = parameter(unit="s", low=0, strict=True, shape=("*",), symbol="T")
+    lag: Vector = initial(0.0, unit="{unit}", shape=("*",))
+
+    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
+        """The lag's state."""
+        del v
+        return z["lag"]
+
+    def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
+        """The lag."""
+        return {"lag": (v - z["lag"]) / self.time_constant}
+
+
+@block
+class SecondOrder(AbstractElement):
+    """The lag of second order, omega_n^2 / (s^2 + 2 zeta omega_n s + omega_n^2):
+
+    y'' = omega_n^2 (v - y) - 2 zeta omega_n y',  y(0) = lag,  y'(0) = lag_rate.
+    """
+
+    natural_frequency: Vector = parameter(unit="rad/s", low=0, strict=True, shape=("*",), symbol="omega_n")
+    damping: Vector = parameter(unit="1", low=0, shape=("*",), symbol="zeta")
+    lag: Vector = initial(0.0, unit="{unit}", shape=("*",))
+    lag_rate: Vector = initial(0.0, unit="{unit}/s", shape=("*",))
+
+    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
+        """The lag's state."""
+        del v
+        return z["lag"]
+
+    def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
+        """The lag."""
+        omega_n, zeta = self.natural_frequency, self.damping
+        return {"lag": z["lag_rate"], "lag_rate": omega_n**2 * (v - z["lag"]) - 2 * zeta * omega_n * z["lag_rate"]}
+
+
+@block
+class RateLimit(AbstractElement):
+    """A lag whose rate has limits:  y' = min(max((v - y) / T, low), high),  y(0) = limited.
+
+    The shorter T, the nearer is y to the ideal limiter, whose rate is v' wherever the limits allow it; beside a change
+    within the limits y is late by T.
+
+    Parameters
+    ----------
+    low, high
+        The lowest rate, negative, and the highest, positive.
+    time_constant
+        T, which the step of a simulation must resolve.
+    """
+
+    low: Vector = parameter(unit="{unit}/s", high=0, strict=True, shape=("*",), symbol="r_min")
+    high: Vector = parameter(unit="{unit}/s", low=0, strict=True, shape=("*",), symbol="r_max")
+    time_constant: Vector = parameter(unit="s", low=0, strict=True, shape=("*",), symbol="T")
+    limited: Vector = initial(0.0, unit="{unit}", shape=("*",))
+
+    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
+        """The limiter's state."""
+        del v
+        return z["limited"]
+
+    def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
+        """The lag within its limits."""
+        return {"limited": _within((v - z["limited"]) / self.time_constant, self.low, self.high)}
+
+
+@block
+class Backlash(AbstractElement):
+    """The play of a gear:  y' = (e - min(max(e, -gap/2), gap/2)) / T  with e = v - y,  y(0) = driven.
+
+    Within the gap y rests; at its edges v takes y with it. It is the play operator of hysteresis, whose contact is
+    spread over T (the Yosida approximation of its differential inclusion): as T goes to 0, y goes to the play of v.
+
+    Parameters
+    ----------
+    gap
+        The whole width of the gap.
+    time_constant
+        T, by which y is late in contact, and which the step of a simulation must resolve.
+
+    References
+    ----------
+    Visintin (1994), Differential Models of Hysteresis, chapter III: the play.
+    Gelb and Vander Velde (1968), Multiple-Input Describing Functions and Nonlinear System Design, appendix B.
+    """
+
+    gap: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="b")
+    time_constant: Vector = parameter(unit="s", low=0, strict=True, shape=("*",), symbol="T")
+    driven: Vector = initial(0.0, unit="{unit}", shape=("*",))
+
+    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
+        """The side that is driven."""
+        del v
+        return z["driven"]
+
+    def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
+        """The side that is driven rests in the gap, and moves with what is beyond it."""
+        e = v - z["driven"]
+        return {"driven": (e - _within(e, -self.gap / 2, self.gap / 2)) / self.time_constant}
+
+
+@block
+class PadeDelay(AbstractElement):
+    """The Pade approximant [n/n] of a transport delay, exp(-T s), in its balanced realisation, see `pade`.
+
+    Its gain is 1 at all frequencies, and its phase is -omega T up to about omega T = n. A computer's delay is a number
+    of periods instead, and is exact: `digital(period, delay=...)`.
+
+    Parameters
+    ----------
+    time
+        T.
+    order
+        n, at most 50.
+    past
+        The constant signal that came in before the start.
+    """
+
+    time: Scalar = parameter(unit="s", low=0, strict=True, symbol="T")
+    order: int
+    past: Vector = initial(0.0, unit="{unit}", shape=("*",))
+
+    def __post_init__(self) -> None:
+        whole("PadeDelay(order=...)", self.order, most=MOST_ORDER)
+
+    def memory(self, entry: Entry) -> Layout:
+        """The content of the delay, (n,) or (n, k): at rest the signal, and zeros below it."""
+        first = np.eye(self.order)[0]
+        past = spread(self.past, entry)
+        return Layout((Entry("delayed", np.multiply.outer(first, past), entry.unit),))
+
+    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
+        """The signal of about T ago."""
+        _, _, C, D = pade(self.order)
+        return ca.mtimes(z["delayed"].T, ca.DM(C)) + D * v
+
+    def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
+        """What passes through the delay."""
+        A, B, _, _ = pade(self.order)
+        return {"delayed": (ca.mtimes(ca.DM(A), z["delayed"]) + ca.mtimes(ca.DM(B), v.T)) / self.time}
+
+
+def pade(order: int) -> tuple[Any, Any, Any, float]:
+    r"""The Pade approximant [n/n] of exp(-s) as x' = A x + B v, y = C x + D v: (n, n), (n,), (n,) and a number.
+
+    It is (c - 1) / (c + 1), where c is Lambert's continued fraction of coth(s/2) cut after n terms,
+
+        c = 1/w + 1 / (3/w + 1 / (5/w + ...)),   w = s/2,
+
+    a ladder of n integrators; each scaled to the energy that it holds, both Gramians are the unit matrix. A constant
+    signal v rests at x = (v, 0, ..., 0).
+
+    References
+    ----------
+    Wall (1948), Analytic Theory of Continued Fractions, section 91.
+    Glover and Yuan (2012), Balanced realisations of all-pass systems using exact arithmetic with application to the
+    approximation of delay systems, IEEE Conference on Decision and Control.
+    """
+    k = np.arange(1, order + 1)
+    r = np.sqrt(2.0 * k - 1)
+    driven = (k % 2 == order % 2).astype(float)  # those that the signal drives, every second one
+    signs = np.where(k[:, None] > k, -1.0, 0.0) * np.outer(driven, 1 - driven)
+    A = 2 * np.outer(r, r) * (signs - signs.T - np.outer(driven, driven))
+    sign = (-1.0) ** order
+    return A, 2 * r * driven, -2 * sign * r * driven, sign
+
+
+def spread(value: Any, entry: Entry) -> Any:
+    """One number for each number of a signal."""
+    return np.broadcast_to(value, entry.shape)
+
+
+def _within(v: ca.SX, low: Vector, high: Vector) -> ca.SX:
+    return ca.fmin(ca.fmax(v, low), high)
+
+
+def _refuse_no_room(element: Saturation | DeadZone) -> None:
+    if np.any(element.low >= element.high):
+        raise ValueError(
+            f"`{type(element).__name__}(low=..., high=...)` of '{element.signal}' must leave room between them; got "
+            f"{element.low} and {element.high}."
+        )
