@@ -166,7 +166,8 @@ class ClosedLoop:
         Parameters
         ----------
         instruments
-            Noise and steps of the readings, limits of the commands; without any, readings are exact.
+            Noise, drift ('drift.x' of an output x) and steps of the readings, limits of the commands; without any,
+            readings are exact.
         delay
             Whether a command waits a period; or how many, a whole number for all inputs, or one for each that is named.
         integrator

@@ -44,6 +44,8 @@ def digital(
     lifted = lift(loop)
     gauges = Lifted(None, Layout(), ca.SX(0, 1)) if instruments is None else lift(instruments, "instruments.")
     remembers = memory(loop) + _remembered(loop, every, queue)
+    if instruments is not None:
+        remembers += instruments.drifts.prefixed("drift.")
     k, w = ca.SX.sym("k"), ca.SX.sym("w", instruments.noises if instruments is not None else 0)
     x = remembers.symbols()
     computer = Computer(lifted.block, gauges.block, period, every, queue, fine)
@@ -124,7 +126,10 @@ class Computer:
         loop, z, t = self.loop, split(x), k * self.period
         plant = self._moved_plant(k, t, z["plant"], x)
         ref, y = wanted(loop, t), measured(loop, t, plant)
+        drift = Signals()
         if self.instruments is not None:
+            drift = self.instruments.drifted(Signals(below("drift", x)), w, self.period)
+            y = y | {name: y[name] + part for name, part in drift.items()}
             y = y | self.instruments.read(y.only(self.instruments.reads), w)
         seen, est = estimated(loop, t, z["observer"], y)
         est = self._unless("observer", k, est, {n: x.get(f"hold.{n}_hat", part) for n, part in est.items()})
@@ -141,6 +146,7 @@ class Computer:
         return {
             **above({"plant": plant, **moved}),
             **waiting,
+            **above({"drift": drift}),
             **above({"hold": held}),
             **above({"hold": {f"{name}_hat": part for name, part in est.items()}}),
             **above({"hold": {name: ca.vec(ca.SX(part)) for name, part in own.items()}}),
