@@ -218,6 +218,11 @@ REFUSED = [
     ),
     (lambda: Equipped(Motor(), Saturation("v", -1, 1)), ValueError, "one alone is written"),
     (
+        lambda: Equipped(Equipped(Motor(), (), (FirstOrder("omega", 0.1),)), (), (Quantiser("omega", 0.1),)),
+        ValueError,
+        "must leave the name 'omega_true' .* put all sensors of 'omega' into one `Equipped`",
+    ),
+    (
         lambda: Equipped(Discrete()),
         ValueError,
         r"`Equipped\(plant=...\)` must be a plant in continuous time; got a `Discrete`.*there are the instruments",
@@ -231,20 +236,47 @@ def test_equipment_that_fits_no_plant_is_refused(make, kind, says):
         make()
 
 
+def test_an_element_of_ones_own_has_a_memory_and_numbers_of_any_shape():
+    @block
+    class Filter(AbstractElement):
+        """Two states behind a matrix."""
+
+        A: np.ndarray = parameter(unit="1/s", shape=("2", "2"))
+        first: float = initial(0.0, unit="{unit}")
+        second: float = initial(1.0, unit="{unit}")
+
+        def output(self, z, v):
+            return z["first"]
+
+        def rate(self, z, v):
+            moved = self.A @ ca.vertcat(z["first"], z["second"])
+            return {"first": moved[0] + v, "second": moved[1]}
+
+    ode = open_loop(Equipped(Motor(), (Filter("v", [[-1.0, 2.0], [0.0, -3.0]]),)))
+    np.testing.assert_array_equal(ode.states.default, [0, 0, 1])
+    linear = linearize(ode, 0.0, ode.states.default)
+    np.testing.assert_array_equal(linear.A, [[-2, 4, 0], [0, -1, 2], [0, 0, -3]])
+
+
 @pytest.mark.parametrize(
-    ("out", "says"),
+    ("out", "rate", "says"),
     [
+        (lambda v: ca.vertcat(v, v), {}, r"`Odd.output\(...\)` must return 'v' in shape \(1, 1\); it returned shape"),
         (
-            lambda v: ca.vertcat(v, v),
-            r"`Odd.output\(...\)` must return 'v' in shape \(1, 1\); it returned shape \(2, 1\)",
-        )
+            lambda v: v,
+            {"lag": 0},
+            r"`Odd.rate\(...\)` must return an empty mapping, and no more; it returned 'lag' too",
+        ),
     ],
 )
-def test_an_element_of_ones_own_is_asked_for_the_shape_of_its_signal(out, says):
+def test_an_element_of_ones_own_is_asked_for_its_signal_and_its_states(out, rate, says):
     @block
     class Odd(AbstractElement):
         def output(self, z, v):
             return out(v)
+
+        def rate(self, z, v):
+            return rate
 
     with pytest.raises(ValueError, match=says):
         open_loop(Equipped(Motor(), (Odd("v"),)))

@@ -33,8 +33,8 @@ class Equipped(AbstractPlant):
     LookupError
         If an element is for a signal that is no input of the plant, or no output.
     ValueError
-        If an element has another number of numbers than its signal, or one number for several units; or the plant
-        moves in discrete time.
+        If an element has another number of numbers than its signal, or one number for several units; if an output has
+        sensors already; or if the plant moves in discrete time.
     """
 
     plant: AbstractPlant
@@ -48,6 +48,12 @@ class Equipped(AbstractPlant):
         for name, port, of in (("actuators", self.inputs, "inputs"), ("sensors", self.outputs, "outputs")):
             elements = tuple(_fitted(name, element, port, of) for element in getattr(self, name))
             object.__setattr__(self, name, elements)
+        for name in self._sensed:
+            if f"{name}_true" in self.outputs + self.plant.truths:
+                raise ValueError(
+                    f"`Equipped(sensors=...)` must leave the name '{name}_true' to what the plant gives, which has it "
+                    f"already: put all sensors of '{name}' into one `Equipped`."
+                )
 
     @property
     def inputs(self) -> Layout:
@@ -140,7 +146,7 @@ def _fitted(field: str, element: AbstractElement, port: Layout, of: str) -> Abst
     for f, quantity in quantities(element):
         shape = np.shape(getattr(element, f.name))
         differ = quantity.lifted and "{unit}" in quantity.unit and len(set(entry.units)) > 1
-        if shape == entry.shape or not (shape or differ):
+        if quantity.shape != ("*",) or shape == entry.shape or not (shape or differ):
             continue
         must = f"be one number, as '{entry.name}' is"
         if entry.shape:
