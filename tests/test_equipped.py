@@ -24,6 +24,7 @@ from workbench.plants import (
 from workbench.plants.elements import pade
 from workbench.robots import paper_arm
 from workbench.simulate import simulate
+from workbench.simulate.reference import reference
 
 
 @block
@@ -128,6 +129,16 @@ def test_every_element_has_the_same_bits_in_the_compiled_march_and_in_numpy(arit
         runs = [simulate(step, p, until=0.5, every=0.01, engine=e, arithmetic=arithmetic) for e in ("native", "numpy")]
         assert np.isfinite(runs[0].x).all()
         np.testing.assert_array_equal(*(run.x.view(np.uint64) for run in runs))
+
+
+def test_a_batch_agrees_with_the_reference_that_locates_every_corner():
+    plant = Equipped(Motor(), EVERYTHING.actuators, EVERYTHING.sensors[:1])
+    ode = ClosedLoop(plant, controller=Gain()).ode()
+    exact = reference(ode, times=[0.0, 0.25, 0.5, 1.0])
+    assert len(exact.events) > 10
+    run = simulate(rk4(ode, 1e-4), until=1.0, every=0.25)
+    # a step over a corner errs by the square of its length, a dozen of them by less than 1e-6
+    np.testing.assert_allclose(run.x[0, [0, 1, 2, 4]], exact.x, atol=1e-6)
 
 
 def test_a_limit_is_a_number_that_a_batch_varies():

@@ -189,7 +189,7 @@ class Backlash(AbstractElement):
 
     References
     ----------
-    Visintin (1994), Differential Models of Hysteresis, chapter III: the play.
+    Visintin (1994), Differential Models of Hysteresis.
     Gelb and Vander Velde (1968), Multiple-Input Describing Functions and Nonlinear System Design, appendix B.
     """
 
@@ -261,7 +261,7 @@ def pade(order: int) -> tuple[Any, Any, Any, float]:
 
     References
     ----------
-    Wall (1948), Analytic Theory of Continued Fractions, section 91.
+    NIST Digital Library of Mathematical Functions, equation 4.39.1 (tanh, whose reciprocal is c).
     Glover and Yuan (2012), Balanced realisations of all-pass systems using exact arithmetic with application to the
     approximation of delay systems, IEEE Conference on Decision and Control.
     """

@@ -28,6 +28,8 @@ class Equipped(AbstractPlant):
     second one `v.lag_2`. Where a sensor is in the way of an output, `omega`, say, what the plant gives is the truth
     `omega_true`. `v_applied` of a loop is what reaches the plant.
 
+        Equipped(motor, actuators=(Saturation("v", -12, 12), FirstOrder("v", 0.02)), sensors=(Quantiser("omega", 0.1),))
+
     Raises
     ------
     LookupError
