@@ -21,7 +21,7 @@ from workbench.plants import (
     Saturation,
     SecondOrder,
 )
-from workbench.plants.elements import pade
+from workbench.plants.pade import pade
 from workbench.simulate import simulate
 
 VOLTS = st.floats(-100, 100)
@@ -185,7 +185,7 @@ def test_a_delay_that_is_full_of_its_signal_rests(order):
 REFUSED = [
     (lambda: Saturation("v", 1.0, 1.0), r"`Saturation\(low=..., high=...\)` of 'v' must leave room .* got 1.0 and 1.0"),
     (lambda: DeadZone("v", [0.0, 2.0], 1.0), r"`DeadZone\(low=..., high=...\)` of 'v' must leave room between them"),
-    (lambda: RateLimit("v", 0.0, 1.0, 0.1), r"`RateLimit\(low=...\)` must be finite, with value < 0 \[.*/s\]; got 0"),
+    (lambda: RateLimit("v", 0.0, 1.0, 0.1), r"`RateLimit\(low=...\)` must be finite, with value < 0; got 0"),
     (lambda: RateLimit("v", -1.0, 1.0, 0.0), r"`RateLimit\(time_constant=...\)` must be finite, with 0 < value \[s\]"),
     (lambda: Backlash("v", -0.1, 0.1), r"`Backlash\(gap=...\)` must be finite, with 0 <= value"),
     (lambda: Quantiser("v", -0.1), r"`Quantiser\(quantum=...\)` must be finite, with 0 <= value"),

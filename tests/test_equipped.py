@@ -21,7 +21,7 @@ from workbench.plants import (
     Saturation,
     SecondOrder,
 )
-from workbench.plants.elements import pade
+from workbench.plants.pade import pade
 from workbench.robots import paper_arm
 from workbench.simulate import simulate
 from workbench.simulate.reference import reference
@@ -291,3 +291,9 @@ def test_an_element_of_ones_own_is_asked_for_its_signal_and_its_states(out, rate
 
     with pytest.raises(ValueError, match=says):
         open_loop(Equipped(Motor(), (Odd("v"),)))
+
+
+def test_a_plant_without_elements_costs_nothing():
+    bare, equipped = (rk4(ClosedLoop(plant, controller=Gain()).ode(), 0.01) for plant in (Motor(), Equipped(Motor())))
+    assert equipped.operations == bare.operations
+    np.testing.assert_array_equal(simulate(equipped, until=1.0).x, simulate(bare, until=1.0).x)

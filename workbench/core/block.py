@@ -15,6 +15,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.layout import Bounds
+from workbench.core.port import ANY
 from workbench.core.show import Markup, letters, table_to_html
 from workbench.validation.doors import door, fitted
 from workbench.validation.words import numbers, one_of, refusal
@@ -199,7 +200,8 @@ def _check_quantities(owner: Any) -> None:
         value = numbers(f"{type(owner).__name__}({f.name}=...)", getattr(owner, f.name))
         value = _fit(owner, f.name, value, quantity, sizes)
         if not quantity.bounds.allow(value).all():
-            unit = f" [{held}]" if (held := unit_of(owner, quantity)) else ""
+            held = unit_of(owner, quantity)
+            unit = f" [{held}]" if held and ANY not in held else ""
             raise ValueError(
                 f"`{type(owner).__name__}({f.name}=...)` must be {quantity.bounds}{unit}; got {_show(value)}."
             )

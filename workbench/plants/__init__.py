@@ -7,7 +7,6 @@ from workbench.plants.elements import (
     Backlash,
     DeadZone,
     FirstOrder,
-    PadeDelay,
     Quantiser,
     RateLimit,
     Saturation,
@@ -15,6 +14,7 @@ from workbench.plants.elements import (
 )
 from workbench.plants.equipped import Equipped
 from workbench.plants.manipulator import Friction, Manipulator
+from workbench.plants.pade import PadeDelay
 
 __all__ = [
     "AbstractActuator",

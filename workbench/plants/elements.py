@@ -15,17 +15,15 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, block, initial, parameter
-from workbench.core.block import Scalar, Vector
+from workbench.core.block import Vector
 from workbench.core.port import ANY
 from workbench.loop.contracts import starts
 from workbench.loop.instruments import quantised
-from workbench.validation.words import whole
 
 NOISE = (
     "white noise in continuous time has no step, so give the instruments to `digital(period, instruments)`, or take a "
     "`ColouredNoise` in place of that"
 )
-MOST_ORDER = 50  # of a Pade approximant: each is a state
 
 
 @block
@@ -61,7 +59,13 @@ class AbstractElement(ABC):
 
 @block
 class Saturation(AbstractElement):
-    """y = min(max(v, low), high)."""
+    """y = min(max(v, low), high).
+
+    Parameters
+    ----------
+    low, high
+        The limits, in the unit of the signal.
+    """
 
     low: Vector = parameter(unit="{unit}", shape=("*",), symbol="v_min")
     high: Vector = parameter(unit="{unit}", shape=("*",), symbol="v_max")
@@ -77,7 +81,13 @@ class Saturation(AbstractElement):
 
 @block
 class DeadZone(AbstractElement):
-    """y = v - min(max(v, low), high): nothing between low and high, and what is beyond them."""
+    """y = v - min(max(v, low), high): nothing between low and high, and what is beyond them.
+
+    Parameters
+    ----------
+    low, high
+        The ends of the zone, in the unit of the signal.
+    """
 
     low: Vector = parameter(unit="{unit}", shape=("*",), symbol="v_min")
     high: Vector = parameter(unit="{unit}", shape=("*",), symbol="v_max")
@@ -93,7 +103,13 @@ class DeadZone(AbstractElement):
 
 @block
 class Quantiser(AbstractElement):
-    """y = floor(v / quantum + 1/2) quantum, the nearest multiple of the quantum; y = v where that is 0."""
+    """y = floor(v / quantum + 1/2) quantum, the nearest multiple of the quantum; y = v where that is 0.
+
+    Parameters
+    ----------
+    quantum
+        The height of a step, in the unit of the signal.
+    """
 
     quantum: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="b")
 
@@ -105,7 +121,15 @@ class Quantiser(AbstractElement):
 
 @block
 class FirstOrder(AbstractElement):
-    """The lag of first order, 1 / (T s + 1):  y' = (v - y) / T,  y(0) = lag."""
+    """The lag of first order, 1 / (T s + 1):  y' = (v - y) / T,  y(0) = lag.
+
+    Parameters
+    ----------
+    time_constant
+        T, in s.
+    lag
+        y at the start, in the unit of the signal.
+    """
 
     time_constant: Vector = parameter(unit="s", low=0, strict=True, shape=("*",), symbol="T")
     lag: Vector = initial(0.0, unit="{unit}", shape=("*",))
@@ -125,6 +149,13 @@ class SecondOrder(AbstractElement):
     """The lag of second order, omega_n^2 / (s^2 + 2 zeta omega_n s + omega_n^2):
 
     y'' = omega_n^2 (v - y) - 2 zeta omega_n y',  y(0) = lag,  y'(0) = lag_rate.
+
+    Parameters
+    ----------
+    natural_frequency, damping
+        omega_n in rad/s, and zeta.
+    lag, lag_rate
+        y and y' at the start, in the unit of the signal and that per second.
     """
 
     natural_frequency: Vector = parameter(unit="rad/s", low=0, strict=True, shape=("*",), symbol="omega_n")
@@ -153,9 +184,11 @@ class RateLimit(AbstractElement):
     Parameters
     ----------
     low, high
-        The lowest rate, negative, and the highest, positive.
+        The lowest rate, negative, and the highest, positive, in the unit of the signal per second.
     time_constant
-        T, which the step of a simulation must resolve.
+        T in s, which the step of a simulation must resolve.
+    limited
+        y at the start, in the unit of the signal.
     """
 
     low: Vector = parameter(unit="{unit}/s", high=0, strict=True, shape=("*",), symbol="r_min")
@@ -183,9 +216,11 @@ class Backlash(AbstractElement):
     Parameters
     ----------
     gap
-        The whole width of the gap.
+        The whole width of the gap, in the unit of the signal.
     time_constant
-        T, by which y is late in contact, and which the step of a simulation must resolve.
+        T in s, by which y is late in contact, and which the step of a simulation must resolve.
+    driven
+        y at the start, in the unit of the signal.
 
     References
     ----------
@@ -206,72 +241,6 @@ class Backlash(AbstractElement):
         """The side that is driven rests in the gap, and moves with what is beyond it."""
         e = v - z["driven"]
         return {"driven": (e - _within(e, -self.gap / 2, self.gap / 2)) / self.time_constant}
-
-
-@block
-class PadeDelay(AbstractElement):
-    """The Pade approximant [n/n] of a transport delay, exp(-T s), in its balanced realisation, see `pade`.
-
-    Its gain is 1 at all frequencies, and its phase is -omega T up to about omega T = n. A computer's delay is a number
-    of periods instead, and is exact: `digital(period, delay=...)`.
-
-    Parameters
-    ----------
-    time
-        T.
-    order
-        n, at most 50.
-    past
-        The constant signal that came in before the start.
-    """
-
-    time: Scalar = parameter(unit="s", low=0, strict=True, symbol="T")
-    order: int
-    past: Vector = initial(0.0, unit="{unit}", shape=("*",))
-
-    def __post_init__(self) -> None:
-        whole("PadeDelay(order=...)", self.order, most=MOST_ORDER)
-
-    def memory(self, entry: Entry) -> Layout:
-        """The content of the delay, (n,) or (n, k): at rest the signal, and zeros below it."""
-        first = np.eye(self.order)[0]
-        past = spread(self.past, entry)
-        return Layout((Entry("delayed", np.multiply.outer(first, past), entry.unit),))
-
-    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
-        """The signal of about T ago."""
-        _, _, C, D = pade(self.order)
-        return ca.mtimes(z["delayed"].T, ca.DM(C)) + D * v
-
-    def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
-        """What passes through the delay."""
-        A, B, _, _ = pade(self.order)
-        return {"delayed": (ca.mtimes(ca.DM(A), z["delayed"]) + ca.mtimes(ca.DM(B), v.T)) / self.time}
-
-
-def pade(order: int) -> tuple[Any, Any, Any, float]:
-    r"""The Pade approximant [n/n] of exp(-s) as x' = A x + B v, y = C x + D v: (n, n), (n,), (n,) and a number.
-
-    It is (c - 1) / (c + 1), where c is Lambert's continued fraction of coth(s/2) cut after n terms,
-
-        c = 1/w + 1 / (3/w + 1 / (5/w + ...)),   w = s/2,
-
-    a ladder of n integrators; each scaled to the energy that it holds, both Gramians are the unit matrix. A constant
-    signal v rests at x = (v, 0, ..., 0).
-
-    References
-    ----------
-    NIST Digital Library of Mathematical Functions, equation 4.39.1 (tanh, whose reciprocal is c).
-    Glover and Yuan (2012), Balanced realisations of all-pass systems using exact arithmetic with application to the
-    approximation of delay systems, IEEE Conference on Decision and Control.
-    """
-    k = np.arange(1, order + 1)
-    r = np.sqrt(2.0 * k - 1)
-    driven = (k % 2 == order % 2).astype(float)  # those that the signal drives, every second one
-    signs = np.where(k[:, None] > k, -1.0, 0.0) * np.outer(driven, 1 - driven)
-    A = 2 * np.outer(r, r) * (signs - signs.T - np.outer(driven, driven))
-    sign = (-1.0) ** order
-    return A, 2 * r * driven, -2 * sign * r * driven, sign
 
 
 def spread(value: Any, entry: Entry) -> Any:
