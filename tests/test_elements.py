@@ -169,6 +169,12 @@ def test_its_phase_is_that_of_the_delay_to_the_order_of_the_approximant(order):
     assert errors[0] / errors[1] == pytest.approx(2 ** (2 * order + 1), rel=0.1)
 
 
+@pytest.mark.parametrize("order", [1, 2, 3, 10, 50])
+def test_its_phase_is_that_of_the_delay_up_to_its_order(order):
+    omegas = np.linspace(0, order, 30)
+    assert max(abs(np.angle(response(order, omega) * np.exp(1j * omega))) for omega in omegas) < 0.08
+
+
 def test_a_wave_leaves_a_delay_as_it_came_in():
     t, y = behind((PadeDelay("v", 0.2, 6),), lambda t: ca.sin(5 * t), 6.0)
     late = t > 3.0  # the start has left

@@ -198,6 +198,8 @@ class Mixed(AbstractPlant):
 def test_a_number_for_each_of_two_units_has_these_units():
     parameters = open_loop(Equipped(Mixed(), (RateLimit("tau", [-1, -2], [1, 2], 0.01),))).parameters
     assert parameters["actuators[0].low"].units == ("N/s", "N m/s")
+    delayed = open_loop(Equipped(Mixed(), (PadeDelay("tau", 0.1, 2),))).states["tau.delayed"]
+    assert delayed.units == ("N", "N", "N m", "N m")
 
 
 REFUSED = [
