@@ -16,6 +16,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.layout import Bounds, Layout
+from workbench.core.port import ANY
 from workbench.core.show import Markup, letters, table_to_html
 from workbench.validation.doors import door, fitted
 from workbench.validation.words import numbers, one_of, refusal
@@ -58,8 +59,9 @@ def parameter(
     """A number, vector or matrix of the equations: `lift` turns it into symbols keyed by its path.
 
     `shape` names its axes, as in ("n",) or ("n", "n"), where `n` is the block's `dof`, or counts them, as in
-    ("3",); `symbol` is how it is printed. With `strict` the bounds themselves are refused, with `symmetric` any other
-    matrix; `definite` is that of `Bounds`. A default of None declares a number that may be left out.
+    ("3",), or is ("*",) for one number or a vector of them; `symbol` is how it is printed. With `strict` the bounds
+    themselves are refused, with `symmetric` any other matrix; `definite` is that of `Bounds`. A default of None
+    declares a number that may be left out.
     """
     bounds = Bounds(low, high, strict, symmetric, definite)
     return _quantity(default, Quantity(unit, bounds, shape, symbol, lifted=True))
@@ -104,6 +106,8 @@ def unit_of(owner: Any, quantity: Quantity) -> str:
     units = [quantity.unit] * max(map(len, texts.values()), default=1)
     for name, each in texts.items():
         units = [unit.replace(f"{{{name}}}", each[i % len(each)]) for i, unit in enumerate(units)]
+    if texts:
+        units = [f"1{unit}" if unit.startswith("/") else unit.replace("/s/s", "/s^2") for unit in units]
     return ", ".join(units)
 
 
@@ -213,7 +217,8 @@ def _check_quantities(owner: Any) -> None:
         value = numbers(f"{type(owner).__name__}({f.name}=...)", getattr(owner, f.name))
         value = _fit(owner, f.name, value, quantity, sizes)
         if not quantity.bounds.allow(value).all():
-            unit = f" [{held}]" if (held := unit_of(owner, quantity)) else ""
+            held = unit_of(owner, quantity)
+            unit = f" [{held}]" if held and ANY not in held else ""
             raise ValueError(
                 f"`{type(owner).__name__}({f.name}=...)` must be {quantity.bounds}{unit}; got {_show(value)}."
             )
@@ -233,6 +238,8 @@ def _fit(owner: Any, name: str, value: Any, quantity: Quantity, sizes: dict[str,
     """The value in its declared shape; one number stands for a vector of equal ones, a vector for a single column."""
     if max(sizes.values(), default=0) > LONGEST:
         raise ValueError(f"`{type(owner).__name__}({name}=...)` has at most {LONGEST} numbers; got {sizes}.")
+    if quantity.shape == ("*",) and value.ndim == 0:
+        return np.array(value)
     if len(quantity.shape) == 1 and value.ndim == 0 and quantity.shape[0] in sizes:
         value = np.full(sizes[quantity.shape[0]], float(value))
     if len(quantity.shape) == 2 and value.ndim == 1 and sizes.get(quantity.shape[1]) == 1:
@@ -249,6 +256,8 @@ def _fit(owner: Any, name: str, value: Any, quantity: Quantity, sizes: dict[str,
     known = (axis in sizes and not axis.isdigit() for axis in quantity.shape)
     axes = ", ".join(f"{axis} = {sizes[axis]}" if k else axis for axis, k in zip(quantity.shape, known, strict=True))
     want = f"an array of shape ({axes})" if quantity.shape else "a single number"
+    if quantity.shape == ("*",):
+        want = f"a number or a vector of {sizes.get('*', '')} numbers".replace("  ", " ")
     raise ValueError(f"`{type(owner).__name__}({name}=...)` must be {want}; got shape {value.shape}.")
 
 

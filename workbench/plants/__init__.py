@@ -6,9 +6,21 @@ from workbench.plants.buck_converter import BuckConverter
 from workbench.plants.cart_pole import CartPole
 from workbench.plants.dc_motor import DCMotor
 from workbench.plants.disturbed import Disturbed
+from workbench.plants.elements import (
+    AbstractElement,
+    Backlash,
+    DeadZone,
+    FirstOrder,
+    Quantiser,
+    RateLimit,
+    Saturation,
+    SecondOrder,
+)
+from workbench.plants.equipped import Equipped
 from workbench.plants.furuta_pendulum import FurutaPendulum
 from workbench.plants.manipulator import Friction, Manipulator
 from workbench.plants.ode_plant import OdePlant
+from workbench.plants.pade import PadeDelay
 from workbench.plants.planar_quadrotor import PlanarQuadrotor
 from workbench.plants.quadrotor import Quadrotor
 from workbench.plants.quadruple_tank import QuadrupleTank
@@ -18,20 +30,30 @@ from workbench.plants.vehicle import SingleTrackVehicle
 
 __all__ = [
     "AbstractActuator",
+    "AbstractElement",
     "ArmInstruments",
+    "Backlash",
     "BuckConverter",
     "CartPole",
     "DCMotor",
+    "DeadZone",
     "DirectDrive",
     "Disturbed",
+    "Equipped",
+    "FirstOrder",
     "FirstOrderLag",
     "Friction",
     "FurutaPendulum",
     "Manipulator",
     "OdePlant",
+    "PadeDelay",
     "PlanarQuadrotor",
     "Quadrotor",
     "QuadrupleTank",
+    "Quantiser",
+    "RateLimit",
+    "Saturation",
+    "SecondOrder",
     "SingleTrackVehicle",
     "StirredTank",
     "TwoMasses",
