@@ -16,6 +16,7 @@ from workbench.controllers.sliding_mode import SlidingMode
 from workbench.controllers.state_feedback import StateFeedback
 from workbench.controllers.super_twisting import SuperTwisting
 from workbench.controllers.terminal_sliding_mode import NonsingularTerminalSlidingMode
+from workbench.loop.linear import LinearLaw
 
 __all__ = [
     "PID",
@@ -27,6 +28,7 @@ __all__ = [
     "Frozen",
     "FuzzyAsmc",
     "Leakage",
+    "LinearLaw",
     "NonsingularTerminalSlidingMode",
     "Plain",
     "RbfAsmc",

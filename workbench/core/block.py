@@ -76,6 +76,11 @@ def option(choices: Mapping[str, str], default: str) -> Any:
     return field(default=default, metadata={"option": dict(choices)})
 
 
+def socket(convert: Callable[[Any], Any], default: Any = MISSING) -> Any:
+    """A part of a block, or what `convert` makes one of."""
+    return field(default=default, metadata={"convert": convert})
+
+
 def _quantity(default: Any, quantity: Quantity) -> Any:
     metadata = {"quantity": quantity}
     if isinstance(default, np.ndarray | list | tuple):
@@ -102,7 +107,9 @@ def options(owner: Any) -> dict[str, tuple[str, str]]:
     return {name: (choice, meaning[choice]) for name, (choice, meaning) in chosen.items()}
 
 
-@dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(parameter, initial, option, field))
+@dataclass_transform(
+    frozen_default=True, eq_default=False, field_specifiers=(parameter, initial, option, socket, field)
+)
 def block(cls: type[T]) -> type[T]:
     """Make `cls` a frozen dataclass that refuses, when built, parts of a wrong type and numbers out of bounds."""
     if not isinstance(cls, type) or not cls.__flags__ & MADE_IN_PYTHON:
@@ -172,6 +179,8 @@ def _sockets(owner: Any) -> list[Field[Any]]:
 
 def _check_sockets(owner: Any) -> None:
     for f in _sockets(owner):
+        if "convert" in f.metadata:
+            object.__setattr__(owner, f.name, f.metadata["convert"](getattr(owner, f.name)))
         object.__setattr__(owner, f.name, fitted(owner, f))
 
 

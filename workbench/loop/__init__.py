@@ -16,6 +16,7 @@ from workbench.loop.contracts import (
 )
 from workbench.loop.defaults import Readings, Rest
 from workbench.loop.instruments import Instruments
+from workbench.loop.linear import LinearLaw, LinearObserver, LinearPlant
 from workbench.loop.roles import roles
 
 __all__ = [
@@ -31,6 +32,9 @@ __all__ = [
     "Follows",
     "Inputs",
     "Instruments",
+    "LinearLaw",
+    "LinearObserver",
+    "LinearPlant",
     "Parts",
     "Readings",
     "Reads",

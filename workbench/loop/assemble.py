@@ -7,6 +7,7 @@ from dataclasses import replace
 import casadi as ca
 
 from workbench.core import Layout, Ode, Roles, Sampled, Signals, Step, block, lift
+from workbench.core.block import socket
 from workbench.core.port import joined
 from workbench.loop.contracts import (
     AbstractController,
@@ -17,6 +18,7 @@ from workbench.loop.contracts import (
     is_recursion,
 )
 from workbench.loop.defaults import Readings, Rest
+from workbench.loop.linear import as_law, as_plant
 from workbench.loop.matching import refuse_misfits
 from workbench.loop.roles import roles
 from workbench.loop.sampled import FINE, digital
@@ -44,6 +46,8 @@ class ClosedLoop:
 
     Parameters
     ----------
+    plant, controller
+        A linear system of python-control stands for its `LinearPlant` or its `LinearLaw`.
     observer
         Where there is none, the law reads what the instruments read.
     reference
@@ -56,9 +60,9 @@ class ClosedLoop:
         or unit, or an input of the plant is driven by nothing.
     """
 
-    plant: AbstractPlant
+    plant: AbstractPlant = socket(as_plant)
     observer: AbstractObserver = None  # type: ignore[assignment]
-    controller: AbstractController = None  # type: ignore[assignment]
+    controller: AbstractController = socket(as_law, default=None)
     reference: AbstractReference = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
@@ -201,8 +205,8 @@ class ClosedLoop:
 
 def _around(closed: ClosedLoop, name: str, *, broken: bool) -> Ode:
     """Once round a loop, whose plant moves by the controller's command or, where it is broken, by one from outside."""
-    for socket in ("plant", "observer", "controller"):
-        if is_recursion(part := getattr(closed, socket)):
+    for part in (closed.plant, closed.observer, closed.controller):
+        if is_recursion(part):
             raise ValueError(
                 f"`{type(part).__name__}` is a recursion in discrete time, which only a computer runs: take "
                 "`ClosedLoop.digital(period)` in place of `ode()`."

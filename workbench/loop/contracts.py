@@ -288,8 +288,12 @@ class AbstractDisturbance(ABC):
 
 
 def is_recursion(block: AbstractObserver | AbstractController | AbstractPlant) -> bool:
-    """Whether a block is one in discrete time: it has an `update` of its own in place of a `rate`."""
-    return not any(type(block).update is kind.update for kind in (AbstractObserver, AbstractController, AbstractPlant))
+    """Whether a block is one in discrete time: it has an `update` of its own in place of a `rate`.
+
+    A block that has both, as a linear system of either kind, says which by its `discrete`.
+    """
+    kinds = (AbstractObserver, AbstractController, AbstractPlant)
+    return bool(getattr(block, "discrete", not any(type(block).update is kind.update for kind in kinds)))
 
 
 def euler(z: Parts, rates: Parts, period: float) -> dict[str, ca.SX]:
