@@ -9,6 +9,7 @@ from workbench.controllers.fuzzy import RuleBase
 from workbench.controllers.fuzzy_asmc import FuzzyAsmc
 from workbench.controllers.pid import PID
 from workbench.controllers.rbf_asmc import RbfAsmc
+from workbench.controllers.regulator import Regulator
 from workbench.controllers.rise import Rise
 from workbench.controllers.scheduled_feedback import ScheduledFeedback
 from workbench.controllers.sdre import Sdre
@@ -32,6 +33,7 @@ __all__ = [
     "NonsingularTerminalSlidingMode",
     "Plain",
     "RbfAsmc",
+    "Regulator",
     "Rise",
     "RuleBase",
     "ScheduledFeedback",
