@@ -156,7 +156,10 @@ REFUSED = [
     ),
     (lambda: LinearPlant(3.0), "must be a `StateSpace` or a `TransferFunction` of python-control; got 3.0"),
     (lambda: LinearLaw(TUSTIN).run_every(0.2), "must be the period of a discrete law, 0.1 s.*got 0.2 s"),
-    (lambda: LinearLaw(TUSTIN, u0=[1.0, 2.0]), r"`LinearLaw\(u0=...\)` must have shape \(1,\), for v; got \(2,\)"),
+    (
+        lambda: LinearLaw(TUSTIN, u0=[1.0, 2.0]),
+        r"`LinearLaw\(u0=...\)` must have shape \(1,\), one number for each of the signals v; got \(2,\)",
+    ),
     (lambda: LinearObserver(one(D=1.0), ("v",)), "follows its input 'v' by D = 1"),
     (lambda: ClosedLoop(PLANT, controller=TUSTIN).ode(), "only a computer runs"),
     (lambda: ClosedLoop(PLANT, controller=TUSTIN).digital(0.03), "no whole multiple of 0.03 s"),

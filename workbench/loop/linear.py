@@ -21,7 +21,7 @@ from workbench.loop.contracts import (
     Reads,
 )
 from workbench.validation.shapes import Number, States
-from workbench.validation.words import known
+from workbench.validation.words import known, vector
 
 WANTED = "_ref"  # an input of a law by this ending is a wanted signal
 
@@ -51,11 +51,8 @@ class LinearPlant(AbstractPlant):
 
     def __post_init__(self) -> None:
         _refuse_feedthrough("LinearPlant", self.system, self.system.inputs.names, "the loop would be an algebraic one")
-        if self.start is not None and self.start.shape != (self.system.states.size,):
-            raise ValueError(
-                f"`LinearPlant(start=...)` must have shape ({self.system.states.size},), one number for each state; "
-                f"got {self.start.shape}."
-            )
+        if self.start is not None:
+            vector("LinearPlant(start=...)", self.start, self.system.states.size, "states")
         object.__setattr__(self, "system", replace(self.system, D=None))  # no number that does nothing
         object.__setattr__(self, "period", self.system.dt)
 
@@ -90,9 +87,7 @@ class LinearPlant(AbstractPlant):
         del t
         return self.system.moved(self.system.states.flatten(x), self.inputs.flatten(u))
 
-    def update(self, t: Number, x: States, u: Inputs) -> Parts:
-        """A x + B u."""
-        return self.rate(t, x, u)
+    update = rate
 
 
 @block
@@ -128,12 +123,8 @@ class LinearLaw(AbstractController):
 
     def __post_init__(self) -> None:
         for name, port in (("u0", self.system.outputs), ("v0", self.system.inputs)):
-            value = getattr(self, name)
-            if value is not None and value.shape != (port.size,):
-                raise ValueError(
-                    f"`LinearLaw({name}=...)` must have shape ({port.size},), for {', '.join(port.labels)}; got "
-                    f"{value.shape}."
-                )
+            if getattr(self, name) is not None:
+                vector(f"LinearLaw({name}=...)", getattr(self, name), port.size, f"signals {', '.join(port.labels)}")
         object.__setattr__(self, "period", self.system.dt)
 
     @property
@@ -175,9 +166,7 @@ class LinearLaw(AbstractController):
         del t
         return self.system.moved(self.memory.flatten(z), self._inputs(est, ref))
 
-    def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """A z + B v."""
-        return self.rate(t, z, est, ref)
+    update = rate
 
     def run_every(self, period: float) -> LinearLaw:
         """The same law, which a computer runs once in `period` seconds.
@@ -275,9 +264,7 @@ class LinearObserver(AbstractObserver):
         del t, est
         return self.system.moved(self.memory.flatten(z), self.system.inputs.flatten(dict(y) | dict(u)))
 
-    def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """A z + B [y; u]."""
-        return self.rate(t, z, y, est, u)
+    update = rate
 
 
 def as_plant(value: Any) -> Any:
