@@ -72,7 +72,7 @@ def test_a_lead_lag_law_runs_in_the_loop_and_in_a_computer():
     ours = linearize(sampled, 0.0, np.zeros(sampled.states.size))
     z = np.exp(1j * np.array([1.0, 10.0]) * 0.02)
     theirs = control.feedback(control.c2d(MOTOR, 0.02) * control.c2d(C, 0.02, "tustin"))
-    np.testing.assert_allclose(ours["theta[0]", "theta_ref"](z), theirs(z), rtol=1e-9)
+    np.testing.assert_allclose(ours["theta", "theta_ref"](z), theirs(z), rtol=1e-9)
 
 
 def test_a_discrete_lqg_law_closes_the_sampled_loop_about_its_operating_point():

@@ -58,11 +58,11 @@ def test_a_plant_in_discrete_time_is_cut_at_its_output():
 
 
 RESPONSES = [
-    ("omega[0]", "omega_ref", lambda P, C: P * C / (1 + P * C)),
-    ("omega[0]", "v_load", lambda P, C: P / (1 + P * C)),
-    ("v[0]", "omega_noise", lambda P, C: -C / (1 + P * C)),
-    ("e_omega[0]", "omega_ref", lambda P, C: -1 / (1 + P * C)),
-    ("v_applied[0]", "v_load", lambda P, C: 1 / (1 + P * C)),
+    ("omega", "omega_ref", lambda P, C: P * C / (1 + P * C)),
+    ("omega", "v_load", lambda P, C: P / (1 + P * C)),
+    ("v", "omega_noise", lambda P, C: -C / (1 + P * C)),
+    ("e_omega", "omega_ref", lambda P, C: -1 / (1 + P * C)),
+    ("v_applied", "v_load", lambda P, C: 1 / (1 + P * C)),
 ]
 
 

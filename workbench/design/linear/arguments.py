@@ -13,11 +13,10 @@ from workbench.validation.words import as_array, described, require
 
 
 def names_of(ode: Ode) -> dict[str, list[str]]:
-    """The names of states, inputs and outputs, number by number, as python-control takes them."""
+    """The names of states, inputs and outputs, number by number; a column of one number goes by its own name."""
+    ports = {"states": ode.states, "inputs": inputs_of(ode), "outputs": ode.outputs}
     return {
-        "states": list(ode.states.labels),
-        "inputs": list(inputs_of(ode).labels),
-        "outputs": list(ode.outputs.labels),
+        port: [n for e in own.entries for n in (e.labels() if e.size > 1 else [e.name])] for port, own in ports.items()
     }
 
 
