@@ -107,7 +107,7 @@ REFUSED = [
         lambda: place(control.ss(np.diag([-1.0, 2.0]), [[1], [0]], [[1, 1]], 0, name="two"), [-1, -2]),
         "the pole 2[^ ]* of 'two' is reached by none",
     ),
-    (lambda: lead_lag(MOTOR, 0.0, 50.0), "positive, finite number of rad/s"),
+    (lambda: lead_lag(MOTOR, 0.0, 50.0), "must be a finite number of rad/s, at least 1e-12"),
     (lambda: lead_lag(MOTOR, 5.0, 100.0), "at most 90"),
     (lambda: lead_lag(MOTOR, 5.0, 50.0, 0.5), "at least 1"),
     (lambda: lead_lag(control.c2d(MOTOR, 0.1), 5.0, 50.0), "in continuous time with one input"),

@@ -108,7 +108,8 @@ def test_an_observer_of_python_control_estimates_as_its_matrices_say(period):
     names = {"inputs": ["omega", "v"], "outputs": ["x1", "x2"]}
     observer = control.ss(A - L @ C, np.hstack([L, B]), np.eye(2), 0, space.dt, **names)
     law = LinearLaw(control.ss([], [], [], [[-1.0, -0.5]], inputs=["x1", "x2"], outputs="v"))
-    loop = ClosedLoop(LinearPlant(space, start=[1, 0]), LinearObserver(observer, ("v",)), law)
+    loop = ClosedLoop(LinearPlant(space, start=[1, 0]), observer, law)
+    assert (loop.observer.reads.names, loop.observer.inputs.names) == (("omega",), ("v",))
     whole = control.ss(np.block([[A, B @ [[-1, -0.5]]], [L @ C, A - L @ C + B @ [[-1, -0.5]]]]), np.zeros((4, 1)),
                        np.hstack([C, 0 * C]), 0, space.dt)  # fmt: skip
     times = np.arange(0, 3.05, 0.1)

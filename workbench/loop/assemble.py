@@ -17,7 +17,7 @@ from workbench.loop.contracts import (
     is_recursion,
 )
 from workbench.loop.defaults import Readings, Rest
-from workbench.loop.linear import as_law, as_plant
+from workbench.loop.linear import LinearLaw, LinearObserver, LinearPlant, beside, standing_for
 from workbench.loop.matching import refuse_misfits
 from workbench.loop.outside import Outside, added, cut
 from workbench.loop.roles import roles
@@ -46,10 +46,9 @@ class ClosedLoop:
 
     Parameters
     ----------
-    plant, controller
-        A linear system of python-control stands for its `LinearPlant` or its `LinearLaw`.
-    observer
-        Where there is none, the law reads what the instruments read.
+    plant, observer, controller
+        A linear system of python-control stands for its `LinearPlant`, `LinearObserver` or `LinearLaw`. Where there is
+        no observer, the law reads what the instruments read.
     reference
         Where there is none, the law follows nothing.
 
@@ -60,9 +59,9 @@ class ClosedLoop:
         or unit, or an input of the plant is driven by nothing.
     """
 
-    plant: AbstractPlant = socket(as_plant)
-    observer: AbstractObserver = None  # type: ignore[assignment]
-    controller: AbstractController = socket(as_law, default=None)
+    plant: AbstractPlant = socket(standing_for(LinearPlant))
+    observer: AbstractObserver = socket(standing_for(LinearObserver), default=None)
+    controller: AbstractController = socket(standing_for(LinearLaw), default=None)
     reference: AbstractReference = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
@@ -70,6 +69,7 @@ class ClosedLoop:
             raise refusal("ClosedLoop(controller=...)", "an `AbstractController`", None)
         if self.observer is None:
             object.__setattr__(self, "observer", Readings(self.plant.outputs))
+        object.__setattr__(self, "observer", beside(self.plant, self.observer))
         if self.reference is None:
             object.__setattr__(self, "reference", Rest())
         refuse_misfits(self)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -206,7 +207,7 @@ class LinearObserver(AbstractObserver):
         A `LinearSystem`, or a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names:
         an input of the name of an output of the plant reads that, and its outputs are estimates.
     counts_on
-        The inputs of the system that are commands.
+        The inputs of the system that are commands; in a loop, unless told, those that are inputs of the plant.
 
     Raises
     ------
@@ -267,14 +268,16 @@ class LinearObserver(AbstractObserver):
     update = rate
 
 
-def as_plant(value: Any) -> Any:
-    """A linear system as a plant; anything else as it is."""
-    return LinearPlant(value) if LinearSystem.recognises(value) else value
+def standing_for(block: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """What makes a block of a linear system, and leaves anything else as it is."""
+    return lambda value: block(value) if LinearSystem.recognises(value) else value
 
 
-def as_law(value: Any) -> Any:
-    """A linear system as a law; anything else as it is."""
-    return LinearLaw(value) if LinearSystem.recognises(value) else value
+def beside(plant: AbstractPlant, observer: AbstractObserver) -> AbstractObserver:
+    """The observer, which of a linear system counts on those of its inputs that are inputs of the plant."""
+    if not isinstance(observer, LinearObserver) or observer.counts_on:
+        return observer
+    return replace(observer, counts_on=tuple(n for n in observer.system.inputs.names if n in plant.inputs))
 
 
 def _starting_at(states: Layout, start: Any) -> Layout:

@@ -3,12 +3,15 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+import control
+
 from workbench import loop
 from workbench.study.information import information_table
 
 from ..parts import LAW, LOOP, OBSERVER, PLANT, REFERENCE, column, signals
 
 MODULES = ("workbench.loop",)
+LINEAR = control.ss([[-1.0]], [[1.0]], [[2.0]], 0, inputs="v", outputs="omega")
 
 
 def calls() -> dict[str, Any]:
@@ -23,6 +26,9 @@ def calls() -> dict[str, Any]:
         "Estimate": partial(loop.Estimate, q, qd, d),
         "Instruments": partial(loop.Instruments, 2, 0.1, 0.1, 0.1, 0.1, 1.0),
         "Measurement": partial(loop.Measurement, q, qd, d),
+        "LinearLaw": partial(loop.LinearLaw, LINEAR, True, [1.0], [1.0]),
+        "LinearObserver": partial(loop.LinearObserver, LINEAR, ("v",)),
+        "LinearPlant": partial(loop.LinearPlant, LINEAR, [1.0]),
         "Motion": partial(loop.Motion, q, qd, d),
         "Parts": loop.Parts,
         "information_table": partial(information_table, "t", "c", {"a": LOOP.roles}, {"a": 3}),

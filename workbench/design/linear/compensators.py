@@ -13,7 +13,7 @@ from workbench.design.certificates import Refused
 from workbench.design.linear.modes import controllability
 from workbench.design.matrices import EPS, Complex
 from workbench.validation.doors import door
-from workbench.validation.words import described, finite, positive, raised, refusal
+from workbench.validation.words import described, finite, raised, refusal
 
 if TYPE_CHECKING:
     import control
@@ -152,9 +152,9 @@ def lead_lag(
     ):
         must = "a `StateSpace` or `TransferFunction` in continuous time with one input and one output"
         raise refusal("lead_lag(plant=...)", must, plant)
-    wc = positive("lead_lag(crossover=...)", crossover, " of rad/s")
+    wc = finite("lead_lag(crossover=...)", crossover, " of rad/s", low=1e-12, high=1e12)
     degrees = finite("lead_lag(margin=...)", margin, " of degrees", low=0, high=90)
-    more = finite("lead_lag(boost=...)", boost, low=1)
+    more = finite("lead_lag(boost=...)", boost, low=1, high=1e6)
     names = {"inputs": plant.output_labels, "outputs": plant.input_labels, "name": f"lead-lag of {plant.name}"}
     lag = control.tf([1, wc / DECADE], [1, wc / DECADE / more]) if more > 1 else control.tf([1], [1])
     phase = degrees - 180 - np.degrees(np.angle(plant(1j * wc) * lag(1j * wc)))
