@@ -1,14 +1,15 @@
 """State feedback about an operating point: the cart-pole of the control tutorials, upright."""
 
 import casadi as ca
+import control
 import numpy as np
 import pytest
 
 from workbench.controllers import Regulator
-from workbench.core import block, initial, layout, parameter, rk4
+from workbench.core import Layout, block, initial, layout, parameter, rk4
 from workbench.design.linear import equilibria, linearize, operating_point
-from workbench.design.riccati import lqr
-from workbench.loop import AbstractPlant, AbstractReference, ClosedLoop, open_loop
+from workbench.design.riccati import lqg, lqr
+from workbench.loop import AbstractPlant, AbstractReference, ClosedLoop, LinearLaw, open_loop
 from workbench.simulate import simulate
 
 
@@ -26,8 +27,12 @@ class CartPole(AbstractPlant):
     v: float = initial(default=0.0, unit="m/s")
     phi: float = initial(default=0.1, unit="rad")
     omega: float = initial(default=0.0, unit="rad/s")
+    seen: tuple[str, ...] = ("p", "v", "phi", "omega")
     inputs = layout(F="N")
-    outputs = layout(p="m", v="m/s", phi="rad", omega="rad/s")
+
+    @property
+    def outputs(self):
+        return Layout(tuple(self.states[name] for name in self.seen))
 
     def rate(self, t, x, u):
         s, c = ca.sin(x.phi), ca.cos(x.phi)
@@ -70,6 +75,17 @@ def test_the_nonlinear_loop_balances(digital):
     run = simulate(step, until=8.0)
     assert np.abs(run["phi"]).max() < 0.2
     assert max(abs(run[name][0, -1].item()) for name in ("p", "v", "phi", "omega")) < 1e-9
+
+
+@pytest.mark.parametrize("period", [None, 0.01])
+def test_a_lqg_law_of_two_readings_balances_the_nonlinear_pole_about_any_place(period):
+    plant = CartPole(seen=("p", "phi"), p=1.1, phi=0.05)
+    model = linearize(open_loop(plant), 0.0, [1.0, 0.0, 0.0, 0.0], at_rest=True)
+    design = lqg(model if period is None else control.c2d(model, period), Q, R, np.eye(4), 1e-3 * np.eye(2))
+    loop = ClosedLoop(plant, controller=LinearLaw(design.controller, u0=[0.0], v0=[1.0, 0.0]))
+    run = simulate(rk4(loop.ode(), 1e-3) if period is None else loop.digital(period).step(4), until=12.0)
+    assert np.abs(run["phi"]).max() < 0.3
+    assert [run[name][0, -1].item() for name in ("p", "phi", "F")] == pytest.approx([1.0, 0.0, 0.0], abs=1e-6)
 
 
 def test_near_the_operating_point_the_loop_has_the_poles_of_the_design():
