@@ -21,6 +21,7 @@ class Signals(Mapping[str, ca.SX]):
     """
 
     __slots__ = ("_parts",)
+    _parts: dict[str, ca.SX]
 
     def __init__(self, parts: Mapping[str, ca.SX] | None = None, /, **named: ca.SX) -> None:
         object.__setattr__(self, "_parts", {**(parts or {}), **named})

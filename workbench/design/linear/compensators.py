@@ -145,28 +145,13 @@ def lead_lag(
     """
     import control
 
-    if (
-        not isinstance(plant, control.StateSpace | control.TransferFunction)
-        or not plant.issiso()
-        or plant.isdtime(strict=True)
-    ):
-        must = "a `StateSpace` or `TransferFunction` in continuous time with one input and one output"
-        raise refusal("lead_lag(plant=...)", must, plant)
+    _refuse_no_plant(plant)
     wc = finite("lead_lag(crossover=...)", crossover, " of rad/s", low=1e-12, high=1e12)
     degrees = finite("lead_lag(margin=...)", margin, " of degrees", low=0, high=90)
     more = finite("lead_lag(boost=...)", boost, low=1, high=1e6)
-    names = {"inputs": plant.output_labels, "outputs": plant.input_labels, "name": f"lead-lag of {plant.name}"}
     lag = control.tf([1, wc / DECADE], [1, wc / DECADE / more]) if more > 1 else control.tf([1], [1])
-    phase = degrees - 180 - np.degrees(np.angle(plant(1j * wc) * lag(1j * wc)))
-    phase = 180 - (180 - phase) % 360
-    if not phase <= MOST_LEAD:
-        raise Refused(
-            f"`lead_lag(...)`: {phase:.3g} degrees lack at {wc:g} rad/s, and one section of lead gives {MOST_LEAD:g} "
-            "at most; take a lower crossover or a smaller margin."
-        )
-    a = (1 - np.sin(np.radians(max(phase, 0.0)))) / (1 + np.sin(np.radians(max(phase, 0.0))))
-    lead = control.tf([1, wc * np.sqrt(a)], [1, wc / np.sqrt(a)]) if phase > 0 else control.tf([1], [1])
-    shape = lag * lead
+    shape = lag * _lead(wc, degrees - 180 - np.degrees(np.angle(plant(1j * wc) * lag(1j * wc))))
+    names = {"inputs": plant.output_labels, "outputs": plant.input_labels, "name": f"lead-lag of {plant.name}"}
     C = control.tf(shape.num_list[0][0] / abs(plant(1j * wc) * shape(1j * wc)), shape.den_list[0][0], **names)
     poles = control.feedback(control.ss(plant) * control.ss(C), 1).poles()
     if not poles.real.max() < 0:
@@ -175,3 +160,29 @@ def lead_lag(
             f"{poles[poles.real.argmax()]:.3g}, so it is not stable; take another crossover, or `lqg`."
         )
     return C
+
+
+def _refuse_no_plant(plant: Any) -> None:
+    import control
+
+    linear = isinstance(plant, control.StateSpace | control.TransferFunction)
+    if not linear or not plant.issiso() or plant.isdtime(strict=True):
+        must = "a `StateSpace` or `TransferFunction` in continuous time with one input and one output"
+        raise refusal("lead_lag(plant=...)", must, plant)
+
+
+def _lead(wc: float, phase: float) -> control.TransferFunction:
+    """The section that leads by a phase in degrees at a frequency; a gain of one where no phase lacks."""
+    import control
+
+    phase = 180 - (180 - phase) % 360
+    if phase <= 0:
+        return control.tf([1], [1])
+    if not phase <= MOST_LEAD:
+        raise Refused(
+            f"`lead_lag(...)`: {phase:.3g} degrees lack at {wc:g} rad/s, and one section of lead gives {MOST_LEAD:g} "
+            "at most; take a lower crossover or a smaller margin."
+        )
+    sine = np.sin(np.radians(phase))
+    a = (1 - sine) / (1 + sine)
+    return control.tf([1, wc * np.sqrt(a)], [1, wc / np.sqrt(a)])
