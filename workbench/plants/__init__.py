@@ -1,5 +1,6 @@
 """What is controlled."""
 
+from workbench.loop.linear import LinearPlant
 from workbench.plants.actuator import AbstractActuator, DirectDrive, FirstOrderLag
 from workbench.plants.arm_instruments import ArmInstruments
 from workbench.plants.buck_converter import BuckConverter
@@ -44,6 +45,7 @@ __all__ = [
     "FirstOrderLag",
     "Friction",
     "FurutaPendulum",
+    "LinearPlant",
     "Manipulator",
     "OdePlant",
     "PadeDelay",

@@ -84,7 +84,9 @@ class Equilibria:
         tried = f"{self.converged} of {self.starts} starts converged"
         if self.complete:
             return f"{found} in the box, and no other: proved by intervals over {self.boxes} boxes ({tried})"
-        return f"{found} found in the box ({tried}); that there is no other is not proved"
+        loose = sum(not point.isolated for point in self.points)
+        more = f"; {loose} may be points of a continuum, as df/dx is singular there" if loose else ""
+        return f"{found} found in the box ({tried}); that there is no other is not proved{more}"
 
 
 @door
