@@ -52,9 +52,6 @@ class Signals(Mapping[str, ca.SX]):
     def __iter__(self) -> Iterator[str]:
         return iter(self._parts)
 
-    def __contains__(self, name: object) -> bool:
-        return name in self._parts  # `Mapping` would ask by the refusal of `[]`, which is no `KeyError`
-
     def __len__(self) -> int:
         return len(self._parts)
 
