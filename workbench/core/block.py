@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
 from types import FunctionType
@@ -94,11 +95,8 @@ def quantities(owner: Any) -> list[tuple[Field[Any], Quantity]]:
 
 
 def unit_of(owner: Any, quantity: Quantity) -> str:
-    """The unit of a number, in which `{field}` stands for the text of another field: the unit of a signal, say."""
-    unit = quantity.unit
-    for f in fields(owner) if "{" in unit else ():
-        unit = unit.replace(f"{{{f.name}}}", str(getattr(owner, f.name)))
-    return unit
+    """The unit of a number, in which `{name}` stands for the text of that field or property: a signal's unit, say."""
+    return re.sub(r"\{(\w+)\}", lambda name: str(getattr(owner, name[1])), quantity.unit)
 
 
 def options(owner: Any) -> dict[str, tuple[str, str]]:
