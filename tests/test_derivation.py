@@ -113,7 +113,7 @@ def test_the_page_for_browsers_is_well_formed(long_arm):
 def test_friction_is_named_where_there_is_any_and_nowhere_else():
     smooth, rough = (link("hinge", viscous=viscous) for viscous in (None, 0.2))
     assert " + F(qd) = tau" not in FORMS["text"](Dynamics.of(smooth))
-    assert "= tau, n = 1\nThe friction" in FORMS["text"](Dynamics.of(rough))
+    assert "= tau, n = 1\n# The friction" in FORMS["text"](Dynamics.of(rough))
     assert " + F(qd) = tau" in FORMS["c"](Dynamics.of(rough))
 
 
