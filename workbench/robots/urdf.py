@@ -26,7 +26,7 @@ from workbench.robots.safe_xml import LONGEST_PATH, element_in, element_of
 from workbench.robots.spatial import SpatialArm
 from workbench.robots.tree import Joint, Solid, arm_of
 from workbench.validation.doors import door
-from workbench.validation.words import described
+from workbench.validation.words import described, positive
 
 MOST_JOINTS = 64  # that move; the equations of more take minutes
 MOST_LINKS = 2_000
@@ -57,7 +57,7 @@ def read(
     ValueError
         If it is no URDF of an arm with a base that stands still; the message says where and why.
     """
-    told = _Told(gravity, passive, friction_speed)
+    told = _told("read", gravity, passive, friction_speed)
     return _arm(element_in(Path(file)), described(str(file), LONGEST_PATH), told)
 
 
@@ -72,7 +72,7 @@ def parse(
     LookupError, ValueError
         As `read`.
     """
-    return _arm(element_of(text.encode(), "The text"), "The text", _Told(gravity, passive, friction_speed))
+    return _arm(element_of(text.encode(), "The text"), "The text", _told("parse", gravity, passive, friction_speed))
 
 
 class _Told(NamedTuple):
@@ -81,6 +81,12 @@ class _Told(NamedTuple):
     gravity: float
     passive: tuple[str, ...]
     friction_speed: float | None
+
+
+def _told(call: str, gravity: float, passive: tuple[str, ...], friction_speed: float | None) -> _Told:
+    if friction_speed is not None:
+        positive(f"{call}(friction_speed=...)", friction_speed, " of rad/s or m/s, over which the jump is spread")
+    return _Told(gravity, passive, friction_speed)
 
 
 def _arm(root: Element, source: str, told: _Told) -> SpatialArm:
