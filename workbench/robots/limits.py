@@ -63,6 +63,7 @@ class Limits:
     effort: Numbers
 
     @staticmethod
+    @door
     def of(joints: Sequence[JointLimits]) -> Limits:
         """The limits of joints in order."""
         return Limits(*(tuple(getattr(joint, f.name) for joint in joints) for f in fields(Limits)))
