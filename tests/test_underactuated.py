@@ -13,6 +13,7 @@ from workbench.observers import FullState
 from workbench.plants import DirectDrive, FirstOrderLag, Friction, Manipulator
 from workbench.robots import Link, PlanarArm, SpatialArm, SpatialLink, named
 from workbench.signals import Sines
+from workbench.verify.properties import positive_definite
 
 CART, POLE, HALF, INERTIA, DRAG, G = 0.5, 0.2, 0.3, 0.006, 0.1, 9.8
 
@@ -156,6 +157,14 @@ def test_a_drive_has_a_number_for_each_motor():
     assert Manipulator(cart_pole(), [0.0, 0.1], actuator=DirectDrive([5.0])).inputs.size == 1
     with pytest.raises(ValueError, match="needs one number a motor: its 'limit' has 2, the arm has 1 motor"):
         Manipulator(cart_pole(), [0.0, 0.1], actuator=DirectDrive([5.0, 5.0]))
+
+
+def test_a_claim_about_all_joints_has_the_unit_of_its_joints():
+    turning, both = named("planar-1r"), cart_pole()
+    slide = SpatialArm((both.links[0],), G)
+    said = [positive_definite(Dynamics.of(arm), -1.0, 1.0).evidence for arm in (turning, slide, both)]
+    for evidence, unit in zip(said, ("kg m^2", "kg", "in mixed units"), strict=True):
+        assert f" {unit} at q = " in evidence
 
 
 def test_the_rest_points_of_the_cart_pole_are_a_continuum_and_are_called_so():
