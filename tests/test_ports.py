@@ -24,7 +24,6 @@ from workbench.robots import paper_arm
 from workbench.signals import Sines
 from workbench.simulate import simulate
 
-
 WANTED = Sines([1.0, 1.0], [1.0, 1.0])
 
 

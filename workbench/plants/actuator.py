@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
 from copy import copy
 from typing import Self
 
@@ -14,6 +13,7 @@ from workbench.core.block import Scalar, Vector
 from workbench.core.dynamics import MOST_JOINTS
 from workbench.loop.arm import torques
 from workbench.loop.contracts import Parts
+from workbench.validation.doors import door
 from workbench.validation.shapes import Column
 from workbench.validation.words import whole
 
@@ -29,10 +29,11 @@ class AbstractAtJoints:
 
     units: tuple[str, ...] = ()
 
-    def at(self, units: Iterable[str]) -> Self:
+    @door
+    def at(self, units: tuple[str, ...]) -> Self:
         """The same at joints whose positions have these units."""
         part = copy(self)
-        object.__setattr__(part, "units", tuple(units))
+        object.__setattr__(part, "units", units)
         return part
 
     @property
