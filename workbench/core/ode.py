@@ -37,6 +37,8 @@ class Ode:
         What a reader must know of these equations: an estimate that uses the truth, say.
     follows, drives
         Of a loop, the outputs that follow a reference, each beside what is wanted of it (`x_ref`), and the commands.
+    counts
+        What the numbers of its vectors count: 'joint' of an arm; empty where they go by their indices.
 
     Raises
     ------
@@ -60,6 +62,7 @@ class Ode:
     notes: tuple[str, ...] = ()
     follows: tuple[str, ...] = ()
     drives: tuple[str, ...] = ()
+    counts: str = ""
 
     WAYS: ClassVar = {"ClosedLoop": "a loop becomes one by its method `ode()`"}
 

@@ -238,6 +238,7 @@ def _around(closed: ClosedLoop, name: str, *, broken: bool) -> Ode:
         notes=notes(closed),
         follows=() if broken else closed.follows,
         drives=inputs.names,
+        counts=closed.plant.counts,
     )
 
 
@@ -263,5 +264,5 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     watched = outputs.flatten({name: ca.densify(part) for name, part in y.only(outputs).items()})
     p = ca.vertcat(lifted.symbols, u)
     return Ode(
-        name, states, lifted.layout + inputs, outputs, t, x, p, states.flatten(rate), watched, inputs=inputs.names
+        name, states, lifted.layout + inputs, outputs, t, x, p, states.flatten(rate), watched, inputs=inputs.names, counts=plant.counts
     )

@@ -58,12 +58,15 @@ class AbstractPlant(ABC):
         The signals that no instrument gives, a disturbance among them; `measure` returns them beside the outputs.
     labels
         Shorter names that a loop gives to signals of this plant: `{"e_q": "e"}`.
+    counts
+        What the numbers of its vectors count: 'joint' of an arm; empty where they go by their indices.
     period
         Of a plant in discrete time, which has an `update` in place of a `rate`, in s; else None.
     """
 
     truths: Layout = Layout()
     labels: Mapping[str, str] = {}
+    counts: str = ""
     period: float | None = None
 
     @property

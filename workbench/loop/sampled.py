@@ -57,7 +57,7 @@ def digital(
     parameters, p = lifted.layout + gauges.layout, ca.vertcat(lifted.symbols, gauges.symbols)
     equations = (states.flatten(moves), outputs.flatten(watched))
     names = {"notes": notes(loop), "follows": loop.follows, "drives": loop.plant.inputs.names}
-    flow = Ode(name, states, parameters, outputs, t, x, p, *equations, **names)
+    flow = Ode(name, states, parameters, outputs, t, x, p, *equations, **names, counts=loop.plant.counts)
     return Sampled(flow, period, k, w, states.flatten(after), methods(loop, fine))
 
 

@@ -36,6 +36,7 @@ class Manipulator(AbstractPlant):
     M(q) qdd + C(q, qd) qd + G(q) + F(qd) + D(t) = tau.
     """
 
+    counts: ClassVar[str] = "joint"
     labels: ClassVar[Mapping[str, str]] = {"e_q": "e", "e_qd": "ed", "e_hat_q": "e_hat", "e_hat_qd": "ed_hat"}
 
     arm: AbstractArm
