@@ -90,8 +90,10 @@ def test_results_become_a_tidy_data_frame():
 
 
 def test_a_metric_that_no_case_has_is_answered_with_the_nearest():
-    with pytest.raises(LookupError, match="knows no metric 'IAEE'. Did you mean 'IAE'"):
+    with pytest.raises(LookupError, match=r"knows no metric 'IAEE'\. Did you mean 'IAE'\? It knows: IAE, ISE\."):
         side_by_side("t", "c", RESULTS.outcomes, ["IAEE"], 0)
+    with pytest.raises(LookupError, match=r"knows no metric 'effort'\. It knows: IAE, ISE\."):
+        side_by_side("t", "c", RESULTS.outcomes, ["effort"], 0)
 
 
 def test_a_metric_that_one_case_lacks_leaves_its_cell_empty():

@@ -264,5 +264,15 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     watched = outputs.flatten({name: ca.densify(part) for name, part in y.only(outputs).items()})
     p = ca.vertcat(lifted.symbols, u)
     return Ode(
-        name, states, lifted.layout + inputs, outputs, t, x, p, states.flatten(rate), watched, inputs=inputs.names, counts=plant.counts
+        name,
+        states,
+        lifted.layout + inputs,
+        outputs,
+        t,
+        x,
+        p,
+        states.flatten(rate),
+        watched,
+        inputs=inputs.names,
+        counts=plant.counts,
     )

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import reduce
-from typing import cast
 
 import casadi as ca
 import numpy as np
@@ -103,7 +102,7 @@ def resolved(
     names = [text("metric(name=...)", metric.name, empty=False) for metric in metrics]
     if len(set(names)) < len(names):
         raise ValueError(f"`measured(metrics=...)` needs distinct names; got {names}.")
-    bound = tuple(cast(AbstractMetric, m.of(ode)) for m in metrics)
+    bound = tuple(m.of(ode) for m in metrics)
     for m in bound:
         for signal in watches(m):
             refuse_unknown(m.name, signal, ode)

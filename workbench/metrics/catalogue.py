@@ -40,9 +40,16 @@ def _named(name: str, signal: str | None) -> str:
     return name if signal is None else f"{name} of {signal}"
 
 
-def _error(name: str | None, usual: str, signal: str | None, about: str, *how: Any, **more: Any) -> Integral:
+def _error(
+    name: str,
+    signal: str | None,
+    about: str,
+    g: Callable[[ca.SX, ca.SX], ca.SX],
+    finish: Callable[[Array, float], Array],
+    measure: Callable[[str], str] = str,
+) -> Integral:
     """An integral of the error of a signal."""
-    return Integral(name or _named(usual, signal), "", about, *how, signal=Choice("error", signal), **more)
+    return Integral(name, "", about, g, finish, signal=Choice("error", signal), measure=measure)
 
 
 def _over_time(order: int, seconds: int) -> Callable[[str], str]:
@@ -53,7 +60,7 @@ def _over_time(order: int, seconds: int) -> Callable[[str], str]:
 @door
 def rmse(signal: str | None = None, name: str | None = None) -> Integral:
     """sqrt(1/T integral of e^2 dt): what (43) of the paper becomes as its samples grow dense."""
-    return _error(name, "RMSE", signal, "root mean square of {}", _square, _root_mean)
+    return _error(name or _named("RMSE", signal), signal, "root mean square of {}", _square, _root_mean)
 
 
 @door
@@ -68,20 +75,20 @@ def sampled_rmse(sample: float, signal: str | None = None, name: str | None = No
 def iae(signal: str | None = None) -> Integral:
     """Integral of |e| dt."""
     size = _over_time(1, 1)
-    return _error(None, "IAE", signal, "integral of |{}|", lambda t, e: ca.fabs(e), _whole, measure=size)
+    return _error(_named("IAE", signal), signal, "integral of |{}|", lambda t, e: ca.fabs(e), _whole, size)
 
 
 @door
 def ise(signal: str | None = None) -> Integral:
     """Integral of e^2 dt."""
-    return _error(None, "ISE", signal, "integral of {}^2", _square, _whole, measure=_over_time(2, 1))
+    return _error(_named("ISE", signal), signal, "integral of {}^2", _square, _whole, _over_time(2, 1))
 
 
 @door
 def itae(signal: str | None = None) -> Integral:
     """Integral of t |e| dt."""
     size = _over_time(1, 2)
-    return _error(None, "ITAE", signal, "integral of t |{}|", lambda t, e: t * ca.fabs(e), _whole, measure=size)
+    return _error(_named("ITAE", signal), signal, "integral of t |{}|", lambda t, e: t * ca.fabs(e), _whole, size)
 
 
 @door
@@ -122,9 +129,7 @@ def peak_error(signal: str | None = None) -> Peak:
 def late_error(after: float, signal: str | None = None) -> Peak:
     """Largest |e| from `after` s on: what the steady state leaves, once the start is forgotten."""
     after = finite("late_error(after=...)", after, " of seconds", low=0)
-    return Peak(
-        _named("late error", signal), "", f"largest |{{}}| from {after:g} s on", Choice("error", signal), after
-    )
+    return Peak(_named("late error", signal), "", f"largest |{{}}| from {after:g} s on", Choice("error", signal), after)
 
 
 @door
@@ -170,10 +175,11 @@ def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Int
         far = beyond(e)
         return ca.if_else(far > 0, 1, ca.if_else(far <= 0, 0, far))  # which is no number where e is none
 
-    of, where = Choice("input", signal), f"{described(low)} to {described(high)}"
+    of, ends = Choice("input", signal), (("below", low), ("above", high))
+    where = " or ".join(f"{side} {described(end)}" for side, end in ends if end is not None)
     return (
-        Peak(f"violation of {signal}", "", f"how far {{}} is beyond {where} at worst", of, size=beyond),
-        Integral(f"time of violation of {signal}", "s", f"time of {{}} beyond {where}", outside, _whole, signal=of),
+        Peak(f"violation of {signal}", "", f"how far {{}} is {where} at worst", of, size=beyond),
+        Integral(f"time of violation of {signal}", "s", f"time in which {{}} is {where}", outside, _whole, signal=of),
     )
 
 

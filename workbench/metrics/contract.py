@@ -112,7 +112,8 @@ def bound(metric: Own, signal: Signal, ode: Ode, measure: Callable[[str], str] =
     seen = watched(metric.name, signal, ode)
     units = [measure(unit) for unit in seen.units]
     unit = metric.unit or (units[0] if len(set(units)) == 1 else ", ".join(units))
-    return replace(metric, unit=unit, about=metric.about.replace("{}", seen.words), labels=seen.labels, **parts)
+    about = metric.about if metric.labels else metric.about.replace("{}", seen.words) + seen.remark  # said once
+    return replace(metric, unit=unit, about=about, labels=seen.labels, **parts)
 
 
 def expression(given: Any) -> ca.SX:

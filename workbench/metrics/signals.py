@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -45,8 +45,8 @@ class Watched:
         The names of outputs.
     units, labels
         Of each number.
-    words
-        What a description calls the column.
+    words, remark
+        What a description calls the column, and what it adds at its end.
     """
 
     outputs: tuple[str, ...]
@@ -54,6 +54,7 @@ class Watched:
     units: tuple[str, ...]
     labels: tuple[str, ...]
     words: str
+    remark: str = ""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -112,7 +113,7 @@ def watched(metric: str, signal: Signal, ode: Ode) -> Watched:
     if not inputs:
         raise _nothing(metric, ode, "drives")
     outputs = tuple(f"{name}_applied" if f"{name}_applied" in ode.outputs else name for name in inputs)
-    return _plain(metric, ode, outputs, inputs, ", ".join(outputs))
+    return _plain(metric, ode, outputs, inputs, _words(outputs))
 
 
 def followed(ode: Ode) -> tuple[str, ...]:
@@ -123,8 +124,8 @@ def followed(ode: Ode) -> tuple[str, ...]:
 def _error(metric: str, name: str | None, ode: Ode) -> Watched:
     """The error of a signal, or of all that is followed, by the outputs that show it where there are such."""
     if name is not None and f"{name}_ref" not in ode.outputs:
-        words = name if ERROR.fullmatch(name) else f"{name}, which follows nothing: its error from 0"
-        return _plain(metric, ode, (name,), (name,), words)
+        remark = "" if ERROR.fullmatch(name) else f", which is from 0, as {name} follows nothing"
+        return _plain(metric, ode, (name,), (name,), name, remark)
     names = followed(ode) if name is None else (name,)
     if not names and "e" in ode.outputs:  # an equation made by hand, whose error is called as in the book
         return _plain(metric, ode, ("e",), ("e",), "e")
@@ -132,7 +133,7 @@ def _error(metric: str, name: str | None, ode: Ode) -> Watched:
         raise _nothing(metric, ode, "follows")
     y = ode.outputs.view(ode.output)
     shown = tuple(next((e for e in (f"e_{x}", "e") if _is_error(y, e, x)), "") for x in names)
-    return _plain(metric, ode, shown, names, ", ".join(shown)) if all(shown) else _less(metric, ode, names)
+    return _plain(metric, ode, shown, names, _words(shown)) if all(shown) else _less(metric, ode, names)
 
 
 def _is_error(y: Mapping[str, ca.SX], error: str, name: str) -> bool:
@@ -143,9 +144,11 @@ def _is_error(y: Mapping[str, ca.SX], error: str, name: str) -> bool:
     return all(ca.is_equal(one, other, 2) for one, other in pairs)
 
 
-def _plain(metric: str, ode: Ode, outputs: tuple[str, ...], called: tuple[str, ...], words: str) -> Watched:
+def _plain(
+    metric: str, ode: Ode, outputs: tuple[str, ...], called: tuple[str, ...], words: str, remark: str = ""
+) -> Watched:
     """Outputs as they are, whose labels are those of other outputs."""
-    return Watched(outputs, (), _units(metric, ode, outputs), _labels(ode, outputs, called), words)
+    return Watched(outputs, (), _units(metric, ode, outputs), _labels(ode, outputs, called), words, remark)
 
 
 def _less(metric: str, ode: Ode, names: tuple[str, ...]) -> Watched:
@@ -153,7 +156,11 @@ def _less(metric: str, ode: Ode, names: tuple[str, ...]) -> Watched:
     wanted = tuple(f"{name}_ref" for name in names)
     _units(metric, ode, wanted)
     units = _units(metric, ode, names)
-    return Watched(names, wanted, units, _labels(ode, names, names), ", ".join(f"{x} - {x}_ref" for x in names))
+    return Watched(names, wanted, units, _labels(ode, names, names), _words([f"{x} - {x}_ref" for x in names]))
+
+
+def _words(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"({', '.join(names)})"
 
 
 def _units(metric: str, ode: Ode, names: tuple[str, ...]) -> tuple[str, ...]:

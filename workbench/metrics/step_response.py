@@ -15,8 +15,7 @@ from workbench.validation.doors import door
 from workbench.validation.words import Array, positive
 
 NEVER = 1e30  # in the loop's arithmetic, where 0 times infinity would be NaN
-
-
+LEVELS = Choice("level")  # all that is followed
 ROUNDING = 1e-9  # a change by less, in units of a level of 1 at least, is rounding and no jump
 
 
@@ -52,7 +51,7 @@ def height(origin: ca.SX, level: ca.SX) -> ca.SX:
 class Overshoot(AbstractMetric):
     """The largest excursion beyond the new level after a jump, as a share of the jump."""
 
-    signal: Signal = Choice("level")
+    signal: Signal = LEVELS
 
     @property
     def watches(self) -> tuple[str, ...]:
@@ -104,7 +103,7 @@ class SettlingTime(AbstractMetric):
     """The longest time after a jump until the error stays within `band` times the jump; infinite if it never does."""
 
     band: float
-    signal: Signal = Choice("level")
+    signal: Signal = LEVELS
 
     def __post_init__(self) -> None:
         positive("SettlingTime(band=...)", self.band)
