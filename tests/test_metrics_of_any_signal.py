@@ -214,9 +214,7 @@ def test_what_is_no_number_for_a_while_is_no_number_in_the_end():
 
 
 def test_a_metric_of_what_a_loop_has_not_names_what_it_has():
-    with pytest.raises(
-        LookupError, match=r"'RMSE of phy' needs the output 'phy', which .* Did you mean 'phi'\?"
-    ):
+    with pytest.raises(LookupError, match=r"'RMSE of phy' needs the output 'phy', which .* Did you mean 'phi'\?"):
         measured(cart().ode(), rmse("phy"))
     with pytest.raises(LookupError, match=r"'RMSE' without a signal is of what a loop follows, and 'plant' follows"):
         measured(open_loop(Cart()), rmse())
