@@ -31,7 +31,7 @@ def test_a_table_names_each_number_with_its_unit_and_is_indexed_by_time():
     frame = runs().to_frame()
     assert frame.index.name == "t [s]"
     heads = ["x[0] [m]", "x[1] [rad]", "P[0,0] [s]", "P[1,0] [s]", "P[0,1] [s]", "P[1,1] [s]", "i [A]"]
-    assert list(frame.columns) == [*heads, "y[0]", "y_ref[0]"]
+    assert list(frame.columns) == [*heads, "y", "y_ref"]
     np.testing.assert_array_equal(frame.iloc[0, :7], [1.0, 2.0, 1.0, 3.0, 2.0, 4.0, 0.5])
 
 
@@ -44,7 +44,7 @@ def test_several_runs_are_one_table_by_run_and_time_and_one_is_one():
     held = simulate(rk4(decay(), 0.01), rates, until=1.0, every=0.5)
     frame = held.to_frame()
     assert frame.index.names == ["run", "t [s]"]
-    np.testing.assert_allclose(frame.loc[2, 1.0]["e[0]"], np.exp(-3), rtol=1e-7)  # RK4 of 10 ms
+    np.testing.assert_allclose(frame.loc[2, 1.0]["e"], np.exp(-3), rtol=1e-7)  # RK4 of 10 ms
     assert held.to_frame(2).equals(frame.loc[2])
 
 

@@ -109,7 +109,7 @@ class Trajectories:
 
     @door
     def to_frame(self, run: int | None = None) -> pd.DataFrame:
-        """A table with a column per number of the states and outputs, `q[0] [rad]`, and a row per time in s.
+        """A table with a column per number of the states and outputs, `v [V]` or `q[0] [rad]`, and a row per time in s.
 
         One run is indexed by time; all runs, where there are several and none is named, by run and time.
 
@@ -130,7 +130,8 @@ class Trajectories:
         columns: dict[str, Array] = {}
         for entry in (*states.entries, *(entry for entry in outputs.entries if entry.name not in states)):
             flat = self[entry.name][run].reshape(len(self.t), -1, order="F")
-            heads = (f"{n} [{unit}]" if unit else n for n, unit in zip(entry.labels(), entry.units, strict=True))
+            names = entry.labels() if entry.size > 1 else [entry.name]
+            heads = (f"{name} [{unit}]" if unit else name for name, unit in zip(names, entry.units, strict=True))
             columns |= zip(heads, flat.T, strict=True)
         return columns
 
