@@ -172,7 +172,9 @@ def test_the_metrics_of_an_arm_have_the_names_units_and_numbers_that_they_had():
 def test_the_energy_of_two_signals_is_the_integral_of_their_product():
     score = measured(of_time(u=ca.cos(TIME), i=2 * ca.cos(TIME)), energy(("u", "i")), until=2 * np.pi, h=np.pi / 500)
     assert score["energy of u i"].value == pytest.approx(2 * np.pi, rel=1e-9)  # Simpson's rule at a thousand points
-    with pytest.raises(LookupError, match=r"'energy' needs the output 'tau_applied', which 'of time' does not have"):
+    with pytest.raises(
+        LookupError, match=r"'energy' is of 'tau_applied' times 'qd', .* has no 'tau_applied': name a pair"
+    ):
         measured(of_time(u=TIME), energy())
     two = of_time(u=TIME, i=ca.vertcat(TIME, TIME))
     with pytest.raises(ValueError, match=r"number by number; 'u' has 1 and 'i' has 2: name two of one size"):

@@ -50,6 +50,13 @@ class Integral(AbstractMetric):
         if self.signal is not None:
             seen = watched(self.name, self.signal, ode)
             return bound(self, seen, ode, self.measure or str, signal=seen)
+        missing = [name for name in self.signals if name not in ode.outputs]
+        if missing and self.measure is not None:
+            raise LookupError(
+                f"The metric '{self.name}' is of {' times '.join(map(repr, self.signals))}, and '{ode.name}' has no "
+                f"'{missing[0]}': name a pair whose product is a power, as in `energy(power=('v', 'i'))`. It has: "
+                f"{', '.join(ode.outputs.names) or 'none'}."
+            )
         first, *others = [watched(self.name, name, ode) for name in self.signals]
         for other in others:
             if self.measure is not None and len(other.units) != len(first.units):
