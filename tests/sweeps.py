@@ -20,7 +20,7 @@ class Decay:
         rate = Entry("rate", np.array(1.0), "1/s", Bounds(0, 10))
         parameters = Layout((rate, Entry("push", np.array(0.0)), Entry("gains", np.ones(2))))
         t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
-        return Ode.of(name, states, parameters, (t, x, p), {"x": -p[0] * x + p[1]}, {"e": x})
+        return Ode.of(name, states, parameters, (t, x, p), {"x": -p[0] * x + p[1]}, {"e": x}, {"e": "rad"})
 
 
 class Explosion:

@@ -88,8 +88,8 @@ def test_a_misspelt_output_is_answered_with_what_there_is():
 
 def test_one_run_becomes_a_data_frame_indexed_by_time():
     frame = simulate(rk4(oscillator(), 0.01), until=1.0, every=0.5).to_frame()
-    assert list(frame.columns) == ["plant.q[0]", "plant.qd[0]", "q[0]", "e[0]", "q_ref[0]", "tau_applied[0]"]
-    assert frame.index.name == "t"
+    assert list(frame.columns) == ["plant.q [rad]", "plant.qd [rad/s]", "q", "e", "q_ref", "tau_applied"]
+    assert frame.index.name == "t [s]"
     assert len(frame) == 3
 
 

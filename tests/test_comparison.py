@@ -84,14 +84,16 @@ def test_results_become_a_tidy_data_frame():
     assert len(frame) == 3 * 2  # three laws, two metrics, one joint
     slow = frame[(frame.law == "slow") & (frame.metric == "IAE")].iloc[0]
     assert slow.value == pytest.approx(1 - np.exp(-2), rel=1e-6)
-    assert slow.unit == "rad s"
+    assert slow.unit == "s"  # that of an error without a unit, times seconds
     assert np.isnan(frame[frame.law == "lost"].value).all()
     assert (frame[frame.law == "lost"].diverged_at > 0.9).all()
 
 
 def test_a_metric_that_no_case_has_is_answered_with_the_nearest():
-    with pytest.raises(LookupError, match="knows no metric 'IAEE'. Did you mean 'IAE'"):
+    with pytest.raises(LookupError, match=r"knows no metric 'IAEE'\. Did you mean 'IAE'\? It knows: IAE, ISE\."):
         side_by_side("t", "c", RESULTS.outcomes, ["IAEE"], 0)
+    with pytest.raises(LookupError, match=r"knows no metric 'effort'\. It knows: IAE, ISE\."):
+        side_by_side("t", "c", RESULTS.outcomes, ["effort"], 0)
 
 
 def test_a_metric_that_one_case_lacks_leaves_its_cell_empty():

@@ -135,9 +135,9 @@ def test_a_logarithmic_axis_refuses_limits_and_lines_without_a_logarithm(wrong):
         Panel("y", (Series("a", [0, 1], [1, 2]),), yscale="log", **wrong)
 
 
-@pytest.mark.parametrize("style", [8, -1, np.int64(8)])
+@pytest.mark.parametrize("style", [12, -1, np.int64(12)])
 def test_an_unknown_style_is_refused(style):
-    with pytest.raises(ValueError, match="0 to 7"):
+    with pytest.raises(ValueError, match="0 to 11"):
         Series("a", [0], [0], style)
 
 

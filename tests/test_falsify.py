@@ -7,7 +7,7 @@ import pytest
 from workbench.core import Claim, Entry, Layout, Ode
 from workbench.core.claim import Declared
 from workbench.core.layout import Bounds
-from workbench.metrics import peak_error, rmse
+from workbench.metrics import ise, peak_error, rmse
 from workbench.metrics.integral import Integral
 from workbench.verify.ascent import slope_of
 from workbench.verify.box import Box
@@ -82,6 +82,12 @@ def test_the_gradient_of_an_integral_is_that_of_its_quadrature():
     box = Box.of(ODE, {"x": (0.0, 1.0)})
     slope = slope_of(ODE, metric, box, np.array([0.5]), 1.0, 0.01)
     np.testing.assert_allclose(slope, [1 - np.exp(-1.0)], rtol=1e-9)  # of x0 (1 - e^-1)
+
+
+def test_a_metric_of_what_the_equation_follows_has_the_gradient_of_its_error():
+    box = Box.of(ODE, {"x": (0.5, 1.0)})
+    slopes = [slope_of(ODE, metric, box, np.array([0.5]), 1.0, 0.01) for metric in (ise(), ise("e"))]
+    assert slopes[0] == slopes[1] > 0
 
 
 def test_gradients_finish_what_a_small_population_has_begun():

@@ -104,15 +104,15 @@ def test_a_law_looks_the_same_alone_and_among_others():
     def colours(series):
         return [line.get_color() for line in plot(figure(*series)).axes[0].lines]
 
-    laws = tuple(Series(f"law {k}", T, T + k, k) for k in range(8))
-    assert len(set(colours(laws))) == 8
+    laws = tuple(Series(f"law {k}", T, T + k, k) for k in range(12))
+    assert len(set(colours(laws))) == 12
     assert colours(laws[3:4]) == colours(laws)[3:4]
 
 
 def test_each_style_has_a_dash_of_its_own_or_a_width_apart():
-    lines = plot(figure(*(Series(f"law {k}", T, T, k) for k in range(8)))).axes[0].lines
+    lines = plot(figure(*(Series(f"law {k}", T, T, k) for k in range(12)))).axes[0].lines
     looks = {(str(line._unscaled_dash_pattern), line.get_linewidth()) for line in lines}
-    assert len(looks) == 8
+    assert len(looks) == 12
 
 
 def test_the_legend_is_one_above_all_panels_and_names_each_law_once():

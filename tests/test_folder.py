@@ -15,6 +15,7 @@ FILES = {
     "report.pdf",
     "tables/rmse.csv",
     "tables/rmse.tex",
+    "figures/errors.csv",
     "figures/errors.svg",
 }
 

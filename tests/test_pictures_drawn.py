@@ -148,7 +148,7 @@ def test_a_bar_that_is_not_known_leaves_its_row_empty(monkeypatch):
     assert (outlines(2.0), outlines(np.nan)) == (2, 1)
 
 
-@pytest.mark.parametrize("style", range(8))
+@pytest.mark.parametrize("style", range(12))
 def test_letters_stand_out_from_what_they_are_printed_on(style):
     """By WCAG's contrast, which asks 3 of large letters."""
 

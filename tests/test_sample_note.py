@@ -49,7 +49,7 @@ def test_a_number_without_a_unit_has_none_in_its_note():
 
 
 def test_a_metric_that_was_not_taken_is_refused_by_name():
-    with pytest.raises(LookupError, match="no 'RMS' of joint 0"):
+    with pytest.raises(LookupError, match="no number 0 of 'RMS'"):
         sample([[0.0] * 3]).note_of("RMS")
 
 

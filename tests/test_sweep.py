@@ -285,9 +285,9 @@ def test_a_sample_knows_the_design_it_was_drawn_from(tmp_path):
 
 def test_a_metric_that_was_not_taken_is_named_with_those_that_were(tmp_path):
     found = sample(tmp_path, sweep())
-    with pytest.raises(LookupError, match=r"no 'IEA' of joint 0: its metrics are IAE, ISE. Did you mean"):
+    with pytest.raises(LookupError, match=r"no number 0 of 'IEA': its metrics are IAE, ISE. Did you mean"):
         found.outputs("IEA")
-    with pytest.raises(LookupError, match="its joints are 0"):
+    with pytest.raises(LookupError, match="its numbers are 0"):
         found.outputs("IAE", 1)
 
 
@@ -307,7 +307,7 @@ def test_a_table_is_the_same_in_whatever_blocks_it_is_written(tmp_path, monkeypa
     monkeypatch.setattr(rows, "BLOCK", 7)
     assert rows.to_csv(found) == whole
     table = pd.read_csv(io.BytesIO(whole))
-    np.testing.assert_array_equal(table["IAE[0] [rad s]"], found.over_time("IAE").ravel())
+    np.testing.assert_array_equal(table["IAE[e] [rad s]"], found.over_time("IAE").ravel())
     assert len(table) == 50 * 4
 
 

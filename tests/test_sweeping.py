@@ -385,22 +385,22 @@ def test_the_runs_come_as_csv_with_the_report_and_as_mat_where_asked(command, sw
     assert list(table.columns) == [
         "run",
         "rate",
-        "IAE[0] [rad s]",
-        "IAE[0] (error) [rad s]",
-        "ISE[0] [rad^2 s]",
-        "ISE[0] (error) [rad^2 s]",
+        "IAE[e] [s]",
+        "IAE[e] (error) [s]",
+        "ISE[e] [s]",
+        "ISE[e] (error) [s]",
         "diverged at [s]",
     ]
     rate = table["rate"].to_numpy()
     # RK4 at 10 ms: below 1e-8 of the value
-    np.testing.assert_allclose(table["IAE[0] [rad s]"], (1 - np.exp(-2 * rate)) / rate, rtol=1e-7)
-    assert table["IAE[0] (error) [rad s]"].notna().to_numpy().nonzero()[0].tolist() == [0, 16, 32]
+    np.testing.assert_allclose(table["IAE[e] [s]"], (1 - np.exp(-2 * rate)) / rate, rtol=1e-7)
+    assert table["IAE[e] (error) [s]"].notna().to_numpy().nonzero()[0].tolist() == [0, 16, 32]
     done = command("results", "out", "--format", "mat")
     assert done.stdout.startswith(os.path.join("out", "runs", "decay.mat") + ": 40 runs, 0 of them diverged; seed 0;")
     held = loadmat(tmp_path / "out" / "runs" / "decay.mat")
     np.testing.assert_array_equal(held["factors"][:, 0], rate)
-    np.testing.assert_array_equal(held["metrics"][:, 0, 0], table["IAE[0] [rad s]"])
-    assert held["metric_names"][1, 0].item() == "ISE[0] [rad^2 s]"
+    np.testing.assert_array_equal(held["metrics"][:, 0, 0], table["IAE[e] [s]"])
+    assert held["metric_names"][1, 0].item() == "ISE[e] [s]"
 
 
 def test_the_runs_come_as_parquet_where_its_library_is(command, swept, tmp_path):

@@ -133,7 +133,7 @@ def test_every_point_of_a_search_is_in_a_table(command, tuned, tmp_path):
     command("run", tuned, "--out", "out")
     table = pd.read_csv(tmp_path / "out" / "runs" / "pd_step.csv")
     assert len(table) == 80
-    objective = table["ISE[0] [rad^2 s]"] + 20 * table["effort[0] [N m]"] ** 2
+    objective = table["ISE[e] [rad^2 s]"] + 20 * table["effort[tau] [N m]"] ** 2
     best = pd.read_csv(tmp_path / "out" / "runs" / "pd_step_half.csv").iloc[0]
     assert best["Kp"] == table["Kp"][np.argmin(objective)]
 

@@ -24,7 +24,8 @@ class DoubleIntegrator:
         parameters = Layout((Entry("Kp", np.array(0.5), "1/s^2"), Entry("Kd", np.array(0.5), "1/s")))
         t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
         tau = -p[0] * x[0] - p[1] * x[1]
-        return Ode.of(name, states, parameters, (t, x, p), {"q": x[1], "qd": tau}, {"e": x[0], "tau_applied": tau})
+        outputs, units = {"e": x[0], "tau_applied": tau}, {"e": "rad", "tau_applied": "N m"}
+        return Ode.of(name, states, parameters, (t, x, p), {"q": x[1], "qd": tau}, outputs, units)
 
 
 GAINS = (Factor("Kp", ("Kp",), LogUniform(0.1, 10.0)), Factor("Kd", ("Kd",), LogUniform(0.1, 10.0)))

@@ -11,22 +11,12 @@ from typing import Any
 
 __version__ = "0.1.0"
 
-# Each public name and the room that it comes from; `Name: room.Other` where it is called otherwise there.
-ROOMS = {
-    "core": ("Layout", "Ode", "Sampled", "Signals", "block", "initial", "layout", "lift", "option", "parameter", "rk4"),
-    "loop": ("ClosedLoop", "Instruments", "open_loop", "roles"),
-    "plants": (
-        "BuckConverter",
-        "CartPole",
-        "DCMotor",
-        "FurutaPendulum",
-        "Manipulator",
-        "OdePlant",
-        "PlanarQuadrotor",
-        "Quadrotor",
-        "QuadrupleTank",
-        "SingleTrackVehicle",
-        "StirredTank",
-        "TwoMasses",
-    ),
-}
+_HOMES = {"plot": ("workbench.report.figures.runs", "plot_runs")}
+
+
+def __getattr__(name: str) -> Any:
+    """A name of the face, loaded from its file when it is first asked for."""
+    if name not in _HOMES:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    file, held = _HOMES[name]
+    return getattr(import_module(file), held)

@@ -40,6 +40,8 @@ class Ode:
         Of a loop, the outputs that follow a reference, each beside what is wanted of it (`x_ref`), and the commands.
     horizon
         The last time at which the equations hold, in s: that of the last row of a table, say.
+    counts
+        What the numbers of its vectors count: 'joint' of an arm; empty where they go by their indices.
 
     Raises
     ------
@@ -64,6 +66,7 @@ class Ode:
     follows: tuple[str, ...] = ()
     drives: tuple[str, ...] = ()
     horizon: float = math.inf
+    counts: str = ""
 
     WAYS: ClassVar = {"ClosedLoop": "a loop becomes one by its method `ode()`"}
 

@@ -262,6 +262,7 @@ def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
         follows=() if outside.cut.size else closed.follows,
         drives=inputs.names,
         horizon=horizon(closed),
+        counts=closed.plant.counts,
     )
 
 
@@ -287,4 +288,5 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     watched = outputs.flatten({name: ca.densify(part) for name, part in y.only(outputs).items()})
     p = ca.vertcat(lifted.symbols, u)
     equations, ends = (t, x, p, states.flatten(rate), watched), horizon(plant)
-    return Ode(name, states, lifted.layout + inputs, outputs, *equations, inputs=inputs.names, horizon=ends)
+    ode = Ode(name, states, lifted.layout + inputs, outputs, *equations, inputs=inputs.names, horizon=ends)
+    return replace(ode, counts=plant.counts)

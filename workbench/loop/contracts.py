@@ -36,10 +36,13 @@ class AbstractPlant(ABC):
 
     Attributes
     ----------
+    counts
+        What the numbers of its vectors count: 'joint' of an arm; empty where they go by their indices.
     period
         Of a plant in discrete time, which has an `update` in place of a `rate`, in s; else None.
     """
 
+    counts: str = ""
     period: float | None = None
 
     @property

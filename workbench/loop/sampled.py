@@ -70,7 +70,7 @@ def digital(
     equations = (states.flatten(moves), outputs.flatten(watched))
     flow = Ode(name, states, parameters, outputs, t, x, p, *equations, inputs=outside.layout.names)
     follows = () if outside.cut.size else loop.follows
-    flow = replace(flow, notes=notes(loop), horizon=horizon(loop))
+    flow = replace(flow, notes=notes(loop), horizon=horizon(loop), counts=loop.plant.counts)
     flow = replace(flow, follows=follows, drives=loop.plant.inputs.names)
     return Sampled(flow, period, k, w, states.flatten(after), methods(loop, fine))
 

@@ -1,4 +1,4 @@
-"""One number per run and joint, accumulated inside the loop, with its error from a halved step."""
+"""One number per run and number of a signal, accumulated inside the loop, with its error from a halved step."""
 
 from workbench.metrics.accumulated import measured
 from workbench.metrics.catalogue import (
@@ -10,12 +10,14 @@ from workbench.metrics.catalogue import (
     late_error,
     observer_error,
     overshoot,
+    peak,
     peak_error,
     peak_torque,
     rmse,
     sampled_rmse,
     settling_time,
     total_variation,
+    violation,
 )
 from workbench.metrics.contract import AbstractMetric
 from workbench.metrics.measure import measure, measure_alike
@@ -36,10 +38,12 @@ __all__ = [
     "measured",
     "observer_error",
     "overshoot",
+    "peak",
     "peak_error",
     "peak_torque",
     "rmse",
     "sampled_rmse",
     "settling_time",
     "total_variation",
+    "violation",
 ]

@@ -11,12 +11,11 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode, Sampled, Step, stepper, with_quadrature
-from workbench.metrics.contract import AbstractMetric
-from workbench.validation.doors import answer, door
-from workbench.validation.kinds import fit_of
-from workbench.validation.words import MOST, described, multiple, nearest, seconds, several, text
+from workbench.metrics.contract import AbstractMetric, watches
+from workbench.metrics.signals import refuse_unknown
+from workbench.validation.doors import door
+from workbench.validation.words import MOST, multiple, seconds, text
 
-NAMES = fit_of(tuple[str, ...])
 LARGEST_RATIO = 1000  # in the ratio of two sample times that have a common divisor
 
 
@@ -74,7 +73,7 @@ def maker(equation: Ode | Sampled, metrics: Sequence[AbstractMetric]) -> Callabl
 def _with_memories(step: Step, metrics: Sequence[AbstractMetric]) -> Step:
     """The step with what its metrics keep in mind updated beside its states."""
     outputs, rule = step.outputs, step.rule
-    memories = (m.memory(outputs[watched(m)[0]].size).prefixed(f"{m.name}.") for m in metrics)
+    memories = (m.memory(len(m.labels)).prefixed(f"{m.name}.") for m in metrics)
     extra = sum(memories, Layout())
     if not extra.size:
         return step
@@ -98,28 +97,18 @@ def _check_grids(metrics: Sequence[AbstractMetric], h: float) -> None:
 def resolved(
     equation: Ode | Sampled, metrics: Sequence[AbstractMetric], horizon: float = np.inf
 ) -> tuple[AbstractMetric, ...]:
-    """The metrics with the units of what they watch, once each is found to mean something for `equation`."""
+    """The metrics of `equation`, with the units and labels of what they watch, each of which means something for it."""
     ode = _flow(equation)
     names = [text("metric(name=...)", metric.name, empty=False) for metric in metrics]
     if len(set(names)) < len(names):
         raise ValueError(f"`measured(metrics=...)` needs distinct names; got {names}.")
-    for m in metrics:
-        for signal in watched(m):
-            if signal not in ode.outputs:
-                known = nearest(signal, ode.outputs.names) or f" It has: {', '.join(ode.outputs.names) or 'none'}."
-                raise LookupError(
-                    f"The metric {described(m.name)} needs the output {described(signal)}, which '{ode.name}' does not "
-                    f"have.{known}"
-                )
+    bound = tuple(m.of(ode) for m in metrics)
+    for m in bound:
+        for signal in watches(m):
+            refuse_unknown(m.name, signal, ode)
         _grid(m)
         m.check(ode, horizon)
-    return tuple(m if m.unit else replace(m, unit=ode.outputs[watched(m)[0]].unit) for m in metrics)
-
-
-def watched(metric: AbstractMetric) -> tuple[str, ...]:
-    """The outputs that a metric watches."""
-    call, must = f"{type(metric).__name__}.watches", f"be a tuple of outputs, for the metric '{metric.name}'"
-    return several(call, answer(call, must, lambda: metric.watches, NAMES), str, 1)
+    return bound
 
 
 def _grid(metric: AbstractMetric) -> float | None:

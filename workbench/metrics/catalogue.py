@@ -1,17 +1,25 @@
-"""The metrics by the names they have in the field."""
+"""The metrics by the names they have in the field, of any signal, in its unit.
+
+Without a signal a metric of an error is of the errors of what the loop follows, and one of an input of what acts on the
+plant where it is driven. With the name of a signal that follows a reference it is of the error of that signal, with any
+other of the signal itself.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from workbench.metrics.integral import Integral
 from workbench.metrics.sampled import Peak, SampledRms, TotalVariation
+from workbench.metrics.signals import Choice
 from workbench.metrics.step_response import Overshoot, SettlingTime
+from workbench.metrics.units import product, work
 from workbench.validation.doors import door
-from workbench.validation.words import Array, finite, known, positive, seconds
-
-OBSERVED = {"q_error": "rad", "qd_error": "rad/s", "d_error": "N m"}
+from workbench.validation.words import Array, described, finite, numbers, positive, seconds, vector
 
 
 def _whole(integral: Array, horizon: float) -> Array:
@@ -23,99 +31,180 @@ def _root_mean(integral: Array, horizon: float) -> Array:
     return np.sqrt(np.maximum(integral, 0) / horizon)
 
 
-def _named(name: str, signal: str) -> str:
-    return name if signal == "e" else f"{name} of {signal}"
+def _square(t: ca.SX, e: ca.SX) -> ca.SX:
+    del t
+    return e**2
+
+
+def _named(name: str, signal: str | None) -> str:
+    return name if signal is None else f"{name} of {signal}"
+
+
+def _error(
+    name: str,
+    signal: str | None,
+    about: str,
+    g: Callable[[ca.SX, ca.SX], ca.SX],
+    finish: Callable[[Array, float], Array],
+    measure: Callable[[str], str] = str,
+) -> Integral:
+    """An integral of the error of a signal."""
+    return Integral(name, "", about, g, finish, signal=Choice("error", signal), measure=measure)
+
+
+def _over_time(order: int, seconds: int) -> Callable[[str], str]:
+    """The unit of an integral over time: that of the signal to some power, times that of time to another."""
+    return lambda unit: product((unit, order), ("s", seconds))
 
 
 @door
-def rmse(signal: str = "e", unit: str | None = None, name: str | None = None) -> Integral:
-    """sqrt(1/T integral of e^2 dt): what (43) of the paper becomes as its samples grow dense.
-
-    Without a unit it has that of the signal, and without a name that of the metric and the signal.
-    """
-    about = f"root mean square of {signal}"
-    return Integral(
-        name or _named("RMSE", signal), unit or "", about, lambda t, y: y[signal] ** 2, _root_mean, (signal,)
-    )
+def rmse(signal: str | None = None, name: str | None = None) -> Integral:
+    """sqrt(1/T integral of e^2 dt): what (43) of the paper becomes as its samples grow dense."""
+    return _error(name or _named("RMSE", signal), signal, "root mean square of {}", _square, _root_mean)
 
 
 @door
-def sampled_rmse(sample: float, signal: str = "e", unit: str | None = None, name: str | None = None) -> SampledRms:
+def sampled_rmse(sample: float, signal: str | None = None, name: str | None = None) -> SampledRms:
     """sqrt(1/N sum of e(t_k)^2), equation (43) of the paper, on a grid of `sample` s that begins at t = 0."""
     sample = seconds("sampled_rmse(sample=...)", sample)
-    about = f"root mean square of {signal} over samples every {1000 * sample:g} ms"
-    return SampledRms(name or _named("RMSE (43)", signal), unit or "", about, signal, sample)
+    about = f"root mean square of {{}} over samples every {1000 * sample:g} ms"
+    return SampledRms(name or _named("RMSE (43)", signal), "", about, Choice("error", signal), sample)
 
 
-def iae() -> Integral:
+@door
+def iae(signal: str | None = None) -> Integral:
     """Integral of |e| dt."""
-    return Integral("IAE", "rad s", "integral of |e|", lambda t, y: ca.fabs(y["e"]), _whole)
+    size = _over_time(1, 1)
+    return _error(_named("IAE", signal), signal, "integral of |{}|", lambda t, e: ca.fabs(e), _whole, size)
 
 
-def ise() -> Integral:
+@door
+def ise(signal: str | None = None) -> Integral:
     """Integral of e^2 dt."""
-    return Integral("ISE", "rad^2 s", "integral of e^2", lambda t, y: y["e"] ** 2, _whole)
+    return _error(_named("ISE", signal), signal, "integral of {}^2", _square, _whole, _over_time(2, 1))
 
 
-def itae() -> Integral:
+@door
+def itae(signal: str | None = None) -> Integral:
     """Integral of t |e| dt."""
-    return Integral("ITAE", "rad s^2", "integral of t |e|", lambda t, y: t * ca.fabs(y["e"]), _whole)
+    size = _over_time(1, 2)
+    return _error(_named("ITAE", signal), signal, "integral of t |{}|", lambda t, e: t * ca.fabs(e), _whole, size)
 
 
-def effort() -> Integral:
-    """Root mean square of the torque that acts."""
-    about = "root mean square of the applied torque"
-    return Integral("effort", "N m", about, lambda t, y: y["tau_applied"] ** 2, _root_mean, ("tau_applied",))
+@door
+def effort(signal: str | None = None) -> Integral:
+    """Root mean square of an input, as it acts on the plant unless a signal is named."""
+    about = "root mean square of {}"
+    return Integral(_named("effort", signal), "", about, _square, _root_mean, signal=Choice("input", signal))
 
 
-def energy() -> Integral:
-    """Integral of |tau qd| dt: the mechanical energy moved either way, none of it recovered."""
-    about = "integral of |tau qd|, nothing recovered"
-    return Integral(
-        "energy", "J", about, lambda t, y: ca.fabs(y["tau_applied"] * y["qd"]), _whole, ("tau_applied", "qd")
-    )
+@door
+def energy(power: tuple[str, str] = ("tau_applied", "qd")) -> Integral:
+    """Integral of |u v| dt of an effort u and a flow v: the energy moved either way, none of it recovered.
+
+    Parameters
+    ----------
+    power
+        The two signals whose product is a power: torque and velocity of an arm, voltage and current of a motor.
+    """
+    u, v = power
+    about = f"integral of |{u} {v}|, nothing recovered"
+    name = "energy" if power == ("tau_applied", "qd") else f"energy of {u} {v}"
+    return Integral(name, "", about, lambda t, y: ca.fabs(y[u] * y[v]), _whole, power, measure=work)
 
 
 @door
 def observer_error(signal: str) -> Integral:
-    """Root mean square of an observer's error: `q_error`, `qd_error` or `d_error`."""
-    signal = known(signal, OBSERVED, "errors of an observer")
-    return rmse(signal, OBSERVED[signal], f"RMS {signal}")
-
-
-def peak_error() -> Peak:
-    """Largest |e|."""
-    return Peak("peak error", "rad", "largest |e|", "e")
+    """Root mean square of an observer's error: `x_error` of a signal x that it estimates."""
+    return rmse(signal, f"RMS {signal}")
 
 
 @door
-def late_error(after: float) -> Peak:
+def peak_error(signal: str | None = None) -> Peak:
+    """Largest |e|."""
+    return Peak(_named("peak error", signal), "", "largest |{}|", Choice("error", signal))
+
+
+@door
+def late_error(after: float, signal: str | None = None) -> Peak:
     """Largest |e| from `after` s on: what the steady state leaves, once the start is forgotten."""
     after = finite("late_error(after=...)", after, " of seconds", low=0)
-    return Peak("late error", "rad", f"largest |e| from {after:g} s on", "e", after)
+    return Peak(_named("late error", signal), "", f"largest |{{}}| from {after:g} s on", Choice("error", signal), after)
+
+
+@door
+def peak(signal: str | None = None) -> Peak:
+    """Largest absolute value of an input, as it acts on the plant unless a signal is named."""
+    return Peak(_named("peak", signal), "", "largest |{}|", Choice("input", signal))
 
 
 def peak_torque() -> Peak:
-    """Largest |tau| that acts."""
-    return Peak("peak torque", "N m", "largest |tau| applied", "tau_applied")
+    """Largest |tau| that acts on an arm."""
+    return Peak("peak torque", "", "largest |tau| applied", "tau_applied")
 
 
 @door
-def total_variation(sample: float) -> TotalVariation:
-    """Total variation of the applied torque per second on a grid of `sample` s."""
+def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Integral]:
+    """How far a signal is beyond its limits at worst, and for how many seconds it is: two metrics.
+
+    Parameters
+    ----------
+    low, high
+        A limit for all numbers of the signal, or one for each; None where there is none.
+
+    Raises
+    ------
+    ValueError
+        If there is no limit, one is no number, or no number lies between them.
+    """
+    least, most = _limit("low", low, -np.inf), _limit("high", high, np.inf)
+    if not np.all(least < most) or np.isinf([*least, *most]).all():
+        raise ValueError(
+            "`violation(low=..., high=...)` must be numbers with room between them, at least one of them finite, as "
+            f"nothing else can be left; got {described(low)} and {described(high)}."
+        )
+
+    def beyond(e: ca.SX) -> ca.SX:
+        for limit in (least, most):
+            vector("violation(low=..., high=...)", limit, limit.size if limit.size == 1 else e.numel(), "signal")
+        above, below = e - ca.DM(most), ca.DM(least) - e
+        return ca.if_else(above > below, above, below)
+
+    def outside(t: ca.SX, e: ca.SX) -> ca.SX:
+        del t
+        far = beyond(e)
+        return ca.if_else(far > 0, 1, ca.if_else(far <= 0, 0, far))  # which is no number where e is none
+
+    of, ends = Choice("input", signal), (("below", low), ("above", high))
+    where = " or ".join(f"{side} {described(end)}" for side, end in ends if end is not None)
+    return (
+        Peak(f"violation of {signal}", "", f"how far {{}} is {where} at worst", of, size=beyond),
+        Integral(f"time of violation of {signal}", "s", f"time in which {{}} is {where}", outside, _whole, signal=of),
+    )
+
+
+def _limit(side: str, given: Any, none: float) -> Array:
+    return np.atleast_1d(none if given is None else numbers(f"violation({side}=...)", given))
+
+
+@door
+def total_variation(sample: float, signal: str | None = None) -> TotalVariation:
+    """Total variation per second, on a grid of `sample` s, of an input, as it acts on the plant unless one is named."""
     sample = seconds("total_variation(sample=...)", sample)
-    about = f"total variation of the applied torque per second, sampled every {1000 * sample:g} ms"
-    return TotalVariation("TV", "N m/s", about, "tau_applied", sample)
-
-
-def overshoot() -> Overshoot:
-    """Largest excursion beyond the new level after a jump of the reference, in percent of the jump."""
-    return Overshoot("overshoot", "%", "largest excursion beyond a new level, in percent of the jump")
+    about = f"total variation of {{}} per second, sampled every {1000 * sample:g} ms"
+    return TotalVariation(_named("TV", signal), "", about, Choice("input", signal), sample)
 
 
 @door
-def settling_time(band: float = 0.02) -> SettlingTime:
+def overshoot(signal: str | None = None) -> Overshoot:
+    """Largest excursion beyond the new level after a jump of the reference, in percent of the jump."""
+    about = "largest excursion beyond a new level, in percent of the jump"
+    return Overshoot(_named("overshoot", signal), "%", about, Choice("level", signal))
+
+
+@door
+def settling_time(signal: str | None = None, band: float = 0.02) -> SettlingTime:
     """Longest time after a jump of the reference until the error stays within `band` of the jump."""
     band = positive("settling_time(band=...)", band)
     about = f"longest time after a jump until the error stays within {100 * band:g} % of the jump"
-    return SettlingTime("settling time", "s", about, band)
+    return SettlingTime(_named("settling time", signal), "s", about, band, Choice("level", signal))

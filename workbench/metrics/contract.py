@@ -6,15 +6,16 @@ import functools
 import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
 
 import casadi as ca
 
 from workbench.core import Layout, Ode
+from workbench.metrics.signals import Signal, watched
 from workbench.validation.doors import answer, door
 from workbench.validation.kinds import KindError, fit_of
-from workbench.validation.words import Array, described
+from workbench.validation.words import Array, described, several
 
 # Outputs of a loop, or the memory of a metric, by name.
 Parts = Mapping[str, ca.SX]
@@ -23,20 +24,44 @@ Parts = Mapping[str, ca.SX]
 @dataclass(frozen=True)
 @door
 class AbstractMetric(ABC):
-    """A number per run and joint with its name and unit; without a unit it has that of the first output it watches.
+    """A number per run and number of a signal, with its name and unit.
 
     What its methods are given, and what they give, is held to the types and shapes stated here.
+
+    Attributes
+    ----------
+    unit
+        Where it is empty, the metric has that of the first output it watches. Numbers of several units name them one
+        by one, as in "m, rad".
+    labels
+        What each of its numbers belongs to, as the equation tells that it is measured of.
     """
 
     name: str
     unit: str
     about: str
+    labels: tuple[str, ...] = field(default=(), kw_only=True)
 
     def __init_subclass__(cls) -> None:
         for name in ANSWERS.keys() & vars(cls).keys():
             own = vars(cls)[name]
             if not getattr(own, "__isabstractmethod__", False):
                 setattr(cls, name, _faithful(name, own))
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each of its numbers."""
+        several = tuple(self.unit.split(", "))
+        return several if len(several) == len(self.labels) else (self.unit,) * len(self.labels)
+
+    @property
+    def is_time(self) -> bool:
+        """Whether it is a time, which is known to one step at best."""
+        return self.unit == "s"
+
+    def of(self, ode: Ode) -> AbstractMetric:
+        """The metric of this equation: with what it watches there, its unit and its labels."""
+        return bound(self, watches(self)[0], ode)
 
     @property
     @abstractmethod
@@ -57,8 +82,8 @@ class AbstractMetric(ABC):
         """What is integrated over time, (k, 1), or None."""
 
     @abstractmethod
-    def memory(self, joints: int) -> Layout:
-        """What is updated at each step."""
+    def memory(self, size: int) -> Layout:
+        """What is updated at each step, of a metric of so many numbers."""
 
     @abstractmethod
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
@@ -69,15 +94,34 @@ class AbstractMetric(ABC):
         """The metric (B, k) from the integral (B, k) and the memory at the horizon."""
 
 
+NAMES = fit_of(tuple[str, ...])
 A_COLUMN, PARTS, A_LAYOUT, ROWS, NOTHING = map(fit_of, (ca.SX, Parts, Layout, Array, type(None)))
 
 
-def column(given: Any) -> ca.SX:
+def watches(metric: AbstractMetric) -> tuple[str, ...]:
+    """The outputs that a metric watches."""
+    call, must = f"{type(metric).__name__}.watches", f"be a tuple of outputs, for the metric '{metric.name}'"
+    return several(call, answer(call, must, lambda: metric.watches, NAMES), str, 1)
+
+
+Own = TypeVar("Own", bound=AbstractMetric)
+
+
+def bound(metric: Own, signal: Signal, ode: Ode, measure: Callable[[str], str] = str, /, **parts: Any) -> Own:
+    """A metric of a signal of this equation, whose units are measured from those of the signal where it has none."""
+    seen = watched(metric.name, signal, ode)
+    units = [measure(unit) for unit in seen.units]
+    unit = metric.unit or (units[0] if len(set(units)) == 1 else ", ".join(units))
+    about = metric.about if metric.labels else metric.about.replace("{}", seen.words) + seen.remark  # said once
+    return replace(metric, unit=unit, about=about, labels=seen.labels, **parts)
+
+
+def expression(given: Any) -> ca.SX:
     """An expression (k, 1), for an answer that must be one."""
-    expression: ca.SX = A_COLUMN(given)
-    if expression.shape[1] != 1 or expression.numel() == 0:
-        raise KindError("", f"one of shape {expression.shape}")
-    return expression
+    column: ca.SX = A_COLUMN(given)
+    if column.shape[1] != 1 or column.numel() == 0:
+        raise KindError("", f"one of shape {column.shape}")
+    return column
 
 
 def _updates(given: Any, k: Any, h: Any, z: Parts, y: Any) -> Parts:
@@ -98,7 +142,7 @@ def _rows(given: Any, integral: Array, *_: Any) -> Array:
 # What each method must give, in words, and what makes it fit, which sees the arguments too.
 ANSWERS: dict[str, tuple[str, Callable[..., Any]]] = {
     "check": ("raise a `ValueError` or give None", lambda given, *_: NOTHING(given)),
-    "integrand": ("give an expression (k, 1) or None", lambda given, *_: None if given is None else column(given)),
+    "integrand": ("give an expression (k, 1) or None", lambda given, *_: None if given is None else expression(given)),
     "memory": ("give a `Layout`", lambda given, *_: A_LAYOUT(given)),
     "update": ("give an expression of the same shape for each name in z", _updates),
     "value": ("give numbers (B, k), a row for each run", _rows),

@@ -196,7 +196,7 @@ def _judged(metrics: Sequence[AbstractMetric], pair: _Pair, tolerance: float | N
     """The metrics of both runs of each pair held against one another, and against the tolerance."""
     values, rough = final_values(pair.fine, metrics), final_values(pair.coarse, metrics)
     scores = {
-        m.name: Score(m, values[m.name], change(values[m.name], rough[m.name], pair.h if m.unit == "s" else 0.0))
+        m.name: Score(m, values[m.name], change(values[m.name], rough[m.name], pair.h if m.is_time else 0.0))
         for m in metrics
     }
     check = None

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
-from workbench.metrics.contract import AbstractMetric, Parts
+from workbench.metrics.contract import AbstractMetric, Parts, bound
+from workbench.metrics.signals import Signal, column, names_of, watched
+from workbench.metrics.units import product
 from workbench.validation.doors import door
 from workbench.validation.words import Array, finite, seconds
 
@@ -22,10 +24,17 @@ def on_grid(k: ca.SX, h: ca.SX, sample: float) -> ca.SX:
 @dataclass(frozen=True)
 @door
 class Peak(AbstractMetric):
-    """The largest absolute value of an output over all steps, from `after` seconds on."""
+    """The largest absolute value of a signal over all steps, from `after` seconds on.
 
-    signal: str
+    Attributes
+    ----------
+    size
+        What is to be largest in place of the absolute value, of the column of the signal; it counts where positive.
+    """
+
+    signal: Signal
     after: float = 0.0
+    size: Callable[[ca.SX], ca.SX] = ca.fabs
 
     def __post_init__(self) -> None:
         finite("Peak(after=...)", self.after, " of seconds", low=0)
@@ -33,7 +42,12 @@ class Peak(AbstractMetric):
     @property
     def watches(self) -> tuple[str, ...]:
         """Its signal."""
-        return (self.signal,)
+        return names_of(self.signal)
+
+    def of(self, ode: Ode) -> AbstractMetric:
+        """With the signal as this equation has it."""
+        seen = watched(self.name, self.signal, ode)
+        return bound(self, seen, ode, signal=seen)
 
     @property
     def grid(self) -> float | None:
@@ -54,14 +68,15 @@ class Peak(AbstractMetric):
         del t, y
         return None
 
-    def memory(self, joints: int) -> Layout:
+    def memory(self, size: int) -> Layout:
         """The largest so far."""
-        return Layout((Entry("peak", np.zeros(joints)),))
+        return Layout((Entry("peak", np.zeros(size)),))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """The larger of what was and what is."""
         late = k * h >= self.after - h / 2
-        return {"peak": ca.fmax(z["peak"], ca.if_else(late, ca.fabs(y[self.signal]), 0))}
+        size = ca.if_else(late, self.size(column(self.signal, y)), 0)
+        return {"peak": ca.if_else(z["peak"] >= size, z["peak"], size)}  # no number is never less, and so stays
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
         """The largest."""
@@ -77,7 +92,7 @@ class TotalVariation(AbstractMetric):
     It depends on the grid, which is why the grid is part of the metric and not of the step.
     """
 
-    signal: str
+    signal: Signal
     sample: float
 
     def __post_init__(self) -> None:
@@ -86,7 +101,12 @@ class TotalVariation(AbstractMetric):
     @property
     def watches(self) -> tuple[str, ...]:
         """Its signal."""
-        return (self.signal,)
+        return names_of(self.signal)
+
+    def of(self, ode: Ode) -> AbstractMetric:
+        """With the signal as this equation has it."""
+        seen = watched(self.name, self.signal, ode)
+        return bound(self, seen, ode, lambda unit: product((unit, 1), ("s", -1)), signal=seen)
 
     @property
     def grid(self) -> float | None:
@@ -107,13 +127,13 @@ class TotalVariation(AbstractMetric):
         del t, y
         return None
 
-    def memory(self, joints: int) -> Layout:
+    def memory(self, size: int) -> Layout:
         """The sum so far and the last sample."""
-        return Layout((Entry("sum", np.zeros(joints)), Entry("last", np.zeros(joints))))
+        return Layout((Entry("sum", np.zeros(size)), Entry("last", np.zeros(size))))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """On the grid the change since the last sample is added."""
-        u, sampled, first = y[self.signal], on_grid(k, h, self.sample), k == 0
+        u, sampled, first = column(self.signal, y), on_grid(k, h, self.sample), k == 0
         change = ca.if_else(first, 0, ca.fabs(u - z["last"]))
         return {
             "sum": z["sum"] + ca.if_else(sampled, change, 0),
@@ -135,7 +155,7 @@ class SampledRms(AbstractMetric):
     to the sum, whatever the sample time. The grid is therefore part of the metric.
     """
 
-    signal: str
+    signal: Signal
     sample: float
 
     def __post_init__(self) -> None:
@@ -144,7 +164,12 @@ class SampledRms(AbstractMetric):
     @property
     def watches(self) -> tuple[str, ...]:
         """Its signal."""
-        return (self.signal,)
+        return names_of(self.signal)
+
+    def of(self, ode: Ode) -> AbstractMetric:
+        """With the signal as this equation has it."""
+        seen = watched(self.name, self.signal, ode)
+        return bound(self, seen, ode, signal=seen)
 
     @property
     def grid(self) -> float | None:
@@ -160,15 +185,15 @@ class SampledRms(AbstractMetric):
         del t, y
         return None
 
-    def memory(self, joints: int) -> Layout:
+    def memory(self, size: int) -> Layout:
         """The sum of squares and the number of samples so far."""
-        return Layout((Entry("sum", np.zeros(joints)), Entry("count", np.zeros(joints))))
+        return Layout((Entry("sum", np.zeros(size)), Entry("count", np.zeros(size))))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """On the grid one sample more."""
         sampled = on_grid(k, h, self.sample)
         return {
-            "sum": z["sum"] + ca.if_else(sampled, y[self.signal] ** 2, 0),
+            "sum": z["sum"] + ca.if_else(sampled, column(self.signal, y) ** 2, 0),
             "count": z["count"] + ca.if_else(sampled, 1, 0),
         }
 

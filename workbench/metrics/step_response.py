@@ -1,4 +1,4 @@
-"""Metrics of what follows a jump of a piecewise constant reference; the start counts as a jump from q(0)."""
+"""Metrics of what follows a jump of a piecewise constant reference; the start counts as a jump from where it is."""
 
 from __future__ import annotations
 
@@ -9,37 +9,36 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
-from workbench.metrics.contract import AbstractMetric, Parts
+from workbench.metrics.contract import AbstractMetric, Parts, bound
+from workbench.metrics.signals import Choice, Signal, Watched, levels, names_of, watched
 from workbench.validation.doors import door
 from workbench.validation.words import Array, positive
 
 NEVER = 1e30  # in the loop's arithmetic, where 0 times infinity would be NaN
-
-
+LEVELS = Choice("level")  # all that is followed
 ROUNDING = 1e-9  # a change by less, in units of a level of 1 at least, is rounding and no jump
 
 
-def refuse_moving_reference(name: str, ode: Ode) -> None:
+def refuse_moving_reference(name: str, signal: Signal, ode: Ode) -> None:
     """Refuse a reference that is not piecewise constant in time.
 
     Its derivative, as an expression, must be zero: floor, sign and comparisons have a derivative of
     zero, so steps and square waves pass.
     """
-    ode.outputs.slice("q_ref")  # refuses an equation without one
-    q_ref = ode.outputs.view(ode.output)["q_ref"]
-    if ca.sparsify(ca.jacobian(q_ref, ca.vertcat(ode.t, ode.x))).nnz():
+    _, wanted = levels(signal, ode.outputs.view(ode.output))
+    if ca.sparsify(ca.jacobian(wanted, ca.vertcat(ode.t, ode.x))).nnz():
+        names = ", ".join(signal.wanted if isinstance(signal, Watched) else ())
         raise ValueError(
             f"The metric '{name}' needs a piecewise constant reference, as it is measured from one jump to the next; "
-            f"the q_ref of '{ode.name}' moves. Use steps or a square wave, or `peak_error()` and `late_error(...)`."
+            f"the {names} of '{ode.name}' moves. Use steps or a square wave, or `peak_error()` and `late_error(...)`."
         )
 
 
-def jump(k: ca.SX, z: Parts, y: Parts) -> tuple[ca.SX, ca.SX, ca.SX]:
-    """Whether the reference has just jumped, and the level from which and to which it did."""
-    q_ref, first = y["q_ref"], k == 0
-    jumped = ca.logic_or(first, height(z["level"], q_ref) != 0)
-    origin = ca.if_else(first, y["q"], ca.if_else(jumped, z["level"], z["origin"]))
-    return jumped, origin, q_ref
+def jump(k: ca.SX, z: Parts, actual: ca.SX, wanted: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """Whether the reference has just jumped, and the level from which it did."""
+    first = k == 0
+    jumped = ca.logic_or(first, height(z["level"], wanted) != 0)
+    return jumped, ca.if_else(first, actual, ca.if_else(jumped, z["level"], z["origin"]))
 
 
 def height(origin: ca.SX, level: ca.SX) -> ca.SX:
@@ -52,10 +51,17 @@ def height(origin: ca.SX, level: ca.SX) -> ca.SX:
 class Overshoot(AbstractMetric):
     """The largest excursion beyond the new level after a jump, as a share of the jump."""
 
+    signal: Signal = LEVELS
+
     @property
     def watches(self) -> tuple[str, ...]:
-        """The joint and its reference."""
-        return ("q", "q_ref")
+        """The signal and what is wanted of it."""
+        return names_of(self.signal)
+
+    def of(self, ode: Ode) -> AbstractMetric:
+        """With the signal as this equation has it."""
+        seen = watched(self.name, self.signal, ode)
+        return bound(self, seen, ode, signal=seen)
 
     @property
     def grid(self) -> float | None:
@@ -65,24 +71,25 @@ class Overshoot(AbstractMetric):
     def check(self, ode: Ode, horizon: float) -> None:
         """The reference must be piecewise constant."""
         del horizon
-        refuse_moving_reference(self.name, ode)
+        refuse_moving_reference(self.name, self.signal, ode)
 
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """None."""
         del t, y
         return None
 
-    def memory(self, joints: int) -> Layout:
+    def memory(self, size: int) -> Layout:
         """The levels of the last jump and the largest excursion so far."""
-        return Layout(tuple(Entry(name, np.zeros(joints)) for name in ("level", "origin", "excess")))
+        return Layout(tuple(Entry(name, np.zeros(size)) for name in ("level", "origin", "excess")))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """The larger of what was and what is."""
         del h
-        _, origin, level = jump(k, z, y)
+        actual, level = levels(self.signal, y)
+        _, origin = jump(k, z, actual, level)
         size = height(origin, level)
-        beyond = ca.if_else(size == 0, 0, (y["q"] - level) / ca.if_else(size == 0, 1, size))
-        return {"level": level, "origin": origin, "excess": ca.fmax(z["excess"], beyond)}
+        beyond = ca.if_else(size == 0, 0, (actual - level) / ca.if_else(size == 0, 1, size))
+        return {"level": level, "origin": origin, "excess": ca.if_else(z["excess"] >= beyond, z["excess"], beyond)}
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
         """In percent."""
@@ -96,14 +103,20 @@ class SettlingTime(AbstractMetric):
     """The longest time after a jump until the error stays within `band` times the jump; infinite if it never does."""
 
     band: float
+    signal: Signal = LEVELS
 
     def __post_init__(self) -> None:
         positive("SettlingTime(band=...)", self.band)
 
     @property
     def watches(self) -> tuple[str, ...]:
-        """The joint and its reference."""
-        return ("q", "q_ref")
+        """The signal and what is wanted of it."""
+        return names_of(self.signal)
+
+    def of(self, ode: Ode) -> AbstractMetric:
+        """With the signal as this equation has it."""
+        seen = watched(self.name, self.signal, ode)
+        return bound(self, seen, ode, signal=seen)
 
     @property
     def grid(self) -> float | None:
@@ -113,27 +126,28 @@ class SettlingTime(AbstractMetric):
     def check(self, ode: Ode, horizon: float) -> None:
         """The reference must be piecewise constant."""
         del horizon
-        refuse_moving_reference(self.name, ode)
+        refuse_moving_reference(self.name, self.signal, ode)
 
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """None."""
         del t, y
         return None
 
-    def memory(self, joints: int) -> Layout:
+    def memory(self, size: int) -> Layout:
         """The levels and time of the last jump, when the error was last outside or looked at, the longest so far."""
         names = ("level", "origin", "since", "outside", "looked", "longest")
-        return Layout(tuple(Entry(name, np.zeros(joints)) for name in names))
+        return Layout(tuple(Entry(name, np.zeros(size)) for name in names))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """At a jump the time that the last one took is closed; unsettled means infinite."""
-        jumped, origin, level = jump(k, z, y)
+        actual, level = levels(self.signal, y)
+        jumped, origin = jump(k, z, actual, level)
         took = z["outside"] - z["since"]
         unsettled = z["outside"] >= z["looked"]  # which was a step ago, and steps may change their length
         closed = ca.if_else(k == 0, 0, ca.if_else(unsettled, NEVER, took))
         since = ca.if_else(jumped, k * h, z["since"])
         size = ca.fabs(height(origin, level))
-        out = ca.logic_and(size > 0, ca.fabs(y["q"] - level) > self.band * size)
+        out = ca.logic_and(size > 0, ca.logic_not(ca.fabs(actual - level) <= self.band * size))
         return {
             "level": level,
             "origin": origin,

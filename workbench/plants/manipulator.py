@@ -24,6 +24,8 @@ class Manipulator(AbstractPlant):
     where a joint without a motor has no input, and tau is zero there.
     """
 
+    counts = "joint"
+
     arm: AbstractArm
     q: Vector = initial(unit="{q_unit}", shape=("n",))
     qd: Vector = initial(default=0.0, unit="{qd_unit}", shape=("n",))

@@ -12,7 +12,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from workbench.report import pdf
-from workbench.report.figures import drawn
+from workbench.report.figures import curves, drawn
 from workbench.report.page import GENERATOR, html
 from workbench.report.tables import to_csv, to_latex
 from workbench.study.document import Document
@@ -33,7 +33,7 @@ class ReportError(ValueError):
 def write(document: Document, folder: Path | str, beside: Mapping[str, bytes] | None = None) -> Path:
     """Write `index.html`, `report.pdf`, `tables/*.csv`, `tables/*.tex`, `figures/*.svg`; return the folder.
 
-    A figure that has its `numbers` gets a `figures/*.csv` too.
+    A figure that has its `numbers`, or curves, gets a `figures/*.csv` too.
 
     Everything is made first, in memory, then written to a hidden folder within the target. From there each file
     takes the place of the earlier one by a rename, `index.html` last, and what the new report lacks goes. So at every
@@ -73,6 +73,7 @@ def _contents(document: Document) -> dict[str, bytes]:
         printed = beside.submit(pdf.printed, pdf.data(document, drawings))
         texts = {"index.html": html(document, drawings)}
         texts |= {f"figures/{name}.svg": drawing for name, drawing in drawings.items()}
+        texts |= {f"figures/{name}.csv": points for name, points in curves(document).items()}
         for figure in document.figures:
             if figure.numbers is not None:
                 texts[f"figures/{figure.name}.csv"] = to_csv(figure.numbers)

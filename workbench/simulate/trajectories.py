@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -107,8 +108,10 @@ class Trajectories:
         return self.step.outputs.unpack(np.stack(values))
 
     @door
-    def to_frame(self, run: int = 0) -> pd.DataFrame:
-        """One run as a table: a column per state and output, indexed by time in s.
+    def to_frame(self, run: int | None = None) -> pd.DataFrame:
+        """A table with a column per number of the states and outputs, `v [V]` or `q[0] [rad]`, and a row per time in s.
+
+        One run is indexed by time; all runs, where there are several and none is named, by run and time.
 
         Raises
         ------
@@ -117,10 +120,21 @@ class Trajectories:
         """
         import pandas as pd
 
-        run = whole("to_frame(run=...)", run, 0, len(self) - 1)
-        outputs = self._outputs
-        columns = dict(zip(self.step.states.labels, self.x[run].T, strict=True))
-        for entry in self.step.outputs.entries:
-            flat = outputs[entry.name][run].reshape(len(self.t), -1)
-            columns |= dict(zip(entry.labels(), flat.T, strict=True))
-        return pd.DataFrame(columns, index=pd.Index(self.t, name="t"))
+        runs = range(len(self)) if run is None else [whole("to_frame(run=...)", run, 0, len(self) - 1)]
+        frames = {i: pd.DataFrame(self._columns(i), index=pd.Index(self.t, name="t [s]")) for i in runs}
+        return pd.concat(frames, names=["run"]) if len(frames) > 1 else frames[runs[0]]
+
+    def _columns(self, run: int) -> dict[str, Array]:
+        """The numbers of one run over time, (N,), by name and unit; what is a state and an output is the state."""
+        states, outputs = self.step.states, self.step.outputs
+        columns: dict[str, Array] = {}
+        for entry in (*states.entries, *(entry for entry in outputs.entries if entry.name not in states)):
+            flat = self[entry.name][run].reshape(len(self.t), -1, order="F")
+            names = entry.labels() if entry.size > 1 else [entry.name]
+            heads = (f"{name} [{unit}]" if unit else name for name, unit in zip(names, entry.units, strict=True))
+            columns |= zip(heads, flat.T, strict=True)
+        return columns
+
+    def plot(self, *names: str, run: int | None = None) -> Any:
+        """A figure of signals over time, as `workbench.plot` draws it."""
+        return import_module("workbench").plot(self, *names, run=run)  # the face is above all floors, this far below

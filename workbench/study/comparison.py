@@ -6,10 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
+from workbench.metrics import AbstractMetric
 from workbench.study.document import Cell, Column, Diverged, Emphasis, Measured, Table
 from workbench.study.study import Outcome
 from workbench.validation.doors import door
-from workbench.validation.words import finite, nearest
+from workbench.validation.words import described, finite, nearest
 
 
 @door
@@ -18,11 +19,11 @@ def side_by_side(
     caption: str,
     outcomes: Sequence[Outcome],
     metrics: Sequence[str],
-    joint: int,
+    joint: int = 0,
     notes: Sequence[str] = (),
     margin: float = 0.0,
 ) -> Table:
-    """One row a law, one column a metric, for one joint; in bold what is below all others, as `order` judges.
+    """One row a law, one column a metric, for one number of each; in bold what is below all others, as `order` judges.
 
     Where a metric does not exist in a case the cell is empty.
 
@@ -31,7 +32,7 @@ def side_by_side(
     ValueError
         If there is no outcome.
     LookupError
-        If a metric exists in no case, or the joint is not there; the message names the nearest.
+        If a metric exists in no case, or the number is not there; the message names those that do.
     """
     if not outcomes:
         raise ValueError(f"`side_by_side('{name}', outcomes=...)` needs at least one outcome; got none.")
@@ -39,13 +40,20 @@ def side_by_side(
     known = {m: score.metric for o in reversed(outcomes) for m, score in o.measurement.scores.items()}
     for m in metrics:
         if m not in known:
-            raise LookupError(f"`side_by_side('{name}', ...)` knows no metric '{m}'.{nearest(m, known)}")
+            there = f" It knows: {', '.join(known) or 'none'}."
+            raise LookupError(
+                f"`side_by_side('{name}', ...)` knows no metric {described(m)}.{nearest(m, known)}{there}"
+            )
     best = {m: _best(outcomes, m, joint, margin) for m in metrics}
     about = tuple(f"{m}: {known[m].about}." for m in metrics)
     rows = tuple((o.label, *(_cell(o, m, joint, bold=best[m] is o) for m in metrics)) for o in outcomes)
     remarks = _remarks(outcomes)
-    columns = (Column("law"), *(Column(m, unit=known[m].unit, align="right") for m in metrics))
+    columns = (Column("law"), *(Column(m, unit=_unit(known[m], joint), align="right") for m in metrics))
     return Table(name, caption, columns, rows, (" ".join(about), *notes, *remarks))
+
+
+def _unit(metric: AbstractMetric, place: int) -> str:
+    return metric.units[place] if place < len(metric.units) else metric.unit
 
 
 def _cell(outcome: Outcome, metric: str, joint: int, *, bold: bool) -> Cell:
@@ -105,6 +113,8 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
         If a printed law has no outcome; the message names the nearest.
     """
     _check_laws("against_published", published, outcomes)
+    scores = (outcomes[law].measurement.scores.get(published.metric) for law in published.values)
+    unit = next((_unit(score.metric, published.joint) for score in scores if score is not None), "")
     rows: list[tuple[Cell, ...]] = []
     for law, printed in published.values.items():
         outcome = outcomes[law]
@@ -123,9 +133,9 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
         )
     columns = (
         Column("law"),
-        Column("printed", "rad", "right"),
-        Column("ours", "rad", "right"),
-        Column("difference", "rad", "right"),
+        Column("printed", unit, "right"),
+        Column("ours", unit, "right"),
+        Column("difference", unit, "right"),
         Column("difference", "%", "right"),
     )
     return Table(name, caption, columns, tuple(rows), _remarks(outcomes.values()))

@@ -16,7 +16,7 @@ __all__ = ["STYLES", "Array", "Band", "Label", "Series", "Style", "check_style",
 Label: TypeAlias = str | Formula | tuple[str | Formula, ...]
 Style: TypeAlias = int | Literal["reference", "bound"]
 
-STYLES = 8
+STYLES = 12
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,7 +24,7 @@ STYLES = 8
 class Series:
     """A curve of points (N,): a NaN in `y` is a gap, as where a run has diverged.
 
-    `style` 0 to 7 fixes its look, so that one law looks the same in all figures of a report; the
+    `style` 0 to 11 fixes its look, so that one law looks the same in all figures of a report; the
     styles 'reference' (what is wanted) and 'bound' (what is promised) stand apart from all laws.
     `look` draws it as a line, as steps that hold each value until the next (a sampled law), or as
     marks alone. Series with the same label and style share one line of the legend; the label '' is

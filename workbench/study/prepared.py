@@ -68,9 +68,13 @@ class Prepared:
 
     @cached_property
     def columns(self) -> tuple[tuple[str, int, str], ...]:
-        """The metric, its joint counted from 0, and its unit, of each column of values."""
-        sizes = ((m, self.coarse.outputs[m.watches[0]].size) for m in self.metrics)
-        return tuple((m.name, joint, m.unit) for m, size in sizes for joint in range(size))
+        """The metric, its number counted from 0, and its unit, of each column of values."""
+        return tuple((m.name, number, unit) for m in self.metrics for number, unit in enumerate(m.units))
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """What each column of values belongs to."""
+        return tuple(label for m in self.metrics for label in m.labels)
 
     @property
     def seconds_of_run(self) -> float:
@@ -210,6 +214,7 @@ class Prepared:
             name=self.sweep.name,
             factors=tuple(factor.name for factor in self.sweep.factors),
             columns=self.columns,
+            labels=self.labels,
             t=np.asarray(self.every * np.arange(1, self.times + 1)),
             h=self.sweep.h,
             seed=self.sweep.seed,
@@ -265,7 +270,7 @@ class Prepared:
         return np.asarray(np.fmin.reduce(longest.reshape(len(states), -1), axis=1))
 
     def _changes(self, fine: Array, rough: Array) -> Array:
-        floors = [self.coarse.h if unit == "s" else 0.0 for _, _, unit in self.columns]
+        floors = [self.coarse.h if m.is_time else 0.0 for m in self.metrics for _ in m.labels]
         return np.stack([change(fine[..., i], rough[..., i], floor) for i, floor in enumerate(floors)], axis=-1)
 
 

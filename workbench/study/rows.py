@@ -103,13 +103,13 @@ def _write_mat(sample: Sample, file: Path) -> None:
     """Arrays as `Sample` has them, and the names of their columns beside them."""
     from scipy.io import savemat
 
-    labels = np.array([f"{metric}[{joint}] [{unit}]" for metric, joint, unit in sample.columns], dtype=object)
+    labels = [f"{head} [{unit}]" for head, (_, _, unit) in zip(sample.heads, sample.columns, strict=True)]
     held = {
         "t": sample.t,
         "factors": sample.drawn,
         "factor_names": np.array(sample.factors, dtype=object),
         "metrics": sample.values,
-        "metric_names": labels,
+        "metric_names": np.array(labels, dtype=object),
         "errors": sample.errors,
         "error_runs": sample.again,
         "limits": sample.limits,
@@ -132,10 +132,10 @@ def _columns(sample: Sample) -> Iterator[tuple[str, Array]]:
         yield name, np.repeat(column, times)
     errors = np.full(sample.values.shape, np.nan)
     errors[sample.again] = sample.errors
-    for i, (metric, joint, unit) in enumerate(sample.columns):
+    for i, (head, (_, _, unit)) in enumerate(zip(sample.heads, sample.columns, strict=True)):
         measured = f" [{unit}]" if unit else ""
-        yield f"{metric}[{joint}]{measured}", sample.values[..., i].ravel()
-        yield f"{metric}[{joint}] (error){measured}", errors[..., i].ravel()
+        yield f"{head}{measured}", sample.values[..., i].ravel()
+        yield f"{head} (error){measured}", errors[..., i].ravel()
     yield lost, np.repeat(sample.diverged_at, times)
 
 

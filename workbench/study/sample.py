@@ -14,7 +14,7 @@ from workbench.study.store import TABLE, LedgerError
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers, described, nearest
 
-SAID = ("name", "factors", "columns", "h", "seed", "fingerprint", "arithmetic")  # in a table, and beside them
+SAID = ("name", "factors", "columns", "h", "seed", "fingerprint", "arithmetic", "labels")  # in a table, and beside them
 ARRAYS = ("t", "drawn", "values", "again", "errors", "limits", "diverged_at")
 
 
@@ -26,7 +26,7 @@ class Sample:
     Attributes
     ----------
     columns
-        What the last axis of values and errors is: a metric, its joint counted from 0, and its unit.
+        What the last axis of values and errors is: a metric, its number counted from 0, and its unit.
     t
         (T,), the times in s at which the metrics were taken, from the start to each; the last is the horizon.
     drawn, values
@@ -43,6 +43,8 @@ class Sample:
         without its study.
     arithmetic
         The signature of that of the runs.
+    labels
+        What each column belongs to, as 'joint 1' or a signal's name; none in a ledger of old, which was of an arm.
     """
 
     name: str
@@ -60,6 +62,7 @@ class Sample:
     diverged_at: Array
     design: AbstractDesign | None = None
     arithmetic: str = ""
+    labels: tuple[str, ...] = ()
 
     def __len__(self) -> int:
         return len(self.values)
@@ -79,12 +82,12 @@ class Sample:
 
     @door
     def outputs(self, metric: str, joint: int = 0) -> Array:
-        """A metric of one joint at the horizon, (N,); NaN for a run that diverged."""
+        """A metric of one of its numbers, a joint of an arm, at the horizon, (N,); NaN for a run that diverged."""
         return np.asarray(self.values[:, -1, self._column(metric, joint)])
 
     @door
     def over_time(self, metric: str, joint: int = 0) -> Array:
-        """A metric of one joint from the start to each of the times, (N, T)."""
+        """A metric of one of its numbers from the start to each of the times, (N, T)."""
         return np.asarray(self.values[:, :, self._column(metric, joint)])
 
     @door
@@ -155,22 +158,32 @@ class Sample:
         """The note with the step error of a metric: what must stand below a figure of that metric."""
         error, unit = self.step_error(metric, joint), self.columns[self._column(metric, joint)][2]
         several = sum(name == metric for name, _, _ in self.columns) > 1
-        of = f"step error of {metric}{f' of joint {joint + 1}' if several else ''}"
+        of = f"step error of {metric}{f' of {self._label(metric, joint)}' if several else ''}"
         if np.isnan(error):
             return f"{self.note}; {of} not known"
         if np.isinf(error):
             return f"{self.note}; {of} not bounded, as a run diverges at half of the step alone"
         return f"{self.note}; {of} at most {_plain(error)}{f' {raised(unit)}' if unit not in ('', '1') else ''}"
 
+    def _label(self, metric: str, joint: int) -> str:
+        return self.labels[self._column(metric, joint)] if self.labels else f"joint {joint + 1}"
+
+    @property
+    def heads(self) -> tuple[str, ...]:
+        """A head for each column: the metric with the signal or, where it counts joints, the number, from 0."""
+        labels = self.labels or ("joint 1",) * len(self.columns)
+        named = zip(self.columns, labels, strict=True)
+        return tuple(f"{metric}[{number if ' ' in label else label}]" for (metric, number, _), label in named)
+
     def _column(self, metric: str, joint: int) -> int:
         known = [(name, place) for name, place, _ in self.columns]
         if (metric, joint) not in known:
-            joints = [str(place) for name, place in known if name == metric]
+            places = [str(place) for name, place in known if name == metric]
             names = sorted({name for name, _ in known})
-            there = f"its joints are {', '.join(joints)}" if joints else f"its metrics are {', '.join(names)}"
+            there = f"its numbers are {', '.join(places)}" if places else f"its metrics are {', '.join(names)}"
             raise LookupError(
-                f"The sweep '{self.name}' has no {described(metric)} of joint {joint}: {there}."
-                f"{'' if joints else nearest(metric, names)}"
+                f"The sweep '{self.name}' has no number {joint} of {described(metric)}: {there}."
+                f"{'' if places else nearest(metric, names)}"
             )
         return known.index((metric, joint))
 
@@ -218,6 +231,7 @@ def sample_of(table: Chunk) -> Sample:
             fingerprint=str(said["fingerprint"]),
             again=again.astype(int),
             arithmetic=arithmetic,
+            labels=tuple(map(str, said.get("labels", ()))),
             **arrays,
         )
     except (LookupError, TypeError, ValueError, OverflowError):

@@ -131,7 +131,7 @@ class Outcome:
 
     @door
     def score(self, metric: str, joint: int) -> tuple[float, float]:
-        """The value and error of a metric at one joint."""
+        """The value and error of one number of a metric, a joint of an arm."""
         scores = self.measurement.scores
         score = scores[known(metric, scores, f"metrics of '{self.case.name}'")]
         _check_place(f"score('{metric}', joint)", joint, score.value.shape[1], self.case.name)
@@ -152,7 +152,7 @@ class Outcome:
 
 
 def _check_place(call: str, joint: int, size: int, case: str) -> None:
-    """Refuse a joint that is not there; negative ones too, which would be counted from the end."""
+    """Refuse a number that is not there; negative ones too, which would be counted from the end."""
     if not 0 <= joint < size:
         raise LookupError(f"`{call}` counts from 0 and knows 0 to {size - 1} in '{case}'; got {joint!r}.")
 
@@ -191,9 +191,9 @@ class Results:
         return (*self.samples, *held)
 
     def to_frame(self) -> pd.DataFrame:
-        """One row a case, metric and joint: value, error, unit, and when the run diverged.
+        """One row a case, metric and signal, or joint of an arm: value, error, unit, and when the run diverged.
 
-        If a case has a tolerance: that too, and whether the metric, all joints together, is within it.
+        If a case has a tolerance: that too, and whether the metric, all its numbers together, is within it.
         """
         import pandas as pd
 
@@ -203,16 +203,16 @@ class Results:
                 "scenario": outcome.case.scenario,
                 "law": outcome.case.law,
                 "metric": name,
-                "unit": score.metric.unit,
-                "joint": joint + 1,
-                "value": value,
-                "error": score.error[0, joint],
+                "unit": unit,
+                "signal": label,
+                "value": score.value[0, number],
+                "error": score.error[0, number],
                 "diverged_at": outcome.diverged_at,
                 **({"tolerance": outcome.case.tolerance, "within": outcome.within(name)} if asked else {}),
             }
             for outcome in self.outcomes
             for name, score in outcome.measurement.scores.items()
-            for joint, value in enumerate(score.value[0])
+            for number, (label, unit) in enumerate(zip(score.metric.labels, score.metric.units, strict=True))
         ]
         return pd.DataFrame(rows)
 

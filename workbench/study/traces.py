@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.study.curves import STYLES
 from workbench.study.document import Figure, Label, Panel, Phrase, Series, Style
 from workbench.study.study import Outcome
 from workbench.validation.doors import door
@@ -33,16 +34,38 @@ def traces(
     windows: Sequence[Window],
     reference: str = "",
 ) -> Figure:
-    """A signal of one joint for several laws; `reference` names an output drawn once beneath them."""
-    panels = []
+    """A number of a signal for several laws; `reference` names an output drawn once beneath them.
+
+    A law whose style an earlier one has takes the next that is free.
+
+    Raises
+    ------
+    ValueError
+        If there are more laws than styles.
+    """
+    panels, styles = [], _styles(name, outcomes)
     for window in windows:
-        series = [curve(o, signal, joint, window, o.case.law, o.case.style) for o in outcomes]
+        series = [curve(o, signal, joint, window, o.case.law, style) for o, style in zip(outcomes, styles, strict=True)]
         if reference:
             longest = max(outcomes, key=lambda o: int(np.isfinite(o.signal(reference, joint)).sum()))
             wanted = curve(longest, reference, joint, window, "reference", "reference")
             series.append(wanted)
         panels.append(Panel(ylabel, tuple(series), xlim=(window.start, window.end), ylim=window.ylim))
     return Figure(name, caption, tuple(panels), columns=len(panels))
+
+
+def _styles(name: str, outcomes: Sequence[Outcome]) -> list[int]:
+    """One for each outcome, as its case has it unless an earlier one does."""
+    if len(outcomes) > STYLES:
+        raise ValueError(
+            f"`traces('{name}', outcomes=...)` must be at most {STYLES} laws, as no two of a figure share a style; got "
+            f"{len(outcomes)}: draw fewer."
+        )
+    styles: list[int] = []
+    for outcome in outcomes:
+        free = (style for style in (outcome.case.style, *range(STYLES)) if style not in styles)
+        styles.append(next(free))
+    return styles
 
 
 @door

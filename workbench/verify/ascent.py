@@ -28,6 +28,7 @@ def slope_of(ode: Ode, metric: AbstractMetric, box: Box, u: Array, until: float,
     u = vector("slope_of(u=...)", u, len(box.labels), "numbers of the box")
     steps = multiple("slope_of(until=...)", seconds("slope_of(until=...)", until), seconds("slope_of(h=...)", h), "h")
     y = ode.outputs.view(ode.output)
+    metric = metric.of(ode)
     metric.check(ode, until)
     g = metric.integrand(ode.t, y)
     if g is None and not isinstance(metric, Largest):

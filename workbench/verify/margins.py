@@ -82,9 +82,9 @@ class Largest(AbstractMetric):
         return None
 
     @door
-    def memory(self, joints: int) -> Layout:
+    def memory(self, size: int) -> Layout:
         """The largest so far."""
-        return Layout((Entry("largest", np.full(whole("Largest.memory(joints=...)", joints, most=MOST), NEVER)),))
+        return Layout((Entry("largest", np.full(whole("Largest.memory(size=...)", size, most=MOST), NEVER)),))
 
     @door
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:

@@ -47,7 +47,7 @@ class Own(room.AbstractMetric):
     def integrand(self, t: Any, y: Any) -> Any:
         return _given(self.integrated, y["y"], t, y)
 
-    def memory(self, joints: int) -> Any:
+    def memory(self, size: int) -> Any:
         return Layout() if self.remembered is None else self.remembered
 
     def update(self, k: Any, h: Any, z: Any, y: Any) -> Any:
@@ -92,14 +92,17 @@ def calls() -> dict[str, Any]:
         "SampledRms": partial(SampledRms, "own", "m", "about", "y", 0.1),
         "Overshoot": partial(Overshoot, "own", "m", "about"),
         "SettlingTime": partial(SettlingTime, "own", "m", "about", 0.1),
-        **{name: partial(getattr(room, name))
-           for name in ("effort", "energy", "iae", "ise", "itae", "overshoot", "peak_error", "peak_torque")},
-        "late_error": partial(room.late_error, 0.5),
+        "peak_torque": partial(room.peak_torque),
+        **{name: partial(getattr(room, name), "y")
+           for name in ("effort", "iae", "ise", "itae", "overshoot", "peak", "peak_error")},
+        "energy": partial(room.energy, ("y", "y")),
+        "violation": partial(room.violation, "y", -1.0, 1.0),
+        "late_error": partial(room.late_error, 0.5, "y"),
         "observer_error": partial(room.observer_error, "q_error"),
-        "rmse": partial(room.rmse, "y", "m", "RMSE"),
-        "sampled_rmse": partial(room.sampled_rmse, 0.1, "y", "m", "RMSE"),
-        "settling_time": partial(room.settling_time, 0.1),
-        "total_variation": partial(room.total_variation, 0.1),
+        "rmse": partial(room.rmse, "y", "RMSE"),
+        "sampled_rmse": partial(room.sampled_rmse, 0.1, "y", "RMSE"),
+        "settling_time": partial(room.settling_time, "y", 0.1),
+        "total_variation": partial(room.total_variation, 0.1, "y"),
         "measure": partial(room.measure, ODE, [rms], [2.0], [1.0], until=1.0, seed=1, **how),
         "measure by a pilot": partial(room.measure, ODE, [rms], [2.0], [1.0], until=1.0, tolerance=1e-2, every=0.5),
         "measure a loop": partial(
@@ -125,7 +128,7 @@ def arguments() -> dict[str, Any]:
     return {
         "ode": lambda metric: ODE,
         "horizon": lambda metric: 1.0,
-        "joints": lambda metric: 1,
+        "size": lambda metric: 1,
         "integral": lambda metric: np.ones((2, 1)),
         **{name: lambda metric: one for name in ("t", "k", "h")},
         "y": lambda metric: {"y": one, "q": one, "q_ref": one},

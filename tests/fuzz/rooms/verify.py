@@ -185,7 +185,7 @@ def arguments() -> dict[str, Any]:
         "Hunt.at.numbers": lambda hunt: {"x": 0.7},
         "Hunt.shortened.found": lambda hunt: hunt.search(1, falsify.Budget(4, 1, 1)),
         "Hunt.replay.example": lambda hunt: counterexample.CounterExample.read(FOLDER / "example.json"),
-        "Largest.memory.joints": lambda metric: 1,
+        "Largest.memory.size": lambda metric: 1,
         "Largest.update.k": lambda metric: X[0],
         "Largest.update.h": lambda metric: X[0],
         "Largest.update.z": lambda metric: {"largest": X[0]},

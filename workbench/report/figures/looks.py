@@ -68,8 +68,8 @@ RULES: Any = {
     "text.usetex": False,
 }
 
-# Okabe and Ito's colours without their yellow, which no paper shows; each with a dash and a width of
-# its own, so that a photocopy still tells the laws apart.
+# Okabe and Ito's colours without their yellow, which no paper shows, and four darker ones; each with a dash and a width
+# of its own, so that a photocopy still tells the laws apart.
 LINES: dict[Style, dict[str, Any]] = {
     0: {"color": "#0072B2", "linestyle": "-", "linewidth": 1.5, "marker": "o"},
     1: {"color": "#D55E00", "linestyle": (0, (5, 1.6)), "linewidth": 1.2, "marker": "s"},
@@ -79,6 +79,15 @@ LINES: dict[Style, dict[str, Any]] = {
     5: {"color": "#56B4E9", "linestyle": (0, (2.6, 1.3)), "linewidth": 1.2, "marker": "P"},
     6: {"color": "#000000", "linestyle": "-", "linewidth": 0.7, "marker": "x"},
     7: {"color": "#777777", "linestyle": (0, (6, 1.4, 1.2, 1.4, 1.2, 1.4)), "linewidth": 1.1, "marker": "*"},
+    8: {"color": "#882255", "linestyle": (0, (1.2, 2.4)), "linewidth": 1.4, "marker": "p"},
+    9: {"color": "#332288", "linestyle": (0, (9, 1.4, 3, 1.4)), "linewidth": 1.1, "marker": "<"},
+    10: {
+        "color": "#7A4A00",
+        "linestyle": (0, (3.5, *7 * (1.2,))),
+        "linewidth": 1.1,
+        "marker": ">",
+    },
+    11: {"color": "#6B6B00", "linestyle": (0, (4, 3)), "linewidth": 1.3, "marker": "h"},
     "reference": {"color": "#b4b4b4", "linestyle": "-", "linewidth": 3.0, "marker": "o"},
     "bound": {"color": "#000000", "linestyle": (0, (1, 2)), "linewidth": 0.9, "marker": "_"},
 }

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from workbench.study.cells import Column, Phrase, Table
-from workbench.study.curves import STYLES, Array
+from workbench.study.curves import Array
 from workbench.study.document import Band, Figure, Panel, Series
 from workbench.study.pictures.parts import Labels, captioned, number, scale_of_shares, stretches, times_of, written
 from workbench.study.sensitivity import Estimate, SobolIndices
@@ -16,7 +16,7 @@ from workbench.validation.doors import door
 BEYOND = "An interval that reaches the edge goes on beyond the axes."
 FEW_BANDS = "Intervals are drawn of the three factors with the largest ST alone, so that they can be told apart."
 BANDED = 3  # of them with a band
-MOST = STYLES - 1  # curves in a panel that an eye still tells apart
+MOST = 7  # curves in a panel that an eye still tells apart
 
 
 @door

@@ -1,0 +1,94 @@
+"""The curves of a report as numbers beside their pictures."""
+
+import csv
+import io
+
+import numpy as np
+import pytest
+from equations import decay
+from test_page import document
+
+from workbench.metrics import rmse
+from workbench.notation.formula import symbol
+from workbench.report.figures.points import curves_csv
+from workbench.report.folder import write
+from workbench.study.document import Band, Bars, Figure, Panel, Series
+from workbench.study.runner import run
+from workbench.study.study import Case, Study
+from workbench.study.traces import Window, traces
+
+T = np.array([0.0, 0.1, 0.2])
+THIRD = 1 / 3
+
+
+class Loop:
+    def ode(self, name="loop"):
+        return decay()
+
+
+def columns(figure):
+    head, *rows = csv.reader(io.StringIO(curves_csv(figure)))
+    return {name: [row[i] for row in rows] for i, name in enumerate(head)}
+
+
+def test_a_column_says_panel_curve_and_unit_and_keeps_all_digits():
+    one = Panel(
+        (symbol("tau_1"), " [N m]"),
+        (Series("PID", T, T * THIRD), Series("=SMC", T, [1.0, np.nan, 3.0]), Band("", T, T, T + 1)),
+    )
+    two = Panel("h [m]", (Series("PID", T[:2], T[:2]),), xlabel="level [m]")
+    found = columns(Figure("f", "", (one, two)))
+    assert list(found) == [
+        "(a) time [s]",
+        "(a) PID: tau_1 [N m]",
+        "(a) =SMC: tau_1 [N m]",
+        "(a) tau_1 [N m] (low)",
+        "(a) tau_1 [N m] (high)",
+        "(b) level [m]",
+        "(b) PID: h [m]",
+    ]
+    assert [float(cell) for cell in found["(a) PID: tau_1 [N m]"]] == (T * THIRD).tolist()
+    assert found["(a) =SMC: tau_1 [N m]"] == ["1.0", "", "3.0"]
+    assert found["(b) PID: h [m]"] == ["0.0", "0.1", ""]
+
+
+def test_curves_of_other_times_have_a_column_of_theirs_and_one_of_many_points_is_thinned_as_drawn():
+    t = np.linspace(0, 10, 20_001)
+    found = list(
+        csv.reader(
+            io.StringIO(curves_csv(Figure("f", "", (Panel("y", (Series("a", t, np.sin(t)), Series("b", T, T))),))))
+        )
+    )
+    assert found[0] == ["time [s]", "a: y", "time [s]", "b: y"]
+    assert 500 < len(found) < 700
+    assert found[4][2:] == ["", ""]
+
+
+def test_no_head_is_run_as_a_formula():
+    assert curves_csv(Figure("f", "", (Panel("y", (Series("=1+1", T, T),)),))).startswith("time [s],'=1+1: y")
+
+
+def test_a_figure_without_curves_has_none():
+    assert curves_csv(Figure("f", "", (Panel("", (Bars("", [0.0, 1.0], [1.0, 2.0]),), ynames=("a", "b")),))) == ""
+
+
+def test_a_report_writes_the_curves_beside_the_picture_and_is_replaced_with_them(tmp_path):
+    target = write(document(), tmp_path / "report")
+    first = (target / "figures" / "errors.csv").read_bytes()
+    assert first.count(b"\r\n") > 2
+    assert (write(document(), target) / "figures" / "errors.csv").read_bytes() == first
+
+
+def laws(count, style=0):
+    cases = tuple(Case("S", f"law {k}", Loop(), (rmse(),), 0.1, 1.0, 0.1, style=style) for k in range(count))
+    return run(Study("s", "t", "q", "m", sections=lambda r: (), cases=cases)).outcomes
+
+
+def drawn(outcomes):
+    return traces("f", "", outcomes, "e", 0, "e", [Window(0.0, 1.0)]).panels[0].series
+
+
+def test_two_laws_in_one_figure_never_share_a_style():
+    assert [series.style for series in drawn(laws(12, style=3))] == [3, 0, 1, 2, 4, 5, 6, 7, 8, 9, 10, 11]
+    with pytest.raises(ValueError, match=r"at most 12 laws, as no two of a figure share a style; got 13: draw fewer"):
+        drawn(laws(13))

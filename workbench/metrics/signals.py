@@ -1,0 +1,198 @@
+"""The column of numbers that a metric looks at: outputs of an equation, each with its unit and its label."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import casadi as ca
+
+from workbench.core import Ode
+from workbench.validation.doors import door
+from workbench.validation.words import described, nearest
+
+ERROR = re.compile(r"ed?(_hat)?|e_.+|.+_error")  # what loops call errors, which are from 0 anyway
+
+
+@dataclass(frozen=True)
+@door
+class Choice:
+    """A signal that an equation is still to be asked for: by its name, or all that it follows or drives.
+
+    Attributes
+    ----------
+    of
+        "error": the error of what is followed; "level": what is followed, beside what is wanted of it; "input": what
+        acts on the plant where it is driven.
+    signal
+        Its name; None for all.
+    """
+
+    of: Literal["error", "level", "input"]
+    signal: str | None = None
+
+
+@dataclass(frozen=True)
+@door
+class Watched:
+    """Outputs one below the other, less what is wanted of them where that is told.
+
+    Attributes
+    ----------
+    outputs, wanted
+        The names of outputs.
+    units, labels
+        Of each number.
+    words, remark
+        What a description calls the column, and what it adds at its end.
+    """
+
+    outputs: tuple[str, ...]
+    wanted: tuple[str, ...]
+    units: tuple[str, ...]
+    labels: tuple[str, ...]
+    words: str
+    remark: str = ""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The outputs and what is wanted of them."""
+        return self.outputs + self.wanted
+
+
+Signal = str | Choice | Watched
+
+
+def names_of(signal: Signal) -> tuple[str, ...]:
+    """The outputs of a signal, as far as they are known before an equation is."""
+    if isinstance(signal, Watched):
+        return signal.names
+    named = signal.signal if isinstance(signal, Choice) else signal
+    return () if named is None else (named,)
+
+
+def column(signal: Signal, y: Mapping[str, ca.SX]) -> ca.SX:
+    """The column of a signal, (k, 1), from the outputs y by name."""
+    if not isinstance(signal, Watched):
+        return ca.vertcat(*(y[name] for name in names_of(signal)))
+    actual, wanted = levels(signal, y)
+    return actual - wanted if signal.wanted else actual
+
+
+def levels(signal: Signal, y: Mapping[str, ca.SX]) -> tuple[ca.SX, ca.SX]:
+    """A signal and what is wanted of it, each (k, 1), from the outputs y by name."""
+    outputs, wanted = (signal.outputs, signal.wanted) if isinstance(signal, Watched) else (names_of(signal), ())
+    return ca.vertcat(*(y[name] for name in outputs)), ca.vertcat(*(y[name] for name in wanted))
+
+
+def watched(metric: str, signal: Signal, ode: Ode) -> Watched:
+    """A signal of an equation.
+
+    Raises
+    ------
+    LookupError
+        If the equation has no such output; or none is named, and it follows or drives nothing.
+    """
+    if isinstance(signal, Watched):
+        return signal
+    if isinstance(signal, str):
+        return _plain(metric, ode, (signal,), (signal,), signal)
+    match signal.of:
+        case "error":
+            return _error(metric, signal.signal, ode)
+        case "level":
+            names = followed(ode) if signal.signal is None else (signal.signal,)
+            if not names:
+                raise _nothing(metric, ode, "follows")
+            return _less(metric, ode, names)
+    if signal.signal is not None:
+        return _plain(metric, ode, (signal.signal,), (signal.signal,), signal.signal)
+    inputs = ode.drives or tuple(n.removesuffix("_applied") for n in ode.outputs.names if n.endswith("_applied"))
+    if not inputs:
+        raise _nothing(metric, ode, "drives")
+    outputs = tuple(f"{name}_applied" if f"{name}_applied" in ode.outputs else name for name in inputs)
+    return _plain(metric, ode, outputs, inputs, _words(outputs))
+
+
+def followed(ode: Ode) -> tuple[str, ...]:
+    """The outputs of an equation that follow a reference: those beside what is wanted of them."""
+    return ode.follows or tuple(name for name in ode.outputs.names if f"{name}_ref" in ode.outputs)
+
+
+def _error(metric: str, name: str | None, ode: Ode) -> Watched:
+    """The error of a signal, or of all that is followed, by the outputs that show it where there are such."""
+    if name is not None and f"{name}_ref" not in ode.outputs:
+        remark = "" if ERROR.fullmatch(name) else f", which is from 0, as {name} follows nothing"
+        return _plain(metric, ode, (name,), (name,), name, remark)
+    names = followed(ode) if name is None else (name,)
+    if not names and "e" in ode.outputs:  # an equation made by hand, whose error is called as in the book
+        return _plain(metric, ode, ("e",), ("e",), "e")
+    if not names:
+        raise _nothing(metric, ode, "follows")
+    y = ode.outputs.view(ode.output)
+    shown = tuple(next((e for e in (f"e_{x}", "e") if _is_error(y, e, x)), "") for x in names)
+    return _plain(metric, ode, shown, names, _words(shown)) if all(shown) else _less(metric, ode, names)
+
+
+def _is_error(y: Mapping[str, ca.SX], error: str, name: str) -> bool:
+    """Whether an output is the difference of another and what is wanted of it."""
+    if error not in y or y[error].shape != y[name].shape:
+        return False
+    pairs = zip(ca.vertsplit(y[error]), ca.vertsplit(y[name] - y[f"{name}_ref"]), strict=True)
+    return all(ca.is_equal(one, other, 2) for one, other in pairs)
+
+
+def _plain(
+    metric: str, ode: Ode, outputs: tuple[str, ...], called: tuple[str, ...], words: str, remark: str = ""
+) -> Watched:
+    """Outputs as they are, whose labels are those of other outputs."""
+    return Watched(outputs, (), _units(metric, ode, outputs), _labels(ode, outputs, called), words, remark)
+
+
+def _less(metric: str, ode: Ode, names: tuple[str, ...]) -> Watched:
+    """Outputs less what is wanted of them."""
+    wanted = tuple(f"{name}_ref" for name in names)
+    _units(metric, ode, wanted)
+    units = _units(metric, ode, names)
+    return Watched(names, wanted, units, _labels(ode, names, names), _words([f"{x} - {x}_ref" for x in names]))
+
+
+def _words(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"({', '.join(names)})"
+
+
+def _units(metric: str, ode: Ode, names: tuple[str, ...]) -> tuple[str, ...]:
+    for name in names:
+        refuse_unknown(metric, name, ode)
+    return tuple(unit for name in names for unit in ode.outputs[name].units)
+
+
+def _labels(ode: Ode, outputs: tuple[str, ...], called: tuple[str, ...]) -> tuple[str, ...]:
+    """The names of signals, with their numbers where they have several; 'joint 1' where the plant counts joints."""
+    labels: list[str] = []
+    for output, name in zip(outputs, called, strict=True):
+        size = ode.outputs[output].size
+        if ode.counts and size > 1:
+            labels += [f"{ode.counts} {i + 1}" for i in range(size)]
+        else:
+            labels += [name] if size == 1 else [f"{name}[{i}]" for i in range(size)]
+    return tuple(labels)
+
+
+def refuse_unknown(metric: str, signal: str, ode: Ode) -> None:
+    """Refuse an output that an equation does not have."""
+    if signal not in ode.outputs:
+        known = nearest(signal, ode.outputs.names) or f" It has: {', '.join(ode.outputs.names) or 'none'}."
+        raise LookupError(
+            f"The metric {described(metric)} needs the output {described(signal)}, which '{ode.name}' does not "
+            f"have.{known}"
+        )
+
+
+def _nothing(metric: str, ode: Ode, does: str) -> LookupError:
+    return LookupError(
+        f"The metric {described(metric)} without a signal is of what a loop {does}, and '{ode.name}' {does} nothing: "
+        f"name a signal. It has: {', '.join(ode.outputs.names) or 'none'}."
+    )
