@@ -160,20 +160,15 @@ class ClosedLoop:
     ) -> Sampled:
         """The closed loop with observer and controller in a computer, which runs them once in `period` seconds.
 
-        At t_k = k period the computer reads the instruments, and its observer estimates from the readings;
-        the law sees the estimates and the reference of that instant; its command, limited, is held until
-        t_(k+1) while the plant moves. With `delay` the command computed at t_k waits as the state 'hold.next'
-        and is held from t_(k+1) on; what that state is at the start, zero unless set, is held until t_1. A number of
-        periods makes it wait as many, at 'hold.next.2' and so on before: a transport delay, exact in steps.
-        Then observer and controller move their memories on by the method that each declares, explicit Euler unless
-        it has an `integrator` of its own; the observer counts on the command that is held. `methods` of what comes
-        back names them.
+        At t_k = k period the computer reads the instruments, and its observer estimates from the readings; the law
+        sees the estimates and the reference of that instant; its command, limited, is held until t_(k+1) while the
+        plant moves. Then observer and law move their memories by the method that each declares, which `methods` of what
+        comes back names; the observer counts on the command that is held. A block with a `period` of its own, a whole
+        multiple of this one, runs once in that.
 
-        The outputs are those of `ode`. The estimates and the controller's own signals are held as the command
-        is ('hold.tau', 'hold.q_hat', ... of an arm), so between two instants q_error, say, is that of an old estimate.
-
-        A law or an observer with a `period` of its own, a whole multiple of this one, runs once in that and is held
-        between.
+        With a `delay` of n periods a command waits as long, at 'hold.next.2', ..., 'hold.next': what these are at the
+        start, zero unless set, is held first. The outputs are those of `ode`, of which estimates and the law's own
+        signals are held as the command is ('hold.tau', 'hold.q_hat', ... of an arm).
 
         Parameters
         ----------

@@ -72,7 +72,7 @@ def digital(
     follows = () if outside.cut.size else loop.follows
     flow = replace(flow, notes=notes(loop), horizon=horizon(loop), counts=loop.plant.counts)
     flow = replace(flow, follows=follows, drives=loop.plant.inputs.names)
-    return Sampled(flow, period, k, w, states.flatten(after), methods(loop, fine))
+    return Sampled(flow, period, k, w, states.flatten(after), methods(loop, every["controller"] * period, fine))
 
 
 def _every(block: Any, period: float) -> int:

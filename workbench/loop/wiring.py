@@ -173,11 +173,11 @@ def above(parts: Mapping[str, Mapping[str, ca.SX]]) -> dict[str, ca.SX]:
     return {f"{socket}.{name}": part for socket, own in parts.items() for name, part in own.items()}
 
 
-def methods(loop: Blocks, fine: int) -> tuple[str, ...]:
-    """How a computer steps each memory: as its block declares, or by so many Runge-Kutta steps a period."""
+def methods(loop: Blocks, period: float, fine: int) -> tuple[str, ...]:
+    """How a computer that runs the law once in `period` seconds steps each memory: by its own method, or by `fine` steps."""
     by = f"{fine} Runge-Kutta steps a period" if fine else ""
     # as a computer runs them: a law's method may depend on that
-    blocks: dict[str, Any] = {"observer": loop.observer, "controller": loop.controller.run_every(1.0)}
+    blocks: dict[str, Any] = {"observer": loop.observer, "controller": loop.controller.run_every(period)}
     return tuple(
         f"memory of the {socket}: {own.method if is_recursion(own) or not fine else by}"
         for socket, own in blocks.items()
