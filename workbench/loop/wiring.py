@@ -174,7 +174,7 @@ def above(parts: Mapping[str, Mapping[str, ca.SX]]) -> dict[str, ca.SX]:
 
 
 def methods(loop: Blocks, period: float, fine: int) -> tuple[str, ...]:
-    """How a computer steps each memory where it runs the law once in `period` seconds: by its method, or by `fine` steps."""
+    """How a computer that runs the law once in `period` seconds steps each memory: its method, or `fine` steps."""
     by = f"{fine} Runge-Kutta steps a period" if fine else ""
     # as a computer runs them: a law's method may depend on that
     blocks: dict[str, Any] = {"observer": loop.observer, "controller": loop.controller.run_every(period)}
