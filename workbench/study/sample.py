@@ -14,7 +14,16 @@ from workbench.study.store import TABLE, LedgerError
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers, described, nearest
 
-SAID = ("name", "factors", "columns", "h", "seed", "fingerprint", "arithmetic")  # in a table, and beside them
+SAID = (
+    "name",
+    "factors",
+    "columns",
+    "h",
+    "seed",
+    "fingerprint",
+    "arithmetic",
+    "tolerance",
+)  # in a table, and beside them
 ARRAYS = ("t", "drawn", "values", "again", "errors", "limits", "diverged_at")
 
 
@@ -43,6 +52,8 @@ class Sample:
         without its study.
     arithmetic
         The signature of that of the runs.
+    tolerance
+        For which pilots chose the step; None where the sweep names it.
     """
 
     name: str
@@ -60,6 +71,7 @@ class Sample:
     diverged_at: Array
     design: AbstractDesign | None = None
     arithmetic: str = ""
+    tolerance: float | None = None
 
     def __len__(self) -> int:
         return len(self.values)
@@ -133,7 +145,12 @@ class Sample:
         """What must stand below a figure: runs, failed runs, seed, step."""
         runs = f"{len(self):,} runs, {self.failed:,} of them diverged"
         half = f", and half of it in {len(self.again):,} runs" if len(self.again) else ""
-        return f"{runs}; seed {self.seeds}; step {self.h:g} s{half}{self.beyond}"
+        return f"{runs}; seed {self.seeds}; step {self.h:g} s{half}{self.beyond}{self.choice}"
+
+    @property
+    def choice(self) -> str:
+        """For which tolerance the step was chosen, if it was."""
+        return "" if self.tolerance is None else f"; chosen by pilot runs for a tolerance of {self.tolerance:g}"
 
     @property
     def seeds(self) -> str:
@@ -209,6 +226,7 @@ def sample_of(table: Chunk) -> Sample:
         if not ((again >= 0) & (again < runs)).all():
             raise ValueError(table.name)
         h, seed, arithmetic = float(said["h"]), int(said["seed"]), str(said["arithmetic"])
+        tolerance = said.get("tolerance")  # which an earlier version did not say
         return Sample(
             said["name"],
             factors,
@@ -218,6 +236,7 @@ def sample_of(table: Chunk) -> Sample:
             fingerprint=str(said["fingerprint"]),
             again=again.astype(int),
             arithmetic=arithmetic,
+            tolerance=None if tolerance is None else float(tolerance),
             **arrays,
         )
     except (LookupError, TypeError, ValueError, OverflowError):

@@ -12,7 +12,8 @@ from workbench.metrics import iae, ise
 from workbench.study import adjusted, comparison, document, factors, local, pareto, provenance, runner, tuning, writeup
 from workbench.study.distributions import LogUniform, Uniform
 from workbench.study.factors import Factor
-from workbench.study.prepared import prepared
+from workbench.study.preparation import prepared
+from workbench.study.run import Run
 from workbench.study.sampling import Listed, MonteCarlo
 from workbench.study.study import Case, Results, Study
 from workbench.study.sweep import Sweep
@@ -34,9 +35,10 @@ class Decay:
 LOOP = Decay()
 FACTOR = Factor("k", ("k",), LogUniform(0.5, 4.0))
 METRICS = (iae(), ise())
-CASE = Case("S", "law", LOOP, METRICS, 0.1, 1.0, 0.5, tolerance=0.1)
-SWEEP = Sweep("decay", LOOP, METRICS, (FACTOR,), MonteCarlo(1, 24), 0.1, 1.0, 0.5, halved=8)
-TRIAL = tuning.Trial("step", LOOP, METRICS, 0.1, 1.0)
+RUN = Run(LOOP, METRICS, 1.0, 0.5, 0.05, tolerance=0.1)
+CASE = Case("S", "law", RUN)
+SWEEP = Sweep("decay", RUN, (FACTOR,), MonteCarlo(1, 24), halved=8)
+TRIAL = tuning.Trial("step", RUN)
 
 
 def objective(runs: Any) -> Any:
