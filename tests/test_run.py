@@ -3,8 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from motors import Motor, motor_loop
+from scipy.io import loadmat
 
 from workbench.core import block, initial, layout
 from workbench.loop import AbstractController, Instruments
@@ -197,3 +199,50 @@ def test_a_factor_of_a_sweep_may_be_an_initial_state_of_a_computer():
     start = Factor("start", ("plant.omega",), Uniform(0.0, 2.0))
     found = sample(Sweep("s", Run(LOOPS["a computer"], METRICS, UNTIL, h=PERIOD), (start,), MonteCarlo(1, 4)))
     assert np.isfinite(found.outputs("RMSE of omega")).all()
+
+
+STUDY = """
+from motors import motor_loop
+from workbench.metrics import rmse
+from workbench.study import Case, Paragraph, Run, Section, Study
+
+def sections(results):
+    return [Section("Runs", (Paragraph("One."),))]
+
+CASE = Case("=S", "PI", Run(motor_loop(), (rmse("omega"),), until=0.5, h=0.005))
+study = Study("single", "T", "Q?", "M.", sections, cases=(CASE,))
+"""
+
+
+def test_the_values_of_single_cases_are_a_table_in_every_form(command, tmp_path):
+    (tmp_path / "single.py").write_text(STUDY, encoding="utf-8")
+    assert command("run", "single.py", "--out", "out").exit_code == 0
+    table = tmp_path / "out" / "runs" / "cases.csv"
+    value, error = outcome(Run(motor_loop(), METRICS, 0.5, h=0.005)).score("RMSE of omega", 0)
+    assert table.read_text("utf-8").splitlines()[1] == f"'=S,PI,RMSE of omega,rad/s,1,{value!r},{error!r},"
+    for form in ("csv", "parquet", "mat"):
+        done = command("results", "out", "--format", form)
+        assert (done.exit_code, done.stdout) == (
+            0,
+            f"out/runs/cases.{form}: the single cases, one row a metric and joint.\n",
+        )
+    assert pd.read_parquet(table.with_suffix(".parquet")).value.tolist() == [value]
+    assert loadmat(table.with_suffix(".mat"))["error"].item() == error
+
+
+def test_a_sweep_whose_table_would_be_that_of_the_cases_is_refused():
+    asked = Run(motor_loop(), METRICS, UNTIL, h=0.01)
+    swept = Sweep("cases", asked, (GAIN,), MonteCarlo(1, 2))
+    with pytest.raises(ValueError, match=r"^`Study\(sweeps=...\)` needs another name for 'cases'"):
+        Study("s", "t", "q", "m", lambda results: (), cases=(Case("S", "law", asked),), sweeps=(swept,))
+
+
+def test_the_traceback_of_the_users_own_code_can_be_had(command, tmp_path):
+    (tmp_path / "odd.py").write_text(STUDY.replace("return [", "return 1 / 0, ["), encoding="utf-8")
+    plain, traced = command("run", "odd.py"), command("run", "odd.py", "--traceback")
+    assert (plain.exit_code, traced.exit_code) == (2, 2)
+    (sentence,) = plain.stderr.splitlines()
+    first, *rest = traced.stderr.splitlines()
+    assert first == sentence
+    assert '    return 1 / 0, [Section("Runs", (Paragraph("One."),))]' in rest
+    assert "ZeroDivisionError: division by zero" in rest
