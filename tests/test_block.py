@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from workbench.core import block, initial, option, parameter
+from workbench.core import block, initial, lift, option, parameter
 from workbench.core.block import is_block, options, quantities
 
 
@@ -109,3 +109,31 @@ def test_options_and_quantities_say_what_they_mean():
     assert is_block(gain())
     assert not is_block(Gain)
     assert not is_block(3.0)
+
+
+@block
+class Limit:
+    """A block whose numbers are one for all of its signal or one for each."""
+
+    unit: str
+    low: object = parameter(unit="{unit}", shape=("*",))
+    rate: object = parameter(unit="{unit}/s", shape=("*",))
+    time: float = parameter(1.0, unit="s")
+
+
+def test_a_number_of_any_shape_is_one_or_a_vector_as_long_as_the_others():
+    mixed = lift(Limit("V", -1.0, [2.0, 3.0])).layout
+    assert [entry.shape for entry in mixed.entries] == [(), (2,), ()]
+    with pytest.raises(ValueError, match=r"`Limit\(rate=...\)` must be a number or a vector of 2 numbers; got shape"):
+        Limit("V", [1.0, 2.0], [1.0, 2.0, 3.0])
+    with pytest.raises(ValueError, match=r"`Limit\(low=...\)` must be a number or a vector of numbers; got shape"):
+        Limit("V", np.eye(2), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("unit", "rate"),
+    [("V", "V/s"), ("rad/s", "rad/s^2"), ("", "1/s"), ("m, rad", "m/s, rad/s"), ("m, rad, m", "m/s, rad/s, m/s")],
+)
+def test_a_unit_that_names_that_of_a_signal_follows_each_of_its_units(unit, rate):
+    layout = lift(Limit(unit, -1.0, 2.0)).layout
+    assert [entry.unit for entry in layout.entries] == [unit, rate, "s"]

@@ -151,7 +151,7 @@ def test_no_bar_of_the_shared_exams_is_missed():
     assert {"ode/smooth", "ode/order", "ode/discontinuous", "ode/batch", "ode/dre"} <= sat
     assert {"dynamics/urdf", "dynamics/bodies", "dynamics/planar"} <= sat
     assert {"equations/text", "equations/latex", "equations/both readings"} <= sat
-    assert "durability/survival" in sat
+    assert {"durability/survival", "plants/plants"} <= sat
     assert {"carex/care", "carex/dare", "carex/lyapunov", "carex/bad inputs"} <= sat
     assert {"carex/care in other units", "carex/dare in other units"} <= sat
 
@@ -419,3 +419,27 @@ def test_a_function_with_a_hidden_memory_is_not_taken_for_its_graph():
 
     with pytest.raises(UntraceableError, match="other numbers"):
         trace(drifting, [1.0], [])
+
+
+PLANTS = """
+def falling(t, x, u, m):
+    return [x[1], u[0] - m.sqrt(x[0])]
+
+def load(folder, name):
+    ports = dict(states=("p:m", "v:m/s"), inputs=("a:m/s^2",), outputs=("p",))
+    at = dict(x=(3.0, 0.3), u=(2.0,), x0=(4.0, 0.0), Q=(1.0, 1.0), R=(1.0,), period=0.1, balance=True)
+    return {"falling": dict(name="falling", f=falling, kept=[0, 1], **ports, **at)}, {"falling": REST}
+
+def grade(solve, cases, reference):
+    x = solve(cases["falling"])["x"]
+    return ["falling: passed" if abs(x - reference["falling"]).max() < 1e-9 else f"falling: {x}"], True
+"""
+
+
+@pytest.mark.parametrize(("rest", "says"), [("[4, 0]", "1 of 1 passed"), ("[5, 0]", "MISSED, 0 of 1 passed; falling")])
+def test_an_exam_of_plants_is_sat_case_by_case(tmp_path, rest, says):
+    (tmp_path / "tanks").mkdir()
+    (tmp_path / "tanks" / "grade.py").write_text(PLANTS.replace("REST", rest), encoding="utf-8")
+    (tmp_path / "tanks" / "visible.json").write_text("{}", encoding="utf-8")
+    (verdict,) = sit(tmp_path)
+    assert verdict.line.startswith(f"tanks/plants: {says}")

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.core import Entry, Layout
+from workbench.core import Entry, Layout, Signals
 from workbench.core.layout import Bounds
 
 FINITE = st.floats(-1e6, 1e6)
@@ -189,3 +189,9 @@ def test_definiteness_is_asked_of_symmetric_matrices_only():
         Bounds(definite="semi")
     with pytest.raises(ValueError, match="got 'negative'"):
         Bounds(symmetric=True, definite="negative")
+
+
+def test_signals_say_which_names_they_have():
+    signals = Signals(q=ca.SX(1))
+    assert "q" in signals
+    assert "d" not in signals

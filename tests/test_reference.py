@@ -291,6 +291,12 @@ def test_a_staircase_is_climbed_step_by_step_and_slid_along_where_the_rate_holds
     assert times_of(held, "slides") == pytest.approx([sum(0.1 / (0.45 - 0.1 * n) for n in range(5))], abs=1e-13)
 
 
+def test_two_staircases_a_quarter_of_a_step_apart_are_climbed():
+    result = run(lambda t, x: [ca.floor(t) - ca.floor(t - 0.25)], [0.0], 3.0)
+    assert result.x[-1, 0] == pytest.approx(3 * 0.25, abs=1e-13)
+    assert times_of(result, "crosses") == pytest.approx([0.25, 1.0, 1.25, 2.0, 2.25], abs=1e-13)
+
+
 def test_conditions_are_surfaces_too():
     def rate(t, x):
         late = ca.logic_and(x[0] >= 1.5, ca.logic_not(t < 0.2))

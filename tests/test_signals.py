@@ -112,7 +112,10 @@ def test_a_lifted_reference_says_the_same(signal):
         (lambda: SquareWave([1.0], frequency=0.0), r"`SquareWave\(frequency=...\)`"),
         (lambda: SmoothSquareWave([1.0], frequency=1.0, rise=-0.1), r"`SmoothSquareWave\(rise=...\)`"),
         (lambda: Sines([1.0, 2.0], [1.0, 2.0, 3.0]), r"`Sines\(frequency=...\)` must be an array of shape \(n = 2\)"),
-        (lambda: Sines(1.0, 2.0), r"`Sines\(amplitude=...\)` must be an array of shape \(n\); got shape \(\)"),
+        (
+            lambda: Sines([[1.0]], 2.0),
+            r"`Sines\(amplitude=...\)` must be an array of shape \(n = 1\); got shape \(1, 1\)",
+        ),
         (lambda: SineTorque([np.nan], [1.0]), "must be finite"),
     ],
 )

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import dre, durability, equations, ode, planar, riccati, rigid, scales, sensitivity
+from . import dre, durability, equations, ode, planar, plants, riccati, rigid, scales, sensitivity
 from .graders import Grader, Loaded, find, loaded
 
 # What an exam asks for, by a function that only its grader has.
@@ -55,6 +55,9 @@ def _sit(grader: Grader) -> Iterator[Verdict]:
         known = True
         for name, part in equations.parts():
             yield _run(grader, name, part)
+    if plants.asked(grader):
+        known = True
+        yield _run(grader, "plants", plants.plants)
     if not known:
         yield Verdict(None, f"unknown: {grader.name} (its grader asks for nothing that is known here)")
 

@@ -3,11 +3,13 @@
 from workbench.controllers.adaptation import AbstractAdaptation, DeadZone, Frozen, Leakage, Plain
 from workbench.controllers.adaptive_sliding_mode import AdaptiveSlidingMode
 from workbench.controllers.aosmc_rgs import AosmcRgs
+from workbench.controllers.cascade import Cascade
 from workbench.controllers.compensation import WithCompensation
 from workbench.controllers.computed_torque import ComputedTorque
 from workbench.controllers.fuzzy import RuleBase
 from workbench.controllers.fuzzy_asmc import FuzzyAsmc
 from workbench.controllers.pid import PID
+from workbench.controllers.pid2 import PID2
 from workbench.controllers.rbf_asmc import RbfAsmc
 from workbench.controllers.rise import Rise
 from workbench.controllers.scheduled_feedback import ScheduledFeedback
@@ -19,9 +21,11 @@ from workbench.controllers.terminal_sliding_mode import NonsingularTerminalSlidi
 
 __all__ = [
     "PID",
+    "PID2",
     "AbstractAdaptation",
     "AdaptiveSlidingMode",
     "AosmcRgs",
+    "Cascade",
     "ComputedTorque",
     "DeadZone",
     "Frozen",

@@ -1,11 +1,12 @@
 """Blocks: frozen dataclasses of plain numbers, each with its unit and its bounds.
 
-`parameter` declares a number of the equations, `initial` the start of a block's memory, `option` a
-named choice among readings. `block` makes the frozen class and checks what its user gives it.
+`parameter` declares a number of the equations, `parameters` a layout of them, `initial` the start of a block's memory,
+`option` a named choice among readings. `block` makes the frozen class and checks what its user gives it.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
 from types import FunctionType
@@ -14,7 +15,8 @@ from typing import Any, Literal, TypeVar, dataclass_transform
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Bounds
+from workbench.core.layout import Bounds, Layout
+from workbench.core.port import ANY
 from workbench.core.show import Markup, letters, table_to_html
 from workbench.validation.doors import door, fitted
 from workbench.validation.words import numbers, one_of, refusal
@@ -27,6 +29,7 @@ Matrix = Any
 T = TypeVar("T")
 MADE_IN_PYTHON = 1 << 9  # of a class's flags: others take no new attributes
 LONGEST = 1_000_000  # entries of one axis of a number
+PLACE = re.compile(r"\{(\w+)\}")  # of a text in a unit
 
 
 @dataclass(frozen=True)
@@ -56,8 +59,9 @@ def parameter(
     """A number, vector or matrix of the equations: `lift` turns it into symbols keyed by its path.
 
     `shape` names its axes, as in ("n",) or ("n", "n"), where `n` is the block's `dof`, or counts them, as in
-    ("3",); `symbol` is how it is printed. With `strict` the bounds themselves are refused, with `symmetric` any other
-    matrix; `definite` is that of `Bounds`. A default of None declares a number that may be left out.
+    ("3",), or is ("*",) for one number or a vector of them; `symbol` is how it is printed. With `strict` the bounds
+    themselves are refused, with `symmetric` any other matrix; `definite` is that of `Bounds`. A default of None
+    declares a number that may be left out.
     """
     bounds = Bounds(low, high, strict, symmetric, definite)
     return _quantity(default, Quantity(unit, bounds, shape, symbol, lifted=True))
@@ -76,6 +80,11 @@ def option(choices: Mapping[str, str], default: str) -> Any:
     return field(default=default, metadata={"option": dict(choices)})
 
 
+def parameters(*, init: Literal[False] = False) -> Any:
+    """A layout of numbers of the equations, which `__post_init__` sets; `lift` turns each into symbols as well."""
+    return field(init=init, default=Layout(), metadata={"parameters": True})
+
+
 def _quantity(default: Any, quantity: Quantity) -> Any:
     metadata = {"quantity": quantity}
     if isinstance(default, np.ndarray | list | tuple):
@@ -89,11 +98,17 @@ def quantities(owner: Any) -> list[tuple[Field[Any], Quantity]]:
 
 
 def unit_of(owner: Any, quantity: Quantity) -> str:
-    """The unit of a number, in which `{field}` stands for the text of another field: the unit of a signal, say."""
-    unit = quantity.unit
-    for f in fields(owner) if "{" in unit else ():
-        unit = unit.replace(f"{{{f.name}}}", str(getattr(owner, f.name)))
-    return unit
+    """The unit of a number, in which `{name}` stands for the text of an attribute: the unit of a signal, say.
+
+    A text of several units, "m, rad", makes several, one for each number.
+    """
+    texts = {name: str(getattr(owner, name)).split(", ") for name in PLACE.findall(quantity.unit)}
+    units = [quantity.unit] * max(map(len, texts.values()), default=1)
+    for name, each in texts.items():
+        units = [unit.replace(f"{{{name}}}", each[i % len(each)]) for i, unit in enumerate(units)]
+    if texts:
+        units = [f"1{unit}" if unit.startswith("/") else unit.replace("/s/s", "/s^2") for unit in units]
+    return ", ".join(units)
 
 
 def options(owner: Any) -> dict[str, tuple[str, str]]:
@@ -102,7 +117,9 @@ def options(owner: Any) -> dict[str, tuple[str, str]]:
     return {name: (choice, meaning[choice]) for name, (choice, meaning) in chosen.items()}
 
 
-@dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(parameter, initial, option, field))
+@dataclass_transform(
+    frozen_default=True, eq_default=False, field_specifiers=(parameter, parameters, initial, option, field)
+)
 def block(cls: type[T]) -> type[T]:
     """Make `cls` a frozen dataclass that refuses, when built, parts of a wrong type and numbers out of bounds."""
     if not isinstance(cls, type) or not cls.__flags__ & MADE_IN_PYTHON:
@@ -132,6 +149,13 @@ def _repr_html_(self: Any) -> str:
     rows: list[tuple[object, ...]] = [
         (f.name, letters(q.symbol or f.name), _plain(getattr(self, f.name)), unit_of(self, q))
         for f, q in quantities(self)
+    ]
+    named = [getattr(self, f.name) for f in fields(self) if "parameters" in f.metadata]
+    rows += [
+        (e.name, letters(e.symbol or e.name), _plain(e.default), e.unit)
+        for held in named
+        if isinstance(held, Layout)  # of a lifted twin they are symbols without units
+        for e in held.entries
     ]
     rows += [(f.name, "", getattr(self, f.name), "") for f in _sockets(self) if _is_plain(getattr(self, f.name))]
     rows += [(name, "", choice, meaning) for name, (choice, meaning) in options(self).items()]
@@ -193,7 +217,8 @@ def _check_quantities(owner: Any) -> None:
         value = numbers(f"{type(owner).__name__}({f.name}=...)", getattr(owner, f.name))
         value = _fit(owner, f.name, value, quantity, sizes)
         if not quantity.bounds.allow(value).all():
-            unit = f" [{held}]" if (held := unit_of(owner, quantity)) else ""
+            held = unit_of(owner, quantity)
+            unit = f" [{held}]" if held and ANY not in held else ""
             raise ValueError(
                 f"`{type(owner).__name__}({f.name}=...)` must be {quantity.bounds}{unit}; got {_show(value)}."
             )
@@ -210,11 +235,15 @@ def _dof(owner: Any) -> int | None:
 
 
 def _fit(owner: Any, name: str, value: Any, quantity: Quantity, sizes: dict[str, int]) -> np.ndarray[Any, Any]:
-    """The value in its declared shape; one number stands for a whole vector of equal ones."""
+    """The value in its declared shape; one number stands for a vector of equal ones, a vector for a single column."""
     if max(sizes.values(), default=0) > LONGEST:
         raise ValueError(f"`{type(owner).__name__}({name}=...)` has at most {LONGEST} numbers; got {sizes}.")
+    if quantity.shape == ("*",) and value.ndim == 0:
+        return np.array(value)
     if len(quantity.shape) == 1 and value.ndim == 0 and quantity.shape[0] in sizes:
         value = np.full(sizes[quantity.shape[0]], float(value))
+    if len(quantity.shape) == 2 and value.ndim == 1 and sizes.get(quantity.shape[1]) == 1:
+        value = value[:, np.newaxis]
     if value.ndim == len(quantity.shape):
         for axis, size in zip(quantity.shape, value.shape, strict=True):
             sizes.setdefault(axis, int(axis) if axis.isdigit() else size)
@@ -227,6 +256,8 @@ def _fit(owner: Any, name: str, value: Any, quantity: Quantity, sizes: dict[str,
     known = (axis in sizes and not axis.isdigit() for axis in quantity.shape)
     axes = ", ".join(f"{axis} = {sizes[axis]}" if k else axis for axis, k in zip(quantity.shape, known, strict=True))
     want = f"an array of shape ({axes})" if quantity.shape else "a single number"
+    if quantity.shape == ("*",):
+        want = f"a number or a vector of {sizes.get('*', '')} numbers".replace("  ", " ")
     raise ValueError(f"`{type(owner).__name__}({name}=...)` must be {want}; got shape {value.shape}.")
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.core.block import Quantity, is_block, unit_of
 from workbench.core.layout import Entry, Layout
+from workbench.core.signals import Signals
 from workbench.validation.doors import door
 from workbench.validation.words import refusal
 
@@ -59,6 +60,10 @@ def _twin(block: T, path: str, index: str, found: list[tuple[Entry, ca.SX]]) -> 
             )
             found.append((entry, _symbol(entry)))
             value = found[-1][1]
+        elif "parameters" in f.metadata:
+            named = [(entry, _symbol(entry)) for entry in value.prefixed(path).entries]
+            found += named
+            value = Signals({name: symbol for name, (_, symbol) in zip(value.names, named, strict=True)})
         else:
             value = _twin_of_field(value, f"{path}{f.name}", found)
         object.__setattr__(twin, f.name, value)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -37,6 +38,8 @@ class Ode:
         What a reader must know of these equations: an estimate that uses the truth, say.
     follows, drives
         Of a loop, the outputs that follow a reference, each beside what is wanted of it (`x_ref`), and the commands.
+    horizon
+        The last time at which the equations hold, in s: that of the last row of a table, say.
 
     Raises
     ------
@@ -60,6 +63,7 @@ class Ode:
     notes: tuple[str, ...] = ()
     follows: tuple[str, ...] = ()
     drives: tuple[str, ...] = ()
+    horizon: float = math.inf
 
     WAYS: ClassVar = {
         "ClosedLoop": "a loop becomes one by its method `ode()`",
@@ -177,6 +181,15 @@ class Ode:
         for line in instructions(function):
             digest.update(repr(line).encode())
         return digest.hexdigest()
+
+    def refuse_beyond(self, call: str, until: float) -> None:
+        """Refuse a time in s that lies behind the horizon."""
+        # 1e-9: what the rounding of a count of steps may add to a time
+        if until > self.horizon + 1e-9 * abs(self.horizon):
+            raise ValueError(
+                f"`{call}` must be at most {self.horizon:g} s, the time at which a table of '{self.name}' ends; got "
+                f"{until:g} s: run it for less, or add rows."
+            )
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the names, units and values of states and parameters."""

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeVar
 
 import casadi as ca
 
 from workbench.core.symbols import refuse_misfit, refuse_unknown
 from workbench.validation.doors import door
+
+Held = TypeVar("Held")  # what an equation is given beside its state, the same at each stage
 
 # The classical fourth-order Runge-Kutta method: its nodes c_j; by how much of h k_j the next stage is ahead of x;
 # and the weights of k_j in x+, in parts of DIVISOR.
@@ -106,7 +110,7 @@ class Rule:
         return replace(self, x=ca.vertcat(self.x, symbols), update=ca.vertcat(self.update, update))
 
 
-def runge_kutta(f: ca.Function, t: ca.SX, x: ca.SX, p: ca.SX, h: ca.SX | float) -> ca.SX:
+def runge_kutta(f: Callable[[ca.SX, ca.SX, Held], ca.SX], t: ca.SX, x: ca.SX, p: Held, h: ca.SX | float) -> ca.SX:
     """x(t + h) from x(t) by the classical Runge-Kutta method, for x' = f(t, x, p)."""
     stage, total = x, ca.SX(0)
     for node, ahead, weight in zip(NODES, AHEAD, WEIGHTS, strict=True):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import casadi as ca
 
@@ -33,6 +33,10 @@ class Signals(Mapping[str, ca.SX]):
 
     def __contains__(self, name: object) -> bool:
         return name in self._parts
+
+    def get(self, name: str, default: Any = None) -> Any:
+        """The signal of a name, or something else where there is none."""
+        return self._parts.get(name, default)
 
     def __getattr__(self, name: str) -> ca.SX:
         if name.startswith("__") or name == "_parts":  # Python's own questions, those of `copy` among them

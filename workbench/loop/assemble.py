@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import casadi as ca
@@ -14,11 +15,13 @@ from workbench.loop.matching import refuse_misfits
 from workbench.loop.roles import roles
 from workbench.loop.sampled import FINE, digital
 from workbench.loop.surroundings import AbstractInstruments, AbstractReference
+from workbench.loop.waiting import Queue
 from workbench.loop.wiring import (
     above,
     asked,
     commanded,
     estimated,
+    horizon,
     measured,
     memory,
     notes,
@@ -135,7 +138,7 @@ class ClosedLoop:
         period: float,
         instruments: AbstractInstruments | None = None,
         *,
-        delay: bool = False,
+        delay: bool | float | Mapping[str, float] = False,
         integrator: str = "declared",
         name: str = "loop",
     ) -> Sampled:
@@ -144,7 +147,8 @@ class ClosedLoop:
         At t_k = k period the computer reads the instruments, and its observer estimates from the readings;
         the law sees the estimates and the reference of that instant; its command, limited, is held until
         t_(k+1) while the plant moves. With `delay` the command computed at t_k waits as the state 'hold.next'
-        and is held from t_(k+1) on; what that state is at the start, zero unless set, is held until t_1.
+        and is held from t_(k+1) on; what that state is at the start, zero unless set, is held until t_1. A number of
+        periods makes it wait as many, at 'hold.next.2' and so on before: a transport delay, exact in steps.
         Then observer and controller move their memories on by the method that each declares, explicit Euler unless
         it has an `integrator` of its own; the observer counts on the command that is held. `methods` of what comes
         back names them.
@@ -158,7 +162,10 @@ class ClosedLoop:
         Parameters
         ----------
         instruments
-            Noise and steps of the readings, limits of the commands; without any, readings are exact.
+            Noise, drift ('drift.x' of an output x) and steps of the readings, limits of the commands; without any,
+            readings are exact.
+        delay
+            Whether a command waits a period; or how many, a whole number for all inputs, or one for each that is named.
         integrator
             "declared", or "fine" for 16 Runge-Kutta steps a period through all memories, with readings, estimate,
             reference and torque held: near the exact flow of their own equations, which tells what diverges by its
@@ -168,12 +175,14 @@ class ClosedLoop:
         ------
         ValueError
             If the period is no positive finite number, or does not divide that of a block; the instruments are none or
-            for another plant; `delay` is neither True nor False; the integrator is neither of the two; or the law calls
-            a signal of its own as the loop calls one.
+            for another plant; the delay is no whole number of periods; the integrator is neither of the two; or the
+            law calls a signal of its own as the loop calls one.
+        LookupError
+            If a delay is for a name that is no input of the plant.
         """
         fine = one_of("ClosedLoop.digital(integrator=...)", integrator, ("declared", "fine")) == "fine"
         length = seconds("ClosedLoop.digital(period=...)", period)
-        return digital(self, length, instruments, delay, FINE if fine else 0, name)
+        return digital(self, length, instruments, Queue.of(self.plant.inputs, delay), FINE if fine else 0, name)
 
     def sampled(
         self,
@@ -181,7 +190,7 @@ class ClosedLoop:
         substeps: int = 1,
         instruments: AbstractInstruments | None = None,
         *,
-        delay: bool = False,
+        delay: bool | float | Mapping[str, float] = False,
         name: str = "loop",
     ) -> Step:
         """One period of `digital` as a `Step`, in which the plant moves by `substeps` Runge-Kutta steps.
@@ -233,6 +242,7 @@ def _around(closed: ClosedLoop, name: str, *, broken: bool) -> Ode:
         notes=notes(closed),
         follows=() if broken else closed.follows,
         drives=inputs.names,
+        horizon=horizon(closed),
     )
 
 
@@ -257,6 +267,5 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     y = asked(lifted.block, "measure", outputs + plant.truths, t, z)
     watched = outputs.flatten({name: ca.densify(part) for name, part in y.only(outputs).items()})
     p = ca.vertcat(lifted.symbols, u)
-    return Ode(
-        name, states, lifted.layout + inputs, outputs, t, x, p, states.flatten(rate), watched, inputs=inputs.names
-    )
+    equations, ends = (t, x, p, states.flatten(rate), watched), horizon(plant)
+    return Ode(name, states, lifted.layout + inputs, outputs, *equations, inputs=inputs.names, horizon=ends)

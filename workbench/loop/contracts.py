@@ -232,8 +232,12 @@ class AbstractController(ABC):
 
 
 def is_recursion(block: AbstractObserver | AbstractController | AbstractPlant) -> bool:
-    """Whether a block is one in discrete time: it has an `update` of its own in place of a `rate`."""
-    return not any(type(block).update is kind.update for kind in (AbstractObserver, AbstractController, AbstractPlant))
+    """Whether a block is one in discrete time: it has an `update` of its own in place of a `rate`.
+
+    A block that has both, as what it holds may be of either kind, says which by an attribute `recursion`.
+    """
+    own = not any(type(block).update is kind.update for kind in (AbstractObserver, AbstractController, AbstractPlant))
+    return own and getattr(block, "recursion", True)
 
 
 def euler(z: Parts, rates: Parts, period: float) -> dict[str, ca.SX]:

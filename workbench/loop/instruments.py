@@ -1,4 +1,4 @@
-"""What stands between any plant and its computer: sensors with noise and steps, limits of the commands."""
+"""What stands between any plant and its computer: sensors with noise, drift and steps, limits of the commands."""
 
 from __future__ import annotations
 
@@ -9,17 +9,53 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Signals, block, parameter
-from workbench.core.block import Vector
+from workbench.core.block import Scalar, Vector
 from workbench.loop.contracts import AbstractPlant
 from workbench.loop.surroundings import AbstractInstruments
 from workbench.validation.words import known, numbers, refusal
 
 
 @block
-class Sensor:
-    """One output as a computer reads it, with standard normal w, fresh at every reading:
+class Drift:
+    """A process of Ornstein and Uhlenbeck at the instants of a computer, exactly, with standard normal v:
 
-        reading = quantised(x + noise w, quantum),      quantised(x, b) = floor(x / b + 1/2) b,   or x where b = 0.
+        b+ = a b + sigma sqrt(1 - a^2) v,    a = exp(-period / T).
+
+    It starts at 0, as after a calibration, unless its state is set.
+
+    Parameters
+    ----------
+    unit
+        That of the output that drifts.
+    deviation
+        The standard deviation sigma after a long time: one number, or (k,).
+    time
+        T, in which the correlation falls to 1/e.
+
+    References
+    ----------
+    Gillespie (1996), Exact numerical simulation of the Ornstein-Uhlenbeck process and its integral, Physical Review E
+    54, 2084-2091.
+    """
+
+    unit: str
+    deviation: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="sigma")
+    time: Scalar = parameter(unit="s", low=0, strict=True, symbol="T")
+
+    def after(self, b: ca.SX, v: ca.SX, period: Scalar) -> ca.SX:
+        """The drift one period after it was b, (k, 1)."""
+        a = ca.exp(-period / self.time)
+        moved: ca.SX = a * b + self.deviation * ca.sqrt(1 - a**2) * v
+        return moved
+
+
+@block
+class Sensor:
+    """One output as a computer reads it, with its drift b and standard normal w, fresh at every reading:
+
+        reading = quantised(x + b + bias + noise w, quantum),
+
+    where quantised(x, q) = floor(x / q + 1/2) q, or x where q = 0.
 
     Parameters
     ----------
@@ -28,15 +64,24 @@ class Sensor:
     unit
         That of the output.
     noise
-        (k,), standard deviations, one for each number of the output.
+        The standard deviation: one number or (k,), one for each number of the output, as below.
     quantum
-        (k,), the steps in which a reading comes; 0 for a reading without steps.
+        The steps in which a reading comes; 0 for a reading without steps.
+    bias
+        What all readings are off by, or None.
     """
 
     output: str
     unit: str
-    noise: Vector = parameter(unit="{unit}", low=0, shape=("k",), symbol="sigma")
-    quantum: Vector = parameter(unit="{unit}", low=0, shape=("k",), symbol="b")
+    noise: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="sigma")
+    quantum: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="q")
+    bias: Vector | None = parameter(default=None, unit="{unit}", shape=("*",), symbol="beta")
+    drift: Drift | None = None
+
+    @property
+    def port(self) -> Entry:
+        """The output."""
+        return _port(self.output, self.unit, self.noise)
 
 
 @block
@@ -50,13 +95,13 @@ class Limit:
     unit
         That of the input.
     low, high
-        (k,), one for each number of the input.
+        One number or (k,), one for each number of the input.
     """
 
     input: str
     unit: str
-    low: Vector = parameter(unit="{unit}", shape=("k",), symbol="u_min")
-    high: Vector = parameter(unit="{unit}", shape=("k",), symbol="u_max")
+    low: Vector = parameter(unit="{unit}", shape=("*",), symbol="u_min")
+    high: Vector = parameter(unit="{unit}", shape=("*",), symbol="u_max")
 
     def __post_init__(self) -> None:
         if np.any(self.low >= self.high):
@@ -79,68 +124,103 @@ class Instruments(AbstractInstruments):
         noise: Mapping[str, Any] | None = None,
         quantum: Mapping[str, Any] | None = None,
         limit: Mapping[str, Any] | None = None,
+        bias: Mapping[str, Any] | None = None,
+        drift: Mapping[str, Any] | None = None,
     ) -> Instruments:
         """Instruments of a plant, by the names of its outputs and inputs.
 
         Parameters
         ----------
-        noise, quantum
+        noise, quantum, bias
             A number for each output that is named, or one for each of its numbers.
         limit
             The lowest and the highest command for each input that is named, (low, high).
+        drift
+            The standard deviation and the time of correlation in s for each output that is named, (deviation, time).
 
         Raises
         ------
         LookupError
             If a name is no output or no input of the plant.
         ValueError
-            If a number is negative or not finite, or a limit is no pair with room between.
+            If a number is negative or not finite, a limit is no pair with room between, or a drift no pair.
         """
-        noise, quantum, limit = noise or {}, quantum or {}, limit or {}
+        given, drifts = {"noise": noise or {}, "quantum": quantum or {}}, drift or {}
+        given |= {"bias": bias} if bias else {}
         sensors = []
-        for name in dict.fromkeys((*noise, *quantum)):
-            known(name, plant.outputs.names, "outputs of the plant")
-            entry = plant.outputs[name]
-            call = "Instruments.of(noise=..., quantum=...)"
-            steps = (_each(call, entry, held.get(name, 0.0)) for held in (noise, quantum))
-            sensors.append(Sensor(name, entry.unit, *steps))
+        for name in dict.fromkeys(name for held in (*given.values(), drifts) for name in held):
+            entry = plant.outputs[known(name, plant.outputs.names, "outputs of the plant")]
+            own = {key: _each(key, entry, held.get(name, 0.0)) for key, held in given.items()}
+            wander = None
+            if name in drifts:
+                deviation, time = _pair("drift", "(deviation, time)", name, drifts[name])
+                wander = Drift(entry.unit, _each("drift", entry, deviation), time)
+            sensors.append(Sensor(name, entry.unit, **own, drift=wander))
         bounds = []
-        for name, pair in limit.items():
-            known(name, plant.inputs.names, "inputs of the plant")
-            if not isinstance(pair, tuple | list) or len(pair) != 2:
-                raise refusal("Instruments.of(limit=...)", f"a pair (low, high) for '{name}'", pair)
-            entry = plant.inputs[name]
-            bounds.append(Limit(name, entry.unit, *(_each("Instruments.of(limit=...)", entry, end) for end in pair)))
+        for name, pair in (limit or {}).items():
+            entry = plant.inputs[known(name, plant.inputs.names, "inputs of the plant")]
+            ends = (_each("limit", entry, end) for end in _pair("limit", "(low, high)", name, pair))
+            bounds.append(Limit(name, entry.unit, *ends))
         return Instruments(tuple(sensors), tuple(bounds))
 
     @property
     def reads(self) -> Layout:
         """The outputs that have a sensor."""
-        return Layout(tuple(Entry(s.output, np.zeros(s.noise.shape[0]), s.unit) for s in self.sensors))
+        return Layout(tuple(sensor.port for sensor in self.sensors))
 
     @property
     def limits(self) -> Layout:
         """The inputs that have a limit."""
-        return Layout(tuple(Entry(b.input, np.zeros(b.low.shape[0]), b.unit) for b in self.bounds))
+        return Layout(tuple(_port(bound.input, bound.unit, bound.low) for bound in self.bounds))
+
+    @property
+    def drifts(self) -> Layout:
+        """The outputs whose sensors drift."""
+        return Layout(tuple(sensor.port for sensor in self.sensors if sensor.drift is not None))
 
     @property
     def noises(self) -> int:
-        """One for each number that is read."""
-        return self.reads.size
+        """One for each number that is read, then one for each that drifts."""
+        return self.reads.size + self.drifts.size
+
+    def drifted(self, z: Signals, w: ca.SX, period: float) -> Signals:
+        """The drifts."""
+        v = self.drifts.view(w[self.reads.size :])
+        each = {sensor.output: sensor.drift for sensor in self.sensors if sensor.drift is not None}
+        return Signals({name: drift.after(z[name], v[name], period) for name, drift in each.items()})
 
     def read(self, y: Signals, w: ca.SX) -> Signals:
         """The readings."""
-        draws = self.reads.view(w)
-        return Signals({s.output: quantised(y[s.output] + s.noise * draws[s.output], s.quantum) for s in self.sensors})
+        draws, readings = self.reads.view(w[: self.reads.size]), {}
+        for sensor in self.sensors:
+            x = y[sensor.output] + sensor.noise * draws[sensor.output]
+            readings[sensor.output] = quantised(x if sensor.bias is None else x + sensor.bias, sensor.quantum + 0 * x)
+        return Signals(readings)
 
     def limited(self, u: Signals) -> Signals:
         """The commands within their limits."""
         return Signals({b.input: ca.fmin(ca.fmax(u[b.input], b.low), b.high) for b in self.bounds})
 
 
-def _each(call: str, entry: Entry, value: Any) -> Any:
+def _port(name: str, unit: str, each: Vector) -> Entry:
+    size = ca.SX(each).numel()
+    return Entry(name, np.zeros(() if size == 1 else size), unit)
+
+
+def _pair(key: str, must: str, name: str, pair: Any) -> Any:
+    if not isinstance(pair, tuple | list) or len(pair) != 2:
+        raise refusal(f"Instruments.of({key}=...)", f"a pair {must} for '{name}'", pair)
+    return pair
+
+
+def _each(key: str, entry: Entry, value: Any) -> Any:
+    """A number for each of a signal's, or a refusal of another count."""
+    call = f"Instruments.of({key}=...)"
     each = numbers(call, value)
-    return np.full(entry.size, float(each)) if each.ndim == 0 else each
+    if each.shape not in ((), entry.shape):
+        several = f"{entry.size} numbers or one for all of" if entry.shape else "one number for"
+        raise ValueError(f"`{call}` must have {several} '{entry.name}'; got shape {each.shape}.")
+    return np.broadcast_to(each, entry.shape)
 
 
 def quantised(x: ca.SX, quantum: ca.SX) -> ca.SX:

@@ -10,10 +10,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Lifted, Ode, Sampled, Signals, lift
-from workbench.core.port import joined
 from workbench.loop.contracts import Parts, euler, is_recursion
 from workbench.loop.matching import refuse_instruments
 from workbench.loop.surroundings import AbstractInstruments
+from workbench.loop.waiting import Queue
 from workbench.loop.wiring import (
     Blocks,
     above,
@@ -21,6 +21,7 @@ from workbench.loop.wiring import (
     below,
     commanded,
     estimated,
+    horizon,
     measured,
     memory,
     methods,
@@ -32,12 +33,11 @@ from workbench.loop.wiring import (
 )
 from workbench.validation.words import MOST
 
-NEXT = "hold.next"  # the command that waits for the next instant
 FINE = 16  # steps of Runge-Kutta a period: stable up to 44 / period, where (34) at 500 N m and 4 ms has 23
 
 
 def digital(
-    loop: Blocks, period: float, instruments: AbstractInstruments | None, delay: bool, fine: int, name: str
+    loop: Blocks, period: float, instruments: AbstractInstruments | None, queue: Queue, fine: int, name: str
 ) -> Sampled:
     """The loop as a flow and a jump, see `ClosedLoop.digital`."""
     if instruments is not None:
@@ -45,20 +45,23 @@ def digital(
     every = {socket: _every(getattr(loop, socket), period) for socket in ("plant", "observer", "controller")}
     lifted = lift(loop)
     gauges = Lifted(None, Layout(), ca.SX(0, 1)) if instruments is None else lift(instruments, "instruments.")
-    remembers = memory(loop) + _remembered(loop, every, delay)
+    remembers = memory(loop) + _remembered(loop, every, queue)
+    if instruments is not None:
+        remembers += instruments.drifts.prefixed("drift.")
     k, w = ca.SX.sym("k"), ca.SX.sym("w", instruments.noises if instruments is not None else 0)
     x = remembers.symbols()
-    computer = Computer(lifted.block, gauges.block, period, every, fine)
+    computer = Computer(lifted.block, gauges.block, period, every, queue, fine)
     after = {n: ca.densify(ca.SX(part)) for n, part in computer.after(k, remembers.view(x), w).items()}
     units = _units(loop)
     new = [(n, part) for n, part in after.items() if n not in remembers]
     held = Layout(tuple(Entry(n, np.zeros(part.numel()), units.get(n, "")) for n, part in new))
     states, x, t = remembers + held, ca.vertcat(x, held.symbols()), ca.SX.sym("t")
-    moves, outputs, watched = _between(lifted.block, t, states.view(x))
+    moves, outputs, watched = _between(lifted.block, queue, t, states.view(x))
     parameters, p = lifted.layout + gauges.layout, ca.vertcat(lifted.symbols, gauges.symbols)
     equations = (states.flatten(moves), outputs.flatten(watched))
     flow = Ode(name, states, parameters, outputs, t, x, p, *equations)
-    flow = replace(flow, notes=notes(loop), follows=loop.follows, drives=loop.plant.inputs.names)
+    flow = replace(flow, notes=notes(loop), horizon=horizon(loop))
+    flow = replace(flow, follows=loop.follows, drives=loop.plant.inputs.names)
     return Sampled(flow, period, k, w, states.flatten(after), methods(loop, fine))
 
 
@@ -76,14 +79,13 @@ def _every(block: Any, period: float) -> int:
     return times
 
 
-def _remembered(loop: Blocks, every: Mapping[str, int], delay: bool) -> Layout:
+def _remembered(loop: Blocks, every: Mapping[str, int], queue: Queue) -> Layout:
     """What a computer holds from one instant to the next beside the memories, as something there reads it."""
     inputs = loop.plant.inputs
-    waits = Layout((joined(inputs, NEXT),)) if delay else Layout()
-    commands = is_recursion(loop.plant) or (every["controller"] > 1 and not delay)
+    commands = is_recursion(loop.plant) or (every["controller"] > 1 and not all(queue.periods.values()))
     estimates = Layout(tuple(_renamed(entry, f"{entry.name}_hat") for entry in loop.observer.gives.entries))
     return (
-        waits
+        queue.memory
         + (inputs.prefixed("hold.") if commands else Layout())
         + (estimates.prefixed("hold.") if every["observer"] > 1 else Layout())
     )
@@ -111,6 +113,8 @@ class Computer:
     ----------
     every
         How many periods make one of each block.
+    queue
+        The commands that wait.
     fine
         Runge-Kutta steps a period through the memories; 0 for the method that each block declares.
     """
@@ -119,14 +123,18 @@ class Computer:
     instruments: AbstractInstruments | None
     period: float
     every: Mapping[str, int]
+    queue: Queue
     fine: int
 
     def after(self, k: ca.SX, x: Mapping[str, ca.SX], w: ca.SX) -> dict[str, ca.SX]:
         """What the states x become at the instant t_k: all that the computer remembers and holds."""
-        loop, z, t, inputs = self.loop, split(x), k * self.period, self.loop.plant.inputs
+        loop, z, t = self.loop, split(x), k * self.period
         plant = self._moved_plant(k, t, z["plant"], x)
         ref, y = wanted(loop, t), measured(loop, t, plant)
+        drift = Signals()
         if self.instruments is not None:
+            drift = self.instruments.drifted(Signals(below("drift", x)), w, self.period)
+            y = y | {name: y[name] + part for name, part in drift.items()}
             y = y | self.instruments.read(y.only(self.instruments.reads), w)
         seen, est = estimated(loop, t, z["observer"], y)
         est = self._unless("observer", k, est, {n: x.get(f"hold.{n}_hat", part) for n, part in est.items()})
@@ -135,15 +143,15 @@ class Computer:
         u = commanded(twin, t, z["controller"], est, ref)
         if self.instruments is not None:
             u = u | self.instruments.limited(u.only(self.instruments.limits))
-        waiting = inputs.view(x[NEXT]) if NEXT in x else {}
-        u = self._unless("controller", k, u, {n: waiting.get(n, x.get(f"hold.{n}", part)) for n, part in u.items()})
-        held = Signals(waiting) if waiting else u
+        last = {name: x.get(f"hold.{name}", part) for name, part in u.items()} | self.queue.last(x)
+        held, waiting = self.queue.moved(x, self._unless("controller", k, u, last))
         moved = self._moved(twin, t, z, seen, est, held, ref)
         moved = {socket: self._unless(socket, k, Signals(new), z[socket]) for socket, new in moved.items()}
         own = signals(twin, z["controller"], est, ref)
         return {
             **above({"plant": plant, **moved}),
-            **({NEXT: ca.vertcat(*(u[name] for name in inputs.names))} if NEXT in x else {}),
+            **waiting,
+            **above({"drift": drift}),
             **above({"hold": held}),
             **above({"hold": {f"{name}_hat": part for name, part in est.items()}}),
             **above({"hold": {name: ca.vec(ca.SX(part)) for name, part in own.items()}}),
@@ -220,12 +228,14 @@ def _refined(rate: Callable[[Signals], Parts], z: Signals, period: float, steps:
     return z
 
 
-def _between(loop: Blocks, t: ca.SX, x: Mapping[str, ca.SX]) -> tuple[dict[str, ca.SX], Layout, dict[str, ca.SX]]:
+def _between(
+    loop: Blocks, queue: Queue, t: ca.SX, x: Mapping[str, ca.SX]
+) -> tuple[dict[str, ca.SX], Layout, dict[str, ca.SX]]:
     """The rates of all states between two instants, where only the plant moves, and what is watched then."""
-    plant, z, held = loop.plant, split(x)["plant"], below("hold", x)
+    plant, z = loop.plant, split(x)["plant"]
+    held = below("hold", {name: part for name, part in x.items() if name not in queue.places})
     u = Signals({name: held.pop(name) for name in plant.inputs.names})
     est = Signals({name: held.pop(f"{name}_hat") for name in loop.observer.gives.names})
-    held.pop("next", None)
     moves = {name: ca.SX.zeros(part.shape) for name, part in x.items()}
     if not is_recursion(plant):
         moves |= above({"plant": asked(plant, "rate", plant.states, t, z, u)})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 
 import casadi as ca
@@ -23,6 +24,11 @@ class AbstractReference(ABC):
         """The signals that are wanted for themselves; others are their derivatives."""
         return self.says.names
 
+    @property
+    def ends(self) -> float:
+        """The last time for which it has values, in s."""
+        return math.inf
+
     @abstractmethod
     def at(self, t: Number) -> Signals:
         """The signals at time t [s]."""
@@ -42,13 +48,23 @@ class AbstractInstruments(ABC):
         """The inputs of the plant that they limit."""
 
     @property
+    def drifts(self) -> Layout:
+        """The outputs whose readings drift, each with its drift at the start."""
+        return Layout()
+
+    @property
     @abstractmethod
     def noises(self) -> int:
         """How many standard normal numbers one reading takes."""
 
+    def drifted(self, z: Signals, w: ca.SX, period: float) -> Signals:
+        """The drifts at an instant, a period in s after they were z, with w (noises, 1)."""
+        del w, period
+        return z
+
     @abstractmethod
     def read(self, y: Signals, w: ca.SX) -> Signals:
-        """What the computer reads where y is true, with w (noises, 1)."""
+        """What the computer reads where y is true, its drift added, with w (noises, 1)."""
 
     @abstractmethod
     def limited(self, u: Signals) -> Signals:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from dataclasses import fields
 from typing import Any, Protocol
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Signals
+from workbench.core.block import is_block
 from workbench.core.port import fitting
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Parts, is_recursion
 from workbench.loop.surroundings import AbstractReference
@@ -102,16 +105,19 @@ def shown(
     """What is worth watching in any loop, with its layout.
 
     Each output, wanted signal, command and truth goes by its own name; `x_ref` is what is wanted of x, `e_x` the error
-    x - x_ref, `e_hat_x` that of the estimate, `u_applied` what acts where u is commanded, and `x_error` what is true
-    less what is estimated. The plant's `labels` shorten them. Behind them comes what the law shows, `own`.
+    x - x_ref, `e_hat_x` that of the estimate where x is wanted for itself, `u_applied` what acts where u is commanded,
+    and `x_error` what is true less what is estimated. The plant's `labels` shorten them. Behind them comes what the law
+    shows, `own`.
     """
     outputs, inputs, truths = loop.plant.outputs, loop.plant.inputs, loop.plant.truths
     of = {entry.name: entry for entry in (outputs + truths).entries}
     follows = [of[name] for name in loop.reference.says.names if name in outputs]
     rows = [(e.name, y[e.name], e.unit) for e in outputs.entries]
     rows += [(f"{e.name}_ref", ref[e.name], e.unit) for e in follows]
-    rows += [(f"e_{e.name}", y[e.name] - ref[e.name], e.unit) for e in follows]
-    rows += [(f"e_hat_{e.name}", est[e.name] - ref[e.name], e.unit) for e in follows if e.name in est]
+    for e in follows:
+        rows.append((f"e_{e.name}", y[e.name] - ref[e.name], e.unit))
+        if e.name in est and e.name in loop.reference.primary:
+            rows.append((f"e_hat_{e.name}", est[e.name] - ref[e.name], e.unit))
     rows += [(e.name, u[e.name], e.unit) for e in inputs.entries]
     rows += [(f"{e.name}_applied", applied[e.name], e.unit) for e in inputs.entries]
     rows += [(e.name, y[e.name], e.unit) for e in truths.entries]
@@ -129,7 +135,7 @@ def names(loop: Blocks) -> list[str]:
     gives, follows = loop.observer.gives.names, [name for name in loop.reference.says.names if name in outputs]
     own = [*outputs, *inputs, *truths, *(f"{name}_applied" for name in inputs)]
     own += [f"{name}_ref" for name in follows] + [f"e_{name}" for name in follows]
-    own += [f"e_hat_{name}" for name in follows if name in gives]
+    own += [f"e_hat_{name}" for name in follows if name in gives and name in loop.reference.primary]
     own += [f"{name}_error" for name in (*outputs, *truths) if name in gives]
     return [loop.plant.labels.get(name, name) for name in own] + [f"{name}_hat" for name in gives] + ["next"]
 
@@ -170,7 +176,8 @@ def above(parts: Mapping[str, Mapping[str, ca.SX]]) -> dict[str, ca.SX]:
 def methods(loop: Blocks, fine: int) -> tuple[str, ...]:
     """How a computer steps each memory: as its block declares, or by so many Runge-Kutta steps a period."""
     by = f"{fine} Runge-Kutta steps a period" if fine else ""
-    blocks = {socket: getattr(loop, socket) for socket in ("observer", "controller")}
+    # as a computer runs them: a law's method may depend on that
+    blocks: dict[str, Any] = {"observer": loop.observer, "controller": loop.controller.run_every(1.0)}
     return tuple(
         f"memory of the {socket}: {own.method if is_recursion(own) or not fine else by}"
         for socket, own in blocks.items()
@@ -182,3 +189,11 @@ def notes(loop: Blocks) -> tuple[str, ...]:
     """What a reader must know of the loop's equations."""
     truths = ", ".join(loop.plant.truths.names)
     return (f"the observer uses the truth ({truths}), which no instrument gives",) if loop.observer.uses_truth else ()
+
+
+def horizon(block: Any) -> float:
+    """The last time for which each reference in a block has values, however deep it lies, in s."""
+    own = block.ends if isinstance(block, AbstractReference) else math.inf
+    held = (getattr(block, field.name) for field in fields(block))
+    parts = (part for value in held for part in (value if isinstance(value, tuple) else (value,)))
+    return min([own, *(horizon(part) for part in parts if is_block(part))])

@@ -92,7 +92,7 @@ class Manipulator(AbstractPlant):
     @property
     def labels(self) -> Mapping[str, str]:
         """The letters of the book for the errors."""
-        return {"e_q": "e", "e_qd": "ed", "e_hat_q": "e_hat", "e_hat_qd": "ed_hat"}
+        return {"e_q": "e", "e_qd": "ed", "e_hat_q": "e_hat"}
 
     def measure(self, t: Number, x: States) -> Signals:
         """Exact positions and velocities, and the true disturbance for those who may see it."""

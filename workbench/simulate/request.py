@@ -66,6 +66,7 @@ def told(call: str, progress: Progress | None) -> Progress:
 def plan_of(step: Step, p_rows: Array, until: float, every: float | None) -> tuple[int, int]:
     """How many steps lie between two kept times, and how many such times there are; refused if they do not fit."""
     until = words.seconds("simulate(until=...)", until)
+    step.flow.refuse_beyond("simulate(until=...)", until)
     count = words.multiple("simulate(until=...)", until, step.h, "the step")
     stride = 1
     if every is not None:

@@ -86,5 +86,5 @@ def _sizes(owner: object) -> dict[str, int]:
     for field in fields(owner) if is_dataclass(owner) else ():
         value, quantity = getattr(owner, field.name), field.metadata.get("quantity")
         if quantity is not None and value is not None:
-            sizes |= {axis: value.shape[i] for i, axis in enumerate(quantity.shape) if not axis.isdigit()}
+            sizes |= {axis: value.shape[i] for i, axis in enumerate(quantity.shape) if axis.isalpha()}
     return sizes | ({"n": owner.dof} if hasattr(owner, "dof") else {})

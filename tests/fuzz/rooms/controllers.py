@@ -6,18 +6,26 @@ from typing import Any
 import numpy as np
 
 from workbench import controllers
+from workbench.core import layout
 
 from ..parts import ARM, signals
 
 MODULES = ("workbench.controllers",)
+PORTS = (("q", "rad"), ("qd", "rad/s"), ("tau", "N m"))
 
 
 def calls() -> dict[str, Any]:
     eye, two = np.eye(2), [1.0, 1.0]
     coefficients = np.ones((3, 2, 4))
     flat = np.ones((3, 4))
+    angle, rate, torque = (layout(**{name: (unit, [0, 0])}) for name, unit in PORTS)
+    outer, inner = controllers.PID2(angle, rate, two), controllers.PID2(rate, torque, two, two)
     learns = controllers.Leakage(0.1, two)
     return {
+        "Cascade": partial(controllers.Cascade, outer, inner, 3),
+        "PID2": partial(
+            controllers.PID2, angle, torque, two, two, two, two, two, two, [-1.0, -1.0], two, "back-calculation", 0.1
+        ),
         "PID": partial(controllers.PID, two, two, two, ARM),
         "AbstractAdaptation": controllers.Plain(),
         "AdaptiveSlidingMode": partial(controllers.AdaptiveSlidingMode, ARM, two, 0.1, 1.0, two, learns, "tanh"),

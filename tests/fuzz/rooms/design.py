@@ -71,6 +71,7 @@ def calls() -> dict[str, Any]:
         "lyapunov": partial(riccati.lyapunov, A, Q, np.eye(2)),
         "lqr": partial(riccati.lqr, A, B, Q, R, np.zeros((2, 1)), np.eye(2), False),
         "lqe": partial(riccati.lqe, A, B, C, R, R, np.zeros((1, 1)), np.eye(2), False),
+        "steady_kalman": partial(riccati.steady_kalman, ODE, Q, R, ("y",), period=0.1, x=REST, u=[0.0], p=None),
         "lqg": partial(riccati.lqg, SYSTEM, Q, R, Q, R, np.zeros((2, 1)), Q),
         "rde": partial(riccati_flow.rde, A, B, Q, R, Q, TIMES, rtol=1e-8),
         "fpre": partial(riccati_flow.fpre, A, B, Q, R, Q, TIMES, rtol=1e-8),

@@ -7,22 +7,28 @@ import numpy as np
 
 from workbench import observers
 
-from ..parts import ARM, OBSERVER, signals
+from ..parts import ARM, OBSERVER, PLANT, signals
 
 MODULES = ("workbench.observers",)
 
 
 def calls() -> dict[str, Any]:
-    oracle = observers.OracleFilter(2, 1.0)
+    oracle, I = observers.OracleFilter(2, 1.0), np.eye(4)
+    filtered = (PLANT, I, I[:2, :2], I, 0.01, ("q",), {"q": 2}, 2)
     return {
         "AbstractDisturbanceObserver": oracle,
         "DirtyDerivative": partial(observers.DirtyDerivative, 2, 100.0, [0.1, 0.2]),
+        "ExtendedKalmanFilter": partial(observers.ExtendedKalmanFilter, *filtered),
+        "ExtendedStateObserver": partial(observers.ExtendedStateObserver, ("x", "v"), "u", 1.0, 10.0, "m", "d"),
         "FullState": partial(observers.FullState, 2),
+        "LinearObserver": partial(observers.LinearObserver, PLANT, I, ("q", "qd"), [0.1, 0.2, 0.0, 0.0], [0.0, 0.0]),
         "Luenberger": partial(observers.Luenberger, ARM, np.eye(2), np.eye(2), [0.1, 0.2], [0.0, 0.0]),
         "MomentumObserver": partial(observers.MomentumObserver, ARM, 1.0, [0.0, 0.0]),
         "NonlinearDisturbanceObserver": partial(observers.NonlinearDisturbanceObserver, ARM, 1.0, [0.0, 0.0]),
         "OracleFilter": partial(observers.OracleFilter, 2, 1.0),
         "PrintedFilter": partial(observers.PrintedFilter, 2, 1.0),
+        "SteadyKalmanFilter": partial(observers.SteadyKalmanFilter, PLANT, I[:, :2], 0.01, ("q",), 2),
+        "UnscentedKalmanFilter": partial(observers.UnscentedKalmanFilter, *filtered, 1.0, 2.0, 0.5),
         "VelocityFilter": partial(observers.VelocityFilter, 2, 100.0, [0.0, 0.0]),
         "WithDisturbance": partial(observers.WithDisturbance, OBSERVER, oracle),
     }

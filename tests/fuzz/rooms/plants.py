@@ -4,19 +4,48 @@ from functools import partial
 from typing import Any
 
 from workbench import plants
-from workbench.signals import SineTorque
+from workbench.core import layout
+from workbench.loop import open_loop
+from workbench.signals import Sines, SineTorque
 
-from ..parts import ARM, signals
+from ..parts import ARM, PLANT, signals
 
 MODULES = ("workbench.plants",)
+
+
+def _f(t: Any, x: Any, u: Any, p: Any, m: Any) -> Any:
+    return [x[1], u[0] - p.k * m.sin(x[0])]
+
+
+def _h(t: Any, x: Any, p: Any) -> Any:
+    return [x[0]]
 
 
 def calls() -> dict[str, Any]:
     friction = plants.Friction([1.0, 1.0], [0.1, 0.1])
     disturbance = SineTorque([1.0, 1.0], [1.0, 1.0])
+    x0 = [0.0, 0.0, 0.0]
     return {
+        "ArmInstruments": partial(plants.ArmInstruments, 2, 0.01, 0.1, 1e-3, 1e-2, [50.0, 20.0]),
+        "BuckConverter": partial(plants.BuckConverter, 28.0, 50e-6, 500e-6, 3.0, 1.0, 2.0),
+        "CartPole": partial(plants.CartPole, 0.5, 0.2, 0.1, 0.3, 0.006, 9.8, 0.1, 0.2, 0.3, 0.4),
+        "DCMotor": partial(plants.DCMotor, 0.01, 0.1, 0.01, 1.0, 0.5, 0.1, 0.2, 0.3, "position"),
+        "FurutaPendulum": partial(plants.FurutaPendulum, 0.3, 0.075, 0.278, 0.15, 0.148, 0.0248, 0.0039),
+        "OdePlant": partial(plants.OdePlant, open_loop(plants.DCMotor())),
+        "OdePlant.of": partial(
+            plants.OdePlant.of, _f, ("a:m", "b"), ("u:N",), ("y:m",), _h, p=layout(k="N/m"), x0=[1.0, 2.0], u0=[0.5]
+        ),
+        "PlanarQuadrotor": partial(plants.PlanarQuadrotor, 0.486, 0.00383, 0.25, 9.81, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6),
+        "Quadrotor": partial(
+            plants.Quadrotor, 0.468, 0.225, 3e-6, 1e-7, 3e-5, [1.0, 1.0, 1.0], x0, 9.81, x0, x0, x0, x0
+        ),
+        "QuadrupleTank": partial(plants.QuadrupleTank, 28.0, 32.0, 0.071, 0.057, 3.33, 3.35, 0.7, 0.6, 981.0, 1.0, 1.0),
+        "SingleTrackVehicle": partial(plants.SingleTrackVehicle, 1573.0, 2873.0, 1.1, 1.58, 8e4, 8e4, 30.0, 0.1, 0.2),
+        "StirredTank": partial(plants.StirredTank, 100.0, 100.0, 1000.0, 0.239, 5e4, 8750.0, 7.2e10, 5e4, 350.0, 1.0),
+        "TwoMasses": partial(plants.TwoMasses, 1.0, 1.0, 1.0, 0.1, 0.2, 0.3, 0.4),
         "AbstractActuator": plants.DirectDrive(),
         "DirectDrive": partial(plants.DirectDrive, [1.0, 2.0]),
+        "Disturbed": partial(plants.Disturbed, PLANT, Sines([1.0, 1.0], 1.0, signal="tau", unit="N m")),
         "FirstOrderLag": partial(plants.FirstOrderLag, 0.1, [1.0, 2.0]),
         "Friction": partial(plants.Friction, [1.0, 1.0], [0.1, 0.1], 0.01),
         "Manipulator": partial(

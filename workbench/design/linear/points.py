@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 # A rate counts as zero below this share of the terms that could have made it: rounding of some thousand operations
 # is 1e-13 of them, and a state printed to nine digits leaves 1e-9.
 AT_REST = 1e-8
-GAUSS_NEWTON_STEPS = 50
+GAUSS_NEWTON_STEPS, HALVINGS = 50, 30
+SMALL = 1e-7  # a relative step that is taken whole, as the next one may be nothing but rounding
 
 
 @door
@@ -116,32 +117,32 @@ class OperatingPoint:
 def operating_point(
     ode: Ode, wanted: Mapping[str, Any], p: Any = None, t: float = 0.0, u: Any = None
 ) -> OperatingPoint:
-    """The inputs u, and the states that are not wanted, at which f(t, x, p, u) = 0: a trimmed state.
+    """The inputs u and the states at which f(t, x, p, u) = 0, those that are wanted as they are: a trimmed state.
 
-    Gauss-Newton on all rates from the defaults. Where inputs and free states are more than the rates fix, the one
-    nearest to the start in each step is taken.
+    Gauss-Newton on all rates from the defaults, its step halved while the next one would be longer. Where inputs and
+    free states are more than the rates fix, the one nearest to the start in each step is taken.
 
     Parameters
     ----------
     wanted
-        Names of states, or of single numbers (`q[0]`), with the values that they must have.
+        Names of states or inputs, or of single numbers (`q[0]`), with the values that they must have.
     u
         Where the inputs start, (nu,).
 
     Raises
     ------
     LookupError
-        If a name is no state's.
+        If a name is neither a state's nor an input's.
     ValueError
-        If a value is not of its shape, or no input is declared and no state is free.
+        If a value is not of its shape, or no input and no state is free.
     Refused
         If no such point is found: the rate that remains is named.
     """
     row, time = row_of(ode, p, u), time_of(t)
-    x, fixed = _wanted(ode, wanted)
-    free = [i for i in range(ode.states.size) if i not in fixed]
+    x, fixed = _wanted(ode, wanted, row)
+    free = [i for i in range(ode.states.size + inputs_of(ode).size) if i not in fixed]
     driven = places_of(ode)
-    if not free and not driven:
+    if not free:
         raise ValueError(f"`operating_point(...)` must have an input or a free state to find; '{ode.name}' has none.")
     step, slope = _descend(ode, time, x, row, free)
     A = np.array(ode.A(time, x, row))
@@ -149,42 +150,65 @@ def operating_point(
     share = np.abs(rate) / (_size(A, x) + np.abs(np.array(ode.B(time, x, row))) @ np.abs(row[driven]))
     worst = int(np.argmax(share))
     if not share[worst] <= AT_REST:
+        sought = [(*ode.states.labels, *inputs_of(ode).labels)[i] for i in free]
         raise Refused(
-            f"`operating_point(wanted=...)` found no inputs {list(inputs_of(ode).labels)} that hold '{ode.name}' "
-            f"there: '{ode.states.labels[worst]}' still changes by {rate[worst]:.3g} a second."
+            f"`operating_point(wanted=...)` found no {', '.join(sought)} that hold '{ode.name}' there: "
+            f"'{ode.states.labels[worst]}' still changes by {rate[worst]:.3g} a second."
         )
     ode.parameters.check(row[np.newaxis])
     return OperatingPoint(x, row[driven], row, float(share[worst]), float(np.linalg.cond(slope)), step)
 
 
 def _descend(ode: Ode, t: float, x: Array, p: Array, free: list[int]) -> tuple[float, Array]:
-    """Gauss-Newton on the free states and the inputs, in place; its last step, relative, and its last Jacobian."""
-    driven, k = places_of(ode), len(free)
-    step, slope = np.inf, np.zeros((ode.states.size, 0))
+    """Gauss-Newton on what is free of states and inputs, in place; its last step, relative, and its last Jacobian."""
+    driven, n = places_of(ode), len(x)
+    step, slope = np.inf, np.zeros((n, 0))
     for _ in range(GAUSS_NEWTON_STEPS):
         A, B, _, _ = jacobians("operating_point", ode, t, x, p)
-        slope = np.hstack([A[:, free], B])
-        change = np.linalg.lstsq(slope, -ode.rate_at(t, x, p), rcond=1e-12)[0]
-        at = np.concatenate([x[free], p[driven]])
-        step = float(np.abs(change).max() / (1 + np.abs(at).max()))
-        if not np.isfinite(step) or np.abs(at + change).max() > 1e12:
+        slope, at = np.hstack([A, B])[:, free], np.concatenate([x, p[driven]])
+        change = _towards_rest(slope, ode.rate_at(t, x, p))
+        step = _share(change, at[free])
+        if not np.isfinite(step) or np.abs(at[free] + change).max() > 1e12:
             break
-        x[free], p[driven] = (at + change)[:k], (at + change)[k:]
+        for share in 0.5 ** np.arange(HALVINGS):  # a root of a level, say, ends where the level is negative
+            ahead = at.copy()
+            ahead[free] += share * change
+            x[:], p[driven] = ahead[:n], ahead[n:]
+            rate = ode.rate_at(t, x, p)
+            # the step that would be left has no units of the rates: a fast state does not hide a slow one
+            left = _share(_towards_rest(slope, rate), at[free]) if np.isfinite(rate).all() else np.inf
+            if step < SMALL or left < step:
+                break
         if step < 1e-14:
             break
     return step, slope
 
 
-def _wanted(ode: Ode, wanted: Mapping[str, Any]) -> tuple[Array, set[int]]:
-    """The state with all that is wanted in its place, and where that is."""
+def _share(change: Array, at: Array) -> float:
+    """The largest change, relative to the size of what changes."""
+    return float((np.abs(change) / (1 + np.abs(at))).max())
+
+
+def _towards_rest(slope: Array, rate: Array) -> Array:
+    """The least change that makes the rates zero to first order, each in parts of its own steepest slope."""
+    steepest = np.abs(slope).max(axis=1)
+    size = np.where(steepest > 0, steepest, 1.0)
+    return np.asarray(np.linalg.lstsq(slope / size[:, np.newaxis], -rate / size, rcond=1e-12)[0])
+
+
+def _wanted(ode: Ode, wanted: Mapping[str, Any], row: Array) -> tuple[Array, set[int]]:
+    """The state with all that is wanted in its place, as are the inputs in the row of parameters, and where that is."""
     require("operating_point(wanted=...)", wanted, Mapping)
-    x, fixed = ode.states.default.copy(), set()
+    x, fixed, inputs, driven = ode.states.default.copy(), set(), inputs_of(ode), places_of(ode)
+    at = np.concatenate([x, row[driven]])
     for name, value in wanted.items():
-        places = ode.states.indices(name)
+        is_input = isinstance(name, str) and name.partition("[")[0] in inputs
+        places = [len(x) + place for place in inputs.indices(name)] if is_input else ode.states.indices(name)
         held = as_array(value)
         if held is None or held.size != len(places) or not np.isfinite(held).all():
             must = f"{len(places)} finite numbers"
             raise ValueError(f"`operating_point(wanted=...)`: '{name}' must be {must}; got {described(value)}.")
-        x[places] = held.ravel(order="F")
+        at[places] = held.ravel(order="F")
         fixed.update(places)
-    return x, fixed
+    row[driven] = at[len(x) :]
+    return at[: len(x)], fixed

@@ -9,6 +9,7 @@ from workbench.design.riccati.answers import Lqg, Lyapunov, Riccati
 from workbench.design.riccati.continuous import care
 from workbench.design.riccati.discrete import dare
 from workbench.design.riccati.gaussian import lqg
+from workbench.design.riccati.kalman import steady_kalman
 from workbench.design.riccati.lyapunov import discrete_lyapunov, lyapunov
 from workbench.design.riccati.regulators import lqe, lqr
 
@@ -23,4 +24,5 @@ __all__ = [
     "lqg",
     "lqr",
     "lyapunov",
+    "steady_kalman",
 ]

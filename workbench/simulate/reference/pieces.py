@@ -15,7 +15,9 @@ from workbench.simulate.reference.switching import Switched
 # How far rounding may take a value from zero, in units of its terms' sizes.
 ROUNDING = 64 * np.finfo(float).eps
 SAMPLES = 8  # instants of a step at which the guards are looked at
-TURN = 0.75  # a staircase names its next step when the state is this far beyond the last
+# A staircase names its next step when the state is this far beyond the last: no simple fraction, at which another
+# surface may lie.
+TURN = 0.7182818
 
 
 @dataclass(frozen=True)

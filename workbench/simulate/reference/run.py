@@ -106,6 +106,7 @@ def reference(
     Sliding Modes in Control and Optimization, chapter 2; Hairer, Norsett and Wanner (1993), section II.10.
     """
     start, when = _values("x0", x0, ode.states), _times("reference", times)
+    ode.refuse_beyond("reference(times=...)", float(when[-1]))
     rule = _rule("reference", rtol, atol, method, most_steps, ode.states.size)
     run = _switched(ode, _values("p", p, ode.parameters), start, when)
     return _certified("reference(ode=...)", ode.states.labels, when, start, rule, run)

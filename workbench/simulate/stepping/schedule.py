@@ -158,6 +158,7 @@ def run(
     tell, kept = told("run", progress), _spacing(schedule, every)
     kinds = dict.fromkeys((s.method, s.steps) for s in schedule.segments)
     steps = {(method, n): step_of("run", make, method, schedule.cell / n) for method, n in kinds}
+    next(iter(steps.values())).flow.refuse_beyond("run(schedule=...)", schedule.until)
     p, x0 = _checked(schedule, steps, p, x0, schedule.cells // kept)
     x = np.full((len(x0), 1 + schedule.cells // kept, x0.shape[1]), np.nan)
     x[:, 0] = x0

@@ -1,0 +1,293 @@
+"""References of any signal: closed forms, exact derivatives, units, and jumps that are located."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from plain_plants import SPEED, VOLTAGE, Motor
+from scipy.interpolate import CubicSpline
+from scipy.signal import chirp
+
+from workbench.controllers import PID2
+from workbench.core import lift, rk4
+from workbench.loop import ClosedLoop
+from workbench.metrics import measure, rmse
+from workbench.signals import (
+    Chirp,
+    ColouredNoise,
+    Hold,
+    PulseTrain,
+    Ramp,
+    Sines,
+    SmoothSquareWave,
+    SquareWave,
+    Step,
+    Table,
+    Together,
+    Trapezoid,
+    WayPoints,
+)
+from workbench.simulate import simulate
+from workbench.simulate.reference import reference
+
+OMEGA = ("omega", "rad/s")
+PAIR = ("x", "m, rad")
+TIMES, VALUES = [0.0, 1.0, 2.0, 4.0], np.array([[0.0, 1.0, 0.0, 3.0], [1.0, 2.0, 3.0, 4.0]]).T
+SMOOTH = {
+    "sines": Sines([1.0, 2.0], 3.0, signal="x", unit="m, rad"),
+    "smooth wave": SmoothSquareWave([1.0, 2.0], 0.5, 0.3, *PAIR),
+    "hold": Hold([1.0, 2.0], *PAIR),
+    "linear chirp": Chirp(*PAIR, [2.0, 1.0], 0.1, 1.0, 4.0, 0.3),
+    "logarithmic chirp": Chirp(*PAIR, [2.0, 1.0], 0.1, 1.0, 4.0, [0.3, 1.0], "logarithmic"),
+    "trapezoid": Trapezoid(*PAIR, [3.0, -0.2], [1.0, 1.0], [2.0, 2.0], 0.5, [0.0, 0.5]),
+    "way-points": WayPoints(*PAIR, [0.0, 1.0, 3.0], [[0.0, 1.0], [1.0, -2.0], [4.0, 4.0]]),
+    "noise": ColouredNoise(*PAIR, [1.0, 2.0], 0.2, 20.0, seed=3, sines=20),
+    "line": Table(*PAIR, TIMES, VALUES),
+    "spline": Table(*PAIR, TIMES, VALUES, "cubic"),
+    "ramp": Ramp(*PAIR, [1.0, -2.0], [0.5, 1.0], 3.0),
+}
+JUMPS = {
+    "step": Step(*PAIR, [1.0, 2.0], [0.5, 1.0], -1.0),
+    "pulses": PulseTrain(*PAIR, [1.0, 2.0], 1.0, 0.25, 0.5, -1.0),
+    "wave": SquareWave([1.0, 2.0], 0.5, *PAIR),
+    "rows": Table(*PAIR, TIMES, VALUES, "hold"),
+}
+
+
+def motion(signal, times):
+    """x, xd and xdd, each (N, n)."""
+    t = ca.SX.sym("t")
+    function = ca.Function("motion", [t], [ca.densify(part) for part in signal.at(t).values()])
+    return [np.array(part).T for part in function(np.asarray(times, dtype=float)[None])]
+
+
+@pytest.mark.parametrize("name", SMOOTH)
+def test_the_derivatives_of_a_signal_are_those_of_its_value(name):
+    # off the corners, which lie at tenths
+    t, h = np.linspace(0.0, 3.9, 391) + 0.0037, 1e-5
+    before, now, after = (motion(SMOOTH[name], t + shift) for shift in (-h, 0.0, h))
+    # h^2 / 6 times a third derivative, of at most 2 / rise^3 rad or (2 pi)^3, and eps / h
+    np.testing.assert_allclose(now[1], (after[0] - before[0]) / (2 * h), rtol=0, atol=3e-7)
+    np.testing.assert_allclose(now[2], (after[1] - before[1]) / (2 * h), rtol=0, atol=3e-6)
+
+
+@pytest.mark.parametrize("name", JUMPS)
+def test_a_signal_that_jumps_has_no_slope(name):
+    assert not np.any(motion(JUMPS[name], np.linspace(0, 3, 31))[1:])
+
+
+@pytest.mark.parametrize("signal", (SMOOTH | JUMPS).values(), ids=SMOOTH | JUMPS)
+def test_a_signal_says_its_name_with_the_unit_of_each_number(signal):
+    assert signal.says.names == ("x", "xd", "xdd")
+    assert signal.primary == ("x",)
+    units = [entry.units for entry in signal.says.entries]
+    assert units == [("m", "rad"), ("m/s", "rad/s"), ("m/s^2", "rad/s^2")]
+
+
+@pytest.mark.parametrize("signal", (SMOOTH | JUMPS).values(), ids=SMOOTH | JUMPS)
+def test_a_lifted_signal_says_the_same(signal):
+    t, lifted = ca.SX.sym("t"), lift(signal)
+    gap = ca.vertcat(*lifted.block.at(t).values()) - ca.vertcat(*signal.at(t).values())
+    gap = ca.Function("gap", [t, lifted.symbols], [gap])
+    for time in (0.0, 0.3, 2.1):
+        # what is folded before may be rounded otherwise, of accelerations up to 100
+        np.testing.assert_allclose(np.array(gap(time, lifted.layout.default)), 0, atol=1e-12)
+
+
+def test_the_parameters_of_a_signal_have_its_units():
+    units = {entry.name: entry.unit for entry in lift(SMOOTH["trapezoid"], "reference.").layout.entries}
+    assert units["reference.goal"] == "m, rad"
+    assert units["reference.speed"] == "m/s, rad/s"
+    assert units["reference.acceleration"] == "m/s^2, rad/s^2"
+    assert {e.name: e.unit for e in lift(Ramp(*OMEGA, 1.0)).layout.entries}["slope"] == "rad/s^2"
+
+
+def test_one_number_makes_a_signal_of_one_number():
+    assert Step(*OMEGA, 1.0).says["omega"].size == 1
+    assert WayPoints(*OMEGA, [0, 1], [0, 1]).says["omega"].size == 1
+    assert Table(*OMEGA, [0, 1], [0, 1]).says["omega"].size == 1
+
+
+def test_a_step_is_up_from_its_time_on():
+    x = motion(Step(*OMEGA, 5.0, time=1.0, start=-1.0), [0.0, 1.0 - 1e-12, 1.0, 2.0])[0]
+    np.testing.assert_array_equal(x.ravel(), [-1, -1, 5, 5])
+
+
+@pytest.mark.parametrize("sweep", ["linear", "logarithmic"])
+def test_a_chirp_is_that_of_scipy_and_stays_at_its_last_frequency(sweep):
+    T, signal = 4.0, Chirp(*OMEGA, 2.0, 0.1, 3.0, 4.0, np.pi / 2, sweep)
+    t = np.linspace(0, T, 401)
+    x = motion(signal, t)[0].ravel()
+    # a phase of 2 pi 6 turns is rounded at 1e-14
+    np.testing.assert_allclose(x, 2 * chirp(t, 0.1, T, 3.0, sweep), rtol=0, atol=1e-13)
+    x, xd, xdd = (part.ravel() for part in motion(signal, T + np.linspace(0, 3, 31)))
+    np.testing.assert_allclose(xdd, -((6 * np.pi) ** 2) * x, rtol=0, atol=1e-10)  # w^2 = 355 times rounding
+    np.testing.assert_allclose(x**2 + (xd / (6 * np.pi)) ** 2, 4.0, rtol=1e-12)
+
+
+def test_pulses_come_once_a_period_from_their_time_on():
+    t = np.arange(0, 32) / 16  # sixteenths have no rounding
+    x = motion(PulseTrain(*OMEGA, 3.0, 0.5, 0.125, 0.75, -1.0), t)[0].ravel()
+    expected = np.where((t >= 0.75) & ((t - 0.75) % 0.5 < 0.125), 3.0, -1.0)
+    np.testing.assert_array_equal(x, expected)
+
+
+@pytest.mark.parametrize(("way", "lasts"), [(3.0, 3.5), (-3.0, 3.5), (0.5, 1.0), (0.32, 0.8), (0.0, 0.0)])
+def test_a_trapezoid_keeps_its_limits_and_takes_the_shortest_time(way, lasts):
+    signal = Trapezoid(*OMEGA, 1.0 + way, 1.0, 2.0, time=0.25, start=1.0)
+    t = 0.25 + np.linspace(-0.25, 5, 2101)
+    x, xd, xdd = (part.ravel() for part in motion(signal, t))
+    assert abs(xd).max() <= 1.0
+    assert set(np.unique(abs(xdd))) <= {0.0, 2.0}
+    np.testing.assert_allclose(x[t >= 0.25 + lasts], 1.0 + way, rtol=1e-15)
+    np.testing.assert_array_equal(x[t <= 0.25], 1.0)
+    if way:  # a moment before the shortest time, D / v + v / a or 2 sqrt(D / a), it is not there
+        assert abs(motion(signal, [0.25 + lasts - 1e-3])[0].item() - 1.0 - way) > 0.5e-6
+
+
+def test_way_points_are_met_at_rest_and_no_other_way_has_less_jerk():
+    signal = SMOOTH["way-points"]
+    x, xd, xdd = motion(signal, [-0.0, 1.0, 3.0, 9.0])
+    np.testing.assert_array_equal(x, [[0, 1], [1, -2], [4, 4], [4, 4]])
+    assert not np.any(xd)
+    assert not np.any(xdd)
+    # Euler-Lagrange: the sixth derivative is zero, so a polynomial of order 5 goes through each way exactly
+    t = np.linspace(1.0, 3.0, 41)
+    for number in motion(signal, t)[0].T:
+        fit = np.polynomial.Polynomial.fit(t, number, 5)
+        np.testing.assert_allclose(fit(t), number, rtol=0, atol=1e-13)
+
+
+def test_noise_has_its_variance_its_period_and_its_seed():
+    P, sigma = 20.0, np.array([1.0, 3.0])
+    noise = ColouredNoise(*PAIR, sigma, 0.2, P, seed=3)
+    t = np.arange(1000) * P / 1000  # twice as many as the fastest of 64 sines needs: the sums are exact
+    x = motion(noise, t)[0]
+    np.testing.assert_allclose(x.mean(axis=0), 0, atol=1e-13)
+    np.testing.assert_allclose(x.var(axis=0), sigma**2, rtol=1e-13)
+    np.testing.assert_allclose(motion(noise, t + P)[0], x, rtol=0, atol=1e-11)  # 400 rad are rounded at 1e-13
+    assert abs(np.corrcoef(x.T)[0, 1]) < 0.2  # numbers of one signal are independent
+    assert not np.allclose(motion(ColouredNoise(*PAIR, sigma, 0.2, P, seed=4), t)[0], x)
+
+
+def test_noise_has_a_first_order_spectrum():
+    P, T, N = 20.0, 0.2, 64
+    t = np.arange(1000) * P / 1000
+    x = motion(ColouredNoise(*OMEGA, 1.0, T, P, seed=1, sines=N), t)[0].ravel()
+    power = abs(np.fft.rfft(x))[1 : N + 1] ** 2
+    w = 2 * np.pi * np.arange(1, N + 1) / P
+    np.testing.assert_allclose(power / power[0], (1 + (w[0] * T) ** 2) / (1 + (w * T) ** 2), rtol=1e-10)
+
+
+def test_a_table_goes_through_its_rows():
+    t = np.linspace(0, 4, 81)
+    line, spline, rows = (motion(Table(*PAIR, TIMES, VALUES, how), t)[0] for how in ("linear", "cubic", "hold"))
+    np.testing.assert_allclose(line, np.stack([np.interp(t, TIMES, v) for v in VALUES.T], axis=1), atol=1e-15)
+    np.testing.assert_allclose(spline, CubicSpline(TIMES, VALUES)(t), atol=1e-14)
+    last = np.searchsorted(TIMES[:-1], t, side="right") - 1
+    np.testing.assert_array_equal(rows, VALUES[last])
+
+
+def test_a_csv_file_becomes_a_table(tmp_path):
+    file = tmp_path / "run.csv"
+    file.write_text("t, omega, v\n0, 1, 5\n\n0.5, 2, 6\n1, 4, 7\n", encoding="utf-8")
+    table = Table.of_csv(file, *OMEGA, columns=("omega",), interpolation="hold")
+    np.testing.assert_array_equal(motion(table, [0, 0.5, 0.7])[0].ravel(), [1, 2, 2])
+    assert Table.of_csv(file, *PAIR).dof == 2
+    assert table.ends == 1.0
+
+
+def csv_of(tmp_path, text):
+    file = tmp_path / "x.csv"
+    file.write_text(text, encoding="utf-8")
+    return Table.of_csv(file, *OMEGA)
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda p: Table(*OMEGA, [0, 1], [0, np.nan]), r"finite numbers, as no value can be guessed; got nan at \[1\]"),
+        (lambda p: Table(*OMEGA, [0, 1, 1], [0, 1, 2]), r"must increase.*got 1 s and then 1 s at \[2\]"),
+        (lambda p: Table(*OMEGA, [0.5, 1], [0, 1]), "must begin at 0 s or before"),
+        (lambda p: Table(*OMEGA, [0.0, 1], [0, 1, 2]), r"got shapes \(2,\) and \(3,\)"),
+        (lambda p: Table(*OMEGA, [0.0], [0]), "at least two times"),
+        (lambda p: Table(*OMEGA, np.arange(3000.0), np.arange(3000.0)), "at most 2000 rows"),
+        (lambda p: Table.of_csv(p / "none.csv", *OMEGA), "a CSV file that can be read"),
+        (lambda p: csv_of(p, "t,x\n0,1\n1,abc\n"), "line 3 has 'abc'"),
+        (lambda p: csv_of(p, "t,x\n0,1\n1,2,3\n"), "2 cells in each line; line 3 has 3"),
+        (lambda p: csv_of(p, "t,x\n0,1\n1,nan\n"), "finite numbers"),
+        (lambda p: csv_of(p, ""), "at least two rows"),
+        (lambda p: WayPoints(*OMEGA, [0, 2, 1], [0, 1, 2]), r"`WayPoints\(times=...\)` must increase"),
+        (lambda p: PulseTrain(*OMEGA, 1.0, 1.0, 1.0), "must be less than the period of 1 s"),
+        (lambda p: Chirp(*OMEGA, 1.0, 0.0, 2.0, 1.0, sweep="logarithmic"), "two positive frequencies that differ"),
+        (lambda p: Trapezoid(*OMEGA, 1.0, 0.0, 1.0), r"`Trapezoid\(speed=...\)`"),
+        (lambda p: ColouredNoise(*OMEGA, 1.0, 1.0, 1.0, seed=-1), r"`ColouredNoise\(seed=...\)`"),
+        (lambda p: Together((Step(*OMEGA, 1.0), Ramp(*OMEGA, 1.0))), "'omega' comes 2 times"),
+    ],
+)
+def test_a_signal_that_cannot_be_is_refused_in_one_sentence(make, says, tmp_path):
+    with pytest.raises(ValueError, match=says):
+        make(tmp_path)
+
+
+def test_a_column_that_a_file_has_not_is_named(tmp_path):
+    file = tmp_path / "x.csv"
+    file.write_text("t,omega\n0,1\n1,2\n", encoding="utf-8")
+    with pytest.raises(LookupError, match="Did you mean 'omega'"):
+        Table.of_csv(file, *OMEGA, columns=("omga",))
+
+
+def loop(signal):
+    return ClosedLoop(Motor(), controller=PID2(SPEED, VOLTAGE, 50.0, 100.0), reference=signal)
+
+
+ONE = {
+    "step": Step(*OMEGA, 1.0, 0.5),
+    "ramp": Ramp(*OMEGA, 2.0, 0.5),
+    "chirp": Chirp(*OMEGA, 2.0, 0.1, 3.0, 2.0, sweep="logarithmic"),
+    "pulses": PulseTrain(*OMEGA, 1.0, 1.0, 0.25, 0.5),
+    "trapezoid": Trapezoid(*OMEGA, 3.0, 2.0, 4.0, 0.5),
+    "way-points": WayPoints(*OMEGA, [0.0, 1.0, 3.0], [0.0, 1.0, -2.0]),
+    "noise": ColouredNoise(*OMEGA, 1.0, 0.2, 20.0, seed=3),
+    "line": Table(*OMEGA, TIMES, VALUES[:, 0]),
+    "spline": Table(*OMEGA, TIMES, VALUES[:, 0], "cubic"),
+    "rows": Table(*OMEGA, TIMES, VALUES[:, 0], "hold"),
+}
+
+
+@pytest.mark.parametrize("name", ONE)
+def test_both_engines_and_the_reference_integrator_run_each_signal(name):
+    ode, h = loop(ONE[name]).ode(), 1e-3
+    engines = ("native", "numpy")
+    runs = [simulate(rk4(ode, h), until=3.0, engine=engine, arithmetic="portable") for engine in engines]
+    np.testing.assert_array_equal(runs[0].x, runs[1].x)
+    exact = reference(ode, times=np.linspace(0, 3, 7))
+    omega = exact.x[:, ode.states.names.index("plant.omega")]
+    # behind a jump a step of h moves it by a part of h: h times a slope of at most 2; elsewhere the order is 4
+    jumps = name in ("step", "pulses", "rows")
+    np.testing.assert_allclose(runs[0]["omega"].ravel()[::500], omega, rtol=0, atol=2 * h if jumps else 1e-9)
+    if name == "pulses":
+        assert [e.t for e in exact.events][:3] == pytest.approx([0.125, 0.5, 0.75], abs=1e-12)
+
+
+def test_a_run_behind_the_end_of_a_table_is_refused_at_every_door():
+    signal = Together((Table(*OMEGA, [0, 1], [0, 1]), Step("theta", "rad", 1.0)))
+    ode, sampled = loop(signal).ode(), loop(signal).digital(0.1)
+    says = "at most 1 s, the time at which a table of 'loop' ends; got 2 s"
+    for run in (
+        lambda: simulate(rk4(ode, 0.1), until=2.0),
+        lambda: simulate(sampled.step(), until=2.0),
+        lambda: reference(ode, times=[0.5, 2.0]),
+        lambda: measure(ode, [rmse("e_omega")], until=2.0, h=0.1),
+        lambda: measure(ode, [rmse("e_omega")], until=2.0, tolerance=1e-3),
+    ):
+        with pytest.raises(ValueError, match=says):
+            run()
+    assert simulate(rk4(ode, 0.1), until=1.0)["omega_ref"].ravel()[-1] == pytest.approx(1.0, abs=1e-15)
+
+
+def test_several_references_are_followed_together():
+    signal = Together((Step(*OMEGA, 1.0), Sines([1.0], [2.0], signal="theta", unit="rad")))
+    assert signal.says.names == ("omega", "omegad", "omegadd", "theta", "thetad", "thetadd")
+    assert signal.primary == ("omega", "theta")
+    assert loop(signal).follows == ("omega",)
+    assert "reference.parts[1].amplitude" in loop(signal).ode().parameters

@@ -1,0 +1,176 @@
+"""Cascades: a law whose command another law follows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Entry, Layout, Signals, block
+from workbench.core.port import misfits
+from workbench.loop.contracts import AbstractController, Follows, Parts, Reads, is_recursion
+from workbench.validation.shapes import Number
+from workbench.validation.words import whole
+
+OUTER, INNER, HELD = "outer.", "inner.", "held."
+
+
+@block
+class Cascade(AbstractController):
+    """An outer law, and an inner one that follows what the outer commands: a position loop around one of speed, say.
+
+    In a computer the inner law runs in every period of the cascade; the outer one runs once in `ratio` of them, from
+    the first on, and its command is held in between. In continuous time both act at every instant, as a rate of
+    computing is none of the laws' own: `ratio` then counts for nothing. It shows the signals of the outer law.
+
+    Raises
+    ------
+    ValueError
+        If the inner law does not follow all that the outer one drives, by name, size and unit; if the two take one
+        signal in unlike sizes or units; if one has a period of its own, which is what `ratio` is for; or if `ratio` is
+        no positive whole number.
+
+    References
+    ----------
+    Astrom and Hagglund (2006), Advanced PID Control, chapter 12.
+    """
+
+    outer: AbstractController
+    inner: AbstractController
+    ratio: int = 1
+
+    def __post_init__(self) -> None:
+        whole("Cascade(ratio=...)", self.ratio)
+        outer, inner = type(self.outer).__name__, type(self.inner).__name__
+        for name in ("outer", "inner"):
+            if (period := getattr(self, name).period) is not None:
+                raise ValueError(
+                    f"`Cascade({name}=...)` must be a law without a period of its own: the cascade has one, and "
+                    f"`ratio` of them make that of the outer law; got one of {period:g} s."
+                )
+        for clause in misfits(self.outer.drives, self.inner.follows):
+            sentence = f"`Cascade(outer=...)`: `{outer}` drives {clause.format(gives=f'`{inner}` follows')}"
+            raise ValueError(sentence if sentence.endswith("?") else f"{sentence}.")
+        for one, other in ((self.outer.reads, self.inner.reads), (self.outer.follows, self._rest)):
+            common = Layout(tuple(entry for entry in one.entries if entry.name in other))
+            for clause in misfits(common, other):
+                raise ValueError(
+                    f"`Cascade(...)`: `{outer}` takes {clause.format(gives=f'`{inner}` takes')}; both must take one."
+                )
+
+    @property
+    def reads(self) -> Layout:
+        """What either law reads."""
+        return _union(self.outer.reads, self.inner.reads)
+
+    @property
+    def follows(self) -> Layout:
+        """What the outer law follows, and what of the inner's the outer does not drive."""
+        return _union(self.outer.follows, self._rest)
+
+    @property
+    def drives(self) -> Layout:
+        """What the inner law drives."""
+        return self.inner.drives
+
+    @property
+    def memory(self) -> Layout:
+        """That of both laws, and the outer's command where it is held."""
+        held = Layout(tuple(Entry(e.name, np.zeros(e.shape), e.unit) for e in self.outer.drives.entries))
+        both = self.outer.memory.prefixed(OUTER) + self.inner.memory.prefixed(INNER)
+        return both + held.prefixed(HELD) if self.ratio > 1 else both
+
+    @property
+    def recursion(self) -> bool:
+        """Whether a law of its is a recursion, or its outer command is held by a computer."""
+        return is_recursion(self._outer) or is_recursion(self._inner) or (self.ratio > 1 and self.period is not None)
+
+    @property
+    def signal_units(self) -> Mapping[str, str]:
+        """Those of the outer law."""
+        return self.outer.signal_units
+
+    @property
+    def method(self) -> str:
+        """Those of both laws."""
+        return f"outer law: {self.outer.method}; inner law: {self.inner.method}"
+
+    def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
+        """The command of the inner law, which follows that of the outer."""
+        return self._inner.command(t, _below(INNER, z), est.only(self.inner.reads), self._wanted(t, z, est, ref))
+
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """Those of both laws; what is held stays."""
+        outer = self._outer.rate(t, _below(OUTER, z), est.only(self.outer.reads), ref.only(self.outer.follows))
+        inner = self._inner.rate(t, _below(INNER, z), est.only(self.inner.reads), self._wanted(t, z, est, ref))
+        held = {name: ca.SX.zeros(part.shape) for name, part in z.items() if name.startswith(HELD)}
+        return _above(OUTER, outer) | _above(INNER, inner) | held
+
+    def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """The memory after its period."""
+        if self.period is None:
+            raise ValueError("`Cascade.update(...)` needs a period: take `run_every(period)`.")
+        return self.advance(t, z, est, ref, self.period)
+
+    def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
+        """The inner law a period on, and the outer one `ratio` periods where this is an instant of its own."""
+        old, wanted = _below(OUTER, z), self._wanted(t, z, est, ref)
+        outer = self._outer.advance(
+            t, old, est.only(self.outer.reads), ref.only(self.outer.follows), self.ratio * period
+        )
+        inner = self._inner.advance(t, _below(INNER, z), est.only(self.inner.reads), wanted, period)
+        if self.ratio == 1:
+            return _above(OUTER, outer) | _above(INNER, inner)
+        outer = {name: ca.if_else(self._is_turn(t, period), part, old[name]) for name, part in outer.items()}
+        held = {name: wanted[name] for name in self.outer.drives.names}
+        return _above(OUTER, outer) | _above(INNER, inner) | _above(HELD, held)
+
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """Those of the outer law."""
+        return self._outer.signals(_below(OUTER, z), est.only(self.outer.reads), ref.only(self.outer.follows))
+
+    def without(self) -> Mapping[str, AbstractController]:
+        """The cascade less each part of its laws."""
+        outer = {f"outer {name}": replace(self, outer=law) for name, law in self.outer.without().items()}
+        return outer | {f"inner {name}": replace(self, inner=law) for name, law in self.inner.without().items()}
+
+    @property
+    def _rest(self) -> Layout:
+        """What the inner law follows and the outer does not drive."""
+        return Layout(tuple(entry for entry in self.inner.follows.entries if entry.name not in self.outer.drives))
+
+    @property
+    def _outer(self) -> AbstractController:
+        """The outer law, run by the cascade's computer where it has one."""
+        return self.outer if self.period is None else self.outer.run_every(self.ratio * self.period)
+
+    @property
+    def _inner(self) -> AbstractController:
+        return self.inner if self.period is None else self.inner.run_every(self.period)
+
+    def _wanted(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
+        """What the inner law follows."""
+        outer, followed = self._outer, ref.only(self.outer.follows)
+        new = Signals(outer.command(t, _below(OUTER, z), est.only(self.outer.reads), followed))
+        if self.ratio > 1 and self.period is not None:
+            turn = self._is_turn(t, self.period)
+            new = Signals({name: ca.if_else(turn, part, z[HELD + name]) for name, part in new.items()})
+        return (ref | new).only(self.inner.follows)
+
+    def _is_turn(self, t: Number, period: float) -> ca.SX:
+        """Whether the outer law runs at this instant of the computer."""
+        return ca.fmod(ca.floor(t / period + 0.5), self.ratio) == 0
+
+
+def _union(one: Layout, other: Layout) -> Layout:
+    return Layout(one.entries + tuple(entry for entry in other.entries if entry.name not in one))
+
+
+def _below(prefix: str, parts: Parts) -> Signals:
+    return Signals({name.removeprefix(prefix): part for name, part in parts.items() if name.startswith(prefix)})
+
+
+def _above(prefix: str, parts: Parts) -> dict[str, ca.SX]:
+    return {f"{prefix}{name}": part for name, part in parts.items()}

@@ -1,0 +1,213 @@
+"""PID for any signal, with set-point weights, a filtered derivative, limits and anti-windup."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Entry, Layout, Signals, block, option, parameter
+from workbench.core.block import Scalar, Vector
+from workbench.core.dimensions import gain
+from workbench.core.port import joined
+from workbench.loop.contracts import AbstractController, Follows, Parts, Reads
+from workbench.validation.shapes import Number
+
+
+@block
+class PID2(AbstractController):
+    """PID in two degrees of freedom from an output y and what is wanted of it, r, to an input u, number by number:
+
+        v  = Kp (b r - y) + I + Kd N (w - f),      w = c r - y,      u = v within low and high
+        I' = Ki (r - y) + anti-windup,             I(0) = 0
+        f' = N (w - f),                            f(0) = 0
+
+    so that without limits u = Kp (b r - y) + Ki / s (r - y) + Kd s / (1 + s / N) (c r - y), as of MATLAB's `pid2`.
+
+    "clamping" stops the integral while v is beyond a limit and Ki (r - y) drives it farther; "back-calculation" adds
+    (u - v) / Tt to I'. Limits in `Instruments` are not known to the law: give it the same.
+
+    In a computer that runs it once in h seconds the filter is a backward difference and the integral a forward one,
+
+        f_k = (f_(k-1) + N h w_k) / (1 + N h),     I_(k+1) = I_k + h (Ki (r_k - y_k) + anti-windup),
+
+    by either integrator of `digital`.
+
+    Parameters
+    ----------
+    reads, drives
+        One output and one input of the plant, each of n numbers.
+    Kp, Ki, Kd
+        (n,), of any sign.
+    N
+        (n,), the bandwidth of the derivative, in 1/s.
+    b, c
+        (n,), the weights of what is wanted in the proportional and in the derivative action.
+    low, high
+        (n,), limits of the input, or None.
+    Tt
+        The tracking time of back-calculation, in s, or None.
+
+    Raises
+    ------
+    ValueError
+        If a port has not one signal, or the two are of unlike sizes; a number is not finite, or N or Tt not positive;
+        a lower limit is not below the upper; or back-calculation is asked for without limits or without Tt.
+
+    References
+    ----------
+    Astrom and Hagglund (2006), Advanced PID Control, chapters 3 (weights, windup) and 13 (the form in a computer).
+    """
+
+    reads: Layout = Layout()
+    drives: Layout = Layout()
+    Kp: Vector = parameter(default=0.0, unit="{unit_of_Kp}", shape=("n",), symbol="K_p")
+    Ki: Vector = parameter(default=0.0, unit="{unit_of_Ki}", shape=("n",), symbol="K_i")
+    Kd: Vector = parameter(default=0.0, unit="{unit_of_Kd}", shape=("n",), symbol="K_d")
+    N: Vector = parameter(default=100.0, unit="1/s", low=0, strict=True, shape=("n",), symbol="N")
+    b: Vector = parameter(default=1.0, unit="", shape=("n",), symbol="b")
+    c: Vector = parameter(default=1.0, unit="", shape=("n",), symbol="c")
+    low: Vector | None = parameter(default=None, unit="{unit_of_u}", shape=("n",), symbol="u_min")
+    high: Vector | None = parameter(default=None, unit="{unit_of_u}", shape=("n",), symbol="u_max")
+    anti_windup: str = option(
+        {
+            "none": "the integral knows of no limit",
+            "clamping": "the integral stops where it would drive the command farther beyond a limit",
+            "back-calculation": "the integral follows the limited command with a time constant",
+        },
+        default="clamping",
+    )
+    Tt: Scalar = parameter(default=None, unit="s", low=0, strict=True, symbol="T_t")
+
+    def __post_init__(self) -> None:
+        for name, port in (("reads", self.reads), ("drives", self.drives)):
+            if len(port.entries) != 1:
+                raise ValueError(
+                    f"`PID2({name}=...)` must be a layout of one signal, as `layout(v='V')` is; it has "
+                    f"{', '.join(port.names) or 'none'}."
+                )
+        if self.reads.size != self.drives.size:
+            raise ValueError(
+                f"`PID2(reads=..., drives=...)` must be signals of as many numbers, each of which drives one; "
+                f"'{self.reads.names[0]}' has {self.reads.size} and '{self.drives.names[0]}' {self.drives.size}."
+            )
+        if self.low is not None and self.high is not None and np.any(self.low >= self.high):
+            raise ValueError(f"`PID2(low=..., high=...)` must leave room between them; got {self.low} and {self.high}.")
+        if self.anti_windup == "back-calculation" and (self.Tt is None or (self.low is None and self.high is None)):
+            raise ValueError(
+                "`PID2(anti_windup='back-calculation')` needs limits and the time Tt in which the integral follows "
+                f"them; got low = {self.low}, high = {self.high} and Tt = {self.Tt}."
+            )
+
+    @property
+    def dof(self) -> int:
+        """How many numbers each port has, n; an empty one counts as one, and is refused."""
+        return max(self.reads.size, 1)
+
+    @property
+    def unit_of_u(self) -> str:
+        """That of the input."""
+        return joined(self.drives, "u").unit
+
+    @property
+    def unit_of_Kp(self) -> str:
+        """That of the input over that of the output."""
+        return gain(self.unit_of_u, joined(self.reads, "y").unit)
+
+    @property
+    def unit_of_Ki(self) -> str:
+        """The same per second."""
+        return gain(self.unit_of_u, joined(self.reads, "y").unit, -1)
+
+    @property
+    def unit_of_Kd(self) -> str:
+        """The same times seconds."""
+        return gain(self.unit_of_u, joined(self.reads, "y").unit, 1)
+
+    @property
+    def follows(self) -> Layout:
+        """What is wanted of what it reads."""
+        return self.reads
+
+    @property
+    def memory(self) -> Layout:
+        """The integral I and the filter f."""
+        zero = np.zeros(self.dof)
+        filtered = Entry("filter", zero, joined(self.reads, "y").unit, symbol="f")
+        return Layout((Entry("integral", zero, self.unit_of_u, symbol="I"), filtered))
+
+    @property
+    def recursion(self) -> bool:
+        """Whether it has the form in a computer: where it has a period."""
+        return self.period is not None
+
+    def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
+        """The command within its limits."""
+        del t
+        return Signals({self.drives.names[0]: self._limited(self._asked(z, est, ref))})
+
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """The derivatives of integral and filter."""
+        del t
+        y, r = self._signals(est, ref)
+        return {"integral": self._growth(z, est, ref), "filter": self.N * (self.c * r - y - z["filter"])}
+
+    def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """The memory after its period."""
+        return self.advance(t, z, est, ref, self._period)
+
+    def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
+        """The forward difference of the integral, and the backward one of the filter."""
+        del t
+        y, r = self._signals(est, ref)
+        share = self.N * period / (1 + self.N * period)
+        return {
+            "integral": z["integral"] + period * self._growth(z, est, ref),
+            "filter": z["filter"] + share * (self.c * r - y - z["filter"]),
+        }
+
+    @property
+    def method(self) -> str:
+        """The two differences."""
+        return "forward difference of the integral, backward difference of the derivative"
+
+    def without(self) -> Mapping[str, AbstractController]:
+        """Less either action beside the proportional one that has a gain."""
+        integral = {"integral action": replace(self, Ki=0 * self.Ki)} if self.Ki.any() else {}
+        derivative = {"derivative action": replace(self, Kd=0 * self.Kd)} if self.Kd.any() else {}
+        return integral | derivative
+
+    @property
+    def _period(self) -> float:
+        """That of its computer in s; 0 in continuous time."""
+        return 0.0 if self.period is None else self.period
+
+    def _signals(self, est: Reads, ref: Follows) -> tuple[ca.SX, ca.SX]:
+        name = self.reads.names[0]
+        return est[name], ref[name]
+
+    def _asked(self, z: Parts, est: Reads, ref: Follows) -> ca.SX:
+        """v, what the law would command without limits."""
+        y, r = self._signals(est, ref)
+        behind = (self.c * r - y - z["filter"]) / (1 + self.N * self._period)  # w - f, the f of this instant
+        v: ca.SX = self.Kp * (self.b * r - y) + z["integral"] + self.Kd * self.N * behind
+        return v
+
+    def _limited(self, v: ca.SX) -> ca.SX:
+        v = v if self.low is None else ca.fmax(v, self.low)
+        return v if self.high is None else ca.fmin(v, self.high)
+
+    def _growth(self, z: Parts, est: Reads, ref: Follows) -> ca.SX:
+        """The derivative of the integral, with the anti-windup."""
+        y, r = self._signals(est, ref)
+        v = self._asked(z, est, ref)
+        growth: ca.SX = self.Ki * (r - y)
+        if self.anti_windup == "back-calculation":
+            growth += (self._limited(v) - v) / self.Tt
+        if self.anti_windup == "clamping" and self.low is not None:
+            growth = ca.if_else(v < self.low, ca.fmax(growth, 0), growth)
+        if self.anti_windup == "clamping" and self.high is not None:
+            growth = ca.if_else(v > self.high, ca.fmin(growth, 0), growth)
+        return growth

@@ -1,0 +1,131 @@
+"""The model that an observer holds of any plant: its ports, and its equations as columns with their Jacobians."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Entry, Layout, Signals
+from workbench.loop.contracts import AbstractObserver, AbstractPlant, Inputs, Parts, Reads, is_recursion
+from workbench.loop.wiring import asked
+from workbench.validation.doors import door
+from workbench.validation.shapes import Number
+from workbench.validation.words import known
+
+HAT = "_hat"  # of a state in the memory of an observer
+
+
+class AbstractModelObserver(AbstractObserver):
+    """An observer that follows a plant by a model of it, which starts at the states of the model.
+
+    Attributes
+    ----------
+    model
+        The plant as the designer believes it to be, which moves in continuous time.
+    outputs
+        The outputs that are read; all of them where none is named.
+    """
+
+    model: AbstractPlant
+    outputs: tuple[str, ...]
+
+    @property
+    def inputs(self) -> Layout:
+        """The inputs of the model."""
+        return self.model.inputs
+
+    @property
+    def reads(self) -> Layout:
+        """The outputs that are named."""
+        offered, of = self.model.outputs, f"outputs of `{type(self.model).__name__}`"
+        return Layout(tuple(offered[known(name, offered.names, of)] for name in self.outputs or offered.names))
+
+    @property
+    def gives(self) -> Layout:
+        """The states of the model, and those of its outputs that are no states."""
+        states = self.model.states
+        return states + Layout(tuple(e for e in self.model.outputs.entries if e.name not in states))
+
+    @property
+    def memory(self) -> Layout:
+        """The estimated states, `x_hat` of a state x."""
+        return with_hats(self.model.states)
+
+    @door
+    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
+        """The states in the memory, and the outputs there."""
+        del y
+        return self._estimates(t, self._column(z))
+
+    def _estimates(self, t: ca.SX, x: ca.SX) -> Signals:
+        """The signals that the observer gives, of a column of states."""
+        return (self._outputs(t, x) | self._view(x)).only(self.gives)
+
+    def _column(self, z: Parts) -> ca.SX:
+        """The estimated states of a memory, (nx, 1)."""
+        return self.model.states.flatten({name: z[f"{name}{HAT}"] for name in self.model.states.names})
+
+    def _parts(self, x: ca.SX) -> dict[str, ca.SX]:
+        """A column of states as the parts of a memory."""
+        return {f"{name}{HAT}": part for name, part in self.model.states.view(x).items()}
+
+    def _f(self, t: ca.SX, x: ca.SX, u: Inputs) -> ca.SX:
+        """The rate of the model, (nx, 1)."""
+        return self.model.states.flatten(asked(self.model, "rate", self.model.states, t, self._view(x), u))
+
+    def _h(self, t: ca.SX, x: ca.SX) -> ca.SX:
+        """What the model lets the observer read, (ny, 1)."""
+        return stacked(self._outputs(t, x), self.reads)
+
+    def _view(self, x: ca.SX) -> Signals:
+        return Signals(self.model.states.view(x))
+
+    def _outputs(self, t: ca.SX, x: ca.SX) -> Signals:
+        return asked(self.model, "measure", self.model.outputs + self.model.truths, t, self._view(x))
+
+
+def with_hats(states: Layout) -> Layout:
+    """The states of a model as the memory of its observer calls them."""
+    return Layout(tuple(Entry(f"{e.name}{HAT}", e.default, e.unit) for e in states.entries))
+
+
+def stacked(signals: Signals, port: Layout) -> ca.SX:
+    """The signals of a port as one column."""
+    return port.flatten({name: ca.SX(part) for name, part in signals.only(port).items()})
+
+
+def jacobian(function: Callable[[ca.SX], ca.SX], x: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """The value of a function of a column at x, and its exact Jacobian there."""
+    s = ca.SX.sym("s", x.numel())
+    value = function(s)
+    at, slope = ca.substitute([value, ca.jacobian(value, s)], [s], [x])
+    return at, slope
+
+
+def refuse_unfit(observer: AbstractModelObserver, **axes: tuple[Layout, ...]) -> None:
+    """Refuse a model in discrete time, and numbers of an observer that do not fit the ports of its model.
+
+    Parameters
+    ----------
+    axes
+        For each field that holds an array the ports along its axes.
+
+    Raises
+    ------
+    ValueError
+        If the model moves in discrete time, or an array has another shape than its ports.
+    """
+    name, model = type(observer).__name__, observer.model
+    if is_recursion(model):
+        raise ValueError(
+            f"`{name}(model=...)` must be a plant in continuous time, whose rate the observer integrates; "
+            f"`{type(model).__name__}` has an update."
+        )
+    for field, ports in axes.items():
+        value, want = getattr(observer, field), tuple(port.size for port in ports)
+        if value is not None and np.shape(value) != want:
+            each = zip(("a row", "a column") if len(ports) > 1 else ("a number",), ports, strict=True)
+            labels = " and ".join(f"{axis} for each of {', '.join(port.labels) or 'none'}" for axis, port in each)
+            raise ValueError(f"`{name}({field}=...)` must have shape {want}, {labels}; got {np.shape(value)}.")

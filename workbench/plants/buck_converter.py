@@ -1,0 +1,41 @@
+"""A direct-current converter that steps a voltage down, averaged over its switching."""
+
+from __future__ import annotations
+
+from workbench.core import block, initial, layout, parameter
+from workbench.core.block import Scalar
+from workbench.loop.contracts import AbstractPlant, Inputs, Parts
+from workbench.validation.shapes import Number, States
+
+
+@block
+class BuckConverter(AbstractPlant):
+    """The averaged converter in continuous conduction, driven by its duty cycle d, 0 <= d <= 1.
+
+        L i' = d V_g - v
+        C v' = i - v / R
+
+    From d to v it is G_0 / (1 + s / (Q w_0) + (s / w_0)^2) with G_0 = V_g, w_0 = 1 / sqrt(L C) and Q = R sqrt(C / L).
+    The duty cycle is not limited here, and the current may turn negative: limit the command by `Instruments`.
+
+    The numbers are those of the book's regulator of 15 V; they were quoted without the book at hand.
+
+    References
+    ----------
+    Erickson and Maksimovic (2001), Fundamentals of Power Electronics, 2nd edition, section 9.5.4.
+    """
+
+    V_g: Scalar = parameter(default=28.0, unit="V", low=0, strict=True)
+    L: Scalar = parameter(default=50e-6, unit="H", low=0, strict=True)
+    C: Scalar = parameter(default=500e-6, unit="F", low=0, strict=True)
+    R: Scalar = parameter(default=3.0, unit="ohm", low=0, strict=True)
+    i: Scalar = initial(default=0.0, unit="A")
+    v: Scalar = initial(default=0.0, unit="V")
+
+    inputs = layout(d="")
+    outputs = layout(v="V")
+
+    def rate(self, t: Number, x: States, u: Inputs) -> Parts:
+        """The voltage of the coil and the current of the capacitor."""
+        del t
+        return {"i": (u["d"] * self.V_g - x["v"]) / self.L, "v": (x["i"] - x["v"] / self.R) / self.C}

@@ -1,0 +1,71 @@
+"""The direct-current motor of the Michigan tutorials."""
+
+from __future__ import annotations
+
+from workbench.core import Layout, block, initial, layout, option, parameter
+from workbench.core.block import Scalar
+from workbench.loop.contracts import AbstractPlant, Inputs, Parts, starts
+from workbench.validation.shapes import Number, States
+
+
+@block
+class DCMotor(AbstractPlant):
+    """A motor driven by its armature voltage v, with K the constant of both torque and back-emf.
+
+        J omega' = K i - b omega
+        L i'     = v - R i - K omega
+        theta'   = omega
+
+    The numbers are those of the tutorial on speed; `DCMotor.position()` has those of the other.
+
+    Parameters
+    ----------
+    measured
+        Of a motor whose speed is measured, the angle theta is no state.
+
+    References
+    ----------
+    Messner and Tilbury, Control Tutorials for Matlab and Simulink, "DC Motor Speed: System Modeling" and "DC Motor
+    Position: System Modeling".
+    """
+
+    J: Scalar = parameter(default=0.01, unit="kg m^2", low=0, strict=True)
+    b: Scalar = parameter(default=0.1, unit="N m s/rad", low=0)
+    K: Scalar = parameter(default=0.01, unit="N m/A")
+    R: Scalar = parameter(default=1.0, unit="ohm", low=0, strict=True)
+    L: Scalar = parameter(default=0.5, unit="H", low=0, strict=True)
+    theta: Scalar = initial(default=0.0, unit="rad")
+    omega: Scalar = initial(default=0.0, unit="rad/s")
+    i: Scalar = initial(default=0.0, unit="A")
+    measured: str = option({"speed": "omega is measured", "position": "theta is measured"}, default="speed")
+
+    @staticmethod
+    def position() -> DCMotor:
+        """The motor of the tutorial on position, as identified in a laboratory at Carnegie Mellon."""
+        return DCMotor(3.2284e-6, 3.5077e-6, 0.0274, 4.0, 2.75e-6, measured="position")
+
+    @property
+    def states(self) -> Layout:
+        """The angle where it is measured, the speed and the current."""
+        held = starts(self).entries
+        return Layout(held if self.measured == "position" else held[1:])
+
+    @property
+    def inputs(self) -> Layout:
+        """The voltage."""
+        return layout(v="V")
+
+    @property
+    def outputs(self) -> Layout:
+        """The angle or the speed."""
+        return layout(theta="rad") if self.measured == "position" else layout(omega="rad/s")
+
+    def rate(self, t: Number, x: States, u: Inputs) -> Parts:
+        """The balance of torques and of voltages."""
+        del t
+        omega, i = x["omega"], x["i"]
+        angle = {"theta": omega} if self.measured == "position" else {}
+        return angle | {
+            "omega": (self.K * i - self.b * omega) / self.J,
+            "i": (u["v"] - self.R * i - self.K * omega) / self.L,
+        }

@@ -1,0 +1,160 @@
+"""A plant with actuators before its inputs and sensors behind its outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from copy import copy
+from dataclasses import replace
+from itertools import count
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Layout, Signals, block
+from workbench.core.block import quantities
+from workbench.core.port import column, fitting
+from workbench.loop.contracts import AbstractPlant, Inputs, Parts, is_recursion
+from workbench.loop.wiring import asked
+from workbench.plants.elements import AbstractElement
+from workbench.validation.shapes import Number, States
+from workbench.validation.words import known, refusal
+
+
+@block
+class Equipped(AbstractPlant):
+    """A plant whose inputs pass through actuators, and whose outputs pass through sensors, in their order.
+
+    Its states are those of the plant by their names, and those of the elements: `v.lag` of a lag in the way of v, of a
+    second one `v.lag_2`. Where a sensor is in the way of an output, `omega`, say, what the plant gives is the truth
+    `omega_true`. `v_applied` of a loop is what reaches the plant.
+
+        Equipped(motor, actuators=(Saturation("v", -12, 12), FirstOrder("v", 0.02)), sensors=(Quantiser("omega", 0.1),))
+
+    Raises
+    ------
+    LookupError
+        If an element is for a signal that is no input of the plant, or no output.
+    ValueError
+        If an element has another number of numbers than its signal, or one number for several units; if an output has
+        sensors already; or if the plant moves in discrete time.
+    """
+
+    plant: AbstractPlant
+    actuators: tuple[AbstractElement, ...] = ()
+    sensors: tuple[AbstractElement, ...] = ()
+
+    def __post_init__(self) -> None:
+        if is_recursion(self.plant):
+            advice = ": in discrete time there are the instruments and the `delay` of `digital`"
+            raise refusal("Equipped(plant=...)", "a plant in continuous time", self.plant, advice)
+        for name, port, of in (("actuators", self.inputs, "inputs"), ("sensors", self.outputs, "outputs")):
+            elements = tuple(_fitted(name, element, port, of) for element in getattr(self, name))
+            object.__setattr__(self, name, elements)
+        for name in self._sensed:
+            if f"{name}_true" in self.outputs + self.plant.truths:
+                raise ValueError(
+                    f"`Equipped(sensors=...)` must leave the name '{name}_true' to what the plant gives, which has it "
+                    f"already: put all sensors of '{name}' into one `Equipped`."
+                )
+
+    @property
+    def inputs(self) -> Layout:
+        """Those of the plant."""
+        return self.plant.inputs
+
+    @property
+    def outputs(self) -> Layout:
+        """Those of the plant."""
+        return self.plant.outputs
+
+    @property
+    def truths(self) -> Layout:  # type: ignore[override]
+        """Those of the plant, and what it gives to the sensors."""
+        true = (replace(self.outputs[name], name=f"{name}_true") for name in self._sensed)
+        return self.plant.truths + Layout(tuple(true))
+
+    @property
+    def labels(self) -> Mapping[str, str]:  # type: ignore[override]
+        """Those of the plant."""
+        return self.plant.labels
+
+    @property
+    def states(self) -> Layout:
+        """Those of the plant, then those of the actuators, then those of the sensors."""
+        own = (replace(entry, name=names[entry.name]) for _, z, names in self._memories() for entry in z.entries)
+        return self.plant.states + Layout(tuple(own))
+
+    def measure(self, t: Number, x: States) -> Signals:
+        """What the sensors give, and the truths."""
+        y = self._outputs(t, x)
+        seen, _ = self._through(self.sensors, x, y)
+        return seen | {f"{name}_true": y[name] for name in self._sensed}
+
+    def applied(self, t: Number, x: States, u: Inputs) -> Signals:
+        """What acts in the plant behind the actuators."""
+        driven, _ = self._through(self.actuators, x, u)
+        return asked(self.plant, "applied", self.inputs, t, self._own(x), driven)
+
+    def rate(self, t: Number, x: States, u: Inputs) -> Parts:
+        """The plant's own rates by what the actuators give, and those of the elements."""
+        driven, actuators = self._through(self.actuators, x, u)
+        _, sensors = self._through(self.sensors, x, self._outputs(t, x))
+        moves = asked(self.plant, "rate", self.plant.states, t, self._own(x), driven)
+        return moves | actuators | sensors
+
+    @property
+    def _sensed(self) -> tuple[str, ...]:
+        """The outputs with a sensor, once each."""
+        return tuple(dict.fromkeys(element.signal for element in self.sensors))
+
+    def _own(self, x: States) -> Signals:
+        return Signals(x).only(self.plant.states)
+
+    def _outputs(self, t: Number, x: States) -> Signals:
+        return asked(self.plant, "measure", self.outputs + self.plant.truths, t, self._own(x))
+
+    def _memories(self) -> Iterator[tuple[AbstractElement, Layout, dict[str, str]]]:
+        """Each element with its memory, and how its states are called here."""
+        taken = set(self.plant.states.names)
+        for element in (*self.actuators, *self.sensors):
+            port = self.inputs if element in self.actuators else self.outputs
+            memory = element.memory(port[element.signal])
+            for i in count(1):
+                end = "" if i == 1 else f"_{i}"
+                names = {name: f"{element.signal}.{name}{end}" for name in memory.names}
+                if taken.isdisjoint(names.values()):
+                    break
+            taken |= set(names.values())
+            yield element, memory, names
+
+    def _through(self, elements: tuple[AbstractElement, ...], x: States, signals: Signals) -> tuple[Signals, Parts]:
+        """The signals behind the elements in their way, and the rates of these elements."""
+        moves: dict[str, ca.SX] = {}
+        for element, memory, names in self._memories():
+            if element not in elements:
+                continue
+            kind, v = type(element).__name__, signals[element.signal]
+            z = Signals({own: x[here] for own, here in names.items()})
+            rates = fitting(f"{kind}.rate(...)", memory, element.rate(z, v))
+            moves |= {names[own]: rate for own, rate in rates.items()}
+            y = column(f"{kind}.output(...)", element.signal, v.shape, element.output(z, v))
+            signals = signals | {element.signal: y}
+        return signals, moves
+
+
+def _fitted(field: str, element: AbstractElement, port: Layout, of: str) -> AbstractElement:
+    """An element that knows the unit of its signal, or a refusal of one that fits no signal of the port."""
+    entry = port[known(element.signal, port.names, f"{of} of the plant")]
+    for f, quantity in quantities(element):
+        shape = np.shape(getattr(element, f.name))
+        differ = quantity.lifted and "{unit}" in quantity.unit and len(set(entry.units)) > 1
+        if quantity.shape != ("*",) or shape == entry.shape or not (shape or differ):
+            continue
+        must = f"be one number, as '{entry.name}' is"
+        if entry.shape:
+            why = f" (in {entry.unit})" if differ else ", or one for all"
+            must = f"be {entry.size} numbers, one for each of '{entry.name}'{why}"
+        raise ValueError(f"`{type(element).__name__}({f.name}=...)` in `{field}` must {must}; got shape {shape}.")
+    twin = copy(element)
+    object.__setattr__(twin, "unit", entry.unit)
+    return twin

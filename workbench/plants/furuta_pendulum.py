@@ -1,0 +1,68 @@
+"""The rotary inverted pendulum with its full dynamics."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from workbench.core import block, initial, layout, parameter
+from workbench.core.block import Scalar
+from workbench.loop.contracts import AbstractPlant, Inputs, Parts
+from workbench.validation.shapes import Number, States
+
+
+@block
+class FurutaPendulum(AbstractPlant):
+    """An arm that a torque turns about the vertical, with a pendulum on a hinge at its end.
+
+        (Jh_0 + Jh_2 sin(theta_2)^2) theta_1'' + m_2 L_1 l_2 cos(theta_2) theta_2'' + b_1 theta_1'
+            + Jh_2 sin(2 theta_2) theta_1' theta_2' - m_2 L_1 l_2 sin(theta_2) theta_2'^2 = tau
+        m_2 L_1 l_2 cos(theta_2) theta_1'' + Jh_2 theta_2'' + b_2 theta_2'
+            - Jh_2 sin(2 theta_2) theta_1'^2 / 2 + g m_2 l_2 sin(theta_2) = 0
+
+    where Jh_0 = J_1 + m_1 l_1^2 + m_2 L_1^2 and Jh_2 = J_2 + m_2 l_2^2. The pendulum hangs at theta_2 = 0 and is
+    upright at pi. The equations hold for links that are slender or symmetric about their axes.
+
+    The numbers are those of the paper's rig; they were read from programs that cite it, as the paper itself was not at
+    hand, and g = 9.81 is an assumption.
+
+    References
+    ----------
+    Cazzolato and Prime (2011), On the dynamics of the Furuta pendulum, Journal of Control Science and Engineering
+    2011, 528341, equations (33) and (34).
+    """
+
+    m_1: Scalar = parameter(default=0.300, unit="kg", low=0)
+    m_2: Scalar = parameter(default=0.075, unit="kg", low=0, strict=True)
+    L_1: Scalar = parameter(default=0.278, unit="m", low=0, strict=True)
+    l_1: Scalar = parameter(default=0.150, unit="m", low=0)
+    l_2: Scalar = parameter(default=0.148, unit="m", low=0, strict=True)
+    J_1: Scalar = parameter(default=2.48e-2, unit="kg m^2", low=0)
+    J_2: Scalar = parameter(default=3.86e-3, unit="kg m^2", low=0)
+    b_1: Scalar = parameter(default=1.0e-4, unit="N m s/rad", low=0)
+    b_2: Scalar = parameter(default=2.8e-4, unit="N m s/rad", low=0)
+    g: Scalar = parameter(default=9.81, unit="m/s^2")
+    theta_1: Scalar = initial(default=0.0, unit="rad")
+    theta_2: Scalar = initial(default=0.0, unit="rad")
+    theta_1d: Scalar = initial(default=0.0, unit="rad/s")
+    theta_2d: Scalar = initial(default=0.0, unit="rad/s")
+
+    inputs = layout(tau="N m")
+    outputs = layout(theta_1="rad", theta_2="rad")
+
+    def rate(self, t: Number, x: States, u: Inputs) -> Parts:
+        """The two equations solved for the accelerations."""
+        del t
+        sin, cos, sin2 = ca.sin(x["theta_2"]), ca.cos(x["theta_2"]), ca.sin(2 * x["theta_2"])
+        turn, swing = x["theta_1d"], x["theta_2d"]
+        Jh_2 = self.J_2 + self.m_2 * self.l_2**2
+        M_11 = self.J_1 + self.m_1 * self.l_1**2 + self.m_2 * self.L_1**2 + Jh_2 * sin**2
+        M_12 = self.m_2 * self.L_1 * self.l_2 * cos
+        arm = u["tau"] - self.b_1 * turn - Jh_2 * sin2 * turn * swing + self.m_2 * self.L_1 * self.l_2 * sin * swing**2
+        pendulum = Jh_2 * sin2 * turn**2 / 2 - self.b_2 * swing - self.g * self.m_2 * self.l_2 * sin
+        determinant = M_11 * Jh_2 - M_12**2
+        return {
+            "theta_1": turn,
+            "theta_2": swing,
+            "theta_1d": (Jh_2 * arm - M_12 * pendulum) / determinant,
+            "theta_2d": (M_11 * pendulum - M_12 * arm) / determinant,
+        }

@@ -1,0 +1,71 @@
+"""A quadrotor in space, driven by the speeds of its four rotors."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from workbench.core import block, initial, layout, parameter
+from workbench.core.block import Scalar, Vector
+from workbench.loop.contracts import AbstractPlant, Inputs, Parts
+from workbench.validation.shapes import Number, States
+
+
+@block
+class Quadrotor(AbstractPlant):
+    """A rigid body with rotors 1 and 3 on its x axis, 2 and 4 on its y axis, which turn in opposite senses by pairs.
+
+        m xi''  = -m g e_3 + R(eta) e_3 T - A xi',        T = k (w_1^2 + w_2^2 + w_3^2 + w_4^2)
+        I nu'   = -nu x (I nu) - I_r nu x e_3 w_G + tau,  w_G = w_1 - w_2 + w_3 - w_4
+        eta'    = W(eta)^-1 nu
+        tau     = (l k (w_4^2 - w_2^2), l k (w_3^2 - w_1^2), b (-w_1^2 + w_2^2 - w_3^2 + w_4^2))
+
+    xi (3,) is the place in the world, its third number the height; eta (3,) = (phi, theta, psi) are roll, pitch and yaw
+    with R = R_z(psi) R_y(theta) R_x(phi); nu (3,) are the body's rates, w (4,) the speeds of the rotors. W is singular
+    at theta = +-90 deg. What the paper adds for a changing speed of the rotors, I_M w', is left out. It hovers at
+    w_i = sqrt(m g / (4 k)), 620.6 rad/s.
+
+    The numbers are the paper's, read from programs that cite it.
+
+    References
+    ----------
+    Luukkonen (2011), Modelling and control of quadcopter, Aalto University, equations (2) to (20) and table 1.
+    """
+
+    m: Scalar = parameter(default=0.468, unit="kg", low=0, strict=True)
+    l: Scalar = parameter(default=0.225, unit="m", low=0, strict=True)
+    k: Scalar = parameter(default=2.980e-6, unit="N s^2/rad^2", low=0, strict=True)
+    b: Scalar = parameter(default=1.140e-7, unit="N m s^2/rad^2", low=0)
+    I_r: Scalar = parameter(default=3.357e-5, unit="kg m^2", low=0)
+    I: Vector = parameter(default=(4.856e-3, 4.856e-3, 8.801e-3), unit="kg m^2", low=0, strict=True, shape=("3",))
+    A: Vector = parameter(default=(0.25, 0.25, 0.25), unit="kg/s", low=0, shape=("3",))
+    g: Scalar = parameter(default=9.81, unit="m/s^2")
+    xi: Vector = initial(default=(0.0, 0.0, 0.0), unit="m", shape=("3",))
+    eta: Vector = initial(default=(0.0, 0.0, 0.0), unit="rad", shape=("3",))
+    xid: Vector = initial(default=(0.0, 0.0, 0.0), unit="m/s", shape=("3",))
+    nu: Vector = initial(default=(0.0, 0.0, 0.0), unit="rad/s", shape=("3",))
+
+    inputs = layout(w=("rad/s", [620.0, 620.0, 620.0, 620.0]))  # near hovering, where trimming starts
+    outputs = layout(xi=("m", [0.0, 0.0, 0.0]), eta=("rad", [0.0, 0.0, 0.0]))
+
+    def rate(self, t: Number, x: States, u: Inputs) -> Parts:
+        """The laws of Newton and Euler, and the kinematics of roll, pitch and yaw."""
+        del t
+        nu, w, lift = x["nu"], u["w"], self.k * u["w"] ** 2
+        sin, cos = ca.vertsplit(ca.sin(x["eta"])), ca.vertsplit(ca.cos(x["eta"]))
+        up = ca.vertcat(  # the third column of R(eta)
+            cos[2] * sin[1] * cos[0] + sin[2] * sin[0], sin[2] * sin[1] * cos[0] - cos[2] * sin[0], cos[1] * cos[0]
+        )
+        turn = w[0] - w[1] + w[2] - w[3]
+        tau = ca.vertcat(
+            self.l * (lift[3] - lift[1]),
+            self.l * (lift[2] - lift[0]),
+            self.b / self.k * (lift[1] + lift[3] - lift[0] - lift[2]),
+        )
+        spin = ca.cross(nu, self.I * nu + ca.vertcat(0, 0, self.I_r * turn))
+        level = sin[0] * nu[1] + cos[0] * nu[2]
+        return {
+            "xi": x["xid"],
+            "eta": ca.vertcat(nu[0] + sin[1] / cos[1] * level, cos[0] * nu[1] - sin[0] * nu[2], level / cos[1]),
+            "xid": (ca.sum1(lift) * up - self.A * x["xid"]) / self.m - ca.vertcat(0, 0, self.g),
+            "nu": (tau - spin) / self.I,
+        }

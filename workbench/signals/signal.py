@@ -1,0 +1,118 @@
+"""A wanted signal with its derivatives, and several of them side by side."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections import Counter
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Entry, Layout, Signals, block
+from workbench.core.dimensions import per_second
+from workbench.loop.surroundings import AbstractReference
+from workbench.validation.shapes import Number
+
+Motion = tuple[ca.SX, ca.SX, ca.SX]  # a signal, its first and its second derivative, each (n, 1)
+
+
+class AbstractSignal(AbstractReference):
+    """One wanted signal x of n numbers, and its derivatives xd and xdd.
+
+    A `Manipulator` takes q and qd; any other plant takes a signal by the name of its output. As a disturbance, see
+    `Disturbed`, it goes by the name of an input or an output.
+
+    Attributes
+    ----------
+    signal
+        Its name.
+    unit
+        Its unit, or one for each of its numbers, as in "m, rad".
+    """
+
+    signal: str
+    unit: str
+
+    @property
+    @abstractmethod
+    def dof(self) -> int:
+        """How many numbers it has, n."""
+
+    @abstractmethod
+    def motion(self, t: Number) -> Motion:
+        """The signal at time t [s] and its first two derivatives."""
+
+    @property
+    def unit_of_rate(self) -> str:
+        """That of its first derivative."""
+        return per_second(self.unit)
+
+    @property
+    def unit_of_curvature(self) -> str:
+        """That of its second derivative."""
+        return per_second(self.unit, 2)
+
+    @property
+    def says(self) -> Layout:
+        """The signal and its first two derivatives."""
+        units = (self.unit, self.unit_of_rate, self.unit_of_curvature)
+        return Layout(
+            tuple(Entry(self.signal + "d" * order, np.zeros(self.dof), unit) for order, unit in enumerate(units))
+        )
+
+    @property
+    def primary(self) -> tuple[str, ...]:
+        """The signal without its derivatives."""
+        return (self.signal,)
+
+    def at(self, t: Number) -> Signals:
+        """The signal and its exact derivatives."""
+        return Signals(dict(zip(self.says.names, self.motion(t), strict=True)))
+
+
+@block
+class Together(AbstractReference):
+    """Several references side by side, each with signals of its own.
+
+    Raises
+    ------
+    ValueError
+        If two of them say the same signal.
+    """
+
+    parts: tuple[AbstractReference, ...]
+
+    def __post_init__(self) -> None:
+        count = Counter(name for part in self.parts for name in part.says.names)
+        if twice := [name for name, times in count.items() if times > 1]:
+            raise ValueError(
+                f"`Together(parts=...)` must be references of different signals, as a law follows one of each name; "
+                f"'{twice[0]}' comes {count[twice[0]]} times."
+            )
+
+    @property
+    def says(self) -> Layout:
+        """The signals of all parts."""
+        return sum((part.says for part in self.parts), Layout())
+
+    @property
+    def primary(self) -> tuple[str, ...]:
+        """Those that the parts want for themselves."""
+        return tuple(name for part in self.parts for name in part.primary)
+
+    def at(self, t: Number) -> Signals:
+        """The signals of all parts."""
+        return Signals({name: value for part in self.parts for name, value in part.at(t).items()})
+
+
+def count(value: Any) -> int:
+    """How many numbers a vector has; one number is a vector of one."""
+    shape = shape_of(value)
+    return shape[0] if shape else 1
+
+
+def shape_of(value: Any) -> tuple[int, ...]:
+    """The shape of numbers or symbols."""
+    shape: tuple[int, ...] = value.shape if isinstance(value, ca.SX) else np.shape(value)
+    return shape

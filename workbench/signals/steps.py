@@ -1,0 +1,75 @@
+"""Signals that hold, jump, or go straight."""
+
+from __future__ import annotations
+
+import casadi as ca
+
+from workbench.core import block, parameter
+from workbench.core.block import Vector
+from workbench.signals.signal import AbstractSignal, Motion, count
+from workbench.validation.shapes import Number
+
+
+@block
+class Hold(AbstractSignal):
+    """A fixed value."""
+
+    position: Vector = parameter(unit="{unit}", shape=("n",), symbol="q^*")
+    signal: str = "q"
+    unit: str = "rad"
+
+    @property
+    def dof(self) -> int:
+        """How many numbers it has, n."""
+        return count(self.position)
+
+    def motion(self, t: Number) -> Motion:
+        """The value, at rest."""
+        del t
+        zero = ca.SX.zeros(self.dof)
+        return ca.SX(self.position), zero, zero
+
+
+@block
+class Step(AbstractSignal):
+    """x_i(t) = start_i before time_i, level_i from then on.
+
+    A jump has no derivative; the derivatives are zero at all times, as if the jump were not there.
+    """
+
+    signal: str
+    unit: str
+    level: Vector = parameter(unit="{unit}", shape=("n",), symbol="x_1")
+    time: Vector = parameter(default=0.0, unit="s", low=0, shape=("n",), symbol="t_s")
+    start: Vector = parameter(default=0.0, unit="{unit}", shape=("n",), symbol="x_0")
+
+    @property
+    def dof(self) -> int:
+        """How many numbers it has, n."""
+        return count(self.level)
+
+    def motion(self, t: Number) -> Motion:
+        """The step, and zeros for its derivatives."""
+        zero = ca.SX.zeros(self.dof)
+        return ca.if_else(t >= self.time, ca.SX(self.level), ca.SX(self.start)), zero, zero
+
+
+@block
+class Ramp(AbstractSignal):
+    """x_i(t) = start_i before time_i, start_i + slope_i (t - time_i) from then on."""
+
+    signal: str
+    unit: str
+    slope: Vector = parameter(unit="{unit_of_rate}", shape=("n",), symbol="v")
+    time: Vector = parameter(default=0.0, unit="s", low=0, shape=("n",), symbol="t_s")
+    start: Vector = parameter(default=0.0, unit="{unit}", shape=("n",), symbol="x_0")
+
+    @property
+    def dof(self) -> int:
+        """How many numbers it has, n."""
+        return count(self.slope)
+
+    def motion(self, t: Number) -> Motion:
+        """The ramp and its slope; the second derivative is zero, as if the corner were not there."""
+        rate = ca.if_else(t >= self.time, ca.SX(self.slope), 0)
+        return self.start + self.slope * ca.fmax(t - self.time, 0), rate, ca.SX.zeros(self.dof)
