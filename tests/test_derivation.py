@@ -11,8 +11,8 @@ import typst
 from arms import random_arm
 
 from workbench.core import Dynamics
-from workbench.derivation import FORMS
-from workbench.robots import SpatialArm, SpatialLink, named
+from workbench.derivation import FORMS, in_numbers
+from workbench.robots import SpatialArm, SpatialLink, named, urdf
 from workbench.robots.catalogue import planar
 
 PAGE = 80 * 5.5  # pt: 80 widths of a digit at 11 pt
@@ -113,7 +113,7 @@ def test_the_page_for_browsers_is_well_formed(long_arm):
 def test_friction_is_named_where_there_is_any_and_nowhere_else():
     smooth, rough = (link("hinge", viscous=viscous) for viscous in (None, 0.2))
     assert " + F(qd) = tau" not in FORMS["text"](Dynamics.of(smooth))
-    assert "= tau, n = 1\nThe friction" in FORMS["text"](Dynamics.of(rough))
+    assert "= tau, n = 1\n# The friction" in FORMS["text"](Dynamics.of(rough))
     assert " + F(qd) = tau" in FORMS["c"](Dynamics.of(rough))
 
 
@@ -122,7 +122,7 @@ def link(name, **drive):
 
 
 def test_the_numbers_of_an_arm_may_stand_in_place_of_its_letters():
-    printed = FORMS["text"](Dynamics.of(named("scara"), "scara", symbolic=False))
+    printed = FORMS["text"](in_numbers(named("scara"), "scara"))
     assert "M_33 = 3/2" in printed
     assert "m_1" not in printed
 
@@ -140,3 +140,58 @@ def test_a_hostile_name_ends_no_comment_and_begins_no_line(form):
     assert "<script>" not in odd or form != "mathml"
     assert odd.count("*/") == plain.count("*/")
     assert odd.count('"""') == plain.count('"""')
+
+
+TILTED = """<robot name="r"><link name="base"/>
+<link name="near"><inertial><mass value="1"/><origin xyz="0.1 0 0"/>{inertia}</inertial></link>
+<link name="far"><inertial><mass value="{mass}"/><origin xyz="0 0.2 0"/>{inertia}</inertial></link>
+<joint name="first" type="revolute"><parent link="base"/><child link="near"/><axis xyz="0 0 1"/></joint>
+<joint name="second" type="revolute"><parent link="near"/><child link="far"/>
+<origin xyz="0.3 0 0" rpy="0.7 0.2 0.4"/><axis xyz="0 0 1"/></joint></robot>"""
+
+
+def tilted(mass):
+    inertia = '<inertia ixx="0.02" ixy="0" ixz="0" iyy="0.03" iyz="0" izz="0.01"/>'
+    return urdf.parse(TILTED.format(mass=mass, inertia=inertia))
+
+
+def smallest(dynamics):
+    """The least number of size that stands in the entries, by the printed digits."""
+    body = FORMS["text"](dynamics).split("\n\n", 1)[1]
+    printed = (float(number) for number in re.findall(r"(?<![_\w.])\d+\.\d+(?:e-\d+)?", body))
+    return min(number for number in printed if number)
+
+
+def test_numbers_bring_no_rounding_dust_with_them():
+    assert smallest(Dynamics.of(tilted(0.7), symbolic=False)) < 1e-15  # what doubles leave of a rotation
+    assert smallest(in_numbers(tilted(0.7))) > 1e-4
+
+
+def test_a_true_term_stays_however_small():
+    tiny = in_numbers(tilted(1e-19))
+    assert 1e-22 < smallest(tiny) < 1e-19
+    # G_2 = m g (0.27 cos q_2 - 0.87 sin q_2) / 0.7 of the arm above, whose m is 0.7
+    heavy, light = (in_numbers(tilted(mass)).matrices([0.1, 0.5], [0.0, 0.0])[2][1] for mass in (0.7, 1e-19))
+    assert light / 1e-19 == pytest.approx(heavy / 0.7, rel=1e-13)
+
+
+def test_a_sum_of_decimals_is_printed_as_the_decimal_that_it_is():
+    assert "M_22 = 0.012672837978\n" in FORMS["text"](in_numbers(named("pelican")))
+    assert "M_22 = 4 + " in FORMS["text"](in_numbers(named("planar-4r")))
+
+
+@pytest.mark.parametrize("robot", ["paper-arm", "pelican", "slotine-li", "cart-pole", "scara", "planar-6r"])
+def test_numbers_put_in_exactly_give_what_doubles_give(robot):
+    arm = named(robot)
+    q, qd = np.random.default_rng(3).uniform(-2, 2, (2, arm.dof))
+    for exact, rounded in zip(in_numbers(arm).matrices(q, qd), Dynamics.of(arm).matrices(q, qd), strict=True):
+        np.testing.assert_allclose(exact, rounded, rtol=0, atol=1e-14 * max(1.0, np.abs(rounded).max()))
+
+
+def test_a_joint_without_a_motor_and_the_units_of_a_slide_are_said():
+    model = Dynamics.of(named("cart-pole"), "cart-pole")
+    for form in ("text", "latex", "typst", "c", "python", "casadi"):
+        assert "= tau, n = 2, without a motor: tau_2 = 0\n" in FORMS[form](model)
+    assert "accelerations of the joints, in (m, rad), per s and s^2" in FORMS["c"](model)
+    assert "what drives the joints, in (N, N m)" in FORMS["c"](model)
+    assert "without a motor" not in FORMS["text"](Dynamics.of(named("planar-2r")))

@@ -103,7 +103,7 @@ def test_a_gain_of_another_shape_is_refused():
         StateFeedback.of(paper_arm(), np.ones((4, 2)))
     with pytest.raises(ValueError, match=r"`StateFeedback.of\(K=...\)` must be a matrix of numbers"):
         StateFeedback.of(paper_arm(), "fast")
-    with pytest.raises(ValueError, match=r"`StateFeedback\(Kp=...\)` must be an array of shape \(n = 2, n = 2\)"):
+    with pytest.raises(ValueError, match=r"`StateFeedback\(Kp=...\)` must be an array of shape \(m, n = 2\)"):
         StateFeedback(paper_arm(), [1.0, 2.0], Kd)
 
 

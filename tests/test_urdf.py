@@ -10,7 +10,10 @@ import numpy as np
 import pytest
 
 from workbench.core import Dynamics
-from workbench.robots import urdf
+from workbench.design.linear import linearize
+from workbench.loop import open_loop
+from workbench.plants import DirectDrive, Manipulator
+from workbench.robots import Limits, urdf
 from workbench.robots.motion import from_angles
 
 ROOT = Path(__file__).parents[1]
@@ -156,7 +159,7 @@ import codecs, sys
 sys.path.insert(0, 'tests')
 from test_urdf import GOOD, STRANGE
 from workbench.bench import processes
-from workbench.robots import urdf
+from workbench.robots import Limits, urdf
 mesh = '<visual><geometry><mesh filename="file:///etc/passwd"/></geometry></visual>'
 urdf.parse(GOOD)
 try:
@@ -237,3 +240,93 @@ def test_a_byte_order_mark_and_comments_are_no_trouble(tmp_path):
     file = tmp_path / "r.urdf"
     file.write_bytes(b"\xef\xbb\xbf" + GOOD.replace("<robot", "<!-- head --><robot").encode())
     assert urdf.read(str(file)).dof == 1
+
+
+LIMIT = '<limit lower="-1.5" upper="2" velocity="3" effort="40"/>'
+
+
+def limited(limit=LIMIT, kind="revolute"):
+    return robot(BASE, link(), joint(kind=kind).replace("<axis", f"{limit}<axis"))
+
+
+def test_limits_are_read_and_kept_joint_by_joint():
+    second = joint("slide", "prismatic", "arm", "load").replace("<axis", '<limit effort="7"/><axis')
+    arm = urdf.parse(limited().replace("</robot>", f"{link('load')}{second}</robot>"))
+    assert (arm.limits.lower, arm.limits.upper) == ((-1.5, None), (2.0, None))
+    assert (arm.limits.velocity, arm.limits.effort) == ((3.0, None), (40.0, 7.0))
+    np.testing.assert_array_equal(arm.motor_limits(), [40.0, 7.0])
+
+
+def test_a_joint_that_turns_without_end_has_no_limit_of_position():
+    assert urdf.parse(limited(kind="continuous")).limits == Limits((None,), (None,), (3.0,), (40.0,))
+    assert urdf.parse(GOOD).limits == Limits((None,), (None,), (None,), (None,))
+
+
+def test_the_efforts_of_a_file_limit_the_drives_of_its_motors():
+    arm = urdf.parse(limited())
+    ode = open_loop(Manipulator(arm, [0.0], actuator=DirectDrive(arm.motor_limits())))
+    push, most = (ode.rate_at(0.0, ode.states.default, ode.parameters.pack({"tau": tau})[0]) for tau in ([99], [40]))
+    np.testing.assert_array_equal(push, most)
+
+
+def test_a_motor_without_a_limit_of_effort_is_named():
+    with pytest.raises(ValueError, match=r"`motor_limits\(\)` must find an effort above zero .* 'turn' is None"):
+        urdf.parse(GOOD).motor_limits()
+
+
+def test_a_run_that_leaves_a_limit_is_told_joint_by_joint():
+    limits = urdf.parse(limited()).limits
+    q, qd = np.array([[0.0], [2.1], [-1.6], [0.0], [np.nan]]), np.array([[0.0], [0.0], [0.0], [-3.1], [0.0]])
+    np.testing.assert_array_equal(limits.exceeded(q, qd), [[False], [True], [True], [True], [True]])
+    assert not limits.exceeded(q[:1], qd[:1]).any()
+    with pytest.raises(ValueError, match=r"arrays of one shape that ends with the 1 joints; got \(5, 1\) and \(5,\)"):
+        limits.exceeded(q, qd[:, 0])
+
+
+@pytest.mark.parametrize(
+    ("limit", "says"),
+    [
+        ('<limit lower="1" upper="0"/>', r"The joint 'turn' has a <limit> that is none: .* must have lower <= upper"),
+        ('<limit velocity="-1"/>', "must be finite and not negative, as it holds either way; got -1"),
+        ('<limit effort="strong"/>', "'effort' of joint 'turn' must be a number"),
+        (LIMIT + LIMIT, "has more than one <limit>"),
+    ],
+)
+def test_a_limit_that_is_none_is_refused(limit, says):
+    with pytest.raises(ValueError, match=says):
+        urdf.parse(limited(limit))
+
+
+def test_a_joint_can_be_named_passive():
+    second = joint("hinge", parent="arm", child="load")
+    text = robot(BASE, link(), joint(), link("load"), second)
+    assert urdf.parse(text).motors == (0, 1)
+    assert urdf.parse(text, passive=("turn",)).motors == (1,)
+    with pytest.raises(LookupError, match=r"no 'tun' among the 2 joints of this arm. Did you mean 'turn'\?"):
+        urdf.parse(text, passive=("tun",))
+
+
+def test_what_the_base_weighs_moves_nothing():
+    heavy, plain = (urdf.parse(robot(base, link(), joint())) for base in (link("base", "9"), BASE))
+    states = ([0.3], [0.4])
+    for a, b in zip(Dynamics.of(heavy).matrices(*states), Dynamics.of(plain).matrices(*states), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+RUBBING = robot(BASE, link(), joint().replace("<axis", '<dynamics damping="0.5" friction="2"/><axis'))
+
+
+def test_coulomb_friction_is_smoothed_by_the_argument_that_the_refusal_names():
+    x = np.zeros(2)
+    with pytest.raises(ValueError, match=r"jumps by 4 .* \(of friction from a file: `friction_speed=...`\)"):
+        linearize(open_loop(Manipulator(urdf.parse(RUBBING), [0.0])), 0.0, x)
+    smooth = urdf.parse(RUBBING, friction_speed=0.1)
+    # M = 1 about the axis z: damping 0.5, and the slope 2 / 0.1 of the friction
+    assert linearize(open_loop(Manipulator(smooth, [0.0])), 0.0, x).A[1, 1] == pytest.approx(-20.5, rel=1e-14)
+    fast = Dynamics.of(smooth).torque([0.0], [5.0], [0.0])  # tanh(50) is 1
+    np.testing.assert_allclose(fast, Dynamics.of(urdf.parse(RUBBING)).torque([0.0], [5.0], [0.0]), rtol=1e-15)
+
+
+def test_a_friction_speed_must_be_positive():
+    with pytest.raises(ValueError, match=r"`parse\(friction_speed=...\)` must be a positive"):
+        urdf.parse(RUBBING, friction_speed=0.0)

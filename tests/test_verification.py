@@ -6,6 +6,10 @@ import sys
 
 import pytest
 
+from workbench.core import Dynamics
+from workbench.derivation import FORMS
+from workbench.robots import CATALOGUE, named
+
 RIGHT = """# the arm of section 5
 M[1,1] = m_1*l_1^2 + m_2*(l_1^2 + l_2^2 + 2*l_1*l_2*cos(q_2))
 M_12 = M_21 = m_2*(l_2^2 + l_1*l_2*cos(q_2))
@@ -236,3 +240,19 @@ def test_hostile_input_is_refused_within_two_seconds_and_500_megabytes(tmp_path)
     assert seconds < 2
     assert megabytes < 500
     assert not (tmp_path / "pwned").exists()
+
+
+@pytest.mark.parametrize("robot", CATALOGUE)
+def test_what_derive_prints_is_read_back_and_found_right(verify, robot):
+    printed = FORMS["text"](Dynamics.of(named(robot), robot))
+    done = verify(printed, robot=robot)
+    assert (done.exit_code, done.stderr) == (0, "")
+    entries = (2 * named(robot).dof + 1) * named(robot).dof
+    assert done.stdout.count(" same\n") == entries
+
+
+def test_a_long_sheet_with_one_sign_changed_is_not_called_right(verify):
+    printed = FORMS["text"](Dynamics.of(named("ur5"), "ur5"))
+    place = printed.rindex(" - ")
+    done = verify(f"{printed[:place]} + {printed[place + 3 :]}", robot="ur5")
+    assert (done.exit_code, done.stdout) == (2, "")

@@ -21,7 +21,7 @@ import click
 from workbench import __version__, sentences
 
 if TYPE_CHECKING:
-    from workbench.core import Dynamics
+    from workbench.core import AbstractArm
 
 FORMS = ("text", "latex", "typst", "mathml", "python", "casadi", "c")
 
@@ -82,8 +82,7 @@ def run(study: Path, out: Path | None, ack: bool, traceback: bool, **asked: Any)
     Of its sweeps nothing is computed twice: what was stopped, the same command goes on with.
     """
     del traceback  # `_leave` looks it up
-    if ack:
-        asked["acknowledge"] = lambda chunk: click.echo(f"ACK {chunk.name} {chunk.digest.hex()}")
+    asked |= {"acknowledge": lambda chunk: click.echo(f"ACK {chunk.name} {chunk.digest.hex()}")} if ack else {}
     _run(study, out, asked)
 
 
@@ -180,8 +179,10 @@ def derive(robot: str, form: str, numbers: bool) -> None:
     """
     with _one_sentence():
         from workbench import derivation
+        from workbench.core import Dynamics
 
-        click.echo(derivation.FORMS[form](_dynamics(robot, symbolic=not numbers)))
+        arm = _arm(robot)
+        click.echo(derivation.FORMS[form](derivation.in_numbers(*arm) if numbers else Dynamics.of(*arm)))
 
 
 @cli.command()
@@ -195,9 +196,10 @@ def verify(file: Path, robot: str) -> None:
     letters are those that `workbench derive` prints. Exit status 1 if an entry differs.
     """
     with _one_sentence():
+        from workbench.core import Dynamics
         from workbench.verification import findings
 
-        found = findings(file, _dynamics(robot))
+        found = findings(file, Dynamics.of(*_arm(robot)))
         for finding in found:
             head, *details = finding.lines
             click.secho(head, fg={"same": "green", "differs": "red", "not refuted": "yellow"}.get(finding.kind or ""))
@@ -231,17 +233,16 @@ def bench(as_json: bool, only: str, quick: bool) -> None:
         click.echo((table.as_json if as_json else table.as_text)(list(rows)))
 
 
-def _dynamics(robot: str, symbolic: bool = True) -> Dynamics:
-    """The dynamics of an arm of the catalogue, or of a URDF file."""
-    from workbench.core import Dynamics
+def _arm(robot: str) -> tuple[AbstractArm, str]:
+    """An arm of the catalogue, or of a URDF file, and its name."""
     from workbench.robots import CATALOGUE, named, urdf
 
     file = Path(robot)
     if file.suffix.lower() == ".urdf" or (robot not in CATALOGUE and file.is_file()):
-        return Dynamics.of(urdf.read(file), file.stem, symbolic)
+        return urdf.read(file), file.stem
     if len(file.parts) > 1 or file.suffix:
         raise LookupError(f"There is no file '{robot}'; a robot is an arm of the catalogue or a URDF file.")
-    return Dynamics.of(named(robot), robot, symbolic)
+    return named(robot), robot
 
 
 def _aside(said: str) -> None:
@@ -293,8 +294,7 @@ def _of_the_study(script: Path, function: Callable[..., object]) -> Iterator[Non
 
 def _leave(sentence: str, status: int, error: BaseException | None = None) -> NoReturn:
     click.echo(sentences.printable(f"workbench: {sentence}"), err=True)
-    context = click.get_current_context(silent=True)
-    if error is not None and context is not None and context.params.get("traceback"):
+    if error is not None and (context := click.get_current_context(silent=True)) and context.params.get("traceback"):
         for line in "".join(format_exception(error)).splitlines():
             _aside(line)
     sys.exit(status)

@@ -11,6 +11,7 @@ import casadi as ca
 
 from workbench.core import Dynamics
 from workbench.core.show import formula_of
+from workbench.derivation import as_text
 from workbench.notation import text
 from workbench.notation.parsing.statements import Language
 from workbench.notation.parsing.tokens import MOST_CHARACTERS
@@ -45,6 +46,8 @@ class Finding(NamedTuple):
 def findings(file: Path, robot: Dynamics) -> list[Finding]:
     """A finding for each entry that a file prints, and one at the end for all of them.
 
+    A sheet that is too long to be judged is compared with the one that `workbench derive` prints, sign by sign.
+
     Raises
     ------
     LookupError
@@ -58,6 +61,8 @@ def findings(file: Path, robot: Dynamics) -> list[Finding]:
         derived = narrowed(robot, sheet.fixed)
         verdicts = compare_sheet(sheet, derived)
     except ValueError as error:
+        if _plain(content) == _plain(as_text(robot)):
+            return _as_printed(robot)
         raise ValueError(f"{file}: {error}") from None
     diagnoses = diagnose(sheet, verdicts, derived)
     entries = [_finding(verdict, diagnoses.get(verdict.label), sheet, derived) for verdict in verdicts]
@@ -77,6 +82,19 @@ def _content(file: Path) -> str:
         return content.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
         raise ValueError(f"{file}: it is no text in UTF-8 (byte {error.start}); save the equations as text.") from None
+
+
+def _plain(content: str) -> str:
+    """Equations without their comments and spaces."""
+    return "".join(re.sub("#.*", "", content).split())
+
+
+def _as_printed(robot: Dynamics) -> list[Finding]:
+    """What is said of a sheet too long to be judged that is, sign for sign, the one derived for the robot."""
+    n = range(1, robot.dof + 1)
+    labels = [f"{letter}[{i},{j}]" for letter in "MC" for i in n for j in n] + [f"G[{i}]" for i in n]
+    summary = f"All {len(labels)} entries are those that `workbench derive` prints, sign for sign."
+    return [*(Finding("same", [f"{label:8} same"]) for label in labels), Finding(None, [summary])]
 
 
 def _language(file: Path, content: str) -> Language:

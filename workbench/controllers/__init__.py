@@ -11,6 +11,7 @@ from workbench.controllers.fuzzy_asmc import FuzzyAsmc
 from workbench.controllers.pid import PID
 from workbench.controllers.pid2 import PID2
 from workbench.controllers.rbf_asmc import RbfAsmc
+from workbench.controllers.regulator import Regulator
 from workbench.controllers.rise import Rise
 from workbench.controllers.scheduled_feedback import ScheduledFeedback
 from workbench.controllers.sdre import Sdre
@@ -18,6 +19,7 @@ from workbench.controllers.sliding_mode import SlidingMode
 from workbench.controllers.state_feedback import StateFeedback
 from workbench.controllers.super_twisting import SuperTwisting
 from workbench.controllers.terminal_sliding_mode import NonsingularTerminalSlidingMode
+from workbench.loop.linear import LinearLaw
 
 __all__ = [
     "PID",
@@ -31,9 +33,11 @@ __all__ = [
     "Frozen",
     "FuzzyAsmc",
     "Leakage",
+    "LinearLaw",
     "NonsingularTerminalSlidingMode",
     "Plain",
     "RbfAsmc",
+    "Regulator",
     "Rise",
     "RuleBase",
     "ScheduledFeedback",

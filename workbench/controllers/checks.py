@@ -32,13 +32,12 @@ def symmetric(call: str, X: Array, why: str, definite: bool) -> None:
         raise ValueError(f"`{call}` must be positive {word}: {why}. Its smallest eigenvalue is {smallest:.3g}.")
 
 
-def halves(call: str, K: Any, dof: int) -> tuple[Array, Array]:
-    """The gains of e and of ed from K (..., n, 2n), or a refusal."""
+def halves(call: str, K: Any, dof: int, rows: int) -> tuple[Array, Array]:
+    """The gains of e and of ed from K (..., rows, 2n), or a refusal."""
     gain = as_array(K)
     if gain is None:
         raise refusal(call, "a matrix of numbers", K)
-    if gain.ndim < 2 or gain.shape[-2:] != (dof, 2 * dof):
-        raise ValueError(
-            f"`{call}` must have {dof} rows, one a joint, and {2 * dof} columns, for [e; ed]; got shape {gain.shape}."
-        )
+    if gain.ndim < 2 or gain.shape[-2:] != (rows, 2 * dof):
+        count = f"{rows} row{'s' if rows > 1 else ''}, one a {'joint' if rows == dof else 'motor'}"
+        raise ValueError(f"`{call}` must have {count}, and {2 * dof} columns, for [e; ed]; got shape {gain.shape}.")
     return gain[..., :dof], gain[..., dof:]

@@ -80,7 +80,7 @@ class ScheduledFeedback(AbstractArmController):
         ValueError
             If they are no such array, or the law refuses its numbers.
         """
-        Kp, Kd = halves("ScheduledFeedback.of(coefficients=...)", coefficients, model.dof)
+        Kp, Kd = halves("ScheduledFeedback.of(coefficients=...)", coefficients, model.dof, model.dof)
         if Kp.ndim != 3 or not len(Kp):
             must = "an array (terms, n, 2n), one matrix for each term"
             raise refusal("ScheduledFeedback.of(coefficients=...)", must, numbers("", coefficients))

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.controllers.checks import halves
 from workbench.core import AbstractArm, Layout, block, parameter
 from workbench.core.block import Matrix
-from workbench.loop.arm import AbstractArmController
+from workbench.loop.arm import AbstractArmController, motors
 from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
 
@@ -22,19 +22,21 @@ class StateFeedback(AbstractArmController):
         tau = tau_ref - Kp e - Kd ed,             e = q - q_ref,
         tau_ref = M qdd_ref + C qd_ref + G        at q_ref, qd_ref, of `model`
 
-    where `model` is the arm as the designer believes it to be. With [Kp Kd] = R^-1 B' P of the equations
+    where `model` is the arm as the designer believes it to be; of an arm with passive joints tau is that of the motors.
+    With [Kp Kd] = R^-1 B' P of the equations
     linearised about a rest point this is the LQR: optimal there, and near it almost so. The feedforward
     needs the derivatives of the reference, and a reference that jumps has none.
 
     Parameters
     ----------
     Kp, Kd
-        (n, n), full matrices: a joint may answer the error of another.
+        (m, n) with m motors, full matrices: a motor may answer the error of any joint.
 
     Raises
     ------
     ValueError
-        If a gain is not finite or not of shape (n, n), or Kd drives motion on and damps none.
+        If a gain is not finite or not of shape (m, n); or every joint has a motor, and Kd drives motion on and damps
+        none.
 
     References
     ----------
@@ -43,10 +45,17 @@ class StateFeedback(AbstractArmController):
     """
 
     model: AbstractArm
-    Kp: Matrix = parameter(unit="N m/rad", shape=("n", "n"), symbol="K_p")
-    Kd: Matrix = parameter(unit="N m s/rad", shape=("n", "n"), symbol="K_d")
+    Kp: Matrix = parameter(unit="{stiffness}", shape=("m", "n"), symbol="K_p")
+    Kd: Matrix = parameter(unit="{damping}", shape=("m", "n"), symbol="K_d")
 
     def __post_init__(self) -> None:
+        if len(self.Kp) != (count := len(self.model.motors)):
+            raise ValueError(
+                f"`StateFeedback(Kp=...)` must have a row for each motor of `model`, which has {count}; got shape "
+                f"{self.Kp.shape}."
+            )
+        if count < self.dof:
+            return
         # at rest the eigenvalues of the loop add up to -tr(M^-1 Kd), M being positive definite
         damping = np.linalg.eigvalsh((self.Kd + self.Kd.T) / 2)
         if damping[-1] <= 0 and damping[0] < 0:
@@ -58,19 +67,38 @@ class StateFeedback(AbstractArmController):
 
     @staticmethod
     def of(model: AbstractArm, K: Any) -> StateFeedback:
-        """The law u = -K [e; ed], with K (n, 2n) as a regulator's design gives it.
+        """The law u = -K [e; ed], with K (m, 2n) as a regulator's design gives it.
 
         Raises
         ------
         ValueError
-            If K is no matrix (n, 2n) of finite numbers.
+            If K is no matrix (m, 2n) of finite numbers.
         """
-        return StateFeedback(model, *halves("StateFeedback.of(K=...)", K, model.dof))
+        return StateFeedback(model, *halves("StateFeedback.of(K=...)", K, model.dof, len(model.motors)))
 
     @property
     def dof(self) -> int:
         """The number of joints of the model."""
         return self.model.dof
+
+    @property
+    def drives(self) -> Layout:
+        """The torques of the motors, (m,)."""
+        return motors(self.model)
+
+    @property
+    def stiffness(self) -> str:
+        """The unit of Kp, column by column where its entries differ."""
+        return self._gain("/")
+
+    @property
+    def damping(self) -> str:
+        """The unit of Kd, column by column where its entries differ."""
+        return self._gain(" s/")
+
+    def _gain(self, over: str) -> str:
+        each = [f"{force}{over}{unit}" for unit in self.model.units for force in self.drives["tau"].units]
+        return each[0] if len(set(each)) == 1 else ", ".join(each)
 
     @property
     def memory(self) -> Layout:
@@ -81,7 +109,8 @@ class StateFeedback(AbstractArmController):
         """The law as it stands above."""
         del t, z
         e, ed = est.q - ref.q, est.qd - ref.qd
-        tau: ca.SX = self.model.torque(ref.q, ref.qd, ref.qdd) - self.Kp @ e - self.Kd @ ed
+        along = self.model.torque(ref.q, ref.qd, ref.qdd)[list(self.model.motors)]
+        tau: ca.SX = along - self.Kp @ e - self.Kd @ ed
         return tau
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:

@@ -9,6 +9,7 @@ from workbench.core.combine import with_quadrature, with_sensitivity
 from workbench.core.dynamics import AbstractArm, Dynamics
 from workbench.core.layout import Entry, Layout
 from workbench.core.lift import Lifted, lift
+from workbench.core.linear import LinearSystem
 from workbench.core.ode import Ode
 from workbench.core.port import layout
 from workbench.core.roles import Roles, grouped, same_information
@@ -25,6 +26,7 @@ __all__ = [
     "Entry",
     "Layout",
     "Lifted",
+    "LinearSystem",
     "Ode",
     "Roles",
     "Rule",

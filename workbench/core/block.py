@@ -85,6 +85,11 @@ def parameters(*, init: Literal[False] = False) -> Any:
     return field(init=init, default=Layout(), metadata={"parameters": True})
 
 
+def socket(convert: Callable[[Any], Any], default: Any = MISSING) -> Any:
+    """A part of a block, or what `convert` makes one of."""
+    return field(default=default, metadata={"convert": convert})
+
+
 def _quantity(default: Any, quantity: Quantity) -> Any:
     metadata = {"quantity": quantity}
     if isinstance(default, np.ndarray | list | tuple):
@@ -118,7 +123,7 @@ def options(owner: Any) -> dict[str, tuple[str, str]]:
 
 
 @dataclass_transform(
-    frozen_default=True, eq_default=False, field_specifiers=(parameter, parameters, initial, option, field)
+    frozen_default=True, eq_default=False, field_specifiers=(parameter, parameters, initial, option, socket, field)
 )
 def block(cls: type[T]) -> type[T]:
     """Make `cls` a frozen dataclass that refuses, when built, parts of a wrong type and numbers out of bounds."""
@@ -196,6 +201,8 @@ def _sockets(owner: Any) -> list[Field[Any]]:
 
 def _check_sockets(owner: Any) -> None:
     for f in _sockets(owner):
+        if "convert" in f.metadata:
+            object.__setattr__(owner, f.name, f.metadata["convert"](getattr(owner, f.name)))
         object.__setattr__(owner, f.name, fitted(owner, f))
 
 

@@ -41,15 +41,15 @@ class AbstractArm(ABC):
 
     @abstractmethod
     def mass_matrix(self, q: Column) -> ca.SX:
-        """M(q), (n, n), in kg m^2."""
+        """M(q), (n, n): in kg m^2 between two hinges, in kg between two slides, in kg m between a hinge and a slide."""
 
     @abstractmethod
     def coriolis_matrix(self, q: Column, qd: Column) -> ca.SX:
-        """C(q, qd), (n, n), in kg m^2/s."""
+        """C(q, qd), (n, n), in the units of M per second."""
 
     @abstractmethod
     def gravity_vector(self, q: Column) -> ca.SX:
-        """G(q), (n, 1), in N m."""
+        """G(q), (n, 1), in N m where a joint turns, in N where it slides."""
 
     @door
     def recursion(self, q: Column, qd: Column, qdd: Column) -> ca.SX | None:
@@ -58,7 +58,7 @@ class AbstractArm(ABC):
 
     @door
     def torque(self, q: Column, qd: Column, qdd: Column) -> ca.SX:
-        """tau = M qdd + C qd + G, (n, 1), in N m, and the friction of an arm that has any."""
+        """tau = M qdd + C qd + G, (n, 1), in N m or N, and the friction of an arm that has any."""
         tau = self.recursion(q, qd, qdd)
         if tau is None:
             tau = self.mass_matrix(q) @ qdd + self.coriolis_matrix(q, qd) @ qd + self.gravity_vector(q)
@@ -76,7 +76,7 @@ class AbstractArm(ABC):
 
     @door
     def acceleration(self, q: Column, qd: Column, tau: Column) -> ca.SX:
-        """qdd = M^-1 (tau - C qd - G), (n, 1), in rad/s^2, by the LDL' factors of M."""
+        """qdd = M^-1 (tau - C qd - G), (n, 1), in rad/s^2 or m/s^2, by the LDL' factors of M."""
         bias = self.recursion(q, qd, ca.SX(self.dof, 1))
         net = tau - self.coriolis_matrix(q, qd) @ qd - self.gravity_vector(q) if bias is None else tau - bias
         return solve_definite(self.mass_matrix(q), net)
@@ -102,6 +102,10 @@ class Dynamics:
     recursion
         Symbols of the acceleration (n, 1) and the torque that it takes (n, 1), with friction if the arm has any:
         a shorter way than through the matrices, where there is one.
+    units
+        The unit of each joint's position, "rad" or "m"; rad for all joints where none are given.
+    motors
+        The joints that have a motor; all where none are given.
     """
 
     name: str
@@ -113,9 +117,19 @@ class Dynamics:
     p: Layout
     symbols: ca.SX
     recursion: tuple[ca.SX, ca.SX] | None = None
+    units: tuple[str, ...] = ()
+    motors: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         n = self.dof
+        object.__setattr__(self, "units", self.units or ("rad",) * n)
+        object.__setattr__(self, "motors", self.motors or tuple(range(n)))
+        if len(self.units) != n or not set(self.units) <= {"rad", "m"}:
+            raise ValueError(
+                f"`Dynamics(units=...)` must be 'rad' or 'm' for each of the {n} joints; got {self.units}."
+            )
+        if not set(self.motors) <= set(range(n)):
+            raise ValueError(f"`Dynamics(motors=...)` must be joints counted from 0 to {n - 1}; got {self.motors}.")
         accelerations = self.recursion or (ca.SX.sym("qdd", n), ca.SX(n, 1))
         qdd, tau = accelerations
         shapes = {"qd": (n, 1), "M": (n, n), "C": (n, n), "G": (n, 1), "symbols": (self.p.size, 1)}
@@ -144,7 +158,8 @@ class Dynamics:
         G = ca.densify(lifted.block.gravity_vector(q))
         tau = lifted.block.recursion(q, qd, qdd)
         recursion = None if tau is None else (qdd, ca.densify(tau))
-        return Dynamics(name or type(arm).__name__, q, qd, M, C, G, lifted.layout, lifted.symbols, recursion)
+        label = name or type(arm).__name__
+        return Dynamics(label, q, qd, M, C, G, lifted.layout, lifted.symbols, recursion, arm.units, arm.motors)
 
     @property
     def dof(self) -> int:

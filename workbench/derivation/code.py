@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import keyword
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import casadi as ca
@@ -23,12 +23,6 @@ C_WORDS = (
     "j0 j1 jn y0 y1 yn gamma exp2 div abs main signgam"
 )
 RESERVED = frozenset([*OWN.split(), *C_WORDS.split(), *CALLED.split(), "min", "max", *keyword.kwlist])
-
-ARGUMENTS = (
-    ("q, qd, qdd", "positions, velocities and accelerations of the joints: rad, rad/s, rad/s^2; m where one slides"),
-    ("tau", "torques of the joints: N m; N where one slides"),
-    ("p", "parameters, in the order of the nominal values below"),
-)
 
 
 class Routine(NamedTuple):
@@ -59,8 +53,20 @@ def _routine(dynamics: Dynamics, matrices: Mapping[str, ca.SX], dialect: Dialect
 
 def about(dynamics: Dynamics) -> list[str]:
     """The equation of motion and what each argument means, one a line."""
-    words = [f"{name:<12}{meaning}" for name, meaning in ARGUMENTS if name != "p" or dynamics.p.size]
-    return [title(dynamics), "", *words, f"{'M, C, G':<12}C of the Christoffel symbols: M' - 2 C is skew"]
+    lengths, forces = _units(dynamics.units), _units("N" if unit == "m" else "N m" for unit in dynamics.units)
+    meanings = {
+        "q, qd, qdd": f"positions, velocities and accelerations of the joints, in {lengths}, per s and s^2",
+        "tau": f"what drives the joints, in {forces}",
+        "p": "parameters, in the order of the nominal values below" if dynamics.p.size else "",
+        "M, C, G": "C of the Christoffel symbols: M' - 2 C is skew",
+    }
+    return [title(dynamics), "", *(f"{name:<12}{meaning}" for name, meaning in meanings.items() if meaning)]
+
+
+def _units(each: Iterable[str]) -> str:
+    """The units of the joints, one by one where they differ."""
+    units = list(each)
+    return units[0] if len(set(units)) == 1 else f"({', '.join(units)})"
 
 
 def nominal(dynamics: Dynamics) -> list[tuple[str, str]]:

@@ -28,9 +28,11 @@ def harmless(text: str) -> str:
 
 
 def title(dynamics: Dynamics) -> str:
-    """The equation of motion, and of which arm."""
+    """The equation of motion, of which arm, and which joints have no motor."""
     friction = " + F(qd)" if has_friction(dynamics) else ""
-    return f"{harmless(dynamics.name)}: M(q) qdd + C(q, qd) qd + G(q){friction} = tau, n = {dynamics.dof}"
+    idle = ", ".join(f"tau_{i + 1} = 0" for i in range(dynamics.dof) if i not in dynamics.motors)
+    equation = f"M(q) qdd + C(q, qd) qd + G(q){friction} = tau, n = {dynamics.dof}"
+    return f"{harmless(dynamics.name)}: {equation}{f', without a motor: {idle}' if idle else ''}"
 
 
 def has_friction(dynamics: Dynamics) -> bool:

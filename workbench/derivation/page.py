@@ -19,8 +19,9 @@ from workbench.validation.doors import door
 
 @door
 def as_text(dynamics: Dynamics) -> str:
-    """Plain text, for a terminal."""
-    return "\n".join([*_head(dynamics), *("\n" + text.emit(block) for block in _blocks(dynamics))])
+    """Plain text, for a terminal; the letters as comments above, so that `workbench verify` reads it."""
+    head = (f"# {line}" if line else "" for line in _head(dynamics))
+    return "\n".join([*head, *("\n" + text.emit(block) for block in _blocks(dynamics))])
 
 
 @door

@@ -5,6 +5,7 @@ from workbench.loop.assemble import ClosedLoop, open_loop
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Follows, Inputs, Parts, Reads
 from workbench.loop.defaults import Readings, Rest
 from workbench.loop.instruments import Instruments
+from workbench.loop.linear import LinearFilter, LinearLaw, LinearPlant
 from workbench.loop.roles import roles
 from workbench.loop.surroundings import AbstractDisturbance, AbstractInstruments, AbstractReference
 
@@ -21,6 +22,9 @@ __all__ = [
     "Follows",
     "Inputs",
     "Instruments",
+    "LinearLaw",
+    "LinearFilter",
+    "LinearPlant",
     "Parts",
     "Readings",
     "Reads",

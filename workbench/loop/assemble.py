@@ -7,11 +7,13 @@ from dataclasses import replace
 
 import casadi as ca
 
-from workbench.core import Layout, Ode, Roles, Sampled, Signals, Step, block, lift
-from workbench.core.port import joined
+from workbench.core import Ode, Roles, Sampled, Signals, Step, block, lift
+from workbench.core.block import socket
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
 from workbench.loop.defaults import Readings, Rest
+from workbench.loop.linear import LinearFilter, LinearLaw, LinearPlant, beside, standing_for
 from workbench.loop.matching import refuse_misfits
+from workbench.loop.outside import Outside, added, cut
 from workbench.loop.roles import roles
 from workbench.loop.sampled import FINE, digital
 from workbench.loop.surroundings import AbstractInstruments, AbstractReference
@@ -41,8 +43,9 @@ class ClosedLoop:
 
     Parameters
     ----------
-    observer
-        Where there is none, the law reads what the instruments read.
+    plant, observer, controller
+        A linear system of python-control stands for its `LinearPlant`, `LinearFilter` or `LinearLaw`. Where there is
+        no observer, the law reads what the instruments read.
     reference
         Where there is none, the law follows nothing.
 
@@ -53,9 +56,9 @@ class ClosedLoop:
         or unit, or an input of the plant is driven by nothing.
     """
 
-    plant: AbstractPlant
-    observer: AbstractObserver = None  # type: ignore[assignment]
-    controller: AbstractController = None  # type: ignore[assignment]
+    plant: AbstractPlant = socket(standing_for(LinearPlant))
+    observer: AbstractObserver = socket(standing_for(LinearFilter), default=None)
+    controller: AbstractController = socket(standing_for(LinearLaw), default=None)
     reference: AbstractReference = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
@@ -64,6 +67,7 @@ class ClosedLoop:
             raise refusal("ClosedLoop(controller=...)", "an `AbstractController`", None)
         if "observer" in empty:
             object.__setattr__(self, "observer", Readings(self.plant.outputs))
+        object.__setattr__(self, "observer", beside(self.plant, self.observer))
         if "reference" in empty:
             object.__setattr__(self, "reference", Rest())
         refuse_misfits(self)
@@ -104,7 +108,7 @@ class ClosedLoop:
         less_observer = {name: replace(self, observer=block) for name, block in observers.items()}
         return less_observer | {name: replace(self, controller=block) for name, block in controllers.items()}
 
-    def ode(self, name: str = "loop") -> Ode:
+    def ode(self, name: str = "loop", *, inputs: bool = False) -> Ode:
         """The closed loop as x' = f(t, x, p), every parameter a symbol keyed by its path.
 
         The outputs are those of the plant, and of each what is wanted (`x_ref`), the tracking error
@@ -112,26 +116,36 @@ class ClosedLoop:
         (`u_applied`); the truths; the observer's errors (`x_error`: true minus estimated); and the law's own signals.
         An arm calls e_q, e_qd and e_hat_q by the letters of its book, e, ed and e_hat.
 
+        With `inputs` there are parameters, zero unless set, for what is added to each wanted signal (`x_ref`), to each
+        input where it acts (`u_load`) and to each reading (`x_noise`): the declared inputs.
+
         Raises
         ------
         ValueError
             If the law is one that only a computer can run, as an implicit relay is, or calls a signal of its
             own as the loop calls one.
         """
-        return _around(self, name, broken=False)
+        return _around(self, name, added(self) if inputs else Outside())
 
-    def broken(self, name: str = "loop") -> Ode:
-        """The loop cut at the plant's inputs: the plant moves by 'drive' (nu,), the declared input, in order.
+    def broken(self, name: str = "loop", *, at: str | tuple[str, ...] | None = None) -> Ode:
+        """The loop cut at inputs of the plant, all unless told, or at readings, where 'drive' acts: the declared input.
 
-        The outputs are the inputs as the controller commands them, which the observer counts on. With
-        drive = command the loop is that of `ode`; its gain is L, from drive to -command.
+        The outputs are the signals that arrive at the cut, in the same order: commands, which the observer still counts
+        on, or outputs of the plant. With drive = output the loop is that of `ode`; its gain L is from drive to -output.
+
+        Parameters
+        ----------
+        at
+            Names of inputs or outputs of the plant, one or several.
 
         Raises
         ------
         ValueError
             If the law is one that only a computer can run.
+        LookupError
+            If a name is none of an input or an output.
         """
-        return _around(self, name, broken=True)
+        return _around(self, name, cut("ClosedLoop.broken", self, at))
 
     def digital(
         self,
@@ -141,6 +155,8 @@ class ClosedLoop:
         delay: bool | float | Mapping[str, float] = False,
         integrator: str = "declared",
         name: str = "loop",
+        inputs: bool = False,
+        at: str | tuple[str, ...] | None = None,
     ) -> Sampled:
         """The closed loop with observer and controller in a computer, which runs them once in `period` seconds.
 
@@ -168,21 +184,25 @@ class ClosedLoop:
             Whether a command waits a period; or how many, a whole number for all inputs, or one for each that is named.
         integrator
             "declared", or "fine" for 16 Runge-Kutta steps a period through all memories, with readings, estimate,
-            reference and torque held: near the exact flow of their own equations, which tells what diverges by its
-            integrator from what diverges by its law.
+            reference and command held: near their exact flow, which tells what diverges by its integrator.
+        inputs, at
+            As of `ode` and of `broken`: signals from outside, which are held over a period.
 
         Raises
         ------
         ValueError
             If the period is no positive finite number, or does not divide that of a block; the instruments are none or
-            for another plant; the delay is no whole number of periods; the integrator is neither of the two; or the
-            law calls a signal of its own as the loop calls one.
+            for another plant; the delay is no whole number of periods; the integrator is neither of the two; the law
+            calls a signal of its own as the loop calls one; or signals from outside meet the inputs of a plant in
+            discrete time.
         LookupError
             If a delay is for a name that is no input of the plant.
         """
         fine = one_of("ClosedLoop.digital(integrator=...)", integrator, ("declared", "fine")) == "fine"
         length = seconds("ClosedLoop.digital(period=...)", period)
-        return digital(self, length, instruments, Queue.of(self.plant.inputs, delay), FINE if fine else 0, name)
+        outside = cut("ClosedLoop.digital", self, at) if at is not None else added(self) if inputs else Outside()
+        queue = Queue.of(self.plant.inputs, delay)
+        return digital(self, length, instruments, queue, FINE if fine else 0, name, outside)
 
     def sampled(
         self,
@@ -203,44 +223,43 @@ class ClosedLoop:
         return self.digital(period, instruments, delay=delay, name=name).step(substeps)
 
 
-def _around(closed: ClosedLoop, name: str, *, broken: bool) -> Ode:
-    """Once round a loop, whose plant moves by the controller's command or, where it is broken, by one from outside."""
-    for socket in ("plant", "observer", "controller"):
-        if is_recursion(part := getattr(closed, socket)):
+def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
+    """Once round a loop, and the signals from outside that meet it."""
+    for part in (closed.plant, closed.observer, closed.controller):
+        if is_recursion(part):
             raise ValueError(
                 f"`{type(part).__name__}` is a recursion in discrete time, which only a computer runs: take "
                 "`ClosedLoop.digital(period)` in place of `ode()`."
             )
     lifted = lift(closed)
     loop, states, inputs = lifted.block, memory(closed), closed.plant.inputs
-    outside = Layout((joined(inputs, "drive"),)) if broken else Layout()
-    t, x, drive = ca.SX.sym("t"), states.symbols(), outside.symbols()
+    t, x = ca.SX.sym("t"), states.symbols()
     z = split(states.view(x))
 
-    ref = wanted(loop, t)
+    ref = outside.meets("references", wanted(loop, t))
     y = measured(loop, t, z["plant"])
-    seen, est = estimated(loop, t, z["observer"], y)
+    seen, est = estimated(loop, t, z["observer"], outside.meets("readings", y))
     u = commanded(loop, t, z["controller"], est, ref)
-    acts = Signals(inputs.view(drive)) if broken else u
+    acts = outside.meets("inputs", u)
     moves = {"plant": asked(loop.plant, "rate", closed.plant.states, t, z["plant"], acts)}
     moves |= rates(loop, t, z, seen, est, u, ref)
-    if broken:
-        outputs, watched = inputs, dict(u)
+    if outside.cut.size:
+        outputs, watched = outside.cut, dict((y | u).only(outside.cut))
     else:
-        applied = asked(loop.plant, "applied", inputs, t, z["plant"], u)
+        applied = asked(loop.plant, "applied", inputs, t, z["plant"], acts)
         outputs, watched = shown(loop, y, ref, est, u, applied, signals(loop, z["controller"], est, ref))
-    symbols = (t, x, ca.vertcat(lifted.symbols, drive))
+    symbols = (t, x, ca.vertcat(lifted.symbols, outside.symbols))
     return Ode(
         name,
         states,
-        lifted.layout + outside,
+        lifted.layout + outside.layout,
         outputs,
         *symbols,
         states.flatten(above(moves)),
         outputs.flatten(watched),
-        inputs=outside.names,
+        inputs=outside.layout.names,
         notes=notes(closed),
-        follows=() if broken else closed.follows,
+        follows=() if outside.cut.size else closed.follows,
         drives=inputs.names,
         horizon=horizon(closed),
     )

@@ -12,6 +12,7 @@ import numpy as np
 from workbench.core import Entry, Layout, Lifted, Ode, Sampled, Signals, lift
 from workbench.loop.contracts import Parts, euler, is_recursion
 from workbench.loop.matching import refuse_instruments
+from workbench.loop.outside import Outside, refuse_inputs_of_recursion
 from workbench.loop.surroundings import AbstractInstruments
 from workbench.loop.waiting import Queue
 from workbench.loop.wiring import (
@@ -37,9 +38,16 @@ FINE = 16  # steps of Runge-Kutta a period: stable up to 44 / period, where (34)
 
 
 def digital(
-    loop: Blocks, period: float, instruments: AbstractInstruments | None, queue: Queue, fine: int, name: str
+    loop: Blocks,
+    period: float,
+    instruments: AbstractInstruments | None,
+    queue: Queue,
+    fine: int,
+    name: str,
+    outside: Outside,
 ) -> Sampled:
     """The loop as a flow and a jump, see `ClosedLoop.digital`."""
+    refuse_inputs_of_recursion(loop, outside)
     if instruments is not None:
         refuse_instruments(loop, instruments)
     every = {socket: _every(getattr(loop, socket), period) for socket in ("plant", "observer", "controller")}
@@ -50,18 +58,20 @@ def digital(
         remembers += instruments.drifts.prefixed("drift.")
     k, w = ca.SX.sym("k"), ca.SX.sym("w", instruments.noises if instruments is not None else 0)
     x = remembers.symbols()
-    computer = Computer(lifted.block, gauges.block, period, every, queue, fine)
+    computer = Computer(lifted.block, gauges.block, period, every, queue, fine, outside)
     after = {n: ca.densify(ca.SX(part)) for n, part in computer.after(k, remembers.view(x), w).items()}
     units = _units(loop)
     new = [(n, part) for n, part in after.items() if n not in remembers]
     held = Layout(tuple(Entry(n, np.zeros(part.numel()), units.get(n, "")) for n, part in new))
     states, x, t = remembers + held, ca.vertcat(x, held.symbols()), ca.SX.sym("t")
-    moves, outputs, watched = _between(lifted.block, queue, t, states.view(x))
-    parameters, p = lifted.layout + gauges.layout, ca.vertcat(lifted.symbols, gauges.symbols)
+    moves, outputs, watched = _between(lifted.block, queue, t, states.view(x), outside)
+    parameters = lifted.layout + gauges.layout + outside.layout
+    p = ca.vertcat(lifted.symbols, gauges.symbols, outside.symbols)
     equations = (states.flatten(moves), outputs.flatten(watched))
-    flow = Ode(name, states, parameters, outputs, t, x, p, *equations)
+    flow = Ode(name, states, parameters, outputs, t, x, p, *equations, inputs=outside.layout.names)
+    follows = () if outside.cut.size else loop.follows
     flow = replace(flow, notes=notes(loop), horizon=horizon(loop))
-    flow = replace(flow, follows=loop.follows, drives=loop.plant.inputs.names)
+    flow = replace(flow, follows=follows, drives=loop.plant.inputs.names)
     return Sampled(flow, period, k, w, states.flatten(after), methods(loop, fine))
 
 
@@ -117,6 +127,8 @@ class Computer:
         The commands that wait.
     fine
         Runge-Kutta steps a period through the memories; 0 for the method that each block declares.
+    outside
+        The signals from outside that meet it.
     """
 
     loop: Blocks
@@ -125,12 +137,14 @@ class Computer:
     every: Mapping[str, int]
     queue: Queue
     fine: int
+    outside: Outside
 
     def after(self, k: ca.SX, x: Mapping[str, ca.SX], w: ca.SX) -> dict[str, ca.SX]:
         """What the states x become at the instant t_k: all that the computer remembers and holds."""
         loop, z, t = self.loop, split(x), k * self.period
         plant = self._moved_plant(k, t, z["plant"], x)
-        ref, y = wanted(loop, t), measured(loop, t, plant)
+        ref = self.outside.meets("references", wanted(loop, t))
+        y = self.outside.meets("readings", measured(loop, t, plant))
         drift = Signals()
         if self.instruments is not None:
             drift = self.instruments.drifted(Signals(below("drift", x)), w, self.period)
@@ -171,7 +185,7 @@ class Computer:
             return z
         u = Signals({name: x[f"hold.{name}"] for name in plant.inputs.names})
         new = asked(plant, "update", plant.states, t - self.every["plant"] * self.period, z, u)
-        runs = ca.logic_and(k > 0, ca.fmod(k, self.every["plant"]) == 0)
+        runs = k > 0 if self.every["plant"] == 1 else ca.logic_and(k > 0, ca.fmod(k, self.every["plant"]) == 0)
         return Signals({name: ca.if_else(runs, part, z[name]) for name, part in new.items()})
 
     def _moved(
@@ -229,16 +243,19 @@ def _refined(rate: Callable[[Signals], Parts], z: Signals, period: float, steps:
 
 
 def _between(
-    loop: Blocks, queue: Queue, t: ca.SX, x: Mapping[str, ca.SX]
+    loop: Blocks, queue: Queue, t: ca.SX, x: Mapping[str, ca.SX], outside: Outside
 ) -> tuple[dict[str, ca.SX], Layout, dict[str, ca.SX]]:
     """The rates of all states between two instants, where only the plant moves, and what is watched then."""
     plant, z = loop.plant, split(x)["plant"]
     held = below("hold", {name: part for name, part in x.items() if name not in queue.places})
     u = Signals({name: held.pop(name) for name in plant.inputs.names})
+    acts = outside.meets("inputs", u)
     est = Signals({name: held.pop(f"{name}_hat") for name in loop.observer.gives.names})
     moves = {name: ca.SX.zeros(part.shape) for name, part in x.items()}
     if not is_recursion(plant):
-        moves |= above({"plant": asked(plant, "rate", plant.states, t, z, u)})
-    y, ref = measured(loop, t, z), wanted(loop, t)
-    outputs, watched = shown(loop, y, ref, est, u, asked(plant, "applied", plant.inputs, t, z, u), held)
+        moves |= above({"plant": asked(plant, "rate", plant.states, t, z, acts)})
+    y, ref = measured(loop, t, z), outside.meets("references", wanted(loop, t))
+    if outside.cut.size:
+        return moves, outside.cut, {n: ca.densify(ca.SX(part)) for n, part in (y | u).only(outside.cut).items()}
+    outputs, watched = shown(loop, y, ref, est, u, asked(plant, "applied", plant.inputs, t, z, acts), held)
     return moves, outputs, watched

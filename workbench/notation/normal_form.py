@@ -138,13 +138,17 @@ class NormalForm:
 
 
 @door
-def normal_forms(matrix: ca.SX, numbers: Mapping[str, Fraction] | None = None) -> list[list[NormalForm]]:
+def normal_forms(
+    matrix: ca.SX, numbers: Mapping[str, Fraction] | None = None, constant: Callable[[float], Fraction] = Fraction
+) -> list[list[NormalForm]]:
     """The normal form of each entry of a matrix, row by row.
 
     Parameters
     ----------
     numbers
         Symbols, by name, that stand for a number; it is put in without rounding.
+    constant
+        The fraction that a constant of the expression is taken for: the one that it exactly is.
 
     Raises
     ------
@@ -166,7 +170,7 @@ def normal_forms(matrix: ca.SX, numbers: Mapping[str, Fraction] | None = None) -
         if work > MOST_TERMS:
             raise NotInClass(f"The normal form takes more than {MOST_TERMS} terms on the way: too long to expand.")
         fixed = numbers.get(node.name) if numbers else None
-        known.append(_terms(node, operands) if fixed is None else waves.constant(fixed))
+        known.append(_terms(node, operands, constant) if fixed is None else waves.constant(fixed))
     return [[NormalForm(known[place]) for place in row] for row in steps.entries]
 
 
@@ -200,11 +204,11 @@ def simplify(matrix: ca.SX) -> ca.SX:
     return ca.blockcat([[form.to_casadi(symbols) for form in row] for row in normal_forms(matrix)])
 
 
-def _terms(node: Operation, operands: list[Terms]) -> Terms:
+def _terms(node: Operation, operands: list[Terms], constant: Callable[[float], Fraction]) -> Terms:
     if node.code == ca.OP_CONST:
         if not math.isfinite(node.value):
             raise NotInClass(f"A normal form has finite coefficients; the expression holds {node.value}.")
-        return waves.constant(Fraction(node.value))
+        return waves.constant(constant(node.value))
     if node.code == ca.OP_INPUT:
         return waves.variable(node.name)
     if node.code not in RULES:

@@ -1,6 +1,7 @@
 """What is controlled."""
 
-from workbench.plants.actuator import AbstractActuator, DirectDrive, FirstOrderLag
+from workbench.loop.linear import LinearPlant
+from workbench.plants.actuator import AbstractActuator, DirectDrive, FirstOrderLag, Friction
 from workbench.plants.arm_instruments import ArmInstruments
 from workbench.plants.buck_converter import BuckConverter
 from workbench.plants.cart_pole import CartPole
@@ -18,7 +19,7 @@ from workbench.plants.elements import (
 )
 from workbench.plants.equipped import Equipped
 from workbench.plants.furuta_pendulum import FurutaPendulum
-from workbench.plants.manipulator import Friction, Manipulator
+from workbench.plants.manipulator import Manipulator
 from workbench.plants.ode_plant import OdePlant
 from workbench.plants.pade import PadeDelay
 from workbench.plants.planar_quadrotor import PlanarQuadrotor
@@ -44,6 +45,7 @@ __all__ = [
     "FirstOrderLag",
     "Friction",
     "FurutaPendulum",
+    "LinearPlant",
     "Manipulator",
     "OdePlant",
     "PadeDelay",

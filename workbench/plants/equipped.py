@@ -68,13 +68,13 @@ class Equipped(AbstractPlant):
         return self.plant.outputs
 
     @property
-    def truths(self) -> Layout:  # type: ignore[override]
+    def truths(self) -> Layout:
         """Those of the plant, and what it gives to the sensors."""
         true = (replace(self.outputs[name], name=f"{name}_true") for name in self._sensed)
         return self.plant.truths + Layout(tuple(true))
 
     @property
-    def labels(self) -> Mapping[str, str]:  # type: ignore[override]
+    def labels(self) -> Mapping[str, str]:
         """Those of the plant."""
         return self.plant.labels
 

@@ -6,39 +6,27 @@ from collections.abc import Mapping
 
 import casadi as ca
 
-from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, parameter
-from workbench.core.block import Scalar, Vector, quantities
+from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial
+from workbench.core.block import Vector, quantities
 from workbench.loop.arm import motion, motors, torques
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts
 from workbench.loop.surroundings import AbstractDisturbance
-from workbench.plants.actuator import AbstractActuator, DirectDrive
-from workbench.validation.shapes import Column, Number, States
-
-
-@block
-class Friction:
-    """F(qd) = viscous qd + coulomb tanh(qd / speed): Coulomb friction with its jump spread over `speed`."""
-
-    viscous: Vector = parameter(unit="N m s/rad", low=0, shape=("n",), symbol="b")
-    coulomb: Vector = parameter(unit="N m", low=0, shape=("n",), symbol="f_c")
-    speed: Scalar = parameter(default=0.01, unit="rad/s", low=0, strict=True, symbol="v_s")
-
-    def torque(self, qd: Column) -> ca.SX:
-        """F(qd), (n, 1), in N m."""
-        friction: ca.SX = self.viscous * qd + self.coulomb * ca.tanh(qd / self.speed)
-        return friction
+from workbench.plants.actuator import AbstractActuator, DirectDrive, Friction
+from workbench.validation.shapes import Number, States
 
 
 @block
 class Manipulator(AbstractPlant):
     """A rigid arm on which a disturbance acts, equation (1) of the paper with friction F beside it:
 
-    M(q) qdd + C(q, qd) qd + G(q) + F(qd) + D(t) = tau.
+    M(q) qdd + C(q, qd) qd + G(q) + F(qd) + D(t) = tau,
+
+    where a joint without a motor has no input, and tau is zero there.
     """
 
     arm: AbstractArm
-    q: Vector = initial(unit="rad", shape=("n",))
-    qd: Vector = initial(default=0.0, unit="rad/s", shape=("n",))
+    q: Vector = initial(unit="{q_unit}", shape=("n",))
+    qd: Vector = initial(default=0.0, unit="{qd_unit}", shape=("n",))
     disturbance: AbstractDisturbance | None = None
     friction: Friction | None = None
     actuator: AbstractActuator = DirectDrive()
@@ -48,18 +36,21 @@ class Manipulator(AbstractPlant):
             raise ValueError(
                 f"`Manipulator(disturbance=...)` acts on {self.disturbance.dof} joints, the arm has {self.dof}."
             )
-        for name in ("friction", "actuator"):
-            self._check_sizes(name)
+        motors = tuple(self.arm.units[joint] for joint in self.arm.motors)
+        for name, units, of in (("friction", self.arm.units, "joint"), ("actuator", motors, "motor")):
+            if (part := getattr(self, name)) is not None:
+                self._check_sizes(name, len(units), of)
+                object.__setattr__(self, name, part.at(units))
 
-    def _check_sizes(self, name: str) -> None:
-        """Refuse a part with a number for each joint of some other arm."""
+    def _check_sizes(self, name: str, count: int, of: str) -> None:
+        """Refuse a part with a number for each joint or motor of some other arm."""
         part = getattr(self, name)
-        for f, quantity in quantities(part) if part is not None else []:
+        for f, quantity in quantities(part):
             value = getattr(part, f.name)
-            if quantity.shape == ("n",) and value is not None and len(value) != self.dof:
+            if quantity.shape == ("n",) and value is not None and len(value) != count:
                 raise ValueError(
-                    f"`Manipulator({name}=...)` needs one number a joint: its '{f.name}' has {len(value)}, "
-                    f"the arm has {self.dof} joints."
+                    f"`Manipulator({name}=...)` needs one number a {of}: its '{f.name}' has {len(value)}, "
+                    f"the arm has {count} {of}{'s' if count > 1 else ''}."
                 )
 
     @property
@@ -68,10 +59,19 @@ class Manipulator(AbstractPlant):
         return self.arm.dof
 
     @property
+    def q_unit(self) -> str:
+        """The unit of the positions, joint by joint where they differ."""
+        return self.outputs["q"].unit
+
+    @property
+    def qd_unit(self) -> str:
+        """The unit of the velocities, joint by joint where they differ."""
+        return self.outputs["qd"].unit
+
+    @property
     def states(self) -> Layout:
         """Positions, velocities, and what the drives hold."""
-        q, qd = self.outputs.entries
-        moving = Layout((Entry("q", self.q, q.unit), Entry("qd", self.qd, qd.unit)))
+        moving = Layout((Entry("q", self.q, self.q_unit), Entry("qd", self.qd, self.qd_unit)))
         return moving + self.actuator.memory(len(self.arm.motors))
 
     @property

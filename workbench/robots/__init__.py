@@ -1,7 +1,7 @@
 """From the description of an arm to its dynamics.
 
 description, kinematics, lagrange    planar chains, by their energies, as a book writes them
-spatial, frames                      trees of hinges and slides in space: what an arm is, and its matrices
+spatial, link, limits, frames        trees of hinges and slides in space: what an arm is, and its matrices
 motion, inertia                      turns, shifts and masses as matrices
 newton_euler, composite, poses       the recursions behind it: torque; M and C; places and energies
 agreement                            Newton and Euler against Lagrange, whenever an arm is made
@@ -13,6 +13,19 @@ catalogue, industrial                arms with a name, and where their numbers a
 from workbench.robots import urdf
 from workbench.robots.catalogue import CATALOGUE, named, paper_arm
 from workbench.robots.description import Link, PlanarArm
-from workbench.robots.spatial import SpatialArm, SpatialLink
+from workbench.robots.limits import JointLimits, Limits
+from workbench.robots.link import SpatialLink
+from workbench.robots.spatial import SpatialArm
 
-__all__ = ["CATALOGUE", "Link", "PlanarArm", "SpatialArm", "SpatialLink", "named", "paper_arm", "urdf"]
+__all__ = [
+    "CATALOGUE",
+    "JointLimits",
+    "Limits",
+    "Link",
+    "PlanarArm",
+    "SpatialArm",
+    "SpatialLink",
+    "named",
+    "paper_arm",
+    "urdf",
+]

@@ -9,7 +9,8 @@ import numpy as np
 
 from workbench.robots.description import Link, PlanarArm, PointMass
 from workbench.robots.industrial import panda, ur5
-from workbench.robots.spatial import SpatialArm, SpatialLink
+from workbench.robots.link import SpatialLink
+from workbench.robots.spatial import SpatialArm
 from workbench.validation.words import known, whole
 
 
@@ -53,6 +54,8 @@ def slotine_li() -> PlanarArm:
 def cart_pole() -> SpatialArm:
     """A cart that slides along x, and a uniform pole on it that stands up at q = 0 and falls towards +x.
 
+    The only motor is the cart's.
+
     References
     ----------
     Barto, Sutton and Anderson (1983), Neuronlike adaptive elements that can solve difficult learning control
@@ -62,7 +65,7 @@ def cart_pole() -> SpatialArm:
     cart = SpatialLink("slide", 1.0, nothing, np.zeros(6), axis=(1.0, 0.0, 0.0), joint="prismatic")
     moments = (along, 0.0, 0.0, along, 0.0, 0.0)
     pole = SpatialLink("hinge", 0.1, (0.0, 0.0, 0.5), moments, axis=(0.0, 1.0, 0.0), parent=0, joint="continuous")
-    return SpatialArm((cart, pole), 9.8)
+    return SpatialArm((cart, pole), 9.8, passive=("hinge",))
 
 
 def scara() -> SpatialArm:

@@ -8,6 +8,7 @@ from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Scalar
 from workbench.robots import kinematics, lagrange
 from workbench.validation.shapes import Column
+from workbench.validation.words import whole
 
 
 @block
@@ -61,6 +62,16 @@ class PlanarArm(AbstractArm):
     one from the direction `zero`. M comes from the kinetic energy, C from its Christoffel symbols,
     G from the potential energy.
 
+    Parameters
+    ----------
+    passive
+        The numbers of the joints without a motor, counted from 0 as the links are.
+
+    Raises
+    ------
+    ValueError
+        If there is no link, a passive joint is none of the arm's, or no joint has a motor.
+
     References
     ----------
     Siciliano, Sciavicco, Villani and Oriolo (2009), Robotics: Modelling, Planning and Control, section 7.3.
@@ -76,15 +87,25 @@ class PlanarArm(AbstractArm):
         },
         default="down",
     )
+    passive: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.links:
             raise ValueError("`PlanarArm(links=...)` must be a tuple of at least one `Link` or `PointMass`; got none.")
+        for joint in self.passive:
+            whole("PlanarArm(passive=...)", joint, 0, self.dof - 1, why="as the links are counted")
+        if not self.motors:
+            raise ValueError("`PlanarArm(passive=...)` must leave a joint with a motor; got all joints.")
 
     @property
     def dof(self) -> int:
         """The number of joints."""
         return len(self.links)
+
+    @property
+    def motors(self) -> tuple[int, ...]:
+        """The joints that have a motor, by number: all but the passive ones."""
+        return tuple(joint for joint in range(self.dof) if joint not in self.passive)
 
     def kinetic_energy(self, q: Column, qd: Column) -> ca.SX:
         """T(q, qd) in J."""

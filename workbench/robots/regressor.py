@@ -17,7 +17,8 @@ import casadi as ca
 
 from workbench.robots import newton_euler
 from workbench.robots.inertia import ORDER, about_origin, spatial, tensor
-from workbench.robots.spatial import SpatialArm, SpatialLink
+from workbench.robots.link import SpatialLink
+from workbench.robots.spatial import SpatialArm
 from workbench.validation.doors import door
 from workbench.validation.shapes import Column
 
@@ -49,7 +50,7 @@ def regressor(arm: SpatialArm, q: Column, qd: Column, qdd: Column) -> ca.SX:
     for i, link in enumerate(arm.links):
         m, first, six = theta[place], theta[place + 1 : place + 4], theta[place + 4 : place + 10]
         bodies.append(held[i]._replace(I=spatial(m, first, tensor(six))))
-        own = {"drive": qdd[i], "viscous": qd[i], "coulomb": ca.sign(qd[i])}
+        own = {"drive": qdd[i], "viscous": qd[i], "coulomb": link.direction(qd[i])}
         place += len(OF_A_BODY)
         extra.append(sum((theta[place + j] * own[word] for j, word in enumerate(_extras(link))), ca.SX(1, 1)))
         place += len(_extras(link))

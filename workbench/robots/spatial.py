@@ -1,115 +1,20 @@
-"""What a spatial arm is: bodies on hinges and slides, each carried by one before it, on a base that stands still."""
+"""A spatial arm: bodies on hinges and slides, each carried by one before it, on a base that stands still."""
 
 from __future__ import annotations
 
-import math
-from typing import Any
-
 import casadi as ca
+import numpy as np
 
-from workbench.core import AbstractArm, block, option, parameter
-from workbench.core.block import Scalar, Vector
+from workbench.core import AbstractArm, block, parameter
+from workbench.core.block import Scalar
 from workbench.robots import agreement, composite, newton_euler, poses
-from workbench.robots.frames import Frame, frame_named, refuse_skewed
-from workbench.robots.inertia import about_origin, refuse_impossible, spatial, tensor
-from workbench.robots.motion import sparse, transform
+from workbench.robots.frames import Frame, frame_named
+from workbench.robots.limits import Limits
+from workbench.robots.link import SpatialLink
+from workbench.robots.motion import sparse
 from workbench.robots.newton_euler import Body
-from workbench.validation.shapes import Column, Number
-from workbench.validation.words import Array, described, matrix, name, vector
-
-UNIT = 1e-12  # what rounding leaves of a unit axis
-
-
-@block
-class SpatialLink:
-    """A rigid body and the joint that carries it.
-
-    The joint's frame lies at `position` with the axes `rotation` in the frame of the body that carries it; the
-    body's own frame is the joint's, turned by q about `axis` or shifted by q along it. Where a number of friction
-    or of the drive is None, the equations have no such term.
-
-    Parameters
-    ----------
-    name
-        Of the joint.
-    mass
-        May be 0 of a link that carries others, as the cross of a universal joint, if M stays positive definite.
-    com
-        (3,): the centre of mass.
-    inertia
-        (6,): the moments xx, xy, xz, yy, yz, zz about the centre of mass, round the axes of the body's frame.
-    parent
-        The number of the link that carries this one; -1 is the base.
-    axis, rotation
-        (3,) and (3, 3): shape, not numbers to vary, as a unit axis would no longer be one.
-    viscous, coulomb
-        F = viscous qd + coulomb sign(qd), in N m, or in N for a slide.
-    rotor, gear
-        The drive adds gear^2 rotor to the joint's inertia. Its gyroscopic torque is left out.
-
-    References
-    ----------
-    Siciliano, Sciavicco, Villani and Oriolo (2009), Robotics: Modelling, Planning and Control, section 7.1.
-    """
-
-    name: str
-    mass: Scalar = parameter(unit="kg", low=0, symbol="m")
-    com: Vector = parameter(unit="m", shape=("3",), symbol="c")
-    inertia: Vector = parameter(unit="kg m^2", shape=("6",), symbol="I")
-    position: Vector = parameter(default=(0.0, 0.0, 0.0), unit="m", shape=("3",), symbol="r")
-    axis: Any = (0.0, 0.0, 1.0)
-    rotation: Any = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-    parent: int = -1
-    joint: str = option(
-        {
-            "revolute": "turns about its axis; its stops are no part of the equations",
-            "continuous": "turns about its axis without end",
-            "prismatic": "slides along its axis",
-        },
-        default="revolute",
-    )
-    viscous: Scalar = parameter(default=None, unit="N m s/rad or N s/m", low=0, symbol="b")
-    coulomb: Scalar = parameter(default=None, unit="N m or N", low=0, symbol="f_c")
-    rotor: Scalar = parameter(default=None, unit="kg m^2 or kg", low=0, symbol="J_r")
-    gear: Scalar = parameter(default=None, unit="", symbol="k_r")
-
-    def __post_init__(self) -> None:
-        me = f"SpatialLink({described(name('SpatialLink(name=...)', self.name))}"
-        object.__setattr__(self, "axis", _frozen(vector(f"{me}, axis=...)", self.axis, 3, "coordinates")))
-        object.__setattr__(self, "rotation", _frozen(matrix(f"{me}, rotation=...)", self.rotation, 3, 3)))
-        length = math.hypot(*self.axis)
-        if not abs(length - 1) <= UNIT:
-            raise ValueError(
-                f"`{me}, axis=...)` must be a unit vector, as q counts angle or length along "
-                f"it; got length {length:g}: divide it by that."
-            )
-        refuse_skewed(f"{me}, rotation=...)", self.rotation)
-        if self.gear is not None and self.rotor is None:
-            raise ValueError(f"`{me}, gear=...)` has no effect without a `rotor`: give both.")
-        refuse_impossible(f"link '{self.name}'", self.mass, tensor(self.inertia))
-
-    def body(self, q: Number) -> Body:
-        """What the recursions see of it at the position q of its joint."""
-        pose, slides = poses.across_joint(self, q), self.joint == "prismatic"
-        S = ca.vertcat(ca.SX(3, 1), sparse(self.axis)) if slides else ca.vertcat(sparse(self.axis), ca.SX(3, 1))
-        inertia = spatial(*about_origin(self.mass, self.com, self.inertia))
-        return Body(self.parent, transform(*pose), S, inertia)
-
-    def drive_inertia(self) -> Any:
-        """What the rotor adds to the diagonal of M, seen from the joint."""
-        if self.rotor is None:
-            return 0.0
-        return self.rotor if self.gear is None else self.gear**2 * self.rotor
-
-    def friction(self, qd: Number) -> ca.SX:
-        """F(qd) of its joint."""
-        viscous = ca.SX(1, 1) if self.viscous is None else self.viscous * qd
-        return viscous if self.coulomb is None else viscous + self.coulomb * ca.sign(qd)
-
-
-def _frozen(value: Array) -> Array:
-    value.flags.writeable = False
-    return value
+from workbench.validation.shapes import Column
+from workbench.validation.words import Array, known
 
 
 @block
@@ -126,17 +31,22 @@ class SpatialArm(AbstractArm):
         The carrying body before the carried one.
     frames
         Named places on bodies, such as the tool; each link's own frame is one by the name of its joint.
+    passive
+        The names of the joints without a motor.
 
     Raises
     ------
     ValueError
         If a name comes twice, a link is carried by none before it, a frame lies on no link, the two roads disagree,
-        or M is not positive definite.
+        or M is not positive definite; or no joint has a motor.
+    LookupError
+        If a passive joint is none of the arm's; the message names the nearest.
     """
 
     links: tuple[SpatialLink, ...]
     gravity: Scalar = parameter(default=9.81, unit="m/s^2", low=0, symbol="g")
     frames: tuple[Frame, ...] = ()
+    passive: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.links:
@@ -156,12 +66,47 @@ class SpatialArm(AbstractArm):
                     "`SpatialArm(frames=...)` lie on links by number, -1 for the base; "
                     f"'{frame.name}' is on {frame.link} of {len(self.links)}."
                 )
+        for joint in self.passive:
+            known(joint, names, "joints of this arm")
+        if not self.motors:
+            raise ValueError("`SpatialArm(passive=...)` must leave a joint with a motor; got all joints.")
         agreement.check(self)
 
     @property
     def dof(self) -> int:
         """The number of joints."""
         return len(self.links)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each joint's position: rad where it turns, m where it slides."""
+        return tuple(link.length for link in self.links)
+
+    @property
+    def motors(self) -> tuple[int, ...]:
+        """The joints that have a motor, by number: all but the passive ones."""
+        return tuple(i for i, link in enumerate(self.links) if link.name not in self.passive)
+
+    @property
+    def limits(self) -> Limits:
+        """The limits of the joints: those of effort for the actuator, the others to be checked."""
+        return Limits.of([link.limits for link in self.links])
+
+    def motor_limits(self) -> Array:
+        """The most that each motor can give either way, (motors,) in N m or N: `DirectDrive(limit=...)` takes it.
+
+        Raises
+        ------
+        ValueError
+            If a joint with a motor has no limit of effort, or that of nothing at all.
+        """
+        for i in self.motors:
+            if not self.links[i].limits.effort:
+                raise ValueError(
+                    "`motor_limits()` must find an effort above zero for each joint with a motor; that of "
+                    f"'{self.links[i].name}' is {self.links[i].limits.effort}: write the limits yourself."
+                )
+        return np.array([self.links[i].limits.effort for i in self.motors])
 
     def bodies(self, q: Column) -> list[Body]:
         """What the recursions see at q."""
@@ -231,7 +176,7 @@ class SpatialArm(AbstractArm):
         J, i = ca.SX(6, self.dof), place.link
         while i >= 0:
             axis = held[i].rotation @ sparse(self.links[i].axis)
-            slides = self.links[i].joint == "prismatic"
+            slides = self.links[i].slides
             arm = origin - held[i].position
             J[:3, i] = axis if slides else ca.cross(axis, arm)
             J[3:, i] = ca.SX(3, 1) if slides else axis

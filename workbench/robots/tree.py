@@ -10,7 +10,9 @@ import numpy as np
 from workbench.core.layout import Array, nearest
 from workbench.robots.frames import Frame, refuse_skewed
 from workbench.robots.inertia import Lump, merged, moments, refuse_impossible, tensor
-from workbench.robots.spatial import SpatialArm, SpatialLink
+from workbench.robots.limits import NO_LIMITS, JointLimits
+from workbench.robots.link import SpatialLink
+from workbench.robots.spatial import SpatialArm
 from workbench.validation.doors import door
 from workbench.validation.words import name as check_name
 from workbench.validation.words import vector
@@ -50,6 +52,8 @@ class Joint:
     coulomb: float | None = None
     rotor: float | None = None
     gear: float | None = None
+    speed: float | None = None
+    limits: JointLimits = NO_LIMITS
 
     def __post_init__(self) -> None:
         for end in ("name", "parent", "child"):
@@ -60,16 +64,21 @@ class Joint:
 
 
 @door
-def arm_of(solids: Sequence[Solid], joints: Sequence[Joint], gravity: float = 9.81) -> SpatialArm:
+def arm_of(
+    solids: Sequence[Solid], joints: Sequence[Joint], gravity: float = 9.81, passive: tuple[str, ...] = ()
+) -> SpatialArm:
     """The arm of bodies and joints; what a fixed joint carries becomes part of what carries it.
 
-    The moving joints are numbered along the tree, each before what it carries, branches in the order of `joints`.
+    The moving joints are numbered along the tree, each before what it carries, branches in the order of `joints`;
+    those named `passive` have no motor. What the base weighs moves nothing.
 
     Raises
     ------
     ValueError
         If names are not unique, a joint names no body, a body is carried twice, there is a loop or more than one
-        base, nothing moves, or a body cannot be.
+        base, nothing moves or is driven, or a body cannot be.
+    LookupError
+        If a passive joint is none that moves.
     """
     held = _by_name(solids, joints)
     for solid in solids:
@@ -100,11 +109,11 @@ def arm_of(solids: Sequence[Solid], joints: Sequence[Joint], gravity: float = 9.
                 "and it carries nothing else: M would be singular; give it a mass, or fix the joint."
             )
     links = (_link(joint, seat, body) for (joint, seat), body in zip(moving, bodies, strict=True))
-    return SpatialArm(tuple(links), gravity, tuple(frames.values()))
+    return SpatialArm(tuple(links), gravity, tuple(frames.values()), passive)
 
 
 def _link(joint: Joint, seat: Frame, lump: Lump) -> SpatialLink:
-    friction = {"viscous": joint.viscous, "coulomb": joint.coulomb, "rotor": joint.rotor, "gear": joint.gear}
+    own = {word: getattr(joint, word) for word in ("viscous", "coulomb", "rotor", "gear", "speed", "limits")}
     return SpatialLink(
         joint.name,
         lump.mass,
@@ -115,7 +124,7 @@ def _link(joint: Joint, seat: Frame, lump: Lump) -> SpatialLink:
         seat.rotation,
         seat.link,
         joint.kind,
-        **friction,
+        **own,
     )
 
 

@@ -1,6 +1,7 @@
 """URDF to an arm: links with inertia, and joints; what is only seen or touched is passed by.
 
-Gravity pulls along -z of the root link. The frames of all links, the fixed ones too, become frames of the arm.
+Gravity pulls along -z of the root link. The frames of all links, the fixed ones too, become frames of the arm. Limits
+of position, velocity and effort are kept as `limits` of the arm; the equations know nothing of them.
 
 References
 ----------
@@ -13,17 +14,19 @@ import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from workbench.core.layout import Array
+from workbench.robots.limits import JointLimits
 from workbench.robots.motion import from_angles
 from workbench.robots.safe_xml import LONGEST_PATH, element_in, element_of
 from workbench.robots.spatial import SpatialArm
 from workbench.robots.tree import Joint, Solid, arm_of
 from workbench.validation.doors import door
-from workbench.validation.words import described
+from workbench.validation.words import described, positive
 
 MOST_JOINTS = 64  # that move; the equations of more take minutes
 MOST_LINKS = 2_000
@@ -34,32 +37,59 @@ MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 @door
-def read(file: str | Path, gravity: float = 9.81) -> SpatialArm:
+def read(
+    file: str | Path, gravity: float = 9.81, *, passive: tuple[str, ...] = (), friction_speed: float | None = None
+) -> SpatialArm:
     """The arm that a URDF file describes. No other file is opened: meshes are never read.
+
+    Parameters
+    ----------
+    passive
+        The names of the joints without a motor.
+    friction_speed
+        Spreads the jump of all Coulomb friction over this speed, in rad/s or m/s: friction tanh(qd / friction_speed).
+        Without it the friction jumps where a joint turns back, and no linear model is had at rest.
 
     Raises
     ------
     LookupError
-        If there is no such file.
+        If there is no such file, or no such joint.
     ValueError
         If it is no URDF of an arm with a base that stands still; the message says where and why.
     """
-    return _arm(element_in(Path(file)), described(str(file), LONGEST_PATH), gravity)
+    told = _told("read", gravity, passive, friction_speed)
+    return _arm(element_in(Path(file)), described(str(file), LONGEST_PATH), told)
 
 
 @door
-def parse(text: str, gravity: float = 9.81) -> SpatialArm:
-    """The arm that URDF text describes.
+def parse(
+    text: str, gravity: float = 9.81, *, passive: tuple[str, ...] = (), friction_speed: float | None = None
+) -> SpatialArm:
+    """The arm that URDF text describes, by the arguments of `read`.
 
     Raises
     ------
-    ValueError
+    LookupError, ValueError
         As `read`.
     """
-    return _arm(element_of(text.encode(), "The text"), "The text", gravity)
+    return _arm(element_of(text.encode(), "The text"), "The text", _told("parse", gravity, passive, friction_speed))
 
 
-def _arm(root: Element, source: str, gravity: float) -> SpatialArm:
+class _Told(NamedTuple):
+    """What the file does not say."""
+
+    gravity: float
+    passive: tuple[str, ...]
+    friction_speed: float | None
+
+
+def _told(call: str, gravity: float, passive: tuple[str, ...], friction_speed: float | None) -> _Told:
+    if friction_speed is not None:
+        positive(f"{call}(friction_speed=...)", friction_speed, " of rad/s or m/s, over which the jump is spread")
+    return _Told(gravity, passive, friction_speed)
+
+
+def _arm(root: Element, source: str, told: _Told) -> SpatialArm:
     if root.tag != "robot":
         raise ValueError(f"{source} is no URDF: its root is <{root.tag[:40]}>, and must be <robot>.")
     if odd := next((e.tag for e in root.iter() if "xacro" in e.tag), None):
@@ -70,7 +100,8 @@ def _arm(root: Element, source: str, gravity: float) -> SpatialArm:
             f"{source} has more than {MOST_LINKS} links or {MOST_JOINTS} moving joints; this is more than is derived."
         )
     try:
-        return arm_of([_solid(link) for link in links], [_joint(joint) for joint in joints], gravity)
+        moved = [_joint(joint, told.friction_speed) for joint in joints]
+        return arm_of([_solid(link) for link in links], moved, told.gravity, told.passive)
     except ValueError as error:
         raise ValueError(f"{source}: {error}") from None
 
@@ -92,7 +123,7 @@ def _solid(link: Element) -> Solid:
     return Solid(name, kg, position, turned[np.triu_indices(3)])
 
 
-def _joint(joint: Element) -> Joint:
+def _joint(joint: Element, friction_speed: float | None) -> Joint:
     name = _attribute(joint, "name", "A <joint>")
     where = f"joint '{name}'"
     kind = _attribute(joint, "type", f"The {where}")
@@ -108,7 +139,9 @@ def _joint(joint: Element) -> Joint:
     if kind == "fixed":
         return Joint(name, parent, child, kind, position, rotation)
     viscous, coulomb = _friction(joint, where)
-    return Joint(name, parent, child, kind, position, rotation, _axis(joint, where), viscous, coulomb)
+    speed = None if coulomb is None else friction_speed
+    seat = (position, rotation, _axis(joint, where))
+    return Joint(name, parent, child, kind, *seat, viscous, coulomb, speed=speed, limits=_limits(joint, kind, where))
 
 
 def _axis(joint: Element, where: str) -> Array:
@@ -131,6 +164,18 @@ def _friction(joint: Element, where: str) -> tuple[float | None, float | None]:
         text = "0" if element is None else element.get(key, "0")
         found.append(float(_numbers(text, 1, f"'{key}' of {where}")[0]) or None)
     return found[0], found[1]
+
+
+def _limits(joint: Element, kind: str, where: str) -> JointLimits:
+    """The limits of a joint, None where the file has none; a joint that turns without end has none of position."""
+    element = _only(joint, "limit", where)
+    held = {} if element is None else dict(element.attrib)
+    words = ("velocity", "effort") if kind == "continuous" else ("lower", "upper", "velocity", "effort")
+    found = {word: float(_numbers(held[word], 1, f"'{word}' of {where}")[0]) for word in words if word in held}
+    try:
+        return JointLimits(**found)
+    except ValueError as error:
+        raise ValueError(f"The {where} has a <limit> that is none: {error}") from None
 
 
 def _origin(element: Element, where: str) -> tuple[Array, Array]:

@@ -21,6 +21,7 @@ from workbench.validation.words import refusal, seconds
 from workbench.verify.bounds import Extreme, NoBound, box_of, by_intervals, largest_norm, shown
 from workbench.verify.interval import Interval, evaluate, jumps
 from workbench.verify.spectrum import nominal
+from workbench.verify.units import of_joints
 from workbench.verify.witness import exact
 
 # A limit that is nearer to what is seen, as a share, is not sought to be proved: rounding is about as large.
@@ -142,7 +143,7 @@ def lipschitz_gravity(
     line = _of_dynamics("casadi.jacobian(dynamics.G, dynamics.q)", "dynamics.q")
     box = box_of("lipschitz_gravity", low, high, dynamics.dof)
     said = _said("|dG/dq|", limit, NOMINAL)
-    asked = _Question("|dG/dq|", box, limit, "N m/rad", line, boxes, said, nominal(dynamics))
+    asked = _Question("|dG/dq|", box, limit, of_joints("N m/rad", dynamics), line, boxes, said, nominal(dynamics))
     return _slope(asked, dynamics.G, dynamics.q)
 
 
@@ -171,7 +172,7 @@ def lipschitz_coriolis(
     box = np.concatenate([first, slow]), np.concatenate([last, fast])
     x = "casadi.vertcat(dynamics.q, dynamics.qd)"
     line = _of_dynamics(f"casadi.jacobian(dynamics.C @ dynamics.qd, {x})", x)
-    said, unit = _said("|d(C qd)/d(q, qd)|", limit, NOMINAL), "N m/rad, N m s/rad"
+    said, unit = _said("|d(C qd)/d(q, qd)|", limit, NOMINAL), of_joints("N m/rad, N m s/rad", dynamics)
     return _slope(_Question("|d(C qd)/dx|", box, limit, unit, line, boxes, said, nominal(dynamics)), bias, state)
 
 
@@ -189,7 +190,9 @@ def lipschitz_inverse_mass(
     line = _of_dynamics("casadi.jacobian(casadi.vec(casadi.inv(dynamics.M)), dynamics.q)", "dynamics.q")
     box = box_of("lipschitz_inverse_mass", low, high, dynamics.dof)
     said = _said("|dM^-1/dq|", limit, NOMINAL)
-    asked = _Question("|dM^-1/dq|", box, limit, "1/(kg m^2 rad)", line, boxes, said, nominal(dynamics))
+    asked = _Question(
+        "|dM^-1/dq|", box, limit, of_joints("1/(kg m^2 rad)", dynamics), line, boxes, said, nominal(dynamics)
+    )
     return _slope(asked, inverse, dynamics.q)
 
 

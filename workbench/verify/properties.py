@@ -14,6 +14,7 @@ from workbench.validation.words import numbers
 from workbench.verify.bounds import TOLERANCE, box_of, by_intervals, extreme_eigenvalue, shown
 from workbench.verify.identity import Kind, judge_zero, zero_at
 from workbench.verify.spectrum import Joints, eigenvalues, free_joints, nominal
+from workbench.verify.units import of_joints
 from workbench.verify.witness import Witness
 
 RANK: dict[Kind, int] = {"proved": 0, "not refuted": 1, "refuted": 2}
@@ -41,9 +42,9 @@ class DefinitenessVerdict:
     Attributes
     ----------
     alpha1, alpha2
-        The least and greatest eigenvalue of M that were seen, in kg m^2.
+        The least and greatest eigenvalue of M that were seen, in kg m^2 of an arm whose joints all turn.
     q_least, q_greatest
-        Where, (n,) in rad.
+        Where, (n,) in rad or m.
     samples, boxes
         The mass matrices that were looked at, and the boxes of positions.
     beyond
@@ -160,7 +161,8 @@ def positive_definite(
     )
     samples = least.samples + greatest.samples
     kind: Kind = "refuted" if least.reached <= 0 else "not refuted"
-    evidence = f"smallest eigenvalue {least.value:.9g} kg m^2 at q = {(np.round(least.x, 6) + 0.0).tolist()}"
+    place, unit = (np.round(least.x, 6) + 0.0).tolist(), of_joints("kg m^2", dynamics)
+    evidence = f"smallest eigenvalue {least.value:.9g} {unit} at q = {place}"
     evidence += _where(free_joints(dynamics), first, last)
     if least.beyond is not None and least.beyond > 0:
         kind = "proved"

@@ -181,6 +181,14 @@ def units_of(dynamics: Dynamics) -> Units | None:
     return None
 
 
+def of_joints(unit: str, dynamics: Dynamics) -> str:
+    """The unit of a norm over all joints, which is told for hinges; none where some joints turn and others slide."""
+    if len(set(dynamics.units)) > 1:
+        return "in mixed units"
+    slides = dynamics.units[0] == "m"
+    return unit.replace("N m", "N").replace("kg m^2", "kg").replace("rad", "m") if slides else unit
+
+
 @door
 def read_unit(said: str) -> Unit | None:
     """The unit that a parameter declares, such as kg m^2 or m/s^2; None if a part of it is unknown."""

@@ -3,6 +3,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+import control
 import numpy as np
 
 from workbench import controllers
@@ -12,6 +13,7 @@ from ..parts import ARM, signals
 
 MODULES = ("workbench.controllers",)
 PORTS = (("q", "rad"), ("qd", "rad/s"), ("tau", "N m"))
+PORT, LINEAR = layout(x="m"), control.ss([[-1.0]], [[1.0]], [[2.0]], 0, inputs="omega", outputs="v")
 
 
 def calls() -> dict[str, Any]:
@@ -46,6 +48,8 @@ def calls() -> dict[str, Any]:
         "RuleBase": partial(controllers.RuleBase, [0.0, 1.0], 0.1, [0.0, 1.0], 0.1, eye),
         "ScheduledFeedback": partial(controllers.ScheduledFeedback, ARM, 1.0, flat, flat, "fourier"),
         "ScheduledFeedback.of": partial(controllers.ScheduledFeedback.of, ARM, coefficients, 1.0, "chebyshev"),
+        "LinearLaw": partial(controllers.LinearLaw, LINEAR, True, [1.0], [1.0]),
+        "Regulator": partial(controllers.Regulator, PORT, PORT, [[1.0]], [1.0], [1.0], ("x",)),
         "Sdre": partial(controllers.Sdre, ARM, eye, eye, eye),
         "SlidingMode": partial(controllers.SlidingMode, ARM, two, two, 0.1, "implicit"),
         "SlidingMode clip": partial(controllers.SlidingMode, ARM, two, two, 0.1),

@@ -4,6 +4,7 @@ from functools import partial
 from typing import Any
 
 import casadi as ca
+import control
 import numpy as np
 
 from workbench import core
@@ -17,6 +18,7 @@ from ..parts import ARM, LAW, LOOP, ODE, PLANT, signals
 MODULES = ("workbench.core",)
 T, X, P, W, H, K = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX.sym("p"), ca.SX(0, 1), ca.SX.sym("h"), ca.SX.sym("k")
 ROLES = LOOP.roles
+LINEAR = control.ss([[-1.0]], [[1.0]], [[2.0]], 0)
 STATES, PARAMETERS = Layout((Entry("x", 1.0),)), Layout((Entry("k", 2.0),))
 
 
@@ -50,6 +52,8 @@ def calls() -> dict[str, Any]:
         "Entry": partial(core.Entry, "x", [1.0, 2.0], "m", Bounds(low=0), "x"),
         "Bounds": partial(Bounds, 0.0, 1.0, True, False, ""),
         "Layout": partial(core.Layout, (Entry("q", [1.0, 2.0]), Entry("K", np.eye(2), bounds=Bounds(symmetric=True)))),
+        "LinearSystem": partial(core.LinearSystem, STATES, STATES, STATES, *[np.ones((1, 1))] * 4, 0.1),
+        "LinearSystem.of": partial(core.LinearSystem.of, LINEAR, inputs="v", outputs="y", units={"v": "V"}, dt=None),
         "Lifted": partial(core.Lifted, ARM, STATES, X),
         "Ode": partial(core.Ode, **decay(inputs=("k",), notes=("a note",))),
         "Ode.of": partial(core.Ode.of, "decay", STATES, PARAMETERS, (T, X, P), {"x": -P * X}, {"y": X}, {"y": "m"}),

@@ -3,12 +3,15 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+import control
+
 from workbench import loop
 from workbench.study.information import information_table
 
 from ..parts import LAW, LOOP, OBSERVER, PLANT, REFERENCE, signals
 
 MODULES = ("workbench.loop",)
+LINEAR = control.ss([[-1.0]], [[1.0]], [[2.0]], 0, inputs="v", outputs="omega")
 
 
 def calls() -> dict[str, Any]:
@@ -20,6 +23,9 @@ def calls() -> dict[str, Any]:
         "AbstractReference": REFERENCE,
         "ClosedLoop": partial(loop.ClosedLoop, PLANT, OBSERVER, LAW, REFERENCE),
         "Instruments": partial(loop.Instruments.of, PLANT, {"q": 0.1}, {"q": 0.1}, {"tau": (-1.0, 1.0)}),
+        "LinearFilter": partial(loop.LinearFilter, LINEAR, ("v",)),
+        "LinearLaw": partial(loop.LinearLaw, LINEAR, True, [1.0], [1.0]),
+        "LinearPlant": partial(loop.LinearPlant, LINEAR, [1.0]),
         "Parts": loop.Parts,
         "information_table": partial(information_table, "t", "c", {"a": LOOP.roles}, {"a": 3}),
         "open_loop": partial(loop.open_loop, PLANT, "plant"),

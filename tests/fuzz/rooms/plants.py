@@ -3,6 +3,8 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+import control
+
 from workbench import plants
 from workbench.core import layout
 from workbench.loop import open_loop
@@ -11,6 +13,7 @@ from workbench.signals import Sines, SineTorque
 from ..parts import ARM, PLANT, signals
 
 MODULES = ("workbench.plants",)
+LINEAR = control.ss([[-1.0]], [[1.0]], [[2.0]], 0, inputs="v", outputs="omega")
 
 
 def _f(t: Any, x: Any, u: Any, p: Any, m: Any) -> Any:
@@ -48,6 +51,7 @@ def calls() -> dict[str, Any]:
         "Disturbed": partial(plants.Disturbed, PLANT, Sines([1.0, 1.0], 1.0, signal="tau", unit="N m")),
         "FirstOrderLag": partial(plants.FirstOrderLag, 0.1, [1.0, 2.0]),
         "Friction": partial(plants.Friction, [1.0, 1.0], [0.1, 0.1], 0.01),
+        "LinearPlant": partial(plants.LinearPlant, LINEAR, [1.0]),
         "Manipulator": partial(
             plants.Manipulator, ARM, [0.1, 0.2], [0.0, 0.0], disturbance, friction, plants.FirstOrderLag(0.1)
         ),

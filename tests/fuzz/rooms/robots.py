@@ -47,8 +47,10 @@ def calls() -> dict[str, Any]:
         "named": partial(robots.named, "pelican"),
         "paper_arm": partial(robots.paper_arm),
         "urdf": urdf,
-        "read": partial(urdf.read, str(FILE), 9.81),
-        "parse": partial(urdf.parse, TEXT, 9.81),
+        "JointLimits": partial(robots.JointLimits, -1.0, 1.0, 2.0, 3.0),
+        "Limits": partial(robots.Limits, (-1.0, None), (1.0, None), (2.0, 2.0), (3.0, None)),
+        "read": partial(urdf.read, str(FILE), 9.81, friction_speed=0.01),
+        "parse": partial(urdf.parse, TEXT, 9.81, friction_speed=0.01),
         "Solid": partial(Solid, "arm", 1.0, zero, np.array(body)),
         "Joint": partial(Joint, "hinge", "base", "arm", "revolute", zero, eye, np.array([0.0, 0.0, 1.0]), 0.1, 0.1),
         "arm_of": partial(

@@ -3,9 +3,10 @@
 `exchange` goes to python-control and back; `points` linearises at a state and finds the inputs that hold one;
 `equilibria` finds rest points, and `proofs` shows that they are some, and all; `modes` has poles and the tests of
 Popov, Belevitch and Hautus; `paths` and `lyapunov` follow a motion; `loops` cuts
-a loop, and `margins` says how far it is from instability.
+a loop, and `margins` says how far it is from instability; `compensators` places poles and margins.
 """
 
+from workbench.design.linear.compensators import Placement, lead_lag, place
 from workbench.design.linear.equilibria import Equilibria, Equilibrium, equilibria
 from workbench.design.linear.exchange import forward_differences, from_control, to_control
 from workbench.design.linear.held import held
@@ -35,6 +36,7 @@ __all__ = [
     "LyapunovExponents",
     "Mode",
     "OperatingPoint",
+    "Placement",
     "Pole",
     "Transition",
     "along",
@@ -48,12 +50,14 @@ __all__ = [
     "frequency_response",
     "from_control",
     "held",
+    "lead_lag",
     "linearize",
     "loop_margins",
     "lyapunov_exponents",
     "observability",
     "one_loop",
     "operating_point",
+    "place",
     "poles",
     "sensitivity",
     "stabilisability",

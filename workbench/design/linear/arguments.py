@@ -13,11 +13,10 @@ from workbench.validation.words import as_array, described, require
 
 
 def names_of(ode: Ode) -> dict[str, list[str]]:
-    """The names of states, inputs and outputs, number by number, as python-control takes them."""
+    """The names of states, inputs and outputs, number by number; a column of one number goes by its own name."""
+    ports = {"states": ode.states, "inputs": inputs_of(ode), "outputs": ode.outputs}
     return {
-        "states": list(ode.states.labels),
-        "inputs": list(inputs_of(ode).labels),
-        "outputs": list(ode.outputs.labels),
+        port: [n for e in own.entries for n in (e.labels() if e.size > 1 else [e.name])] for port, own in ports.items()
     }
 
 
@@ -66,11 +65,13 @@ def finite(what: str, value: Any, shape: tuple[int, ...], hint: str = "") -> Arr
 def jacobians(call: str, ode: Ode, t: float, x: Array, p: Array) -> tuple[Array, Array, Array, Array]:
     """A, B, Cy and D at a point, or a refusal where the equations have no derivative."""
     matrices = tuple(np.array(J(t, x, p)) for J in (ode.A, ode.B, ode.Cy, ode.D))
-    for letter, matrix in zip(("A", "B", "Cy", "D"), matrices, strict=True):
-        if not np.isfinite(matrix).all():
+    rates = [f"the rate of '{label}'" for label in ode.states.labels]
+    rows, columns = (rates, [repr(label) for label in ode.outputs.labels]), (ode.states.labels, inputs_of(ode).labels)
+    for k, (letter, matrix) in enumerate(zip(("A", "B", "Cy", "D"), matrices, strict=True)):
+        for i, j in np.argwhere(~np.isfinite(matrix))[:1]:
             raise ValueError(
-                f"`{call}(...)`: {letter} is not finite at t = {t:g}, x = {x.tolist()}, so the equations have no "
-                "derivative there; linearise at another state."
+                f"`{call}(...)`: {letter} is not finite at t = {t:g}, x = {x.tolist()}: {rows[k // 2][i]} has no "
+                f"derivative by '{columns[k % 2][j]}' there; linearise at another state."
             )
     A, B, Cy, D = matrices
     return A, B, Cy, D

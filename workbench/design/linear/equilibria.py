@@ -20,6 +20,7 @@ NEWTON_STEPS, HALVINGS = 40, 12
 CONVERGED = 1e-12  # the last step, relative to the state
 MERGED = 1e-7  # rest points nearer than this, relative to their size, are one
 ISOLATED = 1e10  # a condition of df/dx from which on a rest point may be one of a continuum
+STRIDE, ASTRAY = 1e-3, 0.1  # a step along a continuum, relative to the state; the share of it that may lead off
 
 MOST_STARTS = 100_000
 
@@ -42,6 +43,8 @@ class Equilibrium:
         The eigenvalues (nx,) of df/dx in 1/s, the slowest to decay first.
     radius
         A rest point is proved to lie within this distance of x in each state; None where that was not proved.
+    along
+        The states that change along a continuum of rest points through x; none where x is not seen to lie on one.
     """
 
     x: Array
@@ -49,6 +52,7 @@ class Equilibrium:
     condition: float
     poles: np.ndarray[Any, np.dtype[np.complex128]]
     radius: float | None
+    along: tuple[str, ...] = ()
 
     @property
     def isolated(self) -> bool:
@@ -84,6 +88,11 @@ class Equilibria:
         tried = f"{self.converged} of {self.starts} starts converged"
         if self.complete:
             return f"{found} in the box, and no other: proved by intervals over {self.boxes} boxes ({tried})"
+        if moving := sorted({label for point in self.points for label in point.along}):
+            return (
+                f"{found} found in the box ({tried}), {sum(bool(point.along) for point in self.points)} of them on a "
+                f"continuum of rest points, along which {', '.join(map(repr, moving))} changes"
+            )
         return f"{found} found in the box ({tried}); that there is no other is not proved"
 
 
@@ -216,12 +225,28 @@ def _usual(ode: Ode, begun: Array, p: Array) -> float:
     return float(np.median([float(np.linalg.norm(A, 2)) for A in slopes if np.isfinite(A).all()] or [0.0]))
 
 
+def _along(ode: Ode, x: Array, p: Array, flat: Array) -> tuple[str, ...]:
+    """The states that change along the directions (k, nx), in which df/dx is singular, that lead to other rest points.
+
+    From a step along a continuum Newton's method returns to it at once, and not to where the step began.
+    """
+    moving = np.zeros(len(x))
+    for direction in flat:
+        for stride in (STRIDE, -STRIDE):
+            start = x + stride * (1 + np.abs(x).max()) * direction
+            end = _newton(ode, start, p)
+            if end is not None and np.linalg.norm(end - start) <= ASTRAY * np.linalg.norm(start - x):
+                moving = np.maximum(moving, np.abs(direction))
+    return tuple(label for label, share in zip(ode.states.labels, moving, strict=True) if share > MERGED)
+
+
 def _certified(ode: Ode, x: Array, p: Array, usual: float, radius: float | None) -> Equilibrium:
     A = np.array(ode.A(0.0, x, p))
     poles = np.linalg.eigvals(A).astype(complex)
     step = np.linalg.lstsq(A, ode.rate_at(0.0, x, p), rcond=1e-13)[0]
-    sizes = np.linalg.svd(A, compute_uv=False)
+    _, sizes, directions = np.linalg.svd(A)
+    along = _along(ode, x, p, directions[sizes * ISOLATED <= max(sizes[0], usual)])
     condition = float(max(sizes[0], usual) / sizes[-1]) if sizes[-1] else float("inf")
     slowest = poles[np.lexsort((-poles.imag, -poles.real))]
     error = float(np.abs(step).max() / (1 + np.abs(x).max()))
-    return Equilibrium(x, error, condition, slowest, radius)
+    return Equilibrium(x, error, condition, slowest, radius, along)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +10,7 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Ode
 from workbench.core.layout import Array
+from workbench.core.linear import layout_of
 from workbench.design.linear.arguments import names_of, places_of, row_of, time_of, vector_of
 from workbench.validation.doors import door
 from workbench.validation.words import described
@@ -88,7 +87,7 @@ def from_control(system: control.StateSpace) -> Ode:
     for letter, matrix in matrices.items():
         if not np.isfinite(matrix).all():
             raise ValueError(f"`from_control(system)` must have finite matrices; {letter} of '{system.name}' is not.")
-    states, inputs, outputs = map(_layout, (system.state_labels, system.input_labels, system.output_labels))
+    states, inputs, outputs = map(layout_of, (system.state_labels, system.input_labels, system.output_labels))
     held = Layout(tuple(Entry(f"{system.name}.{letter}", matrix) for letter, matrix in matrices.items()))
     parameters = held + inputs
     t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
@@ -117,33 +116,3 @@ def _refuse_what_is_not_linear(system: Any, control: Any) -> None:
             f"'{system.name}'. Take `control.ss(system)` first."
         )
     raise ValueError(f"`from_control(system)` must be a `StateSpace` of python-control; got {described(system)}.")
-
-
-def _layout(labels: Sequence[str]) -> Layout:
-    """The layout that has these labels in this order, with as few entries as that allows."""
-    entries: list[Entry] = []
-    rest = list(labels)
-    while rest:
-        entry = _first(rest)
-        entries.append(entry)
-        rest = rest[entry.size :]
-    return Layout(tuple(entries))
-
-
-def _first(labels: Sequence[str]) -> Entry:
-    """The largest quantity whose numbers come first among the labels."""
-    base, bracket, _ = labels[0].partition("[")
-    places: list[tuple[int, ...]] = []
-    for label in labels if bracket else ():
-        match = re.fullmatch(rf"{re.escape(base)}\[(\d+)(?:,(\d+))?\]", label)
-        if not match:
-            break
-        places.append(tuple(int(place) for place in match.groups() if place is not None))
-    while places:
-        if len({len(place) for place in places}) == 1:
-            shape = tuple(int(n) + 1 for n in np.max(places, axis=0))
-            entry = Entry(base, np.zeros(shape)) if np.prod(shape) == len(places) else None
-            if entry is not None and entry.labels() == list(labels[: len(places)]):
-                return entry
-        places.pop()
-    return Entry(labels[0], np.zeros(()))

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.core import Ode
+from workbench.core import Ode, Sampled
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.linear.arguments import inputs_of, jacobians, names_of, places_of, row_of, time_of, vector_of
+from workbench.design.linear.period import Period, one_period
 from workbench.design.linear.smoothness import refuse_jump_at
 from workbench.validation.doors import door
 from workbench.validation.words import as_array, described, require
@@ -27,8 +28,12 @@ SMALL = 1e-7  # a relative step that is taken whole, as the next one may be noth
 
 
 @door
-def linearize(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None, *, at_rest: bool = False) -> control.StateSpace:
+def linearize(
+    ode: Ode | Sampled, t: float, x: Any, p: Any = None, u: Any = None, *, at_rest: bool = False
+) -> control.StateSpace:
     """The linear system dx' = A dx + B du, dy = Cy dx + D du about a state, with the names of `ode`.
+
+    Of a `Sampled` it is dx+ = A dx + B du over one period from the instant t on: the jump, and the exact flow.
 
     A, B, Cy and D are the exact Jacobians of the equations at (t, x, p, u), of shapes (nx, nx),
     (nx, nu), (ny, nx) and (ny, nu). On the corner of a saturation or of |s| they are those of one of the smooth
@@ -40,10 +45,8 @@ def linearize(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None, *, at_re
         Time in s.
     x
         The state (nx,), each number in its unit.
-    p
-        The parameters (np,).
-    u
-        The inputs (nu,), which overwrite theirs in p.
+    p, u
+        The parameters (np,), and the inputs (nu,), which overwrite theirs in p.
     at_rest
         Whether the state must be a rest point; it is not asked otherwise.
 
@@ -56,20 +59,25 @@ def linearize(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None, *, at_re
     """
     import control
 
-    row = row_of(ode, p, u)
-    for what, size in (("input", len(ode.inputs)), ("output", ode.outputs.size)):
+    flow = ode.flow if isinstance(ode, Sampled) else ode
+    for what, size in (("input", len(flow.inputs)), ("output", ode.outputs.size)):
         if size == 0:
             raise ValueError(
                 f"`linearize(ode)` needs at least one {what}, as python-control's `StateSpace` does; "
                 f"'{ode.name}' has none. Take `ode.A(t, x, p)` for the matrix A alone."
             )
-    state = vector_of("x", x, ode.states)
-    time = time_of(t)
-    refuse_jump_at("linearize", ode, time, state, row)
-    matrices = jacobians("linearize", ode, time, state, row)
-    if at_rest:
-        _refuse_motion(ode, time, state, row, matrices[0])
-    return control.ss(*matrices, name=ode.name, **names_of(ode))
+    row, state, time = row_of(flow, p, u), vector_of("x", x, ode.states), time_of(t)
+    if isinstance(ode, Sampled):
+        period = one_period("linearize", ode, time, state, row)
+        if at_rest:
+            _refuse_step(ode, state, period)
+        matrices, dt = (period.A, period.B, period.Cy, period.D), ode.period
+    else:
+        refuse_jump_at("linearize", ode, time, state, row)
+        matrices, dt = jacobians("linearize", ode, time, state, row), 0
+        if at_rest:
+            _refuse_motion(ode, time, state, row, matrices[0])
+    return control.ss(*matrices, dt, name=ode.name, **names_of(flow))
 
 
 def _refuse_motion(ode: Ode, t: float, x: Array, p: Array, A: Array) -> None:
@@ -81,6 +89,18 @@ def _refuse_motion(ode: Ode, t: float, x: Array, p: Array, A: Array) -> None:
             f"`linearize(x=...)` must be a rest point of '{ode.name}', where every rate is zero; at t = {t:g} the rate "
             f"of '{ode.states.labels[worst]}' is {rate[worst]:.3g}. Take a point of `equilibria(...)`, or the inputs "
             "of `operating_point(...)`."
+        )
+
+
+def _refuse_step(sampled: Sampled, x: Array, period: Period) -> None:
+    """Refuse a state that is another one after a period, in what the next period depends on."""
+    end, counts = period.end, period.A.any(axis=0)
+    change = np.abs(end - x) / (1 + np.abs(x)) * counts
+    worst = int(change.argmax())
+    if not change[worst] <= AT_REST:
+        raise ValueError(
+            f"`linearize(x=...)` must be a state at which '{sampled.name}' rests, the same after a period; "
+            f"'{sampled.states.labels[worst]}' changes from {x[worst]:.3g} to {end[worst]:.3g}."
         )
 
 

@@ -26,7 +26,7 @@ def refuse_jumps(call: str, ode: Ode, p: Array) -> None:
             raise ValueError(
                 f"`{call}(ode=...)` must have a rate that is continuous in the states; that of '{ode.name}' may jump "
                 f"where {surface.name} = 0, and the transition matrix with it. Hold what moves slowly by `held`, or "
-                "take a continuous saturation."
+                f"take {_smooth(ode)}."
             )
 
 
@@ -93,9 +93,15 @@ def _refuse_jump_of_states(call: str, ode: Ode, t: float, x: Array, p: Array) ->
             names = (*(f"the rate of '{label}'" for label in ode.states.labels), *map(repr, ode.outputs.labels))
             raise ValueError(
                 f"`{call}(...)`: {names[worst]} jumps by {change[worst]:.3g} at this state, "
-                f"where {surfaces[k].name} = 0, so it has no linear model there; take a continuous saturation, or a "
+                f"where {surfaces[k].name} = 0, so it has no linear model there; take {_smooth(ode)}, or a "
                 "state off the surface."
             )
+
+
+def _smooth(ode: Ode) -> str:
+    """What to put in place of a jump; the friction of a file is made smooth where the file is read."""
+    friction = any(name.endswith(".coulomb") for name in ode.parameters.names)
+    return f"a continuous saturation{' (of friction from a file: `friction_speed=...`)' if friction else ''}"
 
 
 def _with_outputs(ode: Ode) -> Ode:

@@ -1,0 +1,92 @@
+"""State feedback about an operating point of any plant."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Layout, Signals, block, parameter
+from workbench.core.block import Matrix, Vector
+from workbench.core.port import ANY
+from workbench.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
+from workbench.validation.shapes import Number
+from workbench.validation.words import known, matrix, vector
+
+
+@block
+class Regulator(AbstractController):
+    """Linear feedback of the state about an operating point of any plant:
+
+        u = u0 - K (x - x0).
+
+    With K of `lqr` or `place` for the plant linearised at (x0, u0) the loop has the poles of that design near x0.
+
+    Parameters
+    ----------
+    states, inputs
+        Those of the plant: what the law reads, in the order of the columns of K, and what it drives.
+    K, x0, u0
+        (nu, nx), (nx,) and (nu,).
+    follow
+        States whose wanted value comes from the reference, in the place of that in x0.
+
+    Raises
+    ------
+    LookupError
+        If a state that is to follow is none of `states`.
+    ValueError
+        If K, x0 or u0 has not its shape.
+
+    References
+    ----------
+    Anderson and Moore (1990), Optimal Control: Linear Quadratic Methods, chapters 2 and 3.
+    """
+
+    states: Layout
+    inputs: Layout
+    K: Matrix = parameter(unit=ANY, shape=("nu", "nx"))
+    x0: Vector = parameter(unit=ANY, shape=("nx",), symbol="x_0")
+    u0: Vector = parameter(unit=ANY, shape=("nu",), symbol="u_0")
+    follow: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        matrix("Regulator(K=...)", self.K, self.inputs.size, self.states.size)
+        for name in self.follow:
+            known(name, self.states.names, "states that the law reads")
+
+    @staticmethod
+    def of(plant: AbstractPlant, K: Any, x0: Any = None, u0: Any = None, follow: tuple[str, ...] = ()) -> Regulator:
+        """The law for a plant that is held at x0 by u0, both zero unless given; it needs an estimate of each state.
+
+        Raises
+        ------
+        ValueError
+            If K is no matrix (nu, nx), x0 no vector (nx,), or u0 no vector (nu,).
+        """
+        nx, nu = plant.states.size, plant.inputs.size
+        x = np.zeros(nx) if x0 is None else vector("Regulator.of(x0=...)", x0, nx, "states")
+        u = np.zeros(nu) if u0 is None else vector("Regulator.of(u0=...)", u0, nu, "inputs")
+        return Regulator(plant.states, plant.inputs, matrix("Regulator.of(K=...)", K, nu, nx), x, u, follow)
+
+    @property
+    def reads(self) -> Layout:
+        """The states."""
+        return self.states
+
+    @property
+    def follows(self) -> Layout:
+        """The states that follow the reference."""
+        return Layout(tuple(self.states[name] for name in self.follow))
+
+    @property
+    def drives(self) -> Layout:
+        """The inputs."""
+        return self.inputs
+
+    def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
+        """The law as it stands above."""
+        del t, z
+        wanted = {**self.states.view(ca.SX(self.x0)), **{name: ref[name] for name in self.follow}}
+        return Signals(self.inputs.view(self.u0 - self.K @ (self.states.flatten(est) - self.states.flatten(wanted))))

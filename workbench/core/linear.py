@@ -1,0 +1,231 @@
+"""Linear systems: four matrices whose states, inputs and outputs have names."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.core.block import Matrix, block, parameter
+from workbench.core.layout import Entry, Layout
+from workbench.core.port import ANY
+from workbench.validation.words import described, known, refusal, seconds
+
+MADE_UP = re.compile(r"[uy]\[\d+\]")  # python-control's names of inputs and outputs that were given none
+
+
+@block
+class LinearSystem:
+    """A linear system in continuous time, or in steps of dt [s] where that is given:
+
+        x' = A x + B u    or    x+ = A x + B u,              y = C x + D u.
+
+    Parameters
+    ----------
+    A, B, C, D
+        (nx, nx), (nx, nu), (ny, nx) and (ny, nu). A system without states has D alone, and one that has none passes no
+        input on at once.
+    states, inputs, outputs
+        Their names and units, and where the states start.
+    """
+
+    states: Layout
+    inputs: Layout
+    outputs: Layout
+    A: Matrix = parameter(default=None, unit=ANY, shape=("nx", "nx"))
+    B: Matrix = parameter(default=None, unit=ANY, shape=("nx", "nu"))
+    C: Matrix = parameter(default=None, unit=ANY, shape=("ny", "nx"), symbol="C_y")
+    D: Matrix = parameter(default=None, unit=ANY, shape=("ny", "nu"))
+    dt: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.dt is not None:
+            seconds("LinearSystem(dt=...)", self.dt)
+        nx, nu, ny = self.states.size, self.inputs.size, self.outputs.size
+        for letter, shape in {"A": (nx, nx), "B": (nx, nu), "C": (ny, nx), "D": (ny, nu)}.items():
+            matrix = getattr(self, letter)
+            if (matrix is None and nx and letter != "D") or (matrix is not None and matrix.shape != shape):
+                got = "None" if matrix is None else f"shape {matrix.shape}"
+                raise ValueError(
+                    f"`LinearSystem({letter}=...)` must have shape {shape}, for {nx} states, {nu} inputs and {ny} "
+                    f"outputs; got {got}."
+                )
+
+    @staticmethod
+    def of(
+        system: Any,
+        *,
+        inputs: str | Sequence[str] | None = None,
+        outputs: str | Sequence[str] | None = None,
+        units: Mapping[str, str] | None = None,
+        dt: float | None = None,
+    ) -> LinearSystem:
+        """A `StateSpace` or a `TransferFunction` of python-control, with its names and its matrices bit by bit.
+
+        Labels that count from zero, as q[0] and q[1], become one quantity q of that shape.
+
+        Parameters
+        ----------
+        inputs, outputs
+            Names, one for each number, in the place of the system's own.
+        units
+            The units of states, inputs and outputs, by name; one that is not named fits any other.
+        dt
+            The period in s of a discrete system that python-control was told none of (`dt=True`).
+
+        Raises
+        ------
+        ValueError
+            If it is no such system, a transfer function is improper, a number is not finite, an input or an output has
+            no name but python-control's own (u[0], y[0]), or a discrete system has no period.
+        LookupError
+            If a unit is given to a name that the system has not.
+        """
+        if isinstance(system, LinearSystem):
+            return system
+        space = _state_space(system)
+        labels = {
+            "inputs": _labels("inputs", inputs, space.input_labels, system),
+            "outputs": _labels("outputs", outputs, space.output_labels, system),
+            "states": list(space.state_labels),
+        }
+        ports = {port: layout_of(own) for port, own in labels.items()}
+        for name in units or {}:
+            known(name, [n for port in ports.values() for n in port.names], "states, inputs and outputs")
+        ports = {port: _in_units(layout, units or {}) for port, layout in ports.items()}
+        matrices = {letter: np.asarray(getattr(space, letter), dtype=float) for letter in "ABCD"}
+        for letter, matrix in matrices.items():
+            if not np.isfinite(matrix).all():
+                raise ValueError(
+                    f"`LinearSystem.of(system)` must have finite matrices; {letter} of '{system.name}' is not."
+                )
+        held: dict[str, Any] = {letter: m for letter, m in matrices.items() if letter == "D" or ports["states"].size}
+        return LinearSystem(**ports, **held, dt=_period(system, dt))
+
+    @staticmethod
+    def recognises(value: object) -> bool:
+        """Whether a value is a linear system of any kind: this one, or one of python-control."""
+        by_matrices = all(hasattr(value, name) for name in ("A", "B", "C", "D", "dt", "state_labels"))
+        return isinstance(value, LinearSystem) or by_matrices or _is_transfer(value)
+
+    def moved(self, x: ca.SX, u: ca.SX) -> dict[str, ca.SX]:
+        """A x + B u for columns x and u, by the names of the states."""
+        return self.states.view(self.A @ x + self.B @ u) if self.states.size else {}
+
+    def shown(self, x: ca.SX, u: ca.SX) -> ca.SX:
+        """C x + D u for columns x and u, as a column."""
+        parts = [gain @ column for gain, column in ((self.C, x), (self.D, u)) if gain is not None]
+        return sum(parts, ca.SX.zeros(self.outputs.size))
+
+
+def layout_of(labels: Sequence[str]) -> Layout:
+    """The layout that has these labels in this order, with as few entries as that allows."""
+    entries: list[Entry] = []
+    rest = list(labels)
+    while rest:
+        entry = _first(rest)
+        entries.append(entry)
+        rest = rest[entry.size :]
+    return Layout(tuple(entries))
+
+
+def _first(labels: Sequence[str]) -> Entry:
+    """The largest quantity whose numbers come first among the labels."""
+    base, bracket, _ = labels[0].partition("[")
+    places: list[tuple[int, ...]] = []
+    for label in labels if bracket else ():
+        match = re.fullmatch(rf"{re.escape(base)}\[(\d+)(?:,(\d+))?\]", label)
+        if not match:
+            break
+        places.append(tuple(int(place) for place in match.groups() if place is not None))
+    while places:
+        if len({len(place) for place in places}) == 1:
+            shape = tuple(int(n) + 1 for n in np.max(places, axis=0))
+            entry = Entry(base, np.zeros(shape)) if np.prod(shape) == len(places) else None
+            if entry is not None and entry.labels() == list(labels[: len(places)]):
+                return entry
+        places.pop()
+    return Entry(labels[0], np.zeros(()))
+
+
+def _is_transfer(value: object) -> bool:
+    return all(hasattr(value, name) for name in ("num_list", "den_list", "to_ss", "dt"))
+
+
+def _state_space(system: Any) -> Any:
+    """A system by its matrices; a transfer function becomes one by python-control's own realisation."""
+    if not LinearSystem.recognises(system):
+        must = "a `StateSpace` or a `TransferFunction` of python-control"
+        raise refusal("LinearSystem.of(system=...)", must, system)
+    if not _is_transfer(system):
+        return system
+    for i, (row, below) in enumerate(zip(system.num_list, system.den_list, strict=True)):
+        for j, (num, den) in enumerate(zip(row, below, strict=True)):
+            entry = f"'{system.name}' from '{system.input_labels[j]}' to '{system.output_labels[i]}'"
+            _refuse_odd_fraction(entry, num, den)
+    if not system.issiso():
+        raise ValueError(
+            f"`LinearSystem.of(system)`: the transfer function '{system.name}' has {system.ninputs} inputs and "
+            f"{system.noutputs} outputs, and the states of such a matrix of fractions are not unique: give a "
+            "`StateSpace`, as `control.append` and `control.interconnect` make one of its entries."
+        )
+    space = system.to_ss()
+    space.update_names(inputs=system.input_labels, outputs=system.output_labels)
+    return space
+
+
+def _refuse_odd_fraction(entry: str, num: Any, den: Any) -> None:
+    if not (np.isfinite(num).all() and np.isfinite(den).all()):
+        raise ValueError(f"`LinearSystem.of(system)` must have finite coefficients; {entry} has not.")
+    degrees = [len(np.trim_zeros(np.atleast_1d(part), "f")) - 1 for part in (num, den)]
+    if degrees[0] > degrees[1]:
+        raise ValueError(
+            f"`LinearSystem.of(system)` must be proper, as it would differentiate its input otherwise: {entry} "
+            f"has a numerator of degree {degrees[0]} over a denominator of degree {degrees[1]}; add fast poles."
+        )
+
+
+def _labels(port: str, given: str | Sequence[str] | None, own: Iterable[str], system: Any) -> list[str]:
+    """The names that were given, or the system's own where a user chose them."""
+    names = list(own)
+    if given is not None:
+        chosen = [given] if isinstance(given, str) else list(given)
+        if len(chosen) != len(names):
+            raise ValueError(
+                f"`LinearSystem.of({port}=...)` must be {len(names)} names, one a number; got {described(given)}."
+            )
+        return chosen
+    for name in names:
+        if MADE_UP.fullmatch(name):
+            raise ValueError(
+                f"`LinearSystem.of(system)` must have names, by which a loop is closed: '{name}' of '{system.name}' is "
+                f"python-control's own. Give {port}=[...] here, or to python-control."
+            )
+    return names
+
+
+def _in_units(port: Layout, units: Mapping[str, str]) -> Layout:
+    return Layout(tuple(replace(entry, unit=units.get(entry.name, ANY)) for entry in port.entries))
+
+
+def _period(system: Any, dt: float | None) -> float | None:
+    """The period of a discrete system in s; None of a continuous one."""
+    if system.dt is True:
+        if dt is None:
+            raise ValueError(
+                f"`LinearSystem.of(dt=...)` must be the period in s of '{system.name}', a discrete system that says "
+                "none (`dt=True`); got None."
+            )
+        return seconds("LinearSystem.of(dt=...)", dt)
+    own = float(system.dt) if system.dt else None
+    if dt is not None and dt != own:
+        raise ValueError(
+            f"`LinearSystem.of(dt=...)` is for a discrete system that says no period; '{system.name}' "
+            f"{'is continuous' if own is None else f'has {own:g} s'}: sample it by `control.c2d(system, dt)`; got "
+            f"{dt!r}."
+        )
+    return own

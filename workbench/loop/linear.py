@@ -1,0 +1,300 @@
+"""Linear systems in the sockets of a loop: a plant, an observer or a law by its matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Layout, LinearSystem, Signals, block, initial, parameter
+from workbench.core.block import Vector, socket
+from workbench.core.port import ANY
+from workbench.loop.contracts import (
+    AbstractController,
+    AbstractObserver,
+    AbstractPlant,
+    Follows,
+    Inputs,
+    Parts,
+    Reads,
+)
+from workbench.validation.shapes import Number, States
+from workbench.validation.words import known, vector
+
+WANTED = "_ref"  # an input of a law by this ending is a wanted signal
+
+
+@block
+class LinearPlant(AbstractPlant):
+    """A linear system as a plant, in continuous time, or in discrete time where it has a period:
+
+        x' = A x + B u    or    x+ = A x + B u,              y = C x.
+
+    Parameters
+    ----------
+    system
+        A `LinearSystem`, or a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names.
+    start
+        (nx,), where the states start; at zero unless given.
+
+    Raises
+    ------
+    ValueError
+        If `LinearSystem.of` refuses the system, or an output follows an input at once (D is not zero): with a law that
+        does so too, the loop would be an algebraic one.
+    """
+
+    system: LinearSystem = socket(LinearSystem.of)
+    start: Vector = initial(default=None, unit=ANY, shape=("nx",))
+
+    def __post_init__(self) -> None:
+        _refuse_feedthrough("LinearPlant", self.system, self.system.inputs.names, "the loop would be an algebraic one")
+        if self.start is not None:
+            vector("LinearPlant(start=...)", self.start, self.system.states.size, "states")
+        object.__setattr__(self, "system", replace(self.system, D=None))  # no number that does nothing
+        object.__setattr__(self, "period", self.system.dt)
+
+    @property
+    def recursion(self) -> bool:
+        """Whether it moves in discrete time."""
+        return self.system.dt is not None
+
+    @property
+    def states(self) -> Layout:
+        """Those of the system."""
+        return _starting_at(self.system.states, self.start)
+
+    @property
+    def inputs(self) -> Layout:
+        """Those of the system."""
+        return self.system.inputs
+
+    @property
+    def outputs(self) -> Layout:
+        """Those of the system."""
+        return self.system.outputs
+
+    def measure(self, t: Number, x: States) -> Signals:
+        """C x."""
+        del t
+        y = self.system.shown(self.system.states.flatten(x), ca.SX.zeros(self.inputs.size))
+        return Signals(self.outputs.view(y))
+
+    def rate(self, t: Number, x: States, u: Inputs) -> Parts:
+        """A x + B u."""
+        del t
+        return self.system.moved(self.system.states.flatten(x), self.inputs.flatten(u))
+
+    update = rate
+
+
+@block
+class LinearLaw(AbstractController):
+    """A linear system as a law, in continuous time, or in discrete time where it has a period:
+
+        z' = A z + B v    or    z+ = A z + B v,              u = u0 + C z + D v,              v = inputs - v0.
+
+    An input of the name of an estimate reads that; one called `x_ref` follows what is wanted of x. With `error`, an
+    input x is instead what is wanted less what is estimated, x_ref - x: the error of python-control's `feedback(P C)`,
+    so that a compensator with a positive gain makes a stable loop. (Errors that this workbench shows, `e_x`, have the
+    other sign.) A discrete law is exact at its period.
+
+    Parameters
+    ----------
+    system
+        A `LinearSystem`, or a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names.
+    error
+        Whether its inputs are fed with errors.
+    u0, v0
+        (nu,) and (nv,), outputs and inputs at the operating point about which it was designed; zero unless given.
+
+    Raises
+    ------
+    ValueError
+        If `LinearSystem.of` refuses the system, or u0 or v0 has not its shape.
+    """
+
+    system: LinearSystem = socket(LinearSystem.of)
+    error: bool = False
+    u0: Vector = parameter(default=None, unit=ANY, shape=("nu",))
+    v0: Vector = parameter(default=None, unit=ANY, shape=("nv",))
+
+    def __post_init__(self) -> None:
+        for name, port in (("u0", self.system.outputs), ("v0", self.system.inputs)):
+            if getattr(self, name) is not None:
+                vector(f"LinearLaw({name}=...)", getattr(self, name), port.size, f"signals {', '.join(port.labels)}")
+        object.__setattr__(self, "period", self.system.dt)
+
+    @property
+    def recursion(self) -> bool:
+        """Whether it is a recursion in discrete time."""
+        return self.system.dt is not None
+
+    @property
+    def reads(self) -> Layout:
+        """The inputs of the system that are no wanted signals."""
+        return Layout(tuple(entry for entry in self.system.inputs.entries if not entry.name.endswith(WANTED)))
+
+    @property
+    def follows(self) -> Layout:
+        """The signals whose wanted values are inputs of the system, and with `error` all that it reads."""
+        inputs = self.system.inputs
+        followed = {name.removesuffix(WANTED): inputs[name] for name in inputs.names if name.endswith(WANTED)}
+        followed |= {entry.name: entry for entry in self.reads.entries if self.error}
+        return Layout(tuple(replace(entry, name=name) for name, entry in followed.items()))
+
+    @property
+    def drives(self) -> Layout:
+        """The outputs of the system."""
+        return self.system.outputs
+
+    @property
+    def memory(self) -> Layout:
+        """The states of the system."""
+        return self.system.states
+
+    def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
+        """u0 + C z + D v."""
+        del t
+        u = self.system.shown(self.memory.flatten(z), self._inputs(est, ref))
+        return Signals(self.drives.view(u if self.u0 is None else self.u0 + u))
+
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """A z + B v."""
+        del t
+        return self.system.moved(self.memory.flatten(z), self._inputs(est, ref))
+
+    update = rate
+
+    def run_every(self, period: float) -> LinearLaw:
+        """The same law, which a computer runs once in `period` seconds.
+
+        Raises
+        ------
+        ValueError
+            If the law is a recursion, and this is another period than its own.
+        """
+        if self.recursion and abs(period - float(self.system.dt or 0)) > 1e-6 * period:
+            raise ValueError(
+                f"`LinearLaw.run_every(period=...)` must be the period of a discrete law, {self.system.dt:g} s, for "
+                f"which its matrices were made; got {period:g} s. Sample the continuous law anew by `control.c2d`."
+            )
+        return AbstractController.run_every(self, period)
+
+    def _inputs(self, est: Reads, ref: Follows) -> ca.SX:
+        parts = {}
+        for name in self.system.inputs.names:
+            if name.endswith(WANTED):
+                parts[name] = ref[name.removesuffix(WANTED)]
+            else:
+                parts[name] = ref[name] - est[name] if self.error else est[name]
+        v = self.system.inputs.flatten(parts)
+        return v if self.v0 is None else v - self.v0
+
+
+@block
+class LinearFilter(AbstractObserver):
+    """A linear system as an observer, in continuous time, or in discrete time where it has a period:
+
+        z' = A z + B [y; u]    or    z+ = A z + B [y; u],              estimates = C z + D [y; u].
+
+    Parameters
+    ----------
+    system
+        A `LinearSystem`, or a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names:
+        an input of the name of an output of the plant reads that, and its outputs are estimates.
+    counts_on
+        The inputs of the system that are commands; in a loop, unless told, those that are inputs of the plant.
+
+    Raises
+    ------
+    ValueError
+        If `LinearSystem.of` refuses the system, or an estimate follows a command at once (D): an estimate never sees
+        the command of the same instant.
+    LookupError
+        If a command is no input of the system.
+    """
+
+    system: LinearSystem = socket(LinearSystem.of)
+    counts_on: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in self.counts_on:
+            known(name, self.system.inputs.names, "inputs of the system")
+        why = "an estimate never sees the command of the same instant"
+        _refuse_feedthrough("LinearFilter", self.system, self.counts_on, why)
+        object.__setattr__(self, "period", self.system.dt)
+
+    @property
+    def recursion(self) -> bool:
+        """Whether it is a recursion in discrete time."""
+        return self.system.dt is not None
+
+    @property
+    def reads(self) -> Layout:
+        """The inputs of the system that are no commands."""
+        return Layout(tuple(e for e in self.system.inputs.entries if e.name not in self.counts_on))
+
+    @property
+    def inputs(self) -> Layout:
+        """The inputs of the system that are commands."""
+        return Layout(tuple(e for e in self.system.inputs.entries if e.name in self.counts_on))
+
+    @property
+    def gives(self) -> Layout:
+        """The outputs of the system."""
+        return self.system.outputs
+
+    @property
+    def memory(self) -> Layout:
+        """The states of the system."""
+        return self.system.states
+
+    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
+        """C z + D [y; 0]."""
+        del t
+        u = {entry.name: ca.SX.zeros(entry.size) for entry in self.inputs.entries}
+        inputs = self.system.inputs.flatten(dict(y) | u)
+        return Signals(self.gives.view(self.system.shown(self.memory.flatten(z), inputs)))
+
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
+        """A z + B [y; u]."""
+        del t, est
+        return self.system.moved(self.memory.flatten(z), self.system.inputs.flatten(dict(y) | dict(u)))
+
+    update = rate
+
+
+def standing_for(block: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """What makes a block of a linear system, and leaves anything else as it is."""
+    return lambda value: block(value) if LinearSystem.recognises(value) else value
+
+
+def beside(plant: AbstractPlant, observer: AbstractObserver) -> AbstractObserver:
+    """The observer, which of a linear system counts on those of its inputs that are inputs of the plant."""
+    if not isinstance(observer, LinearFilter) or observer.counts_on:
+        return observer
+    return replace(observer, counts_on=tuple(n for n in observer.system.inputs.names if n in plant.inputs))
+
+
+def _starting_at(states: Layout, start: Any) -> Layout:
+    parts = {} if start is None else states.unpack(start)
+    return Layout(tuple(replace(entry, default=parts.get(entry.name, entry.default)) for entry in states.entries))
+
+
+def _refuse_feedthrough(who: str, system: LinearSystem, names: tuple[str, ...], why: str) -> None:
+    """Refuse a system one of whose outputs follows one of these inputs at once."""
+    columns = [place for name in names for place in system.inputs.indices(name)]
+    if system.D is None:
+        return
+    odd = np.argwhere(system.D[:, columns])
+    if len(odd):
+        i, j = odd[0]
+        raise ValueError(
+            f"`{who}(system=...)` must not pass an input on at once, as {why}: its output '{system.outputs.labels[i]}' "
+            f"follows its input '{system.inputs.labels[columns[j]]}' by D = {system.D[i, columns[j]]:g}. Add the lag "
+            "of its actuator or its sensor."
+        )

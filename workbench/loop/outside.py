@@ -1,0 +1,99 @@
+"""Signals from outside a loop: added to its own, or in their place where it is cut."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import casadi as ca
+
+from workbench.core import Entry, Layout, Signals
+from workbench.core.port import joined
+from workbench.loop.contracts import is_recursion
+from workbench.loop.wiring import Blocks
+from workbench.validation.words import known, several
+
+
+@dataclass(frozen=True)
+class Outside:
+    """Signals that come from outside a loop, which are parameters and declared inputs of its equations.
+
+    Attributes
+    ----------
+    layout, symbols
+        The parameters.
+    parts
+        By "references", "readings" and "inputs", a symbol for each signal that is met there.
+    cut
+        The signals in whose place they stand; where there are none, they are added.
+    """
+
+    layout: Layout = field(default_factory=Layout)
+    symbols: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
+    parts: Mapping[str, Mapping[str, ca.SX]] = field(default_factory=dict)
+    cut: Layout = field(default_factory=Layout)
+
+    def meets(self, place: str, own: Signals) -> Signals:
+        """The loop's own signals at a place, as those from outside leave them."""
+        met = self.parts.get(place, {})
+        return own | {name: part if self.cut.size else own[name] + part for name, part in met.items()}
+
+
+def added(loop: Blocks) -> Outside:
+    """What is added to each wanted signal (`x_ref`), to each input where it acts (`u_load`), and to each reading.
+
+    A noise of the reading of y is called `y_noise`. All are zero unless set.
+    """
+    plant, law = loop.plant, loop.controller
+    ports = {
+        "references": ("_ref", [loop.reference.says[name] for name in law.follows.names]),
+        "inputs": ("_load", plant.inputs.entries),
+        "readings": ("_noise", plant.outputs.entries),
+    }
+    named = [
+        (place, e.name, Entry(f"{e.name}{end}", 0 * e.default, e.unit))
+        for place, (end, es) in ports.items()
+        for e in es
+    ]
+    layout = Layout(tuple(entry for _, _, entry in named))
+    symbols = layout.symbols()
+    values = layout.view(symbols)
+    parts: dict[str, dict[str, ca.SX]] = {place: {} for place in ports}
+    for place, name, entry in named:
+        parts[place][name] = values[entry.name]
+    return Outside(layout, symbols, parts)
+
+
+def cut(call: str, loop: Blocks, at: str | tuple[str, ...] | None) -> Outside:
+    """The parameter 'drive' in the place of inputs or readings of the plant, all inputs unless told.
+
+    Raises
+    ------
+    LookupError
+        If a name is none of an input or an output.
+    """
+    plant = loop.plant
+    names = (
+        plant.inputs.names if at is None else several(f"{call}(at=...)", (at,) if isinstance(at, str) else at, str, 1)
+    )
+    ports = plant.inputs + plant.outputs
+    for name in names:
+        known(name, ports.names, "inputs and outputs of the plant")
+    at_cut = Layout(tuple(ports[name] for name in names))
+    layout = Layout((joined(at_cut, "drive"),))
+    symbols = layout.symbols()
+    values = at_cut.view(symbols)
+    parts = {
+        "inputs": {name: part for name, part in values.items() if name in plant.inputs},
+        "readings": {name: part for name, part in values.items() if name not in plant.inputs},
+    }
+    return Outside(layout, symbols, parts, at_cut)
+
+
+def refuse_inputs_of_recursion(loop: Blocks, outside: Outside) -> None:
+    """Refuse signals from outside at the inputs of a plant in discrete time, which moves by what was held before."""
+    if outside.parts.get("inputs") and is_recursion(loop.plant):
+        raise ValueError(
+            f"`ClosedLoop.digital(...)` must have a plant in continuous time where signals meet its inputs; "
+            f"`{type(loop.plant).__name__}` moves in discrete time. Cut the loop at an output: `at=...`."
+        )
