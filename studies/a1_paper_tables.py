@@ -21,6 +21,7 @@ from paper_repaired import PAIRS, tracking, with_two_repairs
 from paper_sections import numbers_section, summary, trust_section
 
 from workbench.controllers.aosmc_rgs import SHAPES
+from workbench.loop import ClosedLoop
 from workbench.metrics import (
     effort,
     energy,
@@ -38,6 +39,7 @@ from workbench.metrics import (
     total_variation,
 )
 from workbench.study.document import Section
+from workbench.study.run import Run
 from workbench.study.study import Case, Results, Study
 
 PRINTED = sampled_rmse(CARD["sample time of (43)"])
@@ -57,16 +59,19 @@ STYLES = {law: i for i, law in enumerate((*LAWS, "super-twisting"))}
 def comparison(scenario: str) -> tuple[Case, ...]:
     """The proposed law as repaired, its five rivals, and a seventh law."""
     horizon = CARD[f"{scenario}: horizon"]
-    common = {"metrics": METRICS[scenario], "until": horizon, "every": 0.01}
-    ours = Case(scenario, "AOSMC-RGS", proposed_repaired(scenario), h=PROPOSED_STEP, **common, remark="repaired")
-    rivals = (Case(scenario, law, rival(scenario, law), h=STEPS[law], **common, style=STYLES[law]) for law in RIVALS)
+
+    def run(loop: ClosedLoop, h: float) -> Run:
+        return Run(loop, METRICS[scenario], horizon, 0.01, h / 2)
+
+    ours = Case(scenario, "AOSMC-RGS", run(proposed_repaired(scenario), PROPOSED_STEP), remark="repaired")
+    rivals = (Case(scenario, law, run(rival(scenario, law), STEPS[law]), style=STYLES[law]) for law in RIVALS)
     return (ours, *rivals)
 
 
 def readings() -> tuple[Case, ...]:
     """The law as printed, in each reading of (33), in both scenarios, on the derived arm and on the printed one."""
     return tuple(
-        Case(f"{scenario} as printed, {plant}", shape, loop, BRIEF, 1e-4, SHORT, 0.01, style=style)
+        Case(f"{scenario} as printed, {plant}", shape, Run(loop, BRIEF, SHORT, 0.01, 5e-5), style=style)
         for scenario in ("FS", "SS")
         for plant, arm in PLANTS.items()
         for style, shape in enumerate(SHAPES)
@@ -77,9 +82,9 @@ def readings() -> tuple[Case, ...]:
 def other_numbers() -> tuple[Case, ...]:
     """The law as printed with a small Q, and SMC with firmer gains: numbers that the paper does not state either."""
     until = {scenario: CARD[f"{scenario}: horizon"] for scenario in ("FS", "SS")}
-    small = (Case(SMALL_Q, shape, with_small_q(shape), BRIEF, 1e-4, until["FS"], 0.01) for shape in SHAPES)
+    small = (Case(SMALL_Q, shape, Run(with_small_q(shape), BRIEF, until["FS"], 0.01, 5e-5)) for shape in SHAPES)
     gains = (
-        Case(f"{scenario}, SMC", f"K = {K:g} N m", firm(scenario, K), BRIEF, h, until[scenario], 0.01)
+        Case(f"{scenario}, SMC", f"K = {K:g} N m", Run(firm(scenario, K), BRIEF, until[scenario], 0.01, h / 2))
         for scenario in until
         for K, h in FIRM.items()
     )
@@ -89,7 +94,8 @@ def other_numbers() -> tuple[Case, ...]:
 def changes() -> tuple[Case, ...]:
     """The repaired law with one slip of the print put back at a time, or one repair more, in the first scenario."""
     return tuple(
-        Case("one change", change, with_change("FS", change), BRIEF, PROPOSED_STEP, SHORT, 0.01) for change in CHANGES
+        Case("one change", change, Run(with_change("FS", change), BRIEF, SHORT, 0.01, PROPOSED_STEP / 2))
+        for change in CHANGES
     )
 
 
@@ -97,7 +103,7 @@ def two_repairs() -> tuple[Case, ...]:
     """The law with (3) and (28) repaired alone, in each reading of (33), with two choices of Q."""
     until = CARD["FS: horizon"]
     return tuple(
-        Case(pair, shape, with_two_repairs(shape, Q), BRIEF, 1e-4, until, 0.01)
+        Case(pair, shape, Run(with_two_repairs(shape, Q), BRIEF, until, 0.01, 5e-5))
         for pair, Q in PAIRS.items()
         for shape in SHAPES
     )

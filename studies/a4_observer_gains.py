@@ -27,6 +27,7 @@ from paper_laws import ARM, proposed_repaired
 from workbench.metrics import late_error, observer_error, peak_torque
 from workbench.observers import Luenberger, OracleFilter, WithDisturbance
 from workbench.study.document import Section
+from workbench.study.run import Run
 from workbench.study.study import Case, Results, Study
 
 METRICS = (
@@ -44,7 +45,7 @@ def cases() -> Iterator[Case]:
         for law, mine in gains().items():
             state = Luenberger(ARM, mine.L1, mine.L2, q, CARD["qd_hat(0)"])
             loop = proposed_repaired(key, WithDisturbance(state, OracleFilter(2, CARD["l"])))
-            yield Case(name, law, loop, METRICS, PROPOSED_STEP, UNTIL, 0.01, style=STYLES[law])
+            yield Case(name, law, Run(loop, METRICS, UNTIL, 0.01, PROPOSED_STEP / 2), style=STYLES[law])
 
 
 def sections(results: Results) -> Sequence[Section]:

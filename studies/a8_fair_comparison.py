@@ -24,6 +24,7 @@ from fair_objective import metrics, objective
 from fair_pages import headlines, sections
 from fair_published import cases
 
+from workbench.study.run import Run
 from workbench.study.study import Study
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Trial, Tuned, Tuning, equal_budget
@@ -36,7 +37,7 @@ TRAINING_SEED = 80  # of the noise of the first training scenario: no law is jud
 def trials(entrant: Entrant) -> tuple[Trial, ...]:
     """A law in the training scenarios."""
     return tuple(
-        Trial(s.name, entrant.loop(s, entrant.card), metrics(s), PERIOD, HORIZON, seed=seed)
+        Trial(s.name, Run(entrant.loop(s, entrant.card), metrics(s), HORIZON, h=PERIOD / 2, seed=seed))
         for seed, s in enumerate(TRAINING, start=TRAINING_SEED)
     )
 

@@ -26,6 +26,7 @@ from sampling_sections import computer_section, periods_section, places_section,
 from sampling_steps import curves
 
 from workbench.study.document import Section
+from workbench.study.run import Run
 from workbench.study.study import Case, Results, Study
 
 
@@ -36,11 +37,7 @@ def continuous(scenario: str) -> tuple[Case, ...]:
         Case(
             scenario,
             law,
-            loop_of(law, scenario),
-            metrics(scenario, 1e-3),
-            STEPS.get(law, PROPOSED_STEP),
-            until,
-            0.01,
+            Run(loop_of(law, scenario), metrics(scenario, 1e-3), until, 0.01, STEPS.get(law, PROPOSED_STEP) / 2),
             STYLES[law],
         )
         for law in SEVEN

@@ -31,7 +31,8 @@ from workbench.bench.workload import HORIZON
 from workbench.simulate import simulate
 from workbench.study.document import Cell, Column, Itemize, Paragraph, Section, Table, Verdict
 from workbench.study.executors import on_threads
-from workbench.study.prepared import Prepared, prepared
+from workbench.study.preparation import prepared
+from workbench.study.prepared import Prepared
 from workbench.study.resume import complete, planned, samples
 from workbench.study.sample import Sample
 from workbench.study.sensitivity import sobol_by_salib
@@ -134,7 +135,7 @@ def march(one: Prepared) -> None:
         runs = np.arange(first, last)
         again = runs % one.sweep.halved == 0
         for step, some in ((one.fine, again), (one.coarse, runs >= 0)):
-            simulate(step, p[some], x0[some], until=one.sweep.until, every=one.every, runs=runs[some])
+            simulate(step, p[some], x0[some], until=one.sweep.run.until, every=one.every, runs=runs[some])
 
 
 def keep(one: Prepared) -> Sample:
@@ -269,6 +270,6 @@ study = Study(
     method=__doc__.split("Method    ")[1].split("Runs in")[0],
     sections=sections,
     headlines=headlines,
-    fingerprints={"W": sweep().loop.ode().fingerprint[:16]},
+    fingerprints={"W": sweep().run.loop.fingerprint[:16]},
     measures_time=True,
 )

@@ -12,12 +12,12 @@ import numpy as np
 
 from workbench.bench.workload import HORIZON, PARAMETERS, VARIED, H
 from workbench.bench.workload import loop as equations
-from workbench.core import Ode
 from workbench.metrics import rmse
 from workbench.metrics.sampled import TotalVariation
 from workbench.study.distributions import Uniform
 from workbench.study.document import Column, Section, Table
 from workbench.study.factors import Factor
+from workbench.study.run import Run
 from workbench.study.sampling import SobolDesign
 from workbench.study.sensitivity import sobol
 from workbench.study.study import Results, Study
@@ -25,15 +25,6 @@ from workbench.study.sweep import Sweep
 
 BASE = 1024
 METRICS = (rmse(), TotalVariation("TV", "N m/s", "total variation of tau a second", "tau", H))
-
-
-class Workload:
-    """The loop of the bench, as sweeps ask for one."""
-
-    def ode(self, name: str = "W") -> Ode:
-        """Its equations."""
-        del name
-        return equations()
 
 
 def factors() -> tuple[Factor, ...]:
@@ -48,7 +39,7 @@ def factors() -> tuple[Factor, ...]:
 def sweep(base: int = BASE) -> Sweep:
     """The runs behind the indices."""
     moved = factors()
-    return Sweep("indices", Workload(), METRICS, moved, SobolDesign(len(moved), base, seed=1), H, HORIZON)
+    return Sweep("indices", Run(equations(), METRICS, HORIZON, h=H), moved, SobolDesign(len(moved), base, seed=1))
 
 
 def sections(results: Results) -> Sequence[Section]:

@@ -35,6 +35,8 @@ from workbench.metrics.integral import Integral
 from workbench.metrics.sampled import Peak
 from workbench.simulate import simulate
 from workbench.simulate.reference import reference
+from workbench.study.contract import equations_of
+from workbench.study.runner import measurement
 from workbench.verify.counterexample import hypotheses_kept, in_reference_mode
 from workbench.verify.margins import SignalsOf, derivative, violation, watching
 from workbench.verify.rest import RestPoint, growing_modes, rest_point
@@ -201,7 +203,7 @@ def v2_rate(Q: float, R: float) -> tuple[float, float, float]:
 def _compared() -> dict[str, Measurement]:
     """The laws of a1 in both scenarios, each with all its metrics."""
     cases = [case for scenario in ("FS", "SS") for case in comparison(scenario)]
-    return {case.name: measure(case.loop.ode(), case.metrics, until=case.until, h=case.h) for case in cases}
+    return {case.name: measurement(case.run, equations_of(case.run.loop, case.name)) for case in cases}
 
 
 def beside(metric: str) -> dict[str, list[float]]:
@@ -214,10 +216,10 @@ def beside(metric: str) -> dict[str, list[float]]:
 def pushed(law: str) -> tuple[list[float], list[float]]:
     """By how much D of FS moves a joint at most from 15 s on [rad]: of its path without D; the change by h / 2."""
     case = next(case for case in comparison("FS") if case.law == law)
-    ode = case.loop.ode()
+    ode = equations_of(case.run.loop, case.name)
     p = ode.parameters.pack({"plant.disturbance.amplitude": np.array([CARD["FS: disturbance amplitude"], (0.0, 0.0)])})
     largest = []
-    for h in (case.h, case.h / 2):
+    for h in (2 * case.run.h, case.run.h):
         runs = simulate(rk4(ode, h), p, until=20.0, every=0.01)
         q = runs["q"][:, runs.t >= 15.0]
         largest.append(np.abs(q[0] - q[1]).max(axis=0))
@@ -227,8 +229,8 @@ def pushed(law: str) -> tuple[list[float], list[float]]:
 def observed() -> tuple[tuple[list[float], list[float]], tuple[list[float], list[float]]]:
     """Largest |qd - qd_d| and |qd - qd_hat| from 5 s on in FS, repaired, by joint [rad/s]; their changes by h / 2."""
     late = (Peak(signal, "rad/s", f"largest |{signal}| from 5 s on", signal, 5.0) for signal in ("ed", "qd_error"))
-    case = comparison("FS")[0]
-    scores = measure(case.loop.ode(), tuple(late), until=case.until, h=case.h).scores.values()
+    run = replace(comparison("FS")[0].run, metrics=tuple(late))
+    scores = measurement(run, equations_of(run.loop, "loop")).scores.values()
     e, lost = ((score.value[0].tolist(), score.error[0].tolist()) for score in scores)
     return e, lost
 

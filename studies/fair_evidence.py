@@ -26,6 +26,7 @@ from workbench.study.evidence import (
     paired,
     same_draws,
 )
+from workbench.study.run import Run
 from workbench.study.sample import Sample
 from workbench.study.sampling import MonteCarlo
 from workbench.study.study import Results
@@ -75,7 +76,7 @@ def sweep(name: str, loop: Computed, scenario: Scenario) -> Sweep:
     """A loop over the draws of a scenario, the same for all."""
     factors = uncertain(scenario, loop)
     design = MonteCarlo(len(factors), DRAWS, DRAWN)
-    return Sweep(name, loop, metrics(scenario), factors, design, scenario.period, HORIZON, seed=DRAWN)
+    return Sweep(name, Run(loop, metrics(scenario), HORIZON, h=scenario.period, seed=DRAWN), factors, design)
 
 
 def causes_of(sample: Sample, loop: Computed, scenario: Scenario) -> Causes:

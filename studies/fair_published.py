@@ -14,6 +14,7 @@ from paper_laws import REFERENCES, proposed_repaired, rival
 
 from workbench.study.comparison import ranking
 from workbench.study.document import Cell, Column, Diverged, Measured, Paragraph, Section, Table, Verdict
+from workbench.study.run import Run
 from workbench.study.study import Case, Outcome, Results
 from workbench.study.tuning import Tuned
 
@@ -31,14 +32,16 @@ def _assumed(key: str) -> tuple[Case, ...]:
     horizon = CARD[f"{key}: horizon"]
     loops = {law: proposed_repaired(key) if law == PROPOSED else rival(key, law) for law in LAWS}
     steps = {PROPOSED: PROPOSED_STEP} | STEPS
-    return tuple(Case(f"{key} assumed", law, loops[law], (PRINTED,), steps[law], horizon, KEPT) for law in LAWS)
+    return tuple(
+        Case(f"{key} assumed", law, Run(loops[law], (PRINTED,), horizon, KEPT, steps[law] / 2)) for law in LAWS
+    )
 
 
 def _tuned(key: str, tuned: Mapping[str, Tuned]) -> tuple[Case, ...]:
     scenario = Scenario(key.lower(), WORDS[key], REFERENCES[key], CARD[f"{key}: q(0)"])
     horizon = CARD[f"{key}: horizon"]
     loops = {one.name: one.loop(scenario, tuned[one.key].best) for one in ENTRANTS[BOTH.key] if one.name in LAWS}
-    return tuple(Case(f"{key} tuned", law, loops[law], (PRINTED,), PERIOD, horizon, KEPT) for law in LAWS)
+    return tuple(Case(f"{key} tuned", law, Run(loops[law], (PRINTED,), horizon, KEPT, PERIOD / 2)) for law in LAWS)
 
 
 def published_section(results: Results) -> Section:

@@ -115,7 +115,7 @@ def searches(name: str, caption: str, found: Mapping[str, Tuned], entrants: Sequ
 def _remarks(tuned: Tuned) -> str:
     """Where the best numbers lie at a limit, and where the step is not known to be stable."""
     edge = [*tuned.at_edge, *(f"{name} ({why})" for name, why in tuned.at_physical.items())]
-    unstable = [t.name for t in tuned.tuning.trials if not t.h <= tuned.stable_steps[t.name]]
+    unstable = [t.name for t in tuned.tuning.trials if not 2 * t.run.h <= tuned.stable_steps[t.name]]
     step = [f"step not known to be stable in {', '.join(unstable)}"] if unstable else []
     return "; ".join([*edge, *step])
 

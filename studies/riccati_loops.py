@@ -15,6 +15,7 @@ from workbench.design.riccati import Riccati, lqr
 from workbench.loop import AbstractController, ClosedLoop, open_loop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
+from workbench.study.run import Run
 from workbench.study.study import Case
 
 FORWARD, ALGEBRAIC, AT_START, NONE = "(34)", "algebraic", "P = P(0)", "no adaptation"
@@ -60,16 +61,14 @@ def hanging() -> Any:
 
 def cases(scenario: str) -> tuple[Case, ...]:
     """All loops of a scenario, on its horizon."""
-    common = {"metrics": METRICS[scenario], "until": CARD[f"{scenario}: horizon"]}
+    metrics, until = METRICS[scenario], CARD[f"{scenario}: horizon"]
     loop = proposed_repaired(scenario)
     ours = (
         Case(
             scenario,
             variant,
-            replace(loop, controller=law(scenario, variant)),
-            h=PROPOSED_STEP / 2,  # P left at P(0) lets K grow by half as much again
-            every=EVERY,
-            **common,
+            # a fourth: P left at P(0) lets K grow by half as much again
+            Run(replace(loop, controller=law(scenario, variant)), metrics, until, EVERY, PROPOSED_STEP / 4),
             style=i,
         )
         for i, variant in enumerate((FORWARD, ALGEBRAIC, AT_START, NONE))
@@ -78,8 +77,8 @@ def cases(scenario: str) -> tuple[Case, ...]:
     feedback = StateFeedback.of(ARM, regulator().K)
     seventh = ClosedLoop(plant(scenario), FullState(2), feedback, REFERENCES[scenario])
     others = (
-        Case(scenario, OBSERVED, observed, h=STEPS["ASMC"], every=0.01, **common, style=4),
-        Case(scenario, ASMC, rival(scenario, "ASMC"), h=STEPS["ASMC"], every=0.01, **common, style=5),
-        Case(scenario, LQR, seventh, h=STEPS["PID"], every=0.01, **common, style=6),
+        Case(scenario, OBSERVED, Run(observed, metrics, until, 0.01, STEPS["ASMC"] / 2), style=4),
+        Case(scenario, ASMC, Run(rival(scenario, "ASMC"), metrics, until, 0.01, STEPS["ASMC"] / 2), style=5),
+        Case(scenario, LQR, Run(seventh, metrics, until, 0.01, STEPS["PID"] / 2), style=6),
     )
     return (*ours, *others)

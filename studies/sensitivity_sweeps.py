@@ -6,6 +6,7 @@ from sensitivity_factors import factors
 from workbench.loop import ClosedLoop
 from workbench.metrics import AbstractMetric, effort, ise, late_error, observer_error, rmse, total_variation
 from workbench.study.factors import Factor
+from workbench.study.run import Run
 from workbench.study.sampling import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
 from workbench.study.sweep import Sweep
 
@@ -89,14 +90,16 @@ def sweeps(law: str) -> tuple[Sweep, ...]:
     return tuple(
         Sweep(
             called(law, kind),
-            loop(law),
-            (*metrics(law), ise()) if looks(law, kind) else metrics(law),
+            Run(
+                loop(law),
+                (*metrics(law), ise()) if looks(law, kind) else metrics(law),
+                UNTIL,
+                EVERY if looks(law, kind) else None,
+                STEPS[law],
+                seed=SEED,
+            ),
             moved,
             design,
-            STEPS[law],
-            UNTIL,
-            EVERY if looks(law, kind) else None,
-            SEED,
             halved=HALVED,
         )
         for kind, (moved, design) in designs.items()

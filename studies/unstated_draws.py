@@ -13,6 +13,7 @@ from workbench.core.layout import Array
 from workbench.metrics import sampled_rmse
 from workbench.study.distributions import LogUniform, Uniform
 from workbench.study.factors import Factor
+from workbench.study.run import Run
 from workbench.study.sample import Sample
 from workbench.study.sampling import AbstractDesign, MonteCarlo, SobolDesign
 from workbench.study.sampling.contract import span
@@ -131,17 +132,19 @@ def draws(kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> Sweep:
     """A law in a scenario, over all that they leave open: the same points of the unit cube for every prior."""
     factors = prior.factors(law, scenario)
     design = Part(KINDS[kind], tuple(NAMES.index(factor.name) for factor in factors))
-    metrics, h, halved = (RMSE,), STEPS[law], 32 if kind == "random" else None
+    halved = 32 if kind == "random" else None
+    run = Run(searched(law, scenario), (RMSE,), LONGEST, every=1.0, h=STEPS[law])
     name = named(kind, law, scenario, prior)
-    return Sweep(name, searched(law, scenario), metrics, factors, design, h, LONGEST, every=1.0, halved=halved)
+    return Sweep(name, run, factors, design, halved=halved)
 
 
 def asides() -> tuple[Sweep, ...]:
     """Two readings that are left out of all others, in the first scenario: the minus of (33), and PID beside (10)."""
     loops = {"minus": (PROPOSED, minus("FS")), "observed_pid": (PID, observed_pid("FS"))}
     return tuple(
-        Sweep(name, loop, (RMSE,), FACTORS[law], ASIDE[law], STEPS[law], LONGEST, every=1.0, halved=None)
+        Sweep(name, run, FACTORS[law], ASIDE[law], halved=None)
         for name, (law, loop) in loops.items()
+        for run in (Run(loop, (RMSE,), LONGEST, every=1.0, h=STEPS[law]),)
     )
 
 

@@ -10,6 +10,7 @@ from unstated_draws import LONGEST, RMSE, SHORTEST, factors_of, slug
 from unstated_loops import PROPOSED, SCENARIOS, STEPS, loop, searched
 
 from workbench.core.layout import Array
+from workbench.study.run import Run
 from workbench.study.sample import Sample
 from workbench.study.sampling import Listed
 from workbench.study.sweep import Sweep
@@ -92,7 +93,7 @@ class AtCommonHorizon:
 
 def trial(law: str, scenario: str) -> Trial:
     """A law in a scenario as a search runs it."""
-    return Trial(scenario.lower(), searched(law, scenario), (RMSE,), STEPS[law], LONGEST, every=EVERY[scenario])
+    return Trial(scenario.lower(), Run(searched(law, scenario), (RMSE,), LONGEST, EVERY[scenario], STEPS[law] / 2))
 
 
 def common_search(law: str) -> Tuning:
@@ -140,7 +141,7 @@ def check(law: str, tuned: Tuned, scenario: str) -> Sweep:
     factors = factors_of(law, "SS")
     design = Listed(tuned.points[checked(law, tuned, scenario)])
     name = slug("check", law, scenario)
-    return Sweep(name, loop(law, scenario), (RMSE,), factors, design, FINE, LONGEST, FINE_TIMES, halved=1)
+    return Sweep(name, Run(loop(law, scenario), (RMSE,), LONGEST, FINE_TIMES, FINE), factors, design, halved=1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ from workbench.core.layout import Array
 from workbench.loop import ClosedLoop
 from workbench.study.document import Column, Table, Verdict
 from workbench.study.factors import Factor
+from workbench.study.run import Run
 from workbench.study.sample import Sample
 from workbench.study.sampling import Listed
 from workbench.study.study import Results
@@ -67,7 +68,7 @@ class AtSharedHorizon:
 def shared_search(law: str) -> Tuning:
     """The search for the numbers and readings of a law in the one experiment."""
     h = OUR_STEP if law == PROPOSED else STEPS[law]
-    trial = Trial("ss", relayed(law, shared_loop(law)), (RMSE,), h, UNTIL, every=EVERY["SS"])
+    trial = Trial("ss", Run(relayed(law, shared_loop(law)), (RMSE,), UNTIL, EVERY["SS"], h / 2))
     return Tuning(slug("shared", law), (trial,), own(law), AtSharedHorizon(law), EVALUATIONS, MEMBERS, (SEED,))
 
 
@@ -79,7 +80,7 @@ def picked(tuned: Tuned) -> Integers:
 def shared_check(law: str, tuned: Tuned) -> Sweep:
     """The nearest points again, with the boundary layer of the paper, at a fine step and at half of it."""
     design, name = Listed(tuned.points[picked(tuned)]), slug("shared_check", law)
-    return Sweep(name, shared_loop(law), (RMSE,), own(law), design, FINE, UNTIL, FINE_TIMES, halved=1)
+    return Sweep(name, Run(shared_loop(law), (RMSE,), UNTIL, FINE_TIMES, FINE), own(law), design, halved=1)
 
 
 @dataclass(frozen=True, eq=False)

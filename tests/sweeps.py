@@ -8,6 +8,7 @@ from workbench.core.layout import Bounds
 from workbench.metrics import iae, ise
 from workbench.study.distributions import Uniform
 from workbench.study.factors import Factor
+from workbench.study.run import Run
 from workbench.study.sampling import MonteCarlo
 from workbench.study.sweep import Sweep
 
@@ -36,16 +37,17 @@ RATE = Factor("rate", ("rate",), Uniform(0.5, 3.0))
 START = Factor("start", ("x",), Uniform(0.5, 2.0))
 
 
+RUN = ("loop", "metrics", "until", "every", "h", "tolerance", "seed")  # of the changes, those of the run
+
+
 def sweep(**changes):
     """Fifty runs of a decay over its rate and its start, in chunks of eight."""
     declared = {
         "name": "decay",
-        "loop": Decay(),
-        "metrics": (iae(), ise()),
         "factors": (RATE, START),
         "design": MonteCarlo(2, 50, seed=3),
-        "h": 0.01,
-        "until": 2.0,
         "runs_of_chunk": 8,
     }
-    return Sweep(**(declared | changes))
+    run = {"loop": Decay(), "metrics": (iae(), ise()), "h": 0.01, "until": 2.0}
+    run |= {name: changes.pop(name) for name in RUN if name in changes}
+    return Sweep(**({"run": Run(**run)} | declared | changes))

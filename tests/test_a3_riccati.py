@@ -77,7 +77,7 @@ def test_the_median_in_time_does_not_count_an_instant_more_often_for_having_neig
 @pytest.mark.parametrize(("scenario", "median"), [("FS", 2.8e-4), ("SS", 4.1e-4)])
 def test_the_median_distance_of_p_is_that_of_scipys_solutions_at_evenly_spaced_times(scenario, median):
     (case,) = (case for case in loops.cases(scenario) if case.law == loops.FORWARD)
-    case = replace(case, metrics=(rmse(),), until=path.WINDOW)
+    case = replace(case, run=replace(case.run, metrics=(rmse(),), until=path.WINDOW))
     (outcome,) = run(Study("s", "t", "q", "m", lambda results: (), cases=(case,))).outcomes
     states = outcome.measurement.trajectories
     t, K, P = states.t, states["controller.K"][0], states["controller.P"][0]

@@ -24,7 +24,8 @@ from workbench.controllers import PID, AosmcRgs
 from workbench.controllers.aosmc_rgs import SHAPES
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
-from workbench.study.prepared import prepared
+from workbench.study.preparation import prepared
+from workbench.study.run import Run
 from workbench.study.sample import Sample
 from workbench.study.sampling import Listed, MonteCarlo, SobolDesign
 from workbench.study.sweep import Sweep
@@ -312,7 +313,7 @@ def test_a_rival_run_by_a_computer_with_a_relay_has_the_rmse_of_its_boundary_lay
     factors = draws.factors_of("SMC", "FS")
 
     def rmse(loop, h):
-        sweep = Sweep("x", loop, metrics, factors, Listed(gentle), h, 4.0, halved=None)
+        sweep = Sweep("x", Run(loop, metrics, 4.0, h=h), factors, Listed(gentle), halved=None)
         one = prepared(sweep)
         return one.sample([one.chunk(0, 2)]).values
 

@@ -61,7 +61,7 @@ def test_numbers_that_a_loop_does_not_have_or_allow_are_refused(numbers, kind, s
 
 
 def test_what_is_no_loop_is_refused():
-    with pytest.raises(ValueError, match="must be a loop, whose `ode\\(name\\)` gives its equations.*; got 3"):
+    with pytest.raises(ValueError, match="or a loop, whose `ode\\(name\\)` gives its equations.*; got 3"):
         adjusted(3, {"a": 1.0})
 
 

@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
 import b2_sobol_cost as study
 from b2_workload import sweep
 
-from workbench.study.prepared import prepared
+from workbench.study.preparation import prepared
 
 FAST = study.Cost(12288, 768, 9.0, 14.0, 0.3, 9.8, 10.0, 5.0, 2.0, 1.0)
 

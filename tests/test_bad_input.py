@@ -15,6 +15,7 @@ from workbench.robots import Link, PlanarArm, paper_arm
 from workbench.robots.description import PointMass
 from workbench.signals import Sines
 from workbench.simulate import simulate
+from workbench.study.run import Run
 from workbench.study.study import Case, Study
 
 def loop():
@@ -28,8 +29,8 @@ BAD_NUMBERS = [
     ("PointMass({}, 1.0)", "`PointMass(mass=...)`"),
     ("PointMass(1.0, {})", "`PointMass(length=...)`"),
     ("rk4(loop().ode(), {})", "`rk4(h=...)`"),
-    ("Case('s', 'law', loop(), (), h={}, until=1.0, every=0.1)", "`Case(h=...)`"),
-    ("Case('s', 'law', loop(), (), h=0.1, until={}, every=0.1)", "`Case(until=...)`"),
+    ("Run(loop(), (), h={}, until=1.0, every=0.1)", "`Run(h=...)`"),
+    ("Run(loop(), (), h=0.1, until={}, every=0.1)", "`Run(until=...)`"),
     ("simulate(rk4(loop().ode(), 0.1), until={})", "`simulate(until=...)`"),
 ]
 
@@ -207,8 +208,8 @@ def test_an_answer_that_is_none_is_said_with_its_line(command, script, tmp_path,
 
 def test_a_case_that_fails_is_said_with_its_name_and_its_line(command, script, tmp_path):
     loop = "\nclass Loop:\n    def ode(self, name):\n        raise ValueError('no gain')\n"
-    more = "from dataclasses import replace\nfrom workbench.study.study import Case\n"
-    case = "study = replace(study, cases=(Case('FS', 'SMC', Loop(), (), 0.1, 1.0, 0.1),))\n"
+    more = "from dataclasses import replace\nfrom workbench.study import Case, Run\n"
+    case = "study = replace(study, cases=(Case('FS', 'SMC', Run(Loop(), (), 1.0, 0.1, 0.05)),))\n"
     text = (tmp_path / script()).read_text(encoding="utf-8") + loop
     (tmp_path / "study.py").write_text(text + more + case, encoding="utf-8")
     refused(command("run", "study.py"), tmp_path, f"study.py, line {text.count(chr(10))}: FS: SMC: no gain")

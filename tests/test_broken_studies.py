@@ -24,7 +24,7 @@ def quits(*given):
     raise SystemExit(0)
 
 def case(loop=Decay(), until=1.0, h=0.01):
-    return Case("S", "law", loop, (iae(),), h, until, 0.1)
+    return Case("S", "law", Run(loop, (iae(),), until, 0.1, h))
 
 def study(**parts):
     sections = parts.pop("sections", lambda results: [Section("An answer", (Paragraph("Yes."),))])
@@ -39,19 +39,19 @@ def swept(factor):
 
 study = """
 
-LOOP = "must be a loop, whose `ode(name)` gives its equations, as a `ClosedLoop` does; got"
+LOOP = "must be an `Ode`, a `Sampled`, or a loop, whose `ode(name)` gives its equations, as a `ClosedLoop` does; got"
 BROKEN = [
-    ("study(cases=(case([1.0]),))", f"`Case('S', 'law', loop=...)` {LOOP} [1.0]."),
+    ("study(cases=(case([1.0]),))", f"`Run(loop=...)` {LOOP} [1.0]."),
     ("study(cases=(case(None),))", f"{LOOP} None."),
     ("study(cases=(case(Decay),))", f"{LOOP} the class `Decay` itself: make one with `Decay(...)`."),
-    ("study(sweeps=(sweep(loop=[1.0]),))", f"`Sweep('decay', loop=...)` {LOOP} [1.0]."),
+    ("study(sweeps=(sweep(loop=[1.0]),))", f"`Run(loop=...)` {LOOP} [1.0]."),
     ("study(cases=(case(Loop(lambda name: None)),))", "must be the equations of a loop, an `Ode` or a `Sampled`"),
     ("study(sweeps=(sweep(loop=Loop(fails)),))", "study.py, line 17: `Loop.ode('decay')` ended with TypeError: 'odd'."),
     (
         "study(sweeps=(sweep(loop=Loop(quits)),))",
         "line 20: `Loop.ode('decay')` ended the study by itself, with status 0",
     ),
-    ("study(cases=(case(until=1.7e308),))", "must be at most 2^53 times `h` of 'S: law', 0.01 s, to be counted"),
+    ("study(cases=(case(until=1.7e308),))", "must be at most 2^53 times `h`, 0.01 s, to be counted"),
     ("study(cases=(case(h=5e-324),))", "got 5e-324, which a float does not hold to full accuracy"),
     ("study(sweeps=object)", "is a function of what the tunings found, and this study has none"),
     ("searched(sweeps=object)", "`Study(sweeps=...)(tuned)` ended with TypeError: 'object() takes no arguments'."),

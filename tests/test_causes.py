@@ -15,7 +15,8 @@ from workbench.signals import Hold
 from workbench.study.causes import Causes, causes, causes_in_sweep
 from workbench.study.distributions import Uniform
 from workbench.study.factors import Factor
-from workbench.study.prepared import prepared
+from workbench.study.preparation import prepared
+from workbench.study.run import Run
 from workbench.study.runner import run
 from workbench.study.sampling import Listed
 from workbench.study.study import Case, Study
@@ -76,7 +77,9 @@ def test_lost_runs_of_a_sweep_are_run_again_from_their_own_rows():
     """K on its diagonal from 5 to 205 N m: Euler of (34) is lost above some 43 N m at 4 ms."""
     ways = ways_of(P=I)
     K = Factor("K", ("controller.K[0,0]", "controller.K[1,1]"), Uniform(5.0, 205.0))
-    given = Sweep("stiff", ways["euler"], (rmse(),), (K,), Listed(np.array([[0.0], [0.5], [1.0]])), PERIOD / 2, 0.4)
+    given = Sweep(
+        "stiff", Run(ways["euler"], (rmse(),), 0.4, h=PERIOD / 2), (K,), Listed(np.array([[0.0], [0.5], [1.0]]))
+    )
     equations = sampled(ways)
     p, x0 = prepared(given).rows(0, 3)
     x0 = x0[:, : equations["euler"].states.size]  # without those of the metrics
@@ -98,7 +101,7 @@ def test_ways_without_fine_and_ways_of_another_loop_are_refused():
 
 
 def test_below_a_table_stands_the_method_of_each_memory():
-    case = Case("S", "AOSMC-RGS", ways_of(P=I)["cayley"], (rmse(),), PERIOD, 0.04, 0.04)
+    case = Case("S", "AOSMC-RGS", Run(ways_of(P=I)["cayley"], (rmse(),), 0.04, 0.04, PERIOD / 2))
     outcome = run(Study("s", "t", "q", "m", sections=lambda results: (), cases=(case,))).outcomes[0]
     assert "memory of the controller: K by explicit Euler, P by a Cayley step of (34)" in outcome.notes
     assert outcome.label == "AOSMC-RGS"  # the mark is for an observer that uses the truth

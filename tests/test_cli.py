@@ -201,6 +201,7 @@ import casadi as ca
 import numpy as np
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import rmse
+from workbench.study.run import Run
 from workbench.study.study import Case, Results, Study
 
 class Loop:
@@ -212,7 +213,7 @@ class Loop:
 print("started", flush=True)
 study = Study(
     name="long", title="Long", question="?", method="Long.", sections=lambda results: [],
-    cases=(Case("s", "law", Loop(), (rmse(),), h=1e-5, until=1e5, every=100.0),),
+    cases=(Case("s", "law", Run(Loop(), (rmse(),), h=5e-6, until=1e5, every=100.0)),),
 )
 """
 

@@ -9,6 +9,7 @@ from equations import decay, explosion
 from workbench.metrics import iae, ise
 from workbench.study.comparison import Published, against_published, order, ranking, side_by_side
 from workbench.study.document import Diverged, Emphasis, Measured
+from workbench.study.run import Run
 from workbench.study.runner import run
 from workbench.study.study import Case, Outcome, Results, Study
 
@@ -25,7 +26,7 @@ class Given:
 
 def results() -> Results:
     laws = {"slow": decay(1.0), "fast": decay(4.0), "lost": explosion()}
-    cases = tuple(Case("S", law, Given(ode), (iae(), ise()), 0.01, 2.0, 0.1) for law, ode in laws.items())
+    cases = tuple(Case("S", law, Run(ode, (iae(), ise()), 2.0, 0.1, 0.005)) for law, ode in laws.items())
     return run(Study("s", "t", "q", "m", sections=lambda r: (), cases=cases))
 
 
@@ -129,8 +130,8 @@ def test_a_joint_that_is_not_there_is_refused(joint):
         LAWS["slow"].signal("e", joint)
 
 
-def judged(tolerance, h=0.05) -> Outcome:
-    case = Case("S", "law", Given(decay(4.0)), (iae(), ise()), h, 2.0, 0.1, tolerance=tolerance)
+def judged(tolerance, h=0.025) -> Outcome:
+    case = Case("S", "law", Run(decay(4.0), (iae(), ise()), 2.0, 0.1, h, tolerance))
     return run(Study("s", "t", "q", "m", sections=lambda r: (), cases=(case,))).outcomes[0]
 
 
@@ -145,7 +146,7 @@ def test_a_metric_that_misses_its_tolerance_is_named_below_the_table_with_its_fi
 
 
 def test_a_run_without_a_value_is_not_said_to_keep_its_tolerance():
-    case = Case("S", "lost", Given(explosion()), (iae(),), 0.01, 2.0, 0.1, tolerance=1e-3)
+    case = Case("S", "lost", Run(explosion(), (iae(),), 2.0, 0.1, 0.005, 1e-3))
     (outcome,) = run(Study("s", "t", "q", "m", sections=lambda r: (), cases=(case,))).outcomes
     assert "IAE not tested against its tolerance 0.001" in outcome.notes
     assert outcome.within("IAE") is False
@@ -170,14 +171,13 @@ def test_a_case_without_a_step_has_one_chosen_for_its_tolerance():
     assert outcome.score("ISE", 0)[0] == pytest.approx(1 / 8, rel=1e-3)
     assert outcome.measurement.check.passed
     np.testing.assert_allclose(outcome.t, np.arange(21) * 0.1, atol=1e-12)
-    with pytest.raises(ValueError, match=r"`Case\(h=None\)` needs a `tolerance`, .* in 'S: law'"):
-        Case("S", "law", Given(decay()), (iae(),), None, 2.0, 0.1)
+    assert judged(None, h=None).measurement.check.passed  # for the tolerance that a run without a step has
 
 
 @pytest.mark.parametrize("bad", [0.0, -1.0, float("nan")])
-def test_a_case_refuses_a_tolerance_that_is_none(bad):
-    with pytest.raises(ValueError, match=r"`Case\(tolerance=...\)` must be a positive, finite number; got"):
-        Case("S", "law", Given(decay()), (iae(),), 0.1, 2.0, 0.1, tolerance=bad)
+def test_a_run_refuses_a_tolerance_that_is_none(bad):
+    with pytest.raises(ValueError, match=r"`Run\(tolerance=...\)` must be a positive, finite number; got"):
+        Run(decay(), (iae(),), 2.0, 0.1, 0.1, tolerance=bad)
 
 
 def test_what_must_be_said_of_several_laws_alike_is_said_once():

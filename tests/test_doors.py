@@ -105,7 +105,7 @@ REFUSED = [
     (lambda: v.finite(CALL, np.inf, " of rad"), "must be a finite number of rad; got inf."),
     (lambda: v.finite(CALL, 2, low=0, high=1), "must be a finite number, at least 0, at most 1; got 2."),
     (lambda: v.positive(CALL, 5e-324), "got 5e-324, which a float does not hold to full accuracy."),
-    (lambda: v.seconds("Sweep(h=...)", "x"), "`Sweep(h=...)` must be a positive, finite number of seconds; got 'x'."),
+    (lambda: v.seconds("Run(h=...)", "x"), "`Run(h=...)` must be a positive, finite number of seconds; got 'x'."),
     (lambda: v.multiple(CALL, 1.7e308, 0.01, "`h`"), "must be at most 2^53 times `h` 0.01 s, to be counted"),
     (lambda: v.multiple(CALL, 1.0, 0.3, "`h`"), "must be a multiple of `h` 0.3 s; got 1 s."),
     (lambda: v.numbers(CALL, [1.0], 0), "must be a single number; got [1.0]."),

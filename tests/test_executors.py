@@ -17,7 +17,7 @@ from test_sweeping import SWEPT
 from workbench.script import Script, digest_of
 from workbench.study import executors
 from workbench.study.executors import ClusterError, on_cluster, on_threads
-from workbench.study.prepared import prepared
+from workbench.study.preparation import prepared
 from workbench.study.resume import planned
 from workbench.study.sampling import MonteCarlo
 

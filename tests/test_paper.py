@@ -20,6 +20,7 @@ from workbench.metrics import measured, rmse, sampled_rmse
 from workbench.metrics.final import final_values
 from workbench.robots import paper_arm
 from workbench.simulate import simulate, step_limit
+from workbench.study.run import Run
 from workbench.study.runner import run
 from workbench.study.study import Case, Study
 
@@ -78,7 +79,7 @@ def test_with_3_and_28_repaired_alone_the_law_tracks_with_the_minus_as_printed(Q
 
 def test_smc_reaches_its_layer_only_after_seconds_with_the_assumed_gain_and_at_once_with_a_firm_one():
     loops = {"assumed": firm("FS", float(CARD["SMC: K"][0])), "firm": firm("FS", 50.0)}
-    cases = tuple(Case("FS", law, loop, (rmse(),), 5e-5, 4.0, 0.01) for law, loop in loops.items())
+    cases = tuple(Case("FS", law, Run(loop, (rmse(),), 4.0, 0.01, 2.5e-5)) for law, loop in loops.items())
     for outcome in run(Study("s", "t", "q", "m", lambda results: (), cases=cases)).outcomes:
         s = np.abs(outcome.measurement.trajectories["s"][0])
         at = reached(outcome)
@@ -95,13 +96,13 @@ def test_the_arm_of_the_card_is_the_one_of_the_catalogue():
 
 def test_every_case_of_the_study_has_a_grid_that_its_step_divides():
     for case in a1_paper_tables.study.cases:
-        step = measured(case.loop.ode(), case.metrics, case.h)
-        for span in (case.every, case.until):
+        step = measured(case.run.loop.ode(), case.run.metrics, case.run.h)
+        for span in (case.run.every, case.run.until):
             assert span / step.h == pytest.approx(round(span / step.h), abs=1e-6)
 
 
 def test_the_proposed_law_is_marked_as_using_the_truth_and_no_rival_is():
     for case in a1_paper_tables.study.cases:
-        proposed = isinstance(case.loop.controller, AosmcRgs)
-        assert case.loop.uses_truth == proposed
-        assert bool(case.loop.ode().notes) == proposed
+        proposed = isinstance(case.run.loop.controller, AosmcRgs)
+        assert case.run.loop.uses_truth == proposed
+        assert bool(case.run.loop.ode().notes) == proposed

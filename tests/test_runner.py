@@ -10,13 +10,14 @@ from test_comparison import Given
 
 from workbench.metrics import iae
 from workbench.study.document import Section
+from workbench.study.run import Run
 from workbench.study.runner import CaseError, run
 from workbench.study.study import Case, Results, Study
 from workbench.study.writeup import document, headlines
 
 
 def study(*rates: float, **changes: object) -> Study:
-    cases = tuple(Case("S", f"{r:g}", Given(decay(r)), (iae(),), 0.01, 2.0, 0.1) for r in rates)
+    cases = tuple(Case("S", f"{r:g}", Run(Given(decay(r)), (iae(),), 2.0, 0.1, 0.005)) for r in rates)
     declared = {"name": "s", "title": "t", "question": "q", "method": "m", "sections": lambda r: (), "cases": cases}
     return Study(**{**declared, **changes})
 
@@ -45,7 +46,7 @@ def test_a_case_that_fails_stops_the_study_with_its_own_sentence():
         def ode(self, name="loop"):
             raise ValueError("this loop has no equations")
 
-    cases = (Case("S", "bad", Bad(), (iae(),), 0.01, 2.0, 0.1),)
+    cases = (Case("S", "bad", Run(Bad(), (iae(),), 2.0, 0.1, 0.005)),)
     with pytest.raises(ValueError, match="this loop has no equations"):
         run(study(cases=cases))
 
@@ -60,7 +61,7 @@ def test_a_name_that_is_no_plain_folder_is_refused(name):
 def test_a_case_refuses_a_time_that_is_none(change):
     times = {"h": 0.01, "until": 2.0, "every": 0.1} | change
     with pytest.raises(ValueError, match="positive, finite number of seconds"):
-        Case("S", "law", Given(decay()), (iae(),), **times)
+        Case("S", "law", Run(Given(decay()), (iae(),), **times))
 
 
 def test_two_cases_of_one_name_are_refused():
@@ -73,8 +74,8 @@ def test_a_case_that_fails_is_named_and_ends_the_others_early():
         def ode(self, name="loop"):
             raise LookupError("no such gain")
 
-    slow = Case("FS", "slow", Given(decay()), (iae(),), 1e-5, 1e4, 1.0)
-    cases = (slow, Case("FS", "SMC", Bad(), (iae(),), 0.01, 2.0, 0.1))
+    slow = Case("FS", "slow", Run(Given(decay()), (iae(),), 1e4, 1.0, 5e-6))
+    cases = (slow, Case("FS", "SMC", Run(Bad(), (iae(),), 2.0, 0.1, 0.005)))
     start = time.monotonic()
     with pytest.raises(CaseError, match="^FS: SMC: no such gain$"):
         run(study(cases=cases), workers=2)
@@ -84,27 +85,30 @@ def test_a_case_that_fails_is_named_and_ends_the_others_early():
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"every": 0.015}, r"`Case\(every=...\)` must be a multiple of `h` of 'S: law', 0.01 s; got 0.015 s"),
-        ({"until": 2.005}, r"`Case\(until=...\)` must be a multiple of `h`"),
-        ({"until": 2.05}, r"`Case\(until=...\)` must be a multiple of `every` of 'S: law', 0.1 s"),
-        ({"until": 0.001}, r"`Case\(until=...\)` must be a multiple of `h`"),
+        (
+            {"every": 0.025},
+            r"`Case\(run=Run\(every=...\)\)` must be a multiple of 2 h, .* of 'S: law', 0.01 s; got 0.025 s",
+        ),
+        ({"until": 2.005, "every": 0.005}, r"`Case\(run=Run\(until=...\)\)` must be a multiple of 2 h"),
+        ({"until": 2.05}, r"`Run\(until=...\)` must be a multiple of `every`, 0.1 s"),
+        ({"until": 0.002}, r"`Run\(until=...\)` must be a multiple of `h`"),
     ],
 )
 def test_times_that_are_no_multiples_of_the_step_are_refused_with_the_case(change, words):
-    times = {"h": 0.01, "until": 2.0, "every": 0.1} | change
+    times = {"h": 0.005, "until": 2.0, "every": 0.1} | change
     with pytest.raises(ValueError, match=words):
-        Case("S", "law", Given(decay()), (iae(),), **times)
+        Case("S", "law", Run(Given(decay()), (iae(),), **times))
 
 
 def test_multiples_that_rounding_hides_are_multiples():
-    Case("S", "law", Given(decay()), (iae(),), h=1e-3 / 12, until=25.08, every=0.01)
+    Case("S", "law", Run(Given(decay()), (iae(),), h=1e-3 / 24, until=25.08, every=0.01))
 
 
 def test_a_metric_alone_is_refused_with_its_comma():
     with pytest.raises(
-        ValueError, match=r"`Case\(metrics=...\)` must be a tuple of `AbstractMetric`.*written `\(...,\)`"
+        ValueError, match=r"`Run\(metrics=...\)` must be a tuple of `AbstractMetric`.*written `\(...,\)`"
     ):
-        Case("S", "law", Given(decay()), iae(), 0.01, 2.0, 0.1)
+        Run(Given(decay()), iae(), 2.0, 0.1, 0.01)
 
 
 @pytest.mark.parametrize("name", ["title", "question", "method"])
@@ -143,21 +147,25 @@ def printed(*cases: Case, seed: int | None = None) -> dict[str, str]:
 
 
 def test_cases_that_differ_in_one_number_have_two_digests():
-    case = Case("S", "law", Given(decay(1.0)), (iae(),), 0.01, 2.0, 0.1)
+    case = Case("S", "law", Run(Given(decay(1.0)), (iae(),), 2.0, 0.1, 0.005))
     others = {
         "rate": {"loop": Given(decay(1.0 + 2**-52))},
         "start": {"loop": Given(decay(1.0, start=1.0 + 2**-52))},
-        "step": {"h": 0.005},
+        "step": {"h": 0.0025},
         "horizon": {"until": 2.1},
         "grid": {"every": 0.05},
     }
-    cases = [case, *(replace(case, law=name, **change) for name, change in others.items())]
+    cases = [case, *(replace(case, law=name, run=replace(case.run, **change)) for name, change in others.items())]
     digests = printed(*cases)
     assert len(digests) == len(set(digests.values())) == 6
     assert len({outcome.ode.fingerprint for outcome in run(study(cases=tuple(cases))).outcomes}) == 1
 
 
 def test_another_name_of_a_case_leaves_its_digest_as_it_is():
-    case = Case("S", "law", Given(decay(1.0)), (iae(),), 0.01, 2.0, 0.1)
-    told = (case, replace(case, scenario="T", law="other", style=3, remark="new"), replace(case, law="whole", until=2))
+    case = Case("S", "law", Run(Given(decay(1.0)), (iae(),), 2.0, 0.1, 0.005))
+    told = (
+        case,
+        replace(case, scenario="T", law="other", style=3, remark="new"),
+        replace(case, law="whole", run=replace(case.run, until=2)),
+    )
     assert len(set(printed(*told).values())) == 1

@@ -16,6 +16,7 @@ from workbench.metrics.integral import Integral
 from workbench.metrics.sampled import Peak
 from workbench.study.distributions import Uniform
 from workbench.study.factors import Factor
+from workbench.study.run import Run
 from workbench.study.sampling import MonteCarlo
 from workbench.study.study import Study
 from workbench.study.sweep import Sweep
@@ -38,8 +39,8 @@ def mean(integral, horizon):
 %s
 study = Study(
     name="stale", title="Stale", question="?", method=".", sections=lambda results: (),
-    sweeps=(Sweep("decay", Decay(), (METRIC,), (Factor("rate", ("rate",), Uniform(0.5, 2.0 + FACTOR)),),
-        MonteCarlo(1, 4, seed=3), h=STEP, until=0.2, runs_of_chunk=2),),
+    sweeps=(Sweep("decay", Run(Decay(), (METRIC,), 0.2, h=STEP),
+        (Factor("rate", ("rate",), Uniform(0.5, 2.0 + FACTOR)),), MonteCarlo(1, 4, seed=3), runs_of_chunk=2),),
 )
 """
 

@@ -20,7 +20,7 @@ from workbench.study import cost, rows
 from workbench.study.distributions import Uniform
 from workbench.study.executors import on_threads
 from workbench.study.factors import Factor
-from workbench.study.prepared import prepared
+from workbench.study.preparation import prepared
 from workbench.study.resume import complete, planned, samples
 from workbench.study.sampling import Listed, MonteCarlo
 from workbench.study.store import chunks, opened
@@ -53,9 +53,9 @@ def test_values_are_those_of_measure_at_twice_the_step_and_so_are_the_errors(tmp
     found, made = sample(tmp_path, given), prepared(given)
     p, x0 = made.rows(0, 50)
     x0 = x0[:, : made.equation.states.size]
-    theirs = measure(made.equation, given.metrics, p, x0, until=2.0, h=0.01, every=2.0)
+    theirs = measure(made.equation, given.run.metrics, p, x0, until=2.0, h=0.01, every=2.0)
     np.testing.assert_array_equal(found.errors[:, -1, 0], theirs.scores["IAE"].error[:, 0])
-    coarser = measure(made.equation, given.metrics, p, x0, until=2.0, h=0.02, every=2.0)
+    coarser = measure(made.equation, given.run.metrics, p, x0, until=2.0, h=0.02, every=2.0)
     np.testing.assert_array_equal(found.outputs("IAE"), coarser.scores["IAE"].value[:, 0])
 
 
@@ -267,7 +267,7 @@ def test_the_noise_of_a_run_is_its_own_whatever_chunk_it_is_in(tmp_path):
     assert one.values.tobytes() == other.values.tobytes()
     assert one.errors.tobytes() == other.errors.tobytes()
     assert len(np.unique(one.outputs("IAE", 1))) == 12
-    seeded = sample(tmp_path / "seed", replace(given, seed=1))
+    seeded = sample(tmp_path / "seed", replace(given, run=replace(given.run, seed=1)))
     assert not np.isin(seeded.outputs("IAE"), one.outputs("IAE")).any()
 
 

@@ -28,6 +28,7 @@ from workbench.metrics import iae, ise
 from workbench.study.distributions import Uniform
 from workbench.study.document import Paragraph, Section
 from workbench.study.factors import Factor
+from workbench.study.run import Run
 from workbench.study.sampling import MonteCarlo
 from workbench.study.study import Study
 from workbench.study.sweep import Sweep
@@ -44,8 +45,8 @@ study = Study(
     sections=lambda results: [Section("Runs", (Paragraph(results.sample("decay").note),))],
     headlines=lambda results: [f"{len(results.sample('decay'))} runs."],
     sweeps=(Sweep(
-        "decay", Decay(), (iae(), ise()), (Factor("rate", ("rate",), Uniform(0.5, 3.0)),),
-        MonteCarlo(1, 40, seed=3), h=0.01, until=2.0, runs_of_chunk=8,
+        "decay", Run(Decay(), (iae(), ise()), until=2.0, h=0.01), (Factor("rate", ("rate",), Uniform(0.5, 3.0)),),
+        MonteCarlo(1, 40, seed=3), runs_of_chunk=8,
     ),),
 )
 """
@@ -133,7 +134,7 @@ def test_a_sweep_whose_design_has_no_number_of_samples_keeps_its_points_and_that
     fixed = SWEPT.replace("import MonteCarlo", "import MonteCarlo, OneAtATime").replace(
         "    ),),\n)\n",
         """    ), Sweep(
-        "swings", Decay(), (iae(),), (Factor("rate", ("rate",), Uniform(0.5, 3.0)),), OneAtATime(1), h=0.01, until=2.0,
+        "swings", Run(Decay(), (iae(),), 2.0, h=0.01), (Factor("rate", ("rate",), Uniform(0.5, 3.0)),), OneAtATime(1),
     ),),\n)\n""",
     )
     (tmp_path / "both.py").write_text(fixed, encoding="utf-8")

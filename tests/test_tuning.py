@@ -14,6 +14,7 @@ from workbench.metrics import effort, iae, ise, total_variation
 from workbench.study import cost
 from workbench.study.distributions import LogUniform, Normal, Uniform
 from workbench.study.factors import Factor
+from workbench.study.run import Run
 from workbench.study.tuning import Trial, equal_budget, tune
 from workbench.study.tuning.ready import ready
 from workbench.study.tuning.search import here
@@ -41,7 +42,7 @@ def bomb(low, high, **changes):
     """A search for the rate at which the integral of |x| comes to 1."""
     declared = {
         "name": "bomb",
-        "trials": (Trial("long", Bomb(), (iae(),), 0.01, 1.0),),
+        "trials": (Trial("long", Run(Bomb(), (iae(),), 1.0, h=0.005)),),
         "factors": (Factor("rate", ("rate",), Uniform(low, high)),),
         "objective": lambda runs: (runs["long"].outputs("IAE") - 1.0) ** 2 + 1.0,
     }
@@ -107,7 +108,9 @@ def test_shares_are_those_of_the_numbers_of_each_loop():
 
 
 def test_all_trials_have_their_say():
-    trials = tuple(Trial(name, DoubleIntegrator(start), METRICS, 0.02, 20.0) for name, start in (("a", 1), ("b", 3)))
+    trials = tuple(
+        Trial(name, Run(DoubleIntegrator(start), METRICS, 20.0, h=0.01)) for name, start in (("a", 1), ("b", 3))
+    )
     found = tune(tuning(trials=trials))
     # the loop is linear: the cost of the second is nine times that of the first, to rounding
     np.testing.assert_allclose(found.samples["b"].outputs("ISE"), 9 * found.samples["a"].outputs("ISE"), rtol=1e-12)
@@ -138,7 +141,7 @@ class LastLook:
 
 
 def test_a_point_whose_metric_is_no_number_is_counted_though_its_run_is_finite():
-    trial = Trial("flat", LastLook(), (iae(), total_variation(0.25)), 0.05, 1.0)
+    trial = Trial("flat", Run(LastLook(), (iae(), total_variation(0.25)), 1.0, h=0.025))
     gain = Factor("gain", ("gain",), LogUniform(0.01, 100.0))
     found = tune(tuning(trials=(trial,), factors=(gain,), objective=lambda runs: -runs["flat"].drawn[:, 0]))
     assert found.inadmissible["the run in 'flat' diverged"] == 0
@@ -226,21 +229,22 @@ def test_a_tuning_that_makes_no_sense_is_refused(changes, said):
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"h": 0.0}, "`Trial(h=...)` must be a positive"),
-        ({"until": 0.05}, "`Trial(every=...)` must be a multiple of `h` of 'step', 0.02 s"),
-        ({"metrics": (3,)}, "`Trial(metrics=...)` must be a tuple of `AbstractMetric`; got 3"),
+        ({"h": 0.0}, "`Run(h=...)` must be a positive"),
+        ({"until": 0.05}, "must be a multiple of 2 h, the step of a search in 'step', 0.02 s; got 0.05 s"),
+        ({"metrics": (3,)}, "`Run(metrics=...)` must be a tuple of `AbstractMetric`; got 3"),
         ({"name": "a/b"}, "`Trial(name)` must be made of a-z"),
     ],
 )
 def test_a_trial_that_makes_no_sense_is_refused(changes, said):
-    declared = {"name": "step", "loop": DoubleIntegrator(), "metrics": METRICS, "h": 0.02, "until": 20.0}
+    run = {"loop": DoubleIntegrator(), "metrics": METRICS, "h": 0.01, "until": 20.0} | changes
+    name = run.pop("name", "step")
     with pytest.raises(ValueError) as refusal:
-        Trial(**(declared | changes))
+        Trial(name, Run(**run))
     assert said in str(refusal.value)
 
 
 def test_a_factor_that_one_trial_lacks_is_refused_with_the_trial():
-    trials = (*tuning().trials, Trial("bomb", Bomb(), (iae(),), 0.02, 1.0))
+    trials = (*tuning().trials, Trial("bomb", Run(Bomb(), (iae(),), 1.0, h=0.01)))
     with pytest.raises(LookupError, match=r"in the trial 'bomb': There is no 'Kp', which 'Kp' varies"):
         tune(tuning(trials=trials))
 
@@ -278,7 +282,7 @@ def test_a_search_that_finds_nothing_is_said_beside_one_that_does():
 
 
 def test_a_coarse_step_is_said_beside_the_best():
-    found = tune(tuning(trials=(Trial("step", DoubleIntegrator(), METRICS, 1.0, 20.0),)))
+    found = tune(tuning(trials=(Trial("step", Run(DoubleIntegrator(), METRICS, 20.0, h=0.5)),)))
     assert found.step_error > 0.01 * found.objective
     assert any("changes by" in said and "at half the step" in said for said in found.warnings)
     assert "at half of which the best objective changes by" in found.note
@@ -287,7 +291,7 @@ def test_a_coarse_step_is_said_beside_the_best():
 def test_a_step_beyond_the_stability_limit_of_the_best_is_said():
     # RK4 takes steps up to 2.785 over the fastest rate, which is 8 1/s at the least here
     fast = (Factor("Kp", ("Kp",), Uniform(64.0, 65.0)), Factor("Kd", ("Kd",), Uniform(16.1, 16.4)))
-    found = tune(tuning(trials=(Trial("step", DoubleIntegrator(), METRICS, 0.4, 20.0),), factors=fast))
+    found = tune(tuning(trials=(Trial("step", Run(DoubleIntegrator(), METRICS, 20.0, h=0.2)),), factors=fast))
     Kp, Kd = found.best.values()
     fastest = (Kd + np.sqrt(Kd**2 - 4 * Kp)) / 2
     assert found.stable_steps["step"] == pytest.approx(2.785293563 / fastest, rel=1e-4)  # of a grid of the region
@@ -313,7 +317,7 @@ def test_what_is_said_of_a_search_is_in_plain_numbers(found):
 
 def test_all_laws_get_the_same_budget_or_are_refused():
     trial = tuning().trials[0]
-    slower = Trial("step", DoubleIntegrator(), METRICS, 0.01, 20.0)
+    slower = Trial("step", Run(DoubleIntegrator(), METRICS, 20.0, h=0.005))
     budget = {"evaluations": 80, "population": 8, "seeds": (0, 1)}
     first, second = equal_budget({"a": ((trial,), GAINS), "b": ((trial,), GAINS[:1])}, quadratic, **budget)
     assert (first.size, first.objective, first.seeds) == (second.size, second.objective, second.seeds)

@@ -15,13 +15,14 @@ from workbench.robots import paper_arm
 from workbench.signals import Sines
 from workbench.study.distributions import LogUniform, Triangular, Uniform
 from workbench.study.factors import Factor
+from workbench.study.run import Run
 from workbench.study.tuning import Trial, Tuning, equal_budget, tune
 from workbench.study.tuning.budget import population_of
 from workbench.study.tuning.ready import ready
 
 FAR = tuple(Factor(name, (name,), LogUniform(1e-6, 1e4)) for name in ("Kp", "Kd"))
 LOW = {"Kp": (1e-5, 1e-3), "Kd": (1e-5, 1e-3)}  # three decades and more below the best, Kp = 1 and Kd = sqrt(2)
-SMOOTH = (Trial("step", DoubleIntegrator(), (ise(), effort()), 0.02, HORIZON),)
+SMOOTH = (Trial("step", Run(DoubleIntegrator(), (ise(), effort()), HORIZON, h=0.01)),)
 STIFFER = tuple(Factor(name, (f"controller.{name}[0]",), LogUniform(10.0, 200.0)) for name in ("Kp", "Kd"))
 
 
@@ -37,7 +38,10 @@ class Arm:
 
 def shaken(**changes):
     """A short search on noisy readings."""
-    trials = (Trial("run", Arm(), (rmse(),), 2e-3, 0.4, seed=3), Trial("other", Arm(), (rmse(),), 2e-3, 0.2, seed=4))
+    trials = (
+        Trial("run", Run(Arm(), (rmse(),), 0.4, h=1e-3, seed=3)),
+        Trial("other", Run(Arm(), (rmse(),), 0.2, h=1e-3, seed=4)),
+    )
     declared = {"trials": trials, "evaluations": 48, "population": 8, "seeds": (5, 6)}
     return Tuning(name="shaken", factors=STIFFER, objective=wander, **(declared | changes))
 
@@ -61,7 +65,7 @@ def bowl(runs):
 
 def quick(name="step"):
     """A trial of which only the numbers count."""
-    return (Trial(name, DoubleIntegrator(), (ise(), effort()), 0.02, 0.02),)
+    return (Trial(name, Run(DoubleIntegrator(), (ise(), effort()), 0.02, h=0.01)),)
 
 
 def test_an_optimum_three_decades_beyond_the_start_is_found():
@@ -125,9 +129,9 @@ def test_a_search_that_has_not_settled_has_all_its_evaluations_and_is_marked():
 
 
 def test_each_search_has_a_training_noise_of_its_own(noisy):
-    seeds = [[trial.sweep.seed for trial in ready(shaken()).under(ready(shaken()).trials, k)] for k in (0, 1)]
+    seeds = [[trial.sweep.run.seed for trial in ready(shaken()).under(ready(shaken()).trials, k)] for k in (0, 1)]
     assert seeds == [[3, 4], [1003, 1004]]
-    moved = tuple(replace(trial, seed=trial.seed + 1000) for trial in shaken().trials)
+    moved = tuple(replace(trial, run=replace(trial.run, seed=trial.run.seed + 1000)) for trial in shaken().trials)
     for k, alone in ((0, shaken(seeds=(5,))), (1, shaken(seeds=(6,), trials=moved))):
         np.testing.assert_array_equal(tune(alone).objectives, noisy.objectives[48 * k : 48 * (k + 1)])
 
@@ -143,7 +147,7 @@ def test_the_winner_is_the_least_mean_over_the_noises_of_all_searches(noisy):
 
 def test_the_best_of_one_search_is_that_of_it_alone(noisy):
     assert noisy.best_of(5) == tune(shaken(seeds=(5,))).best
-    moved = tuple(replace(trial, seed=trial.seed + 1000) for trial in shaken().trials)
+    moved = tuple(replace(trial, run=replace(trial.run, seed=trial.run.seed + 1000)) for trial in shaken().trials)
     assert noisy.best_of(6) == tune(shaken(seeds=(6,), trials=moved)).best
     with pytest.raises(LookupError, match="There is no '7' among the 2 searches of 'shaken' by their seeds"):
         noisy.best_of(7)
@@ -222,6 +226,6 @@ def test_limits_that_make_no_sense_are_refused(changes, error, said):
 
 
 def test_a_noise_beyond_the_seeds_is_refused_before_the_search():
-    trial = replace(SMOOTH[0], seed=2**64 - 1)
+    trial = replace(SMOOTH[0], run=replace(SMOOTH[0].run, seed=2**64 - 1))
     with pytest.raises(ValueError, match="the noise of the last search in 'step'"):
         tuning(trials=(trial,), seeds=(0, 1))

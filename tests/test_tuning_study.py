@@ -27,6 +27,7 @@ from workbench.metrics import effort, ise
 from workbench.study.distributions import Uniform
 from workbench.study.document import Paragraph, Section
 from workbench.study.factors import Factor
+from workbench.study.run import Run
 from workbench.study.sampling import MonteCarlo
 from workbench.study.study import Case, Study
 from workbench.study.sweep import Sweep
@@ -36,10 +37,10 @@ START = Factor("start", ("q",), Uniform(0.5, 1.5))
 
 def sweeps(tuned):
     loop = tuned["pd"].adjusted(DoubleIntegrator())
-    return (Sweep("held_out", loop, METRICS, (START,), MonteCarlo(1, 32, seed=3), 0.02, 20.0, runs_of_chunk=8),)
+    return (Sweep("held_out", Run(loop, METRICS, 20.0, h=0.02), (START,), MonteCarlo(1, 32, seed=3), runs_of_chunk=8),)
 
 def cases(tuned):
-    return (Case("step", "PD", tuned["pd"].adjusted(DoubleIntegrator()), METRICS, 0.02, 20.0, 1.0),)
+    return (Case("step", "PD", Run(tuned["pd"].adjusted(DoubleIntegrator()), METRICS, 20.0, 1.0, 0.01)),)
 
 def sections(results):
     return [Section("Found", (Paragraph(results.tuned("pd").note), Paragraph(results.sample("held_out").note)))]

@@ -7,6 +7,7 @@ from workbench.core import Entry, Layout, Ode
 from workbench.metrics import effort, ise
 from workbench.study.distributions import LogUniform
 from workbench.study.factors import Factor
+from workbench.study.run import Run
 from workbench.study.tuning import Trial, Tuning
 
 HORIZON = 20.0  # s: at the best gains nothing is left after that
@@ -40,7 +41,7 @@ def tuning(**changes):
     """A search of ten generations."""
     declared = {
         "name": "pd",
-        "trials": (Trial("step", DoubleIntegrator(), (ise(), effort()), 0.02, HORIZON),),
+        "trials": (Trial("step", Run(DoubleIntegrator(), (ise(), effort()), HORIZON, h=0.01)),),
         "factors": GAINS,
         "objective": quadratic,
         "evaluations": 80,

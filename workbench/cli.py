@@ -13,6 +13,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from traceback import format_exception
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
@@ -21,7 +22,6 @@ from workbench import __version__, sentences
 
 if TYPE_CHECKING:
     from workbench.core import AbstractArm
-    from workbench.study.chunk import Chunk
 
 FORMS = ("text", "latex", "typst", "mathml", "python", "casadi", "c")
 
@@ -75,12 +75,15 @@ def cli() -> None:
 @click.option("--fresh", is_flag=True, help="Compute again what the ledger holds.")
 @click.option("--ack", is_flag=True, help="Print each chunk and its SHA-256 once it is on the disk.")
 @click.option("--yes", is_flag=True, help="Begin, however much time, memory and disk it takes.")
-def run(study: Path, out: Path | None, ack: bool, **asked: Any) -> None:
+@click.option("--traceback", is_flag=True, help="Print Python's own after the sentence that says what is wrong.")
+def run(study: Path, out: Path | None, ack: bool, traceback: bool, **asked: Any) -> None:
     """Run the study in the Python file STUDY and write its report.
 
     Of its sweeps nothing is computed twice: what was stopped, the same command goes on with.
     """
-    _run(study, out, {**asked, "acknowledge": _acknowledge} if ack else asked)
+    del traceback  # `_leave` looks it up
+    asked |= {"acknowledge": lambda chunk: click.echo(f"ACK {chunk.name} {chunk.digest.hex()}")} if ack else {}
+    _run(study, out, asked)
 
 
 @cli.command()
@@ -113,7 +116,7 @@ def status(folder: Path) -> None:
 @click.option("--digests", is_flag=True, help="Print the SHA-256 of each chunk as JSON, and write nothing.")
 @click.option("--format", "form", type=click.Choice(("csv", "parquet", "mat")), default="csv", show_default=True)
 def results(folder: Path, digests: bool, form: str) -> None:
-    """Write the runs of each sweep in DIR as a table, one row a run, to DIR/runs."""
+    """Write the runs of each sweep in DIR as a table, one row a run, and its single cases as another, to DIR/runs."""
     with _one_sentence():
         from workbench import ledgers
 
@@ -158,13 +161,10 @@ def _run(study: Path, out: Path | None, asked: dict[str, Any]) -> None:
             with _of_the_study(study, loaded.sections):
                 page = document(loaded, found, command=script.command(study, out, asked["samples"]))
                 tables = {f"runs/{s.name}.csv": rows.to_csv(s) for s in found.all_samples}
+                tables |= {rows.CASES: rows.cases_to_csv(found)} if found.rows else {}
                 folder.write(page, target, tables)
         click.echo("\n".join([*findings, f"The report is {target / 'index.html'}, and {target / 'report.pdf'}."]))
         gc.freeze()  # nothing more is freed before the process ends, which frees all
-
-
-def _acknowledge(chunk: Chunk) -> None:
-    click.echo(f"ACK {chunk.name} {chunk.digest.hex()}")
 
 
 @cli.command()
@@ -263,7 +263,7 @@ def _one_sentence(script: Path | None = None) -> Iterator[None]:
         where = sentences.place(error, script) if script is not None else ""
         if not where and not sentences.is_said(error):
             raise
-        _leave(where + sentences.sentence(error), 2)
+        _leave(where + sentences.sentence(error), 2, error)
 
 
 @contextmanager
@@ -289,9 +289,12 @@ def _of_the_study(script: Path, function: Callable[..., object]) -> Iterator[Non
     except (ReportError, CaseError, OSError, MemoryError):
         raise
     except Exception as error:
-        _leave((sentences.place(error, script) or of_function) + sentences.sentence(error), 2)
+        _leave((sentences.place(error, script) or of_function) + sentences.sentence(error), 2, error)
 
 
-def _leave(sentence: str, status: int) -> NoReturn:
+def _leave(sentence: str, status: int, error: BaseException | None = None) -> NoReturn:
     click.echo(sentences.printable(f"workbench: {sentence}"), err=True)
+    if error is not None and (context := click.get_current_context(silent=True)) and context.params.get("traceback"):
+        for line in "".join(format_exception(error)).splitlines():
+            _aside(line)
     sys.exit(status)

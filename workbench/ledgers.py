@@ -37,17 +37,25 @@ def status(folder: Path) -> list[str]:
 
 
 def write(folder: Path, form: str) -> list[str]:
-    """Write the runs of each complete sweep to a file, and say which, and what is missing."""
+    """Write the runs of each complete sweep, and the single cases, to files; say which, and what is missing."""
     from workbench.study import rows
     from workbench.study.sample import sample_of
 
-    held, said = _read(folder)
+    cases = []
+    if (folder / rows.CASES).is_file():
+        cases = [f"{rows.write_cases(folder, form)}: the single cases, one row a metric and joint."]
+    try:
+        held, said = _read(folder)
+    except LookupError:
+        if not cases:
+            raise
+        return [printable(line) for line in cases]
     tables = {sweep.name: held.get(f"{TABLE}/{sweep.name}") for sweep in said.sweeps}
     samples = [sample_of(table) for table in tables.values() if table is not None]
     lines = [f"{rows.write(sample, folder / 'runs', form)}: {sample.note}." for sample in samples]
     left_out = (name for name, table in tables.items() if table is None)
     lines += (f"{name} is not complete: `workbench status {folder}` says how far it is." for name in left_out)
-    return [printable(line) for line in lines]
+    return [printable(line) for line in (*cases, *lines)]
 
 
 def study_of(folder: Path, study: Path | None) -> tuple[Path, int | None]:

@@ -16,7 +16,8 @@ from typing import Any, NoReturn
 
 from workbench.study.chunk import Chunk
 from workbench.study.executors import ClusterError
-from workbench.study.prepared import Prepared, prepared
+from workbench.study.preparation import prepared
+from workbench.study.prepared import Prepared
 from workbench.study.study import Study
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import kept

@@ -12,6 +12,7 @@ from workbench.metrics import rmse
 from workbench.study.distributions import Uniform
 from workbench.study.document import Paragraph, Section
 from workbench.study.factors import Factor
+from workbench.study.run import Run
 from workbench.study.sampling import MonteCarlo
 from workbench.study.study import Study
 from workbench.study.sweep import Sweep
@@ -33,6 +34,7 @@ FACTORS = (
     Factor("stiffness", ("stiffness",), Uniform(2.0, 6.0)),
     Factor("damping", ("damping",), Uniform(0.2, 0.8)),
 )
+RUN = Run(Spring(), (rmse(),), until=20.0, h=1e-3)
 
 study = Study(
     name="small_study",
@@ -40,7 +42,5 @@ study = Study(
     question=__doc__.split("Question  ")[1].split("Method")[0],
     method=__doc__.split("Method    ")[1],
     sections=lambda results: [Section("Runs", (Paragraph(results.sample("spring").note),))],
-    sweeps=(
-        Sweep("spring", Spring(), (rmse(),), FACTORS, MonteCarlo(2, 20 * 256), h=1e-3, until=20.0, runs_of_chunk=256),
-    ),
+    sweeps=(Sweep("spring", RUN, FACTORS, MonteCarlo(2, 20 * 256), runs_of_chunk=256),),
 )

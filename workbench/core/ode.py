@@ -68,7 +68,11 @@ class Ode:
     horizon: float = math.inf
     counts: str = ""
 
-    WAYS: ClassVar = {"ClosedLoop": "a loop becomes one by its method `ode()`"}
+    WAYS: ClassVar = {
+        "ClosedLoop": "a loop becomes one by its method `ode()`",
+        "Sampled": "a loop that a computer closes jumps at its instants: `measure(...)`, a `Run` and "
+        "`simulate(sampled.step(substeps), ...)` take it as it stands",
+    }
 
     def __post_init__(self) -> None:
         of = {"x": "states", "p": "parameters", "rate": "states", "output": "outputs"}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, partial
+from math import ceil
 from typing import Any
 
 import numpy as np
@@ -21,9 +22,12 @@ from workbench.simulate.request import rows_of, table_of, told
 from workbench.simulate.stepping.accuracy import Check, accuracy, change
 from workbench.simulate.stepping.cells import COUNT
 from workbench.simulate.stepping.pilot import RUNS, Choice, pilot_runs
+from workbench.simulate.stepping.single import HALVINGS, single_step
 from workbench.simulate.stepping.stability import POINTS, schedule_limits, tightest
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers, positive, seconds
+
+SUBSTEPS = 7  # halvings of a sampling period at most: all substeps of a period are written out
 
 
 @door
@@ -43,7 +47,8 @@ def measure(
 ) -> Measurement:
     """Simulate `equation` at the step h and at h / 2 and score both; without h, at steps that a pilot chooses.
 
-    Of a sampled loop h is the substep: the period belongs to the controller and is the same in both.
+    Of a sampled loop h is the substep, and a part of the period is chosen for it where there is none: the period
+    belongs to the controller and is the same in both.
 
     Parameters
     ----------
@@ -72,7 +77,7 @@ def measure(
     if tolerance is not None:
         tolerance = positive("measure(tolerance=...)", tolerance)
     asked = _Asked(equation, metrics, p, x0, until, every, told("measure", progress), arithmetic)
-    pair = _at_choice(asked, tolerance) if h is None else _at_steps(asked, h, seed)
+    pair = _at_choice(asked, tolerance, seed) if h is None else _at_steps(asked, h, seed)
     return _judged(metrics, pair, tolerance)
 
 
@@ -85,6 +90,7 @@ def measure_alike(
     h: float,
     every: float | None = None,
     tolerance: float | None = None,
+    seed: int = 0,
     progress: Progress | None = None,
     arithmetic: str | None = None,
 ) -> list[Measurement]:
@@ -118,7 +124,7 @@ def measure_alike(
     makers = [maker(equation, of) for equation, of in zip(equations, wanted, strict=True)]
     steps = [(make("rk4", h), make("rk4", h / 2)) for make in makers]
     every = steps[0][0].h if every is None else every
-    runs = simulate_alike(steps, until=until, every=every, progress=progress, arithmetic=arithmetic)
+    runs = simulate_alike(steps, until=until, every=every, seed=seed, progress=progress, arithmetic=arithmetic)
     return [_judged(of, _pair(*both), tolerance) for of, both in zip(wanted, runs, strict=True)]
 
 
@@ -163,17 +169,14 @@ def _pair(coarse: Trajectories, fine: Trajectories) -> _Pair:
     return _Pair(coarse, fine, coarse.step.h, _limits(coarse, looked_at), looked_at)
 
 
-def _at_choice(asked: _Asked, tolerance: float | None) -> _Pair:
-    """Through the schedule that a pilot chooses for the tolerance, and through its half."""
-    if isinstance(asked.equation, Sampled):
-        raise ValueError(
-            "`measure(h=...)` of a sampled loop must be its substep in s, which divides the period, as a pilot chooses "
-            "steps for equations in continuous time alone; got None."
-        )
+def _at_choice(asked: _Asked, tolerance: float | None, seed: int) -> _Pair:
+    """Through the schedule that a pilot chooses for the tolerance, or at a substep of a sampled loop, and at half."""
     if tolerance is None:
         raise ValueError(
             "`measure(...)` needs a step `h`, or a `tolerance` for which a pilot chooses the steps; got neither."
         )
+    if isinstance(asked.equation, Sampled):
+        return _at_steps(asked, _substep(asked, asked.equation, tolerance, seed), seed)
     make, until, every = cache(maker(asked.equation, asked.metrics)), asked.until, asked.every
     grid = common_grid(asked.metrics, until, *(() if every is None else (seconds("measure(every=...)", every),)))
     step = make("rk4", grid or until)
@@ -190,6 +193,39 @@ def _at_choice(asked: _Asked, tolerance: float | None) -> _Pair:
     looked_at = _looked_at(p, x0)
     limits = schedule_limits(schedule, make, p[looked_at], x0[looked_at], arithmetic)
     return _Pair(b, a, schedule.longest, limits, looked_at, choice)
+
+
+def _substep(asked: _Asked, loop: Sampled, tolerance: float, seed: int) -> float:
+    """The substep of a sampled loop that keeps the tolerance in a few of the runs, in s."""
+    p, x0 = rows_of("measure", loop.step(), asked.p, asked.x0)
+    few = pilot_runs(p, x0)
+    return chosen_step(loop, asked.metrics, p[few], x0[few], asked.until, None, tolerance, seed, asked.arithmetic)
+
+
+def chosen_step(
+    equation: Ode | Sampled,
+    metrics: Sequence[AbstractMetric],
+    p: Array,
+    x0: Array,
+    until: float,
+    every: float | None,
+    tolerance: float,
+    seed: int = 0,
+    arithmetic: str | None = None,
+) -> float:
+    """The longest step h in s at which the pilot runs p, x0 change by no more than the tolerance to h / 2.
+
+    Of a sampled loop it is the period, its half, its quarter and so on; p and x0 are of the equation alone.
+    """
+    make = cache(maker(equation, resolved(equation, metrics, until)))
+    if isinstance(equation, Sampled):
+        longest, halvings = equation.period, SUBSTEPS
+    else:
+        unit = common_grid(metrics, until, *([] if every is None else [every])) or every or until
+        longest, halvings = unit / ceil(COUNT * unit / until), HALVINGS
+    start = _extended(x0, make("rk4", longest))
+    assert start is not None
+    return single_step(make, p, start, until, tolerance, longest, halvings=halvings, seed=seed, arithmetic=arithmetic)
 
 
 def _judged(metrics: Sequence[AbstractMetric], pair: _Pair, tolerance: float | None) -> Measurement:

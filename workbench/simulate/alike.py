@@ -45,6 +45,7 @@ def simulate_alike(
     *,
     until: Sequence[float],
     every: float,
+    seed: int = 0,
     progress: Progress | None = None,
     arithmetic: str | None = None,
 ) -> list[Both]:
@@ -72,11 +73,11 @@ def simulate_alike(
         p, _ = rows_of("simulate", pair[1], None, None)
         stride, kept = plan_of(pair[1], p, end, every)
         rounding = arithmetic_of(pair[1], 1, arithmetic)
-        asked.append(_Asked(pair, Job(pair[1], p, stride, *keys_of(0, None, 1), arithmetic=rounding), kept, end))
+        asked.append(_Asked(pair, Job(pair[1], p, stride, *keys_of(seed, None, 1), arithmetic=rounding), kept, end))
     march = _march(asked)
     shared = _shared([one.job for one in asked]) if march else None
     if march is None or shared is None:
-        return _one_by_one(asked, every, tell)
+        return _one_by_one(asked, every, seed, tell)
     members, joint = shared
     x = _together(joint, asked, members, march, tell)
     both = []
@@ -87,12 +88,14 @@ def simulate_alike(
     return both
 
 
-def _one_by_one(asked: Sequence[_Asked], every: float, tell: Progress) -> list[Both]:
+def _one_by_one(asked: Sequence[_Asked], every: float, seed: int, tell: Progress) -> list[Both]:
     both = []
     for i, one in enumerate(asked):
         told = partial(_told, tell, i, 1, len(asked))
         rounding = one.job.arithmetic
-        both.append(simulate_both(*one.pair, until=one.until, every=every, progress=told, arithmetic=rounding))
+        both.append(
+            simulate_both(*one.pair, until=one.until, every=every, seed=seed, progress=told, arithmetic=rounding)
+        )
     return both
 
 

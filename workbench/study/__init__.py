@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from workbench.study.document import Figure, Itemize, Paragraph, Section, Table, Verdict
     from workbench.study.factors import Factor
     from workbench.study.pictures import morris_plane, quantile_bands, second_order_map, sobol_bars, tornado_figure
+    from workbench.study.run import Run
     from workbench.study.sampling import LatinHypercube, MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
     from workbench.study.sensitivity import morris, quantiles, sobol, tornado
     from workbench.study.study import Case, Results, Study
@@ -23,6 +24,7 @@ _FILES = {
     "document": ("Figure", "Itemize", "Paragraph", "Section", "Table", "Verdict"),
     "factors": ("Factor",),
     "pictures": ("morris_plane", "quantile_bands", "second_order_map", "sobol_bars", "tornado_figure"),
+    "run": ("Run",),
     "sampling": ("LatinHypercube", "MonteCarlo", "MorrisDesign", "OneAtATime", "SobolDesign"),
     "sensitivity": ("morris", "quantiles", "sobol", "tornado"),
     "study": ("Case", "Results", "Study"),
@@ -45,6 +47,7 @@ __all__ = [
     "OneAtATime",
     "Paragraph",
     "Results",
+    "Run",
     "Section",
     "SobolDesign",
     "Study",

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.core import Layout, Sampled
 from workbench.simulate import simulate
 from workbench.study.contract import Loop, equations_of
-from workbench.study.prepared import prepared
+from workbench.study.preparation import prepared
 from workbench.study.sweep import Sweep
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers, require
@@ -123,9 +123,9 @@ def causes_in_sweep(sweep: Sweep, diverged: Integers, ways: Mapping[str, Loop]) 
     p = np.concatenate([row[0] for row in rows])
     x0 = np.concatenate([row[1][:, : equation.states.size] for row in rows])
     loops = {name: equations_of(loop, name) for name, loop in ways.items()}
-    substeps = equation.substeps(sweep.h)
+    substeps = equation.substeps(made.h)
     keys = np.zeros_like(diverged) if sweep.common else diverged
-    return causes(loops, p, x0, until=sweep.until, substeps=substeps, seed=sweep.seed, runs=keys)
+    return causes(loops, p, x0, until=sweep.run.until, substeps=substeps, seed=sweep.run.seed, runs=keys)
 
 
 def _layouts(sampled: Sampled) -> tuple[Layout, Layout]:

@@ -12,26 +12,29 @@ LONGEST = 300  # letters of what an author's error says
 
 
 class Loop(Protocol):
-    """Anything that can say its equations."""
+    """What gives its equations under a name."""
 
-    def ode(self, name: str = ...) -> Ode:
-        """The loop as x' = f(t, x, p)."""
+    def ode(self, name: str = ...) -> Ode | Sampled:
+        """The loop in continuous time, or closed by a computer."""
 
 
 def check_loop(call: str, given: object) -> None:
     """Refuse what is no loop."""
-    if isinstance(given, type) or not callable(getattr(given, "ode", None)):
-        raise refusal(call, "a loop, whose `ode(name)` gives its equations, as a `ClosedLoop` does", given)
+    if isinstance(given, type) or not (isinstance(given, Ode | Sampled) or callable(getattr(given, "ode", None))):
+        must = "an `Ode`, a `Sampled`, or a loop, whose `ode(name)` gives its equations, as a `ClosedLoop` does"
+        raise refusal(call, must, given)
 
 
-def equations_of(loop: Loop, name: str) -> Any:
-    """The equations of a loop under a name.
+def equations_of(loop: Loop | Ode | Sampled, name: str) -> Any:
+    """The equations of a loop under a name; equations are their own.
 
     Raises
     ------
     ValueError
         If what the loop gives is neither an `Ode` nor a `Sampled`.
     """
+    if isinstance(loop, Ode | Sampled):
+        return loop
     call = f"{type(loop).__name__}.ode({name!r})"
     given = answer(call, loop.ode, name)
     if not isinstance(given, Ode | Sampled):

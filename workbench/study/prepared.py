@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import pairwise
@@ -13,21 +13,19 @@ import numpy as np
 from workbench.core import Ode, Sampled, Step
 from workbench.core.ode import instructions
 from workbench.metrics import AbstractMetric
-from workbench.metrics.accumulated import maker, resolved
 from workbench.metrics.final import accumulated, accumulators, values
 from workbench.simulate import Trajectories, simulate
-from workbench.simulate.arithmetic import default_for, signature
+from workbench.simulate.arithmetic import signature
 from workbench.simulate.job import Progress
 from workbench.simulate.request import SECONDS_PER_OPERATION
 from workbench.simulate.stepping.accuracy import change
 from workbench.simulate.stepping.stability import longest_steps, modes_at
 from workbench.study.chunk import Chunk, chunk_of, plain
-from workbench.study.contract import equations_of
 from workbench.study.factors import Space
 from workbench.study.sample import Sample
 from workbench.study.sampling import AbstractDesign
 from workbench.study.sweep import Sweep, again
-from workbench.validation.words import Array, Integers, multiple
+from workbench.validation.words import Array, Integers
 
 SECONDS = 2.0  # of one processor, by the cautious estimate of the engine, that a chunk takes: in truth about a third
 BYTES = 64 * 2**20  # of kept states that a chunk may hold
@@ -45,6 +43,8 @@ class Prepared:
         That of its runs, by its name.
     watched
         Whether the longest stable step is looked for along every run, and not only along those that are run again.
+    chosen
+        Whether pilots chose the step.
     """
 
     sweep: Sweep
@@ -55,16 +55,23 @@ class Prepared:
     space: Space
     arithmetic: str
     watched: bool = False
+    chosen: bool = False
+
+    @property
+    def h(self) -> float:
+        """The step in s."""
+        assert self.sweep.run.h is not None
+        return self.sweep.run.h
 
     @property
     def every(self) -> float:
         """The distance of the times at which metrics are taken, in s."""
-        return self.sweep.until if self.sweep.every is None else self.sweep.every
+        return self.sweep.run.kept
 
     @property
     def times(self) -> int:
         """The number of these times, T."""
-        return round(self.sweep.until / self.every)
+        return round(self.sweep.run.until / self.every)
 
     @cached_property
     def columns(self) -> tuple[tuple[str, int, str], ...]:
@@ -79,7 +86,7 @@ class Prepared:
     @property
     def seconds_of_run(self) -> float:
         """The time that a run takes of one processor, by a cautious estimate."""
-        steps = self.sweep.until / self.coarse.h
+        steps = self.sweep.run.until / self.coarse.h
         return SECONDS_PER_OPERATION * steps * self.coarse.operations * (1 + 2 / (self.sweep.halved or np.inf))
 
     @property
@@ -107,8 +114,8 @@ class Prepared:
         sweep = self.sweep
         said = {
             "arithmetic": signature(self.arithmetic),
-            "times": [float(time).hex() for time in (sweep.h, sweep.until, self.every)],
-            "seed": [sweep.seed, sweep.common],
+            "times": [float(time).hex() for time in (self.h, sweep.run.until, self.every)],
+            "seed": [sweep.run.seed, sweep.common],
             "kept": [sweep.halved, self.watched, accumulators(self.coarse, self.metrics).size],
             "rates": self.coarse.rule.rate.numel(),
         }
@@ -136,11 +143,11 @@ class Prepared:
 
     def under(self, seed: int) -> Prepared:
         """The same under the noise of another seed."""
-        return replace(self, sweep=replace(self.sweep, seed=seed))
+        return replace(self, sweep=replace(self.sweep, run=replace(self.sweep.run, seed=seed)))
 
     def at_half(self, name: str) -> Prepared:
         """The same at h / 2, under another name; none of its runs is run again, and all of them are watched."""
-        sweep = replace(self.sweep, name=name, h=self.sweep.h / 2, halved=None)
+        sweep = replace(self.sweep, name=name, run=replace(self.sweep.run, h=self.h / 2), halved=None)
         return replace(self, sweep=sweep, coarse=self.fine, watched=True)
 
     def name(self, first: int, last: int) -> str:
@@ -177,7 +184,7 @@ class Prepared:
 
     def _march(self, step: Step, runs: Integers, p: Array, x0: Array, tell: Progress) -> Trajectories:
         sweep = self.sweep
-        call = partial(simulate, step, p, x0, until=sweep.until, every=self.every, seed=sweep.seed)
+        call = partial(simulate, step, p, x0, until=sweep.run.until, every=self.every, seed=sweep.run.seed)
         keys = np.zeros_like(runs) if sweep.common else runs
         return call(runs=keys, progress=tell, arithmetic=self.arithmetic)
 
@@ -216,8 +223,9 @@ class Prepared:
             columns=self.columns,
             labels=self.labels,
             t=np.asarray(self.every * np.arange(1, self.times + 1)),
-            h=self.sweep.h,
-            seed=self.sweep.seed,
+            h=self.h,
+            tolerance=self.sweep.run.tolerance if self.chosen else None,
+            seed=self.sweep.run.seed,
             arithmetic=signature(self.arithmetic),
             fingerprint=self.fingerprint,
             drawn=self.space.values(points),
@@ -272,24 +280,3 @@ class Prepared:
     def _changes(self, fine: Array, rough: Array) -> Array:
         floors = [self.coarse.h if m.is_time else 0.0 for m in self.metrics for _ in m.labels]
         return np.stack([change(fine[..., i], rough[..., i], floor) for i, floor in enumerate(floors)], axis=-1)
-
-
-def prepared(sweep: Sweep, arithmetic: str | None = None) -> Prepared:
-    """The sweep with its equation, in an arithmetic by its name, or else in the one that serves best here.
-
-    Raises
-    ------
-    LookupError
-        If a factor varies what the loop does not have, or a metric watches what it does not put out.
-    ValueError
-        If two factors move one number, one leads out of its bounds, or a metric means nothing for the loop.
-    """
-    equation: Ode | Sampled = equations_of(sweep.loop, sweep.name)
-    metrics = resolved(equation, sweep.metrics, sweep.until)
-    make: Callable[[str, float], Step] = maker(equation, metrics)
-    space = Space(sweep.factors, equation.parameters, equation.states)
-    coarse = make("rk4", sweep.h)
-    every = sweep.until if sweep.every is None else sweep.every
-    multiple(f"Sweep({sweep.name!r}, every=...)", every, coarse.h, "the step")
-    fine = make("rk4", sweep.h / 2)
-    return Prepared(sweep, equation, metrics, coarse, fine, space, arithmetic or default_for(coarse))

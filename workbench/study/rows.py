@@ -1,4 +1,4 @@
-"""A sample as a table, one row a run and time: CSV, Parquet, MAT."""
+"""Results as tables, one row a run and time of a sample, or a metric of a case: CSV, Parquet, MAT."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import csv
 import io
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +19,10 @@ from workbench.study.sweep import COLUMNS
 if TYPE_CHECKING:
     import pandas as pd
 
+    from workbench.study.study import Results
+
 FORMS = ("csv", "parquet", "mat")
+CASES = "runs/cases.csv"  # below the folder of a report
 BLOCK = 10_000  # rows of a table that are text at once
 
 
@@ -40,6 +43,25 @@ def to_csv(sample: Sample) -> bytes:
         texts = ([_written(value) for value in column[first : first + BLOCK].tolist()] for column in columns)
         out.write("".join(",".join(row) + "\r\n" for row in zip(*texts, strict=True)).encode())
     return out.getvalue()
+
+
+def cases_to_csv(results: Results) -> bytes:
+    """The values of single cases after RFC 4180, one row a metric and joint; what does not exist is empty."""
+    rows, out = results.rows, io.StringIO()
+    writer = csv.writer(out)
+    writer.writerow(rows[0] if rows else ())
+    writer.writerows([_cell(value) for value in row.values()] for row in rows)
+    return out.getvalue().encode(errors="replace")
+
+
+def _cell(value: object) -> str:
+    if value is None or value != value:
+        return ""
+    return (
+        spreadsheet_text(value)
+        if isinstance(value, str)
+        else repr(value.item() if isinstance(value, np.generic) else value)
+    )
 
 
 def spreadsheet_text(text: str) -> str:
@@ -73,15 +95,34 @@ def write(sample: Sample, folder: Path, form: str) -> Path:
     if form not in FORMS:
         raise LookupError(f"A form of results is one of {', '.join(FORMS)}; got '{form}'.")
     folder.mkdir(parents=True, exist_ok=True)
-    file = folder / f"{sample.name}.{form}"
+    ways: dict[str, Callable[[Path], object]] = {
+        "csv": lambda part: part.write_bytes(to_csv(sample)),
+        "parquet": lambda part: _write_parquet(to_frame(sample), part),
+        "mat": lambda part: _write_mat(sample, part),
+    }
+    return _whole(folder / f"{sample.name}.{form}", ways[form])
+
+
+def write_cases(folder: Path, form: str) -> Path:
+    """Write the table of the single cases of a report, which stands there as CSV, in another form."""
+    file = (folder / CASES).with_suffix(f".{form}")
+    if form == "csv":
+        return file
+    import pandas as pd
+    from scipy.io import savemat
+
+    frame = pd.read_csv(folder / CASES)
+    if form == "parquet":
+        return _whole(file, lambda part: _write_parquet(frame, part))
+    held = {str(name): column.to_numpy() for name, column in frame.items()}
+    return _whole(file, lambda part: savemat(str(part), held, appendmat=False, oned_as="column"))
+
+
+def _whole(file: Path, write: Callable[[Path], object]) -> Path:
+    """The file, whole or not at all."""
     part = file.with_name(f"{file.name}.part")
     try:
-        if form == "csv":
-            part.write_bytes(to_csv(sample))
-        elif form == "parquet":
-            _write_parquet(sample, part)
-        else:
-            _write_mat(sample, part)
+        write(part)
         with part.open("r+b") as stream:
             os.fsync(stream.fileno())
         part.replace(file)
@@ -90,9 +131,9 @@ def write(sample: Sample, folder: Path, form: str) -> Path:
     return file
 
 
-def _write_parquet(sample: Sample, file: Path) -> None:
+def _write_parquet(frame: pd.DataFrame, file: Path) -> None:
     try:
-        to_frame(sample).to_parquet(file, engine="pyarrow", index=False)
+        frame.to_parquet(file, engine="pyarrow", index=False)
     except ImportError as error:
         raise ValueError(
             "Parquet needs the extra `data`: install `control-workbench[data]`, or take CSV or MAT."

@@ -9,11 +9,12 @@ from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from functools import partial
 from threading import Lock
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
-from workbench.core import Ode
+from workbench.core import Ode, Sampled
 from workbench.metrics import Measurement, measure, measure_alike
 from workbench.study.contract import equations_of
+from workbench.study.run import Run
 from workbench.study.study import Case, Outcome, Results, Study
 from workbench.validation.doors import door
 from workbench.validation.words import whole
@@ -71,7 +72,7 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
 
 def _work(case: Case) -> float:
     # of steps that are not chosen yet, `every` is all that is known: they are no longer
-    return case.until / (case.h or case.every)
+    return case.run.until / (2 * case.run.h if case.run.h else case.run.kept)
 
 
 def _groups(cases: Sequence[Case], most: int) -> list[tuple[int, ...]]:
@@ -81,10 +82,11 @@ def _groups(cases: Sequence[Case], most: int) -> list[tuple[int, ...]]:
     """
     groups: dict[object, list[int]] = {}
     for i, case in enumerate(cases):
-        loop: Any = case.loop
-        names = [f.name for f in fields(loop)] if is_dataclass(loop) and case.h is not None else []
+        run, loop = case.run, cast(Any, case.run.loop)
+        named = is_dataclass(loop) and not isinstance(loop, Ode | Sampled) and run.h is not None
+        names = [f.name for f in fields(loop)] if named else []
         blocks: list[object] = [type(getattr(loop, name)) for name in names if name != "reference"] or [i]
-        groups.setdefault((case.h, case.every, case.tolerance, *blocks), []).append(i)
+        groups.setdefault((run.h, run.every, run.tolerance, run.seed, *blocks), []).append(i)
     return [tuple(g[k : k + most]) for g in groups.values() for k in range(0, len(g), most)]
 
 
@@ -104,16 +106,17 @@ def _in_turns(cases: Sequence[Case], groups: Sequence[tuple[int, ...]]) -> list[
 def _outcomes(cases: Sequence[Case], tells: Sequence[Progress]) -> list[Outcome]:
     """The outcomes of cases that may be alike."""
     odes = [_named(case, partial(_ode, case)) for case in cases]
-    first, found = cases[0], None
+    first, found = cases[0].run, None
     if first.h is not None and len(cases) > 1:
         with suppress(ValueError, LookupError):  # what is wrong with which of them is told below
             found = measure_alike(
                 odes,
-                [case.metrics for case in cases],
-                until=[case.until for case in cases],
-                h=first.h,
+                [case.run.metrics for case in cases],
+                until=[case.run.until for case in cases],
+                h=2 * first.h,
                 every=first.every,
                 tolerance=first.tolerance,
+                seed=first.seed,
                 progress=partial(_tell_all, tells),
             )
     if found is None:
@@ -136,15 +139,29 @@ def _named(case: Case, call: Callable[[], T]) -> T:
         raise CaseError(f"{case.name}: {kind}{error}") from error
 
 
-def _ode(case: Case) -> Ode:
-    ode: Ode = equations_of(case.loop, case.name)
+def _ode(case: Case) -> Ode | Sampled:
+    ode: Ode | Sampled = equations_of(case.run.loop, case.name)
     _ = ode.fingerprint  # the report needs it, and here the cases make theirs side by side
     return ode
 
 
-def _measured(case: Case, ode: Ode, tell: Progress) -> Measurement:
-    asked: dict[str, Any] = {"until": case.until, "h": case.h, "every": case.every, "tolerance": case.tolerance}
-    return measure(ode, case.metrics, **asked, progress=tell)
+def _measured(case: Case, ode: Ode | Sampled, tell: Progress) -> Measurement:
+    return measurement(case.run, ode, f"Case({case.scenario!r}, {case.law!r}, run=...)", tell)
+
+
+def measurement(
+    run: Run, equation: Ode | Sampled, call: str = "Run(...)", progress: Progress | None = None
+) -> Measurement:
+    """What a run gives: its values at the step, and their change from twice the step.
+
+    Raises
+    ------
+    ValueError, LookupError
+        If `measure` refuses, or twice the step does not divide the period of a sampled loop, in the name of a call.
+    """
+    h = None if run.h is None else run.doubled(equation, call)
+    asked: dict[str, Any] = {"until": run.until, "h": h, "every": run.every, "tolerance": run.tolerance}
+    return measure(equation, run.metrics, **asked, seed=run.seed, progress=progress)
 
 
 class _Tally:

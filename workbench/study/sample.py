@@ -14,7 +14,17 @@ from workbench.study.store import TABLE, LedgerError
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers, described, nearest
 
-SAID = ("name", "factors", "columns", "h", "seed", "fingerprint", "arithmetic", "labels")  # in a table, and beside them
+SAID = (  # in a table, and beside them
+    "name",
+    "factors",
+    "columns",
+    "h",
+    "seed",
+    "fingerprint",
+    "arithmetic",
+    "labels",
+    "tolerance",
+)
 ARRAYS = ("t", "drawn", "values", "again", "errors", "limits", "diverged_at")
 
 
@@ -45,6 +55,8 @@ class Sample:
         The signature of that of the runs.
     labels
         What each column belongs to, as 'joint 1' or a signal's name; none in a ledger of old, which was of an arm.
+    tolerance
+        For which pilots chose the step; None where the sweep names it.
     """
 
     name: str
@@ -63,6 +75,7 @@ class Sample:
     design: AbstractDesign | None = None
     arithmetic: str = ""
     labels: tuple[str, ...] = ()
+    tolerance: float | None = None
 
     def __len__(self) -> int:
         return len(self.values)
@@ -136,7 +149,12 @@ class Sample:
         """What must stand below a figure: runs, failed runs, seed, step."""
         runs = f"{len(self):,} runs, {self.failed:,} of them diverged"
         half = f", and half of it in {len(self.again):,} runs" if len(self.again) else ""
-        return f"{runs}; seed {self.seeds}; step {self.h:g} s{half}{self.beyond}"
+        return f"{runs}; seed {self.seeds}; step {self.h:g} s{half}{self.beyond}{self.choice}"
+
+    @property
+    def choice(self) -> str:
+        """For which tolerance the step was chosen, if it was."""
+        return "" if self.tolerance is None else f"; chosen by pilot runs for a tolerance of {self.tolerance:g}"
 
     @property
     def seeds(self) -> str:
@@ -222,6 +240,7 @@ def sample_of(table: Chunk) -> Sample:
         if not ((again >= 0) & (again < runs)).all():
             raise ValueError(table.name)
         h, seed, arithmetic = float(said["h"]), int(said["seed"]), str(said["arithmetic"])
+        tolerance = said.get("tolerance")  # which an earlier version did not say
         return Sample(
             said["name"],
             factors,
@@ -232,6 +251,7 @@ def sample_of(table: Chunk) -> Sample:
             again=again.astype(int),
             arithmetic=arithmetic,
             labels=tuple(map(str, said.get("labels", ()))),
+            tolerance=None if tolerance is None else float(tolerance),
             **arrays,
         )
     except (LookupError, TypeError, ValueError, OverflowError):

@@ -10,15 +10,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Ode, Sampled
-from workbench.metrics import AbstractMetric, Measurement
+from workbench.metrics import Measurement
 from workbench.study.cells import check_name
-from workbench.study.contract import Loop, answer, check_loop
+from workbench.study.contract import answer
 from workbench.study.document import Section
+from workbench.study.run import Run
 from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned, Tuning
 from workbench.validation.doors import door
-from workbench.validation.words import Array, described, known, multiple, positive, refusal, seconds, seed, several
+from workbench.validation.words import Array, described, known, multiple, refusal, seed, several
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,41 +38,28 @@ class Case:
     ----------
     scenario, law
         Together the name of the case.
-    h, until, every
-        Step, horizon and distance of the kept states, in s, each a multiple of the one before it (the horizon of
-        both); values are taken at h / 2. Where h is None a pilot chooses the steps for the tolerance.
+    run
+        Its values are taken at the step of the run, and held against those at twice that step, of which the horizon
+        and `every` are multiples: the change is their error. A metric that does not keep the tolerance is named below
+        the tables.
     style
         Which line of the figures belongs to the law.
     remark
         What a reader must know of this case, beside its name.
-    tolerance
-        By how much a metric may change, relative to its value, as the steps are halved: which does not keep
-        it, is named below the tables. None asks for none.
     """
 
     scenario: str
     law: str
-    loop: Loop
-    metrics: tuple[AbstractMetric, ...]
-    h: float | None
-    until: float
-    every: float
+    run: Run
     style: int = 0
     remark: str = ""
-    tolerance: float | None = None
 
     def __post_init__(self) -> None:
-        check_loop(f"Case({self.scenario!r}, {self.law!r}, loop=...)", self.loop)
-        if self.h is None and self.tolerance is None:
-            raise ValueError(f"`Case(h=None)` needs a `tolerance`, for which a pilot chooses steps, in '{self.name}'.")
-        for name in ("h", "until", "every"):
-            if (span := getattr(self, name)) is not None:
-                seconds(f"Case({name}=...)", span)
-        if self.tolerance is not None:
-            positive("Case(tolerance=...)", self.tolerance)
-        for name, part in (("every", "h"), ("until", "h"), ("until", "every")):
-            if (unit := getattr(self, part)) is not None:
-                multiple(f"Case({name}=...)", getattr(self, name), unit, f"`{part}` of {described(self.name)},")
+        run = self.run
+        for name in ("until", "every"):
+            if run.h is not None and (span := getattr(run, name)) is not None:
+                call, of = f"Case(run=Run({name}=...))", f"2 h, the step of the check of {described(self.name)},"
+                multiple(call, span, 2 * run.h, of)
 
     @property
     def name(self) -> str:
@@ -91,8 +79,9 @@ class Outcome:
     @property
     def digest(self) -> str:
         """A name of equations, parameters, initial state, steps and horizon (64 hexadecimal digits)."""
-        case, ode = self.case, self.ode
-        spans = [None if span is None else float(span) for span in (case.h, case.until, case.every, case.tolerance)]
+        run, ode = self.case.run, self.ode
+        times = (None if run.h is None else 2 * run.h, run.until, run.every, run.tolerance)
+        spans = [None if span is None else float(span) for span in times]
         digest = hashlib.sha256(repr((ode.fingerprint, spans)).encode())
         for numbers in (ode.parameters.default, ode.states.default):
             digest.update(numbers.astype("<f8").tobytes())
@@ -112,13 +101,17 @@ class Outcome:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What must stand below a table beside the law's name: truth used, methods of a computer, step, tolerance."""
+        """What must stand below a table beside the law's name: truth used, methods of a computer, steps, tolerance."""
         limit, check = self.measurement.limits[0], self.measurement.check
         found = f"beyond the stability limit {limit.limit:.3g} s" if limit.checked else "checked at no state of the run"
         beyond = () if limit.holds else (f"step {limit.h:g} s {found}",)
+        run = self.case.run
+        chosen = (
+            () if run.h else (f"steps of at most {self.measurement.h:.3g} s, for a tolerance of {run.tolerance:g}",)
+        )
         missed = () if check is None else tuple(a.miss for a in check.metrics if not a.met)
         methods = self.ode.methods if isinstance(self.ode, Sampled) else ()
-        return self.ode.notes + methods + beyond + missed
+        return self.ode.notes + methods + chosen + beyond + missed
 
     @door
     def within(self, metric: str) -> bool | None:
@@ -190,15 +183,14 @@ class Results:
         held = (sample for one in self.tunings for sample in (*one.samples.values(), *one.halves.values()))
         return (*self.samples, *held)
 
-    def to_frame(self) -> pd.DataFrame:
-        """One row a case, metric and signal, or joint of an arm: value, error, unit, and when the run diverged.
+    @property
+    def rows(self) -> list[dict[str, Any]]:
+        """One a case, metric and signal, or joint of an arm: value, error, unit, and when the run diverged.
 
         If a case has a tolerance: that too, and whether the metric, all its numbers together, is within it.
         """
-        import pandas as pd
-
-        asked = any(outcome.case.tolerance is not None for outcome in self.outcomes)
-        rows = [
+        asked = any(outcome.case.run.tolerance is not None for outcome in self.outcomes)
+        return [
             {
                 "scenario": outcome.case.scenario,
                 "law": outcome.case.law,
@@ -208,13 +200,18 @@ class Results:
                 "value": score.value[0, number],
                 "error": score.error[0, number],
                 "diverged_at": outcome.diverged_at,
-                **({"tolerance": outcome.case.tolerance, "within": outcome.within(name)} if asked else {}),
+                **({"tolerance": outcome.case.run.tolerance, "within": outcome.within(name)} if asked else {}),
             }
             for outcome in self.outcomes
             for name, score in outcome.measurement.scores.items()
             for number, (label, unit) in enumerate(zip(score.metric.labels, score.metric.units, strict=True))
         ]
-        return pd.DataFrame(rows)
+
+    def to_frame(self) -> pd.DataFrame:
+        """The rows."""
+        import pandas as pd
+
+        return pd.DataFrame(self.rows)
 
     @door
     def scenario(self, name: str) -> tuple[Outcome, ...]:
@@ -268,7 +265,9 @@ class Study:
                 self._check_names(part, [one.name for one in given])
         files = [f"{one.name}_{trial.name}{end}" for one in self.tunings for trial in one.trials for end in ENDS]
         sweeps = () if callable(self.sweeps) else self.sweeps
-        self._check_names("sweeps and trials", [*files, *(one.name for one in sweeps)])
+        self._check_names("sweeps and trials", names := [*files, *(one.name for one in sweeps)])
+        if self.cases and "cases" in names:
+            raise ValueError("`Study(sweeps=...)` needs another name for 'cases': the table of its cases has that one.")
 
     def _check_later(self, part: str) -> None:
         if not self.tunings:

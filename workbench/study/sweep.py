@@ -6,13 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.metrics import AbstractMetric
 from workbench.study.cells import check_name
-from workbench.study.contract import Loop, check_loop
 from workbench.study.factors import Factor
+from workbench.study.run import Run
 from workbench.study.sampling import AbstractDesign
 from workbench.validation.doors import door
-from workbench.validation.words import Integers, multiple, seconds, seed, whole
+from workbench.validation.words import Integers, whole
 
 HALVED = 16
 COLUMNS = ("run", "t [s]", "diverged at [s]")  # of a table of runs, beside factors and metrics
@@ -21,7 +20,7 @@ COLUMNS = ("run", "t [s]", "diverged at [s]")  # of a table of runs, beside fact
 @dataclass(frozen=True, eq=False)
 @door
 class Sweep:
-    """Runs of one loop, whose factors take the values that a design says.
+    """A run as often as a design says, each with its own values of some factors.
 
     Attributes
     ----------
@@ -29,11 +28,9 @@ class Sweep:
         Lower-case letters, digits and underscores: it becomes the name of a file.
     design
         A point of the unit cube a run, one coordinate a factor.
-    h, until, every
-        Step, horizon and distance of the times at which metrics are taken, in s, each a multiple of the one before
-        it; without `every` they are taken at the horizon alone. Values are those at the step h.
-    seed
-        Of the noise.
+    run
+        Its metrics are taken at each multiple of `every`. Without `h`, the runs with the least and the largest value of
+        each factor are the pilots, which choose one step for all.
     common
         Whether all runs have the same noise; else it is each run's own.
     halved
@@ -44,21 +41,15 @@ class Sweep:
     """
 
     name: str
-    loop: Loop
-    metrics: tuple[AbstractMetric, ...]
+    run: Run
     factors: tuple[Factor, ...]
     design: AbstractDesign
-    h: float
-    until: float
-    every: float | None = None
-    seed: int = 0
     common: bool = False
     halved: int | None = HALVED
     runs_of_chunk: int | None = None
 
     def __post_init__(self) -> None:
         check_name("Sweep", self.name)
-        check_loop(f"Sweep({self.name!r}, loop=...)", self.loop)
         if self.design.dimensions != len(self.factors):
             raise ValueError(
                 f"`Sweep({self.name!r}, design=...)` must have as many dimensions as there are factors, "
@@ -68,10 +59,8 @@ class Sweep:
             raise ValueError(
                 f"`Sweep({self.name!r}, factors=...)` needs another name for {taken}: tables have that column."
             )
-        if not self.metrics:
-            raise ValueError(f"`Sweep({self.name!r}, metrics=...)` needs at least one metric; got none.")
-        check_times("Sweep", self.name, self.h, self.until, self.every)
-        seed("Sweep(seed=...)", self.seed)
+        if not self.run.metrics:
+            raise ValueError(f"`Sweep({self.name!r}, run=...)` needs a run with at least one metric; got none.")
         for name in ("halved", "runs_of_chunk"):
             if (count := getattr(self, name)) is not None:
                 whole(f"Sweep({name}=...)", count)
@@ -81,11 +70,3 @@ def again(first: int, last: int, halved: int | None) -> Integers:
     """The numbers of those runs from first to last - 1 that are run again at half the step."""
     runs = np.arange(first, last)
     return runs[:0] if halved is None else runs[runs % halved == 0]
-
-
-def check_times(kind: str, name: str, h: float, until: float, every: float | None) -> None:
-    """Refuse times in s that are none, or of which one does not divide the next."""
-    for what, time in (("h", h), ("until", until), ("every", until if every is None else every)):
-        seconds(f"{kind}({what}=...)", time)
-    multiple(f"{kind}(every=...)", every or until, h, f"`h` of '{name}',")
-    multiple(f"{kind}(until=...)", until, every or until, f"`every` of '{name}',")

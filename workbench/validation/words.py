@@ -1,6 +1,6 @@
 """The one vocabulary of refusals: each function returns a clean value, or says in one sentence what does not fit.
 
-`call` names the argument as its user wrote it, as in "Sweep(h=...)"; `of` says what is counted: " of seconds". What is
+`call` names the argument as its user wrote it, as in "Run(h=...)"; `of` says what is counted: " of seconds". What is
 refused is a `ValueError`, a name that nothing has a `LookupError`.
 """
 

@@ -12,7 +12,8 @@ from workbench.metrics import iae, ise
 from workbench.study import adjusted, comparison, document, factors, local, pareto, provenance, runner, tuning, writeup
 from workbench.study.distributions import LogUniform, Uniform
 from workbench.study.factors import Factor
-from workbench.study.prepared import prepared
+from workbench.study.preparation import prepared
+from workbench.study.run import Run
 from workbench.study.sampling import Listed, MonteCarlo
 from workbench.study.study import Case, Results, Study
 from workbench.study.sweep import Sweep
@@ -34,9 +35,10 @@ class Decay:
 LOOP = Decay()
 FACTOR = Factor("k", ("k",), LogUniform(0.5, 4.0))
 METRICS = (iae(), ise())
-CASE = Case("S", "law", LOOP, METRICS, 0.1, 1.0, 0.5, tolerance=0.1)
-SWEEP = Sweep("decay", LOOP, METRICS, (FACTOR,), MonteCarlo(1, 24), 0.1, 1.0, 0.5, halved=8)
-TRIAL = tuning.Trial("step", LOOP, METRICS, 0.1, 1.0)
+RUN = Run(LOOP, METRICS, 1.0, 0.5, 0.05, tolerance=0.1)
+CASE = Case("S", "law", RUN)
+SWEEP = Sweep("decay", RUN, (FACTOR,), MonteCarlo(1, 24), halved=8)
+TRIAL = tuning.Trial("step", RUN)
 
 
 def objective(runs: Any) -> Any:
@@ -58,6 +60,11 @@ class Says:
 
 def sections(results: Any) -> Any:
     return [document.Section("An answer", (document.Paragraph("Yes."),))]
+
+
+def saying(given: Any) -> Run:
+    """The run of a loop that gives this for its equations."""
+    return replace(RUN, loop=Says(given))
 
 
 STUDY = Study("small", "T", "Q?", "M.", sections, cases=(CASE,), sweeps=(SWEEP,), tunings=(TUNING,))
@@ -91,7 +98,7 @@ def calls() -> dict[str, Any]:
         **{name: getattr(study, name) for name in ("Figure", "Itemize", "Paragraph", "Section", "Table", "Verdict")},
         "AbstractDesign": MonteCarlo(1, 24),
         "Adjusted": partial(adjusted.adjusted, LOOP, {"k": 1.0}),
-        "Case": partial(Case, "S", "law", LOOP, METRICS, 0.1, 1.0, 0.5, 0, "", 0.1),
+        "Case": partial(Case, "S", "law", RUN, 0, ""),
         "Factor": partial(Factor, "k", ("k",), Uniform(0.5, 4.0), "stated", True),
         "Factor.of": partial(Factor.of, given, ("k",), True),
         "Given": partial(provenance.Given, "k", 1.0, "1/s", "assumed", "nobody says", 0.5, 2.0, "k"),
@@ -125,8 +132,9 @@ def calls() -> dict[str, Any]:
             (SWEEP,),
             (TUNING,),
         ),
-        "Sweep": partial(Sweep, "decay", LOOP, METRICS, (FACTOR,), MonteCarlo(1, 24), 0.1, 1.0, 0.5, 1, True, 8, 16),
-        "Trial": partial(tuning.Trial, "step", LOOP, METRICS, 0.1, 1.0, 0.5, 1),
+        "Run": partial(Run, LOOP, METRICS, 1.0, 0.5, 0.05, 0.1, 1),
+        "Sweep": partial(Sweep, "decay", RUN, (FACTOR,), MonteCarlo(1, 24), True, 8, 16),
+        "Trial": partial(tuning.Trial, "step", RUN),
         "Triangular": partial(study.Triangular, 0.0, 0.5, 2.0),
         "Tuned": partial(tuned),
         "Tuning": partial(
@@ -177,9 +185,10 @@ def functions() -> dict[str, Any]:
             lambda found: writeup.headlines(replace(STUDY, headlines=found), Results()), lambda results: ["Yes."]
         ),
         "ode of a case": partial(
-            lambda given: runner.run(replace(STUDY, cases=(replace(CASE, loop=Says(given)),))), LOOP.ode()
+            lambda given: runner.run(replace(STUDY, cases=(replace(CASE, run=saying(given)),))),
+            LOOP.ode(),
         ),
-        "ode of a sweep": partial(lambda given: prepared(replace(SWEEP, loop=Says(given))).times, LOOP.ode()),
+        "ode of a sweep": partial(lambda given: prepared(replace(SWEEP, run=saying(given))).times, LOOP.ode()),
         "ode of another": partial(lambda given: adjusted.adjusted(Says(given), {"k": 1.0}).ode(), LOOP.ode()),
         "objective": partial(lambda found: tuning.tune(replace(TUNING, objective=found)), objective),
     }

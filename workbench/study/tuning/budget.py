@@ -98,7 +98,7 @@ def _refuse_different(made: Sequence[Tuning]) -> None:
 def _conditions(tuning: Tuning) -> list[str]:
     """What the trials of two laws must have in common, in words."""
     return [
-        f"'{t.name}' with {', '.join(metric.name for metric in t.metrics)} at h = {t.h:g} s for {t.until:g} s, "
-        f"values every {t.every or t.until:g} s, seed {t.seed}"
+        f"'{t.name}' with {', '.join(metric.name for metric in t.run.metrics)} at {t.run.steps} for {t.run.until:g} s, "
+        f"values every {t.run.kept:g} s, seed {t.run.seed}"
         for t in tuning.trials
     ]

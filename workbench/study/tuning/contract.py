@@ -8,14 +8,12 @@ from math import ceil
 
 import numpy as np
 
-from workbench.metrics import AbstractMetric
 from workbench.study.cells import check_name
-from workbench.study.contract import Loop, check_loop
 from workbench.study.factors import Factor
+from workbench.study.run import Run
 from workbench.study.sample import Sample
-from workbench.study.sweep import check_times
 from workbench.validation.doors import door
-from workbench.validation.words import Array, described, finite, known, seed, text, whole
+from workbench.validation.words import Array, described, finite, known, multiple, seed, text, whole
 
 LEAST = 4  # members of a population, of which a new point is made
 GAIN = 0.01  # of the objective: a search that gains no more in a window has settled
@@ -30,31 +28,27 @@ Objective = Callable[[Mapping[str, Sample]], Array]
 @dataclass(frozen=True, eq=False)
 @door
 class Trial:
-    """A loop in which numbers have to prove themselves: one of the scenarios that a search trains on.
+    """A run in which numbers have to prove themselves: one of the scenarios that a search trains on.
 
     Attributes
     ----------
     name
         Lower-case letters, digits and underscores: it becomes part of the name of a file.
-    h, until, every
-        Step, horizon and distance of the times at which metrics are taken, in s, as those of a `Sweep`.
-    seed
-        Of the noise, which is the same for all points.
+    run
+        A search looks at its points at twice the step of the run, of which the horizon and `every` are multiples, and
+        takes the values of the best at the step. The noise is the same for all points. Without `h`, pilots at the
+        middle and at the ends of each factor's range choose the step.
     """
 
     name: str
-    loop: Loop
-    metrics: tuple[AbstractMetric, ...]
-    h: float
-    until: float
-    every: float | None = None
-    seed: int = 0
+    run: Run
 
     def __post_init__(self) -> None:
         check_name("Trial", self.name)
-        check_loop(f"Trial({self.name!r}, loop=...)", self.loop)
-        check_times("Trial", self.name, self.h, self.until, self.every)
-        seed("Trial(seed=...)", self.seed)
+        if self.run.h is not None:
+            of = f"2 h, the step of a search in '{self.name}',"
+            multiple("Trial(run=Run(until=...))", self.run.until, 2 * self.run.h, of)
+            multiple("Trial(run=Run(every=...))", self.run.kept, 2 * self.run.h, of)
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,4 +183,4 @@ class Tuning:
     @door
     def noise(self, trial: Trial, search: int) -> int:
         """The seed of the noise of a trial in a search, both searches and noises counted from 0."""
-        return trial.seed + NOISES * (search % len(self.seeds))
+        return trial.run.seed + NOISES * (search % len(self.seeds))

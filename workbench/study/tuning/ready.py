@@ -9,7 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from workbench.study.distributions import AbstractDistribution
-from workbench.study.prepared import Prepared, prepared
+from workbench.study.preparation import prepared
+from workbench.study.prepared import Prepared
 from workbench.study.sampling import AbstractDesign
 from workbench.study.sweep import Sweep
 from workbench.study.tuning.contract import Trial, Tuning
@@ -102,24 +103,26 @@ def _place(distribution: AbstractDistribution, value: float) -> float:
     return high
 
 
+def _pilots(dimensions: int) -> Array:
+    """The middle of the unit cube, and with each coordinate at either end, (1 + 2 d, d)."""
+    middle = np.full(dimensions, 0.5)
+    ends = [np.where(np.arange(dimensions) == i, end, middle) for i in range(dimensions) for end in (0.0, 1.0)]
+    return np.array([middle, *ends])
+
+
 def _prepared(tuning: Tuning, trial: Trial, arithmetics: Mapping[str, str]) -> Prepared:
     """A trial as a sweep, whose points are only known as the search goes on."""
     try:
         sweep = Sweep(
             name=f"{tuning.name}_{trial.name}",
-            loop=trial.loop,
-            metrics=trial.metrics,
+            run=trial.run,
             factors=tuning.factors,
             design=Awaited(len(tuning.factors), tuning.size),
-            h=trial.h,
-            until=trial.until,
-            every=trial.every,
-            seed=trial.seed,
             common=True,
             halved=None,
             runs_of_chunk=tuning.population,
         )
-        return prepared(sweep, arithmetics.get(sweep.name))
+        return prepared(sweep, arithmetics.get(sweep.name), _pilots(len(tuning.factors)), searches=True)
     except (LookupError, ValueError) as error:
         if type(error) not in (LookupError, ValueError):
             raise

@@ -136,7 +136,7 @@ def _best(objective: Array, used: Sequence[int]) -> Integers:
 
 
 def _steps(sweeps: Sequence[Prepared]) -> str:
-    return ", ".join(f"{h:g} s" for h in dict.fromkeys(one.sweep.h for one in sweeps))
+    return ", ".join(f"{h:g} s" for h in dict.fromkeys(one.h for one in sweeps))
 
 
 def _refuse_dependent(made: Ready, samples: Mapping[str, Sample], objective: Array) -> None:

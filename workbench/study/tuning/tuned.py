@@ -249,11 +249,16 @@ class Tuned:
         return np.asarray(table[pareto(table)])
 
     @property
+    def _steps(self) -> dict[str, float]:
+        """The step of the search in s, by trial."""
+        return {name: sample.h for name, sample in self.samples.items()}
+
+    @property
     def note(self) -> str:
         """What must stand below a figure: evaluations, failed ones, seeds, step, its error, and the training noise."""
         tuning = self.tuning
         seeds = ", ".join(map(str, tuning.seeds))
-        steps = ", ".join(f"{h:g} s" for h in dict.fromkeys(trial.h for trial in tuning.trials))
+        steps = ", ".join(f"{h:g} s" for h in dict.fromkeys(self._steps.values()))
         used = " and ".join(f"{used:,}" for used in dict.fromkeys(self.used))
         most = "" if set(self.used) == {tuning.evaluations} else f" of at most {tuning.evaluations:,}"
         noises = self.halved.shape[1]
@@ -284,13 +289,12 @@ class Tuned:
     def _beyond(self) -> list[str]:
         """The trials in which the step is longer than is stable along the run of the best, or nobody knows."""
         said = []
-        for trial in self.tuning.trials:
-            limit = self.stable_steps[trial.name]
+        for name, limit in self.stable_steps.items():
             if np.isnan(limit):
-                said.append(f"The stability limit of the step is not known along the best run in '{trial.name}'.")
-            elif limit < trial.h:
+                said.append(f"The stability limit of the step is not known along the best run in '{name}'.")
+            elif limit < self._steps[name]:
                 said.append(
-                    f"The step of {trial.h:g} s is beyond the stability limit {limit:.3g} s along the best run in "
-                    f"'{trial.name}'."
+                    f"The step of {self._steps[name]:g} s is beyond the stability limit {limit:.3g} s along the best "
+                    f"run in '{name}'."
                 )
         return said
