@@ -219,7 +219,7 @@ def test_the_values_of_single_cases_are_a_table_in_every_form(command, tmp_path)
     assert command("run", "single.py", "--out", "out").exit_code == 0
     table = tmp_path / "out" / "runs" / "cases.csv"
     value, error = outcome(Run(motor_loop(), METRICS, 0.5, h=0.005)).score("RMSE of omega", 0)
-    assert table.read_text("utf-8").splitlines()[1] == f"'=S,PI,RMSE of omega,rad/s,1,{value!r},{error!r},"
+    assert table.read_text("utf-8").splitlines()[1] == f"'=S,PI,RMSE of omega,rad/s,omega,{value!r},{error!r},"
     for form in ("csv", "parquet", "mat"):
         done = command("results", "out", "--format", form)
         assert (done.exit_code, done.stdout) == (

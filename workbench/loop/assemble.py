@@ -162,9 +162,8 @@ class ClosedLoop:
 
         At t_k = k period the computer reads the instruments, and its observer estimates from the readings; the law
         sees the estimates and the reference of that instant; its command, limited, is held until t_(k+1) while the
-        plant moves. Then observer and law move their memories by the method that each declares, which `methods` of what
-        comes back names; the observer counts on the command that is held. A block with a `period` of its own, a whole
-        multiple of this one, runs once in that.
+        plant moves. Then observer and law move their memories by their `methods`; the observer counts on the command
+        that is held. A block with a `period` of its own, a whole multiple of this one, runs once in that.
 
         With a `delay` of n periods a command waits as long, at 'hold.next.2', ..., 'hold.next': what these are at the
         start, zero unless set, is held first. The outputs are those of `ode`, of which estimates and the law's own
