@@ -14,6 +14,7 @@ from workbench import __version__, study
 from workbench.core import Dynamics
 from workbench.derivation import FORMS
 from workbench.robots import named
+from workbench.simulate.kernel import llvm
 
 HEAVY = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "rich", "typst", "jinja2", "workbench.core")
 
@@ -249,7 +250,7 @@ def test_the_doctor_says_which_engine_serves_and_where_its_kernels_are(command, 
     assert str(tmp_path / "kernels") in command("doctor").stdout
     monkeypatch.setenv("WORKBENCH_CACHE", "off")
     assert "compiled anew in every process" in command("doctor").stdout
-    monkeypatch.setattr("workbench.simulate.kernel.llvm.has_fma", lambda: False)
+    monkeypatch.setattr(llvm, "has_fma", lambda: False)
     said = " ".join(command("doctor").stdout.split())
     assert "compiled in the portable arithmetic, as this processor has no fused multiply-add" in said
 
