@@ -35,8 +35,8 @@ DOORS = {
     "typst": "report/pdf.py",
 }
 
-# The bench measures python-control as its users call it, and not what the door makes of it.
-BESIDE_THE_DOOR = {("control", "workbench/bench/peers/python_control.py")}
+# The bench measures python-control as its users call it, and not what the door makes of it; so does a reader's own law.
+BESIDE_THE_DOOR = {("control", "workbench/bench/peers/python_control.py"), ("control", "studies/own_law.py")}
 
 BANNED_CALLS = {
     "super": "write a final class, and share by calling a function",

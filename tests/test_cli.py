@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 
@@ -91,37 +90,11 @@ def test_no_verb_at_all_shows_the_verbs(shell):
     assert "derive" in done.stderr
 
 
-def test_the_first_study_of_the_readme_runs(command, tmp_path):
-    readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
-    (tmp_path / "first.py").write_text(readme.split("```python\n")[1].split("```")[0], encoding="utf-8")
-    done = command("run", "first.py")
-    assert (done.exit_code, done.stderr) == (0, "")
-    assert (tmp_path / "reports" / "first" / "tables" / "tracking.csv").is_file()
-
-
-def test_the_study_of_the_readers_own_runs_and_has_twenty_lines(command, tmp_path):
-    readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
-    own = readme.split("```python\n")[4].split("```")[0]
-    assert len([line for line in own.splitlines() if line and not line.startswith("from ")]) == 20
-    (tmp_path / "own.py").write_text(own, encoding="utf-8")
-    done = command("run", "own.py")
-    assert done.exit_code == 0
-    assert "1,280 runs" in (tmp_path / "reports" / "own" / "index.html").read_text(encoding="utf-8")
-
-
 def test_one_import_finds_all_that_a_study_is_written_with():
     for name in study.__all__:
         assert getattr(study, name).__name__ == name
     with pytest.raises(AttributeError, match="no attribute 'Sweeep'"):
         _ = study.Sweeep
-
-
-@pytest.mark.parametrize("block", [2, 3], ids=["a thousand loops", "a gain in ten lines"])
-def test_the_other_examples_of_the_readme_run(block, tmp_path):
-    readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
-    (tmp_path / "example.py").write_text(readme.split("```python\n")[block].split("```")[0], encoding="utf-8")
-    done = subprocess.run([sys.executable, "example.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_derive_prints_the_arm_of_the_paper(command):

@@ -1,7 +1,6 @@
 """The face: names that load when they are asked for, the same to an editor, each with an example that runs."""
 
 import ast
-import doctest
 import subprocess
 import sys
 from importlib import import_module
