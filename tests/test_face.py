@@ -1,11 +1,14 @@
 """The face: names that load when they are asked for, the same to an editor, each with an example that runs."""
 
 import ast
+import doctest
+import inspect
 import subprocess
 import sys
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import workbench as wb
@@ -51,3 +54,23 @@ def test_a_misspelt_name_is_answered_with_the_nearest():
 
 def test_dir_lists_the_face():
     assert set(wb.__all__) <= set(dir(wb))
+
+
+PENDULUM = """<robot name="pendulum">
+  <link name="base"/>
+  <link name="rod"><inertial><origin xyz="0 0 -0.5"/><mass value="1.5"/>
+    <inertia ixx="0.1" iyy="0.1" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="hinge" type="continuous"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+</robot>"""
+
+
+@pytest.mark.parametrize("name", wb.__all__)
+def test_the_example_that_help_shows_runs(name, tmp_path, monkeypatch):
+    (tmp_path / "pendulum.urdf").write_text(PENDULUM, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    text = inspect.getdoc(getattr(wb, name))
+    example = doctest.DocTestParser().get_doctest(text, {"wb": wb, "np": np, "__name__": "example"}, name, None, None)
+    assert example.examples, "no example"
+    said = []
+    doctest.DocTestRunner(optionflags=doctest.ELLIPSIS).run(example, out=said.append)
+    assert not said, "".join(said)

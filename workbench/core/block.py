@@ -62,6 +62,18 @@ def parameter(
     ("3",), or is ("*",) for one number or a vector of them; `symbol` is how it is printed. With `strict` the bounds
     themselves are refused, with `symmetric` any other matrix; `definite` is that of `Bounds`. A default of None
     declares a number that may be left out.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class Spring:
+    ...     k: float = wb.parameter(100.0, unit="N/m", low=0)
+    >>> Spring().k, Spring(k=50).k
+    (100.0, 50.0)
+    >>> Spring(k=-1.0)
+    Traceback (most recent call last):
+        ...
+    ValueError: `Spring(k=...)` must be finite, with 0 <= value [N/m]; got -1.
     """
     bounds = Bounds(low, high, strict, symmetric, definite)
     return _quantity(default, Quantity(unit, bounds, shape, symbol, lifted=True))
@@ -69,13 +81,38 @@ def parameter(
 
 @door
 def initial(default: Any = MISSING, *, unit: str, shape: tuple[str, ...] = (), symbol: str = "") -> Any:
-    """The start of a block's memory: a default in the layout of states, not a parameter."""
+    """The start of a block's memory: a default in the layout of states, not a parameter.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class Integrator(wb.Plant):
+    ...     x: float = wb.initial(1.0, unit="m")
+    ...     inputs, outputs = wb.layout(v="m/s"), wb.layout(x="m")
+    ...     def rate(self, t, x, u):
+    ...         return {"x": u.v}
+    >>> Integrator(x=2.0).states.names
+    ('x',)
+    """
     return _quantity(default, Quantity(unit, Bounds(), shape, symbol, lifted=False))
 
 
 @door
 def option(choices: Mapping[str, str], default: str) -> Any:
-    """A named choice among readings of an equation; `choices` says what each of them means."""
+    """A named choice among readings of an equation; `choices` says what each of them means.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class Motor:
+    ...     measured: str = wb.option({"speed": "omega is read", "position": "theta is read"}, default="speed")
+    >>> Motor().measured
+    'speed'
+    >>> Motor("current")
+    Traceback (most recent call last):
+        ...
+    ValueError: `Motor(measured=...)` is one of 'speed', 'position'; got 'current'.
+    """
     one_of("option(default=...)", default, choices)
     return field(default=default, metadata={"option": dict(choices)})
 
@@ -126,7 +163,24 @@ def options(owner: Any) -> dict[str, tuple[str, str]]:
     frozen_default=True, eq_default=False, field_specifiers=(parameter, parameters, initial, option, socket, field)
 )
 def block(cls: type[T]) -> type[T]:
-    """Make `cls` a frozen dataclass that refuses, when built, parts of a wrong type and numbers out of bounds."""
+    """Make `cls` a frozen dataclass that refuses, when built, parts of a wrong type and numbers out of bounds.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class Tank(wb.Plant):
+    ...     A: float = wb.parameter(2.0, unit="m^2", low=0, strict=True)
+    ...     h: float = wb.initial(1.0, unit="m")
+    ...     inputs, outputs = wb.layout(w="m^3/s"), wb.layout(h="m")
+    ...     def rate(self, t, x, u):
+    ...         return {"h": u.w / self.A}
+    >>> wb.open_loop(Tank(A=4.0)).parameters.names
+    ('A', 'w')
+    >>> Tank(A=0.0)
+    Traceback (most recent call last):
+        ...
+    ValueError: `Tank(A=...)` must be finite, with 0 < value [m^2]; got 0.
+    """
     if not isinstance(cls, type) or not cls.__flags__ & MADE_IN_PYTHON:
         raise refusal("block(cls)", "a class of your own", cls)
     own: Callable[[T], None] | None = cls.__dict__.get("__post_init__")

@@ -73,7 +73,16 @@ class Entry:
 @dataclass(frozen=True, eq=False)
 @door
 class Layout:
-    """Where each named quantity lies in a flat vector. Matrices lie column by column, as in CasADi."""
+    """Where each named quantity lies in a flat vector. Matrices lie column by column, as in CasADi.
+
+    Examples
+    --------
+    >>> port = wb.layout(q=("rad", [0.0, 0.1]), i="A")
+    >>> port.size, port.labels
+    (3, ('q[0]', 'q[1]', 'i'))
+    >>> port.pack({"i": 2.0})
+    array([[0. , 0.1, 2. ]])
+    """
 
     entries: tuple[Entry, ...] = ()
 

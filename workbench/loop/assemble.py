@@ -54,6 +54,18 @@ class ClosedLoop:
     ValueError
         If there is no plant or no controller; or if a block asks for a signal that no other gives, or in another shape
         or unit, or an input of the plant is driven by nothing.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> loop.ode().outputs.names
+    ('omega', 'omega_ref', 'e_omega', 'e_hat_omega', 'v', 'v_applied', 'omega_error')
+    >>> wb.ClosedLoop(motor, controller=law)
+    Traceback (most recent call last):
+        ...
+    ValueError: `PID2` follows 'omega', where `Rest` says none.
     """
 
     plant: AbstractPlant = socket(standing_for(LinearPlant))
@@ -268,6 +280,12 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     ------
     ValueError
         If `plant` is none, or moves in discrete time.
+
+    Examples
+    --------
+    >>> ode = wb.open_loop(wb.CartPole())
+    >>> ode.states.names, ode.inputs, ode.outputs.names
+    (('x', 'xd', 'phi', 'phid'), ('F',), ('x', 'phi'))
     """
     if is_recursion(plant):
         raise ValueError(

@@ -40,6 +40,20 @@ class AbstractPlant(ABC):
         What the numbers of its vectors count: 'joint' of an arm; empty where they go by their indices.
     period
         Of a plant in discrete time, which has an `update` in place of a `rate`, in s; else None.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class Cart(wb.Plant):
+    ...     m: float = wb.parameter(2.0, unit="kg", low=0, strict=True)
+    ...     x: float = wb.initial(0.0, unit="m")
+    ...     xd: float = wb.initial(0.0, unit="m/s")
+    ...     inputs, outputs = wb.layout(F="N"), wb.layout(x="m")
+    ...     def rate(self, t, x, u):
+    ...         return {"x": x.xd, "xd": u.F / self.m}
+    >>> wb.linearize(wb.open_loop(Cart()), 0.0, [0.0, 0.0]).B
+    array([[0. ],
+           [0.5]])
     """
 
     counts: str = ""
@@ -96,6 +110,20 @@ class AbstractObserver(ABC):
     ----------
     period
         How often a computer runs it, in s; None where it runs in continuous time, or as often as the loop's computer.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class LowPass(wb.Observer):
+    ...     T: float = wb.parameter(0.02, unit="s", low=0, strict=True)
+    ...     w: float = wb.initial(0.0, unit="rad/s")
+    ...     reads = gives = wb.layout(omega="rad/s")
+    ...     def estimate(self, t, z, y):
+    ...         return {"omega": z.w}
+    ...     def rate(self, t, z, y, est, u):
+    ...         return {"w": (y.omega - z.w) / self.T}
+    >>> LowPass().memory.names
+    ('w',)
     """
 
     period: float | None = None
@@ -163,6 +191,18 @@ class AbstractController(ABC):
     period
         How often a computer runs the law, in s; None where it runs in continuous time, or as often as the loop's
         computer.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class P(wb.Controller):
+    ...     k: float = wb.parameter(unit="V s/rad")
+    ...     reads = follows = wb.layout(omega="rad/s")
+    ...     drives = wb.layout(v="V")
+    ...     def command(self, t, z, est, ref):
+    ...         return {"v": self.k * (ref.omega - est.omega)}
+    >>> wb.ClosedLoop(wb.DCMotor(), controller=P(50.0), reference=wb.Step("omega", "rad/s", 1.0)).follows
+    ('omega',)
     """
 
     period: float | None = None

@@ -45,6 +45,13 @@ class LinearPlant(AbstractPlant):
     ValueError
         If `LinearSystem.of` refuses the system, or an output follows an input at once (D is not zero): with a law that
         does so too, the loop would be an algebraic one.
+
+    Examples
+    --------
+    >>> import control
+    >>> system = control.tf([1.0], [1.0, 0.5], inputs="v", outputs="omega")
+    >>> wb.LinearPlant(system).outputs.names
+    ('omega',)
     """
 
     system: LinearSystem = socket(LinearSystem.of)
@@ -115,6 +122,14 @@ class LinearLaw(AbstractController):
     ------
     ValueError
         If `LinearSystem.of` refuses the system, or u0 or v0 has not its shape.
+
+    Examples
+    --------
+    >>> import control
+    >>> lead = control.tf([50, 600, 1000], [1, 20, 0], inputs="omega", outputs="v")
+    >>> law = wb.LinearLaw(lead, error=True)
+    >>> law.reads.names, law.follows.names, law.drives.names
+    (('omega',), ('omega',), ('v',))
     """
 
     system: LinearSystem = socket(LinearSystem.of)

@@ -59,7 +59,13 @@ def _over_time(order: int, seconds: int) -> Callable[[str], str]:
 
 @door
 def rmse(signal: str | None = None, name: str | None = None) -> Integral:
-    """sqrt(1/T integral of e^2 dt): what (43) of the paper becomes as its samples grow dense."""
+    """sqrt(1/T integral of e^2 dt): what (43) of the paper becomes as its samples grow dense.
+
+    Examples
+    --------
+    >>> wb.rmse().name, wb.rmse("theta").name
+    ('RMSE', 'RMSE of theta')
+    """
     return _error(name or _named("RMSE", signal), signal, "root mean square of {}", _square, _root_mean)
 
 
@@ -93,7 +99,13 @@ def itae(signal: str | None = None) -> Integral:
 
 @door
 def effort(signal: str | None = None) -> Integral:
-    """Root mean square of an input, as it acts on the plant unless a signal is named."""
+    """Root mean square of an input, as it acts on the plant unless a signal is named.
+
+    Examples
+    --------
+    >>> wb.effort("v").name
+    'effort of v'
+    """
     about = "root mean square of {}"
     return Integral(_named("effort", signal), "", about, _square, _root_mean, signal=Choice("input", signal))
 
@@ -121,7 +133,13 @@ def observer_error(signal: str) -> Integral:
 
 @door
 def peak_error(signal: str | None = None) -> Peak:
-    """Largest |e|."""
+    """Largest |e|.
+
+    Examples
+    --------
+    >>> wb.peak_error().name, wb.peak_error("theta").name
+    ('peak error', 'peak error of theta')
+    """
     return Peak(_named("peak error", signal), "", "largest |{}|", Choice("error", signal))
 
 
@@ -189,7 +207,13 @@ def _limit(side: str, given: Any, none: float) -> Array:
 
 @door
 def total_variation(sample: float, signal: str | None = None) -> TotalVariation:
-    """Total variation per second, on a grid of `sample` s, of an input, as it acts on the plant unless one is named."""
+    """Total variation per second, on a grid of `sample` s, of an input, as it acts on the plant unless one is named.
+
+    Examples
+    --------
+    >>> wb.total_variation(1e-3, "v").name
+    'TV of v'
+    """
     sample = seconds("total_variation(sample=...)", sample)
     about = f"total variation of {{}} per second, sampled every {1000 * sample:g} ms"
     return TotalVariation(_named("TV", signal), "", about, Choice("input", signal), sample)
@@ -197,14 +221,26 @@ def total_variation(sample: float, signal: str | None = None) -> TotalVariation:
 
 @door
 def overshoot(signal: str | None = None) -> Overshoot:
-    """Largest excursion beyond the new level after a jump of the reference, in percent of the jump."""
+    """Largest excursion beyond the new level after a jump of the reference, in percent of the jump.
+
+    Examples
+    --------
+    >>> wb.overshoot("omega").name
+    'overshoot of omega'
+    """
     about = "largest excursion beyond a new level, in percent of the jump"
     return Overshoot(_named("overshoot", signal), "%", about, Choice("level", signal))
 
 
 @door
 def settling_time(signal: str | None = None, band: float = 0.02) -> SettlingTime:
-    """Longest time after a jump of the reference until the error stays within `band` of the jump."""
+    """Longest time after a jump of the reference until the error stays within `band` of the jump.
+
+    Examples
+    --------
+    >>> wb.settling_time("omega").name
+    'settling time of omega'
+    """
     band = positive("settling_time(band=...)", band)
     about = f"longest time after a jump until the error stays within {100 * band:g} % of the jump"
     return SettlingTime(_named("settling time", signal), "s", about, band, Choice("level", signal))

@@ -11,7 +11,13 @@ from workbench.study.cells import Phrase, check_choice, check_name, check_phrase
 
 @dataclass(frozen=True)
 class Paragraph:
-    """Running text."""
+    """Running text.
+
+    Examples
+    --------
+    >>> wb.Paragraph("All runs settled.").text
+    'All runs settled.'
+    """
 
     text: Phrase
 

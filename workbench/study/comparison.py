@@ -33,6 +33,14 @@ def side_by_side(
         If there is no outcome.
     LookupError
         If a metric exists in no case, or the number is not there; the message names those that do.
+
+    Examples
+    --------
+    >>> from workbench.study.runner import run
+    >>> motor = wb.Run(wb.open_loop(wb.DCMotor(), "motor"), (wb.effort("omega"),), until=1.0, h=1e-2)
+    >>> study = wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(wb.Case("speed", "no law", motor),))
+    >>> [column.header for column in wb.side_by_side("laws", "All laws", run(study).outcomes).columns]
+    ['law', 'effort of omega']
     """
     if not outcomes:
         raise ValueError(f"`side_by_side('{name}', outcomes=...)` needs at least one outcome; got none.")

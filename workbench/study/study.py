@@ -46,6 +46,12 @@ class Case:
         Which line of the figures belongs to the law.
     remark
         What a reader must know of this case, beside its name.
+
+    Examples
+    --------
+    >>> run = wb.Run(wb.open_loop(wb.DCMotor()), (wb.effort("omega"),), until=1.0)
+    >>> wb.Case("speed", "no law", run).name
+    'speed: no law'
     """
 
     scenario: str
@@ -239,6 +245,11 @@ class Study:
         then keeps a ledger of them.
     cases, sweeps
         As they are, or a function that makes them from what the tunings found, by the tunings' names.
+
+    Examples
+    --------
+    >>> wb.Study("mine", "A title", "A question?", "A method.", sections=lambda results: []).name
+    'mine'
     """
 
     name: str
