@@ -30,7 +30,8 @@ _ROOMS = {
     "design": "linearize",
     "design.linear": "equilibria lead_lag place",
     "design.riccati": "lqg lqr steady_kalman",
-    "study": "Case Factor LogUniform Paragraph Run Section SobolDesign Study Sweep Uniform side_by_side sobol sobol_bars",
+    "study": "Case Factor LogUniform Paragraph Run Section SobolDesign Study Sweep Uniform side_by_side sobol "
+    "sobol_bars",
     "report.figures.runs": "plot",
 }
 _HOMES = {name: room for room, names in _ROOMS.items() for name in names.split()}

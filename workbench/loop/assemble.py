@@ -11,7 +11,8 @@ from workbench.core import Ode, Roles, Sampled, Signals, Step, block, lift
 from workbench.core.block import socket
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
 from workbench.loop.defaults import Readings, Rest
-from workbench.loop.linear import LinearFilter, LinearLaw, LinearPlant, beside, standing_for
+from workbench.loop.linear import LinearLaw, LinearPlant, standing_for
+from workbench.loop.linear_filter import LinearFilter, beside
 from workbench.loop.matching import refuse_misfits
 from workbench.loop.outside import Outside, added, cut
 from workbench.loop.roles import roles
@@ -59,13 +60,8 @@ class ClosedLoop:
     --------
     >>> motor = wb.DCMotor()
     >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
-    >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
-    >>> loop.ode().outputs.names
+    >>> wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).ode().outputs.names
     ('omega', 'omega_ref', 'e_omega', 'e_hat_omega', 'v', 'v_applied', 'omega_error')
-    >>> wb.ClosedLoop(motor, controller=law)
-    Traceback (most recent call last):
-        ...
-    ValueError: `PID2` follows 'omega', where `Rest` says none.
     """
 
     plant: AbstractPlant = socket(standing_for(LinearPlant))

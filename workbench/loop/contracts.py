@@ -44,16 +44,13 @@ class AbstractPlant(ABC):
     Examples
     --------
     >>> @wb.block
-    ... class Cart(wb.Plant):
-    ...     m: float = wb.parameter(2.0, unit="kg", low=0, strict=True)
-    ...     x: float = wb.initial(0.0, unit="m")
-    ...     xd: float = wb.initial(0.0, unit="m/s")
-    ...     inputs, outputs = wb.layout(F="N"), wb.layout(x="m")
+    ... class Tank(wb.Plant):
+    ...     h: float = wb.initial(1.0, unit="m")
+    ...     inputs, outputs = wb.layout(w="m^3/s"), wb.layout(h="m")
     ...     def rate(self, t, x, u):
-    ...         return {"x": x.xd, "xd": u.F / self.m}
-    >>> wb.linearize(wb.open_loop(Cart()), 0.0, [0.0, 0.0]).B
-    array([[0. ],
-           [0.5]])
+    ...         return {"h": u.w / 2.0}
+    >>> wb.linearize(wb.open_loop(Tank()), 0.0, [1.0]).B
+    array([[0.5]])
     """
 
     counts: str = ""
@@ -115,13 +112,12 @@ class AbstractObserver(ABC):
     --------
     >>> @wb.block
     ... class LowPass(wb.Observer):
-    ...     T: float = wb.parameter(0.02, unit="s", low=0, strict=True)
     ...     w: float = wb.initial(0.0, unit="rad/s")
     ...     reads = gives = wb.layout(omega="rad/s")
     ...     def estimate(self, t, z, y):
     ...         return {"omega": z.w}
     ...     def rate(self, t, z, y, est, u):
-    ...         return {"w": (y.omega - z.w) / self.T}
+    ...         return {"w": 50.0 * (y.omega - z.w)}
     >>> LowPass().memory.names
     ('w',)
     """

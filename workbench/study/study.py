@@ -24,7 +24,6 @@ from workbench.validation.words import Array, described, known, multiple, refusa
 if TYPE_CHECKING:
     import pandas as pd
 
-
 ENDS = ("", "_half")  # of the names of the two sweeps that each trial of a tuning becomes
 TRUTH = "\N{DAGGER}"  # beside the name of a law that uses what no instrument gives
 
@@ -49,8 +48,7 @@ class Case:
 
     Examples
     --------
-    >>> run = wb.Run(wb.open_loop(wb.DCMotor()), (wb.effort("omega"),), until=1.0)
-    >>> wb.Case("speed", "no law", run).name
+    >>> wb.Case("speed", "no law", wb.Run(wb.open_loop(wb.DCMotor()), (wb.effort("omega"),), until=1.0)).name
     'speed: no law'
     """
 
