@@ -12,7 +12,7 @@ from workbench.validation.doors import door
 from workbench.validation.words import known, nearest
 
 
-class NoSignal(AttributeError, LookupError):
+class NoSignalError(AttributeError, LookupError):
     """A name that is none of the signals, asked for as an item or as an attribute."""
 
 
@@ -36,7 +36,7 @@ class Signals(Mapping[str, ca.SX]):
         try:
             return self._parts[known(name, self._parts, "signals")]
         except LookupError as error:
-            raise NoSignal(str(error)) from None
+            raise NoSignalError(str(error)) from None
 
     def __contains__(self, name: object) -> bool:
         return name in self._parts
@@ -51,7 +51,7 @@ class Signals(Mapping[str, ca.SX]):
         if name in self._parts:
             return self._parts[name]
         held = ", ".join(self._parts) or "none"
-        raise NoSignal(f"There is no signal '{name}' among {held}.{nearest(name, self._parts)}")
+        raise NoSignalError(f"There is no signal '{name}' among {held}.{nearest(name, self._parts)}")
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         raise AttributeError(f"Signals are read-only: '{name}' cannot be set. Take `signals | {{'{name}': ...}}`.")

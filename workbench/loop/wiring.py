@@ -13,7 +13,7 @@ import numpy as np
 from workbench.core import Entry, Layout, Signals
 from workbench.core.block import is_block
 from workbench.core.port import fitting
-from workbench.core.signals import NoSignal
+from workbench.core.signals import NoSignalError
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Parts, is_recursion
 from workbench.loop.surroundings import AbstractReference
 from workbench.validation.words import described
@@ -61,7 +61,7 @@ def asked(block: Any, method: str, port: Layout, *arguments: Any) -> Signals:
     call = f"{type(block).__name__}.{method}(...)"
     try:
         returned = getattr(block, method)(*arguments)
-    except NoSignal as missing:
+    except NoSignalError as missing:
         raise LookupError(f"`{call}` asks for a signal that its ports do not declare. {missing}") from missing
     return fitting(call, port, returned)
 
