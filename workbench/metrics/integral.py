@@ -12,10 +12,12 @@ from workbench.core import Layout, Ode
 from workbench.metrics.contract import AbstractMetric, Parts, bound, expression
 from workbench.metrics.signals import Signal, column, names_of, watched
 from workbench.validation.doors import answer
+from workbench.validation.views import show
 from workbench.validation.words import Array
 
 
 @dataclass(frozen=True)
+@show
 class Integral(AbstractMetric):
     """finish(integral of g(t, y) dt, horizon).
 
