@@ -377,3 +377,14 @@ def test_the_units_of_joints_that_slide_and_turn_are_matched_one_by_one():
     turning = plant(outputs=mixed, states=mixed, rate=lambda self, t, x, u: {"q": ca.SX.zeros(2)})
     with pytest.raises(ValueError, match=r"'q' in \[rad\], where `Readings` gives it in \[m, rad\]"):
         ClosedLoop(turning, controller=law(reads=layout(q=("rad", [0, 0]))))
+
+
+def test_a_block_that_asks_for_a_signal_it_has_not_declared_is_told_so():
+    blind = law(command=lambda self, t, z, est, ref: {"v": -est.omega})
+    with pytest.raises(
+        LookupError, match=r"`Own.command\(...\)` asks for a signal that its ports do not declare. There"
+    ):
+        ClosedLoop(Motor(), controller=blind).ode()
+    blind = law(reads=layout(omega="rad/s"), command=lambda self, t, z, est, ref: {"v": -est["omgea"]})
+    with pytest.raises(LookupError, match="There is no 'omgea' among the 1 signals. Did you mean 'omega'?"):
+        ClosedLoop(Motor(), controller=blind).ode()

@@ -13,6 +13,7 @@ import numpy as np
 from workbench.core import Entry, Layout, Signals
 from workbench.core.block import is_block
 from workbench.core.port import fitting
+from workbench.core.signals import NoSignalError
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Parts, is_recursion
 from workbench.loop.surroundings import AbstractReference
 from workbench.validation.words import described
@@ -57,7 +58,12 @@ def memory(loop: Blocks) -> Layout:
 
 def asked(block: Any, method: str, port: Layout, *arguments: Any) -> Signals:
     """What a method of a block returns for a port, or a refusal that names the class, the method and the port."""
-    return fitting(f"{type(block).__name__}.{method}(...)", port, getattr(block, method)(*arguments))
+    call = f"{type(block).__name__}.{method}(...)"
+    try:
+        returned = getattr(block, method)(*arguments)
+    except NoSignalError as missing:
+        raise LookupError(f"`{call}` asks for a signal that its ports do not declare. {missing}") from missing
+    return fitting(call, port, returned)
 
 
 def wanted(loop: Blocks, t: ca.SX) -> Signals:
