@@ -13,7 +13,7 @@ import numpy as np
 
 T = TypeVar("T")
 
-LINE, PART, FEW = 110, 36, 8  # letters of a line, letters of one of its parts, numbers that are written out
+LINE, PART, FEW = 110, 40, 8  # letters of a line, letters of one of its parts, numbers that are written out
 
 
 class Markup(str):
@@ -31,37 +31,48 @@ def show(cls: type[T]) -> type[T]:
 
 
 def one_line(thing: Any) -> str:
-    """The class of a dataclass with its first fields that hold something, and dots for what one line does not hold."""
-    line = f"{type(thing).__name__}("
+    """The class of a dataclass with its fields that hold something, and dots for what one line does not hold."""
     held = [(name, value) for name, value in _fields(thing) if not _is_empty(value)]
-    for i, (name, value) in enumerate(held):
-        part = f"{', ' if i else ''}{name}={brief(value)}"
-        if len(line) + len(part) > LINE:
-            return f"{line}{', ' if i else ''}...)"
-        line += part
-    return f"{line})"
+    for most in (PART, PART // 2):
+        parts = [f"{name}={brief(value, most)}" for name, value in held]
+        line = f"{type(thing).__name__}({', '.join(parts)})"
+        if len(line) <= LINE:
+            return line
+    while len(line := f"{type(thing).__name__}({', '.join([*parts, '...'])})") > LINE and parts:
+        parts.pop()
+    return line
 
 
-def brief(value: Any) -> str:
-    """A value in a few letters: of large arrays the shape, of large objects the class."""
+def listed(parts: Sequence[str]) -> str:
+    """As many of the parts as a line holds, and how many there are where that is not all."""
+    text, held = "", 0
+    while held < len(parts) and len(text) + len(parts[held]) <= LINE - PART // 2:
+        text += f"{', ' if held else ''}{parts[held]}"
+        held += 1
+    return text if held == len(parts) else f"{text}, ... {len(parts)} in all"
+
+
+def brief(value: Any, most: int = PART) -> str:
+    """A value in at most so many letters, or a few more: of large arrays the shape, of large objects the class."""
     if isinstance(value, str):
-        return repr(value) if len(value) <= PART else f"{value[: PART - 3]!r}..."
+        return repr(value) if len(value) <= most else f"{value[: most - 3]!r}..."
     if isinstance(value, bool | None):
         return str(value)
     if isinstance(value, Number):
         return f"{value:.6g}" if isinstance(value, float | complex) else str(value)
     if isinstance(value, np.ndarray):
-        return _array(value)
+        return _array(value, most)
     if isinstance(value, Mapping | list | tuple | set | frozenset):
-        left, right = {list: "[]", tuple: "()"}.get(type(value), "{}")
-        return f"{left}{_items([brief(item) for item in islice(value, FEW)], len(value))}{right}"
+        left, right = {list: ("[", "]"), tuple: ("(", ")")}.get(type(value), ("{", "}"))
+        parts = [brief(item, most) for item in islice(value, FEW)]
+        text = ", ".join(parts) + "," * (type(value) is tuple and len(value) == 1)
+        short = len(text) <= most and len(parts) == len(value)
+        return f"{left}{text if short or not parts else f'{parts[0]}, ... {len(value)} in all'}{right}"
     if callable(value) and hasattr(value, "__name__"):
         return str(value.__name__)
-    text = " ".join(repr(value).split())
-    if len(text) <= PART:
-        return text
-    name = getattr(value, "name", None)
-    return f"{type(value).__name__}({brief(name) if isinstance(name, str) else ''}...)".replace("'...", "', ...")
+    text, name = " ".join(repr(value).split()), getattr(value, "name", None)
+    long = f"{brief(name)}, ..." if isinstance(name, str) and name else "..."
+    return text if len(text) <= most else f"{type(value).__name__}({long})"
 
 
 def fields_to_html(thing: Any) -> Markup:
@@ -85,21 +96,17 @@ def _is_empty(value: Any) -> bool:
     return value is None or (isinstance(value, str | tuple | Mapping) and not len(value))
 
 
-def _items(parts: list[str], count: int) -> str:
-    """The first parts that take no more letters than a part may, and how many there are where that is not all."""
-    text = ", ".join(parts)
-    return text if len(text) <= PART and len(parts) == count else f"{parts[0]}, ... {count} in all"
-
-
-def _array(array: np.ndarray[Any, Any]) -> str:
-    if array.size > FEW:
-        return f"<{' x '.join(map(str, array.shape))}>"
-    return f"[{', '.join(map(_array, array))}]" if array.ndim else brief(array.item())
+def _array(array: np.ndarray[Any, Any], most: int) -> str:
+    """Its numbers where they are few and short, else its shape."""
+    if array.ndim == 0:
+        return brief(array.item())
+    text = f"[{', '.join(_array(row, most) for row in array)}]" if array.size <= FEW else ""
+    return text if 0 < len(text) <= most else f"<{' x '.join(map(str, array.shape))}>"
 
 
 def _whole(value: Any) -> object:
     """A value as a cell of a table."""
-    if isinstance(value, np.ndarray) and FEW < value.size <= FEW**2:
+    if isinstance(value, np.ndarray) and value.ndim == 2 and value.size <= FEW**2:
         return Markup(f"<pre>{escape(np.array2string(value, precision=6))}</pre>")
     return repr(value) if is_dataclass(value) else value if isinstance(value, str) else brief(value)
 
