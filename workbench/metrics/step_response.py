@@ -60,6 +60,7 @@ class Overshoot(AbstractMetric):
         """The signal and what is wanted of it."""
         return names_of(self.signal)
 
+    @door
     def of(self, ode: Ode) -> AbstractMetric:
         """With the signal as this equation has it."""
         seen = watched(self.name, self.signal, ode)
@@ -115,6 +116,7 @@ class SettlingTime(AbstractMetric):
         """The signal and what is wanted of it."""
         return names_of(self.signal)
 
+    @door
     def of(self, ode: Ode) -> AbstractMetric:
         """With the signal as this equation has it."""
         seen = watched(self.name, self.signal, ode)
