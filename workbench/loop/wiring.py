@@ -14,6 +14,7 @@ from workbench.core import Entry, Layout, Signals
 from workbench.core.block import is_block
 from workbench.core.port import fitting
 from workbench.core.signals import NoSignalError
+from workbench.core.symbols import holds_nan
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Parts, is_recursion
 from workbench.loop.surroundings import AbstractReference
 from workbench.validation.words import described
@@ -63,7 +64,21 @@ def asked(block: Any, method: str, port: Layout, *arguments: Any) -> Signals:
         returned = getattr(block, method)(*arguments)
     except NoSignalError as missing:
         raise LookupError(f"`{call}` asks for a signal that its ports do not declare. {missing}") from missing
-    return fitting(call, port, returned)
+    except RuntimeError as error:
+        if "truth value" not in str(error):
+            raise
+        raise ValueError(
+            f"`{call}` must return one expression for all values of its arguments, which are symbols; it asks whether "
+            "one of them is true, as `if`, `and` and `max` do: write `casadi.if_else`, `logic_and`, `fmax`."
+        ) from error
+    signals = fitting(call, port, returned)
+    for name, part in signals.items():
+        if holds_nan(part):
+            raise ValueError(
+                f"`{call}` must return '{name}' as an expression of its arguments; it returned one that holds NaN, as "
+                "`math.sin` makes of a symbol: write `casadi.sin`."
+            )
+    return signals
 
 
 def wanted(loop: Blocks, t: ca.SX) -> Signals:
