@@ -12,6 +12,10 @@ from workbench.validation.doors import door
 from workbench.validation.words import known, nearest
 
 
+class NoSignalError(AttributeError, LookupError):
+    """A name that is none of the signals, asked for as an item or as an attribute."""
+
+
 @door
 class Signals(Mapping[str, ca.SX]):
     """A read-only mapping from names to columns of symbols, whose names are attributes too: `y["q"]` is `y.q`.
@@ -35,7 +39,10 @@ class Signals(Mapping[str, ca.SX]):
         object.__setattr__(self, "_parts", {**(parts or {}), **named})
 
     def __getitem__(self, name: str) -> ca.SX:
-        return self._parts[known(name, self._parts, "signals")]
+        try:
+            return self._parts[known(name, self._parts, "signals")]
+        except LookupError as error:
+            raise NoSignalError(str(error)) from None
 
     def __contains__(self, name: object) -> bool:
         return name in self._parts
@@ -50,7 +57,7 @@ class Signals(Mapping[str, ca.SX]):
         if name in self._parts:
             return self._parts[name]
         held = ", ".join(self._parts) or "none"
-        raise AttributeError(f"There is no signal '{name}' among {held}.{nearest(name, self._parts)}")
+        raise NoSignalError(f"There is no signal '{name}' among {held}.{nearest(name, self._parts)}")
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         raise AttributeError(f"Signals are read-only: '{name}' cannot be set. Take `signals | {{'{name}': ...}}`.")

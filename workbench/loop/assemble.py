@@ -13,7 +13,7 @@ from workbench.loop.contracts import AbstractController, AbstractObserver, Abstr
 from workbench.loop.defaults import Readings, Rest
 from workbench.loop.linear import LinearLaw, LinearPlant, standing_for
 from workbench.loop.linear_filter import LinearFilter, beside
-from workbench.loop.matching import refuse_misfits
+from workbench.loop.matching import refuse_misfits, refuse_odd_ports
 from workbench.loop.outside import Outside, added, cut
 from workbench.loop.roles import roles
 from workbench.loop.sampled import FINE, digital
@@ -73,6 +73,7 @@ class ClosedLoop:
         empty = {socket for socket, block in vars(self).items() if block is None}
         if "controller" in empty:
             raise refusal("ClosedLoop(controller=...)", "an `AbstractController`", None)
+        refuse_odd_ports(self)
         if "observer" in empty:
             object.__setattr__(self, "observer", Readings(self.plant.outputs))
         object.__setattr__(self, "observer", beside(self.plant, self.observer))
@@ -279,9 +280,8 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
 
     Examples
     --------
-    >>> ode = wb.open_loop(wb.CartPole())
-    >>> ode.states.names, ode.inputs, ode.outputs.names
-    (('x', 'xd', 'phi', 'phid'), ('F',), ('x', 'phi'))
+    >>> wb.open_loop(wb.CartPole()).inputs, wb.open_loop(wb.CartPole()).outputs.names
+    (('F',), ('x', 'phi'))
     """
     if is_recursion(plant):
         raise ValueError(

@@ -81,11 +81,13 @@ class AbstractPlant(ABC):
     def outputs(self) -> Layout:
         """What instruments read of it."""
 
+    @door
     def measure(self, t: Number, x: States) -> Signals:
         """Outputs and truths at a state: the states of their names."""
         del t
         return Signals({name: x[name] for name in self.outputs.names})
 
+    @door
     def applied(self, t: Number, x: States, u: Inputs) -> Signals:
         """What acts in the plant where `u` is commanded."""
         del t, x
@@ -93,11 +95,15 @@ class AbstractPlant(ABC):
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         """The derivative of each state."""
-        raise NotImplementedError(f"`{type(self).__name__}` needs a `rate`, or an `update` and a `period`.")
+        del t, x, u
+        raise ValueError(
+            f"`{type(self).__name__}` must have a `rate`, or an `update` and a `period`, as a plant moves by one of "
+            "them; it has neither: write one."
+        )
 
     def update(self, t: Number, x: States, u: Inputs) -> Parts:
         """The states at the next instant, of a plant in discrete time, which has no rate."""
-        raise NotImplementedError(f"`{type(self).__name__}` has a rate, and no update.")
+        raise no_update(self)
 
 
 class AbstractObserver(ABC):
@@ -111,15 +117,12 @@ class AbstractObserver(ABC):
     Examples
     --------
     >>> @wb.block
-    ... class LowPass(wb.Observer):
-    ...     w: float = wb.initial(0.0, unit="rad/s")
-    ...     reads = gives = wb.layout(omega="rad/s")
+    ... class Tachometer(wb.Observer):
+    ...     reads, gives = wb.layout(v_t="V"), wb.layout(omega="rad/s")
     ...     def estimate(self, t, z, y):
-    ...         return {"omega": z.w}
-    ...     def rate(self, t, z, y, est, u):
-    ...         return {"w": 50.0 * (y.omega - z.w)}
-    >>> LowPass().memory.names
-    ('w',)
+    ...         return {"omega": 10.0 * y.v_t}
+    >>> Tachometer().gives.names
+    ('omega',)
     """
 
     period: float | None = None
@@ -160,7 +163,7 @@ class AbstractObserver(ABC):
 
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The memory at the next instant, of an observer that is a recursion in discrete time and has no rate."""
-        raise NotImplementedError(f"`{type(self).__name__}` has a rate, and no update.")
+        raise no_update(self)
 
     @property
     def method(self) -> str:
@@ -244,7 +247,7 @@ class AbstractController(ABC):
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The memory at the next instant, of a law that is a recursion in discrete time and has no rate."""
-        raise NotImplementedError(f"`{type(self).__name__}` has a rate, and no update.")
+        raise no_update(self)
 
     @property
     def method(self) -> str:
@@ -270,6 +273,13 @@ class AbstractController(ABC):
         return law
 
 
+def no_update(block: object) -> ValueError:
+    """The refusal of an update by a block that has a rate in its place."""
+    name = type(block).__name__
+    told = f"`{name}.update(...)` is for a block in discrete time; `{name}` moves by its `rate`: ask for that."
+    return ValueError(told)
+
+
 def is_recursion(block: AbstractObserver | AbstractController | AbstractPlant) -> bool:
     """Whether a block is one in discrete time: it has an `update` of its own in place of a `rate`.
 
@@ -286,15 +296,5 @@ def euler(z: Parts, rates: Parts, period: float) -> dict[str, ca.SX]:
 
 def starts(block: object) -> Layout:
     """The fields that a block declares by `initial`, as the layout of its states."""
-    return Layout(
-        tuple(
-            Entry(
-                f.name,
-                np.asarray(getattr(block, f.name), dtype=float),
-                unit_of(block, quantity),
-                symbol=quantity.symbol,
-            )
-            for f, quantity in quantities(block)
-            if not quantity.lifted
-        )
-    )
+    held = ((f.name, np.asarray(getattr(block, f.name), dtype=float), q) for f, q in quantities(block) if not q.lifted)
+    return Layout(tuple(Entry(name, x, unit_of(block, q), symbol=q.symbol) for name, x, q in held))
