@@ -25,7 +25,8 @@ class PI(wb.Controller):
 
 def case(name, law):
     loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
-    return wb.Case("speed", name, wb.Run(loop, (wb.rmse(), wb.overshoot(), wb.settling_time(), wb.effort()), until=5.0))
+    metrics = wb.rmse(), wb.overshoot(), wb.settling_time(), wb.effort()
+    return wb.Case("speed", name, wb.Run(loop, metrics, until=5.0, h=1e-3))
 
 
 lead = control.tf([50, 600, 1000], [1, 20, 0], inputs="omega", outputs="v", name="lead")
@@ -33,7 +34,7 @@ study = wb.Study(
     name="own_law",
     title="How should the motor be driven?",
     question="What does a lead in the place of a plain PI buy, and what does it cost?",
-    method="Both laws on the same motor and the same step; the steps of the simulation are chosen for a tolerance.",
+    method="Both laws on the same motor and the same step; RK4 at 1 ms, held against twice that.",
     cases=(case("PI", PI(30.0, 50.0)), case("lead", wb.LinearLaw(lead, error=True))),
     sections=lambda results: [wb.Section("Speed", (wb.side_by_side("speed", "Speed of the motor", results.outcomes),))],
 )
