@@ -11,7 +11,7 @@ class PI(wb.Controller):
 
     kp: float = wb.parameter(unit="V s/rad")
     ki: float = wb.parameter(unit="V/rad")
-    z: float = wb.initial(0.0, unit="rad")
+    z: float = wb.initial(default=0.0, unit="rad")
 
     reads = follows = wb.layout(omega="rad/s")
     drives = wb.layout(v="V")

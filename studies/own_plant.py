@@ -9,11 +9,11 @@ import workbench as wb
 class Ball(wb.Plant):
     """A ball at a distance z below a magnet with the current i: m z'' = m g - c (i / z)^2."""
 
-    m: float = wb.parameter(0.05, unit="kg", low=0, strict=True)
-    c: float = wb.parameter(4.9e-5, unit="N m^2/A^2", low=0)
-    g: float = wb.parameter(9.8, unit="m/s^2")
-    z: float = wb.initial(0.012, unit="m")
-    zd: float = wb.initial(0.0, unit="m/s")
+    m: float = wb.parameter(default=0.05, unit="kg", low=0, strict=True)
+    c: float = wb.parameter(default=4.9e-5, unit="N m^2/A^2", low=0)
+    g: float = wb.parameter(default=9.8, unit="m/s^2")
+    z: float = wb.initial(default=0.012, unit="m")
+    zd: float = wb.initial(default=0.0, unit="m/s")
 
     inputs = wb.layout(i="A")
     outputs = wb.layout(z="m", zd="m/s")

@@ -7,9 +7,9 @@ import workbench as wb
 class Tank(wb.Plant):
     """The level h above an outlet, of a tank that a pump fills at a voltage v: h' = k v - a sqrt(2 g h)."""
 
-    k: float = wb.parameter(1.2e-3, unit="m/(s V)", low=0)
-    a: float = wb.parameter(2.5e-3, unit="1", low=0)
-    h: float = wb.initial(0.1, unit="m")
+    k: float = wb.parameter(default=1.2e-3, unit="m/(s V)", low=0)
+    a: float = wb.parameter(default=2.5e-3, unit="1", low=0)
+    h: float = wb.initial(default=0.1, unit="m")
     inputs, outputs = wb.layout(v="V"), wb.layout(h="m")
 
     def rate(self, t, x, u):

@@ -68,7 +68,7 @@ def parameter(
     --------
     >>> @wb.block
     ... class Spring:
-    ...     k: float = wb.parameter(100.0, unit="N/m", low=0)
+    ...     k: float = wb.parameter(default=100.0, unit="N/m", low=0)
     >>> Spring().k, Spring(k=50).k
     (100.0, 50.0)
     """
@@ -84,7 +84,7 @@ def initial(default: Any = MISSING, *, unit: str, shape: tuple[str, ...] = (), s
     --------
     >>> @wb.block
     ... class Integrator(wb.Plant):
-    ...     x: float = wb.initial(1.0, unit="m")
+    ...     x: float = wb.initial(default=1.0, unit="m")
     ...     inputs, outputs = wb.layout(v="m/s"), wb.layout(x="m")
     ...     def rate(self, t, x, u):
     ...         return {"x": u.v}
@@ -162,8 +162,8 @@ def block(cls: type[T]) -> type[T]:
     --------
     >>> @wb.block
     ... class Tank(wb.Plant):
-    ...     A: float = wb.parameter(2.0, unit="m^2", low=0, strict=True)
-    ...     h: float = wb.initial(1.0, unit="m")
+    ...     A: float = wb.parameter(default=2.0, unit="m^2", low=0, strict=True)
+    ...     h: float = wb.initial(default=1.0, unit="m")
     ...     inputs, outputs = wb.layout(w="m^3/s"), wb.layout(h="m")
     ...     def rate(self, t, x, u):
     ...         return {"h": u.w / self.A}

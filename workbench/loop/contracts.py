@@ -45,7 +45,7 @@ class AbstractPlant(ABC):
     --------
     >>> @wb.block
     ... class Tank(wb.Plant):
-    ...     h: float = wb.initial(1.0, unit="m")
+    ...     h: float = wb.initial(default=1.0, unit="m")
     ...     inputs, outputs = wb.layout(w="m^3/s"), wb.layout(h="m")
     ...     def rate(self, t, x, u):
     ...         return {"h": u.w / 2.0}

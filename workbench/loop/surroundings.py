@@ -18,7 +18,7 @@ class AbstractReference(ABC):
     --------
     >>> @wb.block
     ... class Parabola(wb.Reference):
-    ...     a: float = wb.parameter(0.5, unit="m/s^2")
+    ...     a: float = wb.parameter(default=0.5, unit="m/s^2")
     ...     says = wb.layout(x="m")
     ...     def at(self, t):
     ...         return {"x": self.a * t**2 / 2}
