@@ -9,7 +9,7 @@ import casadi as ca
 
 from workbench.core.layout import Layout
 from workbench.validation.doors import door
-from workbench.validation.words import known, nearest
+from workbench.validation.words import known, nearest, refusal
 
 
 class NoSignalError(AttributeError, LookupError):
@@ -36,6 +36,8 @@ class Signals(Mapping[str, ca.SX]):
     _parts: dict[str, ca.SX]
 
     def __init__(self, parts: Mapping[str, ca.SX] | None = None, /, **named: ca.SX) -> None:
+        if not isinstance(parts, Mapping | None):
+            raise refusal("Signals(parts)", "a mapping from names to expressions, as a dict is", parts)
         object.__setattr__(self, "_parts", {**(parts or {}), **named})
 
     def __getitem__(self, name: str) -> ca.SX:
@@ -47,6 +49,7 @@ class Signals(Mapping[str, ca.SX]):
     def __contains__(self, name: object) -> bool:
         return name in self._parts
 
+    @door
     def get(self, name: str, default: Any = None) -> Any:
         """The signal of a name, or something else where there is none."""
         return self._parts.get(name, default)
@@ -77,6 +80,7 @@ class Signals(Mapping[str, ca.SX]):
     def __repr__(self) -> str:
         return f"<Signals {', '.join(self._parts) or 'without names'}>"
 
+    @door
     def only(self, names: Layout) -> Signals:
         """Those that a port has."""
         return Signals({name: self[name] for name in names.names})
