@@ -145,8 +145,12 @@ def test_the_open_plant_has_its_inputs_as_parameters():
 
 
 MISFITS = [
-    (lambda: motor(reference=None), "`PI` follows 'omega', where `Rest` says none."),
-    (lambda: motor(plant=plant()), "`PI` reads 'omega', where `Readings` gives 'x'."),
+    (
+        lambda: motor(reference=None),
+        "`PI` follows 'omega', and the loop has no reference: give `ClosedLoop(reference=...)` one that says it, as a "
+        "`Step` does.",
+    ),
+    (lambda: motor(plant=plant()), "`PI` reads 'omega', where `Tank` gives 'x'."),
     (
         lambda: motor(observer=observer(gives=layout(omega="deg/s"))),
         "`PI` reads 'omega' in [rad/s], where `Watcher` gives it in [deg/s].",
@@ -412,7 +416,7 @@ def test_a_layout_names_units_and_starts():
 def test_the_units_of_joints_that_slide_and_turn_are_matched_one_by_one():
     mixed = Layout((Entry("q", np.zeros(2), "m, rad"),))
     turning = plant(outputs=mixed, states=mixed, rate=lambda self, t, x, u: {"q": ca.SX.zeros(2)})
-    with pytest.raises(ValueError, match=r"'q' in \[rad\], where `Readings` gives it in \[m, rad\]"):
+    with pytest.raises(ValueError, match=r"'q' in \[rad\], where `Tank` gives it in \[m, rad\]"):
         ClosedLoop(turning, controller=law(reads=layout(q=("rad", [0, 0]))))
 
 

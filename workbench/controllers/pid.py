@@ -38,6 +38,12 @@ class PID(AbstractArmController):
     References
     ----------
     Siciliano, Sciavicco, Villani and Oriolo (2009), Robotics: Modelling, Planning and Control, chapter 8.
+
+    Examples
+    --------
+    >>> law = wb.PID(Kp=[50.0, 50.0], Ki=[10.0, 10.0], Kd=[10.0, 10.0], model=wb.paper_arm())
+    >>> law.reads.names, law.follows.names, law.drives["tau"].units
+    (('q', 'qd'), ('q', 'qd', 'qdd'), ('N m', 'N m'))
     """
 
     Kp: Vector = parameter(unit="N m/rad", low=0, shape=("n",), symbol="K_p")

@@ -50,6 +50,13 @@ class SlidingMode(AbstractArmController):
     ----------
     Slotine and Li (1991), Applied Nonlinear Control, chapters 7 (sliding control and the boundary
     layer) and 9 (s and qd_r for manipulators).
+
+    Examples
+    --------
+    >>> law = wb.SlidingMode(model=wb.paper_arm(), Lambda=[6.0, 6.0], K=[40.0, 20.0], phi=0.1)
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> wb.ClosedLoop(plant, controller=law, reference=wanted).follows
+    ('q',)
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (SURFACE_PULLS_THE_ERROR,)

@@ -42,6 +42,14 @@ class StateFeedback(AbstractArmController):
     ----------
     Anderson and Moore (1990), Optimal Control: Linear Quadratic Methods, chapter 3.
     Siciliano, Sciavicco, Villani and Oriolo (2009), Robotics: Modelling, Planning and Control, section 8.5.
+
+    Examples
+    --------
+    >>> arm = wb.named("cart-pole")
+    >>> linear = wb.linearize(wb.open_loop(wb.Manipulator(arm, q=[0.0, 0.0])), 0.0, np.zeros(4), at_rest=True)
+    >>> K = wb.lqr(linear, Q=np.eye(4), R=[[1.0]]).K
+    >>> K.shape, wb.StateFeedback.of(arm, K).drives["tau"].unit
+    ((1, 4), 'N')
     """
 
     model: AbstractArm

@@ -74,7 +74,14 @@ class Entry:
 @dataclass(frozen=True, eq=False)
 @door
 class Layout:
-    """Where each named quantity lies in a flat vector. Matrices lie column by column, as in CasADi."""
+    """Where each named quantity lies in a flat vector. Matrices lie column by column, as in CasADi.
+
+    Examples
+    --------
+    >>> port = wb.layout(q=("rad", [0.0, 0.1]), i="A")
+    >>> port.labels, port.pack({"i": 2.0})
+    (('q[0]', 'q[1]', 'i'), array([[0. , 0.1, 2. ]]))
+    """
 
     entries: tuple[Entry, ...] = ()
 
@@ -229,13 +236,8 @@ class Layout:
     @cached_property
     def _bounds(self) -> tuple[Array, Array, Array]:
         """Lower and upper bounds of all numbers, and whether they are off limits themselves."""
-        sizes = [entry.size for entry in self.entries]
-        held = [entry.bounds for entry in self.entries]
-        return (
-            np.repeat([b.low for b in held], sizes),
-            np.repeat([b.high for b in held], sizes),
-            np.repeat([b.strict for b in held], sizes),
-        )
+        held = [entry.bounds for entry in self.entries for _ in range(entry.size)]
+        return np.array([b.low for b in held]), np.array([b.high for b in held]), np.array([b.strict for b in held])
 
     @door
     def unpack(self, rows: Array) -> dict[str, Array]:

@@ -50,6 +50,14 @@ class Ode:
         symbol that is none of t, x and p.
     LookupError
         If an input is no parameter.
+
+    Examples
+    --------
+    >>> ode = wb.open_loop(wb.DCMotor())
+    >>> ode.states.names, ode.inputs, ode.parameters.names
+    (('omega', 'i'), ('v',), ('J', 'b', 'K', 'R', 'L', 'v'))
+    >>> ode.rate_at(0.0, [0.2, 1.0]).round(3)
+    array([-1.   , -2.004])
     """
 
     name: str

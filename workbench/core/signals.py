@@ -24,6 +24,12 @@ class Signals(Mapping[str, ca.SX]):
     ----------
     parts, named
         An expression for each name; a number stands for itself.
+
+    Examples
+    --------
+    >>> y = wb.Signals(omega=3.0, v=12.0)
+    >>> y.omega, y["v"], list(y)
+    (3.0, 12.0, ['omega', 'v'])
     """
 
     __slots__ = ("_parts",)

@@ -11,7 +11,8 @@ from workbench.core import Ode, Roles, Sampled, Signals, Step, block, lift
 from workbench.core.block import socket
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
 from workbench.loop.defaults import Readings, Rest
-from workbench.loop.linear import LinearFilter, LinearLaw, LinearPlant, beside, standing_for
+from workbench.loop.linear import LinearLaw, LinearPlant, standing_for
+from workbench.loop.linear_filter import LinearFilter, beside
 from workbench.loop.matching import refuse_misfits, refuse_odd_ports
 from workbench.loop.outside import Outside, added, cut
 from workbench.loop.roles import roles
@@ -54,6 +55,13 @@ class ClosedLoop:
     ValueError
         If there is no plant or no controller; or if a block asks for a signal that no other gives, or in another shape
         or unit, or an input of the plant is driven by nothing.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    >>> wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).ode().outputs.names
+    ('omega', 'omega_ref', 'e_omega', 'e_hat_omega', 'v', 'v_applied', 'omega_error')
     """
 
     plant: AbstractPlant = socket(standing_for(LinearPlant))
@@ -269,6 +277,11 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     ------
     ValueError
         If `plant` is none, or moves in discrete time.
+
+    Examples
+    --------
+    >>> wb.open_loop(wb.CartPole()).inputs, wb.open_loop(wb.CartPole()).outputs.names
+    (('F',), ('x', 'phi'))
     """
     if is_recursion(plant):
         raise ValueError(

@@ -40,6 +40,17 @@ class AbstractPlant(ABC):
         What the numbers of its vectors count: 'joint' of an arm; empty where they go by their indices.
     period
         Of a plant in discrete time, which has an `update` in place of a `rate`, in s; else None.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class Tank(wb.Plant):
+    ...     h: float = wb.initial(default=1.0, unit="m")
+    ...     inputs, outputs = wb.layout(w="m^3/s"), wb.layout(h="m")
+    ...     def rate(self, t, x, u):
+    ...         return {"h": u.w / 2.0}
+    >>> wb.linearize(wb.open_loop(Tank()), 0.0, [1.0]).B
+    array([[0.5]])
     """
 
     counts: str = ""
@@ -102,6 +113,16 @@ class AbstractObserver(ABC):
     ----------
     period
         How often a computer runs it, in s; None where it runs in continuous time, or as often as the loop's computer.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class Tachometer(wb.Observer):
+    ...     reads, gives = wb.layout(v_t="V"), wb.layout(omega="rad/s")
+    ...     def estimate(self, t, z, y):
+    ...         return {"omega": 10.0 * y.v_t}
+    >>> Tachometer().gives.names
+    ('omega',)
     """
 
     period: float | None = None
@@ -169,6 +190,18 @@ class AbstractController(ABC):
     period
         How often a computer runs the law, in s; None where it runs in continuous time, or as often as the loop's
         computer.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class P(wb.Controller):
+    ...     k: float = wb.parameter(unit="V s/rad")
+    ...     reads = follows = wb.layout(omega="rad/s")
+    ...     drives = wb.layout(v="V")
+    ...     def command(self, t, z, est, ref):
+    ...         return {"v": self.k * (ref.omega - est.omega)}
+    >>> wb.ClosedLoop(wb.DCMotor(), controller=P(50.0), reference=wb.Step("omega", "rad/s", 1.0)).follows
+    ('omega',)
     """
 
     period: float | None = None
@@ -243,9 +276,8 @@ class AbstractController(ABC):
 def no_update(block: object) -> ValueError:
     """The refusal of an update by a block that has a rate in its place."""
     name = type(block).__name__
-    return ValueError(
-        f"`{name}.update(...)` is for a block in discrete time; `{name}` moves by its `rate`: ask for that."
-    )
+    told = f"`{name}.update(...)` is for a block in discrete time; `{name}` moves by its `rate`: ask for that."
+    return ValueError(told)
 
 
 def is_recursion(block: AbstractObserver | AbstractController | AbstractPlant) -> bool:
@@ -264,15 +296,5 @@ def euler(z: Parts, rates: Parts, period: float) -> dict[str, ca.SX]:
 
 def starts(block: object) -> Layout:
     """The fields that a block declares by `initial`, as the layout of its states."""
-    return Layout(
-        tuple(
-            Entry(
-                f.name,
-                np.asarray(getattr(block, f.name), dtype=float),
-                unit_of(block, quantity),
-                symbol=quantity.symbol,
-            )
-            for f, quantity in quantities(block)
-            if not quantity.lifted
-        )
-    )
+    held = ((f.name, np.asarray(getattr(block, f.name), dtype=float), q) for f, q in quantities(block) if not q.lifted)
+    return Layout(tuple(Entry(name, x, unit_of(block, q), symbol=q.symbol) for name, x, q in held))

@@ -114,7 +114,15 @@ class Limit:
 
 @block
 class Instruments(AbstractInstruments):
-    """Sensors for outputs of a plant and limits for its inputs; what has none is read and commanded as it is."""
+    """Sensors for outputs of a plant and limits for its inputs; what has none is read and commanded as it is.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> instruments = wb.Instruments.of(motor, noise={"omega": 0.01}, limit={"v": (-12.0, 12.0)})
+    >>> instruments.reads.names, instruments.limits.names
+    (('omega',), ('v',))
+    """
 
     sensors: tuple[Sensor, ...] = ()
     bounds: tuple[Limit, ...] = ()

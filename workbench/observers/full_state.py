@@ -27,6 +27,11 @@ class FullState(AbstractArmObserver):
     ------
     ValueError
         If `joints` is not a positive whole number.
+
+    Examples
+    --------
+    >>> wb.FullState(2).reads.names, wb.FullState(2).gives["qd"].shape
+    (('q', 'qd'), (2,))
     """
 
     noun: ClassVar[str] = ""  # no observer at all

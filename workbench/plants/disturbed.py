@@ -30,6 +30,12 @@ class Disturbed(AbstractPlant):
     ------
     ValueError
         If a signal is neither an input nor an output of the plant, or of another size or unit.
+
+    Examples
+    --------
+    >>> motor = wb.Disturbed(wb.DCMotor(), by=wb.Step("v", "V", 1.0, time=2.0))
+    >>> motor.inputs.names, motor.truths.names
+    (('v',), ('d_v',))
     """
 
     plant: AbstractPlant

@@ -31,6 +31,11 @@ class PadeDelay(AbstractElement):
         n, at most 50.
     past
         The constant signal that came in before the start, in its unit.
+
+    Examples
+    --------
+    >>> wb.Equipped(wb.DCMotor(), actuators=(wb.PadeDelay("v", time=0.1, order=2),)).states.names
+    ('omega', 'i', 'v.delayed')
     """
 
     time: Scalar = parameter(unit="s", low=0, strict=True, symbol="T")

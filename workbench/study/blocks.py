@@ -13,7 +13,13 @@ from workbench.validation.views import show
 @dataclass(frozen=True)
 @show
 class Paragraph:
-    """Running text."""
+    """Running text.
+
+    Examples
+    --------
+    >>> wb.Paragraph("All runs settled.").text
+    'All runs settled.'
+    """
 
     text: Phrase
 

@@ -115,7 +115,13 @@ Block: TypeAlias = Paragraph | Itemize | Equation | Table | Figure | Verdict
 @dataclass(frozen=True)
 @show
 class Section:
-    """A heading and what stands below it."""
+    """A heading and what stands below it.
+
+    Examples
+    --------
+    >>> wb.Section("What was found", (wb.Paragraph("All runs settled."),)).heading
+    'What was found'
+    """
 
     heading: Phrase
     blocks: tuple[Block, ...]

@@ -57,6 +57,12 @@ def place(system: control.StateSpace, poles: Any) -> Placement:
     ----------
     Tits and Yang (1996), Globally convergent algorithms for robust pole assignment by state feedback, IEEE Trans.
     Autom. Control 41.
+
+    Examples
+    --------
+    >>> motor = wb.linearize(wb.open_loop(wb.DCMotor()), 0.0, [0.0, 0.0])
+    >>> wb.place(motor, [-10.0, -20.0]).K.round(3)
+    array([[-0.01,  9.  ]])
     """
     import control
 
@@ -144,6 +150,13 @@ def lead_lag(
     References
     ----------
     Franklin, Powell and Emami-Naeini (2019), Feedback Control of Dynamic Systems, section 6.7.
+
+    Examples
+    --------
+    >>> motor = wb.linearize(wb.open_loop(wb.DCMotor()), 0.0, [0.0, 0.0])
+    >>> lead = wb.lead_lag(motor, crossover=10.0, margin=60.0, boost=10.0)
+    >>> np.sort(lead.poles().real).round(2)
+    array([-11.67,  -0.1 ])
     """
     import control
 

@@ -132,6 +132,12 @@ def equilibria(
     References
     ----------
     Moore, Kearfott and Cloud (2009), Introduction to Interval Analysis, chapter 8.
+
+    Examples
+    --------
+    >>> found = wb.equilibria(wb.open_loop(wb.DCMotor()), {"omega": (-1.0, 1.0), "i": (-5.0, 5.0)}, u=[1.0])
+    >>> [point.x.round(3) for point in found.points]
+    [array([0.1  , 0.999])]
     """
     row = row_of(ode, p, u)
     _refuse_odd_count(boxes)

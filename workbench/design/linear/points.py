@@ -57,6 +57,12 @@ def linearize(
         If t, x, p or u is not of its size or not finite, if `ode` declares no inputs or has no outputs (a
         python-control `StateSpace` has at least one of each), if a Jacobian is not finite, if the rate jumps at
         the state, or if the state must be a rest point and is none.
+
+    Examples
+    --------
+    >>> linear = wb.linearize(wb.open_loop(wb.CartPole()), t=0.0, x=[0.0, 0.0, np.pi, 0.0], at_rest=True)
+    >>> linear.A[3, 2].round(2), linear.input_labels
+    (np.float64(-31.18), ['F'])
     """
     import control
 
