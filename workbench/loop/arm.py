@@ -105,7 +105,7 @@ class AbstractArmController(AbstractController):
 
     @abstractmethod
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque command, (n, 1), in N m."""
+        """The command, (n, 1): a torque in N m where a joint turns, a force in N where it slides."""
 
 
 class AbstractArmObserver(AbstractObserver):

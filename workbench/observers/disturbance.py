@@ -54,7 +54,7 @@ class AbstractDisturbanceObserver(ABC):
 
     @abstractmethod
     def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
-        """D_hat, (n, 1), in N m; of `est` the state is known so far and d is zero."""
+        """D_hat, (n, 1), in N m or N; of `est` the state is known so far and d is zero."""
 
     @abstractmethod
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
