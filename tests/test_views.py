@@ -4,12 +4,13 @@ import functools
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
+import casadi as ca
 import numpy as np
 import pytest
 from fuzz.calls import room_files
 from motors import PI, Level, Motor
 
-from workbench.core import Dynamics, Entry, Layout, LinearSystem, block, layout, parameter, rk4
+from workbench.core import Dynamics, Entry, Layout, LinearSystem, Signals, block, layout, parameter, rk4
 from workbench.design import linearize
 from workbench.design.linear import equilibria
 from workbench.loop import ClosedLoop, open_loop
@@ -118,6 +119,10 @@ def test_a_measurement_is_shown_as_values_with_their_errors():
     for word in ("RMSE", "omega", "rad/s", "peak of v", f"{runs.scores['peak of v'].value[0, 0]:.6g}"):
         assert word in table
     assert "plant.omega" in _parsed(runs.trajectories._repr_html_())
+
+
+def test_signals_are_shown_by_name():
+    assert "omega2*z" in "".join(_parsed(Signals(omega=2 * ca.SX.sym("z"))._repr_html_()).split()).replace("(", "")
 
 
 def test_runs_that_are_all_lost_are_shown_too():

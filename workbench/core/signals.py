@@ -9,7 +9,8 @@ import casadi as ca
 
 from workbench.core.layout import Layout
 from workbench.validation.doors import door
-from workbench.validation.words import known, nearest
+from workbench.validation.views import LINE, brief, table_to_html
+from workbench.validation.words import known, nearest, refusal
 
 
 class NoSignalError(AttributeError, LookupError):
@@ -30,6 +31,8 @@ class Signals(Mapping[str, ca.SX]):
     _parts: dict[str, ca.SX]
 
     def __init__(self, parts: Mapping[str, ca.SX] | None = None, /, **named: ca.SX) -> None:
+        if not isinstance(parts, Mapping | None):
+            raise refusal("Signals(parts)", "a mapping from names to expressions, as a dict is", parts)
         object.__setattr__(self, "_parts", {**(parts or {}), **named})
 
     def __getitem__(self, name: str) -> ca.SX:
@@ -71,6 +74,13 @@ class Signals(Mapping[str, ca.SX]):
     def __repr__(self) -> str:
         return f"<Signals {', '.join(self._parts) or 'without names'}>"
 
+    def _repr_html_(self) -> str:
+        """A table of names and expressions."""
+        return table_to_html(
+            "Signals", ("name", "expression"), [(name, brief(part, LINE)) for name, part in self.items()]
+        )
+
+    @door
     def only(self, names: Layout) -> Signals:
         """Those that a port has."""
         return Signals({name: self[name] for name in names.names})
