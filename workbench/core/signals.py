@@ -9,7 +9,7 @@ import casadi as ca
 
 from workbench.core.layout import Layout
 from workbench.validation.doors import door
-from workbench.validation.views import LINE, brief, table_to_html
+from workbench.validation.views import LINE, table_to_html
 from workbench.validation.words import known, nearest, refusal
 
 
@@ -76,9 +76,9 @@ class Signals(Mapping[str, ca.SX]):
 
     def _repr_html_(self) -> str:
         """A table of names and expressions."""
-        return table_to_html(
-            "Signals", ("name", "expression"), [(name, brief(part, LINE)) for name, part in self.items()]
-        )
+        texts = {name: str(part) for name, part in self.items()}
+        rows = [(name, text if len(text) <= LINE else f"{text[:LINE]}...") for name, text in texts.items()]
+        return table_to_html("Signals", ("name", "expression"), rows)
 
     @door
     def only(self, names: Layout) -> Signals:
