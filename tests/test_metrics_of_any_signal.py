@@ -208,6 +208,13 @@ def test_limits_that_are_none_are_refused(limits):
         violation("x", *limits)
 
 
+def test_limits_of_other_shapes_than_a_signal_has_are_refused():
+    with pytest.raises(ValueError, match=r"as many numbers on either side, one for each of the signal; got 2 and 3"):
+        violation("x", [-1.0, -1.0], [1.0, 1.0, 1.0])
+    with pytest.raises(ValueError, match=r"`violation\(high=...\)` must be a number or a vector of numbers; got"):
+        violation("x", high=[[1.0, 2.0]])
+
+
 def test_what_is_no_number_for_a_while_is_no_number_in_the_end():
     broken = ca.if_else(TIME < 0.5, TIME, ca.if_else(TIME < 0.6, ca.sqrt(TIME - 2), TIME))
     x, metrics = of_time(x=broken, x_ref=ca.SX(5.0)), (peak_error("x"), overshoot("x"), *violation("x", high=0.1))

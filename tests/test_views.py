@@ -1,21 +1,33 @@
 """Every object that a user meets shows itself in one line, and as a table in a notebook."""
 
 import functools
+from dataclasses import dataclass
 from xml.etree import ElementTree
 
+import casadi as ca
 import numpy as np
 import pytest
 from fuzz.calls import room_files
 from motors import PI, Level, Motor
 
-from workbench.core import Dynamics, Entry, Layout, LinearSystem, block, layout, parameter, rk4
+from workbench.core import Dynamics, Entry, Layout, LinearSystem, Signals, block, layout, parameter, rk4
 from workbench.design import linearize
+from workbench.design.linear import equilibria
 from workbench.loop import ClosedLoop, open_loop
 from workbench.metrics import measure, peak, rmse
 from workbench.robots import paper_arm
-from workbench.validation.views import brief, listed
+from workbench.validation.views import brief, listed, show
 
 OTHERS = {"notation", "reference", "verify"}  # formulas and verdicts have texts of their own
+
+
+@dataclass(frozen=True)
+@show
+class Parts:
+    """Some parts, and a matrix."""
+
+    parts: tuple[int, ...]
+    matrix: np.ndarray
 
 
 def _parsed(html):
@@ -80,6 +92,14 @@ def test_a_large_array_shows_its_shape_and_a_long_text_its_beginning():
     assert len(listed([f"name{i}" for i in range(1000)])) < 120
 
 
+def test_a_table_has_a_line_for_each_part():
+    found = equilibria(open_loop(Motor()), {"i": (-1.0, 1.0), "omega": (-1.0, 1.0)}, starts=4, boxes=0)
+    assert "points" in _parsed(found._repr_html_())
+    assert repr(found.points[0]) in _parsed(found._repr_html_())
+    assert "... 40 in all" in _parsed(Parts(tuple(range(40)), np.eye(8))._repr_html_())
+    assert "[0. 1. 0. 0. 0. 0. 0. 0.]" in _parsed(Parts((), np.eye(8))._repr_html_())
+
+
 def test_views_show_names_as_text():
     @block
     class Odd:
@@ -99,6 +119,10 @@ def test_a_measurement_is_shown_as_values_with_their_errors():
     for word in ("RMSE", "omega", "rad/s", "peak of v", f"{runs.scores['peak of v'].value[0, 0]:.6g}"):
         assert word in table
     assert "plant.omega" in _parsed(runs.trajectories._repr_html_())
+
+
+def test_signals_are_shown_by_name():
+    assert "omega(2.*z)" in _parsed(Signals(omega=2 * ca.SX.sym("z"))._repr_html_())
 
 
 def test_runs_that_are_all_lost_are_shown_too():

@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.core import AbstractArm, Entry, Layout, block, parameter
 from workbench.core.block import Vector
+from workbench.core.dimensions import gain
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
@@ -46,9 +47,9 @@ class PID(AbstractArmController):
     (('q', 'qd'), ('q', 'qd', 'qdd'), ('N m', 'N m'))
     """
 
-    Kp: Vector = parameter(unit="N m/rad", low=0, shape=("n",), symbol="K_p")
-    Ki: Vector = parameter(unit="N m/(rad s)", low=0, shape=("n",), symbol="K_i")
-    Kd: Vector = parameter(unit="N m s/rad", low=0, shape=("n",), symbol="K_d")
+    Kp: Vector = parameter(unit="{force}/{position}", low=0, shape=("n",), symbol="K_p")
+    Ki: Vector = parameter(unit="{force}/({position} s)", low=0, shape=("n",), symbol="K_i")
+    Kd: Vector = parameter(unit="{force} s/{position}", low=0, shape=("n",), symbol="K_d")
     model: AbstractArm | None = None
 
     def __post_init__(self) -> None:
@@ -66,7 +67,7 @@ class PID(AbstractArmController):
     @property
     def memory(self) -> Layout:
         """The integral of the error."""
-        return Layout((Entry("integral", np.zeros(self.dof), "rad s", symbol="z"),))
+        return Layout((Entry("integral", np.zeros(self.dof), gain(self.position, "1", 1), symbol="z"),))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """Feedback, and the weight of the model if there is one."""

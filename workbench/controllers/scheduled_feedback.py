@@ -55,8 +55,8 @@ class ScheduledFeedback(AbstractArmController):
 
     model: AbstractArm
     horizon: Scalar = parameter(unit="s", low=0, strict=True, symbol="t_f")
-    Kp: Matrix = parameter(unit="N m/rad", shape=("terms", "entries"), symbol="K_p")
-    Kd: Matrix = parameter(unit="N m s/rad", shape=("terms", "entries"), symbol="K_d")
+    Kp: Matrix = parameter(unit="{force}/{position}", shape=("terms", "entries"), symbol="K_p")
+    Kd: Matrix = parameter(unit="{force} s/{position}", shape=("terms", "entries"), symbol="K_d")
     series: str = option(SERIES, default="chebyshev")
 
     def __post_init__(self) -> None:

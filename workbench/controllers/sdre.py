@@ -64,9 +64,9 @@ class Sdre(AbstractArmController):
     """
 
     model: AbstractArm
-    Qp: Matrix = parameter(unit="1/rad^2", symmetric=True, definite="positive", shape=("n", "n"), symbol="Q_p")
-    Qd: Matrix = parameter(unit="s^2/rad^2", symmetric=True, definite="semi", shape=("n", "n"), symbol="Q_d")
-    R: Matrix = parameter(unit="1/(N m)^2", symmetric=True, definite="positive", shape=("n", "n"), symbol="R")
+    Qp: Matrix = parameter(unit="1/{position}^2", symmetric=True, definite="positive", shape=("n", "n"), symbol="Q_p")
+    Qd: Matrix = parameter(unit="s^2/{position}^2", symmetric=True, definite="semi", shape=("n", "n"), symbol="Q_d")
+    R: Matrix = parameter(unit="1/({force})^2", symmetric=True, definite="positive", shape=("n", "n"), symbol="R")
 
     def __post_init__(self) -> None:
         symmetric("Sdre(Qp=...)", self.Qp, "a position without weight is not driven home", definite=True)

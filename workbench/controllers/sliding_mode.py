@@ -63,8 +63,8 @@ class SlidingMode(AbstractArmController):
 
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
-    K: Vector = parameter(unit="N m", low=0, shape=("n",), symbol="K")
-    phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
+    K: Vector = parameter(unit="{force}", low=0, shape=("n",), symbol="K")
+    phi: Scalar = parameter(unit="{position}/s", low=0, strict=True, symbol="phi")
     saturation: str = option(SWITCHINGS, default="clip")
 
     @property

@@ -67,12 +67,12 @@ class NonsingularTerminalSlidingMode(AbstractArmController):
     claims: ClassVar[tuple[Claim, ...]] = (TERMINAL_SURFACE_MOVES_THE_ERROR,)
 
     model: AbstractArm
-    beta: Vector = parameter(unit="rad^(gamma-1)/s^gamma", low=0, strict=True, shape=("n",), symbol="beta")
+    beta: Vector = parameter(unit="{position}^(gamma-1)/s^gamma", low=0, strict=True, shape=("n",), symbol="beta")
     gamma: Scalar = parameter(unit="", low=1, high=2, strict=True, symbol="gamma")
     k1: Vector = parameter(unit="1/s^2", low=0, shape=("n",), symbol="k_1")
-    k2: Vector = parameter(unit="rad^(1-rho)/s^2", low=0, shape=("n",), symbol="k_2")
+    k2: Vector = parameter(unit="{position}^(1-rho)/s^2", low=0, shape=("n",), symbol="k_2")
     rho: Scalar = parameter(unit="", low=0, high=1, symbol="rho")
-    phi: Scalar = parameter(unit="rad", low=0, strict=True, symbol="phi")
+    phi: Scalar = parameter(unit="{position}", low=0, strict=True, symbol="phi")
     saturation: str = option(SATURATIONS, default="clip")
 
     def __post_init__(self) -> None:

@@ -135,7 +135,8 @@ def quantities(owner: Any) -> list[tuple[Field[Any], Quantity]]:
 def unit_of(owner: Any, quantity: Quantity) -> str:
     """The unit of a number, in which `{name}` stands for the text of an attribute: the unit of a signal, say.
 
-    A text of several units, "m, rad", makes several, one for each number.
+    A text of several units, "m, rad", makes several, one for each number; one number that stands for all is in "m or
+    rad".
     """
     texts = {name: str(getattr(owner, name)).split(", ") for name in PLACE.findall(quantity.unit)}
     units = [quantity.unit] * max(map(len, texts.values()), default=1)
@@ -143,7 +144,7 @@ def unit_of(owner: Any, quantity: Quantity) -> str:
         units = [unit.replace(f"{{{name}}}", each[i % len(each)]) for i, unit in enumerate(units)]
     if texts:
         units = [f"1{unit}" if unit.startswith("/") else unit.replace("/s/s", "/s^2") for unit in units]
-    return ", ".join(units)
+    return ", ".join(units) if quantity.shape else " or ".join(dict.fromkeys(units))
 
 
 def options(owner: Any) -> dict[str, tuple[str, str]]:

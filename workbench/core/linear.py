@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Annotated, Any
 
 import casadi as ca
 import numpy as np
@@ -16,6 +16,8 @@ from workbench.core.port import ANY
 from workbench.validation.views import listed
 from workbench.validation.words import described, known, refusal, seconds
 
+States = Annotated[ca.SX, "nx"]
+Inputs = Annotated[ca.SX, "nu"]
 MADE_UP = re.compile(r"[uy]\[\d+\]")  # python-control's names of inputs and outputs that were given none
 
 
@@ -119,11 +121,11 @@ class LinearSystem:
         by_matrices = all(hasattr(value, name) for name in ("A", "B", "C", "D", "dt", "state_labels"))
         return isinstance(value, LinearSystem) or by_matrices or _is_transfer(value)
 
-    def moved(self, x: ca.SX, u: ca.SX) -> dict[str, ca.SX]:
+    def moved(self, x: States, u: Inputs) -> dict[str, ca.SX]:
         """A x + B u for columns x and u, by the names of the states."""
         return self.states.view(self.A @ x + self.B @ u) if self.states.size else {}
 
-    def shown(self, x: ca.SX, u: ca.SX) -> ca.SX:
+    def shown(self, x: States, u: Inputs) -> ca.SX:
         """C x + D u for columns x and u, as a column."""
         parts = [gain @ column for gain, column in ((self.C, x), (self.D, u)) if gain is not None]
         return sum(parts, ca.SX.zeros(self.outputs.size))

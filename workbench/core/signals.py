@@ -9,6 +9,7 @@ import casadi as ca
 
 from workbench.core.layout import Layout
 from workbench.validation.doors import door
+from workbench.validation.views import LINE, table_to_html
 from workbench.validation.words import known, nearest, refusal
 
 
@@ -79,6 +80,12 @@ class Signals(Mapping[str, ca.SX]):
 
     def __repr__(self) -> str:
         return f"<Signals {', '.join(self._parts) or 'without names'}>"
+
+    def _repr_html_(self) -> str:
+        """A table of names and expressions."""
+        texts = {name: str(part) for name, part in self.items()}
+        rows = [(name, text if len(text) <= LINE else f"{text[:LINE]}...") for name, text in texts.items()]
+        return table_to_html("Signals", ("name", "expression"), rows)
 
     @door
     def only(self, names: Layout) -> Signals:

@@ -19,7 +19,7 @@ from workbench.metrics.signals import Choice
 from workbench.metrics.step_response import Overshoot, SettlingTime
 from workbench.metrics.units import product, work
 from workbench.validation.doors import door
-from workbench.validation.words import Array, described, finite, numbers, positive, seconds, vector
+from workbench.validation.words import Array, described, finite, numbers, positive, refusal, seconds, vector
 
 
 def _whole(integral: Array, horizon: float) -> Array:
@@ -182,6 +182,11 @@ def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Int
         If there is no limit, one is no number, or no number lies between them.
     """
     least, most = _limit("low", low, -np.inf), _limit("high", high, np.inf)
+    if least.size != most.size and 1 not in (least.size, most.size):
+        raise ValueError(
+            "`violation(low=..., high=...)` must have as many numbers on either side, one for each of the signal; got "
+            f"{least.size} and {most.size}."
+        )
     if not np.all(least < most) or np.isinf([*least, *most]).all():
         raise ValueError(
             "`violation(low=..., high=...)` must be numbers with room between them, at least one of them finite, as "
@@ -208,7 +213,10 @@ def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Int
 
 
 def _limit(side: str, given: Any, none: float) -> Array:
-    return np.atleast_1d(none if given is None else numbers(f"violation({side}=...)", given))
+    value = np.array(none) if given is None else numbers(f"violation({side}=...)", given)
+    if value.ndim > 1:
+        raise refusal(f"violation({side}=...)", "a number or a vector of numbers", value)
+    return np.atleast_1d(value)
 
 
 @door

@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.core import Entry, Layout, block, initial, parameter
 from workbench.core.block import Scalar, Vector
+from workbench.core.symbols import refuse_misfit
 from workbench.plants.elements import AbstractElement, spread
 from workbench.validation.words import whole
 
@@ -55,11 +56,13 @@ class PadeDelay(AbstractElement):
 
     def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
         """The signal of about T ago."""
+        refuse_misfit("PadeDelay.output", "v", v, z["delayed"].shape[1], 1)
         _, _, C, D = pade(self.order)
         return ca.mtimes(z["delayed"].T, ca.DM(C)) + D * v
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
         """What passes through the delay."""
+        refuse_misfit("PadeDelay.rate", "v", v, z["delayed"].shape[1], 1)
         A, B, _, _ = pade(self.order)
         return {"delayed": (ca.mtimes(ca.DM(A), z["delayed"]) + ca.mtimes(ca.DM(B), v.T)) / self.time}
 

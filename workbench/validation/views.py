@@ -33,7 +33,7 @@ def show(cls: type[T]) -> type[T]:
 def one_line(thing: Any) -> str:
     """The class of a dataclass with its fields that hold something, and dots for what one line does not hold."""
     held = [(name, value) for name, value in _fields(thing) if not _is_empty(value)]
-    for most in (PART, PART // 2):
+    for most in range(3 * PART // 2, PART // 2 - 1, -PART // 4):
         parts = [f"{name}={brief(value, most)}" for name, value in held]
         line = f"{type(thing).__name__}({', '.join(parts)})"
         if len(line) <= LINE:
@@ -72,7 +72,8 @@ def brief(value: Any, most: int = PART) -> str:
         return str(value.__name__)
     text, name = " ".join(repr(value).split()), getattr(value, "name", None)
     long = f"{brief(name)}, ..." if isinstance(name, str) and name else "..."
-    return text if len(text) <= most else f"{type(value).__name__}({long})"
+    short = len(text) <= most and " at 0x" not in text  # the address of a plain object tells nothing
+    return text if short else f"{type(value).__name__}({long})"
 
 
 def fields_to_html(thing: Any) -> Markup:
@@ -105,10 +106,18 @@ def _array(array: np.ndarray[Any, Any], most: int) -> str:
 
 
 def _whole(value: Any) -> object:
-    """A value as a cell of a table."""
-    if isinstance(value, np.ndarray) and value.ndim == 2 and value.size <= FEW**2:
+    """A value as a cell of a table, with a line for each of its first parts."""
+    if isinstance(value, np.ndarray) and FEW < value.size <= FEW**2:
         return Markup(f"<pre>{escape(np.array2string(value, precision=6))}</pre>")
-    return repr(value) if is_dataclass(value) else value if isinstance(value, str) else brief(value)
+    lines = [f"{brief(key)}: {brief(part, LINE)}" for key, part in value.items()] if isinstance(value, Mapping) else []
+    if isinstance(value, list | tuple):
+        lines = [brief(part, LINE) for part in value]
+    more = [f"... {len(lines)} in all"] if len(lines) > FEW else []
+    return Markup("<br/>".join(map(escape, lines[:FEW] + more))) if lines else _text(value)
+
+
+def _text(value: Any) -> str:
+    return value if isinstance(value, str) else repr(value) if is_dataclass(value) else brief(value, LINE)
 
 
 def _cell(cell: object) -> str:

@@ -64,6 +64,8 @@ def calls() -> dict[str, Any]:
         "same_information": partial(core.same_information, ROLES, ROLES),
         "Rule": partial(core.Rule, rule.h, rule.k, rule.t, rule.x, rule.p, rule.w, rule.rate, rule.update, rule.output),
         "Sampled": partial(core.Sampled, ode, 0.1, K, W, 0.5 * X),
+        "Signals": partial(core.Signals, {"q": X}, v=P),
+        "layout": partial(core.layout, omega="rad/s", q=("rad", [0.0, 0.0])),
         "Step": partial(
             core.Step, 0.1, flow.states, flow.parameters, flow.outputs, flow.rule, flow.flow, flow.amplification, 1
         ),
@@ -116,6 +118,7 @@ def arguments() -> dict[str, Any]:
         "update": lambda rule: ca.SX.sym("z"),
         "Step.extended.extra": lambda step: Layout((Entry("z", 0.0),)),
         "Step.extended.symbols": lambda step: ca.SX.sym("z"),
+        "Signals.only.names": lambda signals: Layout((Entry("q", 0.0),)),
         "h": lambda sampled: 0.05,
         "substeps": lambda sampled: 2,
     }  # fmt: skip
