@@ -192,8 +192,8 @@ def notes(loop: Blocks) -> tuple[str, ...]:
 
 
 def horizon(block: Any) -> float:
-    """The last time for which each reference in a block has values, however deep it lies, in s."""
-    own = block.ends if isinstance(block, AbstractReference) else math.inf
+    """The last time for which each reference or plant in a block has values, however deep it lies, in s."""
+    own = block.ends if isinstance(block, AbstractReference | AbstractPlant) else math.inf
     held = (getattr(block, field.name) for field in fields(block))
     parts = (part for value in held for part in (value if isinstance(value, tuple) else (value,)))
     return min([own, *(horizon(part) for part in parts if is_block(part))])
