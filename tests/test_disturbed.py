@@ -108,7 +108,5 @@ def test_equations_that_end_with_a_table_end_as_a_plant_too():
 
 def test_a_second_disturbance_of_one_signal_is_refused():
     once = Disturbed(Motor(), Step("v", "V", 1.0))
-    with pytest.raises(
-        ValueError, match="`Disturbed.by=...` must leave the name 'd_v' .* add the two up in one signal"
-    ):
+    with pytest.raises(ValueError, match="must leave the name 'd_v' to `Disturbed`.* add the two up in one signal"):
         Disturbed(once, Step("v", "V", 2.0))

@@ -1,7 +1,9 @@
 """Ports: what a block may ask of another, and what it must return; a loop of any plant."""
 
 import copy
+import math
 import pickle
+import warnings
 
 import casadi as ca
 import numpy as np
@@ -209,6 +211,32 @@ def test_a_law_that_returns_something_else_is_refused_by_class_and_method(return
     with pytest.raises(ValueError) as error:
         make(ClosedLoop(Motor(), controller=law(command=lambda self, t, z, est, ref: returned)))
     assert str(error.value).startswith(says)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        lambda self, t, z, est, ref: {"v": math.sin(est.omega)},
+        lambda self, t, z, est, ref: {"v": float(t)},
+        lambda self, t, z, est, ref: {"v": max(est.omega, 0.0)},
+        lambda self, t, z, est, ref: {"v": 1.0 if est.omega > 0 else 2.0},
+    ],
+)
+def test_a_law_that_takes_a_symbol_for_a_number_is_refused_and_gives_no_nan(command):
+    """Python's `math` makes NaN of CasADi's symbols without a word: every run would have been called diverged."""
+    loop = ClosedLoop(Motor(), controller=law(reads=layout(omega="rad/s"), command=command))
+    says = r"`Own.command\(...\)` must compute with symbols .* is no number: take `ca.sin`.*`ca.if_else\(c, a, b\)`"
+    for make in (lambda: loop.ode(), lambda: loop.digital(0.1)):
+        with pytest.raises(ValueError, match=says):
+            make()
+
+
+def test_numpys_functions_serve_in_a_law_without_a_warning():
+    own = law(reads=layout(omega="rad/s"), command=lambda self, t, z, est, ref: {"v": np.sin(est.omega)})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ode = ClosedLoop(Motor(), controller=own).ode()
+    assert ode.outputs_at(0.0, [0.0, 0.5])["v"] == math.sin(0.5)
 
 
 def test_each_method_of_each_block_is_held_to_its_port():

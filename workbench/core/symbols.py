@@ -2,9 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import contextlib
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
 import casadi as ca
+
+
+class SymbolError(TypeError):
+    """A symbol was taken for a number."""
+
+
+@contextlib.contextmanager
+def symbols_are_no_numbers() -> Iterator[None]:
+    """While this lasts, a symbol refuses to become a number: CasADi's is NaN, which `math` passes on in silence."""
+    plain = {name: getattr(ca.SX, name) for name in ("__float__", "__int__", "__bool__")}
+
+    def guard(convert: Callable[[ca.SX], Any]) -> Callable[[ca.SX], Any]:
+        def to_number(symbol: ca.SX) -> Any:
+            if not symbol.is_constant():
+                raise SymbolError(f"the symbol '{symbol}' is no number")
+            return convert(symbol)
+
+        return to_number
+
+    try:
+        for name, method in plain.items():
+            setattr(ca.SX, name, guard(method))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FutureWarning)  # of CasADi's, on NumPy's functions of its symbols
+            yield
+    finally:
+        for name, method in plain.items():
+            setattr(ca.SX, name, method)
 
 
 def refuse_unknown(owner: str, symbols: Mapping[str, ca.SX], **made: ca.SX) -> None:

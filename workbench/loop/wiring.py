@@ -13,6 +13,7 @@ import numpy as np
 from workbench.core import Entry, Layout, Signals
 from workbench.core.block import is_block
 from workbench.core.port import fitting
+from workbench.core.symbols import SymbolError, symbols_are_no_numbers
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Parts, is_recursion
 from workbench.loop.surroundings import AbstractReference
 from workbench.validation.words import described
@@ -57,7 +58,16 @@ def memory(loop: Blocks) -> Layout:
 
 def asked(block: Any, method: str, port: Layout, *arguments: Any) -> Signals:
     """What a method of a block returns for a port, or a refusal that names the class, the method and the port."""
-    return fitting(f"{type(block).__name__}.{method}(...)", port, getattr(block, method)(*arguments))
+    call = f"{type(block).__name__}.{method}(...)"
+    try:
+        with symbols_are_no_numbers():
+            parts = getattr(block, method)(*arguments)
+    except SymbolError as error:
+        raise ValueError(
+            f"`{call}` must compute with symbols in place of numbers, as it is read once, derived and compiled; "
+            f"{error}: take `ca.sin` of CasADi in place of `math.sin`, and `ca.if_else(c, a, b)` in place of `if`."
+        ) from error
+    return fitting(call, port, parts)
 
 
 def wanted(loop: Blocks, t: ca.SX) -> Signals:
