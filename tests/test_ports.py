@@ -360,6 +360,12 @@ class Shift(AbstractPlant):
         return {"x": x.x / 2 + u.v}
 
 
+def test_equations_in_continuous_time_say_that_the_period_of_a_law_does_not_count():
+    loop = motor(controller=motor().controller.run_every(0.2))
+    assert loop.ode().notes == ("PI acts at every instant here: its period of 0.2 s is that of a computer",)
+    assert loop.digital(0.1).notes == motor().ode().notes == ()
+
+
 def test_a_plant_in_discrete_time_moves_at_its_instants_by_the_command_that_was_held():
     run = simulate(ClosedLoop(Shift(), controller=Counter()).digital(0.5).step(1), until=2.0)
     x, expected = 1.0, []

@@ -201,6 +201,13 @@ def notes(loop: Blocks) -> tuple[str, ...]:
     return (f"the observer uses the truth ({truths}), which no instrument gives",) if loop.observer.uses_truth else ()
 
 
+def periods(loop: Blocks) -> tuple[str, ...]:
+    """What a reader must know of a loop in continuous time whose blocks have periods."""
+    blocks: tuple[Any, ...] = (loop.observer, loop.controller)
+    held = [(type(block).__name__, block.period) for block in blocks if block.period is not None]
+    return tuple(f"{name} acts at every instant here: its period of {T:g} s is that of a computer" for name, T in held)
+
+
 def horizon(block: Any) -> float:
     """The last time for which each reference or plant in a block has values, however deep it lies, in s."""
     own = block.ends if isinstance(block, AbstractReference | AbstractPlant) else math.inf
