@@ -398,6 +398,12 @@ def test_signals_are_read_by_item_and_attribute_and_cannot_be_changed():
     assert list(pickle.loads(pickle.dumps(Signals(a=1.0)))) == ["a"]
 
 
+@pytest.mark.parametrize("name", ["get", "items", "keys", "only", "values"])
+def test_a_signal_is_not_called_as_a_method_is_which_its_attribute_would_be(name):
+    with pytest.raises(ValueError, match=rf"`layout\({name}=...\)` must have another name, as `{name}` is a method"):
+        layout(**{name: "m"})
+
+
 def test_a_layout_names_units_and_starts():
     port = layout(q=("m, rad", [0.5, 1.0]), v="V")
     assert (port["q"].units, port["v"].units) == (("m", "rad"), ("V",))
