@@ -9,7 +9,7 @@ from workbench.controllers import PID, PID2
 from workbench.core import layout, rk4
 from workbench.loop import ClosedLoop, open_loop
 from workbench.observers import FullState
-from workbench.plants import Disturbed, Manipulator
+from workbench.plants import Disturbed, Equipped, Manipulator, OdePlant
 from workbench.robots import paper_arm
 from workbench.signals import Hold, Sines, SineTorque, Step, Table, Together
 from workbench.simulate import simulate
@@ -98,3 +98,15 @@ def test_a_disturbance_of_no_port_is_refused(by, says):
     with pytest.raises(ValueError) as error:
         Disturbed(Motor(), by)
     assert says in str(error.value)
+
+
+def test_equations_that_end_with_a_table_end_as_a_plant_too():
+    pushed = OdePlant(open_loop(Disturbed(Motor(), Table("v", "V", [0.0, 1.0], [0.0, 1.0]))))
+    loop = ClosedLoop(Equipped(pushed), controller=LAW, reference=Hold(0.0, "omega", "rad/s"))
+    assert (open_loop(pushed).horizon, loop.ode().horizon, loop.digital(0.1).flow.horizon) == (1.0, 1.0, 1.0)
+
+
+def test_a_second_disturbance_of_one_signal_is_refused():
+    once = Disturbed(Motor(), Step("v", "V", 1.0))
+    with pytest.raises(ValueError, match="must leave the name 'd_v' to `Disturbed`.* add the two up in one signal"):
+        Disturbed(once, Step("v", "V", 2.0))

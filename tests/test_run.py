@@ -224,7 +224,7 @@ def test_the_values_of_single_cases_are_a_table_in_every_form(command, tmp_path)
         done = command("results", "out", "--format", form)
         assert (done.exit_code, done.stdout) == (
             0,
-            f"out/runs/cases.{form}: the single cases, one row a metric and joint.\n",
+            f"out/runs/cases.{form}: the single cases, one row a metric and number.\n",
         )
     assert pd.read_parquet(table.with_suffix(".parquet")).value.tolist() == [value]
     assert loadmat(table.with_suffix(".mat"))["error"].item() == error

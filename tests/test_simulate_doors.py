@@ -2,11 +2,12 @@
 
 import re
 
+import casadi as ca
 import numpy as np
 import pytest
 from equations import decay
 
-from workbench.core import rk4, stepper
+from workbench.core import Layout, Ode, layout, rk4, stepper
 from workbench.simulate import (
     Schedule,
     Trajectories,
@@ -106,6 +107,14 @@ def test_what_cannot_be_run_is_refused_at_the_door(call, says):
 def test_what_a_maker_of_steps_refuses_is_said_in_its_words():
     with pytest.raises(LookupError, match="^There is no method 'euler'"):
         run(Schedule(0.1, (Segment("euler", 1, 1),)), make, P, X0)
+
+
+def test_what_has_no_state_is_refused_by_every_engine():
+    t, none = ca.SX.sym("t"), ca.SX(0, 1)
+    clock = Ode("clock", Layout(), Layout(), layout(y="s"), t, none, none, none, t)
+    for engine in ("native", "numpy", "casadi"):
+        with pytest.raises(ValueError, match="at least one state, as nothing else moves; 'clock' has none"):
+            simulate(rk4(clock, 0.1), until=1.0, engine=engine)
 
 
 @pytest.mark.parametrize("whole", [np.int8, np.uint64, np.array])

@@ -112,6 +112,19 @@ def test_a_step_is_up_from_its_time_on():
     np.testing.assert_array_equal(x.ravel(), [-1, -1, 5, 5])
 
 
+@pytest.mark.parametrize("ticks", [1, 3, 7, 15, 30, 70])
+def test_a_jump_at_an_instant_is_met_there_however_k_h_is_rounded(ticks):
+    """Instants are those of a step h of `ticks` milliseconds: 30 times 0.03 is less than 0.9."""
+    h = ticks / 1000
+    for k in range(2, 200):
+        due, times = k * ticks / 1000, np.array([(k - 1) * h, k * h])
+        rows = Table("x", "m", [0.0, due, due + 1], [0.0, 1.0, 1.0], "hold")
+        for signal in (Step("x", "m", 1.0, due), PulseTrain("x", "m", 1.0, 2 * due, due, due), rows):
+            np.testing.assert_array_equal(motion(signal, times)[0].ravel(), [0.0, 1.0])
+        up = PulseTrain("x", "m", 1.0, 2 * due, due)
+        np.testing.assert_array_equal(motion(up, times)[0].ravel(), [1.0, 0.0])
+
+
 @pytest.mark.parametrize("sweep", ["linear", "logarithmic"])
 def test_a_chirp_is_that_of_scipy_and_stays_at_its_last_frequency(sweep):
     T, signal = 4.0, Chirp(*OMEGA, 2.0, 0.1, 3.0, 4.0, np.pi / 2, sweep)

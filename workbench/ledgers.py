@@ -43,7 +43,7 @@ def write(folder: Path, form: str) -> list[str]:
 
     cases = []
     if (folder / rows.CASES).is_file():
-        cases = [f"{rows.write_cases(folder, form)}: the single cases, one row a metric and joint."]
+        cases = [f"{rows.write_cases(folder, form)}: the single cases, one row a metric and number."]
     try:
         held, said = _read(folder)
     except LookupError:

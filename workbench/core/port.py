@@ -14,6 +14,7 @@ from workbench.validation.doors import door
 from workbench.validation.words import as_text, described, nearest, numbers, refusal
 
 ANY = "?"  # the unit of a signal whose block was told none, as a system of python-control is
+METHODS = {name for name in dir(Signals) if not name.startswith("_")}  # of which `y.name` is none of the signals
 
 
 @door
@@ -25,7 +26,7 @@ def layout(**signals: Any) -> Layout:
     Raises
     ------
     ValueError
-        If what comes for a name is neither.
+        If what comes for a name is neither, or a name is that of a method of `Signals`.
 
     Examples
     --------
@@ -38,6 +39,8 @@ def layout(**signals: Any) -> Layout:
 
 def _entry(name: str, value: Any) -> Entry:
     call = f"layout({name}=...)"
+    if name in METHODS:
+        raise ValueError(f"`{call}` must have another name, as `{name}` is a method of the `Signals` that hold it.")
     if (unit := as_text(value)) is not None:
         return Entry(name, np.array(0.0), unit)
     if isinstance(value, tuple) and len(value) == 2 and (unit := as_text(value[0])) is not None:

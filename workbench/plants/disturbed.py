@@ -29,7 +29,8 @@ class Disturbed(AbstractPlant):
     Raises
     ------
     ValueError
-        If a signal is neither an input nor an output of the plant, or of another size or unit.
+        If a signal is neither an input nor an output of the plant, or of another size or unit; or if the plant has a
+        signal of the name of the disturbance, as one that is disturbed already has.
 
     Examples
     --------
@@ -45,6 +46,12 @@ class Disturbed(AbstractPlant):
         for clause in misfits(self._added, self.plant.inputs + self.plant.outputs):
             held = clause.format(gives=f"`{type(self.plant).__name__}` has")
             raise ValueError(f"`Disturbed(by=...)` adds {held if held.endswith('?') else f'{held}.'}")
+        for name in self._added.prefixed(TRUTH).names:
+            if name in self.plant.outputs + self.plant.truths:
+                raise ValueError(
+                    f"`Disturbed(by=...)` must leave the name '{name}' to `{type(self.plant).__name__}`, which has it "
+                    "already: where that is a disturbance too, add the two up in one signal."
+                )
 
     @property
     def period(self) -> float | None:  # type: ignore[override]

@@ -120,6 +120,11 @@ class OdePlant(AbstractPlant):
         return OdePlant(Ode(called, known, own, watched, *symbols, rate, output, inputs=driven.names))
 
     @property
+    def ends(self) -> float:  # type: ignore[override]
+        """The horizon of the equation, in s."""
+        return self.ode.horizon
+
+    @property
     def states(self) -> Layout:
         """Those of the equation, each with its start."""
         return self.ode.states

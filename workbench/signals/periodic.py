@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.core import block, parameter
 from workbench.core.block import Scalar, Vector
-from workbench.signals.signal import AbstractSignal, Motion, count
+from workbench.signals.signal import AbstractSignal, Motion, clock, count
 from workbench.validation.shapes import Number
 
 
@@ -134,6 +134,6 @@ class PulseTrain(AbstractSignal):
     def motion(self, t: Number) -> Motion:
         """The pulses, and zeros for their derivatives."""
         before = (self.width - self.period) / 2  # amid a gap, where the time waits for the first begin
-        s, zero = ca.fmax(t - self.time, before), ca.SX.zeros(self.dof)
+        s, zero = ca.fmax(clock(t) - self.time, before), ca.SX.zeros(self.dof)
         up = s - self.period * ca.floor(s / self.period) < self.width
         return ca.if_else(up, ca.SX(self.level), ca.SX(self.base)), zero, zero

@@ -15,6 +15,7 @@ from workbench.loop.surroundings import AbstractReference
 from workbench.validation.shapes import Number
 
 Motion = tuple[ca.SX, ca.SX, ca.SX]  # a signal, its first and its second derivative, each (n, 1)
+ROUNDING = 2.0**-50  # more than k h may lack of the decimal number that is meant: 30 times 0.03 is less than 0.9
 
 
 class AbstractSignal(AbstractReference):
@@ -110,6 +111,11 @@ class Together(AbstractReference):
     def at(self, t: Number) -> Signals:
         """The signals of all parts."""
         return Signals({name: value for part in self.parts for name, value in part.at(t).items()})
+
+
+def clock(t: Number) -> ca.SX:
+    """A time t = k h by which to tell whether an instant has come, ahead of t by the rounding of k h."""
+    return t * (1 + ROUNDING)
 
 
 def count(value: Any) -> int:

@@ -6,7 +6,7 @@ import casadi as ca
 
 from workbench.core import block, parameter
 from workbench.core.block import Vector
-from workbench.signals.signal import AbstractSignal, Motion, count
+from workbench.signals.signal import AbstractSignal, Motion, clock, count
 from workbench.validation.shapes import Number
 
 
@@ -62,7 +62,7 @@ class Step(AbstractSignal):
     def motion(self, t: Number) -> Motion:
         """The step, and zeros for its derivatives."""
         zero = ca.SX.zeros(self.dof)
-        return ca.if_else(t >= self.time, ca.SX(self.level), ca.SX(self.start)), zero, zero
+        return ca.if_else(clock(t) >= self.time, ca.SX(self.level), ca.SX(self.start)), zero, zero
 
 
 @block
@@ -88,5 +88,5 @@ class Ramp(AbstractSignal):
 
     def motion(self, t: Number) -> Motion:
         """The ramp and its slope; the second derivative is zero, as if the corner were not there."""
-        rate = ca.if_else(t >= self.time, ca.SX(self.slope), 0)
+        rate = ca.if_else(clock(t) >= self.time, ca.SX(self.slope), 0)
         return self.start + self.slope * ca.fmax(t - self.time, 0), rate, ca.SX.zeros(self.dof)

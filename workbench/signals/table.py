@@ -12,7 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from workbench.core import block, option
 from workbench.signals.profiles import refuse_times
-from workbench.signals.signal import AbstractSignal, Motion
+from workbench.signals.signal import AbstractSignal, Motion, clock
 from workbench.validation.shapes import Number
 from workbench.validation.words import Array, known, refusal
 
@@ -135,7 +135,7 @@ class Table(AbstractSignal):
         rows = self._pieces()
         chosen = ca.SX(rows[0])
         for row, time in zip(rows[1:], self.times[1:-1], strict=True):
-            chosen = ca.if_else(t >= time, ca.SX(row), chosen)
+            chosen = ca.if_else(clock(t) >= time, ca.SX(row), chosen)
         s = t - chosen[0]
         a, b, c, d = ca.vertsplit(chosen[1:], self.dof)
         return a + s * (b + s * (c + s * d)), b + s * (2 * c + s * 3 * d), 2 * c + 6 * d * s

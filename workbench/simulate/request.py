@@ -45,6 +45,11 @@ def table_of(call: str, layout: Layout, rows: Array | None) -> Array:
 
 def rows_of(call: str, step: Step, p: Array | None, x0: Array | None, least: int = 1) -> tuple[Array, Array]:
     """Parameters and initial states, checked in the name of a call, with one row a run each and `least` runs."""
+    if not step.states.size:
+        raise ValueError(
+            f"`{call}(...)` must have a step with at least one state, as nothing else moves; '{step.flow.name}' has "
+            "none: take its `outputs_at(t, x)`."
+        )
     tables = (table_of(f"{call}(p=...)", step.parameters, p), table_of(f"{call}(x0=...)", step.states, x0))
     runs = {len(rows) for rows in tables}
     if len(runs - {1}) > 1:

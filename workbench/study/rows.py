@@ -46,7 +46,7 @@ def to_csv(sample: Sample) -> bytes:
 
 
 def cases_to_csv(results: Results) -> bytes:
-    """The values of single cases after RFC 4180, one row a metric and joint; what does not exist is empty."""
+    """The values of single cases after RFC 4180, one row a metric and number; what does not exist is empty."""
     rows, out = results.rows, io.StringIO()
     writer = csv.writer(out)
     writer.writerow(rows[0] if rows else ())

@@ -64,8 +64,6 @@ def calls() -> dict[str, Any]:
         "same_information": partial(core.same_information, ROLES, ROLES),
         "Rule": partial(core.Rule, rule.h, rule.k, rule.t, rule.x, rule.p, rule.w, rule.rate, rule.update, rule.output),
         "Sampled": partial(core.Sampled, ode, 0.1, K, W, 0.5 * X),
-        "Signals": partial(core.Signals, {"q": X}, v=P),
-        "layout": partial(core.layout, omega="rad/s", q=("rad", [0.0, 0.0])),
         "Step": partial(
             core.Step, 0.1, flow.states, flow.parameters, flow.outputs, flow.rule, flow.flow, flow.amplification, 1
         ),

@@ -32,8 +32,6 @@ def calls() -> dict[str, Any]:
         "LinearFilter": partial(loop.LinearFilter, LINEAR, ("v",)),
         "LinearLaw": partial(loop.LinearLaw, LINEAR, True, [1.0], [1.0]),
         "LinearPlant": partial(loop.LinearPlant, LINEAR, [1.0]),
-        "Follows": loop.Follows,
-        "Inputs": loop.Inputs,
         "Parts": loop.Parts,
         "Readings": partial(loop.Readings, PLANT.outputs),
         "Reads": loop.Reads,

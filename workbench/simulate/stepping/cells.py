@@ -56,3 +56,11 @@ def _divisor(number: int) -> int:
     """The divisor of a number that is nearest to the usual count of cells."""
     divisors = [n for n in range(1, min(number, 10 * COUNT) + 1) if number % n == 0]
     return min(divisors, key=lambda n: abs(np.log(n / COUNT)))
+
+
+def lost(runs: int, until: float, h: float) -> ValueError:
+    """The refusal of pilot runs none of which lasts to the horizon [s], at steps down to h [s]."""
+    return ValueError(
+        f"`choose(...)`: none of the {runs} pilot runs stays finite up to {until:g} s at steps down to {h:.2g} s: the "
+        "loop runs away, or one of its modes is too fast for these; where it is, name a shorter step `h`."
+    )

@@ -22,7 +22,7 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Rule, Step
 from workbench.simulate.request import rows_of
-from workbench.simulate.stepping.cells import cells_of
+from workbench.simulate.stepping.cells import cells_of, lost
 from workbench.simulate.stepping.schedule import Make, Schedule, march, step_of
 from workbench.simulate.stepping.stability import longest_steps, modes_at
 from workbench.validation.doors import door
@@ -127,7 +127,7 @@ def choose(
         if pilot and found and found[1] <= tolerance:
             return Choice(Schedule.of(cells.length, found[0]), tolerance, found[1], len(pilot.p))
     if not found:
-        raise ValueError(f"`choose(...)`: none of the {len(p)} pilot runs stays finite up to {until:g} s.")
+        raise lost(len(p), until, cells.length / cells.references[-1])
     raise ValueError(
         f"`choose(tolerance={tolerance:g})` is not reached: steps down to {cells.length / cells.divisors[-1]:g} s "
         f"leave local errors of {found[1]:.1e} in sum. Where a law switches, smaller steps help little: ask for less."

@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from workbench.simulate.batch import simulate
+from workbench.simulate.stepping.cells import lost
 from workbench.simulate.stepping.pilot import NOTHING
 from workbench.simulate.stepping.schedule import Make
 from workbench.simulate.stepping.stability import longest_steps, modes_at
@@ -60,7 +61,7 @@ def single_step(
                 return float(h)
         rough = fine
     if np.isnan(found):
-        raise ValueError(f"`choose(...)`: none of the {len(p)} pilot runs stays finite up to {until:g} s.")
+        raise lost(len(p), until, longest / 2**halvings)
     raise ValueError(
         f"`choose(tolerance={tolerance:g})` is not reached: the step {longest / 2 ** (halvings - 1):g} s still changes "
         f"a state by {found:.1e}. Where a law switches, smaller steps help little: ask for less, or name a step `h`."
