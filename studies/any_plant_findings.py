@@ -1,0 +1,167 @@
+"""What b3 found, each sentence made of its figures."""
+
+from __future__ import annotations
+
+import numpy as np
+from any_plant_loops import COMPUTER, LAWS, LQG, LQR, PID, called, cut, margins
+from any_plant_settings import EASY, HARD, SETTINGS, Setting
+
+from workbench.core.layout import Array
+from workbench.design.linear import sensitivity
+from workbench.study import Results, Section, Verdict, sobol
+from workbench.study.comparison import order
+from workbench.study.sensitivity import SobolIndices
+
+BY_NAME = {setting.name: setting for setting in SETTINGS}
+COUNT = len(SETTINGS)
+GIVEN = "Both laws: the same outputs. LQG: the linear model with its true numbers too. PID: no model."
+
+
+def findings(results: Results) -> Section:
+    """The answers first."""
+    return Section(
+        "What was found",
+        (_runs(results), _tanks(results), _masses(), _filters(), _errors(results), _parameters(results)),
+    )
+
+
+def _runs(results: Results) -> Verdict:
+    ends = [settled(results, setting, f"{law} {COMPUTER}") for setting in SETTINGS for law in LAWS]
+    growth = [
+        rms(results, setting, f"{law} {COMPUTER}")[0] / rms(results, setting, law)[0]
+        for setting in SETTINGS
+        for law in LAWS
+    ]
+    return Verdict(
+        "found",
+        f"{sum(ends)} of {len(ends)} loops come to rest in a computer, where the RMSE is {min(growth):.2f} to "
+        f"{max(growth):.2f} times that in continuous time.",
+        "A computer reads with noise, keeps the commands within limits, and acts a period late; in continuous time "
+        "readings are exact and nothing is limited. A limit may even help, where it cuts what a law would overdo.",
+        estimand=f"Whether the error stays within 5 % of that of the start from some instant on, and RMSE of one output "
+        f"over the run, for {COUNT} settings and two laws, one start and one draw of the noise each.",
+        given=GIVEN,
+        reversal="Longer periods: the summary has the delay that each loop stands, in periods.",
+    )
+
+
+def _tanks(results: Results) -> Verdict:
+    easy, hard = (BY_NAME[name] for name in (EASY, HARD))
+    slow = {s.name: -sensitivity(cut(s, PID)).poles().real.max() for s in (easy, hard)}
+    optimal = {s.name: -s.design.poles.real.max() for s in (easy, hard)}
+    zero = hard.model.zeros().real.max()
+    return Verdict(
+        "found",
+        f"Under two PI controllers the slowest mode of the four tanks decays {slow[EASY] / slow[HARD]:.0f} times more "
+        "slowly at P+ than at P-, as the publication says of its settling times.",
+        f"At P+ a zero at {zero:+.4f} 1/s bounds what any law can reach: LQG, given the model, decays with "
+        f"{optimal[HARD]:.4f} 1/s there and with {optimal[EASY]:.4f} 1/s at P-, by the same weights.",
+        estimand="The slowest pole of the linear loop at rest, for both settings of the valves.",
+        given="The published gains of both settings, of two PI controllers that read one level each.",
+        reversal="Other gains, within what the zero allows.",
+    )
+
+
+def _masses() -> Verdict:
+    setting = BY_NAME["two masses"]
+    return Verdict(
+        "holds",
+        "No PID of x_2 with a derivative filter of first order makes the two masses stable.",
+        "With N for the filter its characteristic polynomial begins with m_1 m_2 (s + N) s + k (m_1 + m_2) (1 + N / s), "
+        "times powers of s, whatever the gains: the second Hurwitz determinant is "
+        "m_1 m_2 N k (m_1 + m_2) - m_1 m_2 k (m_1 + m_2) N = 0, and would have to be positive. A filter of second order "
+        f"does: its disk margin here is {margins(setting, PID).disk.alpha:.2f}, that of LQG "
+        f"{margins(setting, LQG).disk.alpha:.2f}.",
+        estimand="The characteristic polynomial of the linear loop for all masses, stiffnesses and gains.",
+        given="The position of the second mass alone.",
+        reversal="Friction, or a reading of the first mass.",
+    )
+
+
+def _filters() -> Verdict:
+    change = {s.name: (margins(s, LQR).disk.alpha, margins(s, LQG).disk.alpha) for s in SETTINGS}
+    less = [name for name, (full, seen) in change.items() if seen < full]
+    worst = min(change, key=lambda name: change[name][1] / change[name][0])
+    smaller = [s.name for s in SETTINGS if margins(s, LQG).disk.alpha < margins(s, PID).disk.alpha]
+    return Verdict(
+        "found",
+        f"The Kalman filter takes from the disk margin of its regulator in {len(less)} of {COUNT} settings, most in "
+        f"{worst}: {change[worst][0]:.2f} with all states read, {change[worst][1]:.2f} with the filter.",
+        f"A regulator that reads all states has margins that are guaranteed; behind a filter it has none that are "
+        f"(Doyle 1978). In {len(smaller)} of {COUNT} settings LQG has the smaller disk margin of the two laws.",
+        estimand="The disk margin of all inputs at once of the linear loop at rest.",
+        given=f"The regulator alone: all states. {GIVEN}",
+        reversal="More noise that is assumed at the inputs, which brings the filter's margins back to the regulator's.",
+    )
+
+
+def _errors(results: Results) -> Verdict:
+    sides = {where: [_order(results, s, where) for s in SETTINGS] for where in ("", f" {COMPUTER}")}
+    tally = {where: [one.count(word) for word in ("below", "above")] for where, one in sides.items()}
+    same = sum(a == b for a, b in zip(*sides.values(), strict=True))
+    (less, more), (less_there, more_there) = tally.values()
+    return Verdict(
+        "depends",
+        f"LQG has the smaller RMSE in {less} of {COUNT} settings and PID in {more}; in a computer LQG in {less_there} "
+        f"and PID in {more_there}. In {same} the order is the same in both.",
+        "No law is called the better one: the two are given unlike things, and none was tuned for this error.",
+        estimand="RMSE of one output over the run, one start, and in a computer one draw of the noise; a gap within the "
+        "errors of the step is not counted.",
+        given=GIVEN,
+        reversal="Other weights of LQG or other gains of PID: neither was searched for.",
+    )
+
+
+def _order(results: Results, setting: Setting, where: str) -> str:
+    one, other = (rms(results, setting, f"{law}{where}") for law in LAWS)
+    return order(one, other)
+
+
+def _parameters(results: Results) -> Verdict:
+    spread = {s.name: [deviation(results, s, law) for law in LAWS] for s in SETTINGS}
+    wider = [name for name, (one, other) in spread.items() if one > other]
+    worst = max(spread, key=lambda name: spread[name][0] / spread[name][1])
+    deciding = indices(BY_NAME[worst], results)[LQG]
+    first = int(np.argmax(deciding.ST.value))
+    lost = sum(results.sample(called(s, law)).failed for s in SETTINGS for law in LAWS)
+    return Verdict(
+        "found",
+        f"Where the plant is another than the designer believes, the RMSE scatters more under LQG than under PID in "
+        f"{len(wider)} of {COUNT} settings, most so for the {worst}: by {100 * spread[worst][0]:.0f} % and "
+        f"{100 * spread[worst][1]:.0f} %.",
+        f"There {deciding.factors[first]} decides it under LQG (ST = {deciding.ST.value[first]:.2f}, from "
+        f"{deciding.ST.low[first]:.2f} to {deciding.ST.high[first]:.2f}). LQG has no integral here, so that a plant that "
+        f"needs another input than was believed is left off its level. Of all runs {lost} diverged.",
+        estimand="Standard deviation of the RMSE of one output over its mean, over the ranges of the parameters, in "
+        "continuous time.",
+        given=GIVEN,
+        reversal="An integral of the error in LQG, or narrower ranges.",
+    )
+
+
+def settled(results: Results, setting: Setting, law: str) -> bool:
+    """Whether the main output settles in the run."""
+    return bool(np.isfinite(results[setting.name, law].score(f"settling time of {setting.main}", 0)[0]))
+
+
+def rms(results: Results, setting: Setting, law: str) -> tuple[float, float]:
+    """The RMSE of the main output and its error."""
+    return results[setting.name, law].score(f"RMSE of {setting.main}", 0)
+
+
+def errors(results: Results, setting: Setting, law: str) -> Array:
+    """The RMSE of each run of the sweep of a plant and a law."""
+    return results.sample(called(setting, law)).outputs(f"RMSE of {setting.main}")
+
+
+def deviation(results: Results, setting: Setting, law: str) -> float:
+    """The standard deviation of the RMSE over the parameters of a plant, over its mean."""
+    values = errors(results, setting, law)
+    return float(np.nanstd(values) / np.nanmean(values))
+
+
+def indices(setting: Setting, results: Results) -> SobolIndices:
+    """Sobol indices of the RMSE, an output a law."""
+    sample = results.sample(called(setting, LQG))
+    outputs = np.stack([errors(results, setting, law) for law in LAWS], axis=1)
+    return sobol(sample.design, outputs, LAWS, factors=sample.factors)

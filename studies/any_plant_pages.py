@@ -1,0 +1,201 @@
+"""How b3 reads: the plants and their laws, one summary, and a picture and Sobol bars of each plant."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from any_plant_findings import findings, indices
+from any_plant_loops import COMPUTER, LAWS, LQG, called, margins
+from any_plant_settings import SETTINGS, Setting
+
+from workbench.study import Figure, Paragraph, Results, Section, Table, sobol_bars
+from workbench.study.document import Cell, Column, Measured, Panel, Series
+from workbench.study.study import Outcome
+
+
+def sections(results: Results) -> Sequence[Section]:
+    """The whole page."""
+    summary = Section("All plants", (summary_table(results), plants_table(), laws_table()))
+    return (findings(results), summary, *(plant_section(setting, results) for setting in SETTINGS))
+
+
+def headlines(results: Results) -> Sequence[str]:
+    """The findings in a line each."""
+    return tuple(str(one.statement) for one in findings(results).blocks if hasattr(one, "statement"))
+
+
+def summary_table(results: Results) -> Table:
+    """Margins, errors and settling times, two rows a plant."""
+    columns = (
+        Column("plant"),
+        Column("law"),
+        Column("disk margin", align="right", digits=3),
+        Column("phase", "deg", "right", digits=3),
+        Column("delay", "periods", "right", digits=2),
+        Column("RMSE", align="right"),
+        Column(f"RMSE {COMPUTER}", align="right"),
+        Column("of"),
+        Column("settling", align="right"),
+        Column(f"settling {COMPUTER}", align="right"),
+        Column("in"),
+    )
+    rows = [summary_row(setting, law, results) for setting in SETTINGS for law in LAWS]
+    notes = (
+        "Margins at the inputs of the plant: the disk margin of all inputs at once; phase and delay of the worst input "
+        "by itself, the delay in periods of the computer, which itself takes one and a half. RMSE over the whole run "
+        "and settling time, until 5 % of what the start is off, each with its error by twice the step. "
+        "In a computer: one draw of the noise.",
+    )
+    return Table("summary", "Two laws on each plant.", columns, tuple(rows), notes)
+
+
+def summary_row(setting: Setting, law: str, results: Results) -> tuple[Cell, ...]:
+    """A law on a plant."""
+    own, first = margins(setting, law), law == LQG
+    runs = (results[setting.name, law], results[setting.name, f"{law} {COMPUTER}"])
+    unit, scale = setting.plant.outputs[setting.main].unit, 1e3 if setting.until < 0.1 else 1.0
+    return (
+        setting.name if first else "",
+        law,
+        own.disk.alpha,
+        own.phase if np.isfinite(own.phase) else "any",
+        own.delay / setting.period if np.isfinite(own.delay) else "any",
+        *(score(run, "RMSE", setting) for run in runs),
+        f"{setting.main} [{unit}]",
+        *(score(run, "settling time", setting, scale) for run in runs),
+        "ms" if scale > 1 else "s",
+    )
+
+
+def score(outcome: Outcome, metric: str, setting: Setting, scale: float = 1.0) -> Cell:
+    """A metric of the main output with its error."""
+    value, error = outcome.score(f"{metric} of {setting.main}", 0)
+    return Measured(scale * value, scale * error) if np.isfinite(value) and np.isfinite(error) else "never"
+
+
+def plants_table() -> Table:
+    """What is linearised where, and the certificate of its gains."""
+    columns = (
+        Column("plant"),
+        Column("operating point"),
+        Column("poles", "1/s"),
+        Column("zeros", "1/s"),
+        Column("slowest pole with LQG", "1/s", "right", digits=3),
+        Column("condition of the Riccati equations", align="right", digits=2),
+    )
+    rows = tuple(
+        (
+            setting.name,
+            operating(setting),
+            spots(setting.model.poles()),
+            spots(setting.model.zeros()) if setting.model.ninputs == setting.model.noutputs else None,
+            float(setting.design.poles.real.max()),
+            setting.design.certificate.condition,
+        )
+        for setting in SETTINGS
+    )
+    notes = ("States that are not named are zero there. Poles and zeros are named once, however often they come; zeros of plants with as many outputs as inputs.",)
+    return Table("plants", "The plants where they are linearised.", columns, rows, notes)
+
+
+def operating(setting: Setting) -> str:
+    """The states and the inputs of the operating point that are not zero, with their units."""
+    plant, point = setting.plant, setting.point
+    entries = zip((*plant.states.entries, *plant.inputs.entries), (*point.x, *point.u), strict=True)
+    named = [f"{entry.name} = {value:.4g} {entry.unit}".strip() for entry, value in entries if abs(value) > 1e-9]
+    return ", ".join(named) or "zero"
+
+
+def spots(values: np.ndarray[tuple[int], np.dtype[np.complex128]]) -> str | None:
+    """Complex numbers with three digits, each pair once, the largest real part first."""
+    upper = sorted((v for v in values if v.imag >= -1e-9), key=lambda v: -v.real)
+    words = [_spot(v) for v in upper]
+    return ", ".join(dict.fromkeys(words)) or None
+
+
+def _spot(value: complex) -> str:
+    real, imaginary = (0.0 if abs(part) < 1e-9 * (1 + abs(value)) else part for part in (value.real, value.imag))
+    return f"{real:.3g}{f' ± {imaginary:.3g}i' if imaginary else ''}".replace("-", "\N{MINUS SIGN}")
+
+
+def laws_table() -> Table:
+    """What either law is given on each plant."""
+    columns = (
+        Column("plant"),
+        Column("read by both"),
+        Column("PID"),
+        Column("states of PID", align="right"),
+        Column("states of LQG", align="right"),
+        Column("period", align="right"),
+        Column("noise"),
+        Column("limits"),
+    )
+    notes = (
+        "LQG is given the linear model of the plant with its true numbers, and estimates each state by it; PID is given "
+        "no model, but gains that were chosen with one: by hand, those of the publication (the four tanks), or those of "
+        "the regulator itself with filtered derivatives in the place of velocities (PD). Noise: one standard deviation "
+        "of each reading.",
+    )
+    return Table("laws", "What the two laws are given.", columns, tuple(map(laws_row, SETTINGS)), notes)
+
+
+def laws_row(setting: Setting) -> tuple[Cell, ...]:
+    """The second law, and the computer of both."""
+    plant, (low, high) = setting.plant, setting.limit
+    noise = ", ".join(f"{value:g} {plant.outputs[name].unit}" for name, value in setting.noise.items())
+    own = setting.pid(setting, False).memory.size
+    unit = plant.inputs.entries[0].unit
+    return (
+        setting.name,
+        ", ".join(setting.noise),
+        setting.words,
+        own,
+        plant.states.size,
+        f"{1e3 * setting.period:g} ms",
+        noise,
+        f"{low:g} to {high:g} {unit}".strip(),
+    )
+
+
+def plant_section(setting: Setting, results: Results) -> Section:
+    """The picture and the Sobol bars of a plant."""
+    return Section(setting.name[0].upper() + setting.name[1:], (picture(setting, results), bars(setting, results)))
+
+
+def picture(setting: Setting, results: Results) -> Figure:
+    """The main output and the first input of both laws, in continuous time and in a computer."""
+    fast = setting.until < 0.1
+    scale, axis = (1e3, "time [ms]") if fast else (1.0, "time [s]")
+    inputs = setting.plant.inputs.entries[0]
+    panels = []
+    for name, unit, look in (
+        (setting.main, setting.plant.outputs[setting.main].unit, "line"),
+        (inputs.name, inputs.unit, "steps"),
+    ):
+        for where in ("", f" {COMPUTER}"):
+            runs = [(law, results[setting.name, f"{law}{where}"]) for law in LAWS]
+            steps = look if where else "line"
+            series = [
+                Series(law, scale * run.t, run.signal(name, 0), run.case.style, look=steps)  # type: ignore[arg-type]
+                for law, run in runs
+            ]
+            if name == setting.main:
+                t = scale * runs[0][1].t[[0, -1]]
+                series.append(Series("wanted", t, np.full(2, setting.wanted[name]), "reference"))
+            label = f"{name} [{unit}]" if unit else name
+            panels.append(Panel(label, tuple(series), axis, title=where.strip() or "in continuous time"))
+    caption = f"{setting.name}: what is wanted is the operating point; PID here is {setting.words}."
+    return Figure(f"runs_{called(setting, '').strip('_')}", caption[0].upper() + caption[1:], tuple(panels), columns=2)
+
+
+def bars(setting: Setting, results: Results) -> Figure:
+    """Sobol indices of the error under both laws."""
+    found = indices(setting, results)
+    note = "; ".join(f"{law}: {results.sample(called(setting, law)).note_of(f'RMSE of {setting.main}')}" for law in LAWS)
+    ranges = {f"{100 * (high - 1):.0f} %" for _, high in setting.spread.values()}
+    caption = (
+        f"{setting.name[0].upper()}{setting.name[1:]}: parts of the variance of the RMSE of {setting.main} in continuous "
+        f"time, where each parameter of the plant is within {', '.join(sorted(ranges))} of its own value."
+    )
+    return sobol_bars(f"sobol_{called(setting, '').strip('_')}", caption, found, note)
