@@ -13,7 +13,7 @@ from any_plant_settings import SETTINGS, Setting
 from workbench.controllers import Cascade, Regulator
 from workbench.design.linear import DiskMargin, LoopMargins, broken_loop, disk_margin, held, loop_margins
 from workbench.loop import ClosedLoop, Instruments
-from workbench.metrics import rmse, settling_time
+from workbench.metrics import rmse, settling_time, total_variation
 from workbench.observers import LinearObserver
 from workbench.signals import Hold, Together
 from workbench.study import Case, Factor, Run, SobolDesign, Sweep, Uniform
@@ -21,8 +21,9 @@ from workbench.study import Case, Factor, Run, SobolDesign, Sweep, Uniform
 LAWS = LQG, PID = ("LQG", "PID")
 LQR = "LQR"  # of all states: no loop here has that, and its margins are what an observer may cost
 COMPUTER = "in a computer"
-SEED, BASE, KEPT = 11, 64, 500
-SUBSTEPS = 8  # of a period
+SEED, BASE, KEPT = 11, 256, 500
+SUBSTEPS, COARSE = 8, 4  # of a period, of a case and of a sweep
+HALVED = 64  # one run of a sweep in so many is run again at half of the step
 BAND = 0.05  # of what the start is off
 
 
@@ -82,12 +83,12 @@ def margins(setting: Setting, law: str) -> Margins:
     return Margins(loop_margins(opened), disk_margin(opened))
 
 
-def run(setting: Setting, law: str, *, computer: bool) -> Run:
+def run(setting: Setting, law: str, *, computer: bool, substeps: int = SUBSTEPS) -> Run:
     """One run from off the operating point."""
     closed = loop(setting, law, computer=computer)
-    h = setting.period / SUBSTEPS
+    h = setting.period / substeps
     every = setting.period * max(round(setting.until / setting.period / KEPT), 1)
-    metrics = (rmse(setting.main), settling_time(setting.main, BAND))
+    metrics = (rmse(setting.main), settling_time(setting.main, BAND), total_variation(setting.period))
     if not computer:
         return Run(closed, metrics, setting.until, every, h)
     limit = dict.fromkeys(setting.plant.inputs.names, setting.limit)
@@ -98,7 +99,12 @@ def run(setting: Setting, law: str, *, computer: bool) -> Run:
 def cases() -> tuple[Case, ...]:
     """Each plant with either law, in continuous time and in a computer."""
     return tuple(
-        Case(setting.name, f"{law} {COMPUTER}" if computer else law, run(setting, law, computer=computer), LAWS.index(law))
+        Case(
+            setting.name,
+            f"{law} {COMPUTER}" if computer else law,
+            run(setting, law, computer=computer),
+            LAWS.index(law),
+        )
         for setting in SETTINGS
         for computer in (False, True)
         for law in LAWS
@@ -107,13 +113,21 @@ def cases() -> tuple[Case, ...]:
 
 def called(setting: Setting, law: str) -> str:
     """The name of the sweep of a plant and a law."""
-    return f"{setting.name}_{law}".lower().translate(str.maketrans(" -+", "_mp"))
+    return f"{setting.name}_{law}".lower().translate(
+        str.maketrans({" ": "_", "-": "_", "\N{MINUS SIGN}": "m", "+": "p"})
+    )
 
 
 def sweeps() -> tuple[Sweep, ...]:
     """Each plant with either law in continuous time, over the parameters of the plant alone."""
     return tuple(
-        Sweep(called(setting, law), run(setting, law, computer=False), factors(setting), design(setting))
+        Sweep(
+            called(setting, law),
+            replace(run(setting, law, computer=False, substeps=COARSE), every=None),
+            factors(setting),
+            design(setting),
+            halved=HALVED,
+        )
         for setting in SETTINGS
         for law in LAWS
     )

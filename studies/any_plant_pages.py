@@ -6,17 +6,20 @@ from collections.abc import Sequence
 
 import numpy as np
 from any_plant_findings import findings, indices
-from any_plant_loops import COMPUTER, LAWS, LQG, called, margins
+from any_plant_loops import COMPUTER, LAWS, LQG, called, loop, margins
 from any_plant_settings import SETTINGS, Setting
 
-from workbench.study import Figure, Paragraph, Results, Section, Table, sobol_bars
+from workbench.loop import roles
+from workbench.study import Figure, Results, Section, Table, sobol_bars
 from workbench.study.document import Cell, Column, Measured, Panel, Series
 from workbench.study.study import Outcome
+
+SHORT = 0.1  # s: shorter runs are told in ms
 
 
 def sections(results: Results) -> Sequence[Section]:
     """The whole page."""
-    summary = Section("All plants", (summary_table(results), plants_table(), laws_table()))
+    summary = Section("All plants", (summary_table(results), laws_table(), plants_table()))
     return (findings(results), summary, *(plant_section(setting, results) for setting in SETTINGS))
 
 
@@ -34,43 +37,43 @@ def summary_table(results: Results) -> Table:
         Column("phase", "deg", "right", digits=3),
         Column("delay", "periods", "right", digits=2),
         Column("RMSE", align="right"),
-        Column(f"RMSE {COMPUTER}", align="right"),
-        Column("of"),
+        Column("there", align="right"),
         Column("settling", align="right"),
-        Column(f"settling {COMPUTER}", align="right"),
-        Column("in"),
+        Column("there", align="right"),
+        Column("TV there", align="right", digits=2),
     )
     rows = [summary_row(setting, law, results) for setting in SETTINGS for law in LAWS]
     notes = (
+        f"There: {COMPUTER}, with one draw of the noise. Below a plant's name: the output that is looked at with the "
+        "unit of its RMSE, over the whole run, and that of the settling time, until the error stays within 5 % of that "
+        "of the start; errors are those by twice the step. TV: total variation per second of the first input, in its "
+        "unit per second, at the instants of the computer.",
         "Margins at the inputs of the plant: the disk margin of all inputs at once; phase and delay of the worst input "
-        "by itself, the delay in periods of the computer, which itself takes one and a half. RMSE over the whole run "
-        "and settling time, until 5 % of what the start is off, each with its error by twice the step. "
-        "In a computer: one draw of the noise.",
+        "by itself, the delay in periods of the computer, which itself takes one and a half. Any: no crossover.",
     )
     return Table("summary", "Two laws on each plant.", columns, tuple(rows), notes)
 
 
 def summary_row(setting: Setting, law: str, results: Results) -> tuple[Cell, ...]:
     """A law on a plant."""
-    own, first = margins(setting, law), law == LQG
-    runs = (results[setting.name, law], results[setting.name, f"{law} {COMPUTER}"])
-    unit, scale = setting.plant.outputs[setting.main].unit, 1e3 if setting.until < 0.1 else 1.0
+    own, runs = margins(setting, law), (results[setting.name, law], results[setting.name, f"{law} {COMPUTER}"])
+    fast = setting.until < SHORT
+    units = f"{setting.main} [{setting.plant.outputs[setting.main].unit}], [{'ms' if fast else 's'}]"
     return (
-        setting.name if first else "",
+        setting.name if law == LQG else units,
         law,
         own.disk.alpha,
         own.phase if np.isfinite(own.phase) else "any",
         own.delay / setting.period if np.isfinite(own.delay) else "any",
-        *(score(run, "RMSE", setting) for run in runs),
-        f"{setting.main} [{unit}]",
-        *(score(run, "settling time", setting, scale) for run in runs),
-        "ms" if scale > 1 else "s",
+        *(score(run, f"RMSE of {setting.main}") for run in runs),
+        *(score(run, f"settling time of {setting.main}", 1e3 if fast else 1.0) for run in runs),
+        runs[1].score("TV", 0)[0],
     )
 
 
-def score(outcome: Outcome, metric: str, setting: Setting, scale: float = 1.0) -> Cell:
-    """A metric of the main output with its error."""
-    value, error = outcome.score(f"{metric} of {setting.main}", 0)
+def score(outcome: Outcome, metric: str, scale: float = 1.0) -> Cell:
+    """A metric of the first number with its error."""
+    value, error = outcome.score(metric, 0)
     return Measured(scale * value, scale * error) if np.isfinite(value) and np.isfinite(error) else "never"
 
 
@@ -81,8 +84,8 @@ def plants_table() -> Table:
         Column("operating point"),
         Column("poles", "1/s"),
         Column("zeros", "1/s"),
-        Column("slowest pole with LQG", "1/s", "right", digits=3),
-        Column("condition of the Riccati equations", align="right", digits=2),
+        Column("slowest pole with LQG", "1/s"),
+        Column("condition of the Riccati equations", align="right", digits=1),
     )
     rows = tuple(
         (
@@ -90,12 +93,15 @@ def plants_table() -> Table:
             operating(setting),
             spots(setting.model.poles()),
             spots(setting.model.zeros()) if setting.model.ninputs == setting.model.noutputs else None,
-            float(setting.design.poles.real.max()),
+            _spot(max(setting.design.poles, key=lambda pole: pole.real)),
             setting.design.certificate.condition,
         )
         for setting in SETTINGS
     )
-    notes = ("States that are not named are zero there. Poles and zeros are named once, however often they come; zeros of plants with as many outputs as inputs.",)
+    notes = (
+        "States that are not named are zero there. Poles and zeros are named once, however often they come; zeros are "
+        "those of plants with as many outputs as inputs.",
+    )
     return Table("plants", "The plants where they are linearised.", columns, rows, notes)
 
 
@@ -116,45 +122,55 @@ def spots(values: np.ndarray[tuple[int], np.dtype[np.complex128]]) -> str | None
 
 def _spot(value: complex) -> str:
     real, imaginary = (0.0 if abs(part) < 1e-9 * (1 + abs(value)) else part for part in (value.real, value.imag))
-    return f"{real:.3g}{f' ± {imaginary:.3g}i' if imaginary else ''}".replace("-", "\N{MINUS SIGN}")
+    words = f"{_short(real)} ± {_short(imaginary)}i" if imaginary else _short(real)
+    return words.replace("-", "\N{MINUS SIGN}")
+
+
+def _short(number: float) -> str:
+    return f"{number:,.0f}" if abs(number) >= 1000 else f"{number:.3g}"
 
 
 def laws_table() -> Table:
-    """What either law is given on each plant."""
+    """What either law is given on each plant, as its equations say."""
     columns = (
         Column("plant"),
-        Column("read by both"),
-        Column("PID"),
-        Column("states of PID", align="right"),
-        Column("states of LQG", align="right"),
+        Column("outputs"),
+        Column("LQG has them"),
+        Column("PID has them"),
+        Column("PID is"),
+        Column("states", align="right"),
         Column("period", align="right"),
         Column("noise"),
         Column("limits"),
     )
     notes = (
-        "LQG is given the linear model of the plant with its true numbers, and estimates each state by it; PID is given "
-        "no model, but gains that were chosen with one: by hand, those of the publication (the four tanks), or those of "
-        "the regulator itself with filtered derivatives in the place of velocities (PD). Noise: one standard deviation "
-        "of each reading.",
+        "Read: a reading acts at its own instant; estimated: the Kalman filter makes it. LQG is given the linear model "
+        "with the plant's true numbers; PID is given no model, but gains that were chosen with one: by hand, those of "
+        "the publication (the four tanks), or those of the regulator itself, with filtered derivatives in the place of "
+        "velocities (PD). States: those of LQG and of PID. Noise: the standard deviation of each reading.",
     )
     return Table("laws", "What the two laws are given.", columns, tuple(map(laws_row, SETTINGS)), notes)
 
 
 def laws_row(setting: Setting) -> tuple[Cell, ...]:
-    """The second law, and the computer of both."""
+    """What both laws read, how, and the computer of both."""
     plant, (low, high) = setting.plant, setting.limit
-    noise = ", ".join(f"{value:g} {plant.outputs[name].unit}" for name, value in setting.noise.items())
-    own = setting.pid(setting, False).memory.size
-    unit = plant.inputs.entries[0].unit
+    given = {law: roles(loop(setting, law)) for law in LAWS}
+    ways = [
+        " and ".join(dict.fromkeys(way for held in one.readings.values() for way in held)) for one in given.values()
+    ]
+    noise = dict.fromkeys(f"{value:g} {plant.outputs[name].unit}" for name, value in setting.noise.items())
+    limits = f"{low:g} to {high:g} {plant.inputs.entries[0].unit}".strip().replace("-", "\N{MINUS SIGN}")
+    states = [one.law_states + one.observer_states for one in given.values()]
     return (
         setting.name,
         ", ".join(setting.noise),
+        *ways,
         setting.words,
-        own,
-        plant.states.size,
-        f"{1e3 * setting.period:g} ms",
-        noise,
-        f"{low:g} to {high:g} {unit}".strip(),
+        f"{states[0]}, {states[1]}",
+        f"{1e3 * setting.period:g} ms" if setting.period < 1 else f"{setting.period:g} s",
+        ", ".join(noise),
+        limits,
     )
 
 
@@ -165,7 +181,7 @@ def plant_section(setting: Setting, results: Results) -> Section:
 
 def picture(setting: Setting, results: Results) -> Figure:
     """The main output and the first input of both laws, in continuous time and in a computer."""
-    fast = setting.until < 0.1
+    fast = setting.until < SHORT
     scale, axis = (1e3, "time [ms]") if fast else (1.0, "time [s]")
     inputs = setting.plant.inputs.entries[0]
     panels = []
@@ -185,17 +201,19 @@ def picture(setting: Setting, results: Results) -> Figure:
                 series.append(Series("wanted", t, np.full(2, setting.wanted[name]), "reference"))
             label = f"{name} [{unit}]" if unit else name
             panels.append(Panel(label, tuple(series), axis, title=where.strip() or "in continuous time"))
-    caption = f"{setting.name}: what is wanted is the operating point; PID here is {setting.words}."
+    caption = f"{setting.name}: what is wanted is the operating point; PID is {setting.words}."
     return Figure(f"runs_{called(setting, '').strip('_')}", caption[0].upper() + caption[1:], tuple(panels), columns=2)
 
 
 def bars(setting: Setting, results: Results) -> Figure:
     """Sobol indices of the error under both laws."""
     found = indices(setting, results)
-    note = "; ".join(f"{law}: {results.sample(called(setting, law)).note_of(f'RMSE of {setting.main}')}" for law in LAWS)
+    note = "; ".join(
+        f"{law}: {results.sample(called(setting, law)).note_of(f'RMSE of {setting.main}')}" for law in LAWS
+    )
     ranges = {f"{100 * (high - 1):.0f} %" for _, high in setting.spread.values()}
     caption = (
-        f"{setting.name[0].upper()}{setting.name[1:]}: parts of the variance of the RMSE of {setting.main} in continuous "
-        f"time, where each parameter of the plant is within {', '.join(sorted(ranges))} of its own value."
+        f"{setting.name[0].upper()}{setting.name[1:]}: parts of the variance of the RMSE of {setting.main} in "
+        f"continuous time, where each parameter of the plant is within {', '.join(sorted(ranges))} of its own value."
     )
     return sobol_bars(f"sobol_{called(setting, '').strip('_')}", caption, found, note)

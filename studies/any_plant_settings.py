@@ -137,7 +137,7 @@ def cascade(N: float) -> Callable[[Setting, bool], Cascade]:
 
 
 def parallel(N: float) -> Callable[[Setting, bool], LinearLaw]:
-    """A PD for each output, mixed over the inputs with the gains of the regulator; its rates are filtered derivatives."""
+    """A PD for each output, mixed over the inputs with the gains of the regulator; velocities are filtered."""
 
     def law(setting: Setting, computer: bool) -> LinearLaw:
         ny = len(setting.plant.outputs.names)
@@ -178,22 +178,23 @@ def linear(setting: Setting, system: Any, computer: bool, start: Any = 0.0) -> L
 
 
 TENTH, FIFTH = (0.9, 1.1), (0.8, 1.2)
-EASY, HARD = "quadruple tank P-", "quadruple tank P+"
+EASY, HARD = "quadruple tank P\N{MINUS SIGN}", "quadruple tank P+"
 TANK = dict.fromkeys(("gamma_1", "gamma_2", "k_1", "k_2", "a_1"), TENTH)
+HUNDREDTH = dict.fromkeys(("q", "k_0", "U_A", "T_f", "c_Af"), (0.99, 1.01))
 SETTINGS = (
     Setting(
         "DC motor", DCMotor(), {"omega": 1.0}, "omega", (0.05, INF), (1.0,), 1.0, {"omega": 0.01}, (0.0, 24.0),
-        0.02, 4.0, "PI", pid(15.0, 40.0, 0.0, 100.0), dict.fromkeys(("J", "b", "K", "R", "L"), FIFTH),
+        0.02, 4.0, "a PI", pid(15.0, 40.0, 0.0, 100.0), dict.fromkeys(("J", "b", "K", "R", "L"), FIFTH),
     ),
     Setting(
         "cart-pole", CartPole(x=0.2, phi=0.1), {"x": 0.0, "phi": 0.0}, "x", (5000**-0.5, INF, 0.1, INF), (1.0,), 1.0,
-        {"x": 1e-3, "phi": 1e-3}, (-20.0, 20.0), 0.01, 5.0, "cascade of two PD", cascade(200.0),
+        {"x": 1e-3, "phi": 1e-3}, (-20.0, 20.0), 0.01, 5.0, "a cascade of two PD", cascade(100.0),
         dict.fromkeys(("M", "m", "l", "I", "b"), FIFTH),
     ),
     Setting(
         "Furuta pendulum", FurutaPendulum(theta_1=0.3, theta_2=np.pi + 0.05), {"theta_1": 0.0, "theta_2": np.pi},
         "theta_1", (0.1, INF, 0.1, INF), (0.1,), 0.1, {"theta_1": 1e-3, "theta_2": 1e-3}, (-1.0, 1.0), 0.005, 6.0,
-        "cascade of two PD", cascade(200.0), dict.fromkeys(("m_2", "L_1", "l_2", "J_1", "J_2"), FIFTH),
+        "a cascade of two PD", cascade(100.0), dict.fromkeys(("m_2", "L_1", "l_2", "J_1", "J_2"), FIFTH),
     ),
     Setting(
         EASY, QuadrupleTank(h_1=10.3, h_2=12.8, h_3=1.6, h_4=1.4), {"v_1": 3.0, "v_2": 3.0}, "h_1",
@@ -202,25 +203,25 @@ SETTINGS = (
     ),
     Setting(
         HARD, replace(QuadrupleTank.nonminimum_phase(), h_1=10.4), {"v_1": 3.15, "v_2": 3.15}, "h_1",
-        (0.5, 0.5, INF, INF), (1.0, 1.0), 0.5, {"h_1": 0.02, "h_2": 0.02}, (0.0, 10.0), 2.0, 4000.0,
+        (0.5, 0.5, INF, INF), (1.0, 1.0), 0.5, {"h_1": 0.02, "h_2": 0.02}, (0.0, 10.0), 2.0, 2400.0,
         "two PI", two_pi((1.5, -0.12), (110.0, 220.0)), TANK,
     ),
     Setting(
         "two masses", TwoMasses(x_1=1.0, x_2=1.0), {"x_2": 0.0}, "x_2", (INF, 1.0, INF, INF), (1.0,), 0.5,
-        {"x_2": 0.01}, (-1.0, 1.0), 0.1, 60.0, "PD and a filter of second order", second_order(0.7, 0.2, 1.4, 1.5),
+        {"x_2": 0.01}, (-1.0, 1.0), 0.1, 60.0, "a PD and a filter of second order", second_order(0.7, 0.2, 1.4, 1.5),
         {"k": TENTH, "m_1": TENTH, "m_2": TENTH},
     ),
     Setting(
         "planar quadrotor", PlanarQuadrotor(x=0.5, y=-0.3), {"x": 0.0, "y": 0.0, "theta": 0.0}, "x",
         (0.2, 0.2, 0.3, INF, INF, INF), (1.0, 1.0), 0.5, {"x": 5e-3, "y": 5e-3, "theta": 5e-3}, (0.0, 6.0), 0.005, 5.0,
-        "three PD, mixed", parallel(200.0), dict.fromkeys(("m", "I", "r"), TENTH),
+        "three PD, mixed", parallel(100.0), dict.fromkeys(("m", "I", "r"), TENTH),
     ),
     Setting(
         "buck converter", BuckConverter(i=4.0, v=12.0), {"v": 15.0}, "v", (INF, 0.5), (0.2,), 0.05, {"v": 0.01},
-        (0.0, 1.0), 1e-5, 4e-3, "PID", pid(0.05, 200.0, 2e-5, 1e5), dict.fromkeys(("V_g", "L", "C", "R"), FIFTH),
+        (0.0, 1.0), 1e-5, 4e-3, "a PID", pid(0.05, 200.0, 2e-5, 1e5), dict.fromkeys(("V_g", "L", "C", "R"), FIFTH),
     ),
     Setting(
         "stirred tank", StirredTank(c_A=0.55, T=345.0), {"T": 350.0}, "T", (INF, 2.0), (8.0,), 5.0, {"T": 0.1},
-        (270.0, 330.0), 1.0, 600.0, "PI", pid(5.0, 0.03, 0.0, 1.0), dict.fromkeys(("q", "k_0", "U_A", "T_f", "c_Af"), (0.99, 1.01)),
+        (270.0, 330.0), 1.0, 600.0, "a PI", pid(5.0, 0.03, 0.0, 1.0), HUNDREDTH,
     ),
 )  # fmt: skip
