@@ -114,11 +114,12 @@ def _errors(results: Results) -> Verdict:
 def _commands(results: Results) -> Verdict:
     busy = {s.name: [results[s.name, f"{law} {COMPUTER}"].score("TV", 0)[0] for law in LAWS] for s in SETTINGS}
     ratio = {name: other / one for name, (one, other) in busy.items()}
-    worst, more = max(ratio, key=ratio.__getitem__), sum(r > 1 for r in ratio.values())
+    most, least = max(ratio, key=ratio.__getitem__), min(ratio, key=ratio.__getitem__)
     return Verdict(
         "found",
-        f"In a computer the commands of PID move more than those of LQG in {more} of {COUNT} settings, most so for the "
-        f"{worst}: {ratio[worst]:.0f} times as much.",
+        f"In a computer the commands of PID move {ratio[most]:.0f} times as much as those of LQG for the {most}, and "
+        f"those of LQG {1 / ratio[least]:.0f} times as much as those of PID for the {least}; PID's move more in "
+        f"{sum(r > 1 for r in ratio.values())} of {COUNT} settings.",
         "A filtered derivative passes the noise of a reading on, a Kalman filter weighs it against its model.",
         estimand="Total variation of the first input over the run, at the instants of the computer, one start and one "
         "draw of the noise.",

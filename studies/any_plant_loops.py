@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
-import control
 import numpy as np
 from any_plant_settings import SETTINGS, Setting
 
 from workbench.controllers import Cascade, Regulator
+from workbench.core import LinearSystem
 from workbench.design.linear import DiskMargin, LoopMargins, broken_loop, disk_margin, held, loop_margins
-from workbench.loop import ClosedLoop, Instruments
+from workbench.loop import ClosedLoop, Instruments, LinearPlant
 from workbench.metrics import rmse, settling_time, total_variation
 from workbench.observers import LinearObserver
 from workbench.signals import Hold, Together
@@ -49,11 +49,6 @@ class Margins:
     disk: DiskMargin
 
     @property
-    def phase(self) -> float:
-        """The least phase margin of an input, in degrees."""
-        return min(channel.phase for channel in self.channels)
-
-    @property
     def delay(self) -> float:
         """The least delay margin of an input, in s."""
         return min(channel.delay for channel in self.channels)
@@ -61,9 +56,13 @@ class Margins:
 
 def cut(setting: Setting, law: str) -> Any:
     """The loop gain at the inputs of the plant about the operating point, a `StateSpace` of python-control."""
-    point, model = setting.point, setting.model
+    plant, point, model = setting.plant, setting.point, setting.model
     if law == LQR:
-        return control.ss(model.A, model.B, setting.design.regulator.K, 0, inputs=list(model.input_labels))
+        seen = LinearPlant(
+            LinearSystem(plant.states, plant.inputs, plant.states, model.A, model.B, np.eye(len(model.A)))
+        )
+        law_of_all = Regulator.of(seen, setting.design.regulator.K)
+        return broken_loop(ClosedLoop(seen, controller=law_of_all).broken(), 0.0, np.zeros(len(model.A)))
     closed = loop(setting, law)
     ode = closed.broken(f"{setting.name}, {law}")
     if isinstance(closed.controller, Cascade):  # of PD: their integrals stand still, which is no pole of the loop

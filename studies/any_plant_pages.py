@@ -19,7 +19,7 @@ SHORT = 0.1  # s: shorter runs are told in ms
 
 def sections(results: Results) -> Sequence[Section]:
     """The whole page."""
-    summary = Section("All plants", (summary_table(results), laws_table(), plants_table()))
+    summary = Section("All plants", (summary_table(results), laws_table(), computers_table(results), plants_table()))
     return (findings(results), summary, *(plant_section(setting, results) for setting in SETTINGS))
 
 
@@ -34,22 +34,19 @@ def summary_table(results: Results) -> Table:
         Column("plant"),
         Column("law"),
         Column("disk margin", align="right", digits=3),
-        Column("phase", "deg", "right", digits=3),
         Column("delay", "periods", "right", digits=2),
         Column("RMSE", align="right"),
         Column("there", align="right"),
         Column("settling", align="right"),
         Column("there", align="right"),
-        Column("TV there", align="right", digits=2),
     )
     rows = [summary_row(setting, law, results) for setting in SETTINGS for law in LAWS]
     notes = (
         f"There: {COMPUTER}, with one draw of the noise. Below a plant's name: the output that is looked at with the "
         "unit of its RMSE, over the whole run, and that of the settling time, until the error stays within 5 % of that "
-        "of the start; errors are those by twice the step. TV: total variation per second of the first input, in its "
-        "unit per second, at the instants of the computer.",
-        "Margins at the inputs of the plant: the disk margin of all inputs at once; phase and delay of the worst input "
-        "by itself, the delay in periods of the computer, which itself takes one and a half. Any: no crossover.",
+        "of the start; errors are those by twice the step.",
+        "Margins at the inputs of the plant: the disk margin of all inputs at once, and the delay of the worst "
+        "input by itself in periods of the computer, which takes one and a half. Any: its gain is always below one.",
     )
     return Table("summary", "Two laws on each plant.", columns, tuple(rows), notes)
 
@@ -63,11 +60,9 @@ def summary_row(setting: Setting, law: str, results: Results) -> tuple[Cell, ...
         setting.name if law == LQG else units,
         law,
         own.disk.alpha,
-        own.phase if np.isfinite(own.phase) else "any",
         own.delay / setting.period if np.isfinite(own.delay) else "any",
         *(score(run, f"RMSE of {setting.main}") for run in runs),
         *(score(run, f"settling time of {setting.main}", 1e3 if fast else 1.0) for run in runs),
-        runs[1].score("TV", 0)[0],
     )
 
 
@@ -132,45 +127,59 @@ def _short(number: float) -> str:
 
 def laws_table() -> Table:
     """What either law is given on each plant, as its equations say."""
-    columns = (
-        Column("plant"),
-        Column("outputs"),
-        Column("LQG has them"),
-        Column("PID has them"),
-        Column("PID is"),
-        Column("states", align="right"),
-        Column("period", align="right"),
-        Column("noise"),
-        Column("limits"),
-    )
+    heads = ("plant", "outputs", "to LQG, PID", "PID is", "states of LQG, PID")
     notes = (
         "Read: a reading acts at its own instant; estimated: the Kalman filter makes it. LQG is given the linear model "
         "with the plant's true numbers; PID is given no model, but gains that were chosen with one: by hand, those of "
         "the publication (the four tanks), or those of the regulator itself, with filtered derivatives in the place of "
-        "velocities (PD). States: those of LQG and of PID. Noise: the standard deviation of each reading.",
+        "velocities (PD).",
     )
-    return Table("laws", "What the two laws are given.", columns, tuple(map(laws_row, SETTINGS)), notes)
+    return Table(
+        "laws", "What the two laws are given.", tuple(map(Column, heads)), tuple(map(laws_row, SETTINGS)), notes
+    )
 
 
 def laws_row(setting: Setting) -> tuple[Cell, ...]:
-    """What both laws read, how, and the computer of both."""
-    plant, (low, high) = setting.plant, setting.limit
-    given = {law: roles(loop(setting, law)) for law in LAWS}
-    ways = [
-        " and ".join(dict.fromkeys(way for held in one.readings.values() for way in held)) for one in given.values()
-    ]
-    noise = dict.fromkeys(f"{value:g} {plant.outputs[name].unit}" for name, value in setting.noise.items())
-    limits = f"{low:g} to {high:g} {plant.inputs.entries[0].unit}".strip().replace("-", "\N{MINUS SIGN}")
-    states = [one.law_states + one.observer_states for one in given.values()]
+    """What both laws read, and how."""
+    given = [roles(loop(setting, law)) for law in LAWS]
+    ways = (dict.fromkeys(way for ways in one.readings.values() for way in ways) for one in given)
+    states = (f"{one.law_states + one.observer_states}" for one in given)
     return (
         setting.name,
         ", ".join(setting.noise),
-        *ways,
+        ", ".join(" and ".join(held) for held in ways),
         setting.words,
-        f"{states[0]}, {states[1]}",
+        ", ".join(states),
+    )
+
+
+def computers_table(results: Results) -> Table:
+    """The computer of each plant, and how much the commands move in it."""
+    columns = (
+        Column("plant"),
+        Column("period", align="right"),
+        Column("noise"),
+        Column("limits"),
+        *(Column(f"TV of {law}", "1/s", "right", digits=3) for law in LAWS),
+    )
+    notes = (
+        "Noise: the standard deviation of each reading. TV: total variation per second of the first input, in the unit "
+        "of its limits, at the instants of the computer, with one draw of the noise.",
+    )
+    rows = tuple(computers_row(setting, results) for setting in SETTINGS)
+    return Table("computers", "The computer of each plant, and how its commands move.", columns, rows, notes)
+
+
+def computers_row(setting: Setting, results: Results) -> tuple[Cell, ...]:
+    """One computer."""
+    plant, (low, high), port = setting.plant, setting.limit, setting.plant.inputs.entries[0]
+    noise = dict.fromkeys(f"{value:g} {plant.outputs[name].unit}" for name, value in setting.noise.items())
+    return (
+        setting.name,
         f"{1e3 * setting.period:g} ms" if setting.period < 1 else f"{setting.period:g} s",
         ", ".join(noise),
-        limits,
+        f"{port.name} {low:g} to {high:g} {port.unit}".strip().replace("-", "\N{MINUS SIGN}"),
+        *(results[setting.name, f"{law} {COMPUTER}"].score("TV", 0)[0] for law in LAWS),
     )
 
 
@@ -201,7 +210,7 @@ def picture(setting: Setting, results: Results) -> Figure:
                 series.append(Series("wanted", t, np.full(2, setting.wanted[name]), "reference"))
             label = f"{name} [{unit}]" if unit else name
             panels.append(Panel(label, tuple(series), axis, title=where.strip() or "in continuous time"))
-    caption = f"{setting.name}: what is wanted is the operating point; PID is {setting.words}."
+    caption = f"{setting.name}: from off the operating point, which is wanted. PID: {setting.words}."
     return Figure(f"runs_{called(setting, '').strip('_')}", caption[0].upper() + caption[1:], tuple(panels), columns=2)
 
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-import control
 import numpy as np
 
 from workbench.controllers import PID2, Cascade, LinearLaw
-from workbench.core import Layout, LinearSystem, Ode
+from workbench.core import Entry, Layout, LinearSystem, Ode
+from workbench.core.layout import Array
 from workbench.design.linear import OperatingPoint, linearize, operating_point
 from workbench.design.riccati import Lqg, lqg
 from workbench.loop import AbstractController, AbstractPlant, open_loop
@@ -49,7 +49,8 @@ class Setting:
     period, until
         Of the computer, and the horizon, in s.
     words, pid
-        The second law, in words and as a block, in continuous time or for the computer.
+        The second law, in words and as a block, in continuous time or for the computer, whose limits one with an
+        integral and a derivative is told.
     spread
         For each parameter that is varied the least and the largest share of its own value.
     """
@@ -122,7 +123,6 @@ def cascade(N: float) -> Callable[[Setting, bool], Cascade]:
     """
 
     def law(setting: Setting, computer: bool) -> Cascade:
-        del computer  # without an integral there is nothing to wind up
         plant, point = setting.plant, setting.point
         slow, fast = (Layout((entry,)) for entry in plant.outputs.entries)
         gains = dict(zip(plant.states.names, setting.design.regulator.K[0], strict=True))
@@ -140,10 +140,10 @@ def parallel(N: float) -> Callable[[Setting, bool], LinearLaw]:
     """A PD for each output, mixed over the inputs with the gains of the regulator; velocities are filtered."""
 
     def law(setting: Setting, computer: bool) -> LinearLaw:
-        ny = len(setting.plant.outputs.names)
+        ny = len(setting.wanted)
         Kp, Kd = np.split(setting.design.regulator.K, [ny], axis=1)
-        system = control.ss(-N * np.eye(ny), N * np.eye(ny), -N * Kd, Kp + N * Kd)
-        return linear(setting, system, computer, [setting.wanted[name] - y for name, y in setting.start.items()])
+        off = np.array([setting.wanted[name] - y for name, y in setting.start.items()])
+        return linear(setting, -N * np.eye(ny), N * np.eye(ny), -N * Kd, Kp + N * Kd, off)
 
     return law
 
@@ -153,7 +153,7 @@ def two_pi(K: tuple[float, float], T: tuple[float, float]) -> Callable[[Setting,
 
     def law(setting: Setting, computer: bool) -> LinearLaw:
         gain, time = SENSOR * np.array(K), np.array(T)
-        return linear(setting, control.ss(np.zeros((2, 2)), np.eye(2), np.diag(gain / time), np.diag(gain)), computer)
+        return linear(setting, np.zeros((2, 2)), np.eye(2), np.diag(gain / time), np.diag(gain), np.zeros(2))
 
     return law
 
@@ -162,19 +162,17 @@ def second_order(n_1: float, n_0: float, d_1: float, d_0: float) -> Callable[[Se
     """(n_1 s + n_0) / (s^2 + d_1 s + d_0): a PD behind a filter of second order."""
 
     def law(setting: Setting, computer: bool) -> LinearLaw:
-        return linear(setting, control.ss(control.tf([n_1, n_0], [1, d_1, d_0])), computer)
+        A, B = np.array([[-d_1, -d_0], [1.0, 0.0]]), np.array([[1.0], [0.0]])
+        return linear(setting, A, B, np.array([[n_1, n_0]]), np.zeros((1, 1)), np.zeros(2))
 
     return law
 
 
-def linear(setting: Setting, system: Any, computer: bool, start: Any = 0.0) -> LinearLaw:
-    """A system of python-control as the law from the errors of all outputs; by Tustin's rule in a computer."""
-    own = control.c2d(system, setting.period, "tustin") if computer else system
-    named = control.ss(own, inputs=list(setting.plant.outputs.names), outputs=list(setting.plant.inputs.names))
-    held = LinearSystem.of(named)
-    starts = held.states.unpack(np.broadcast_to(start, held.states.size))
-    states = (replace(entry, default=starts[entry.name]) for entry in held.states.entries)
-    return LinearLaw(replace(held, states=Layout(tuple(states))), error=True, u0=setting.point.u)
+def linear(setting: Setting, A: Array, B: Array, C: Array, D: Array, start: Array) -> LinearLaw:
+    """A linear system as the law, from the errors of all outputs; where its states start."""
+    states = Layout((Entry("z", start),))
+    system = LinearSystem(states, setting.plant.outputs, setting.plant.inputs, A, B, C, D)
+    return LinearLaw(system, error=True, u0=setting.point.u)
 
 
 TENTH, FIFTH = (0.9, 1.1), (0.8, 1.2)
@@ -194,7 +192,7 @@ SETTINGS = (
     Setting(
         "Furuta pendulum", FurutaPendulum(theta_1=0.3, theta_2=np.pi + 0.05), {"theta_1": 0.0, "theta_2": np.pi},
         "theta_1", (0.1, INF, 0.1, INF), (0.1,), 0.1, {"theta_1": 1e-3, "theta_2": 1e-3}, (-1.0, 1.0), 0.005, 6.0,
-        "a cascade of two PD", cascade(100.0), dict.fromkeys(("m_2", "L_1", "l_2", "J_1", "J_2"), FIFTH),
+        "a cascade of two PD", cascade(100.0), dict.fromkeys(("m_2", "L_1", "l_2", "J_1", "J_2"), TENTH),
     ),
     Setting(
         EASY, QuadrupleTank(h_1=10.3, h_2=12.8, h_3=1.6, h_4=1.4), {"v_1": 3.0, "v_2": 3.0}, "h_1",
@@ -208,7 +206,7 @@ SETTINGS = (
     ),
     Setting(
         "two masses", TwoMasses(x_1=1.0, x_2=1.0), {"x_2": 0.0}, "x_2", (INF, 1.0, INF, INF), (1.0,), 0.5,
-        {"x_2": 0.01}, (-1.0, 1.0), 0.1, 60.0, "a PD and a filter of second order", second_order(0.7, 0.2, 1.4, 1.5),
+        {"x_2": 0.01}, (-1.0, 1.0), 0.1, 60.0, "a PD, filtered twice", second_order(0.7, 0.2, 1.4, 1.5),
         {"k": TENTH, "m_1": TENTH, "m_2": TENTH},
     ),
     Setting(
