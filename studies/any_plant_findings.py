@@ -84,13 +84,14 @@ def _filters() -> Verdict:
     smaller = [s.name for s in SETTINGS if margins(s, LQG).disk.alpha < margins(s, PID).disk.alpha]
     return Verdict(
         "found",
-        f"The Kalman filter takes from the disk margin of its regulator in {len(less)} of {COUNT} settings, most in "
-        f"{worst}: {change[worst][0]:.2f} with all states read, {change[worst][1]:.2f} with the filter.",
+        f"The Kalman filter takes from the disk margin of its regulator in {len(less)} of {COUNT} settings, most for "
+        f"the {worst}: {change[worst][0]:.2f} with all states read, {change[worst][1]:.2f} with the filter.",
         f"A regulator that reads all states has margins that are guaranteed; behind a filter it has none that are "
         f"(Doyle 1978). In {len(smaller)} of {COUNT} settings LQG has the smaller disk margin of the two laws.",
         estimand="The disk margin of all inputs at once of the linear loop at rest.",
         given=f"The regulator alone: all states. {GIVEN}",
-        reversal="More noise that is assumed at the inputs, which brings the filter's margins back to the regulator's.",
+        reversal="More noise that is assumed at the inputs, which brings the margins back where the plant has no zero "
+        "in the right half-plane.",
     )
 
 

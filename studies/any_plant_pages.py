@@ -127,12 +127,13 @@ def _short(number: float) -> str:
 
 def laws_table() -> Table:
     """What either law is given on each plant, as its equations say."""
-    heads = ("plant", "outputs", "to LQG, PID", "PID is", "states of LQG, PID")
+    heads = ("plant", "outputs", "to LQG, PID", "model", "states", "PID is")
     notes = (
-        "Read: a reading acts at its own instant; estimated: the Kalman filter makes it. LQG is given the linear model "
-        "with the plant's true numbers; PID is given no model, but gains that were chosen with one: by hand, those of "
-        "the publication (the four tanks), or those of the regulator itself, with filtered derivatives in the place of "
-        "velocities (PD).",
+        "Of LQG, then of PID: how the outputs come, which model acts, how many states there are. Read: a reading acts "
+        "at its own instant; estimated: the Kalman filter makes it; f: the equations of the plant. LQG is given these "
+        "linear, with the plant's true numbers; PID is given no model, but gains that were chosen with one: by hand, "
+        "those of the publication (the four tanks), or those of the regulator itself, with filtered derivatives in the "
+        "place of velocities (PD).",
     )
     return Table(
         "laws", "What the two laws are given.", tuple(map(Column, heads)), tuple(map(laws_row, SETTINGS)), notes
@@ -143,13 +144,15 @@ def laws_row(setting: Setting) -> tuple[Cell, ...]:
     """What both laws read, and how."""
     given = [roles(loop(setting, law)) for law in LAWS]
     ways = (dict.fromkeys(way for ways in one.readings.values() for way in ways) for one in given)
+    models = ("".join(part for parts in one.models.values() for part in parts) or "none" for one in given)
     states = (f"{one.law_states + one.observer_states}" for one in given)
     return (
         setting.name,
         ", ".join(setting.noise),
         ", ".join(" and ".join(held) for held in ways),
-        setting.words,
+        ", ".join(models),
         ", ".join(states),
+        setting.words,
     )
 
 
