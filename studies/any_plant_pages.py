@@ -95,7 +95,8 @@ def plants_table() -> Table:
     )
     notes = (
         "States that are not named are zero there. Poles and zeros are named once, however often they come; zeros are "
-        "those of plants with as many outputs as inputs.",
+        "those of plants with as many outputs as inputs. The published zeros of P\N{MINUS SIGN}, "
+        "\N{MINUS SIGN}0.0172 and \N{MINUS SIGN}0.0580 1/s, are those at levels that are rounded.",
     )
     return Table("plants", "The plants where they are linearised.", columns, rows, notes)
 
