@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from any_plant_settings import SETTINGS, Setting
 
-from workbench.controllers import Cascade, Regulator
+from workbench.controllers import PID2, Cascade, Regulator
 from workbench.core import LinearSystem
 from workbench.design.linear import DiskMargin, LoopMargins, broken_loop, disk_margin, held, loop_margins
 from workbench.loop import ClosedLoop, Instruments, LinearPlant
@@ -33,7 +33,10 @@ def loop(setting: Setting, law: str, *, computer: bool = False) -> ClosedLoop:
     holds = (Hold([value], name, plant.outputs[name].unit) for name, value in setting.wanted.items())
     reference = Together(tuple(holds))
     if law == PID:
-        return ClosedLoop(plant, controller=setting.pid(setting, computer), reference=reference)
+        second = setting.pid(setting)
+        if computer and isinstance(second, PID2):  # against windup; the others have no integral, or are never limited
+            second = replace(second, low=setting.limit[0], high=setting.limit[1])
+        return ClosedLoop(plant, controller=second, reference=reference)
     rest = {name: float(np.squeeze(part)) for name, part in setting.open.states.unpack(point.x).items()}
     model = replace(plant, **rest | setting.start)  # what is not read is believed to rest where it shall
     observer = LinearObserver(model, setting.design.estimator.K, x_0=point.x, u_0=point.u)

@@ -49,8 +49,7 @@ class Setting:
     period, until
         Of the computer, and the horizon, in s.
     words, pid
-        The second law, in words and as a block, in continuous time or for the computer, whose limits one with an
-        integral and a derivative is told.
+        The second law, in words and as a block.
     spread
         For each parameter that is varied the least and the largest share of its own value.
     """
@@ -67,7 +66,7 @@ class Setting:
     period: float
     until: float
     words: str
-    pid: Callable[[Setting, bool], AbstractController]
+    pid: Callable[[Setting], AbstractController]
     spread: Mapping[str, tuple[float, float]]
 
     @cached_property
@@ -105,24 +104,23 @@ class Setting:
         return {name: float(self.plant.states[name].default) for name in self.plant.outputs.names}
 
 
-def pid(Kp: float, Ki: float, Kd: float, N: float) -> Callable[[Setting, bool], PID2]:
-    """PID about the operating point, with no derivative of what is wanted; in a computer it knows the limits."""
+def pid(Kp: float, Ki: float, Kd: float, N: float) -> Callable[[Setting], PID2]:
+    """PID about the operating point, with no derivative of what is wanted."""
 
-    def law(setting: Setting, computer: bool) -> PID2:
-        plant, (low, high) = setting.plant, setting.limit if computer else (None, None)
-        (y0,), limits = setting.start.values(), {"low": low, "high": high}
-        return PID2(plant.outputs, plant.inputs, Kp, Ki, Kd, N, c=0.0, **limits, u0=setting.point.u, y0=y0)
+    def law(setting: Setting) -> PID2:
+        plant, (y0,) = setting.plant, setting.start.values()
+        return PID2(plant.outputs, plant.inputs, Kp, Ki, Kd, N, c=0.0, u0=setting.point.u, y0=y0)
 
     return law
 
 
-def cascade(N: float) -> Callable[[Setting, bool], Cascade]:
+def cascade(N: float) -> Callable[[Setting], Cascade]:
     """Two PD about the operating point that together have the gains of the regulator, one for each state.
 
     The outer law reads the first output and drives what is wanted of the second; velocities are filtered derivatives.
     """
 
-    def law(setting: Setting, computer: bool) -> Cascade:
+    def law(setting: Setting) -> Cascade:
         plant, point = setting.plant, setting.point
         slow, fast = (Layout((entry,)) for entry in plant.outputs.entries)
         gains = dict(zip(plant.states.names, setting.design.regulator.K[0], strict=True))
@@ -136,10 +134,10 @@ def cascade(N: float) -> Callable[[Setting, bool], Cascade]:
     return law
 
 
-def parallel(N: float) -> Callable[[Setting, bool], LinearLaw]:
+def parallel(N: float) -> Callable[[Setting], LinearLaw]:
     """A PD for each output, mixed over the inputs with the gains of the regulator; velocities are filtered."""
 
-    def law(setting: Setting, computer: bool) -> LinearLaw:
+    def law(setting: Setting) -> LinearLaw:
         ny = len(setting.wanted)
         Kp, Kd = np.split(setting.design.regulator.K, [ny], axis=1)
         off = np.array([setting.wanted[name] - y for name, y in setting.start.items()])
@@ -148,20 +146,20 @@ def parallel(N: float) -> Callable[[Setting, bool], LinearLaw]:
     return law
 
 
-def two_pi(K: tuple[float, float], T: tuple[float, float]) -> Callable[[Setting, bool], LinearLaw]:
+def two_pi(K: tuple[float, float], T: tuple[float, float]) -> Callable[[Setting], LinearLaw]:
     """v_i = v_0i + K_i (e_i + integral of e_i / T_i), e_i in volts of the sensors."""
 
-    def law(setting: Setting, computer: bool) -> LinearLaw:
+    def law(setting: Setting) -> LinearLaw:
         gain, time = SENSOR * np.array(K), np.array(T)
         return linear(setting, np.zeros((2, 2)), np.eye(2), np.diag(gain / time), np.diag(gain), np.zeros(2))
 
     return law
 
 
-def second_order(n_1: float, n_0: float, d_1: float, d_0: float) -> Callable[[Setting, bool], LinearLaw]:
+def second_order(n_1: float, n_0: float, d_1: float, d_0: float) -> Callable[[Setting], LinearLaw]:
     """(n_1 s + n_0) / (s^2 + d_1 s + d_0): a PD behind a filter of second order."""
 
-    def law(setting: Setting, computer: bool) -> LinearLaw:
+    def law(setting: Setting) -> LinearLaw:
         A, B = np.array([[-d_1, -d_0], [1.0, 0.0]]), np.array([[1.0], [0.0]])
         return linear(setting, A, B, np.array([[n_1, n_0]]), np.zeros((1, 1)), np.zeros(2))
 
