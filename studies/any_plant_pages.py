@@ -134,7 +134,8 @@ def laws_table() -> Table:
         "at its own instant; estimated: the Kalman filter makes it; f: the equations of the plant. LQG is given these "
         "linear, with the plant's true numbers; PID is given no model, but gains that were chosen with one: by hand, "
         "those of the publication (the four tanks), or those of the regulator itself, with filtered derivatives in the "
-        "place of velocities (PD).",
+        "place of velocities (PD). Both begin with the outputs at the start; the filter believes the other states at "
+        "the operating point.",
     )
     return Table(
         "laws", "What the two laws are given.", tuple(map(Column, heads)), tuple(map(laws_row, SETTINGS)), notes
