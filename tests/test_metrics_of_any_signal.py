@@ -33,8 +33,9 @@ from workbench.signals import Hold
 from workbench.study.comparison import side_by_side
 from workbench.study.distributions import Uniform
 from workbench.study.factors import Factor
-from workbench.study.prepared import prepared
+from workbench.study.preparation import prepared
 from workbench.study.rows import to_csv
+from workbench.study.run import Run
 from workbench.study.runner import run
 from workbench.study.sampling import MonteCarlo
 from workbench.study.study import Case, Study
@@ -230,8 +231,10 @@ def test_a_sampled_loop_follows_and_drives_what_the_loop_does():
 
 
 def test_a_study_of_a_plant_names_its_signals_and_their_units():
-    case = Case("S", "law", cart(), (rmse(), rmse("q")), 0.01, 1.0, 0.1)
-    sweep = Sweep("s", cart(), (iae(),), (Factor("k", ("controller.k",), Uniform(1, 2)),), MonteCarlo(1, 16), 0.01, 1.0)
+    case = Case("S", "law", Run(cart(), (rmse(), rmse("q")), 1.0, 0.1, 0.005))
+    sweep = Sweep(
+        "s", Run(cart(), (iae(),), 1.0, h=0.01), (Factor("k", ("controller.k",), Uniform(1, 2)),), MonteCarlo(1, 16)
+    )
     results = run(Study("s", "t", "q", "m", sections=lambda r: (), cases=(case,)))
     frame = results.to_frame()
     assert list(frame.signal) == ["q", "phi", "q"]

@@ -1,6 +1,7 @@
 """Ports: what a block may ask of another, and what it must return; a loop of any plant."""
 
 import copy
+import math
 import pickle
 
 import casadi as ca
@@ -211,6 +212,42 @@ def test_a_law_that_returns_something_else_is_refused_by_class_and_method(return
     assert str(error.value).startswith(says)
 
 
+@pytest.mark.parametrize(
+    ("command", "says"),
+    [
+        (lambda v: math.sin(v), "it returned one that holds NaN, as `math.sin` makes of a symbol: write `casadi.sin`."),
+        (lambda v: 2.0 * v + math.sqrt(v) * v, "it returned one that holds NaN"),
+        (lambda v: 1.0 if v > 0 else 2.0, "it asks whether one of them is true, as `if`, `and` and `max` do: write"),
+        (lambda v: max(v, 1.0), "it asks whether one of them is true"),
+    ],
+)
+def test_a_law_of_pythons_own_functions_of_numbers_is_refused_with_what_to_write(command, says):
+    """`math.sin` of a symbol is NaN, without a word from CasADi."""
+    own = law(reads=layout(omega="rad/s"), command=lambda self, t, z, est, ref: {"v": command(est.omega)})
+    with pytest.raises(ValueError) as error:
+        ClosedLoop(Motor(), controller=own).ode()
+    assert str(error.value).startswith("`Own.command(...)` must return ")
+    assert says in str(error.value)
+
+
+@pytest.mark.parametrize("port", ["reads", "follows", "drives", "memory"])
+def test_a_port_that_is_no_layout_is_refused_by_its_name(port):
+    with pytest.raises(ValueError, match=rf"`Own.{port}` must be a `Layout`, as .* of names and units; got 'v'\."):
+        ClosedLoop(Motor(), controller=law(**{port: "v"}))
+
+
+def test_what_a_block_has_not_is_refused_when_it_is_asked_for():
+    with pytest.raises(ValueError, match=r"`Tank` must have a `rate`, or an `update` and a `period`"):
+        open_loop(plant(rate=AbstractPlant.rate))
+    says = r"`{0}.update\(...\)` is for a block in discrete time; `{0}` moves by its `rate`: ask for that"
+    with pytest.raises(ValueError, match=says.format("Motor")):
+        Motor().update(0.0, Signals(), Signals())
+    with pytest.raises(ValueError, match=says.format("PI")):
+        PI().update(0.0, Signals(), Signals(), Signals())
+    with pytest.raises(ValueError, match=says.format("Watcher")):
+        observer().update(0.0, Signals(), Signals(), Signals(), Signals())
+
+
 def test_each_method_of_each_block_is_held_to_its_port():
     def says(loop):
         with pytest.raises(ValueError) as error:
@@ -377,3 +414,14 @@ def test_the_units_of_joints_that_slide_and_turn_are_matched_one_by_one():
     turning = plant(outputs=mixed, states=mixed, rate=lambda self, t, x, u: {"q": ca.SX.zeros(2)})
     with pytest.raises(ValueError, match=r"'q' in \[rad\], where `Readings` gives it in \[m, rad\]"):
         ClosedLoop(turning, controller=law(reads=layout(q=("rad", [0, 0]))))
+
+
+def test_a_block_that_asks_for_a_signal_it_has_not_declared_is_told_so():
+    blind = law(command=lambda self, t, z, est, ref: {"v": -est.omega})
+    with pytest.raises(
+        LookupError, match=r"`Own.command\(...\)` asks for a signal that its ports do not declare. There"
+    ):
+        ClosedLoop(Motor(), controller=blind).ode()
+    blind = law(reads=layout(omega="rad/s"), command=lambda self, t, z, est, ref: {"v": -est["omgea"]})
+    with pytest.raises(LookupError, match="There is no 'omgea' among the 1 signals. Did you mean 'omega'?"):
+        ClosedLoop(Motor(), controller=blind).ode()

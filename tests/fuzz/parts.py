@@ -59,5 +59,6 @@ def signals() -> dict[str, Any]:
 
 def _memory(block: Any) -> dict[str, ca.SX]:
     memory = getattr(block, "memory", Layout())
-    memory = memory(2) if callable(memory) else memory
+    if callable(memory):  # of a drive for so many motors, of an element in the way of a signal
+        memory = memory(Entry("tau", [0.0, 0.0], "N m") if hasattr(block, "signal") else 2)
     return dict(memory.view(memory.symbols()))

@@ -74,11 +74,6 @@ class PID(AbstractArmController):
         del t, z
         return {"integral": est.q - ref.q}
 
-    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Nothing that the loop does not show already."""
-        del z, est, ref
-        return {}
-
     def without(self) -> Mapping[str, AbstractArmController]:
         """Less either action beside the proportional one that has a gain, and less the weight of the arm."""
         integral = {"integral action": replace(self, Ki=0 * self.Ki)} if self.Ki.any() else {}

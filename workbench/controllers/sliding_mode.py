@@ -10,7 +10,7 @@ import casadi as ca
 
 from workbench.controllers.promises import SURFACE_PULLS_THE_ERROR
 from workbench.controllers.switching import SWITCHINGS, layered, matrices, sliding, switched
-from workbench.core import AbstractArm, Layout, block, option, parameter
+from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.loop.arm import AbstractArmController
@@ -65,11 +65,6 @@ class SlidingMode(AbstractArmController):
         """The number of joints of the model."""
         return self.model.dof
 
-    @property
-    def memory(self) -> Layout:
-        """None."""
-        return Layout()
-
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del t, z
@@ -77,11 +72,6 @@ class SlidingMode(AbstractArmController):
         _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
         tau: ca.SX = M @ qdd_r + C @ qd_r + G - switched(self, self.K, s, M)
         return tau
-
-    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Nothing to remember."""
-        del t, z, est, ref
-        return {}
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s."""

@@ -100,11 +100,6 @@ class StateFeedback(AbstractArmController):
         each = [f"{force}{over}{unit}" for unit in self.model.units for force in self.drives["tau"].units]
         return each[0] if len(set(each)) == 1 else ", ".join(each)
 
-    @property
-    def memory(self) -> Layout:
-        """None."""
-        return Layout()
-
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del t, z
@@ -112,13 +107,3 @@ class StateFeedback(AbstractArmController):
         along = self.model.torque(ref.q, ref.qd, ref.qdd)[list(self.model.motors)]
         tau: ca.SX = along - self.Kp @ e - self.Kd @ ed
         return tau
-
-    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Nothing to remember."""
-        del t, z, est, ref
-        return {}
-
-    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Nothing that the loop does not show already."""
-        del z, est, ref
-        return {}

@@ -11,7 +11,7 @@ import numpy as np
 
 from workbench.controllers.promises import TERMINAL_SURFACE_MOVES_THE_ERROR
 from workbench.controllers.switching import SATURATIONS, layered, matrices, saturation
-from workbench.core import AbstractArm, Layout, block, option, parameter
+from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.loop.arm import AbstractArmController
@@ -87,11 +87,6 @@ class NonsingularTerminalSlidingMode(AbstractArmController):
         """The number of joints of the model."""
         return self.model.dof
 
-    @property
-    def memory(self) -> Layout:
-        """None."""
-        return Layout()
-
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del t, z
@@ -101,11 +96,6 @@ class NonsingularTerminalSlidingMode(AbstractArmController):
         along = self.beta / self.gamma * _power(ed, 2 - self.gamma) * ca.sign(ed)
         tau: ca.SX = M @ (ref.qdd - along - u) + C @ est.qd + G
         return tau
-
-    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Nothing to remember."""
-        del t, z, est, ref
-        return {}
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s, which is in rad and so goes by another name than that of a linear surface."""

@@ -17,8 +17,9 @@ import numpy as np
 
 from workbench.core.layout import Bounds, Layout
 from workbench.core.port import ANY
-from workbench.core.show import Markup, letters, table_to_html
+from workbench.core.show import letters
 from workbench.validation.doors import door, fitted
+from workbench.validation.views import Markup, show, table_to_html
 from workbench.validation.words import numbers, one_of, refusal
 
 # What the user gives is a float or an array; in the lifted twin the same field holds an SX.
@@ -145,7 +146,8 @@ def block(cls: type[T]) -> type[T]:
     cls.__post_init__ = __post_init__  # type: ignore[attr-defined]
     cls.__block__ = True  # type: ignore[attr-defined]
     cls.__setstate__ = _restore  # type: ignore[attr-defined]
-    cls._repr_html_ = _repr_html_  # type: ignore[attr-defined]
+    cls._repr_html_ = vars(cls).get("_repr_html_", _repr_html_)  # type: ignore[attr-defined]
+    show(cls)
     return dataclass(frozen=True, eq=False)(cls)
 
 
@@ -237,7 +239,7 @@ def _dof(owner: Any) -> int | None:
     """The number of joints, unless what it is counted from is not yet known to be right."""
     try:
         return int(owner.dof)
-    except (AttributeError, TypeError, ValueError, IndexError):
+    except Exception:  # whatever an object says of itself when it is asked for its size
         return None
 
 

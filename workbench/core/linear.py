@@ -13,6 +13,7 @@ import numpy as np
 from workbench.core.block import Matrix, block, parameter
 from workbench.core.layout import Entry, Layout
 from workbench.core.port import ANY
+from workbench.validation.views import listed
 from workbench.validation.words import described, known, refusal, seconds
 
 MADE_UP = re.compile(r"[uy]\[\d+\]")  # python-control's names of inputs and outputs that were given none
@@ -54,6 +55,12 @@ class LinearSystem:
                     f"`LinearSystem({letter}=...)` must have shape {shape}, for {nx} states, {nu} inputs and {ny} "
                     f"outputs; got {got}."
                 )
+
+    def __repr__(self) -> str:
+        """One line: the names of its ports, and its period."""
+        ways = " to ".join(listed(port.names) for port in (self.inputs, self.outputs))
+        period = "" if self.dt is None else f", every {self.dt:g} s"
+        return f"<LinearSystem from {ways}: {self.states.size} states{period}>"
 
     @staticmethod
     def of(

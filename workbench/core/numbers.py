@@ -60,3 +60,25 @@ class Bounds:
             (value > self.low) & (value < self.high) if self.strict else ((value >= self.low) & (value <= self.high))
         )
         return np.asarray(np.isfinite(value) & inside)
+
+
+def refuse_unsymmetric(name: str, definite: str, matrices: Array) -> None:
+    """Refuse, by its run and entry, a matrix of (B, n, n) that is not symmetric, or not as definite as it must be."""
+    odd = np.argwhere(np.abs(matrices - np.swapaxes(matrices, -1, -2)) > ROUNDING * np.abs(matrices).max(initial=0.0))
+    if len(odd):
+        run, i, j = odd[0]
+        raise ValueError(
+            f"'{name}' must be symmetric; got {matrices[run, i, j]:g} at [{i},{j}] and {matrices[run, j, i]:g} at "
+            f"[{j},{i}]: set both."
+        )
+    if not definite:
+        return
+    smallest = np.linalg.eigvalsh(matrices).min(axis=-1)
+    size = np.abs(matrices).max(axis=(-2, -1))
+    low = np.flatnonzero(smallest <= 0 if definite == "positive" else smallest < -ROUNDING * size)
+    if len(low):
+        where = f" in run {low[0]}" if len(matrices) > 1 else ""
+        raise ValueError(
+            f"'{name}' must be positive {'definite' if definite == 'positive' else 'semidefinite'}; "
+            f"got a smallest eigenvalue of {smallest[low[0]]:.3g}{where}."
+        )

@@ -185,6 +185,7 @@ class Ode:
             digest.update(repr(line).encode())
         return digest.hexdigest()
 
+    @door
     def refuse_beyond(self, call: str, until: float) -> None:
         """Refuse a time in s that lies behind the horizon."""
         # 1e-9: what the rounding of a count of steps may add to a time
@@ -193,6 +194,16 @@ class Ode:
                 f"`{call}` must be at most {self.horizon:g} s, the time at which a table of '{self.name}' ends; got "
                 f"{until:g} s: run it for less, or add rows."
             )
+
+    def __repr__(self) -> str:
+        """One line: a notebook should not print the equations by accident."""
+        return f"<Ode '{self.name}': {self.sizes}>"
+
+    @property
+    def sizes(self) -> str:
+        """How many numbers its states, parameters and outputs have, in words."""
+        counts = {"state": self.states, "parameter": self.parameters, "output": self.outputs}
+        return ", ".join(f"{port.size} {word}{'' if port.size == 1 else 's'}" for word, port in counts.items())
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the names, units and values of states and parameters."""

@@ -135,6 +135,10 @@ class Sampled:
             digest.update(repr(line).encode())
         return digest.hexdigest()
 
+    def __repr__(self) -> str:
+        """One line: a notebook should not print the equations by accident."""
+        return f"<Sampled '{self.name}': every {self.period:g} s, {self.flow.sizes}>"
+
     def _repr_html_(self) -> str:
         """What a notebook shows: the names, units and values of states and parameters."""
         name = f"{self.name}, sampled every {self.period:g} s"

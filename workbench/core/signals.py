@@ -9,7 +9,11 @@ import casadi as ca
 
 from workbench.core.layout import Layout
 from workbench.validation.doors import door
-from workbench.validation.words import known, nearest
+from workbench.validation.words import known, nearest, refusal
+
+
+class NoSignalError(AttributeError, LookupError):
+    """A name that is none of the signals, asked for as an item or as an attribute."""
 
 
 @door
@@ -26,14 +30,20 @@ class Signals(Mapping[str, ca.SX]):
     _parts: dict[str, ca.SX]
 
     def __init__(self, parts: Mapping[str, ca.SX] | None = None, /, **named: ca.SX) -> None:
+        if not isinstance(parts, Mapping | None):
+            raise refusal("Signals(parts)", "a mapping from names to expressions, as a dict is", parts)
         object.__setattr__(self, "_parts", {**(parts or {}), **named})
 
     def __getitem__(self, name: str) -> ca.SX:
-        return self._parts[known(name, self._parts, "signals")]
+        try:
+            return self._parts[known(name, self._parts, "signals")]
+        except LookupError as error:
+            raise NoSignalError(str(error)) from None
 
     def __contains__(self, name: object) -> bool:
         return name in self._parts
 
+    @door
     def get(self, name: str, default: Any = None) -> Any:
         """The signal of a name, or something else where there is none."""
         return self._parts.get(name, default)
@@ -44,7 +54,7 @@ class Signals(Mapping[str, ca.SX]):
         if name in self._parts:
             return self._parts[name]
         held = ", ".join(self._parts) or "none"
-        raise AttributeError(f"There is no signal '{name}' among {held}.{nearest(name, self._parts)}")
+        raise NoSignalError(f"There is no signal '{name}' among {held}.{nearest(name, self._parts)}")
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         raise AttributeError(f"Signals are read-only: '{name}' cannot be set. Take `signals | {{'{name}': ...}}`.")
@@ -64,6 +74,7 @@ class Signals(Mapping[str, ca.SX]):
     def __repr__(self) -> str:
         return f"<Signals {', '.join(self._parts) or 'without names'}>"
 
+    @door
     def only(self, names: Layout) -> Signals:
         """Those that a port has."""
         return Signals({name: self[name] for name in names.names})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import casadi as ca
@@ -41,3 +42,10 @@ def refuse_misfit(owner: str, name: str, value: ca.SX, rows: int, columns: int, 
         raise ValueError(
             f"`{owner}({name}=...)` must have shape ({rows}, {columns}){f', {why}' if why else ''}; got {value.shape}."
         )
+
+
+def holds_nan(expression: ca.SX) -> bool:
+    """Whether one of the numbers in an expression is not a number."""
+    f = ca.Function("f", ca.symvar(expression), [expression])
+    numbers = (f.instruction_constant(k) for k in range(f.n_instructions()) if f.instruction_id(k) == ca.OP_CONST)
+    return any(map(math.isnan, numbers))

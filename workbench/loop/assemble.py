@@ -12,7 +12,7 @@ from workbench.core.block import socket
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
 from workbench.loop.defaults import Readings, Rest
 from workbench.loop.linear import LinearFilter, LinearLaw, LinearPlant, beside, standing_for
-from workbench.loop.matching import refuse_misfits
+from workbench.loop.matching import refuse_misfits, refuse_odd_ports
 from workbench.loop.outside import Outside, added, cut
 from workbench.loop.roles import roles
 from workbench.loop.sampled import FINE, digital
@@ -65,6 +65,7 @@ class ClosedLoop:
         empty = {socket for socket, block in vars(self).items() if block is None}
         if "controller" in empty:
             raise refusal("ClosedLoop(controller=...)", "an `AbstractController`", None)
+        refuse_odd_ports(self)
         if "observer" in empty:
             object.__setattr__(self, "observer", Readings(self.plant.outputs))
         object.__setattr__(self, "observer", beside(self.plant, self.observer))

@@ -70,11 +70,13 @@ class AbstractPlant(ABC):
     def outputs(self) -> Layout:
         """What instruments read of it."""
 
+    @door
     def measure(self, t: Number, x: States) -> Signals:
         """Outputs and truths at a state: the states of their names."""
         del t
         return Signals({name: x[name] for name in self.outputs.names})
 
+    @door
     def applied(self, t: Number, x: States, u: Inputs) -> Signals:
         """What acts in the plant where `u` is commanded."""
         del t, x
@@ -82,11 +84,15 @@ class AbstractPlant(ABC):
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         """The derivative of each state."""
-        raise NotImplementedError(f"`{type(self).__name__}` needs a `rate`, or an `update` and a `period`.")
+        del t, x, u
+        raise ValueError(
+            f"`{type(self).__name__}` must have a `rate`, or an `update` and a `period`, as a plant moves by one of "
+            "them; it has neither: write one."
+        )
 
     def update(self, t: Number, x: States, u: Inputs) -> Parts:
         """The states at the next instant, of a plant in discrete time, which has no rate."""
-        raise NotImplementedError(f"`{type(self).__name__}` has a rate, and no update.")
+        raise no_update(self)
 
 
 class AbstractObserver(ABC):
@@ -136,7 +142,7 @@ class AbstractObserver(ABC):
 
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The memory at the next instant, of an observer that is a recursion in discrete time and has no rate."""
-        raise NotImplementedError(f"`{type(self).__name__}` has a rate, and no update.")
+        raise no_update(self)
 
     @property
     def method(self) -> str:
@@ -208,7 +214,7 @@ class AbstractController(ABC):
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The memory at the next instant, of a law that is a recursion in discrete time and has no rate."""
-        raise NotImplementedError(f"`{type(self).__name__}` has a rate, and no update.")
+        raise no_update(self)
 
     @property
     def method(self) -> str:
@@ -232,6 +238,14 @@ class AbstractController(ABC):
         law = copy(self)
         object.__setattr__(law, "period", seconds("run_every(period=...)", period))
         return law
+
+
+def no_update(block: object) -> ValueError:
+    """The refusal of an update by a block that has a rate in its place."""
+    name = type(block).__name__
+    return ValueError(
+        f"`{name}.update(...)` is for a block in discrete time; `{name}` moves by its `rate`: ask for that."
+    )
 
 
 def is_recursion(block: AbstractObserver | AbstractController | AbstractPlant) -> bool:

@@ -6,7 +6,24 @@ from workbench.core import Layout
 from workbench.core.port import misfits
 from workbench.loop.surroundings import AbstractInstruments
 from workbench.loop.wiring import Blocks, names
-from workbench.validation.words import nearest
+from workbench.validation.words import nearest, refusal
+
+PORTS = {
+    "plant": ("states", "inputs", "outputs", "truths"),
+    "observer": ("memory", "inputs", "reads", "gives"),
+    "controller": ("memory", "reads", "follows", "drives"),
+    "reference": ("says",),
+}
+
+
+def refuse_odd_ports(loop: object) -> None:
+    """Refuse a loop one of whose blocks has a port that is no layout."""
+    for socket, ports in PORTS.items():
+        block = getattr(loop, socket)
+        for port in ports if block is not None else ():
+            if not isinstance(held := getattr(block, port), Layout):
+                must = "a `Layout`, as `layout(v='V')` makes one of names and units"
+                raise refusal(f"{_name(block)}.{port}", must, held)
 
 
 def refuse_misfits(loop: Blocks) -> None:

@@ -59,6 +59,7 @@ class AbstractMetric(ABC):
         """Whether it is a time, which is known to one step at best."""
         return self.unit == "s"
 
+    @door
     def of(self, ode: Ode) -> AbstractMetric:
         """The metric of this equation: with what it watches there, its unit and its labels."""
         return bound(self, watches(self)[0], ode)

@@ -44,6 +44,7 @@ class Peak(AbstractMetric):
         """Its signal."""
         return names_of(self.signal)
 
+    @door
     def of(self, ode: Ode) -> AbstractMetric:
         """With the signal as this equation has it."""
         seen = watched(self.name, self.signal, ode)
@@ -103,6 +104,7 @@ class TotalVariation(AbstractMetric):
         """Its signal."""
         return names_of(self.signal)
 
+    @door
     def of(self, ode: Ode) -> AbstractMetric:
         """With the signal as this equation has it."""
         seen = watched(self.name, self.signal, ode)
@@ -166,6 +168,7 @@ class SampledRms(AbstractMetric):
         """Its signal."""
         return names_of(self.signal)
 
+    @door
     def of(self, ode: Ode) -> AbstractMetric:
         """With the signal as this equation has it."""
         seen = watched(self.name, self.signal, ode)

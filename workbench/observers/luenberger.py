@@ -84,11 +84,6 @@ class Luenberger(AbstractArmObserver):
         return self.model.dof
 
     @property
-    def uses_truth(self) -> bool:
-        """No: it sees positions."""
-        return False
-
-    @property
     def memory(self) -> Layout:
         """The estimated positions and velocities."""
         return Layout((Entry("q_hat", self.q_hat, "rad"), Entry("qd_hat", self.qd_hat, "rad/s")))

@@ -59,11 +59,6 @@ class VelocityFilter(AbstractArmObserver):
         return max(self.joints, 0)
 
     @property
-    def uses_truth(self) -> bool:
-        """No: a velocity can be measured."""
-        return False
-
-    @property
     def memory(self) -> Layout:
         """The filtered velocity."""
         return Layout((Entry("qd_hat", self.qd_hat, "rad/s"),))
@@ -140,11 +135,6 @@ class DirtyDerivative(AbstractArmObserver):
     def dof(self) -> int:
         """The number of joints; a negative one counts as none, which is refused."""
         return max(self.joints, 0)
-
-    @property
-    def uses_truth(self) -> bool:
-        """No: it sees positions."""
-        return False
 
     @property
     def memory(self) -> Layout:

@@ -12,12 +12,16 @@ from ..parts import LAW, LOOP, OBSERVER, PLANT, REFERENCE, signals
 
 MODULES = ("workbench.loop",)
 LINEAR = control.ss([[-1.0]], [[1.0]], [[2.0]], 0, inputs="v", outputs="omega")
+GAUGES = loop.Instruments.of(PLANT, {"q": 0.1}, {"q": 0.1}, {"tau": (-1.0, 1.0)})
 
 
 def calls() -> dict[str, Any]:
     return {
+        "AbstractArmController": LAW,
+        "AbstractArmObserver": OBSERVER,
         "AbstractController": LAW,
         "AbstractDisturbance": LOOP,
+        "AbstractInstruments": GAUGES,
         "AbstractObserver": OBSERVER,
         "AbstractPlant": PLANT,
         "AbstractReference": REFERENCE,
@@ -26,7 +30,12 @@ def calls() -> dict[str, Any]:
         "LinearFilter": partial(loop.LinearFilter, LINEAR, ("v",)),
         "LinearLaw": partial(loop.LinearLaw, LINEAR, True, [1.0], [1.0]),
         "LinearPlant": partial(loop.LinearPlant, LINEAR, [1.0]),
+        "Follows": loop.Follows,
+        "Inputs": loop.Inputs,
         "Parts": loop.Parts,
+        "Readings": partial(loop.Readings, PLANT.outputs),
+        "Reads": loop.Reads,
+        "Rest": partial(loop.Rest),
         "information_table": partial(information_table, "t", "c", {"a": LOOP.roles}, {"a": 3}),
         "open_loop": partial(loop.open_loop, PLANT, "plant"),
         "roles": partial(loop.roles, LOOP),

@@ -47,6 +47,18 @@ def calls() -> dict[str, Any]:
         "StirredTank": partial(plants.StirredTank, 100.0, 100.0, 1000.0, 0.239, 5e4, 8750.0, 7.2e10, 5e4, 350.0, 1.0),
         "TwoMasses": partial(plants.TwoMasses, 1.0, 1.0, 1.0, 0.1, 0.2, 0.3, 0.4),
         "AbstractActuator": plants.DirectDrive(),
+        "AbstractElement": plants.Saturation("tau", -1.0, 1.0),
+        "Backlash": partial(plants.Backlash, "tau", 0.1, 0.01),
+        "DeadZone": partial(plants.DeadZone, "tau", -1.0, 1.0),
+        "Equipped": partial(
+            plants.Equipped, PLANT, (plants.Saturation("tau", -1.0, 1.0),), (plants.Quantiser("q", 0.1),)
+        ),
+        "FirstOrder": partial(plants.FirstOrder, "tau", 0.1),
+        "PadeDelay": partial(plants.PadeDelay, "tau", 0.1, 2),
+        "Quantiser": partial(plants.Quantiser, "q", 0.1),
+        "RateLimit": partial(plants.RateLimit, "tau", -1.0, 1.0, 0.01),
+        "Saturation": partial(plants.Saturation, "tau", -1.0, 1.0),
+        "SecondOrder": partial(plants.SecondOrder, "tau", 10.0, 0.7),
         "DirectDrive": partial(plants.DirectDrive, [1.0, 2.0]),
         "Disturbed": partial(plants.Disturbed, PLANT, Sines([1.0, 1.0], 1.0, signal="tau", unit="N m")),
         "FirstOrderLag": partial(plants.FirstOrderLag, 0.1, [1.0, 2.0]),

@@ -13,6 +13,7 @@ from workbench.design.certificates import Refused
 from workbench.design.linear.modes import controllability
 from workbench.design.matrices import EPS, Complex
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import described, finite, raised, refusal
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ DECADE = 10.0  # from the zero of the lag to the crossover, where it costs 6 deg
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class Placement:
     """The gain K (nu, nx) of u = -K x, the poles (nx,) of A - B K, and their largest error, relative to the largest."""
 

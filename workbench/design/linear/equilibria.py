@@ -14,6 +14,7 @@ from workbench.core.layout import Array
 from workbench.design.linear.arguments import row_of
 from workbench.design.linear.proofs import proved
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import whole
 
 NEWTON_STEPS, HALVINGS = 40, 12
@@ -26,6 +27,7 @@ MOST_STARTS = 100_000
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class Equilibrium:
     """A state at which f(x, p, u) = 0.
 
@@ -61,6 +63,7 @@ class Equilibrium:
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class Equilibria:
     """The rest points that were found in a box.
 

@@ -15,6 +15,7 @@ from workbench.design.linear.arguments import inputs_of, jacobians, names_of, pl
 from workbench.design.linear.period import Period, one_period
 from workbench.design.linear.smoothness import refuse_jump_at
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import as_array, described, require
 
 if TYPE_CHECKING:
@@ -110,6 +111,7 @@ def _size(A: Array, x: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class OperatingPoint:
     """A state that rests, and the inputs that hold it there.
 
