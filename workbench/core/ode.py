@@ -185,6 +185,7 @@ class Ode:
             digest.update(repr(line).encode())
         return digest.hexdigest()
 
+    @door
     def refuse_beyond(self, call: str, until: float) -> None:
         """Refuse a time in s that lies behind the horizon."""
         # 1e-9: what the rounding of a count of steps may add to a time

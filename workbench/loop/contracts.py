@@ -74,6 +74,7 @@ class AbstractPlant(ABC):
     def outputs(self) -> Layout:
         """What instruments read of it."""
 
+    @door
     def measure(self, t: Number, x: States) -> Signals:
         """Outputs and truths at a state: the states of their names."""
         del t
@@ -86,11 +87,11 @@ class AbstractPlant(ABC):
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         """The derivative of each state."""
-        raise NotImplementedError(f"`{type(self).__name__}` needs a `rate`, or an `update` and a `period`.")
+        raise ValueError(f"`{type(self).__name__}` needs a `rate`, or an `update` and a `period`.")
 
     def update(self, t: Number, x: States, u: Inputs) -> Parts:
         """The states at the next instant, of a plant in discrete time, which has no rate."""
-        raise NotImplementedError(f"`{type(self).__name__}` has a rate, and no update.")
+        raise ValueError(f"`{type(self).__name__}` has a rate, and no update.")
 
 
 class AbstractObserver(ABC):
@@ -140,7 +141,7 @@ class AbstractObserver(ABC):
 
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The memory at the next instant, of an observer that is a recursion in discrete time and has no rate."""
-        raise NotImplementedError(f"`{type(self).__name__}` has a rate, and no update.")
+        raise ValueError(f"`{type(self).__name__}` has a rate, and no update.")
 
     @property
     def method(self) -> str:
@@ -212,7 +213,7 @@ class AbstractController(ABC):
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The memory at the next instant, of a law that is a recursion in discrete time and has no rate."""
-        raise NotImplementedError(f"`{type(self).__name__}` has a rate, and no update.")
+        raise ValueError(f"`{type(self).__name__}` has a rate, and no update.")
 
     @property
     def method(self) -> str:

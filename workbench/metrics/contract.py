@@ -47,6 +47,7 @@ class AbstractMetric(ABC):
             own = vars(cls)[name]
             if not getattr(own, "__isabstractmethod__", False):
                 setattr(cls, name, _faithful(name, own))
+        cls.of = door(vars(cls).get("of", cls.of))  # type: ignore[method-assign]
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -59,6 +60,7 @@ class AbstractMetric(ABC):
         """Whether it is a time, which is known to one step at best."""
         return self.unit == "s"
 
+    @door
     def of(self, ode: Ode) -> AbstractMetric:
         """The metric of this equation: with what it watches there, its unit and its labels."""
         return bound(self, watches(self)[0], ode)
