@@ -47,6 +47,7 @@ class AbstractMetric(ABC):
             own = vars(cls)[name]
             if not getattr(own, "__isabstractmethod__", False):
                 setattr(cls, name, _faithful(name, own))
+        cls.of = door(vars(cls).get("of", cls.of))  # type: ignore[method-assign]
 
     @property
     def units(self) -> tuple[str, ...]:

@@ -21,6 +21,12 @@ def on_grid(k: ca.SX, h: ca.SX, sample: float) -> ca.SX:
     return ca.fmod(k, ca.floor(sample / h + 0.5)) == 0
 
 
+@door
+def _absolute(e: ca.SX) -> ca.SX:
+    """|e|."""
+    return ca.fabs(e)
+
+
 @dataclass(frozen=True)
 @door
 class Peak(AbstractMetric):
@@ -34,7 +40,7 @@ class Peak(AbstractMetric):
 
     signal: Signal
     after: float = 0.0
-    size: Callable[[ca.SX], ca.SX] = ca.fabs
+    size: Callable[[ca.SX], ca.SX] = _absolute
 
     def __post_init__(self) -> None:
         finite("Peak(after=...)", self.after, " of seconds", low=0)
