@@ -15,10 +15,9 @@ from copy import copy
 from typing import Annotated, Self
 
 import casadi as ca
-import numpy as np
 
-from workbench.core import Entry, Layout, Signals
-from workbench.core.block import quantities, unit_of
+from workbench.core import Layout, Signals
+from workbench.core.block import starts
 from workbench.validation.doors import door
 from workbench.validation.shapes import Memory, Number, States
 from workbench.validation.words import seconds
@@ -296,9 +295,3 @@ def is_recursion(block: AbstractObserver | AbstractController | AbstractPlant) -
 def euler(z: Parts, rates: Parts, period: float) -> dict[str, ca.SX]:
     """z + period z', the explicit Euler step of each part of a memory."""
     return {name: z[name] + period * rate for name, rate in rates.items()}
-
-
-def starts(block: object) -> Layout:
-    """The fields that a block declares by `initial`, as the layout of its states."""
-    held = ((f.name, np.asarray(getattr(block, f.name), dtype=float), q) for f, q in quantities(block) if not q.lifted)
-    return Layout(tuple(Entry(name, x, unit_of(block, q), symbol=q.symbol) for name, x, q in held))

@@ -15,9 +15,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, block, initial, parameter
-from workbench.core.block import Vector
+from workbench.core.block import Vector, starts
 from workbench.core.port import ANY
-from workbench.loop.contracts import starts
 from workbench.loop.instruments import quantised
 
 NOISE = (
