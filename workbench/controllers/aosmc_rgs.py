@@ -18,8 +18,7 @@ from workbench.core.claim import Claim
 from workbench.core.dimensions import gain
 from workbench.core.dynamics import solve_definite
 from workbench.loop.arm import AbstractArmController
-from workbench.loop.contracts import EULER, Follows, Parts, Reads
-from workbench.loop.memory import euler
+from workbench.loop.contracts import EULER, Follows, Parts, Reads, euler
 from workbench.validation.shapes import Number
 
 VELOCITIES = {

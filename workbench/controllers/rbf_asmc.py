@@ -18,8 +18,7 @@ from workbench.core import AbstractArm, Entry, Layout, block, initial, option, p
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.loop.arm import AbstractArmController
-from workbench.loop.contracts import EULER, Follows, Parts, Reads
-from workbench.loop.memory import euler
+from workbench.loop.contracts import EULER, Follows, Parts, Reads, euler
 from workbench.validation.shapes import Number
 
 

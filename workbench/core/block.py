@@ -15,7 +15,7 @@ from typing import Any, Literal, TypeVar, dataclass_transform
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Bounds, Layout
+from workbench.core.layout import Bounds, Entry, Layout
 from workbench.core.numbers import shaped
 from workbench.core.port import ANY
 from workbench.core.show import letters
@@ -145,6 +145,12 @@ def unit_of(owner: Any, quantity: Quantity) -> str:
     if texts:
         units = [f"1{unit}" if unit.startswith("/") else unit.replace("/s/s", "/s^2") for unit in units]
     return ", ".join(units) if quantity.shape else " or ".join(dict.fromkeys(units))
+
+
+def starts(block: object) -> Layout:
+    """The fields that a block declares by `initial`, as the layout of its states."""
+    held = ((f.name, np.asarray(getattr(block, f.name), dtype=float), q) for f, q in quantities(block) if not q.lifted)
+    return Layout(tuple(Entry(name, x, unit_of(block, q), symbol=q.symbol) for name, x, q in held))
 
 
 def options(owner: Any) -> dict[str, tuple[str, str]]:

@@ -14,8 +14,10 @@ from collections.abc import Mapping
 from copy import copy
 from typing import Annotated, Self
 
+import casadi as ca
+
 from workbench.core import Layout, Signals
-from workbench.loop.memory import euler, starts
+from workbench.core.block import starts
 from workbench.validation.doors import door
 from workbench.validation.shapes import Memory, Number, States
 from workbench.validation.words import seconds
@@ -288,3 +290,8 @@ def is_recursion(block: AbstractObserver | AbstractController | AbstractPlant) -
     """
     own = not any(type(block).update is kind.update for kind in (AbstractObserver, AbstractController, AbstractPlant))
     return own and getattr(block, "recursion", True)
+
+
+def euler(z: Parts, rates: Parts, period: float) -> dict[str, ca.SX]:
+    """z + period z', the explicit Euler step of each part of a memory."""
+    return {name: z[name] + period * rate for name, rate in rates.items()}

@@ -10,9 +10,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Lifted, Ode, Sampled, Signals, lift
-from workbench.loop.contracts import Parts, is_recursion
+from workbench.loop.contracts import Parts, euler, is_recursion
 from workbench.loop.matching import refuse_instruments
-from workbench.loop.memory import euler
 from workbench.loop.outside import Outside, refuse_inputs_of_recursion
 from workbench.loop.surroundings import AbstractInstruments
 from workbench.loop.waiting import Queue

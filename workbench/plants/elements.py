@@ -15,10 +15,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, block, initial, parameter
-from workbench.core.block import Vector
+from workbench.core.block import Vector, starts
 from workbench.core.port import ANY
 from workbench.loop.instruments import quantised
-from workbench.loop.memory import starts
 
 NOISE = (
     "white noise in continuous time has no step, so give the instruments to `digital(period, instruments)`, or take a "
