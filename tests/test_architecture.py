@@ -12,6 +12,8 @@ import house_rules as rules
 import pytest
 
 HOUSE = rules.sources("workbench", "studies")
+SHOWN = '    """It.\n\n    Examples\n    --------\n    >>> f()\n    """\n'  # three lines, the examples not counted
+
 LAWS = [
     rules.open_side_doors,
     rules.long_files,
@@ -46,6 +48,10 @@ def test_no_file_is_longer_than_its_budget():
 
 def test_no_function_is_longer_than_its_budget():
     holds(rules.long_functions(HOUSE))
+
+
+def test_the_examples_of_a_docstring_do_not_count_as_lines_of_its_function():
+    assert not rules.long_functions({"workbench/a.py": f"def f():\n{SHOWN}" + "    x = 1\n" * 47})
 
 
 def test_no_modules_import_each_other():
@@ -99,6 +105,7 @@ BAD = [
     (rules.open_side_doors, "workbench/design/x.py", "import SALib", "sensitivity/salib.py"),
     (rules.long_files, "workbench/a.py", "x = 1\n" * 301, "301"),
     (rules.long_functions, "workbench/a.py", "def f():\n" + "    x = 1\n" * 50, "51"),
+    (rules.long_functions, "workbench/a.py", f"def f():\n{SHOWN}" + "    x = 1\n" * 48, "51"),
     (rules.banned_calls, "workbench/a.py", "class A(B):\n    def f(self): super().f()", "a.py:2: no `super"),
     (rules.banned_calls, "workbench/a.py", "print('x')", "print"),
     (rules.banned_calls, "workbench/a.py", "eval('x')", "eval"),

@@ -19,7 +19,7 @@ FAST = study.Cost(12288, 768, 9.0, 14.0, 0.3, 9.8, 10.0, 5.0, 2.0, 1.0)
 def test_the_workload_is_twelve_thousand_runs_of_ten_factors():
     asked = sweep()
     assert (asked.design.size, asked.design.dimensions) == (12288, 10)
-    assert (asked.h, asked.until) == (1e-3, 10.0)
+    assert (asked.run.h, asked.run.until) == (1e-3, 10.0)
 
 
 def test_what_is_marched_alone_are_the_rows_that_the_ledger_keeps():

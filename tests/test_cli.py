@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pytest
 
@@ -14,6 +13,7 @@ from workbench import __version__, study
 from workbench.core import Dynamics
 from workbench.derivation import FORMS
 from workbench.robots import named
+from workbench.simulate.kernel import llvm
 
 HEAVY = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "rich", "typst", "jinja2", "workbench.core")
 
@@ -90,37 +90,11 @@ def test_no_verb_at_all_shows_the_verbs(shell):
     assert "derive" in done.stderr
 
 
-def test_the_first_study_of_the_readme_runs(command, tmp_path):
-    readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
-    (tmp_path / "first.py").write_text(readme.split("```python\n")[1].split("```")[0], encoding="utf-8")
-    done = command("run", "first.py")
-    assert (done.exit_code, done.stderr) == (0, "")
-    assert (tmp_path / "reports" / "first" / "tables" / "tracking.csv").is_file()
-
-
-def test_the_study_of_the_readers_own_runs_and_has_twenty_lines(command, tmp_path):
-    readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
-    own = readme.split("```python\n")[4].split("```")[0]
-    assert len([line for line in own.splitlines() if line and not line.startswith("from ")]) == 20
-    (tmp_path / "own.py").write_text(own, encoding="utf-8")
-    done = command("run", "own.py")
-    assert done.exit_code == 0
-    assert "1,280 runs" in (tmp_path / "reports" / "own" / "index.html").read_text(encoding="utf-8")
-
-
 def test_one_import_finds_all_that_a_study_is_written_with():
     for name in study.__all__:
         assert getattr(study, name).__name__ == name
     with pytest.raises(AttributeError, match="no attribute 'Sweeep'"):
         _ = study.Sweeep
-
-
-@pytest.mark.parametrize("block", [2, 3], ids=["a thousand loops", "a gain in ten lines"])
-def test_the_other_examples_of_the_readme_run(block, tmp_path):
-    readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
-    (tmp_path / "example.py").write_text(readme.split("```python\n")[block].split("```")[0], encoding="utf-8")
-    done = subprocess.run([sys.executable, "example.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
 
 
 def test_derive_prints_the_arm_of_the_paper(command):
@@ -249,7 +223,7 @@ def test_the_doctor_says_which_engine_serves_and_where_its_kernels_are(command, 
     assert str(tmp_path / "kernels") in command("doctor").stdout
     monkeypatch.setenv("WORKBENCH_CACHE", "off")
     assert "compiled anew in every process" in command("doctor").stdout
-    monkeypatch.setattr("workbench.simulate.kernel.llvm.has_fma", lambda: False)
+    monkeypatch.setattr(llvm, "has_fma", lambda: False)
     said = " ".join(command("doctor").stdout.split())
     assert "compiled in the portable arithmetic, as this processor has no fused multiply-add" in said
 

@@ -97,6 +97,12 @@ def test_a_metric_that_no_case_has_is_answered_with_the_nearest():
         side_by_side("t", "c", RESULTS.outcomes, ["effort"], 0)
 
 
+def test_a_table_without_named_metrics_has_all_that_were_taken():
+    every = list(RESULTS.outcomes[0].measurement.scores)
+    assert side_by_side("t", "c", RESULTS.outcomes) == side_by_side("t", "c", RESULTS.outcomes, every)
+    assert [column.header for column in side_by_side("t", "c", RESULTS.outcomes).columns] == ["law", *every]
+
+
 def test_a_metric_that_one_case_lacks_leaves_its_cell_empty():
     fast = LAWS["fast"]
     scores = {"ISE": fast.measurement.scores["ISE"]}

@@ -13,6 +13,7 @@ from workbench.notation.formula import symbol
 from workbench.report.figures.points import curves_csv
 from workbench.report.folder import write
 from workbench.study.document import Band, Bars, Figure, Panel, Series
+from workbench.study.run import Run
 from workbench.study.runner import run
 from workbench.study.study import Case, Study
 from workbench.study.traces import Window, traces
@@ -80,7 +81,7 @@ def test_a_report_writes_the_curves_beside_the_picture_and_is_replaced_with_them
 
 
 def laws(count, style=0):
-    cases = tuple(Case("S", f"law {k}", Loop(), (rmse(),), 0.1, 1.0, 0.1, style=style) for k in range(count))
+    cases = tuple(Case("S", f"law {k}", Run(Loop(), (rmse(),), 1.0, 0.1, 0.05), style) for k in range(count))
     return run(Study("s", "t", "q", "m", sections=lambda r: (), cases=cases)).outcomes
 
 

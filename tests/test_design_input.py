@@ -34,7 +34,7 @@ def cut():
     ("call", "words"),
     [
         (lambda: to_control(None), r"`to_control\(ode=...\)` must be an `Ode`; got None"),
-        (lambda: linearize("arm", 0.0, REST), r"`linearize\(ode=...\)` must be an `Ode`; got 'arm'"),
+        (lambda: linearize("arm", 0.0, REST), r"`linearize\(ode=...\)` must be an `Ode` or a `Sampled`; got 'arm'"),
         (lambda: equilibria(None, BOX), r"`equilibria\(ode=...\)` must be an `Ode`"),
         (lambda: equilibria(ODE, BOX, boxes="a"), r"boxes=\.\.\.\)` must be a whole number; got 'a'"),
         (lambda: operating_point(ODE, None), r"wanted=\.\.\.\)` must be a mapping .*; got None"),

@@ -213,7 +213,7 @@ def test_who_uses_the_truth_says_so(name):
 
 
 def test_who_takes_the_truth_without_saying_so_cannot_be_built():
-    with pytest.raises(TypeError):
+    with pytest.raises(LookupError, match=r"`WithDisturbance.estimate\(...\)` asks for a signal that its ports do not"):
         loop(Cheat()).ode()
 
 

@@ -33,8 +33,9 @@ from workbench.signals import Hold
 from workbench.study.comparison import side_by_side
 from workbench.study.distributions import Uniform
 from workbench.study.factors import Factor
-from workbench.study.prepared import prepared
+from workbench.study.preparation import prepared
 from workbench.study.rows import to_csv
+from workbench.study.run import Run
 from workbench.study.runner import run
 from workbench.study.sampling import MonteCarlo
 from workbench.study.study import Case, Study
@@ -207,6 +208,13 @@ def test_limits_that_are_none_are_refused(limits):
         violation("x", *limits)
 
 
+def test_limits_of_other_shapes_than_a_signal_has_are_refused():
+    with pytest.raises(ValueError, match=r"as many numbers on either side, one for each of the signal; got 2 and 3"):
+        violation("x", [-1.0, -1.0], [1.0, 1.0, 1.0])
+    with pytest.raises(ValueError, match=r"`violation\(high=...\)` must be a number or a vector of numbers; got"):
+        violation("x", high=[[1.0, 2.0]])
+
+
 def test_what_is_no_number_for_a_while_is_no_number_in_the_end():
     broken = ca.if_else(TIME < 0.5, TIME, ca.if_else(TIME < 0.6, ca.sqrt(TIME - 2), TIME))
     x, metrics = of_time(x=broken, x_ref=ca.SX(5.0)), (peak_error("x"), overshoot("x"), *violation("x", high=0.1))
@@ -230,8 +238,10 @@ def test_a_sampled_loop_follows_and_drives_what_the_loop_does():
 
 
 def test_a_study_of_a_plant_names_its_signals_and_their_units():
-    case = Case("S", "law", cart(), (rmse(), rmse("q")), 0.01, 1.0, 0.1)
-    sweep = Sweep("s", cart(), (iae(),), (Factor("k", ("controller.k",), Uniform(1, 2)),), MonteCarlo(1, 16), 0.01, 1.0)
+    case = Case("S", "law", Run(cart(), (rmse(), rmse("q")), 1.0, 0.1, 0.005))
+    sweep = Sweep(
+        "s", Run(cart(), (iae(),), 1.0, h=0.01), (Factor("k", ("controller.k",), Uniform(1, 2)),), MonteCarlo(1, 16)
+    )
     results = run(Study("s", "t", "q", "m", sections=lambda r: (), cases=(case,)))
     frame = results.to_frame()
     assert list(frame.signal) == ["q", "phi", "q"]

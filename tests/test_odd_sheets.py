@@ -17,8 +17,8 @@ LONGEST, SECONDS = 600, 20  # letters of a refusal; what a sheet may take of the
 
 @pytest.mark.parametrize("lot", range(LOTS))
 def test_a_sheet_that_nobody_would_print_gets_a_verdict_or_one_sentence(command, tmp_path, monkeypatch, lot):
-    dynamics = cli._dynamics("paper-arm")
-    monkeypatch.setattr(cli, "_dynamics", lambda robot: dynamics)  # derived once for all
+    arm = cli._arm("paper-arm")
+    monkeypatch.setattr(cli, "_arm", lambda robot: arm)
     for seed in range(lot, COUNT, LOTS):
         name, content = sheet(seed)
         (tmp_path / name).write_bytes(content)

@@ -3,7 +3,6 @@
 import copy
 import math
 import pickle
-import warnings
 
 import casadi as ca
 import numpy as np
@@ -146,8 +145,12 @@ def test_the_open_plant_has_its_inputs_as_parameters():
 
 
 MISFITS = [
-    (lambda: motor(reference=None), "`PI` follows 'omega', where `Rest` says none."),
-    (lambda: motor(plant=plant()), "`PI` reads 'omega', where `Readings` gives 'x'."),
+    (
+        lambda: motor(reference=None),
+        "`PI` follows 'omega', and the loop has no reference: give `ClosedLoop(reference=...)` one that says it, as a "
+        "`Step` does.",
+    ),
+    (lambda: motor(plant=plant()), "`PI` reads 'omega', where `Tank` gives 'x'."),
     (
         lambda: motor(observer=observer(gives=layout(omega="deg/s"))),
         "`PI` reads 'omega' in [rad/s], where `Watcher` gives it in [deg/s].",
@@ -214,29 +217,39 @@ def test_a_law_that_returns_something_else_is_refused_by_class_and_method(return
 
 
 @pytest.mark.parametrize(
-    "command",
+    ("command", "says"),
     [
-        lambda self, t, z, est, ref: {"v": math.sin(est.omega)},
-        lambda self, t, z, est, ref: {"v": float(t)},
-        lambda self, t, z, est, ref: {"v": max(est.omega, 0.0)},
-        lambda self, t, z, est, ref: {"v": 1.0 if est.omega > 0 else 2.0},
+        (lambda v: math.sin(v), "it returned one that holds NaN, as `math.sin` makes of a symbol: write `casadi.sin`."),
+        (lambda v: 2.0 * v + math.sqrt(v) * v, "it returned one that holds NaN"),
+        (lambda v: 1.0 if v > 0 else 2.0, "it asks whether one of them is true, as `if`, `and` and `max` do: write"),
+        (lambda v: max(v, 1.0), "it asks whether one of them is true"),
     ],
 )
-def test_a_law_that_takes_a_symbol_for_a_number_is_refused_and_gives_no_nan(command):
-    """Python's `math` makes NaN of CasADi's symbols without a word: every run would have been called diverged."""
-    loop = ClosedLoop(Motor(), controller=law(reads=layout(omega="rad/s"), command=command))
-    says = r"`Own.command\(...\)` must compute with symbols .* is no number: take `ca.sin`.*`ca.if_else\(c, a, b\)`"
-    for make in (lambda: loop.ode(), lambda: loop.digital(0.1)):
-        with pytest.raises(ValueError, match=says):
-            make()
+def test_a_law_of_pythons_own_functions_of_numbers_is_refused_with_what_to_write(command, says):
+    """`math.sin` of a symbol is NaN, without a word from CasADi."""
+    own = law(reads=layout(omega="rad/s"), command=lambda self, t, z, est, ref: {"v": command(est.omega)})
+    with pytest.raises(ValueError) as error:
+        ClosedLoop(Motor(), controller=own).ode()
+    assert str(error.value).startswith("`Own.command(...)` must return ")
+    assert says in str(error.value)
 
 
-def test_numpys_functions_serve_in_a_law_without_a_warning():
-    own = law(reads=layout(omega="rad/s"), command=lambda self, t, z, est, ref: {"v": np.sin(est.omega)})
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        ode = ClosedLoop(Motor(), controller=own).ode()
-    assert ode.outputs_at(0.0, [0.0, 0.5])["v"] == math.sin(0.5)
+@pytest.mark.parametrize("port", ["reads", "follows", "drives", "memory"])
+def test_a_port_that_is_no_layout_is_refused_by_its_name(port):
+    with pytest.raises(ValueError, match=rf"`Own.{port}` must be a `Layout`, as .* of names and units; got 'v'\."):
+        ClosedLoop(Motor(), controller=law(**{port: "v"}))
+
+
+def test_what_a_block_has_not_is_refused_when_it_is_asked_for():
+    with pytest.raises(ValueError, match=r"`Tank` must have a `rate`, or an `update` and a `period`"):
+        open_loop(plant(rate=AbstractPlant.rate))
+    says = r"`{0}.update\(...\)` is for a block in discrete time; `{0}` moves by its `rate`: ask for that"
+    with pytest.raises(ValueError, match=says.format("Motor")):
+        Motor().update(0.0, Signals(), Signals())
+    with pytest.raises(ValueError, match=says.format("PI")):
+        PI().update(0.0, Signals(), Signals(), Signals())
+    with pytest.raises(ValueError, match=says.format("Watcher")):
+        observer().update(0.0, Signals(), Signals(), Signals(), Signals())
 
 
 def test_each_method_of_each_block_is_held_to_its_port():
@@ -415,5 +428,16 @@ def test_a_layout_names_units_and_starts():
 def test_the_units_of_joints_that_slide_and_turn_are_matched_one_by_one():
     mixed = Layout((Entry("q", np.zeros(2), "m, rad"),))
     turning = plant(outputs=mixed, states=mixed, rate=lambda self, t, x, u: {"q": ca.SX.zeros(2)})
-    with pytest.raises(ValueError, match=r"'q' in \[rad\], where `Readings` gives it in \[m, rad\]"):
+    with pytest.raises(ValueError, match=r"'q' in \[rad\], where `Tank` gives it in \[m, rad\]"):
         ClosedLoop(turning, controller=law(reads=layout(q=("rad", [0, 0]))))
+
+
+def test_a_block_that_asks_for_a_signal_it_has_not_declared_is_told_so():
+    blind = law(command=lambda self, t, z, est, ref: {"v": -est.omega})
+    with pytest.raises(
+        LookupError, match=r"`Own.command\(...\)` asks for a signal that its ports do not declare. There"
+    ):
+        ClosedLoop(Motor(), controller=blind).ode()
+    blind = law(reads=layout(omega="rad/s"), command=lambda self, t, z, est, ref: {"v": -est["omgea"]})
+    with pytest.raises(LookupError, match="There is no 'omgea' among the 1 signals. Did you mean 'omega'?"):
+        ClosedLoop(Motor(), controller=blind).ode()

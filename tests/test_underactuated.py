@@ -4,12 +4,12 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.controllers import ComputedTorque, StateFeedback
-from workbench.core import Dynamics, Signals, layout
+from workbench.controllers import PID, ComputedTorque, Rise, SlidingMode, StateFeedback, SuperTwisting
+from workbench.core import Dynamics, Signals, layout, lift
 from workbench.design.linear import equilibria, linearize
 from workbench.design.riccati import lqr
 from workbench.loop import AbstractReference, ClosedLoop, open_loop
-from workbench.observers import FullState
+from workbench.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
 from workbench.plants import DirectDrive, FirstOrderLag, Friction, Manipulator
 from workbench.robots import Link, PlanarArm, SpatialArm, SpatialLink, named
 from workbench.signals import Sines
@@ -151,6 +151,34 @@ def test_an_arm_that_only_turns_keeps_its_units():
     assert ode.parameters["friction.speed"].unit == "rad/s"
     assert ode.parameters["tau"].unit == "N m"
     assert ode.states["q"].unit == "rad"
+
+
+SLIDE_AND_HINGE = cart_pole(passive=())
+LAWS = [
+    (PID([1.0, 1.0], [1.0, 1.0], [1.0, 1.0], SLIDE_AND_HINGE), "Ki", ("N/(m s)", "N m/(rad s)")),
+    (PID([1.0, 1.0], [1.0, 1.0], [1.0, 1.0]), "Ki", ("N m/(rad s)",) * 2),
+    (SlidingMode(SLIDE_AND_HINGE, [1.0, 1.0], [1.0, 1.0], 0.1), "K", ("N", "N m")),
+    (SlidingMode(SLIDE_AND_HINGE, [1.0, 1.0], [1.0, 1.0], 0.1), "phi", ("m/s or rad/s",)),
+    (Rise([1.0, 1.0], [1.0, 1.0], [1.0, 1.0], [1.0, 1.0], 0.1, model=SLIDE_AND_HINGE), "beta", ("N/s", "N m/s")),
+    (SuperTwisting(SLIDE_AND_HINGE, [1.0, 1.0], [1.0, 1.0], [1.0, 1.0], 0.1), "k2", ("m/s^3", "rad/s^3")),
+]
+
+
+@pytest.mark.parametrize(("law", "name", "units"), LAWS, ids=lambda given: given if isinstance(given, str) else "")
+def test_the_numbers_of_a_law_have_the_units_of_its_joints(law, name, units):
+    assert lift(law).layout[name].units == units
+
+
+def test_the_memory_and_the_signals_of_blocks_have_the_units_of_their_joints():
+    observer = WithDisturbance(
+        Luenberger(SLIDE_AND_HINGE, np.eye(2), np.eye(2), q_hat=[0.1, 0.2]), MomentumObserver(SLIDE_AND_HINGE, l=10.0)
+    )
+    law = SlidingMode(SLIDE_AND_HINGE, [1.0, 1.0], [1.0, 1.0], 0.1)
+    ode = ClosedLoop(Manipulator(SLIDE_AND_HINGE, [0.0, 0.1]), observer, law, Upright()).ode()
+    units = {name: ode.states[f"observer.{name}"].units for name in observer.memory.names}
+    assert (units["state.q_hat"], units["state.qd_hat"]) == (("m", "rad"), ("m/s", "rad/s"))
+    assert units["disturbance.p_hat"] == ("N s", "N m s")
+    assert ode.outputs["s"].units == ("m/s", "rad/s")
 
 
 def test_a_drive_has_a_number_for_each_motor():

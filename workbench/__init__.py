@@ -6,17 +6,68 @@ for. `dir(wb)` lists them, and `help(wb.X)` tells of one, with its shapes, units
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 __version__ = "0.1.0"
 
-_HOMES = {"plot": ("workbench.report.figures.runs", "plot_runs")}
+_ROOMS = {
+    "core": "Layout Ode Sampled Signals block initial layout option parameter rk4",
+    "loop": "ClosedLoop Controller Instruments Observer Plant Reference open_loop",
+    "robots": "named paper_arm",
+    "robots.urdf": "read_urdf",
+    "plants": "BuckConverter CartPole DCMotor Disturbed Equipped FirstOrder FurutaPendulum LinearPlant Manipulator "
+    "OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank RateLimit Saturation SingleTrackVehicle StirredTank "
+    "TwoMasses",
+    "controllers": "Cascade LinearLaw PID PID2 Regulator SlidingMode StateFeedback",
+    "observers": "ExtendedKalmanFilter ExtendedStateObserver FullState LinearObserver SteadyKalmanFilter "
+    "UnscentedKalmanFilter",
+    "signals": "Chirp Hold PulseTrain Ramp Sines Step Table Together Trapezoid WayPoints",
+    "simulate": "simulate",
+    "metrics": "effort measure overshoot peak_error rmse settling_time total_variation",
+    "design": "linearize",
+    "design.linear": "equilibria lead_lag place",
+    "design.riccati": "lqg lqr steady_kalman",
+    "study": "Case Factor LogUniform Paragraph Run Section SobolDesign Study Sweep Uniform side_by_side sobol "
+    "sobol_bars",
+    "report.figures.runs": "plot",
+}
+_HOMES = {name: room for room, names in _ROOMS.items() for name in names.split()}
+_THERE = {  # the names that a room calls otherwise
+    "Controller": "AbstractController",
+    "Observer": "AbstractObserver",
+    "Plant": "AbstractPlant",
+    "Reference": "AbstractReference",
+    "plot": "plot_runs",
+    "read_urdf": "read",
+}
+__all__ = [*_HOMES]
 
 
 def __getattr__(name: str) -> Any:
-    """A name of the face, loaded from its file when it is first asked for."""
+    """A name of the face, loaded from its room when it is first asked for."""
     if name not in _HOMES:
-        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
-    file, held = _HOMES[name]
-    return getattr(import_module(file), held)
+        from difflib import get_close_matches  # the nearest of `validation` would load NumPy
+
+        near = "".join(f" Did you mean '{other}'?" for other in get_close_matches(name, _HOMES, 1))
+        raise AttributeError(f"module 'workbench' has no attribute '{name}'.{near}")
+    held = getattr(import_module(f"workbench.{_HOMES[name]}"), _THERE.get(name, name))
+    globals()[name] = held
+    return held
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOMES})
+
+
+class _Face(ModuleType):
+    """The package: whoever imports the room `workbench.simulate` leaves `wb.simulate` the function that it is."""
+
+    def __setattr__(self, name: str, value: object) -> None:
+        if not (name in _HOMES and isinstance(value, ModuleType)):
+            ModuleType.__setattr__(self, name, value)
+
+
+sys.modules[__name__].__class__ = _Face

@@ -130,7 +130,8 @@ def _of_object(name: str, thing: Any, arguments: dict[str, Callable[[Any], Any]]
     kind, found = type(thing), []
     if not kind.__module__.startswith(("workbench", rooms.__name__)):
         return []
-    for attribute in (a for a in dir(kind) if not a.startswith("_")):
+    own = getattr(kind, "__dataclass_fields__", {})  # a field that holds a function is no method
+    for attribute in (a for a in dir(kind) if not a.startswith("_") and a not in own):
         how = inspect.getattr_static(kind, attribute)
         label = f"{name}(...).{attribute}"
         if isinstance(how, property | functools.cached_property):

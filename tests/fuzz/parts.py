@@ -10,7 +10,7 @@ from workbench.controllers import PID
 from workbench.core import Entry, Layout, Ode, Signals
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState
-from workbench.plants import Manipulator
+from workbench.plants import AbstractElement, Manipulator
 from workbench.robots import paper_arm
 from workbench.robots.catalogue import cart_pole
 from workbench.signals import Sines
@@ -59,5 +59,6 @@ def signals() -> dict[str, Any]:
 
 def _memory(block: Any) -> dict[str, ca.SX]:
     memory = getattr(block, "memory", Layout())
-    memory = memory(2) if callable(memory) else memory
+    if callable(memory):
+        memory = memory(Entry("v", [0.0, 0.0]) if isinstance(block, AbstractElement) else 2)
     return dict(memory.view(memory.symbols()))

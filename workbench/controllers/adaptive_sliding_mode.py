@@ -63,14 +63,14 @@ class AdaptiveSlidingMode(AbstractArmController):
 
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
-    phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
-    gamma: Scalar = parameter(unit="N m/rad", low=0, strict=True, symbol="gamma")
-    K: Vector = initial(unit="N m", shape=("n",), symbol="K")
+    phi: Scalar = parameter(unit="{position}/s", low=0, strict=True, symbol="phi")
+    gamma: Scalar = parameter(unit="{force}/{position}", low=0, strict=True, symbol="gamma")
+    K: Vector = initial(unit="{force}", shape=("n",), symbol="K")
     adaptation: AbstractAdaptation = Plain()
     saturation: str = option(SWITCHINGS, default="clip")
 
     def __post_init__(self) -> None:
-        gains_that_start_at("AdaptiveSlidingMode", self.K)
+        gains_that_start_at("AdaptiveSlidingMode", self.K, self.force)
         self.adaptation.check(self.dof)
 
     @property
@@ -81,7 +81,7 @@ class AdaptiveSlidingMode(AbstractArmController):
     @property
     def memory(self) -> Layout:
         """The gains."""
-        return Layout((gains_that_start_at("AdaptiveSlidingMode", self.K),))
+        return Layout((gains_that_start_at("AdaptiveSlidingMode", self.K, self.force),))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""

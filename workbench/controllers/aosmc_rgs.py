@@ -15,6 +15,7 @@ from workbench.controllers.switching import SATURATIONS, layered, matrices, satu
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.claim import Claim
+from workbench.core.dimensions import gain
 from workbench.core.dynamics import solve_definite
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import EULER, Follows, Parts, Reads, euler
@@ -111,14 +112,14 @@ class AosmcRgs(AbstractArmController):
 
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
-    phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
-    K: Matrix = initial(unit="N m", shape=("n", "n"), symbol="K")
-    P: Matrix | None = initial(default=None, unit="N m/rad", shape=("n", "n"), symbol="P")
+    phi: Scalar = parameter(unit="{position}/s", low=0, strict=True, symbol="phi")
+    K: Matrix = initial(unit="{force}", shape=("n", "n"), symbol="K")
+    P: Matrix | None = initial(default=None, unit="{force}/{position}", shape=("n", "n"), symbol="P")
     Q: Matrix | None = parameter(
-        default=None, unit="N m/(rad s)", symmetric=True, definite="semi", shape=("n", "n"), symbol="Q"
+        default=None, unit="{force}/({position} s)", symmetric=True, definite="semi", shape=("n", "n"), symbol="Q"
     )
     R: Matrix | None = parameter(
-        default=None, unit="N m/(rad s)", symmetric=True, definite="positive", shape=("n", "n"), symbol="R"
+        default=None, unit="{force}/({position} s)", symmetric=True, definite="positive", shape=("n", "n"), symbol="R"
     )
     velocity: str = option(VELOCITIES, default="printed")
     gain_sign: str = option(SIGNS, default="printed")
@@ -173,8 +174,8 @@ class AosmcRgs(AbstractArmController):
     @property
     def memory(self) -> Layout:
         """The gain K and, unless it is solved for, the Riccati matrix P, each (n, n)."""
-        K = Entry("K", self.K, "N m", symbol="K")
-        return Layout((K,) if self.P is None else (K, Entry("P", self.P, "N m/rad", symbol="P")))
+        K = Entry("K", self.K, self.force, symbol="K")
+        return Layout((K,) if self.P is None else (K, Entry("P", self.P, gain(self.force, self.position), symbol="P")))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """(27) to (29)."""

@@ -35,6 +35,15 @@ class Cascade(AbstractController):
     References
     ----------
     Astrom and Hagglund (2006), Advanced PID Control, chapter 12.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor.position()
+    >>> law = wb.PID2(wb.layout(theta="rad"), wb.layout(omega="rad/s"), Kp=20.0)
+    >>> speed = wb.PID2(wb.layout(omega="rad/s"), motor.inputs, Kp=0.5)
+    >>> cascade = wb.Cascade(outer=law, inner=speed, ratio=10)
+    >>> cascade.reads.names, cascade.follows.names, cascade.drives.names
+    (('theta', 'omega'), ('theta',), ('v',))
     """
 
     outer: AbstractController

@@ -11,14 +11,14 @@ from workbench.core.layout import ROUNDING, Array, Bounds
 from workbench.validation.words import as_array, refusal
 
 
-def gains_that_start_at(law: str, K: Array) -> Entry:
-    """The memory entry of switching gains K (n,), refused where one of them starts below zero."""
+def gains_that_start_at(law: str, K: Array, unit: str) -> Entry:
+    """The memory entry of switching gains K (n,) in that unit, refused where one of them starts below zero."""
     if np.any(K < 0):
         raise ValueError(
             f"`{law}(K=...)` must not be negative: K_i sat(s_i / phi) with K_i < 0 drives s_i away from "
             f"zero. Got {np.array2string(K, separator=', ')}."
         )
-    return Entry("K", K, "N m", Bounds(low=0), "K")
+    return Entry("K", K, unit, Bounds(low=0), "K")
 
 
 def symmetric(call: str, X: Array, why: str, definite: bool) -> None:

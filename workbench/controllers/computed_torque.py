@@ -8,7 +8,7 @@ import casadi as ca
 
 from workbench.controllers.promises import ERROR_IS_LINEAR
 from workbench.controllers.switching import matrices
-from workbench.core import AbstractArm, Layout, block, parameter
+from workbench.core import AbstractArm, block, parameter
 from workbench.core.block import Vector
 from workbench.core.claim import Claim
 from workbench.loop.arm import AbstractArmController
@@ -61,11 +61,6 @@ class ComputedTorque(AbstractArmController):
         """The number of joints of the model."""
         return self.model.dof
 
-    @property
-    def memory(self) -> Layout:
-        """None."""
-        return Layout()
-
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del t, z
@@ -73,13 +68,3 @@ class ComputedTorque(AbstractArmController):
         e, ed = est.q - ref.q, est.qd - ref.qd
         tau: ca.SX = M @ (ref.qdd - self.Kd * ed - self.Kp * e) + C @ est.qd + G + est.d
         return tau
-
-    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Nothing to remember."""
-        del t, z, est, ref
-        return {}
-
-    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Nothing that the loop does not show already."""
-        del z, est, ref
-        return {}

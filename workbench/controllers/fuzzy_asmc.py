@@ -18,6 +18,7 @@ from workbench.controllers.switching import SWITCHINGS, layered, matrices, slidi
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
+from workbench.core.dimensions import per_second
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
@@ -66,16 +67,16 @@ class FuzzyAsmc(AbstractArmController):
 
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
-    phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
-    gamma: Scalar = parameter(unit="N m/rad", low=0, strict=True, symbol="gamma")
+    phi: Scalar = parameter(unit="{position}/s", low=0, strict=True, symbol="phi")
+    gamma: Scalar = parameter(unit="{force}/{position}", low=0, strict=True, symbol="gamma")
     lag: Scalar = parameter(unit="s", low=0, strict=True, symbol="T_v")
-    K: Vector = initial(unit="N m", shape=("n",), symbol="K")
+    K: Vector = initial(unit="{force}", shape=("n",), symbol="K")
     rules: RuleBase = RuleBase()
     adaptation: AbstractAdaptation = Plain()
     saturation: str = option(SWITCHINGS, default="clip")
 
     def __post_init__(self) -> None:
-        gains_that_start_at("FuzzyAsmc", self.K)
+        gains_that_start_at("FuzzyAsmc", self.K, self.force)
         self.adaptation.check(self.dof)
 
     @property
@@ -86,8 +87,8 @@ class FuzzyAsmc(AbstractArmController):
     @property
     def memory(self) -> Layout:
         """The gains, and |s| behind the lag."""
-        slow = Entry("s_slow", np.zeros(self.dof), "rad/s", symbol="z")
-        return Layout((gains_that_start_at("FuzzyAsmc", self.K), slow))
+        slow = Entry("s_slow", np.zeros(self.dof), per_second(self.position), symbol="z")
+        return Layout((gains_that_start_at("FuzzyAsmc", self.K, self.force), slow))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""

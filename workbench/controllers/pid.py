@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.core import AbstractArm, Entry, Layout, block, parameter
 from workbench.core.block import Vector
+from workbench.core.dimensions import gain
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
@@ -38,11 +39,17 @@ class PID(AbstractArmController):
     References
     ----------
     Siciliano, Sciavicco, Villani and Oriolo (2009), Robotics: Modelling, Planning and Control, chapter 8.
+
+    Examples
+    --------
+    >>> law = wb.PID(Kp=[50.0, 50.0], Ki=[10.0, 10.0], Kd=[10.0, 10.0], model=wb.paper_arm())
+    >>> law.reads.names, law.follows.names, law.drives["tau"].units
+    (('q', 'qd'), ('q', 'qd', 'qdd'), ('N m', 'N m'))
     """
 
-    Kp: Vector = parameter(unit="N m/rad", low=0, shape=("n",), symbol="K_p")
-    Ki: Vector = parameter(unit="N m/(rad s)", low=0, shape=("n",), symbol="K_i")
-    Kd: Vector = parameter(unit="N m s/rad", low=0, shape=("n",), symbol="K_d")
+    Kp: Vector = parameter(unit="{force}/{position}", low=0, shape=("n",), symbol="K_p")
+    Ki: Vector = parameter(unit="{force}/({position} s)", low=0, shape=("n",), symbol="K_i")
+    Kd: Vector = parameter(unit="{force} s/{position}", low=0, shape=("n",), symbol="K_d")
     model: AbstractArm | None = None
 
     def __post_init__(self) -> None:
@@ -60,7 +67,7 @@ class PID(AbstractArmController):
     @property
     def memory(self) -> Layout:
         """The integral of the error."""
-        return Layout((Entry("integral", np.zeros(self.dof), "rad s", symbol="z"),))
+        return Layout((Entry("integral", np.zeros(self.dof), gain(self.position, "1", 1), symbol="z"),))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """Feedback, and the weight of the model if there is one."""
@@ -73,11 +80,6 @@ class PID(AbstractArmController):
         """The integral grows by e."""
         del t, z
         return {"integral": est.q - ref.q}
-
-    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Nothing that the loop does not show already."""
-        del z, est, ref
-        return {}
 
     def without(self) -> Mapping[str, AbstractArmController]:
         """Less either action beside the proportional one that has a gain, and less the weight of the arm."""

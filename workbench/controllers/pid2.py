@@ -59,6 +59,13 @@ class PID2(AbstractController):
     References
     ----------
     Astrom and Hagglund (2006), Advanced PID Control, chapters 3 (weights, windup) and 13 (the form in a computer).
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
+    >>> law.unit_of_Kp, law.unit_of_Ki, law.memory.names
+    ('V s/rad', 'V/rad', ('integral', 'filter'))
     """
 
     reads: Layout = Layout()

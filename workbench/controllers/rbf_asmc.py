@@ -77,13 +77,13 @@ class RbfAsmc(AbstractArmController):
 
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
-    phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
-    gamma: Scalar = parameter(unit="N m/rad", low=0, strict=True, symbol="gamma")
-    Gamma: Scalar = parameter(unit="N m/rad", low=0, strict=True, symbol="Gamma")
+    phi: Scalar = parameter(unit="{position}/s", low=0, strict=True, symbol="phi")
+    gamma: Scalar = parameter(unit="{force}/{position}", low=0, strict=True, symbol="gamma")
+    Gamma: Scalar = parameter(unit="{force}/{position}", low=0, strict=True, symbol="Gamma")
     sigma: Scalar = parameter(unit="1/s", low=0, symbol="sigma")
     centres: Matrix = parameter(unit="rad, rad/s", shape=("m", "k"), symbol="c")
     widths: Vector = parameter(unit="rad, rad/s", low=0, strict=True, shape=("k",), symbol="b")
-    K: Vector = initial(unit="N m", shape=("n",), symbol="K")
+    K: Vector = initial(unit="{force}", shape=("n",), symbol="K")
     adaptation: AbstractAdaptation = Plain()
     saturation: str = option(SWITCHINGS, default="clip")
     integrator: str = option(
@@ -91,7 +91,7 @@ class RbfAsmc(AbstractArmController):
     )
 
     def __post_init__(self) -> None:
-        gains_that_start_at("RbfAsmc", self.K)
+        gains_that_start_at("RbfAsmc", self.K, self.force)
         self.adaptation.check(self.dof)
         nodes, inputs = np.shape(self.centres)
         if inputs != 2 * self.dof or nodes == 0:
@@ -108,8 +108,8 @@ class RbfAsmc(AbstractArmController):
     @property
     def memory(self) -> Layout:
         """The gains and the weights of the network."""
-        W = Entry("W", np.zeros((self.centres.shape[0], self.dof)), "N m", symbol="W")
-        return Layout((gains_that_start_at("RbfAsmc", self.K), W))
+        W = Entry("W", np.zeros((self.centres.shape[0], self.dof)), self.force, symbol="W")
+        return Layout((gains_that_start_at("RbfAsmc", self.K, self.force), W))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""

@@ -42,6 +42,14 @@ class Regulator(AbstractController):
     References
     ----------
     Anderson and Moore (1990), Optimal Control: Linear Quadratic Methods, chapters 2 and 3.
+
+    Examples
+    --------
+    >>> plant = wb.CartPole(phi=0.1)
+    >>> linear = wb.linearize(wb.open_loop(plant), 0.0, np.zeros(4))
+    >>> law = wb.Regulator.of(plant, wb.lqr(linear, Q=np.eye(4), R=[[1.0]]).K, follow=("x",))
+    >>> law.reads.names, law.follows.names, law.drives.names
+    (('x', 'xd', 'phi', 'phid'), ('x',), ('F',))
     """
 
     states: Layout

@@ -10,7 +10,7 @@ import casadi as ca
 
 from workbench.controllers.promises import SURFACE_PULLS_THE_ERROR
 from workbench.controllers.switching import SATURATIONS, layered, saturation, sliding
-from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
+from workbench.core import AbstractArm, block, initial, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.loop.arm import AbstractArmController
@@ -64,10 +64,10 @@ class Rise(AbstractArmController):
 
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
     alpha: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="alpha")
-    ks: Vector = parameter(unit="N m s/rad", low=0, shape=("n",), symbol="k_s")
-    beta: Vector = parameter(unit="N m/s", low=0, shape=("n",), symbol="beta")
-    phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
-    w: Vector = initial(default=0.0, unit="N m", shape=("n",), symbol="w")
+    ks: Vector = parameter(unit="{force} s/{position}", low=0, shape=("n",), symbol="k_s")
+    beta: Vector = parameter(unit="{force}/s", low=0, shape=("n",), symbol="beta")
+    phi: Scalar = parameter(unit="{position}/s", low=0, strict=True, symbol="phi")
+    w: Vector = initial(default=0.0, unit="{force}", shape=("n",), symbol="w")
     model: AbstractArm | None = None
     saturation: str = option(SATURATIONS, default="clip")
 
@@ -82,11 +82,6 @@ class Rise(AbstractArmController):
     def dof(self) -> int:
         """The number of joints: one for each number in Lambda."""
         return int(self.Lambda.shape[0])
-
-    @property
-    def memory(self) -> Layout:
-        """The integral."""
-        return Layout((Entry("w", self.w, "N m", symbol="w"),))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """Feedback and integral, and the torque of the reference if there is a model."""

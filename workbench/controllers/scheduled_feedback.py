@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.controllers.checks import halves
-from workbench.core import AbstractArm, Layout, block, option, parameter
+from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Matrix, Scalar
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
@@ -55,8 +55,8 @@ class ScheduledFeedback(AbstractArmController):
 
     model: AbstractArm
     horizon: Scalar = parameter(unit="s", low=0, strict=True, symbol="t_f")
-    Kp: Matrix = parameter(unit="N m/rad", shape=("terms", "entries"), symbol="K_p")
-    Kd: Matrix = parameter(unit="N m s/rad", shape=("terms", "entries"), symbol="K_d")
+    Kp: Matrix = parameter(unit="{force}/{position}", shape=("terms", "entries"), symbol="K_p")
+    Kd: Matrix = parameter(unit="{force} s/{position}", shape=("terms", "entries"), symbol="K_d")
     series: str = option(SERIES, default="chebyshev")
 
     def __post_init__(self) -> None:
@@ -91,11 +91,6 @@ class ScheduledFeedback(AbstractArmController):
         """The number of joints of the model."""
         return self.model.dof
 
-    @property
-    def memory(self) -> Layout:
-        """None."""
-        return Layout()
-
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del z
@@ -112,16 +107,6 @@ class ScheduledFeedback(AbstractArmController):
         n = self.dof
         Kp, Kd = (ca.reshape(basis @ K, n, n).T for K in (self.Kp, self.Kd))
         return Kp, Kd
-
-    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Nothing to remember."""
-        del t, z, est, ref
-        return {}
-
-    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Nothing that the loop does not show already."""
-        del z, est, ref
-        return {}
 
 
 def _chebyshev(t: ca.SX, horizon: Scalar, terms: int) -> ca.SX:

@@ -9,7 +9,7 @@ import casadi as ca
 from workbench.controllers.algebraic import doubled, norm, residual
 from workbench.controllers.checks import symmetric
 from workbench.controllers.switching import matrices
-from workbench.core import AbstractArm, Layout, block, parameter
+from workbench.core import AbstractArm, block, parameter
 from workbench.core.block import Matrix
 from workbench.core.dynamics import solve_definite
 from workbench.loop.arm import AbstractArmController
@@ -64,9 +64,9 @@ class Sdre(AbstractArmController):
     """
 
     model: AbstractArm
-    Qp: Matrix = parameter(unit="1/rad^2", symmetric=True, definite="positive", shape=("n", "n"), symbol="Q_p")
-    Qd: Matrix = parameter(unit="s^2/rad^2", symmetric=True, definite="semi", shape=("n", "n"), symbol="Q_d")
-    R: Matrix = parameter(unit="1/(N m)^2", symmetric=True, definite="positive", shape=("n", "n"), symbol="R")
+    Qp: Matrix = parameter(unit="1/{position}^2", symmetric=True, definite="positive", shape=("n", "n"), symbol="Q_p")
+    Qd: Matrix = parameter(unit="s^2/{position}^2", symmetric=True, definite="semi", shape=("n", "n"), symbol="Q_d")
+    R: Matrix = parameter(unit="1/({force})^2", symmetric=True, definite="positive", shape=("n", "n"), symbol="R")
 
     def __post_init__(self) -> None:
         symmetric("Sdre(Qp=...)", self.Qp, "a position without weight is not driven home", definite=True)
@@ -78,11 +78,6 @@ class Sdre(AbstractArmController):
         """The number of joints of the model."""
         return self.model.dof
 
-    @property
-    def memory(self) -> Layout:
-        """None."""
-        return Layout()
-
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del t, z
@@ -91,11 +86,6 @@ class Sdre(AbstractArmController):
         P = self._solution(self._problem(M, C))
         u = -ca.solve(self.R, solve_definite(M, P[self.dof :, :] @ x))
         return M @ ref.qdd + C @ ref.qd + G + u
-
-    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Nothing to remember."""
-        del t, z, est, ref
-        return {}
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """What P leaves of its equation, relative to the equation's terms."""

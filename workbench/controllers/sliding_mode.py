@@ -10,7 +10,7 @@ import casadi as ca
 
 from workbench.controllers.promises import SURFACE_PULLS_THE_ERROR
 from workbench.controllers.switching import SWITCHINGS, layered, matrices, sliding, switched
-from workbench.core import AbstractArm, Layout, block, option, parameter
+from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.loop.arm import AbstractArmController
@@ -50,25 +50,27 @@ class SlidingMode(AbstractArmController):
     ----------
     Slotine and Li (1991), Applied Nonlinear Control, chapters 7 (sliding control and the boundary
     layer) and 9 (s and qd_r for manipulators).
+
+    Examples
+    --------
+    >>> law = wb.SlidingMode(model=wb.paper_arm(), Lambda=[6.0, 6.0], K=[40.0, 20.0], phi=0.1)
+    >>> plant, wanted = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0]), wb.Sines([1.0, 0.5], [2.0, 3.0])
+    >>> wb.ClosedLoop(plant, controller=law, reference=wanted).follows
+    ('q',)
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (SURFACE_PULLS_THE_ERROR,)
 
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
-    K: Vector = parameter(unit="N m", low=0, shape=("n",), symbol="K")
-    phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
+    K: Vector = parameter(unit="{force}", low=0, shape=("n",), symbol="K")
+    phi: Scalar = parameter(unit="{position}/s", low=0, strict=True, symbol="phi")
     saturation: str = option(SWITCHINGS, default="clip")
 
     @property
     def dof(self) -> int:
         """The number of joints of the model."""
         return self.model.dof
-
-    @property
-    def memory(self) -> Layout:
-        """None."""
-        return Layout()
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
@@ -77,11 +79,6 @@ class SlidingMode(AbstractArmController):
         _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
         tau: ca.SX = M @ qdd_r + C @ qd_r + G - switched(self, self.K, s, M)
         return tau
-
-    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Nothing to remember."""
-        del t, z, est, ref
-        return {}
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s."""

@@ -42,6 +42,14 @@ class StateFeedback(AbstractArmController):
     ----------
     Anderson and Moore (1990), Optimal Control: Linear Quadratic Methods, chapter 3.
     Siciliano, Sciavicco, Villani and Oriolo (2009), Robotics: Modelling, Planning and Control, section 8.5.
+
+    Examples
+    --------
+    >>> arm = wb.named("cart-pole")
+    >>> linear = wb.linearize(wb.open_loop(wb.Manipulator(arm, q=[0.0, 0.0])), 0.0, np.zeros(4), at_rest=True)
+    >>> K = wb.lqr(linear, Q=np.eye(4), R=[[1.0]]).K
+    >>> K.shape, wb.StateFeedback.of(arm, K).drives["tau"].unit
+    ((1, 4), 'N')
     """
 
     model: AbstractArm
@@ -100,11 +108,6 @@ class StateFeedback(AbstractArmController):
         each = [f"{force}{over}{unit}" for unit in self.model.units for force in self.drives["tau"].units]
         return each[0] if len(set(each)) == 1 else ", ".join(each)
 
-    @property
-    def memory(self) -> Layout:
-        """None."""
-        return Layout()
-
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del t, z
@@ -112,13 +115,3 @@ class StateFeedback(AbstractArmController):
         along = self.model.torque(ref.q, ref.qd, ref.qdd)[list(self.model.motors)]
         tau: ca.SX = along - self.Kp @ e - self.Kd @ ed
         return tau
-
-    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Nothing to remember."""
-        del t, z, est, ref
-        return {}
-
-    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Nothing that the loop does not show already."""
-        del z, est, ref
-        return {}

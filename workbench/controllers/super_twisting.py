@@ -15,6 +15,7 @@ from workbench.controllers.switching import SWITCHINGS, layered, matrices, sampl
 from workbench.core import AbstractArm, Entry, Layout, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
+from workbench.core.dimensions import per_second
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import EULER, Follows, Parts, Reads
 from workbench.validation.shapes import Number
@@ -71,9 +72,9 @@ class SuperTwisting(AbstractArmController):
 
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
-    k1: Vector = parameter(unit="(rad/s^3)^(1/2)", low=0, shape=("n",), symbol="k_1")
-    k2: Vector = parameter(unit="rad/s^3", low=0, shape=("n",), symbol="k_2")
-    phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
+    k1: Vector = parameter(unit="({position}/s^3)^(1/2)", low=0, shape=("n",), symbol="k_1")
+    k2: Vector = parameter(unit="{position}/s^3", low=0, shape=("n",), symbol="k_2")
+    phi: Scalar = parameter(unit="{position}/s", low=0, strict=True, symbol="phi")
     saturation: str = option(SWITCHINGS, default="clip")
 
     @property
@@ -84,7 +85,7 @@ class SuperTwisting(AbstractArmController):
     @property
     def memory(self) -> Layout:
         """The integral part of u."""
-        return Layout((Entry("w", np.zeros(self.dof), "rad/s^2", symbol="w"),))
+        return Layout((Entry("w", np.zeros(self.dof), per_second(self.position, 2), symbol="w"),))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from workbench.controllers.promises import TERMINAL_SURFACE_MOVES_THE_ERROR
 from workbench.controllers.switching import SATURATIONS, layered, matrices, saturation
-from workbench.core import AbstractArm, Layout, block, option, parameter
+from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.loop.arm import AbstractArmController
@@ -67,12 +67,12 @@ class NonsingularTerminalSlidingMode(AbstractArmController):
     claims: ClassVar[tuple[Claim, ...]] = (TERMINAL_SURFACE_MOVES_THE_ERROR,)
 
     model: AbstractArm
-    beta: Vector = parameter(unit="rad^(gamma-1)/s^gamma", low=0, strict=True, shape=("n",), symbol="beta")
+    beta: Vector = parameter(unit="{position}^(gamma-1)/s^gamma", low=0, strict=True, shape=("n",), symbol="beta")
     gamma: Scalar = parameter(unit="", low=1, high=2, strict=True, symbol="gamma")
     k1: Vector = parameter(unit="1/s^2", low=0, shape=("n",), symbol="k_1")
-    k2: Vector = parameter(unit="rad^(1-rho)/s^2", low=0, shape=("n",), symbol="k_2")
+    k2: Vector = parameter(unit="{position}^(1-rho)/s^2", low=0, shape=("n",), symbol="k_2")
     rho: Scalar = parameter(unit="", low=0, high=1, symbol="rho")
-    phi: Scalar = parameter(unit="rad", low=0, strict=True, symbol="phi")
+    phi: Scalar = parameter(unit="{position}", low=0, strict=True, symbol="phi")
     saturation: str = option(SATURATIONS, default="clip")
 
     def __post_init__(self) -> None:
@@ -87,11 +87,6 @@ class NonsingularTerminalSlidingMode(AbstractArmController):
         """The number of joints of the model."""
         return self.model.dof
 
-    @property
-    def memory(self) -> Layout:
-        """None."""
-        return Layout()
-
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
         del t, z
@@ -101,11 +96,6 @@ class NonsingularTerminalSlidingMode(AbstractArmController):
         along = self.beta / self.gamma * _power(ed, 2 - self.gamma) * ca.sign(ed)
         tau: ca.SX = M @ (ref.qdd - along - u) + C @ est.qd + G
         return tau
-
-    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Nothing to remember."""
-        del t, z, est, ref
-        return {}
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s, which is in rad and so goes by another name than that of a linear surface."""

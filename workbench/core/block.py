@@ -16,9 +16,11 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.layout import Bounds, Layout
+from workbench.core.numbers import shaped
 from workbench.core.port import ANY
-from workbench.core.show import Markup, letters, table_to_html
+from workbench.core.show import letters
 from workbench.validation.doors import door, fitted
+from workbench.validation.views import Markup, show, table_to_html
 from workbench.validation.words import numbers, one_of, refusal
 
 # What the user gives is a float or an array; in the lifted twin the same field holds an SX.
@@ -28,7 +30,6 @@ Matrix = Any
 
 T = TypeVar("T")
 MADE_IN_PYTHON = 1 << 9  # of a class's flags: others take no new attributes
-LONGEST = 1_000_000  # entries of one axis of a number
 PLACE = re.compile(r"\{(\w+)\}")  # of a text in a unit
 
 
@@ -62,6 +63,14 @@ def parameter(
     ("3",), or is ("*",) for one number or a vector of them; `symbol` is how it is printed. With `strict` the bounds
     themselves are refused, with `symmetric` any other matrix; `definite` is that of `Bounds`. A default of None
     declares a number that may be left out.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class Spring:
+    ...     k: float = wb.parameter(default=100.0, unit="N/m", low=0)
+    >>> Spring().k, Spring(k=50).k
+    (100.0, 50.0)
     """
     bounds = Bounds(low, high, strict, symmetric, definite)
     return _quantity(default, Quantity(unit, bounds, shape, symbol, lifted=True))
@@ -69,13 +78,34 @@ def parameter(
 
 @door
 def initial(default: Any = MISSING, *, unit: str, shape: tuple[str, ...] = (), symbol: str = "") -> Any:
-    """The start of a block's memory: a default in the layout of states, not a parameter."""
+    """The start of a block's memory: a default in the layout of states, not a parameter.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class Integrator(wb.Plant):
+    ...     x: float = wb.initial(default=1.0, unit="m")
+    ...     inputs, outputs = wb.layout(v="m/s"), wb.layout(x="m")
+    ...     def rate(self, t, x, u):
+    ...         return {"x": u.v}
+    >>> Integrator(x=2.0).states.names
+    ('x',)
+    """
     return _quantity(default, Quantity(unit, Bounds(), shape, symbol, lifted=False))
 
 
 @door
 def option(choices: Mapping[str, str], default: str) -> Any:
-    """A named choice among readings of an equation; `choices` says what each of them means."""
+    """A named choice among readings of an equation; `choices` says what each of them means.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class Motor:
+    ...     measured: str = wb.option({"speed": "omega is read", "position": "theta is read"}, default="speed")
+    >>> Motor().measured
+    'speed'
+    """
     one_of("option(default=...)", default, choices)
     return field(default=default, metadata={"option": dict(choices)})
 
@@ -105,7 +135,8 @@ def quantities(owner: Any) -> list[tuple[Field[Any], Quantity]]:
 def unit_of(owner: Any, quantity: Quantity) -> str:
     """The unit of a number, in which `{name}` stands for the text of an attribute: the unit of a signal, say.
 
-    A text of several units, "m, rad", makes several, one for each number.
+    A text of several units, "m, rad", makes several, one for each number; one number that stands for all is in "m or
+    rad".
     """
     texts = {name: str(getattr(owner, name)).split(", ") for name in PLACE.findall(quantity.unit)}
     units = [quantity.unit] * max(map(len, texts.values()), default=1)
@@ -113,7 +144,7 @@ def unit_of(owner: Any, quantity: Quantity) -> str:
         units = [unit.replace(f"{{{name}}}", each[i % len(each)]) for i, unit in enumerate(units)]
     if texts:
         units = [f"1{unit}" if unit.startswith("/") else unit.replace("/s/s", "/s^2") for unit in units]
-    return ", ".join(units)
+    return ", ".join(units) if quantity.shape else " or ".join(dict.fromkeys(units))
 
 
 def options(owner: Any) -> dict[str, tuple[str, str]]:
@@ -126,7 +157,24 @@ def options(owner: Any) -> dict[str, tuple[str, str]]:
     frozen_default=True, eq_default=False, field_specifiers=(parameter, parameters, initial, option, socket, field)
 )
 def block(cls: type[T]) -> type[T]:
-    """Make `cls` a frozen dataclass that refuses, when built, parts of a wrong type and numbers out of bounds."""
+    """Make `cls` a frozen dataclass that refuses, when built, parts of a wrong type and numbers out of bounds.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class Tank(wb.Plant):
+    ...     A: float = wb.parameter(default=2.0, unit="m^2", low=0, strict=True)
+    ...     h: float = wb.initial(default=1.0, unit="m")
+    ...     inputs, outputs = wb.layout(w="m^3/s"), wb.layout(h="m")
+    ...     def rate(self, t, x, u):
+    ...         return {"h": u.w / self.A}
+    >>> wb.open_loop(Tank(A=4.0)).parameters.names
+    ('A', 'w')
+    >>> Tank(A=0.0)
+    Traceback (most recent call last):
+        ...
+    ValueError: `Tank(A=...)` must be finite, with 0 < value [m^2]; got 0.
+    """
     if not isinstance(cls, type) or not cls.__flags__ & MADE_IN_PYTHON:
         raise refusal("block(cls)", "a class of your own", cls)
     own: Callable[[T], None] | None = cls.__dict__.get("__post_init__")
@@ -145,7 +193,8 @@ def block(cls: type[T]) -> type[T]:
     cls.__post_init__ = __post_init__  # type: ignore[attr-defined]
     cls.__block__ = True  # type: ignore[attr-defined]
     cls.__setstate__ = _restore  # type: ignore[attr-defined]
-    cls._repr_html_ = _repr_html_  # type: ignore[attr-defined]
+    cls._repr_html_ = vars(cls).get("_repr_html_", _repr_html_)  # type: ignore[attr-defined]
+    show(cls)
     return dataclass(frozen=True, eq=False)(cls)
 
 
@@ -222,7 +271,7 @@ def _check_quantities(owner: Any) -> None:
         if f.default is None and getattr(owner, f.name) is None:
             continue
         value = numbers(f"{type(owner).__name__}({f.name}=...)", getattr(owner, f.name))
-        value = _fit(owner, f.name, value, quantity, sizes)
+        value = shaped(f"{type(owner).__name__}({f.name}=...)", value, quantity.shape, sizes)
         if not quantity.bounds.allow(value).all():
             held = unit_of(owner, quantity)
             unit = f" [{held}]" if held and ANY not in held else ""
@@ -237,35 +286,8 @@ def _dof(owner: Any) -> int | None:
     """The number of joints, unless what it is counted from is not yet known to be right."""
     try:
         return int(owner.dof)
-    except (AttributeError, TypeError, ValueError, IndexError):
+    except Exception:  # whatever an object says of itself when it is asked for its size
         return None
-
-
-def _fit(owner: Any, name: str, value: Any, quantity: Quantity, sizes: dict[str, int]) -> np.ndarray[Any, Any]:
-    """The value in its declared shape; one number stands for a vector of equal ones, a vector for a single column."""
-    if max(sizes.values(), default=0) > LONGEST:
-        raise ValueError(f"`{type(owner).__name__}({name}=...)` has at most {LONGEST} numbers; got {sizes}.")
-    if quantity.shape == ("*",) and value.ndim == 0:
-        return np.array(value)
-    if len(quantity.shape) == 1 and value.ndim == 0 and quantity.shape[0] in sizes:
-        value = np.full(sizes[quantity.shape[0]], float(value))
-    if len(quantity.shape) == 2 and value.ndim == 1 and sizes.get(quantity.shape[1]) == 1:
-        value = value[:, np.newaxis]
-    if value.ndim == len(quantity.shape):
-        for axis, size in zip(quantity.shape, value.shape, strict=True):
-            sizes.setdefault(axis, int(axis) if axis.isdigit() else size)
-        if "n" in quantity.shape and sizes["n"] == 0:
-            raise ValueError(
-                f"`{type(owner).__name__}({name}=...)` needs at least one joint, and a number for each; got none."
-            )
-        if value.shape == tuple(sizes[axis] for axis in quantity.shape):
-            return np.array(value)
-    known = (axis in sizes and not axis.isdigit() for axis in quantity.shape)
-    axes = ", ".join(f"{axis} = {sizes[axis]}" if k else axis for axis, k in zip(quantity.shape, known, strict=True))
-    want = f"an array of shape ({axes})" if quantity.shape else "a single number"
-    if quantity.shape == ("*",):
-        want = f"a number or a vector of {sizes.get('*', '')} numbers".replace("  ", " ")
-    raise ValueError(f"`{type(owner).__name__}({name}=...)` must be {want}; got shape {value.shape}.")
 
 
 def _show(value: np.ndarray[Any, Any]) -> str:

@@ -250,6 +250,10 @@ class Dynamics:
         """
         return np.array(self.forward_dynamics(*self._at("Dynamics.acceleration", p, q=q, qd=qd, tau=tau))[0]).ravel()
 
+    def __repr__(self) -> str:
+        """One line: a notebook should not print the equations by accident."""
+        return f"<Dynamics of '{self.name}': {self.dof} joints, {self.p.size} parameters>"
+
     def _repr_html_(self) -> str:
         """What a notebook shows: the matrices as equations."""
         return matrices_to_html({"M": self.M, "C": self.C, "G": self.G}, self.names())

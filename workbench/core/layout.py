@@ -11,9 +11,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core.numbers import ROUNDING, Bounds, numbers
+from workbench.core.numbers import ROUNDING, Bounds, numbers, refuse_unsymmetric
 from workbench.core.symbols import refuse_misfit
 from workbench.validation.doors import door
+from workbench.validation.views import listed, table_to_html
 from workbench.validation.words import Array, as_array, described, known, nearest, refusal, vector
 from workbench.validation.words import name as check_name
 
@@ -73,7 +74,14 @@ class Entry:
 @dataclass(frozen=True, eq=False)
 @door
 class Layout:
-    """Where each named quantity lies in a flat vector. Matrices lie column by column, as in CasADi."""
+    """Where each named quantity lies in a flat vector. Matrices lie column by column, as in CasADi.
+
+    Examples
+    --------
+    >>> port = wb.layout(q=("rad", [0.0, 0.1]), i="A")
+    >>> port.labels, port.pack({"i": 2.0})
+    (('q[0]', 'q[1]', 'i'), array([[0. , 0.1, 2. ]]))
+    """
 
     entries: tuple[Entry, ...] = ()
 
@@ -115,6 +123,15 @@ class Layout:
 
     def __getitem__(self, name: str) -> Entry:
         return self.entries[self.names.index(self._known(name))]
+
+    def __repr__(self) -> str:
+        """One line: the names with their units, and how many numbers there are of each."""
+        return f"<Layout {listed([_short(entry) for entry in self.entries]) or 'without names'}>"
+
+    def _repr_html_(self) -> str:
+        """A table of names, values and units."""
+        rows = [(e.name, e.default.tolist(), e.unit, e.bounds) for e in self.entries]
+        return table_to_html("Layout", ("name", "value", "unit", "bounds"), rows)
 
     def slice(self, name: str) -> slice:
         """Where the quantity lies in the flat vector."""
@@ -208,9 +225,7 @@ class Layout:
                     f"{f' [{entry.unit}]' if entry.unit else ''}; got {block[run, place]:g}{where}."
                 )
             if entry.bounds.symmetric:
-                _refuse_unsymmetric(entry, block)
-            if entry.bounds.definite:
-                _refuse_indefinite(entry, block)
+                refuse_unsymmetric(entry.name, entry.bounds.definite, _unflatten(block, entry.shape))
 
     def _allows(self, rows: Array) -> bool:
         """Whether all numbers are finite and within their bounds."""
@@ -221,13 +236,8 @@ class Layout:
     @cached_property
     def _bounds(self) -> tuple[Array, Array, Array]:
         """Lower and upper bounds of all numbers, and whether they are off limits themselves."""
-        sizes = [entry.size for entry in self.entries]
-        held = [entry.bounds for entry in self.entries]
-        return (
-            np.repeat([b.low for b in held], sizes),
-            np.repeat([b.high for b in held], sizes),
-            np.repeat([b.strict for b in held], sizes),
-        )
+        held = [entry.bounds for entry in self.entries for _ in range(entry.size)]
+        return np.array([b.low for b in held]), np.array([b.high for b in held]), np.array([b.strict for b in held])
 
     @door
     def unpack(self, rows: Array) -> dict[str, Array]:
@@ -266,29 +276,9 @@ class Layout:
         return ca.vertcat(*columns) if columns else ca.SX(0, 1)
 
 
-def _refuse_indefinite(entry: Entry, block: Array) -> None:
-    matrices = _unflatten(block, entry.shape)
-    smallest = np.linalg.eigvalsh(matrices).min(axis=-1)
-    size = np.abs(matrices).max(axis=(-2, -1))
-    positive = entry.bounds.definite == "positive"
-    odd = np.flatnonzero(smallest <= 0 if positive else smallest < -ROUNDING * size)
-    if len(odd):
-        where = f" in run {odd[0]}" if len(block) > 1 else ""
-        raise ValueError(
-            f"'{entry.name}' must be positive {'definite' if positive else 'semidefinite'}; "
-            f"got a smallest eigenvalue of {smallest[odd[0]]:.3g}{where}."
-        )
-
-
-def _refuse_unsymmetric(entry: Entry, block: Array) -> None:
-    matrices = _unflatten(block, entry.shape)
-    odd = np.argwhere(np.abs(matrices - np.swapaxes(matrices, -1, -2)) > ROUNDING * np.abs(matrices).max(initial=0.0))
-    if len(odd):
-        run, i, j = odd[0]
-        raise ValueError(
-            f"'{entry.name}' must be symmetric; got {matrices[run, i, j]:g} at [{i},{j}] and "
-            f"{matrices[run, j, i]:g} at [{j},{i}]: set both."
-        )
+def _short(entry: Entry) -> str:
+    size = f" x {entry.size}" if entry.shape else ""
+    return f"{entry.name}{f' [{entry.unit}]' if entry.unit else ''}{size}"
 
 
 def _unflatten(columns: Array, shape: tuple[int, ...]) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Annotated, Any
 
 import casadi as ca
 import numpy as np
@@ -13,9 +13,11 @@ import numpy as np
 from workbench.core.block import Matrix, block, parameter
 from workbench.core.layout import Entry, Layout
 from workbench.core.port import ANY
-from workbench.core.symbols import refuse_misfit
+from workbench.validation.views import listed
 from workbench.validation.words import described, known, refusal, seconds
 
+States = Annotated[ca.SX, "nx"]
+Inputs = Annotated[ca.SX, "nu"]
 MADE_UP = re.compile(r"[uy]\[\d+\]")  # python-control's names of inputs and outputs that were given none
 
 
@@ -55,6 +57,12 @@ class LinearSystem:
                     f"`LinearSystem({letter}=...)` must have shape {shape}, for {nx} states, {nu} inputs and {ny} "
                     f"outputs; got {got}."
                 )
+
+    def __repr__(self) -> str:
+        """One line: the names of its ports, and its period."""
+        ways = " to ".join(listed(port.names) for port in (self.inputs, self.outputs))
+        period = "" if self.dt is None else f", every {self.dt:g} s"
+        return f"<LinearSystem from {ways}: {self.states.size} states{period}>"
 
     @staticmethod
     def of(
@@ -113,20 +121,14 @@ class LinearSystem:
         by_matrices = all(hasattr(value, name) for name in ("A", "B", "C", "D", "dt", "state_labels"))
         return isinstance(value, LinearSystem) or by_matrices or _is_transfer(value)
 
-    def moved(self, x: ca.SX, u: ca.SX) -> dict[str, ca.SX]:
+    def moved(self, x: States, u: Inputs) -> dict[str, ca.SX]:
         """A x + B u for columns x and u, by the names of the states."""
-        self._refuse_misfits("moved", x, u)
         return self.states.view(self.A @ x + self.B @ u) if self.states.size else {}
 
-    def shown(self, x: ca.SX, u: ca.SX) -> ca.SX:
+    def shown(self, x: States, u: Inputs) -> ca.SX:
         """C x + D u for columns x and u, as a column."""
-        self._refuse_misfits("shown", x, u)
         parts = [gain @ column for gain, column in ((self.C, x), (self.D, u)) if gain is not None]
         return sum(parts, ca.SX.zeros(self.outputs.size))
-
-    def _refuse_misfits(self, method: str, x: ca.SX, u: ca.SX) -> None:
-        for letter, column, port in (("x", x, self.states), ("u", u, self.inputs)):
-            refuse_misfit(f"LinearSystem.{method}", letter, column, port.size, 1, "one number for each of its names")
 
 
 def layout_of(labels: Sequence[str]) -> Layout:

@@ -50,6 +50,14 @@ class Ode:
         symbol that is none of t, x and p.
     LookupError
         If an input is no parameter.
+
+    Examples
+    --------
+    >>> ode = wb.open_loop(wb.DCMotor())
+    >>> ode.states.names, ode.inputs, ode.parameters.names
+    (('omega', 'i'), ('v',), ('J', 'b', 'K', 'R', 'L', 'v'))
+    >>> ode.rate_at(0.0, [0.2, 1.0]).round(3)
+    array([-1.   , -2.004])
     """
 
     name: str
@@ -194,6 +202,16 @@ class Ode:
                 f"`{call}` must be at most {self.horizon:g} s, the time at which a table of '{self.name}' ends; got "
                 f"{until:g} s: run it for less, or add rows."
             )
+
+    def __repr__(self) -> str:
+        """One line: a notebook should not print the equations by accident."""
+        return f"<Ode '{self.name}': {self.sizes}>"
+
+    @property
+    def sizes(self) -> str:
+        """How many numbers its states, parameters and outputs have, in words."""
+        counts = {"state": self.states, "parameter": self.parameters, "output": self.outputs}
+        return ", ".join(f"{port.size} {word}{'' if port.size == 1 else 's'}" for word, port in counts.items())
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the names, units and values of states and parameters."""

@@ -27,6 +27,12 @@ def layout(**signals: Any) -> Layout:
     ------
     ValueError
         If what comes for a name is neither, or a name is that of a method of `Signals`.
+
+    Examples
+    --------
+    >>> port = wb.layout(omega="rad/s", v=("V", 12.0), q=("rad", [0.0, 0.0]))
+    >>> port.names, port["omega"].unit, port["q"].shape
+    (('omega', 'v', 'q'), 'rad/s', (2,))
     """
     return Layout(tuple(_entry(name, value) for name, value in signals.items()))
 

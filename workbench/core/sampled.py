@@ -44,6 +44,17 @@ class Sampled:
     ValueError
         If the period is no positive finite number, or the jump is none of at most all states, or has a
         symbol that is none of k, x, p and w.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> digital = loop.digital(0.01, delay=True)
+    >>> digital.states.names[-3:]
+    ('hold.next', 'hold.v', 'hold.omega_hat')
+    >>> wb.simulate(digital.step(10), until=2.0)["omega"][0, -1].round(2)
+    array([1.])
     """
 
     flow: Ode
@@ -134,6 +145,10 @@ class Sampled:
         for line in instructions(ca.Function("g", [self.k, self.flow.x, self.flow.p, self.w], [self.jump])):
             digest.update(repr(line).encode())
         return digest.hexdigest()
+
+    def __repr__(self) -> str:
+        """One line: a notebook should not print the equations by accident."""
+        return f"<Sampled '{self.name}': every {self.period:g} s, {self.flow.sizes}>"
 
     def _repr_html_(self) -> str:
         """What a notebook shows: the names, units and values of states and parameters."""

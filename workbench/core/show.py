@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from html import escape
+from collections.abc import Mapping
 
 import casadi as ca
 
@@ -13,6 +12,7 @@ from workbench.notation.formula import Formula, Matrix, Relation, System, childr
 from workbench.notation.measure import measure
 from workbench.notation.normal_form import NotInClass, to_formula
 from workbench.notation.reader import read, read_shared
+from workbench.validation.views import Markup, table_to_html
 
 # A textbook form is expanded, so it is tried on small expressions only, and printed where no entry takes
 # more than some five lines of a page, in widths of a digit.
@@ -74,20 +74,3 @@ def layouts_to_html(title: str, layouts: Mapping[str, Layout]) -> str:
 def letters(name: str) -> Markup:
     """A name of the code as the book's letter, in MathML within a line."""
     return Markup(mathml.emit(symbol(name), display=False))
-
-
-def table_to_html(title: str, head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """A table whose cells are text, escaped, or markup that already is."""
-    body = "".join(f"<tr>{''.join(f'<td>{_cell(cell)}</td>' for cell in row)}</tr>" for row in rows)
-    top = "".join(f"<th>{escape(word)}</th>" for word in head)
-    return f"<table><caption>{escape(title)}</caption><tr>{top}</tr>{body}</table>"
-
-
-class Markup(str):
-    """Text that is HTML already."""
-
-    __slots__ = ()
-
-
-def _cell(cell: object) -> str:
-    return cell if isinstance(cell, Markup) else escape(str(cell))

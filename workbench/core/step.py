@@ -98,6 +98,12 @@ def rk4(ode: Ode, h: float) -> Step:
     References
     ----------
     Hairer, Norsett and Wanner (1993), Solving Ordinary Differential Equations I, section II.1.
+
+    Examples
+    --------
+    >>> step = wb.rk4(wb.open_loop(wb.DCMotor()), 1e-3)
+    >>> step.h, step.states.names
+    (0.001, ('omega', 'i'))
     """
     ode, h = checked("rk4", ode, h)
     return Step(h, ode.states, ode.parameters, ode.outputs, _rk4(ode), ode, RK4_AMPLIFICATION)

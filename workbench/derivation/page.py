@@ -10,11 +10,12 @@ from collections.abc import Iterator
 from html import escape
 
 from workbench.core import Dynamics
-from workbench.core.show import letters, table_to_html, written
+from workbench.core.show import letters, written
 from workbench.derivation.letters import harmless, has_friction, letters_of, title
 from workbench.notation import latex, mathml, text, typst_math
 from workbench.notation.formula import Matrix, Symbol, System, equations
 from workbench.validation.doors import door
+from workbench.validation.views import table_to_html
 
 
 @door

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from workbench.validation.views import show
+
 
 class Refused(ValueError):  # noqa: N818
     """No answer can be trusted here; the message says why, and what would help."""
 
 
 @dataclass(frozen=True)
+@show
 class Certificate:
     """How far a solution can be trusted.
 

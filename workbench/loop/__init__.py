@@ -5,7 +5,8 @@ from workbench.loop.assemble import ClosedLoop, open_loop
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Follows, Inputs, Parts, Reads
 from workbench.loop.defaults import Readings, Rest
 from workbench.loop.instruments import Instruments
-from workbench.loop.linear import LinearFilter, LinearLaw, LinearPlant
+from workbench.loop.linear import LinearLaw, LinearPlant
+from workbench.loop.linear_filter import LinearFilter
 from workbench.loop.roles import roles
 from workbench.loop.surroundings import AbstractDisturbance, AbstractInstruments, AbstractReference
 

@@ -33,6 +33,16 @@ def motors(arm: AbstractArm) -> Layout:
     return torques("tau", (arm.units[joint] for joint in arm.motors))
 
 
+def known(units: Iterable[str]) -> tuple[str, ...]:
+    """The units of joints, rad for those of which nothing is known."""
+    return tuple("rad" if each == ANY else each for each in units)
+
+
+def unit(port: Layout) -> str:
+    """The unit of a port of one signal."""
+    return port.entries[0].unit
+
+
 def _entry(name: str, units: Iterable[str]) -> Entry:
     each = tuple(units)
     return Entry(name, np.zeros(len(each)), each[0] if len(set(each)) == 1 else ", ".join(each))
@@ -57,7 +67,17 @@ class AbstractArmController(AbstractController):
     @property
     def units(self) -> tuple[str, ...]:
         """The unit of each joint's position, as the law's model has it; any where it has no model."""
-        return _units(self)
+        return units_of(self)
+
+    @property
+    def position(self) -> str:
+        """The unit of the joints' positions, for the units of numbers: rad where there is no model to tell."""
+        return unit(motion(known(self.units), ("q",)))
+
+    @property
+    def force(self) -> str:
+        """The unit of what acts on the joints, for the units of numbers: N m where there is no model to tell."""
+        return unit(torques("tau", known(self.units)))
 
     @property
     def reads(self) -> Layout:
@@ -77,7 +97,7 @@ class AbstractArmController(AbstractController):
     @property
     def signal_units(self) -> Mapping[str, str]:
         """Of the sliding variable s."""
-        return {"s": "rad/s"}
+        return {"s": unit(motion(known(self.units), ("qd",)))}
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         """The torques."""
@@ -85,7 +105,7 @@ class AbstractArmController(AbstractController):
 
     @abstractmethod
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque command, (n, 1), in N m."""
+        """The command, (n, 1): a torque in N m where a joint turns, a force in N where it slides."""
 
 
 class AbstractArmObserver(AbstractObserver):
@@ -107,7 +127,17 @@ class AbstractArmObserver(AbstractObserver):
     @property
     def units(self) -> tuple[str, ...]:
         """The unit of each joint's position, as the observer's model has it; any where it has no model."""
-        return _units(self)
+        return units_of(self)
+
+    @property
+    def position(self) -> str:
+        """The unit of the joints' positions, for the units of numbers: rad where there is no model to tell."""
+        return unit(motion(known(self.units), ("q",)))
+
+    @property
+    def force(self) -> str:
+        """The unit of what acts on the joints, for the units of numbers: N m where there is no model to tell."""
+        return unit(torques("tau", known(self.units)))
 
     @property
     def inputs(self) -> Layout:
@@ -126,7 +156,8 @@ class AbstractArmObserver(AbstractObserver):
         return _ports(self.units, ("q", "qd", "d"))
 
 
-def _units(block: Any) -> tuple[str, ...]:
+def units_of(block: Any) -> tuple[str, ...]:
+    """The units of the joints of a block's model, any where it has none."""
     model = getattr(block, "model", None)
     return (ANY,) * block.dof if model is None else tuple(model.units)
 

@@ -11,8 +11,9 @@ from workbench.core import Ode, Roles, Sampled, Signals, Step, block, lift
 from workbench.core.block import socket
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
 from workbench.loop.defaults import Readings, Rest
-from workbench.loop.linear import LinearFilter, LinearLaw, LinearPlant, beside, standing_for
-from workbench.loop.matching import refuse_misfits
+from workbench.loop.linear import LinearLaw, LinearPlant, standing_for
+from workbench.loop.linear_filter import LinearFilter, beside
+from workbench.loop.matching import refuse_misfits, refuse_odd_ports
 from workbench.loop.outside import Outside, added, cut
 from workbench.loop.roles import roles
 from workbench.loop.sampled import FINE, digital
@@ -27,7 +28,6 @@ from workbench.loop.wiring import (
     measured,
     memory,
     notes,
-    periods,
     rates,
     shown,
     signals,
@@ -55,6 +55,13 @@ class ClosedLoop:
     ValueError
         If there is no plant or no controller; or if a block asks for a signal that no other gives, or in another shape
         or unit, or an input of the plant is driven by nothing.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    >>> wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).ode().outputs.names
+    ('omega', 'omega_ref', 'e_omega', 'e_hat_omega', 'v', 'v_applied', 'omega_error')
     """
 
     plant: AbstractPlant = socket(standing_for(LinearPlant))
@@ -66,6 +73,7 @@ class ClosedLoop:
         empty = {socket for socket, block in vars(self).items() if block is None}
         if "controller" in empty:
             raise refusal("ClosedLoop(controller=...)", "an `AbstractController`", None)
+        refuse_odd_ports(self)
         if "observer" in empty:
             object.__setattr__(self, "observer", Readings(self.plant.outputs))
         object.__setattr__(self, "observer", beside(self.plant, self.observer))
@@ -253,7 +261,7 @@ def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
         states.flatten(above(moves)),
         outputs.flatten(watched),
         inputs=outside.layout.names,
-        notes=notes(closed) + periods(closed),
+        notes=notes(closed, continuous=True),
         follows=() if outside.cut.size else closed.follows,
         drives=inputs.names,
         horizon=horizon(closed),
@@ -269,6 +277,11 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     ------
     ValueError
         If `plant` is none, or moves in discrete time.
+
+    Examples
+    --------
+    >>> wb.open_loop(wb.CartPole()).inputs, wb.open_loop(wb.CartPole()).outputs.names
+    (('F',), ('x', 'phi'))
     """
     if is_recursion(plant):
         raise ValueError(

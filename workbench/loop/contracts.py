@@ -8,7 +8,6 @@ method of its own, and the `update` of a law or an observer that is a recursion 
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from copy import copy
@@ -41,13 +40,21 @@ class AbstractPlant(ABC):
         What the numbers of its vectors count: 'joint' of an arm; empty where they go by their indices.
     period
         Of a plant in discrete time, which has an `update` in place of a `rate`, in s; else None.
-    ends
-        The last time at which its equations hold, in s.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class Tank(wb.Plant):
+    ...     h: float = wb.initial(default=1.0, unit="m")
+    ...     inputs, outputs = wb.layout(w="m^3/s"), wb.layout(h="m")
+    ...     def rate(self, t, x, u):
+    ...         return {"h": u.w / 2.0}
+    >>> wb.linearize(wb.open_loop(Tank()), 0.0, [1.0]).B
+    array([[0.5]])
     """
 
     counts: str = ""
     period: float | None = None
-    ends: float = math.inf
 
     @property
     def truths(self) -> Layout:
@@ -80,6 +87,7 @@ class AbstractPlant(ABC):
         del t
         return Signals({name: x[name] for name in self.outputs.names})
 
+    @door
     def applied(self, t: Number, x: States, u: Inputs) -> Signals:
         """What acts in the plant where `u` is commanded."""
         del t, x
@@ -87,11 +95,15 @@ class AbstractPlant(ABC):
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         """The derivative of each state."""
-        raise ValueError(f"`{type(self).__name__}` needs a `rate`, or an `update` and a `period`.")
+        del t, x, u
+        raise ValueError(
+            f"`{type(self).__name__}` must have a `rate`, or an `update` and a `period`, as a plant moves by one of "
+            "them; it has neither: write one."
+        )
 
     def update(self, t: Number, x: States, u: Inputs) -> Parts:
         """The states at the next instant, of a plant in discrete time, which has no rate."""
-        raise ValueError(f"`{type(self).__name__}` has a rate, and no update.")
+        raise no_update(self)
 
 
 class AbstractObserver(ABC):
@@ -101,6 +113,16 @@ class AbstractObserver(ABC):
     ----------
     period
         How often a computer runs it, in s; None where it runs in continuous time, or as often as the loop's computer.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class Tachometer(wb.Observer):
+    ...     reads, gives = wb.layout(v_t="V"), wb.layout(omega="rad/s")
+    ...     def estimate(self, t, z, y):
+    ...         return {"omega": 10.0 * y.v_t}
+    >>> Tachometer().gives.names
+    ('omega',)
     """
 
     period: float | None = None
@@ -141,7 +163,7 @@ class AbstractObserver(ABC):
 
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The memory at the next instant, of an observer that is a recursion in discrete time and has no rate."""
-        raise ValueError(f"`{type(self).__name__}` has a rate, and no update.")
+        raise no_update(self)
 
     @property
     def method(self) -> str:
@@ -168,6 +190,18 @@ class AbstractController(ABC):
     period
         How often a computer runs the law, in s; None where it runs in continuous time, or as often as the loop's
         computer.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class P(wb.Controller):
+    ...     k: float = wb.parameter(unit="V s/rad")
+    ...     reads = follows = wb.layout(omega="rad/s")
+    ...     drives = wb.layout(v="V")
+    ...     def command(self, t, z, est, ref):
+    ...         return {"v": self.k * (ref.omega - est.omega)}
+    >>> wb.ClosedLoop(wb.DCMotor(), controller=P(50.0), reference=wb.Step("omega", "rad/s", 1.0)).follows
+    ('omega',)
     """
 
     period: float | None = None
@@ -213,7 +247,7 @@ class AbstractController(ABC):
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The memory at the next instant, of a law that is a recursion in discrete time and has no rate."""
-        raise ValueError(f"`{type(self).__name__}` has a rate, and no update.")
+        raise no_update(self)
 
     @property
     def method(self) -> str:
@@ -239,6 +273,13 @@ class AbstractController(ABC):
         return law
 
 
+def no_update(block: object) -> ValueError:
+    """The refusal of an update by a block that has a rate in its place."""
+    name = type(block).__name__
+    told = f"`{name}.update(...)` is for a block in discrete time; `{name}` moves by its `rate`: ask for that."
+    return ValueError(told)
+
+
 def is_recursion(block: AbstractObserver | AbstractController | AbstractPlant) -> bool:
     """Whether a block is one in discrete time: it has an `update` of its own in place of a `rate`.
 
@@ -255,15 +296,5 @@ def euler(z: Parts, rates: Parts, period: float) -> dict[str, ca.SX]:
 
 def starts(block: object) -> Layout:
     """The fields that a block declares by `initial`, as the layout of its states."""
-    return Layout(
-        tuple(
-            Entry(
-                f.name,
-                np.asarray(getattr(block, f.name), dtype=float),
-                unit_of(block, quantity),
-                symbol=quantity.symbol,
-            )
-            for f, quantity in quantities(block)
-            if not quantity.lifted
-        )
-    )
+    held = ((f.name, np.asarray(getattr(block, f.name), dtype=float), q) for f, q in quantities(block) if not q.lifted)
+    return Layout(tuple(Entry(name, x, unit_of(block, q), symbol=q.symbol) for name, x, q in held))

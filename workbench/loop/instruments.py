@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Scalar, Vector
+from workbench.core.symbols import refuse_misfit
 from workbench.loop.contracts import AbstractPlant
 from workbench.loop.surroundings import AbstractInstruments
 from workbench.validation.words import known, numbers, refusal
@@ -113,7 +114,15 @@ class Limit:
 
 @block
 class Instruments(AbstractInstruments):
-    """Sensors for outputs of a plant and limits for its inputs; what has none is read and commanded as it is."""
+    """Sensors for outputs of a plant and limits for its inputs; what has none is read and commanded as it is.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> instruments = wb.Instruments.of(motor, noise={"omega": 0.01}, limit={"v": (-12.0, 12.0)})
+    >>> instruments.reads.names, instruments.limits.names
+    (('omega',), ('v',))
+    """
 
     sensors: tuple[Sensor, ...] = ()
     bounds: tuple[Limit, ...] = ()
@@ -185,12 +194,14 @@ class Instruments(AbstractInstruments):
 
     def drifted(self, z: Signals, w: ca.SX, period: float) -> Signals:
         """The drifts."""
+        refuse_misfit("Instruments.drifted", "w", w, self.noises, 1, "a normal number for each")
         v = self.drifts.view(w[self.reads.size :])
         each = {sensor.output: sensor.drift for sensor in self.sensors if sensor.drift is not None}
         return Signals({name: drift.after(z[name], v[name], period) for name, drift in each.items()})
 
     def read(self, y: Signals, w: ca.SX) -> Signals:
         """The readings."""
+        refuse_misfit("Instruments.read", "w", w, self.noises, 1, "a normal number for each")
         draws, readings = self.reads.view(w[: self.reads.size]), {}
         for sensor in self.sensors:
             x = y[sensor.output] + sensor.noise * draws[sensor.output]

@@ -1,4 +1,4 @@
-"""Linear systems in the sockets of a loop: a plant, an observer or a law by its matrices."""
+"""Linear systems in the sockets of a loop: a plant or a law by its matrices."""
 
 from __future__ import annotations
 
@@ -14,7 +14,6 @@ from workbench.core.block import Vector, socket
 from workbench.core.port import ANY
 from workbench.loop.contracts import (
     AbstractController,
-    AbstractObserver,
     AbstractPlant,
     Follows,
     Inputs,
@@ -22,7 +21,7 @@ from workbench.loop.contracts import (
     Reads,
 )
 from workbench.validation.shapes import Number, States
-from workbench.validation.words import known, vector
+from workbench.validation.words import vector
 
 WANTED = "_ref"  # an input of a law by this ending is a wanted signal
 
@@ -45,13 +44,20 @@ class LinearPlant(AbstractPlant):
     ValueError
         If `LinearSystem.of` refuses the system, or an output follows an input at once (D is not zero): with a law that
         does so too, the loop would be an algebraic one.
+
+    Examples
+    --------
+    >>> import control
+    >>> system = control.tf([1.0], [1.0, 0.5], inputs="v", outputs="omega")
+    >>> wb.LinearPlant(system).outputs.names
+    ('omega',)
     """
 
     system: LinearSystem = socket(LinearSystem.of)
     start: Vector = initial(default=None, unit=ANY, shape=("nx",))
 
     def __post_init__(self) -> None:
-        _refuse_feedthrough("LinearPlant", self.system, self.system.inputs.names, "the loop would be an algebraic one")
+        refuse_feedthrough("LinearPlant", self.system, self.system.inputs.names, "the loop would be an algebraic one")
         if self.start is not None:
             vector("LinearPlant(start=...)", self.start, self.system.states.size, "states")
         object.__setattr__(self, "system", replace(self.system, D=None))  # no number that does nothing
@@ -115,6 +121,14 @@ class LinearLaw(AbstractController):
     ------
     ValueError
         If `LinearSystem.of` refuses the system, or u0 or v0 has not its shape.
+
+    Examples
+    --------
+    >>> import control
+    >>> lead = control.tf([50, 600, 1000], [1, 20, 0], inputs="omega", outputs="v")
+    >>> law = wb.LinearLaw(lead, error=True)
+    >>> law.reads.names, law.follows.names, law.drives.names
+    (('omega',), ('omega',), ('v',))
     """
 
     system: LinearSystem = socket(LinearSystem.of)
@@ -195,89 +209,9 @@ class LinearLaw(AbstractController):
         return v if self.v0 is None else v - self.v0
 
 
-@block
-class LinearFilter(AbstractObserver):
-    """A linear system as an observer, in continuous time, or in discrete time where it has a period:
-
-        z' = A z + B [y; u]    or    z+ = A z + B [y; u],              estimates = C z + D [y; u].
-
-    Parameters
-    ----------
-    system
-        A `LinearSystem`, or a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names:
-        an input of the name of an output of the plant reads that, and its outputs are estimates.
-    counts_on
-        The inputs of the system that are commands; in a loop, unless told, those that are inputs of the plant.
-
-    Raises
-    ------
-    ValueError
-        If `LinearSystem.of` refuses the system, or an estimate follows a command at once (D): an estimate never sees
-        the command of the same instant.
-    LookupError
-        If a command is no input of the system.
-    """
-
-    system: LinearSystem = socket(LinearSystem.of)
-    counts_on: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        for name in self.counts_on:
-            known(name, self.system.inputs.names, "inputs of the system")
-        why = "an estimate never sees the command of the same instant"
-        _refuse_feedthrough("LinearFilter", self.system, self.counts_on, why)
-        object.__setattr__(self, "period", self.system.dt)
-
-    @property
-    def recursion(self) -> bool:
-        """Whether it is a recursion in discrete time."""
-        return self.system.dt is not None
-
-    @property
-    def reads(self) -> Layout:
-        """The inputs of the system that are no commands."""
-        return Layout(tuple(e for e in self.system.inputs.entries if e.name not in self.counts_on))
-
-    @property
-    def inputs(self) -> Layout:
-        """The inputs of the system that are commands."""
-        return Layout(tuple(e for e in self.system.inputs.entries if e.name in self.counts_on))
-
-    @property
-    def gives(self) -> Layout:
-        """The outputs of the system."""
-        return self.system.outputs
-
-    @property
-    def memory(self) -> Layout:
-        """The states of the system."""
-        return self.system.states
-
-    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """C z + D [y; 0]."""
-        del t
-        u = {entry.name: ca.SX.zeros(entry.size) for entry in self.inputs.entries}
-        inputs = self.system.inputs.flatten(dict(y) | u)
-        return Signals(self.gives.view(self.system.shown(self.memory.flatten(z), inputs)))
-
-    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """A z + B [y; u]."""
-        del t, est
-        return self.system.moved(self.memory.flatten(z), self.system.inputs.flatten(dict(y) | dict(u)))
-
-    update = rate
-
-
 def standing_for(block: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """What makes a block of a linear system, and leaves anything else as it is."""
     return lambda value: block(value) if LinearSystem.recognises(value) else value
-
-
-def beside(plant: AbstractPlant, observer: AbstractObserver) -> AbstractObserver:
-    """The observer, which of a linear system counts on those of its inputs that are inputs of the plant."""
-    if not isinstance(observer, LinearFilter) or observer.counts_on:
-        return observer
-    return replace(observer, counts_on=tuple(n for n in observer.system.inputs.names if n in plant.inputs))
 
 
 def _starting_at(states: Layout, start: Any) -> Layout:
@@ -285,7 +219,7 @@ def _starting_at(states: Layout, start: Any) -> Layout:
     return Layout(tuple(replace(entry, default=parts.get(entry.name, entry.default)) for entry in states.entries))
 
 
-def _refuse_feedthrough(who: str, system: LinearSystem, names: tuple[str, ...], why: str) -> None:
+def refuse_feedthrough(who: str, system: LinearSystem, names: tuple[str, ...], why: str) -> None:
     """Refuse a system one of whose outputs follows one of these inputs at once."""
     columns = [place for name in names for place in system.inputs.indices(name)]
     if system.D is None:

@@ -4,9 +4,27 @@ from __future__ import annotations
 
 from workbench.core import Layout
 from workbench.core.port import misfits
+from workbench.loop.defaults import Readings, Rest
 from workbench.loop.surroundings import AbstractInstruments
 from workbench.loop.wiring import Blocks, names
-from workbench.validation.words import nearest
+from workbench.validation.words import nearest, refusal
+
+PORTS = {
+    "plant": ("states", "inputs", "outputs", "truths"),
+    "observer": ("memory", "inputs", "reads", "gives"),
+    "controller": ("memory", "reads", "follows", "drives"),
+    "reference": ("says",),
+}
+
+
+def refuse_odd_ports(loop: object) -> None:
+    """Refuse a loop one of whose blocks has a port that is no layout."""
+    for socket, ports in PORTS.items():
+        block = getattr(loop, socket)
+        for port in ports if block is not None else ():
+            if not isinstance(held := getattr(block, port), Layout):
+                must = "a `Layout`, as `layout(v='V')` makes one of names and units"
+                raise refusal(f"{_name(block)}.{port}", must, held)
 
 
 def refuse_misfits(loop: Blocks) -> None:
@@ -35,7 +53,12 @@ def refuse_misfits(loop: Blocks) -> None:
     visible = plant.outputs + plant.truths if observer.uses_truth else plant.outputs
     _refuse(observer, "reads", observer.reads, plant, "gives", visible)
     _refuse(observer, "counts on", observer.inputs, plant, "has as inputs", plant.inputs)
-    _refuse(law, "reads", law.reads, observer, "gives", observer.gives)
+    if isinstance(reference, Rest) and law.follows.size:
+        raise ValueError(
+            f"`{_name(law)}` follows {_names(law.follows)}, and the loop has no reference: give "
+            "`ClosedLoop(reference=...)` one that says it, as a `Step` does."
+        )
+    _refuse(law, "reads", law.reads, plant if isinstance(observer, Readings) else observer, "gives", observer.gives)
     _refuse(law, "follows", law.follows, reference, "says", reference.says)
     _refuse(law, "drives", law.drives, plant, "has as inputs", plant.inputs)
     for name in plant.inputs.names:

@@ -12,7 +12,19 @@ from workbench.validation.shapes import Number
 
 
 class AbstractReference(ABC):
-    """Wanted signals as expressions in time."""
+    """Wanted signals as expressions in time.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class Parabola(wb.Reference):
+    ...     a: float = wb.parameter(default=0.5, unit="m/s^2")
+    ...     says = wb.layout(x="m")
+    ...     def at(self, t):
+    ...         return {"x": self.a * t**2 / 2}
+    >>> Parabola().at(2.0)
+    {'x': 1.0}
+    """
 
     @property
     @abstractmethod

@@ -13,7 +13,8 @@ import numpy as np
 from workbench.core import Entry, Layout, Signals
 from workbench.core.block import is_block
 from workbench.core.port import fitting
-from workbench.core.symbols import SymbolError, symbols_are_no_numbers
+from workbench.core.signals import NoSignalError
+from workbench.core.symbols import holds_nan
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Parts, is_recursion
 from workbench.loop.surroundings import AbstractReference
 from workbench.validation.words import described
@@ -60,14 +61,24 @@ def asked(block: Any, method: str, port: Layout, *arguments: Any) -> Signals:
     """What a method of a block returns for a port, or a refusal that names the class, the method and the port."""
     call = f"{type(block).__name__}.{method}(...)"
     try:
-        with symbols_are_no_numbers():
-            parts = getattr(block, method)(*arguments)
-    except SymbolError as error:
+        returned = getattr(block, method)(*arguments)
+    except NoSignalError as missing:
+        raise LookupError(f"`{call}` asks for a signal that its ports do not declare. {missing}") from missing
+    except RuntimeError as error:
+        if "truth value" not in str(error):
+            raise
         raise ValueError(
-            f"`{call}` must compute with symbols in place of numbers, as it is read once, derived and compiled; "
-            f"{error}: take `ca.sin` of CasADi in place of `math.sin`, and `ca.if_else(c, a, b)` in place of `if`."
+            f"`{call}` must return one expression for all values of its arguments, which are symbols; it asks whether "
+            "one of them is true, as `if`, `and` and `max` do: write `casadi.if_else`, `logic_and`, `fmax`."
         ) from error
-    return fitting(call, port, parts)
+    signals = fitting(call, port, returned)
+    for name, part in signals.items():
+        if holds_nan(part):
+            raise ValueError(
+                f"`{call}` must return '{name}' as an expression of its arguments; it returned one that holds NaN, as "
+                "`math.sin` makes of a symbol: write `casadi.sin`."
+            )
+    return signals
 
 
 def wanted(loop: Blocks, t: ca.SX) -> Signals:
@@ -195,22 +206,19 @@ def methods(loop: Blocks, period: float, fine: int) -> tuple[str, ...]:
     )
 
 
-def notes(loop: Blocks) -> tuple[str, ...]:
-    """What a reader must know of the loop's equations."""
+def notes(loop: Blocks, *, continuous: bool = False) -> tuple[str, ...]:
+    """What a reader must know of the loop's equations, in continuous time also of the periods of its blocks."""
     truths = ", ".join(loop.plant.truths.names)
-    return (f"the observer uses the truth ({truths}), which no instrument gives",) if loop.observer.uses_truth else ()
-
-
-def periods(loop: Blocks) -> tuple[str, ...]:
-    """What a reader must know of a loop in continuous time whose blocks have periods."""
+    told = (f"the observer uses the truth ({truths}), which no instrument gives",) if loop.observer.uses_truth else ()
     blocks: tuple[Any, ...] = (loop.observer, loop.controller)
-    held = [(type(block).__name__, block.period) for block in blocks if block.period is not None]
-    return tuple(f"{name} acts at every instant here: its period of {T:g} s is that of a computer" for name, T in held)
+    held = [(type(block).__name__, block.period) for block in blocks if continuous and block.period is not None]
+    says = "{} acts at every instant here: its period of {:g} s is that of a computer"
+    return (*told, *(says.format(*each) for each in held))
 
 
 def horizon(block: Any) -> float:
     """The last time for which each reference or plant in a block has values, however deep it lies, in s."""
-    own = block.ends if isinstance(block, AbstractReference | AbstractPlant) else math.inf
+    own: float = getattr(block, "ends", math.inf)  # of a reference, or of a plant of equations
     held = (getattr(block, field.name) for field in fields(block))
     parts = (part for value in held for part in (value if isinstance(value, tuple) else (value,)))
     return min([own, *(horizon(part) for part in parts if is_block(part))])

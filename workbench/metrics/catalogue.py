@@ -19,7 +19,7 @@ from workbench.metrics.signals import Choice
 from workbench.metrics.step_response import Overshoot, SettlingTime
 from workbench.metrics.units import product, work
 from workbench.validation.doors import door
-from workbench.validation.words import Array, described, finite, numbers, positive, seconds, vector
+from workbench.validation.words import Array, described, finite, numbers, positive, refusal, seconds, vector
 
 
 def _whole(integral: Array, horizon: float) -> Array:
@@ -59,7 +59,15 @@ def _over_time(order: int, seconds: int) -> Callable[[str], str]:
 
 @door
 def rmse(signal: str | None = None, name: str | None = None) -> Integral:
-    """sqrt(1/T integral of e^2 dt): what (43) of the paper becomes as its samples grow dense."""
+    """sqrt(1/T integral of e^2 dt): what (43) of the paper becomes as its samples grow dense.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> wb.measure(loop.ode(), [wb.rmse()], until=5.0, h=1e-3).scores["RMSE"].value.round(3)
+    array([[0.122]])
+    """
     return _error(name or _named("RMSE", signal), signal, "root mean square of {}", _square, _root_mean)
 
 
@@ -93,7 +101,15 @@ def itae(signal: str | None = None) -> Integral:
 
 @door
 def effort(signal: str | None = None) -> Integral:
-    """Root mean square of an input, as it acts on the plant unless a signal is named."""
+    """Root mean square of an input, as it acts on the plant unless a signal is named.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> wb.measure(loop.ode(), [wb.effort("v")], until=5.0, h=1e-3).scores["effort of v"].value.round(3)
+    array([[16.238]])
+    """
     about = "root mean square of {}"
     return Integral(_named("effort", signal), "", about, _square, _root_mean, signal=Choice("input", signal))
 
@@ -121,7 +137,15 @@ def observer_error(signal: str) -> Integral:
 
 @door
 def peak_error(signal: str | None = None) -> Peak:
-    """Largest |e|."""
+    """Largest |e|.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> wb.measure(loop.ode(), [wb.peak_error()], until=5.0, h=1e-3).scores["peak error"].value.round(3)
+    array([[1.]])
+    """
     return Peak(_named("peak error", signal), "", "largest |{}|", Choice("error", signal))
 
 
@@ -158,6 +182,11 @@ def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Int
         If there is no limit, one is no number, or no number lies between them.
     """
     least, most = _limit("low", low, -np.inf), _limit("high", high, np.inf)
+    if least.size != most.size and 1 not in (least.size, most.size):
+        raise ValueError(
+            "`violation(low=..., high=...)` must have as many numbers on either side, one for each of the signal; got "
+            f"{least.size} and {most.size}."
+        )
     if not np.all(least < most) or np.isinf([*least, *most]).all():
         raise ValueError(
             "`violation(low=..., high=...)` must be numbers with room between them, at least one of them finite, as "
@@ -184,12 +213,23 @@ def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Int
 
 
 def _limit(side: str, given: Any, none: float) -> Array:
-    return np.atleast_1d(none if given is None else numbers(f"violation({side}=...)", given))
+    value = np.array(none) if given is None else numbers(f"violation({side}=...)", given)
+    if value.ndim > 1:
+        raise refusal(f"violation({side}=...)", "a number or a vector of numbers", value)
+    return np.atleast_1d(value)
 
 
 @door
 def total_variation(sample: float, signal: str | None = None) -> TotalVariation:
-    """Total variation per second, on a grid of `sample` s, of an input, as it acts on the plant unless one is named."""
+    """Total variation per second, on a grid of `sample` s, of an input, as it acts on the plant unless one is named.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> wb.measure(loop.ode(), [wb.total_variation(1e-3)], until=5.0, h=1e-3).scores["TV"].value.round(3)
+    array([[34.388]])
+    """
     sample = seconds("total_variation(sample=...)", sample)
     about = f"total variation of {{}} per second, sampled every {1000 * sample:g} ms"
     return TotalVariation(_named("TV", signal), "", about, Choice("input", signal), sample)
@@ -197,14 +237,30 @@ def total_variation(sample: float, signal: str | None = None) -> TotalVariation:
 
 @door
 def overshoot(signal: str | None = None) -> Overshoot:
-    """Largest excursion beyond the new level after a jump of the reference, in percent of the jump."""
+    """Largest excursion beyond the new level after a jump of the reference, in percent of the jump.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> wb.measure(loop.ode(), [wb.overshoot()], until=5.0, h=1e-3).scores["overshoot"].value.round(3)
+    array([[30.491]])
+    """
     about = "largest excursion beyond a new level, in percent of the jump"
     return Overshoot(_named("overshoot", signal), "%", about, Choice("level", signal))
 
 
 @door
 def settling_time(signal: str | None = None, band: float = 0.02) -> SettlingTime:
-    """Longest time after a jump of the reference until the error stays within `band` of the jump."""
+    """Longest time after a jump of the reference until the error stays within `band` of the jump.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> wb.measure(loop.ode(), [wb.settling_time()], until=5.0, h=1e-3).scores["settling time"].value.round(3)
+    array([[0.774]])
+    """
     band = positive("settling_time(band=...)", band)
     about = f"longest time after a jump until the error stays within {100 * band:g} % of the jump"
     return SettlingTime(_named("settling time", signal), "s", about, band, Choice("level", signal))

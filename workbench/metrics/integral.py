@@ -11,11 +11,13 @@ import casadi as ca
 from workbench.core import Layout, Ode
 from workbench.metrics.contract import AbstractMetric, Parts, bound, expression
 from workbench.metrics.signals import Signal, column, names_of, watched
-from workbench.validation.doors import answer
+from workbench.validation.doors import answer, door
+from workbench.validation.views import show
 from workbench.validation.words import Array
 
 
 @dataclass(frozen=True)
+@show
 class Integral(AbstractMetric):
     """finish(integral of g(t, y) dt, horizon).
 
@@ -45,6 +47,7 @@ class Integral(AbstractMetric):
         """Whether it is a time; the integral of what has no unit is none."""
         return self.unit == "s" and self.measure is None
 
+    @door
     def of(self, ode: Ode) -> AbstractMetric:
         """With the signal as this equation has it."""
         if self.signal is not None:

@@ -70,6 +70,14 @@ def measure(
         If `equation` is none, p or x0 is not as wide as its parameters or states, a metric means nothing
         for it or for the horizon, h does not divide the period of a sampled loop, neither h nor a tolerance
         is given, or `simulate` or `choose` refuses. A tolerance that is missed is no error: it is said.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> scores = wb.measure(loop.ode(), [wb.rmse(), wb.effort()], until=2.0, h=1e-3).scores
+    >>> scores["RMSE"].value.round(3), scores["effort"].value.round(1)
+    (array([[0.194]]), array([[22.6]]))
     """
     metrics = resolved(equation, metrics, seconds("measure(until=...)", until))
     p = None if p is None else table_of("measure(p=...)", equation.parameters, p)

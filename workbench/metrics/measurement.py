@@ -5,12 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from workbench.metrics.contract import AbstractMetric
 from workbench.simulate import StepLimit, Trajectories
 from workbench.simulate.stepping.accuracy import Check
 from workbench.simulate.stepping.pilot import Choice
 from workbench.validation.doors import door
+from workbench.validation.views import listed, table_to_html
 from workbench.validation.words import Array, Integers
+
+HEAD = ("metric", "of", "unit", "least", "mean", "largest", "error")
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,6 +32,23 @@ class Score:
     metric: AbstractMetric
     value: Array
     error: Array
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """Of each number: metric, label, unit, the least, the mean and the largest value of all runs, and error."""
+        rows = []
+        labels = self.metric.labels or ("",) * self.value.shape[1]
+        units = self.metric.units or (self.metric.unit,) * len(labels)
+        for place, (label, unit) in enumerate(zip(labels, units, strict=True)):
+            values, errors = (column[np.isfinite(column)] for column in (self.value[:, place], self.error[:, place]))
+            ends = (values.min(), values.mean(), values.max()) if values.size else (np.nan,) * 3
+            numbers = (*ends, errors.max(initial=0.0) if errors.size else np.nan)
+            rows.append((self.metric.name, label, unit, *(f"{number:.6g}" for number in numbers)))
+        return rows
+
+    def _repr_html_(self) -> str:
+        """A table of the values of all runs, and of the largest error."""
+        return table_to_html("", HEAD, self.rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +77,15 @@ class Measurement:
     coarse_diverged_at: Array
     check: Check | None = None
     choice: Choice | None = None
+
+    def __repr__(self) -> str:
+        """One line: the runs and the metrics."""
+        return f"<Measurement of {len(self.trajectories)} runs: {listed(list(self.scores))}>"
+
+    def _repr_html_(self) -> str:
+        """A table of the values of all runs, and of the largest error of each metric."""
+        rows = [row for score in self.scores.values() for row in score.rows]
+        return table_to_html(repr(self.trajectories), HEAD, rows)
 
     @property
     def h(self) -> float:

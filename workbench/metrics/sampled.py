@@ -50,6 +50,7 @@ class Peak(AbstractMetric):
         """Its signal."""
         return names_of(self.signal)
 
+    @door
     def of(self, ode: Ode) -> AbstractMetric:
         """With the signal as this equation has it."""
         seen = watched(self.name, self.signal, ode)
@@ -109,6 +110,7 @@ class TotalVariation(AbstractMetric):
         """Its signal."""
         return names_of(self.signal)
 
+    @door
     def of(self, ode: Ode) -> AbstractMetric:
         """With the signal as this equation has it."""
         seen = watched(self.name, self.signal, ode)
@@ -172,6 +174,7 @@ class SampledRms(AbstractMetric):
         """Its signal."""
         return names_of(self.signal)
 
+    @door
     def of(self, ode: Ode) -> AbstractMetric:
         """With the signal as this equation has it."""
         seen = watched(self.name, self.signal, ode)

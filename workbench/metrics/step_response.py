@@ -12,6 +12,7 @@ from workbench.core import Entry, Layout, Ode
 from workbench.metrics.contract import AbstractMetric, Parts, bound
 from workbench.metrics.signals import Choice, Signal, Watched, levels, names_of, watched
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import Array, positive
 
 NEVER = 1e30  # in the loop's arithmetic, where 0 times infinity would be NaN
@@ -48,6 +49,7 @@ def height(origin: ca.SX, level: ca.SX) -> ca.SX:
 
 
 @dataclass(frozen=True)
+@show
 class Overshoot(AbstractMetric):
     """The largest excursion beyond the new level after a jump, as a share of the jump."""
 
@@ -58,6 +60,7 @@ class Overshoot(AbstractMetric):
         """The signal and what is wanted of it."""
         return names_of(self.signal)
 
+    @door
     def of(self, ode: Ode) -> AbstractMetric:
         """With the signal as this equation has it."""
         seen = watched(self.name, self.signal, ode)
@@ -113,6 +116,7 @@ class SettlingTime(AbstractMetric):
         """The signal and what is wanted of it."""
         return names_of(self.signal)
 
+    @door
     def of(self, ode: Ode) -> AbstractMetric:
         """With the signal as this equation has it."""
         seen = watched(self.name, self.signal, ode)

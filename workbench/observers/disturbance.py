@@ -11,8 +11,8 @@ import casadi as ca
 
 from workbench.core import Layout, Signals, block
 from workbench.core.port import ANY
-from workbench.loop.arm import AbstractArmObserver, motors, torques
-from workbench.loop.contracts import EULER, Inputs, Parts, Reads, euler
+from workbench.loop.arm import AbstractArmObserver, known, motors, torques, unit, units_of
+from workbench.loop.contracts import EULER, Inputs, Parts, Reads, euler, starts
 from workbench.validation.shapes import Number
 
 STATE, DISTURBANCE = "state.", "disturbance."
@@ -32,9 +32,14 @@ class AbstractDisturbanceObserver(ABC):
         """Whether it needs the true disturbance, which no instrument gives."""
 
     @property
-    @abstractmethod
     def memory(self) -> Layout:
-        """The observer's own states."""
+        """Its own states: the fields that are declared by `initial`."""
+        return starts(self)
+
+    @property
+    def force(self) -> str:
+        """The unit of the disturbance, for the units of numbers: N m where there is no model to tell."""
+        return unit(torques("d", known(units_of(self))))
 
     @property
     def reads(self) -> Layout:
@@ -49,7 +54,7 @@ class AbstractDisturbanceObserver(ABC):
 
     @abstractmethod
     def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
-        """D_hat, (n, 1), in N m; of `est` the state is known so far and d is zero."""
+        """D_hat, (n, 1), in N m or N; of `est` the state is known so far and d is zero."""
 
     @abstractmethod
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:

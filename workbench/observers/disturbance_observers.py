@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, parameter
+from workbench.core import AbstractArm, Signals, block, initial, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.loop.contracts import Inputs, Parts, Reads
@@ -52,7 +52,7 @@ class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
 
     model: AbstractArm
     l: Scalar = parameter(unit="kg m^2/s", low=0, strict=True, symbol="l")
-    z: Vector = initial(default=0.0, unit="N m", shape=("n",), symbol="z")
+    z: Vector = initial(default=0.0, unit="{force}", shape=("n",), symbol="z")
 
     @property
     def dof(self) -> int:
@@ -63,11 +63,6 @@ class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
     def uses_truth(self) -> bool:
         """No."""
         return False
-
-    @property
-    def memory(self) -> Layout:
-        """The sum z = D_hat + l qd."""
-        return Layout((Entry("z", self.z, "N m"),))
 
     def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
         """D_hat = z - l qd."""
@@ -111,7 +106,7 @@ class MomentumObserver(AbstractDisturbanceObserver):
 
     model: AbstractArm
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
-    p_hat: Vector = initial(default=0.0, unit="N m s", shape=("n",))
+    p_hat: Vector = initial(default=0.0, unit="{force} s", shape=("n",))
 
     @property
     def dof(self) -> int:
@@ -122,11 +117,6 @@ class MomentumObserver(AbstractDisturbanceObserver):
     def uses_truth(self) -> bool:
         """No."""
         return False
-
-    @property
-    def memory(self) -> Layout:
-        """The momentum as the observer believes it to be."""
-        return Layout((Entry("p_hat", self.p_hat, "N m s"),))
 
     def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
         """D_hat = l (p_hat - M qd)."""

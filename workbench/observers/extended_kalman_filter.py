@@ -60,6 +60,13 @@ class ExtendedKalmanFilter(AbstractKalmanFilter):
     ----------
     Gelb (1974), Applied Optimal Estimation, table 6.1-1.
     Simon (2006), Optimal State Estimation, section 13.2.3.
+
+    Examples
+    --------
+    >>> plant = wb.CartPole()
+    >>> observer = wb.ExtendedKalmanFilter(plant, 1e-2 * np.eye(4), 1e-6 * np.eye(2), P=1e-2 * np.eye(4), period=0.01)
+    >>> observer.reads.names, observer.gives.names
+    (('x', 'phi'), ('x', 'xd', 'phi', 'phid'))
     """
 
     model: AbstractPlant

@@ -56,6 +56,12 @@ class ExtendedStateObserver(AbstractObserver):
     Gao (2003), Scaling and bandwidth-parameterization based controller tuning, American Control Conference.
     Miklosovic, Radke and Gao (2006), Discrete implementation and generalization of the extended state observer,
     American Control Conference.
+
+    Examples
+    --------
+    >>> observer = wb.ExtendedStateObserver(("omega",), input="v", b=2.0, omega_o=50.0, unit="rad/s")
+    >>> observer.reads.names, observer.gives.names
+    (('omega',), ('omega', 'd'))
     """
 
     chain: tuple[str, ...]

@@ -6,10 +6,10 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.core import Layout, Signals, block
+from workbench.core import Signals, block
 from workbench.core.dynamics import MOST_JOINTS
 from workbench.loop.arm import AbstractArmObserver
-from workbench.loop.contracts import Inputs, Parts, Reads
+from workbench.loop.contracts import Parts, Reads
 from workbench.validation.shapes import Number
 from workbench.validation.words import whole
 
@@ -27,6 +27,11 @@ class FullState(AbstractArmObserver):
     ------
     ValueError
         If `joints` is not a positive whole number.
+
+    Examples
+    --------
+    >>> wb.FullState(2).reads.names, wb.FullState(2).gives["qd"].shape
+    (('q', 'qd'), (2,))
     """
 
     noun: ClassVar[str] = ""  # no observer at all
@@ -41,22 +46,7 @@ class FullState(AbstractArmObserver):
         """The number of joints."""
         return self.joints
 
-    @property
-    def uses_truth(self) -> bool:
-        """No: a velocity can be measured."""
-        return False
-
-    @property
-    def memory(self) -> Layout:
-        """None."""
-        return Layout()
-
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         """What the instruments say."""
         del t, z
         return Signals(q=y.q, qd=y.qd, d=ca.SX.zeros(self.dof))
-
-    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """Nothing to remember."""
-        del t, z, y, est, u
-        return {}

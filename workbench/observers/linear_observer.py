@@ -53,6 +53,13 @@ class LinearObserver(AbstractModelObserver):
     ----------
     Luenberger (1971), An introduction to observers, IEEE Transactions on Automatic Control 16(6).
     Hochbruck and Ostermann (2010), Exponential integrators, Acta Numerica 19, section 2.4 (the step).
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> gain = wb.steady_kalman(wb.open_loop(motor), Q=np.eye(2), R=[[1e-4]]).K
+    >>> wb.LinearObserver(motor, gain).gives.names
+    ('omega', 'i')
     """
 
     model: AbstractPlant

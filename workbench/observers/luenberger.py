@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, option, parameter
+from workbench.core import AbstractArm, Signals, block, initial, option, parameter
 from workbench.core.block import Matrix, Vector
 from workbench.core.claim import Claim
 from workbench.loop.arm import AbstractArmObserver
@@ -61,8 +61,8 @@ class Luenberger(AbstractArmObserver):
     model: AbstractArm
     L1: Matrix = parameter(unit="1/s", shape=("n", "n"), symbol="L_1")
     L2: Matrix = parameter(unit="1/s^2", shape=("n", "n"), symbol="L_2")
-    q_hat: Vector = initial(unit="rad", shape=("n",))
-    qd_hat: Vector = initial(default=0.0, unit="rad/s", shape=("n",))
+    q_hat: Vector = initial(unit="{position}", shape=("n",))
+    qd_hat: Vector = initial(default=0.0, unit="{position}/s", shape=("n",))
     disturbance: str = option(
         {
             "ignored": "(10) as printed: the observer knows of no disturbance",
@@ -82,16 +82,6 @@ class Luenberger(AbstractArmObserver):
     def dof(self) -> int:
         """The number of joints of the model."""
         return self.model.dof
-
-    @property
-    def uses_truth(self) -> bool:
-        """No: it sees positions."""
-        return False
-
-    @property
-    def memory(self) -> Layout:
-        """The estimated positions and velocities."""
-        return Layout((Entry("q_hat", self.q_hat, "rad"), Entry("qd_hat", self.qd_hat, "rad/s")))
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         """The memory, and no disturbance."""

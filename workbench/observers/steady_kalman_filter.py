@@ -46,6 +46,13 @@ class SteadyKalmanFilter(AbstractModelObserver):
     References
     ----------
     Simon (2006), Optimal State Estimation, section 7.3.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> gain = wb.steady_kalman(wb.open_loop(motor), Q=np.eye(2), R=[[1e-4]], period=0.01).K
+    >>> wb.SteadyKalmanFilter(motor, gain, period=0.01).gives.names
+    ('omega', 'i')
     """
 
     model: AbstractPlant

@@ -72,6 +72,13 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
     Wan and van der Merwe (2000), The unscented Kalman filter for nonlinear estimation, AS-SPCC.
     Sarkka (2007), On unscented Kalman filtering for state estimation of continuous-time nonlinear systems, IEEE
     Transactions on Automatic Control 52(9).
+
+    Examples
+    --------
+    >>> plant = wb.CartPole()
+    >>> observer = wb.UnscentedKalmanFilter(plant, 1e-2 * np.eye(4), 1e-6 * np.eye(2), P=1e-2 * np.eye(4), period=0.01)
+    >>> observer.reads.names, observer.gives.names
+    (('x', 'phi'), ('x', 'xd', 'phi', 'phid'))
     """
 
     model: AbstractPlant

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.core import Entry, Layout, Signals, block, initial, parameter
+from workbench.core import Signals, block, initial, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.dynamics import MOST_JOINTS
@@ -57,16 +57,6 @@ class VelocityFilter(AbstractArmObserver):
     def dof(self) -> int:
         """The number of joints; a negative one counts as none, which is refused."""
         return max(self.joints, 0)
-
-    @property
-    def uses_truth(self) -> bool:
-        """No: a velocity can be measured."""
-        return False
-
-    @property
-    def memory(self) -> Layout:
-        """The filtered velocity."""
-        return Layout((Entry("qd_hat", self.qd_hat, "rad/s"),))
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         """The reading of the positions, and the memory."""
@@ -140,16 +130,6 @@ class DirtyDerivative(AbstractArmObserver):
     def dof(self) -> int:
         """The number of joints; a negative one counts as none, which is refused."""
         return max(self.joints, 0)
-
-    @property
-    def uses_truth(self) -> bool:
-        """No: it sees positions."""
-        return False
-
-    @property
-    def memory(self) -> Layout:
-        """The filtered position."""
-        return Layout((Entry("q_hat", self.q_hat, "rad"),))
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         """The reading of the positions, and the rate of the memory."""

@@ -23,6 +23,12 @@ class BuckConverter(AbstractPlant):
     References
     ----------
     Erickson and Maksimovic (2001), Fundamentals of Power Electronics, 2nd edition, section 9.5.4.
+
+    Examples
+    --------
+    >>> linear = wb.linearize(wb.open_loop(wb.BuckConverter()), 0.0, [0.0, 0.0], u=[0.5])
+    >>> linear.input_labels, linear.output_labels, np.sort(linear.poles()).round(1)
+    (['d'], ['v'], array([-333.3-6315.8j, -333.3+6315.8j]))
     """
 
     V_g: Scalar = parameter(default=28.0, unit="V", low=0, strict=True)

@@ -24,6 +24,12 @@ class CartPole(AbstractPlant):
     ----------
     Messner and Tilbury, Control Tutorials for Matlab and Simulink, "Inverted Pendulum: System Modeling"; g = 9.8 is
     theirs.
+
+    Examples
+    --------
+    >>> linear = wb.linearize(wb.open_loop(wb.CartPole()), t=0.0, x=np.zeros(4), at_rest=True)
+    >>> wb.lqr(linear, Q=np.diag([5000.0, 0.0, 100.0, 0.0]), R=[[1.0]]).K.round(4)
+    array([[-70.7107, -37.8345, 105.5298,  20.9238]])
     """
 
     M: Scalar = parameter(default=0.5, unit="kg", low=0, strict=True)

@@ -27,6 +27,12 @@ class DCMotor(AbstractPlant):
     ----------
     Messner and Tilbury, Control Tutorials for Matlab and Simulink, "DC Motor Speed: System Modeling" and "DC Motor
     Position: System Modeling".
+
+    Examples
+    --------
+    >>> linear = wb.linearize(wb.open_loop(wb.DCMotor()), 0.0, [0.0, 0.0])
+    >>> np.sort(linear.poles().real).round(4), linear.dcgain().round(4)
+    (array([-9.9975, -2.0025]), np.float64(0.0999))
     """
 
     J: Scalar = parameter(default=0.01, unit="kg m^2", low=0, strict=True)

@@ -31,6 +31,12 @@ class Disturbed(AbstractPlant):
     ValueError
         If a signal is neither an input nor an output of the plant, or of another size or unit; or if the plant has a
         signal of the name of the disturbance, as one that is disturbed already has.
+
+    Examples
+    --------
+    >>> motor = wb.Disturbed(wb.DCMotor(), by=wb.Step("v", "V", 1.0, time=2.0))
+    >>> motor.inputs.names, motor.truths.names
+    (('v',), ('d_v',))
     """
 
     plant: AbstractPlant

@@ -65,6 +65,11 @@ class Saturation(AbstractElement):
     ----------
     low, high
         The limits, in the unit of the signal.
+
+    Examples
+    --------
+    >>> wb.Equipped(wb.DCMotor(), actuators=(wb.Saturation("v", low=-12.0, high=12.0),)).inputs.names
+    ('v',)
     """
 
     low: Vector = parameter(unit="{unit}", shape=("*",), symbol="v_min")
@@ -129,6 +134,11 @@ class FirstOrder(AbstractElement):
         T, in s.
     lag
         y at the start, in the unit of the signal.
+
+    Examples
+    --------
+    >>> wb.Equipped(wb.DCMotor(), actuators=(wb.FirstOrder("v", time_constant=0.02),)).states.names
+    ('omega', 'i', 'v.lag')
     """
 
     time_constant: Vector = parameter(unit="s", low=0, strict=True, shape=("*",), symbol="T")
@@ -189,6 +199,12 @@ class RateLimit(AbstractElement):
         T in s, which the step of a simulation must resolve.
     limited
         y at the start, in the unit of the signal.
+
+    Examples
+    --------
+    >>> limit = wb.RateLimit("v", low=-100.0, high=100.0, time_constant=1e-3)
+    >>> wb.Equipped(wb.DCMotor(), actuators=(limit,)).states.names
+    ('omega', 'i', 'v.limited')
     """
 
     low: Vector = parameter(unit="{unit}/s", high=0, strict=True, shape=("*",), symbol="r_min")

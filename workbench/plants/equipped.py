@@ -37,6 +37,13 @@ class Equipped(AbstractPlant):
     ValueError
         If an element has another number of numbers than its signal, or one number for several units; if an output has
         sensors already; or if the plant moves in discrete time.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> equipped = wb.Equipped(motor, actuators=(wb.Saturation("v", -12.0, 12.0), wb.FirstOrder("v", 0.02)))
+    >>> equipped.states.names
+    ('omega', 'i', 'v.lag')
     """
 
     plant: AbstractPlant

@@ -29,6 +29,12 @@ class FurutaPendulum(AbstractPlant):
     ----------
     Cazzolato and Prime (2011), On the dynamics of the Furuta pendulum, Journal of Control Science and Engineering
     2011, 528341, equations (33) and (34).
+
+    Examples
+    --------
+    >>> linear = wb.linearize(wb.open_loop(wb.FurutaPendulum()), 0.0, np.zeros(4), at_rest=True)
+    >>> linear.input_labels, linear.output_labels, linear.poles().imag.max().round(2)
+    (['tau'], ['theta_1', 'theta_2'], np.float64(4.56))
     """
 
     m_1: Scalar = parameter(default=0.300, unit="kg", low=0)

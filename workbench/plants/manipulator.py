@@ -22,6 +22,12 @@ class Manipulator(AbstractPlant):
     M(q) qdd + C(q, qd) qd + G(q) + F(qd) + D(t) = tau,
 
     where a joint without a motor has no input, and tau is zero there.
+
+    Examples
+    --------
+    >>> plant = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0])
+    >>> plant.inputs["tau"].units, plant.outputs.names, plant.states["q"].default
+    (('N m', 'N m'), ('q', 'qd'), array([0.5, 0. ]))
     """
 
     counts = "joint"

@@ -40,6 +40,12 @@ class OdePlant(AbstractPlant):
     ValueError
         If the equation declares no inputs, or one of its outputs depends on an input: a law that reads it would meet
         its own command of the same instant, an algebraic loop.
+
+    Examples
+    --------
+    >>> tank = wb.OdePlant.of(lambda t, x, u, m: [u[0] - m.sqrt(x[0])], states=("h:m",), inputs=("w:m/s",), x0=[1.0])
+    >>> tank.inputs.names, tank.outputs.names
+    (('w',), ('h',))
     """
 
     ode: Ode
@@ -114,7 +120,7 @@ class OdePlant(AbstractPlant):
         return OdePlant(Ode(called, known, own, watched, *symbols, rate, output, inputs=driven.names))
 
     @property
-    def ends(self) -> float:  # type: ignore[override]
+    def ends(self) -> float:
         """The horizon of the equation, in s."""
         return self.ode.horizon
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.core import Entry, Layout, block, initial, parameter
 from workbench.core.block import Scalar, Vector
+from workbench.core.symbols import refuse_misfit
 from workbench.plants.elements import AbstractElement, spread
 from workbench.validation.words import whole
 
@@ -31,6 +32,11 @@ class PadeDelay(AbstractElement):
         n, at most 50.
     past
         The constant signal that came in before the start, in its unit.
+
+    Examples
+    --------
+    >>> wb.Equipped(wb.DCMotor(), actuators=(wb.PadeDelay("v", time=0.1, order=2),)).states.names
+    ('omega', 'i', 'v.delayed')
     """
 
     time: Scalar = parameter(unit="s", low=0, strict=True, symbol="T")
@@ -50,11 +56,13 @@ class PadeDelay(AbstractElement):
 
     def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
         """The signal of about T ago."""
+        refuse_misfit("PadeDelay.output", "v", v, z["delayed"].shape[1], 1)
         _, _, C, D = pade(self.order)
         return ca.mtimes(z["delayed"].T, ca.DM(C)) + D * v
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
         """What passes through the delay."""
+        refuse_misfit("PadeDelay.rate", "v", v, z["delayed"].shape[1], 1)
         A, B, _, _ = pade(self.order)
         return {"delayed": (ca.mtimes(ca.DM(A), z["delayed"]) + ca.mtimes(ca.DM(B), v.T)) / self.time}
 

@@ -24,6 +24,14 @@ class PlanarQuadrotor(AbstractPlant):
     ----------
     Tedrake, Underactuated Robotics, chapter 3, "Quadrotors"; the numbers are those of its planar quadrotor, which
     names Bouadi, Bouchoucha and Tadjine (2007) as their source.
+
+    Examples
+    --------
+    >>> plant = wb.PlanarQuadrotor()
+    >>> hover = [plant.m * plant.g / 2] * 2
+    >>> linear = wb.linearize(wb.open_loop(plant), 0.0, np.zeros(6), u=hover, at_rest=True)
+    >>> linear.input_labels, linear.output_labels
+    (['u_1', 'u_2'], ['x', 'y', 'theta'])
     """
 
     m: Scalar = parameter(default=0.486, unit="kg", low=0, strict=True)

@@ -29,6 +29,12 @@ class Quadrotor(AbstractPlant):
     References
     ----------
     Luukkonen (2011), Modelling and control of quadcopter, Aalto University, equations (2) to (20) and table 1.
+
+    Examples
+    --------
+    >>> plant = wb.Quadrotor()
+    >>> plant.inputs["w"].shape, plant.inputs["w"].unit, plant.outputs.names
+    ((4,), 'rad/s', ('xi', 'eta'))
     """
 
     m: Scalar = parameter(default=0.468, unit="kg", low=0, strict=True)

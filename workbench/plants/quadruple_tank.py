@@ -30,6 +30,13 @@ class QuadrupleTank(AbstractPlant):
     ----------
     Johansson (2000), The quadruple-tank process: a multivariable laboratory process with an adjustable zero, IEEE
     Transactions on Control Systems Technology 8, 456-465, equation (1).
+
+    Examples
+    --------
+    >>> tanks = wb.QuadrupleTank()
+    >>> linear = wb.linearize(wb.open_loop(tanks), 0.0, tanks.states.default)
+    >>> np.sort(linear.zeros().real).round(4)
+    array([-0.058 , -0.0172])
     """
 
     A_1: Scalar = parameter(default=28.0, unit="cm^2", low=0, strict=True)

@@ -29,6 +29,12 @@ class StirredTank(AbstractPlant):
     ----------
     Henson and Seborg (1997), Nonlinear Process Control, chapter 1; Seborg, Edgar, Mellichamp and Doyle (2011), Process
     Dynamics and Control, 3rd edition, example 2.5.
+
+    Examples
+    --------
+    >>> linear = wb.linearize(wb.open_loop(wb.StirredTank()), 0.0, [0.5, 350.0])
+    >>> linear.input_labels, linear.output_labels, linear.poles().real.max().round(2)
+    (['T_c'], ['T'], np.float64(0.05))
     """
 
     q: Scalar = parameter(default=100.0, unit="l/min", low=0, strict=True)

@@ -22,6 +22,11 @@ class TwoMasses(AbstractPlant):
     ----------
     Wie and Bernstein (1992), Benchmark problems for robust control design, Journal of Guidance, Control, and Dynamics
     15, 1057-1059; its numbers have no units.
+
+    Examples
+    --------
+    >>> wb.linearize(wb.open_loop(wb.TwoMasses()), 0.0, np.zeros(4)).poles().imag.max().round(4)
+    np.float64(1.4142)
     """
 
     m_1: Scalar = parameter(default=1.0, unit="kg", low=0, strict=True)

@@ -29,6 +29,12 @@ class SingleTrackVehicle(AbstractPlant):
     References
     ----------
     Rajamani (2012), Vehicle Dynamics and Control, 2nd edition, sections 2.3 and 3.3.
+
+    Examples
+    --------
+    >>> car = wb.SingleTrackVehicle()
+    >>> car.states.names, car.inputs.names, car.outputs.names
+    (('Y', 'psi', 'v_y', 'r'), ('delta',), ('Y', 'psi', 'r'))
     """
 
     m: Scalar = parameter(default=1573.0, unit="kg", low=0, strict=True)

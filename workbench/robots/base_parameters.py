@@ -15,6 +15,7 @@ import numpy as np
 from workbench.robots.regressor import names, regressor
 from workbench.robots.spatial import SpatialArm
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import Array, Integers
 
 ROWS = 4  # of torque for each entry of theta
@@ -23,6 +24,7 @@ SMALL = 1e-9  # the part of a column off the span of those before it, below whic
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class BaseParameters:
     """theta_b = K theta, with Y theta = Y_b theta_b where Y_b are the columns `kept` of Y.
 

@@ -15,7 +15,13 @@ from workbench.validation.words import known, whole
 
 
 def paper_arm() -> PlanarArm:
-    """The two-link arm of the AOSMC-RGS paper: point masses of 1 kg at the ends of links of 1 m (section 5)."""
+    """The two-link arm of the AOSMC-RGS paper: point masses of 1 kg at the ends of links of 1 m (section 5).
+
+    Examples
+    --------
+    >>> wb.paper_arm().dof, wb.paper_arm().links[0].mass
+    (2, 1.0)
+    """
     return PlanarArm((PointMass(1.0, 1.0), PointMass(1.0, 1.0)))
 
 
@@ -112,5 +118,11 @@ def named(name: str) -> PlanarArm | SpatialArm:
     ------
     LookupError
         If there is none; the message names the nearest.
+
+    Examples
+    --------
+    >>> arm = wb.named("cart-pole")
+    >>> arm.dof, arm.units, arm.motors
+    (2, ('m', 'rad'), (0,))
     """
     return CATALOGUE[known(name, CATALOGUE, "robots of the catalogue")]()

@@ -56,6 +56,12 @@ def read(
         If there is no such file, or no such joint.
     ValueError
         If it is no URDF of an arm with a base that stands still; the message says where and why.
+
+    Examples
+    --------
+    >>> arm = wb.read_urdf("pendulum.urdf")
+    >>> arm.dof, arm.links[0].mass
+    (1, 1.5)
     """
     told = _told("read", gravity, passive, friction_speed)
     return _arm(element_in(Path(file)), described(str(file), LONGEST_PATH), told)

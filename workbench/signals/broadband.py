@@ -25,6 +25,12 @@ class Chirp(AbstractSignal):
     ------
     ValueError
         If a logarithmic sweep begins or ends at 0 Hz, or where it begins.
+
+    Examples
+    --------
+    >>> chirp = wb.Chirp("omega", "rad/s", amplitude=1.0, first=0.1, last=10.0, duration=20.0)
+    >>> chirp.says.names, chirp.says["omegad"].unit
+    (('omega', 'omegad', 'omegadd'), 'rad/s^2')
     """
 
     signal: str

@@ -13,7 +13,13 @@ from workbench.validation.shapes import Number
 
 @block
 class Sines(AbstractSignal):
-    """x_i(t) = amplitude_i sin(frequency_i t + phase_i)."""
+    """x_i(t) = amplitude_i sin(frequency_i t + phase_i).
+
+    Examples
+    --------
+    >>> wb.Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]).at(0.0).qd
+    SX([2, 1.5])
+    """
 
     amplitude: Vector = parameter(unit="{unit}", shape=("n",), symbol="a")
     frequency: Vector = parameter(unit="rad/s", shape=("n",), symbol="omega")
@@ -98,6 +104,11 @@ class PulseTrain(AbstractSignal):
     ------
     ValueError
         If a pulse is not shorter than the period.
+
+    Examples
+    --------
+    >>> wb.PulseTrain("v", "V", level=12.0, period=1.0, width=0.2).at(0.1).v
+    SX(12)
     """
 
     signal: str

@@ -25,6 +25,11 @@ class Trapezoid(AbstractSignal):
     References
     ----------
     Siciliano, Sciavicco, Villani and Oriolo (2009), Robotics: Modelling, Planning and Control, section 4.2.1.
+
+    Examples
+    --------
+    >>> wb.Trapezoid("theta", "rad", goal=1.0, speed=0.5, acceleration=1.0).at(10.0).theta
+    SX(1)
     """
 
     signal: str
@@ -80,6 +85,12 @@ class WayPoints(AbstractSignal):
     ----------
     Flash and Hogan (1985), The coordination of arm movements: an experimentally confirmed mathematical model, Journal
     of Neuroscience 5(7).
+
+    Examples
+    --------
+    >>> path = wb.WayPoints("q", "rad", times=[0.0, 1.0, 3.0], points=[[0.0, 0.0], [1.0, 0.5], [0.0, 0.0]])
+    >>> path.at(1.0).q
+    SX([1, 0.5])
     """
 
     signal: str

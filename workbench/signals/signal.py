@@ -80,6 +80,12 @@ class Together(AbstractReference):
     ------
     ValueError
         If two of them say the same signal.
+
+    Examples
+    --------
+    >>> both = wb.Together((wb.Step("h_1", "cm", 12.4), wb.Ramp("h_2", "cm", 0.1)))
+    >>> both.primary
+    ('h_1', 'h_2')
     """
 
     parts: tuple[AbstractReference, ...]

@@ -12,7 +12,13 @@ from workbench.validation.shapes import Number
 
 @block
 class Hold(AbstractSignal):
-    """A fixed value."""
+    """A fixed value.
+
+    Examples
+    --------
+    >>> wb.Hold([0.5, 0.0]).at(3.0).q
+    SX([0.5, 0])
+    """
 
     position: Vector = parameter(unit="{unit}", shape=("n",), symbol="q^*")
     signal: str = "q"
@@ -35,6 +41,11 @@ class Step(AbstractSignal):
     """x_i(t) = start_i before time_i, level_i from then on.
 
     A jump has no derivative; the derivatives are zero at all times, as if the jump were not there.
+
+    Examples
+    --------
+    >>> wb.Step("omega", "rad/s", level=1.0, time=0.1).at(0.2).omega
+    SX(1)
     """
 
     signal: str
@@ -56,7 +67,13 @@ class Step(AbstractSignal):
 
 @block
 class Ramp(AbstractSignal):
-    """x_i(t) = start_i before time_i, start_i + slope_i (t - time_i) from then on."""
+    """x_i(t) = start_i before time_i, start_i + slope_i (t - time_i) from then on.
+
+    Examples
+    --------
+    >>> wb.Ramp("h", "m", slope=0.01, time=5.0, start=0.1).at(10.0).h
+    SX(0.15)
+    """
 
     signal: str
     unit: str

@@ -37,6 +37,11 @@ class Table(AbstractSignal):
     ValueError
         If a number is not finite, the times do not increase or begin after 0, there are fewer than two rows or more
         than 2000, or times and values are not equally many.
+
+    Examples
+    --------
+    >>> wb.Table("h", "m", times=[0.0, 1.0, 2.0], values=[0.1, 0.2, 0.2]).at(0.5).h
+    SX(0.15)
     """
 
     signal: str

@@ -56,6 +56,14 @@ def simulate(
     ValueError
         If `step` is none, a number is out of its bounds, a shape is wrong, a time is no multiple of the step, the runs
         would take too much memory or time, or what is named cannot run the step. A run that diverges is only marked.
+
+    Examples
+    --------
+    >>> step = wb.rk4(wb.open_loop(wb.DCMotor()), 1e-3)
+    >>> p = step.parameters.pack({"v": np.array([1.0, 2.0, 3.0])})
+    >>> runs = wb.simulate(step, p, until=5.0)
+    >>> runs, runs["omega"].shape, runs["omega"][:, -1].round(3)
+    (<3 runs of 'plant' at 5001 times to 5 s>, (3, 5001), array([0.1, 0.2, 0.3]))
     """
     tell = told("simulate", progress)
     p_rows, x_rows = rows_of("simulate", step, p, x0, least=1 if runs is None else max(1, runs.size))

@@ -14,6 +14,7 @@ from workbench.core.rows import rows
 from workbench.simulate.divergence import Divergence
 from workbench.simulate.job import Job
 from workbench.validation.doors import door
+from workbench.validation.views import table_to_html
 from workbench.validation.words import Array, described, whole
 
 if TYPE_CHECKING:
@@ -85,6 +86,14 @@ class Trajectories:
         """One line: how many runs, how many times, and how many diverged."""
         lost = f", {int(self.diverged.sum())} diverged" if self.diverged.any() else ""
         return f"<{len(self)} runs of '{self.step.flow.name}' at {len(self.t)} times to {self.t[-1]:g} s{lost}>"
+
+    def _repr_html_(self) -> str:
+        """A table of the states: their units, and the least and the largest value of all runs and times."""
+        units = [unit for entry in self.step.states.entries for unit in entry.units]
+        columns = [column[np.isfinite(column)] for column in self.x.T]
+        ends = [(f"{part.min():.6g}", f"{part.max():.6g}") if part.size else ("", "") for part in columns]
+        rows = [(name, unit, *end) for name, unit, end in zip(self.step.states.labels, units, ends, strict=True)]
+        return table_to_html(repr(self), ("state", "unit", "least", "largest"), rows)
 
     def __len__(self) -> int:
         return len(self.x)

@@ -11,10 +11,12 @@ import numpy as np
 from workbench.core import Layout, Ode, Sampled
 from workbench.study.contract import Loop, check_loop, equations_of
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import Array, nearest
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class Adjusted:
     """A loop whose numbers at some paths are those given; see `adjusted`."""
 

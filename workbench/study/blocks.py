@@ -7,11 +7,19 @@ from typing import Literal, get_args
 
 from workbench.notation.formula import Formula
 from workbench.study.cells import Phrase, check_choice, check_name, check_phrase, phrases, several
+from workbench.validation.views import show
 
 
 @dataclass(frozen=True)
+@show
 class Paragraph:
-    """Running text."""
+    """Running text.
+
+    Examples
+    --------
+    >>> wb.Paragraph("All runs settled.").text
+    'All runs settled.'
+    """
 
     text: Phrase
 
@@ -20,6 +28,7 @@ class Paragraph:
 
 
 @dataclass(frozen=True)
+@show
 class Itemize:
     """A list of points."""
 
@@ -30,6 +39,7 @@ class Itemize:
 
 
 @dataclass(frozen=True)
+@show
 class Equation:
     """Formulas on lines of their own below one number; the `note` says where they come from."""
 
@@ -51,6 +61,7 @@ class Equation:
 
 
 @dataclass(frozen=True)
+@show
 class Verdict:
     """A claim with what became of it and its evidence, as a bound, a residual or a witness, in one box.
 

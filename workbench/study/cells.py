@@ -13,6 +13,7 @@ from typing import Any, Literal, TypeAlias, cast, get_args
 import numpy as np
 
 from workbench.notation.formula import Formula
+from workbench.validation.views import show
 
 MOST_DIGITS = 17  # a double has no more
 
@@ -127,6 +128,7 @@ class Column:
 
 
 @dataclass(frozen=True)
+@show
 class Table:
     """Rows of cells below named columns. The `name` becomes the stem of its files.
 

@@ -18,14 +18,14 @@ def side_by_side(
     name: str,
     caption: str,
     outcomes: Sequence[Outcome],
-    metrics: Sequence[str],
+    metrics: Sequence[str] = (),
     joint: int = 0,
     notes: Sequence[str] = (),
     margin: float = 0.0,
 ) -> Table:
     """One row a law, one column a metric, for one number of each; in bold what is below all others, as `order` judges.
 
-    Where a metric does not exist in a case the cell is empty.
+    The metrics are all that were taken where none is named. Where a metric does not exist in a case the cell is empty.
 
     Raises
     ------
@@ -33,6 +33,14 @@ def side_by_side(
         If there is no outcome.
     LookupError
         If a metric exists in no case, or the number is not there; the message names those that do.
+
+    Examples
+    --------
+    >>> from workbench.study.runner import run
+    >>> motor = wb.Run(wb.open_loop(wb.DCMotor(), "motor"), (wb.effort("omega"),), until=1.0, h=1e-2)
+    >>> study = wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(wb.Case("speed", "no law", motor),))
+    >>> [column.header for column in wb.side_by_side("laws", "All laws", run(study).outcomes).columns]
+    ['law', 'effort of omega']
     """
     if not outcomes:
         raise ValueError(f"`side_by_side('{name}', outcomes=...)` needs at least one outcome; got none.")
@@ -44,6 +52,7 @@ def side_by_side(
             raise LookupError(
                 f"`side_by_side('{name}', ...)` knows no metric {described(m)}.{nearest(m, known)}{there}"
             )
+    metrics = metrics or tuple(known)
     best = {m: _best(outcomes, m, joint, margin) for m in metrics}
     about = tuple(f"{m}: {known[m].about}." for m in metrics)
     rows = tuple((o.label, *(_cell(o, m, joint, bold=best[m] is o) for m in metrics)) for o in outcomes)

@@ -11,6 +11,7 @@ from pathlib import Path
 from workbench.simulate.arithmetic import is_compiled
 from workbench.simulate.job import threads
 from workbench.study.prepared import Prepared
+from workbench.validation.views import show
 
 PATIENCE = 3600.0  # s
 MEMORY = 4 * 2**30  # bytes
@@ -25,6 +26,7 @@ PROGRAM = 200 * 2**20  # bytes of the workbench itself
 
 
 @dataclass(frozen=True)
+@show
 class Cost:
     """Runs, and what they take: s on so many threads, and bytes of memory and disk."""
 

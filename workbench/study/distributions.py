@@ -63,6 +63,11 @@ class Uniform(AbstractDistribution):
     ------
     ValueError
         If the range is reversed, empty or not finite.
+
+    Examples
+    --------
+    >>> wb.Uniform(1.0, 1.5).quantile(np.array([0.0, 0.5, 1.0]))
+    array([1.  , 1.25, 1.5 ])
     """
 
     low: float
@@ -90,6 +95,11 @@ class LogUniform(AbstractDistribution):
     ------
     ValueError
         If the range is reversed, empty, not finite or not positive.
+
+    Examples
+    --------
+    >>> wb.LogUniform(0.01, 1.0).quantile(np.array([0.0, 0.5, 1.0])).round(2)
+    array([0.01, 0.1 , 1.  ])
     """
 
     low: float

@@ -38,6 +38,7 @@ from workbench.study.cells import (
 from workbench.study.curves import Band, Label, Series, Style
 from workbench.study.panel import Panel
 from workbench.study.shapes import Bars, HeatMap, Mark, Points, Tiles
+from workbench.validation.views import show
 
 __all__ = [
     "Band",
@@ -76,6 +77,7 @@ __all__ = [
 
 
 @dataclass(frozen=True)
+@show
 class Figure:
     """One or more panels below a common legend, laid out row by row in so many `columns`.
 
@@ -111,8 +113,15 @@ Block: TypeAlias = Paragraph | Itemize | Equation | Table | Figure | Verdict
 
 
 @dataclass(frozen=True)
+@show
 class Section:
-    """A heading and what stands below it."""
+    """A heading and what stands below it.
+
+    Examples
+    --------
+    >>> wb.Section("What was found", (wb.Paragraph("All runs settled."),)).heading
+    'What was found'
+    """
 
     heading: Phrase
     blocks: tuple[Block, ...]
@@ -164,6 +173,7 @@ class Colophon:
 
 
 @dataclass(frozen=True)
+@show
 class Document:
     """A report: its question, its method, its sections, and how to get it again.
 

@@ -37,6 +37,11 @@ class Factor:
     ------
     ValueError
         If there is no name or no path, a path comes twice, or the distribution or the origin is none.
+
+    Examples
+    --------
+    >>> wb.Factor("payload", ("plant.arm.links[1].mass",), wb.Uniform(1.0, 1.5)).paths
+    ('plant.arm.links[1].mass',)
     """
 
     name: str

@@ -34,6 +34,12 @@ class Run:
         against it, None against none; without `h` it is 0.001 if not given.
     seed
         Of the noise.
+
+    Examples
+    --------
+    >>> run = wb.Run(wb.open_loop(wb.DCMotor()), (wb.effort("omega"),), until=1.0)
+    >>> run.steps
+    'steps for a tolerance of 0.001'
     """
 
     WAYS: ClassVar = dict.fromkeys(("ClosedLoop", "Ode", "Sampled"), "write `Run(loop, metrics, until)`")

@@ -24,7 +24,6 @@ from workbench.validation.words import Array, described, known, multiple, refusa
 if TYPE_CHECKING:
     import pandas as pd
 
-
 ENDS = ("", "_half")  # of the names of the two sweeps that each trial of a tuning becomes
 TRUTH = "\N{DAGGER}"  # beside the name of a law that uses what no instrument gives
 
@@ -46,6 +45,11 @@ class Case:
         Which line of the figures belongs to the law.
     remark
         What a reader must know of this case, beside its name.
+
+    Examples
+    --------
+    >>> wb.Case("speed", "no law", wb.Run(wb.open_loop(wb.DCMotor()), (wb.effort("omega"),), until=1.0)).name
+    'speed: no law'
     """
 
     scenario: str
@@ -239,6 +243,11 @@ class Study:
         then keeps a ledger of them.
     cases, sweeps
         As they are, or a function that makes them from what the tunings found, by the tunings' names.
+
+    Examples
+    --------
+    >>> wb.Study("mine", "A title", "A question?", "A method.", sections=lambda results: []).name
+    'mine'
     """
 
     name: str

@@ -38,6 +38,13 @@ class Sweep:
         no run.
     runs_of_chunk
         How many runs are computed and kept together; without it about as many as take a second or two of one processor.
+
+    Examples
+    --------
+    >>> ode = wb.open_loop(wb.DCMotor())
+    >>> factor = wb.Factor("friction", ("b",), wb.Uniform(0.05, 0.2))
+    >>> wb.Sweep("motor", wb.Run(ode, (wb.effort("omega"),), until=1.0), (factor,), wb.SobolDesign(1, 64)).name
+    'motor'
     """
 
     name: str

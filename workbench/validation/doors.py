@@ -10,6 +10,7 @@ from typing import Any, NamedTuple, TypeVar, cast, get_type_hints
 
 from workbench.validation.kinds import Fit, KindError, OutOfSight, fit_of
 from workbench.validation.shapes import Part, parts_of, refuse_misshapen
+from workbench.validation.views import show
 from workbench.validation.words import raised
 
 Door = TypeVar("Door", bound=Callable[..., Any])
@@ -100,6 +101,7 @@ def _door_of_class(cls: type) -> type:
             own(self)
 
     cls.__post_init__ = __post_init__  # type: ignore[attr-defined]
+    show(cls)
     return cls
 
 

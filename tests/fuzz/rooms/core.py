@@ -57,6 +57,8 @@ def calls() -> dict[str, Any]:
         "Lifted": partial(core.Lifted, ARM, STATES, X),
         "Ode": partial(core.Ode, **decay(inputs=("k",), notes=("a note",))),
         "Ode.of": partial(core.Ode.of, "decay", STATES, PARAMETERS, (T, X, P), {"x": -P * X}, {"y": X}, {"y": "m"}),
+        "Signals": partial(core.Signals, {"x": X}, y=T),
+        "layout": partial(core.layout, x="m", v=("V", 1.0)),
         "Roles": partial(core.Roles, **vars(ROLES)),
         "grouped": partial(core.grouped, {"a": ROLES, "b": ROLES}),
         "same_information": partial(core.same_information, ROLES, ROLES),
@@ -114,6 +116,7 @@ def arguments() -> dict[str, Any]:
         "update": lambda rule: ca.SX.sym("z"),
         "Step.extended.extra": lambda step: Layout((Entry("z", 0.0),)),
         "Step.extended.symbols": lambda step: ca.SX.sym("z"),
+        "Signals.only.names": lambda signals: Layout((Entry("q", 0.0),)),
         "h": lambda sampled: 0.05,
         "substeps": lambda sampled: 2,
     }  # fmt: skip

@@ -12,21 +12,30 @@ from ..parts import LAW, LOOP, OBSERVER, PLANT, REFERENCE, signals
 
 MODULES = ("workbench.loop",)
 LINEAR = control.ss([[-1.0]], [[1.0]], [[2.0]], 0, inputs="v", outputs="omega")
+GAUGES = loop.Instruments.of(PLANT, {"q": 0.1}, {"q": 0.1}, {"tau": (-1.0, 1.0)})
 
 
 def calls() -> dict[str, Any]:
     return {
+        "AbstractArmController": LAW,
+        "AbstractArmObserver": OBSERVER,
         "AbstractController": LAW,
         "AbstractDisturbance": LOOP,
+        "AbstractInstruments": loop.Instruments(),
         "AbstractObserver": OBSERVER,
         "AbstractPlant": PLANT,
         "AbstractReference": REFERENCE,
         "ClosedLoop": partial(loop.ClosedLoop, PLANT, OBSERVER, LAW, REFERENCE),
+        "Follows": loop.Follows,
+        "Inputs": loop.Inputs,
         "Instruments": partial(loop.Instruments.of, PLANT, {"q": 0.1}, {"q": 0.1}, {"tau": (-1.0, 1.0)}),
         "LinearFilter": partial(loop.LinearFilter, LINEAR, ("v",)),
         "LinearLaw": partial(loop.LinearLaw, LINEAR, True, [1.0], [1.0]),
         "LinearPlant": partial(loop.LinearPlant, LINEAR, [1.0]),
         "Parts": loop.Parts,
+        "Readings": partial(loop.Readings, PLANT.outputs),
+        "Reads": loop.Reads,
+        "Rest": partial(loop.Rest),
         "information_table": partial(information_table, "t", "c", {"a": LOOP.roles}, {"a": 3}),
         "open_loop": partial(loop.open_loop, PLANT, "plant"),
         "roles": partial(loop.roles, LOOP),

@@ -6,7 +6,7 @@ from typing import Any
 import control
 
 from workbench import plants
-from workbench.core import layout
+from workbench.core import Entry, layout
 from workbench.loop import open_loop
 from workbench.signals import Sines, SineTorque
 
@@ -47,6 +47,18 @@ def calls() -> dict[str, Any]:
         "StirredTank": partial(plants.StirredTank, 100.0, 100.0, 1000.0, 0.239, 5e4, 8750.0, 7.2e10, 5e4, 350.0, 1.0),
         "TwoMasses": partial(plants.TwoMasses, 1.0, 1.0, 1.0, 0.1, 0.2, 0.3, 0.4),
         "AbstractActuator": plants.DirectDrive(),
+        "AbstractElement": plants.DeadZone("v", -1.0, 1.0),
+        "Backlash": partial(plants.Backlash, "v", 0.1, 0.01, 0.0),
+        "DeadZone": partial(plants.DeadZone, "v", -1.0, [1.0, 2.0]),
+        "Equipped": partial(
+            plants.Equipped, plants.DCMotor(), (plants.Saturation("v", -1.0, 1.0),), (plants.FirstOrder("omega", 0.1),)
+        ),
+        "FirstOrder": partial(plants.FirstOrder, "v", 0.1, 0.0),
+        "PadeDelay": partial(plants.PadeDelay, "v", 0.1, 2, 0.0),
+        "Quantiser": partial(plants.Quantiser, "v", 0.1),
+        "RateLimit": partial(plants.RateLimit, "v", -1.0, 1.0, 0.01, 0.0),
+        "Saturation": partial(plants.Saturation, "v", [-1.0, -2.0], 1.0),
+        "SecondOrder": partial(plants.SecondOrder, "v", 10.0, 0.7, 0.0, 0.0),
         "DirectDrive": partial(plants.DirectDrive, [1.0, 2.0]),
         "Disturbed": partial(plants.Disturbed, PLANT, Sines([1.0, 1.0], 1.0, signal="tau", unit="N m")),
         "FirstOrderLag": partial(plants.FirstOrderLag, 0.1, [1.0, 2.0]),
@@ -59,4 +71,4 @@ def calls() -> dict[str, Any]:
 
 
 def arguments() -> dict[str, Any]:
-    return signals()
+    return {**signals(), "entry": lambda element: Entry("v", [0.0, 0.0])}

@@ -1,11 +1,11 @@
 from __future__ import annotations
 
 from functools import lru_cache, partial
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 
-from workbench import simulate as room
 from workbench.core import rk4, stepper
 from workbench.simulate import Schedule, arithmetic
 from workbench.simulate.divergence import Divergence
@@ -16,6 +16,7 @@ from workbench.simulate.stepping.schedule import Segment
 
 from ..parts import ODE
 
+room = import_module("workbench.simulate")  # `workbench.simulate` is the function
 MODULES = ("workbench.simulate", "workbench.simulate.arithmetic")
 
 STEP, HALF = rk4(ODE, 2e-5), rk4(ODE, 1e-5)  # so short that a run to 2^31 s is refused for its length

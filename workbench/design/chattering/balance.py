@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from workbench.design.chattering.linear_part import ROUNDING, LinearPart
 from workbench.design.chattering.switch import AbstractSwitch, BoundaryLayer, SuperTwist
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import Array, require
 
 POINTS, DECADES = 6000, 4  # of the grid of frequencies, beyond the slowest and the fastest pole
@@ -19,6 +20,7 @@ BALANCED = 1e-8  # a sign change across a pole leaves a residual near one
 
 
 @dataclass(frozen=True)
+@show
 class Oscillation:
     """s = a sin(w t), as the balance 1 + N(a, j w) W(j w) = 0 has it.
 
@@ -47,6 +49,7 @@ class Oscillation:
 
 
 @dataclass(frozen=True)
+@show
 class Balance:
     """All oscillations that harmonic balance predicts, slowest first, and what it says in a sentence.
 

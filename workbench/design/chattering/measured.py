@@ -9,11 +9,13 @@ import numpy as np
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.validation.doors import door
+from workbench.validation.views import show
 
 FEWEST = 5  # periods from which a frequency is taken
 
 
 @dataclass(frozen=True)
+@show
 class Measured:
     """What a record of s shows.
 

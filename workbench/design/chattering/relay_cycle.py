@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from workbench.design.certificates import Refused
 from workbench.design.chattering.linear_part import ROUNDING, LinearPart, flow
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import Array, positive, whole
 
 HALF_PERIODS, DECADES = 1200, 3  # tried, and how far beyond the slowest and the fastest pole
@@ -19,6 +20,7 @@ MOST_INSTANTS = 1_000_000
 
 
 @dataclass(frozen=True)
+@show
 class Cycle:
     """A symmetric limit cycle, s(t + pi / w) = -s(t), of a relay u = -K sign(s).
 

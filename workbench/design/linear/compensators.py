@@ -13,6 +13,7 @@ from workbench.design.certificates import Refused
 from workbench.design.linear.modes import controllability
 from workbench.design.matrices import EPS, Complex
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import described, finite, raised, refusal
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ DECADE = 10.0  # from the zero of the lag to the crossover, where it costs 6 deg
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class Placement:
     """The gain K (nu, nx) of u = -K x, the poles (nx,) of A - B K, and their largest error, relative to the largest."""
 
@@ -55,6 +57,12 @@ def place(system: control.StateSpace, poles: Any) -> Placement:
     ----------
     Tits and Yang (1996), Globally convergent algorithms for robust pole assignment by state feedback, IEEE Trans.
     Autom. Control 41.
+
+    Examples
+    --------
+    >>> motor = wb.linearize(wb.open_loop(wb.DCMotor()), 0.0, [0.0, 0.0])
+    >>> wb.place(motor, [-10.0, -20.0]).K.round(3)
+    array([[-0.01,  9.  ]])
     """
     import control
 
@@ -142,6 +150,13 @@ def lead_lag(
     References
     ----------
     Franklin, Powell and Emami-Naeini (2019), Feedback Control of Dynamic Systems, section 6.7.
+
+    Examples
+    --------
+    >>> motor = wb.linearize(wb.open_loop(wb.DCMotor()), 0.0, [0.0, 0.0])
+    >>> lead = wb.lead_lag(motor, crossover=10.0, margin=60.0, boost=10.0)
+    >>> np.sort(lead.poles().real).round(2)
+    array([-11.67,  -0.1 ])
     """
     import control
 

@@ -14,6 +14,7 @@ from workbench.core.layout import Array
 from workbench.design.linear.arguments import row_of
 from workbench.design.linear.proofs import proved
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import whole
 
 NEWTON_STEPS, HALVINGS = 40, 12
@@ -26,6 +27,7 @@ MOST_STARTS = 100_000
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class Equilibrium:
     """A state at which f(x, p, u) = 0.
 
@@ -61,6 +63,7 @@ class Equilibrium:
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class Equilibria:
     """The rest points that were found in a box.
 
@@ -129,6 +132,12 @@ def equilibria(
     References
     ----------
     Moore, Kearfott and Cloud (2009), Introduction to Interval Analysis, chapter 8.
+
+    Examples
+    --------
+    >>> found = wb.equilibria(wb.open_loop(wb.DCMotor()), {"omega": (-1.0, 1.0), "i": (-5.0, 5.0)}, u=[1.0])
+    >>> [point.x.round(3) for point in found.points]
+    [array([0.1  , 0.999])]
     """
     row = row_of(ode, p, u)
     _refuse_odd_count(boxes)

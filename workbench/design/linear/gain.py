@@ -9,6 +9,7 @@ import numpy as np
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.matrices import Complex
+from workbench.validation.views import show
 
 TOLERANCE = 1e-6  # relative, between what is proved and what is reached
 ROUNDS = 60
@@ -38,6 +39,7 @@ class Realisation:
 
 
 @dataclass(frozen=True)
+@show
 class Peak:
     """The largest gain of a system: it is reached, `below`, at a frequency in rad/s, and nowhere beyond `above`."""
 

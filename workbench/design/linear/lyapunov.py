@@ -13,6 +13,7 @@ from workbench.core.layout import Array
 from workbench.design.linear.arguments import row_of, vector_of
 from workbench.design.linear.smoothness import refuse_jumps
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import multiple, positive, seconds
 
 BATCHES = 10
@@ -20,6 +21,7 @@ STEPS_BETWEEN = 10  # steps of Runge and Kutta from one QR factorisation to the 
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class LyapunovExponents:
     """Mean rates of growth of nx orthogonal deviations over a finite time: an estimate, not a bound.
 

@@ -21,6 +21,7 @@ from workbench.design.linear.gain import (
 from workbench.design.linear.loops import alone, closed, matrices_of
 from workbench.design.matrices import Complex
 from workbench.validation.doors import door
+from workbench.validation.views import show
 
 if TYPE_CHECKING:
     import control
@@ -31,6 +32,7 @@ DECAY = 1e-12  # of the size of A: a pole that decays no faster is on the axis, 
 
 
 @dataclass(frozen=True)
+@show
 class DiskMargin:
     """How large a complex change of all loops at once, each by a factor of its own, the loop stands.
 
@@ -89,6 +91,7 @@ def disk_margin(loop: control.StateSpace) -> DiskMargin:
 
 
 @dataclass(frozen=True)
+@show
 class LoopMargins:
     """The margins of one loop while all others are closed.
 

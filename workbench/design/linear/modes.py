@@ -11,6 +11,7 @@ import numpy as np
 from workbench.core.layout import Array
 from workbench.design.matrices import Complex
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import described
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ NEARBY = 4.0  # times the norm of A and the nx-th root of rounding: how far that
 
 
 @dataclass(frozen=True)
+@show
 class Pole:
     """An eigenvalue lambda of A, and what belongs to it.
 
@@ -88,6 +90,7 @@ def _spread(value: complex, dt: float | None) -> tuple[float, float]:
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class Mode:
     """An eigenvalue of A under the test of Popov, Belevitch and Hautus.
 
@@ -111,6 +114,7 @@ class Mode:
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class Hautus:
     """The outcome of a test of Popov, Belevitch and Hautus.
 

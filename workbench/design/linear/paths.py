@@ -14,10 +14,12 @@ from workbench.design.linear.arguments import inputs_of, jacobians, row_of, vect
 from workbench.design.linear.smoothness import refuse_jumps
 from workbench.design.matrices import LARGEST, Complex
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import as_array, described, numbers
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class LinearPath:
     """The linear system dx' = A(t) dx + B(t) du, dy = Cy(t) dx + D(t) du about a motion, at N times.
 
@@ -140,6 +142,7 @@ def _bounds(name: str, ends: Any) -> tuple[float, float]:
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class Transition:
     """The state-transition matrix Phi(t, 0) along a motion, at N times.
 

@@ -15,6 +15,7 @@ from workbench.design.linear.arguments import inputs_of, jacobians, names_of, pl
 from workbench.design.linear.period import Period, one_period
 from workbench.design.linear.smoothness import refuse_jump_at
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import as_array, described, require
 
 if TYPE_CHECKING:
@@ -56,6 +57,12 @@ def linearize(
         If t, x, p or u is not of its size or not finite, if `ode` declares no inputs or has no outputs (a
         python-control `StateSpace` has at least one of each), if a Jacobian is not finite, if the rate jumps at
         the state, or if the state must be a rest point and is none.
+
+    Examples
+    --------
+    >>> linear = wb.linearize(wb.open_loop(wb.CartPole()), t=0.0, x=[0.0, 0.0, np.pi, 0.0], at_rest=True)
+    >>> linear.A[3, 2].round(2), linear.input_labels
+    (np.float64(-31.18), ['F'])
     """
     import control
 
@@ -110,6 +117,7 @@ def _size(A: Array, x: Array) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class OperatingPoint:
     """A state that rests, and the inputs that hold it there.
 

@@ -14,6 +14,7 @@ from workbench.design.observer_gains.proposals import lyapunov_matrix
 from workbench.design.observer_gains.region import Region
 from workbench.design.observer_gains.response import Noise, noise, peaking, tolerated
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import positive
 
 # How often the share of a region with a P is halved, and the fractions of it of which the first to be proved counts.
@@ -21,6 +22,7 @@ HALVINGS, SURE = 6, (1.0, 0.9, 0.8, 0.6)
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class Audit:
     """What is seen and what is proved of gains in a region.
 

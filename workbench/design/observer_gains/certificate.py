@@ -21,10 +21,12 @@ from workbench.design.observer_gains.inequality import Inequality, prove
 from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.region import Region
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import positive
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class Reach:
     """Which initial errors are admitted: x~' P x~ <= level; with qd~ = 0 or q~ = 0 those of these sizes, in rad, rad/s.
 
@@ -38,6 +40,7 @@ class Reach:
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class RateCertificate:
     """V = x~' P x~ falls at least as exp(-2 rate t) while arm and estimate stay in the region: proved.
 

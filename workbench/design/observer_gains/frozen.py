@@ -15,6 +15,7 @@ from workbench.design.observer_gains.gains import Gains
 from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.region import Region
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import whole
 from workbench.verify.witness import sequence
 
@@ -22,6 +23,7 @@ SAMPLES = 20_000
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class Frozen:
     """Poles at N states of a region.
 

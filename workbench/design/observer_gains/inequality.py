@@ -19,6 +19,7 @@ from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.region import Region
+from workbench.validation.views import show
 from workbench.verify.branch import definite
 from workbench.verify.forms import UNIT
 
@@ -28,6 +29,7 @@ BUDGET, HELD = 40_000, 3_000_000
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class Inequality:
     """Z0 (m, m) symmetric, F (m, n) and G (2n, m) of Z(J) = Z0 + F J G + (F J G)'.
 

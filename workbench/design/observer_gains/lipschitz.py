@@ -18,6 +18,7 @@ from workbench.design.observer_gains.inequality import Inequality, prove
 from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.region import Region
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.verify.witness import sequence
 
 # Shares above the largest norm that is known, of which the first that can be proved is taken; samples of states.
@@ -25,6 +26,7 @@ SHARES, SAMPLES = (0.01, 0.03, 0.1, 0.3), 20_000
 
 
 @dataclass(frozen=True)
+@show
 class Bound:
     """`seen` is reached at a state of the region; no state exceeds `proved`."""
 
@@ -33,6 +35,7 @@ class Bound:
 
 
 @dataclass(frozen=True)
+@show
 class Lipschitz:
     """rho_q in 1/s^2 and rho_v in 1/s."""
 

@@ -26,6 +26,7 @@ from workbench.design.observer_gains.region import Region
 from workbench.notation.normal_form import NotInClass, normal_forms
 from workbench.notation.walk import Walk, walk
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import require
 from workbench.verify.interval import Interval, evaluate, jumps
 from workbench.verify.spectrum import nominal
@@ -36,6 +37,7 @@ NODES, SQUARES = (-1.0, -0.5, 0.0, 0.5, 1.0), (1.0, 0.0, 0.0, 0.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class Mismatch:
     """J = [df/dq, df/dqd] of one arm at nominal parameters, and its coefficients J_k over boxes of positions.
 

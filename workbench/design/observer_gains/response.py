@@ -19,6 +19,7 @@ from workbench.design.observer_gains.exactly import bears_mismatch
 from workbench.design.observer_gains.gains import Gains
 from workbench.design.riccati import lyapunov
 from workbench.validation.doors import door
+from workbench.validation.views import show
 
 # Instants at which a transient is looked at, from a thousandth of the fastest time constant to ten of the slowest:
 # a step of 1 %, so its peak is met within 1e-4 of itself.
@@ -26,6 +27,7 @@ INSTANTS, HALVINGS = 2000, 60
 
 
 @dataclass(frozen=True)
+@show
 class Noise:
     """H2 norms from the noise of the positions to the errors: `position` in s^(-1/2), `velocity` in s^(-3/2).
 

@@ -9,11 +9,13 @@ import numpy as np
 
 from workbench.core.layout import Array
 from workbench.design.certificates import Certificate
+from workbench.validation.views import show
 
 Poles = np.ndarray[Any, np.dtype[np.complex128]]
 
 
 @dataclass(frozen=True)
+@show
 class Riccati:
     """The stabilising solution X of an algebraic Riccati equation, and its gain.
 
@@ -36,6 +38,7 @@ class Riccati:
 
 
 @dataclass(frozen=True)
+@show
 class Lyapunov:
     """The solution X (n, n) of a Lyapunov equation, the eigenvalues (n,) of A, and how far X can be trusted."""
 
@@ -45,6 +48,7 @@ class Lyapunov:
 
 
 @dataclass(frozen=True)
+@show
 class Lqg:
     """A linear-quadratic-Gaussian controller from y to u.
 

@@ -46,6 +46,13 @@ def lqg(system: Any, Q: Any, R: Any, Qn: Any, Rn: Any, N: Any = None, G: Any = N
     ----------
     Athans (1971), The role and use of the stochastic linear-quadratic-Gaussian problem in control system design,
     IEEE Trans. Autom. Control 16. Doyle (1978), Guaranteed margins for LQG regulators, the same, 23.
+
+    Examples
+    --------
+    >>> motor = wb.linearize(wb.open_loop(wb.DCMotor()), 0.0, [0.0, 0.0])
+    >>> answer = wb.lqg(motor, Q=np.diag([100.0, 0.0]), R=[[1.0]], Qn=np.eye(2), Rn=[[1e-3]])
+    >>> wb.ClosedLoop(wb.DCMotor(), controller=answer.controller).controller.drives.names
+    ('v',)
     """
     A, C = _matrices(system)
     regulator = lqr(system, Q, R, N)

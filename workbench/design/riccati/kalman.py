@@ -62,6 +62,12 @@ def steady_kalman(
     References
     ----------
     Simon (2006), Optimal State Estimation, sections 7.3 and 8.3.
+
+    Examples
+    --------
+    >>> wb.steady_kalman(wb.open_loop(wb.DCMotor()), Q=np.eye(2), R=[[1e-2]], period=0.01).K.round(3)
+    array([[0.581],
+           [0.149]])
     """
     A, C, q, r = _given(ode, Q, R, outputs, x, row_of(ode, p, u), 0.0)
     if period is None:

@@ -49,6 +49,12 @@ def lqr(
     References
     ----------
     Anderson, Moore (1990), Optimal Control: Linear Quadratic Methods, chapters 2 and 3.
+
+    Examples
+    --------
+    >>> answer = wb.lqr([[0.0, 1.0], [0.0, 0.0]], [[0.0], [1.0]], Q=np.diag([1.0, 0.0]), R=[[1.0]])
+    >>> answer.K.round(4), answer.certificate.residual < 1e-15
+    (array([[1.    , 1.4142]]), True)
     """
     call = "lqr(A, B, Q, R)"
     if is_system(A):

@@ -12,11 +12,13 @@ from workbench.core.layout import Array
 from workbench.design.certificates import Certificate, Refused
 from workbench.design.matrices import answer
 from workbench.validation.doors import door
+from workbench.validation.views import show
 
 Factors = Callable[[Array], tuple[Any, Any]]
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class StateDependent:
     """P at each of N states, with the gains K = R^-1 B' P of u = -K x and what certifies them.
 

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from workbench.validation.views import show
+
 BISECTIONS = 60
 LARGEST = 1e150  # of an entry of P, whose square is in the equation
 
 
 @dataclass(frozen=True)
+@show
 class Escape:
     """P is finite at `after` and has had a pole by `before`, in s; infinite where it was not gone so far."""
 

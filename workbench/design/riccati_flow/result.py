@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from workbench.core.layout import Array
+from workbench.validation.views import show
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class RiccatiFlow:
     """P(t) at the times asked for, symmetric to the last bit, with the gains K = R^-1 B' P of u = -K x.
 

@@ -13,6 +13,7 @@ from workbench.design.certificates import Refused
 from workbench.design.matrices import EPS, answer
 from workbench.design.riccati.one_thread import one_thread
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import as_array, described
 
 MOST_TERMS = 1025
@@ -22,6 +23,7 @@ Places = np.ndarray[Any, np.dtype[np.intp]]
 
 
 @dataclass(frozen=True, eq=False)
+@show
 class Series:
     """K(t) on [0, horizon] as a sum of coefficients times T_k(2 t / horizon - 1), or times 1, cos wt, sin wt, ...
 

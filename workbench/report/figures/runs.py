@@ -36,6 +36,13 @@ def plot_runs(runs: Trajectories | Mapping[str, Trajectories], *names: str, run:
         If there is no such signal.
     ValueError
         If there is nothing to draw, no run of that number, or more lines in a panel than there are styles.
+
+    Examples
+    --------
+    >>> runs = wb.simulate(wb.rk4(wb.open_loop(wb.DCMotor()), 1e-3), until=1.0)
+    >>> figure = wb.plot(runs, "omega")
+    >>> len(figure.axes)
+    1
     """
     held = dict(runs) if isinstance(runs, Mapping) else {"": runs}
     if not held:

@@ -33,6 +33,13 @@ def sobol_bars(name: str, caption: Phrase, indices: SobolIndices, note: Phrase, 
     ------
     ValueError
         If the note is empty.
+
+    Examples
+    --------
+    >>> design = wb.SobolDesign(dimensions=2, base=256)
+    >>> u = design.points(0, design.size)
+    >>> wb.sobol_bars("bars", "Who decides", wb.sobol(design, u[:, 0] + 2 * u[:, 1]), "256 points").name
+    'bars'
     """
     single = each(indices)
     total = np.max([one.ST.value for one in single], axis=0)

@@ -34,6 +34,11 @@ class SobolDesign(AbstractDesign):
     ----------
     Saltelli (2002), Making best use of model evaluations to compute sensitivity indices, Computer Physics
     Communications 145; Owen (1998), Scrambling Sobol' and Niederreiter-Xing points, Journal of Complexity 14.
+
+    Examples
+    --------
+    >>> wb.SobolDesign(dimensions=3, base=256).size
+    1280
     """
 
     dimensions: int

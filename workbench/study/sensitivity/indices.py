@@ -147,6 +147,13 @@ def sobol(
     Saltelli et al. (2010), Computer Physics Communications 181, table 2 (b) and (f); of second order Azzini, Mara and
     Rosati (2021), Environmental Modelling and Software 144; the jackknife: Efron and Stein (1981), Annals of
     Statistics 9; control variates: Owen (2013), Monte Carlo theory, methods and examples, section 8.9.
+
+    Examples
+    --------
+    >>> design = wb.SobolDesign(dimensions=2, base=256)
+    >>> u = design.points(0, design.size)
+    >>> wb.sobol(design, u[:, 0] + 2 * u[:, 1]).S1.value.round(2)
+    array([[0.2, 0.8]])
     """
     named = factor_names("sobol", design, factors)
     t = t_quantile("sobol", confidence, SCRAMBLES - 1)

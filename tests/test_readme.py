@@ -1,0 +1,51 @@
+"""The walk of the README: its blocks are the files in `studies/`, and all of them run as they stand."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+WALK = ("first", "own_plant", "own_law", "own_study")
+
+
+def walk(name):
+    return (ROOT / "studies" / f"{name}.py").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", WALK)
+def test_the_readme_shows_each_file_of_the_walk_as_it_stands(name):
+    assert walk(name) in BLOCKS
+    assert f"studies/{name}.py" in README
+    assert len(walk(name).splitlines()) <= (10 if name == "first" else 40)
+
+
+@pytest.mark.parametrize("block", [block for block in BLOCKS if "wb.Study(" not in block])
+def test_a_block_that_is_no_study_runs(block, tmp_path):
+    (tmp_path / "example.py").write_text(block, encoding="utf-8")
+    done = subprocess.run([sys.executable, "example.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    for picture in re.findall(r"savefig\('(.*?)'\)", block.replace('"', "'")):
+        assert (tmp_path / picture).read_bytes().startswith(b"\x89PNG")
+    for printed in re.findall(r"# (-70.7107 .*?);", block):  # the gain of the tutorials, beside the line that prints it
+        computed = re.findall(r"\[\[(.*?)\]\]", done.stdout)[0].split()
+        assert [f"{float(number):.4f}" for number in computed] == printed.split()
+
+
+def test_the_laws_of_the_walk_stand_side_by_side(command, tmp_path):
+    (tmp_path / "own_law.py").write_text(walk("own_law"), encoding="utf-8")
+    done = command("run", "own_law.py")
+    assert (done.exit_code, done.stderr) == (0, "")
+    table = (tmp_path / "reports" / "own_law" / "tables" / "speed.csv").read_text(encoding="utf-8")
+    assert [line.split(",")[0] for line in table.splitlines()] == ["law", "PI", "lead"]
+
+
+def test_the_study_of_the_readers_own_runs(command, tmp_path):
+    (tmp_path / "own_study.py").write_text(walk("own_study"), encoding="utf-8")
+    done = command("run", "own_study.py")
+    assert done.exit_code == 0
+    assert "1,280 runs" in (tmp_path / "reports" / "own_study" / "index.html").read_text(encoding="utf-8")
