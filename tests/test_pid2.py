@@ -30,6 +30,18 @@ class Tank(AbstractPlant):
         return {"x": u.u}
 
 
+@block
+class Leak(AbstractPlant):
+    """An integrator that leaks 0.7 m/s."""
+
+    x: float = initial(0.0, unit="m")
+    inputs = layout(u="m/s")
+    outputs = layout(x="m")
+
+    def rate(self, t, x, u):
+        return {"x": u.u - 0.7}
+
+
 def tank_loop(**how):
     law = PID2(layout(x="m"), layout(u="m/s"), Kp=1.0, Ki=1.0, low=-0.1, high=0.1, **how)
     return ClosedLoop(Tank(), controller=law, reference=Step("x", "m", 1.0))
@@ -112,6 +124,20 @@ def test_anti_windup_in_a_computer_is_that_of_the_recursion(how):
         x, integral = x + h * u, integral + h * more
     run = simulate(tank_loop(anti_windup=how, **WHILE_SATURATED[how][0]).digital(h).step(), until=30.0)
     np.testing.assert_allclose(run["x"].ravel()[:-1], levels, rtol=0, atol=1e-12)  # 300 sums of numbers near 1
+
+
+def test_a_law_that_takes_over_at_rest_leaves_the_plant_there():
+    law = PID2(layout(x="m"), layout(u="m/s"), Kp=1.0, Kd=2.0, Ki=1.0, N=50.0, c=0.3, u0=0.7, y0=3.0)
+    run = simulate(rk4(ClosedLoop(Leak(x=3.0), controller=law, reference=Step("x", "m", 3.0)).ode(), 0.01), until=5.0)
+    np.testing.assert_allclose(run["u"], 0.7, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(run["x"], 3.0, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("y0", "first"), [(3.0, -3.0), (0.0, -3.0 - 2.0 * 50.0 * 3.0)])
+def test_the_derivative_counts_from_the_output_where_the_law_takes_over(y0, first):
+    law = PID2(layout(x="m"), layout(u="m/s"), Kp=1.0, Kd=2.0, N=50.0, c=0.0, y0=y0)
+    ode = ClosedLoop(Tank(x=3.0), controller=law, reference=Step("x", "m", 0.0)).ode()
+    assert ode.outputs_at(0.0, ode.states.default)["u"] == pytest.approx(first, rel=1e-12)
 
 
 def test_a_limit_may_be_on_one_side():

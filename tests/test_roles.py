@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from test_sampled_loop import marched
 
-from workbench.controllers import PID, AosmcRgs, SlidingMode
+from workbench.controllers import PID, AosmcRgs, Regulator, SlidingMode
 from workbench.core import Roles, grouped, same_information
 from workbench.loop import ClosedLoop, roles
-from workbench.observers import FullState, Luenberger, MomentumObserver, OracleFilter, WithDisturbance
-from workbench.plants import ArmInstruments, Manipulator
+from workbench.observers import FullState, LinearObserver, Luenberger, MomentumObserver, OracleFilter, WithDisturbance
+from workbench.plants import ArmInstruments, CartPole, Manipulator
 from workbench.robots import paper_arm
-from workbench.signals import Sines
+from workbench.signals import Hold, Sines, Together
 from workbench.study.information import information_table
 
 ARM, I = paper_arm(), np.eye(2)
@@ -43,6 +43,27 @@ def test_of_a_model_only_what_acts_counts():
     smc = given(SMC)
     assert smc.models == {"controller.model": ("M", "C", "G")}
     assert smc.reference == ("q_ref", "qd_ref", "qdd_ref")
+
+
+def test_an_observer_that_follows_a_plant_by_its_equations_is_given_a_model():
+    plant, wanted = CartPole(), Together((Hold([0.0], "x", "m"), Hold([0.0], "phi", "rad")))
+    law = Regulator.of(plant, [[-70.0, -38.0, 106.0, 21.0]], follow=("x", "phi"))
+    observer = LinearObserver(plant, [[9.0, 0.0], [40.0, 0.0], [0.0, 30.0], [0.0, 300.0]])
+    blind = Regulator.of(plant, np.zeros((1, 4)), follow=("x", "phi"))
+    held = {name: roles(ClosedLoop(plant, observer, law, wanted)) for name, law in (("LQG", law), ("none", blind))}
+    assert held["LQG"].models == {"observer.model": ("f",)}
+    assert held["none"].unused == ("observer.model",)
+    table = information_table("given", "What each is given.", held)
+    assert [row[4] for row in table.rows] == ["– / f", "– / unused"]
+    assert table.notes[-1].startswith("Model f: the equations")
+    assert len(information_table("given", "What it is given.", {"PID": given(BARE)}).notes) == 1
+
+
+def test_a_plant_with_an_arm_counts_as_a_model_by_the_matrices_of_that_arm():
+    observer = LinearObserver(PLANT, np.vstack([30 * np.eye(4)[:2], 99 * np.eye(4)[:2]]))
+    held = roles(ClosedLoop(PLANT, observer, SMC, WANTED))
+    assert held.models["observer.model.arm"] == ("M", "C", "G")
+    assert "observer.model" not in held.models
 
 
 def test_a_law_behind_observers_reads_positions_alone():

@@ -52,6 +52,35 @@ def by_hand(u_waits, v_waits, n, every=1):
     return np.array(rows)
 
 
+@block
+class Cooled(AbstractPlant):
+    """A body that a jacket at 300 K cools: T' = (T_c - T) / 10 s."""
+
+    T: float = initial(350.0, unit="K")
+    inputs = layout(T_c=("K", 300.0), fan="K/s")
+    outputs = layout(T="K")
+
+    def rate(self, t, x, u):
+        return {"T": (u.T_c - x.T) / 10 - u.fan}
+
+
+@block
+class Cold(AbstractController):
+    """A jacket of 280 K and a fan."""
+
+    reads = layout(T="K")
+    drives = layout(T_c="K", fan="K/s")
+
+    def command(self, t, z, est, ref):
+        return {"T_c": 280.0, "fan": 2.0}
+
+
+def test_what_acts_before_the_first_command_is_what_the_plant_declares_of_its_inputs():
+    made = simulate(ClosedLoop(Cooled(), controller=Cold()).digital(PERIOD, delay=2).step(1), until=0.4)
+    assert made["T_c_applied"].ravel()[:4].tolist() == [300.0, 300.0, 280.0, 280.0]
+    assert made["fan_applied"].ravel()[:4].tolist() == [0.0, 0.0, 2.0, 2.0]
+
+
 def run(delay, law=None, **how):
     step = ClosedLoop(Tanks(), controller=law or Gains()).digital(PERIOD, delay=delay).step(20)
     made = simulate(step, until=3.0, **how)

@@ -20,11 +20,12 @@ from workbench.validation.shapes import Number
 class PID2(AbstractController):
     """PID in two degrees of freedom from an output y and what is wanted of it, r, to an input u, number by number:
 
-        v  = Kp (b r - y) + I + Kd N (w - f),      w = c r - y,      u = v within low and high
+        v  = u0 + Kp (b r - y) + I + Kd N (w - f),      u = v within low and high
+        w  = c (r - y0) - (y - y0)
         I' = Ki (r - y) + anti-windup,             I(0) = 0
         f' = N (w - f),                            f(0) = 0
 
-    so that without limits u = Kp (b r - y) + Ki / s (r - y) + Kd s / (1 + s / N) (c r - y), as of MATLAB's `pid2`.
+    so that without limits u = u0 + Kp (b r - y) + Ki / s (r - y) + Kd s / (1 + s / N) (c r - y), as of MATLAB's `pid2`.
 
     "clamping" stops the integral while v is beyond a limit and Ki (r - y) drives it farther; "back-calculation" adds
     (u - v) / Tt to I'. Limits in `Instruments` are not known to the law: give it the same.
@@ -49,6 +50,9 @@ class PID2(AbstractController):
         (n,), limits of the input, or None.
     Tt
         The tracking time of back-calculation, in s, or None.
+    u0, y0
+        (n,), the input and the output where the law takes over: what the integral need not find first, and from where
+        on the derivative counts. With y0 = 0 it takes an output that is elsewhere at the start for a jump.
 
     Raises
     ------
@@ -87,6 +91,8 @@ class PID2(AbstractController):
         default="clamping",
     )
     Tt: Scalar = parameter(default=None, unit="s", low=0, strict=True, symbol="T_t")
+    u0: Vector = parameter(default=0.0, unit="{unit_of_u}", shape=("n",), symbol="u_0")
+    y0: Vector = parameter(default=0.0, unit="{unit_of_y}", shape=("n",), symbol="y_0")
 
     def __post_init__(self) -> None:
         for name, port in (("reads", self.reads), ("drives", self.drives)):
@@ -119,19 +125,24 @@ class PID2(AbstractController):
         return joined(self.drives, "u").unit
 
     @property
+    def unit_of_y(self) -> str:
+        """That of the output."""
+        return joined(self.reads, "y").unit
+
+    @property
     def unit_of_Kp(self) -> str:
         """That of the input over that of the output."""
-        return gain(self.unit_of_u, joined(self.reads, "y").unit)
+        return gain(self.unit_of_u, self.unit_of_y)
 
     @property
     def unit_of_Ki(self) -> str:
         """The same per second."""
-        return gain(self.unit_of_u, joined(self.reads, "y").unit, -1)
+        return gain(self.unit_of_u, self.unit_of_y, -1)
 
     @property
     def unit_of_Kd(self) -> str:
         """The same times seconds."""
-        return gain(self.unit_of_u, joined(self.reads, "y").unit, 1)
+        return gain(self.unit_of_u, self.unit_of_y, 1)
 
     @property
     def follows(self) -> Layout:
@@ -142,7 +153,7 @@ class PID2(AbstractController):
     def memory(self) -> Layout:
         """The integral I and the filter f."""
         zero = np.zeros(self.dof)
-        filtered = Entry("filter", zero, joined(self.reads, "y").unit, symbol="f")
+        filtered = Entry("filter", zero, self.unit_of_y, symbol="f")
         return Layout((Entry("integral", zero, self.unit_of_u, symbol="I"), filtered))
 
     @property
@@ -158,8 +169,7 @@ class PID2(AbstractController):
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The derivatives of integral and filter."""
         del t
-        y, r = self._signals(est, ref)
-        return {"integral": self._growth(z, est, ref), "filter": self.N * (self.c * r - y - z["filter"])}
+        return {"integral": self._growth(z, est, ref), "filter": self.N * (self._weighted(est, ref) - z["filter"])}
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The memory after its period."""
@@ -168,11 +178,10 @@ class PID2(AbstractController):
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
         """The forward difference of the integral, and the backward one of the filter."""
         del t
-        y, r = self._signals(est, ref)
         share = self.N * period / (1 + self.N * period)
         return {
             "integral": z["integral"] + period * self._growth(z, est, ref),
-            "filter": z["filter"] + share * (self.c * r - y - z["filter"]),
+            "filter": z["filter"] + share * (self._weighted(est, ref) - z["filter"]),
         }
 
     @property
@@ -195,11 +204,17 @@ class PID2(AbstractController):
         name = self.reads.names[0]
         return est[name], ref[name]
 
+    def _weighted(self, est: Reads, ref: Follows) -> ca.SX:
+        """w, what the derivative is of."""
+        y, r = self._signals(est, ref)
+        w: ca.SX = self.c * (r - self.y0) - (y - self.y0)
+        return w
+
     def _asked(self, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """v, what the law would command without limits."""
         y, r = self._signals(est, ref)
-        behind = (self.c * r - y - z["filter"]) / (1 + self.N * self._period)  # w - f, the f of this instant
-        v: ca.SX = self.Kp * (self.b * r - y) + z["integral"] + self.Kd * self.N * behind
+        behind = (self._weighted(est, ref) - z["filter"]) / (1 + self.N * self._period)  # w - f, the f of this instant
+        v: ca.SX = self.u0 + self.Kp * (self.b * r - y) + z["integral"] + self.Kd * self.N * behind
         return v
 
     def _limited(self, v: ca.SX) -> ca.SX:

@@ -28,8 +28,8 @@ class Roles:
     reference
         Of the wanted signals, 'q_ref' for that of q, those that the command depends on.
     models
-        By the path of each model of the arm, which of its 'M', 'C' and 'G' the command depends on: none of them where
-        a model is given and not used.
+        By the path of each model of the arm, which of its 'M', 'C' and 'G' the command depends on, and by that of a
+        model of any other plant 'f', its equations, where it does: none of them where a model is given and not used.
     unread
         The signals which no instrument gives, a disturbance among them, of which an estimate acts.
     truths

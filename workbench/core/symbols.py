@@ -2,10 +2,40 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
+import contextlib
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
 import casadi as ca
+
+
+class SymbolError(TypeError):
+    """A symbol was taken for a number."""
+
+
+@contextlib.contextmanager
+def symbols_are_no_numbers() -> Iterator[None]:
+    """While this lasts, a symbol refuses to become a number: CasADi's is NaN, which `math` passes on in silence."""
+    plain = {name: getattr(ca.SX, name) for name in ("__float__", "__int__", "__bool__")}
+
+    def guard(convert: Callable[[ca.SX], Any]) -> Callable[[ca.SX], Any]:
+        def to_number(symbol: ca.SX) -> Any:
+            if not symbol.is_constant():
+                raise SymbolError(f"the symbol '{symbol}' is no number")
+            return convert(symbol)
+
+        return to_number
+
+    try:
+        for name, method in plain.items():
+            setattr(ca.SX, name, guard(method))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FutureWarning)  # of CasADi's, on NumPy's functions of its symbols
+            yield
+    finally:
+        for name, method in plain.items():
+            setattr(ca.SX, name, method)
 
 
 def refuse_unknown(owner: str, symbols: Mapping[str, ca.SX], **made: ca.SX) -> None:
@@ -42,10 +72,3 @@ def refuse_misfit(owner: str, name: str, value: ca.SX, rows: int, columns: int, 
         raise ValueError(
             f"`{owner}({name}=...)` must have shape ({rows}, {columns}){f', {why}' if why else ''}; got {value.shape}."
         )
-
-
-def holds_nan(expression: ca.SX) -> bool:
-    """Whether one of the numbers in an expression is not a number."""
-    f = ca.Function("f", ca.symvar(expression), [expression])
-    numbers = (f.instruction_constant(k) for k in range(f.n_instructions()) if f.instruction_id(k) == ca.OP_CONST)
-    return any(map(math.isnan, numbers))

@@ -175,8 +175,8 @@ class ClosedLoop:
         that is held. A block with a `period` of its own, a whole multiple of this one, runs once in that.
 
         With a `delay` of n periods a command waits as long, at 'hold.next.2', ..., 'hold.next': what these are at the
-        start, zero unless set, is held first. The outputs are those of `ode`, of which estimates and the law's own
-        signals are held as the command is ('hold.tau', 'hold.q_hat', ... of an arm).
+        start, as the plant's `inputs` have it unless set, is held first. The outputs are those of `ode`, of which
+        estimates and the law's own signals are held as the command is ('hold.tau', 'hold.q_hat', ... of an arm).
 
         Parameters
         ----------

@@ -12,7 +12,7 @@ import casadi as ca
 from workbench.core import AbstractArm, Layout, Signals, lift
 from workbench.core.block import is_block
 from workbench.core.roles import Roles, Way
-from workbench.loop.contracts import AbstractController, is_recursion
+from workbench.loop.contracts import AbstractController, AbstractPlant, is_recursion
 from workbench.loop.wiring import Blocks
 from workbench.validation.doors import door
 from workbench.validation.shapes import Column
@@ -76,6 +76,7 @@ def roles(loop: Any) -> Roles:
     if not is_block(closed) or any(not hasattr(closed, socket) for socket in SOCKETS):
         raise refusal("roles(loop)", "a `ClosedLoop`, or what has one as its `loop`", loop)
     models = dict((*_models(closed.observer, "observer"), *_models(closed.controller, "controller")))
+    plants = [path for path in _plants(closed.observer, "observer") if not any(arm.startswith(path) for arm in models)]
     edges = _edges(closed, models)
     commands = {f"u.{name}" for name in closed.controller.drives.names}
     at_once, ever = _reached(edges, commands, but="observer."), _reached(edges, commands)
@@ -85,7 +86,8 @@ def roles(loop: Any) -> Roles:
         _called(closed.observer),
         {name: tuple(_ways(name, edges, at_once, ever)) for name in outputs},
         tuple(f"{name}_ref" for name in closed.controller.follows.names if f"ref.{name}" in ever),
-        {path: tuple(matrix for matrix in "MCG" if f"{path}.{matrix}" in ever) for path in models},
+        {path: tuple(matrix for matrix in "MCG" if f"{path}.{matrix}" in ever) for path in models}
+        | {path: ("f",) * any(node.startswith("observer.") for node in ever) for path in plants},
         tuple(name for name in truths if f"est.{name}" in ever and edges.get(f"est.{name}")),
         tuple(name for name in truths if f"y.{name}" in ever),
         closed.controller.memory.size,
@@ -115,6 +117,16 @@ def _models(block: Any, path: str) -> Iterator[tuple[str, AbstractArm]]:
             yield place, part
         elif is_block(part):
             yield from _models(part, place)
+
+
+def _plants(block: Any, path: str) -> Iterator[str]:
+    """The paths of all models of a plant that a block holds."""
+    for field in fields(block):
+        part, place = getattr(block, field.name), f"{path}.{field.name}"
+        if isinstance(part, AbstractPlant):
+            yield place
+        elif is_block(part):
+            yield from _plants(part, place)
 
 
 def _probed(block: Any, path: str, probes: Mapping[str, Probe]) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import casadi as ca
@@ -56,8 +56,8 @@ class Queue:
 
     @property
     def memory(self) -> Layout:
-        """A state for each place."""
-        return Layout(tuple(joined(inputs, name) for name, inputs in self.places.items()))
+        """A state for each place, which starts as the inputs of the plant do."""
+        return Layout(tuple(replace(joined(held, name), default=held.default) for name, held in self.places.items()))
 
     def last(self, x: Mapping[str, ca.SX]) -> dict[str, ca.SX]:
         """What was commanded last to each input that waits."""

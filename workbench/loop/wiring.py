@@ -14,7 +14,7 @@ from workbench.core import Entry, Layout, Signals
 from workbench.core.block import is_block
 from workbench.core.port import fitting
 from workbench.core.signals import NoSignalError
-from workbench.core.symbols import holds_nan
+from workbench.core.symbols import SymbolError, symbols_are_no_numbers
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Parts, is_recursion
 from workbench.loop.surroundings import AbstractReference
 from workbench.validation.words import described
@@ -61,24 +61,16 @@ def asked(block: Any, method: str, port: Layout, *arguments: Any) -> Signals:
     """What a method of a block returns for a port, or a refusal that names the class, the method and the port."""
     call = f"{type(block).__name__}.{method}(...)"
     try:
-        returned = getattr(block, method)(*arguments)
+        with symbols_are_no_numbers():
+            parts = getattr(block, method)(*arguments)
     except NoSignalError as missing:
         raise LookupError(f"`{call}` asks for a signal that its ports do not declare. {missing}") from missing
-    except RuntimeError as error:
-        if "truth value" not in str(error):
-            raise
+    except SymbolError as error:
         raise ValueError(
-            f"`{call}` must return one expression for all values of its arguments, which are symbols; it asks whether "
-            "one of them is true, as `if`, `and` and `max` do: write `casadi.if_else`, `logic_and`, `fmax`."
+            f"`{call}` must compute with symbols in place of numbers, as it is read once, derived and compiled; "
+            f"{error}: take `ca.sin` of CasADi in place of `math.sin`, and `ca.if_else(c, a, b)` in place of `if`."
         ) from error
-    signals = fitting(call, port, returned)
-    for name, part in signals.items():
-        if holds_nan(part):
-            raise ValueError(
-                f"`{call}` must return '{name}' as an expression of its arguments; it returned one that holds NaN, as "
-                "`math.sin` makes of a symbol: write `casadi.sin`."
-            )
-    return signals
+    return fitting(call, port, parts)
 
 
 def wanted(loop: Blocks, t: ca.SX) -> Signals:

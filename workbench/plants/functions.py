@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import inspect
 import math
-import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from types import SimpleNamespace
@@ -17,6 +15,7 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Signals
 from workbench.core.port import ANY
+from workbench.core.symbols import symbols_are_no_numbers
 from workbench.validation.words import Array, described, raised, vector
 
 PLAIN = """
@@ -99,7 +98,7 @@ def read(letter: str, function: Callable[..., Any], given: dict[str, ca.SX | Sig
     if _takes(call, function, given) > len(arguments):
         arguments.append(FUNCTIONS)
     try:
-        with _symbols_are_no_numbers():
+        with symbols_are_no_numbers():
             values = function(*arguments)
     except Exception as error:  # whatever a function of a user's own does with a symbol
         raise ValueError(
@@ -150,30 +149,6 @@ def _takes(call: str, function: Callable[..., Any], given: dict[str, Any]) -> in
             f"`{call}` must be a function of {letters} or of {letters}, m; got one of {', '.join(needed)}."
         )
     return len(needed)
-
-
-@contextlib.contextmanager
-def _symbols_are_no_numbers() -> Iterator[None]:
-    """While this lasts, a symbol refuses to become a number: CasADi's is NaN, which `math` passes on in silence."""
-    plain = {name: getattr(ca.SX, name) for name in ("__float__", "__int__")}
-
-    def guard(convert: Callable[[ca.SX], Any]) -> Callable[[ca.SX], Any]:
-        def to_number(symbol: ca.SX) -> Any:
-            if not symbol.is_constant():
-                raise TypeError(f"the symbol '{symbol}' is no number")
-            return convert(symbol)
-
-        return to_number
-
-    try:
-        for name, method in plain.items():
-            setattr(ca.SX, name, guard(method))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", FutureWarning)  # of CasADi's, on NumPy's functions of its symbols
-            yield
-    finally:
-        for name, method in plain.items():
-            setattr(ca.SX, name, method)
 
 
 def _column(call: str, values: Any, of: Layout) -> ca.SX:

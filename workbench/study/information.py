@@ -21,6 +21,9 @@ NOTE = (
 )
 
 
+OF_PLANTS = "Model f: the equations of the believed plant, in the observer."
+
+
 @door
 def information_table(
     name: str, caption: Phrase, loops: Mapping[str, Any], tuned: Mapping[str, int] | None = None
@@ -49,11 +52,12 @@ def information_table(
     roles = {law: _roles_of(law, loop) for law, loop in loops.items()}
     classes = {law: _letter(k) for k, laws in enumerate(grouped(roles)) for law in laws}
     rows = [(law, classes[law], *_cells(held)) for law, held in roles.items()]
+    notes = (NOTE, OF_PLANTS) if any("f" in held for one in roles.values() for held in one.models.values()) else (NOTE,)
     if tuned is None:
-        return Table(name, caption, tuple(map(Column, HEADS)), tuple(rows), (NOTE,))
+        return Table(name, caption, tuple(map(Column, HEADS)), tuple(rows), notes)
     counts = [whole(f"information_table(tuned={{'{law}': ...}})", tuned[law], 0) for law in loops]
     heads = (*map(Column, HEADS), Column("tuned"))
-    return Table(name, caption, heads, tuple((*row, n) for row, n in zip(rows, counts, strict=True)), (NOTE,))
+    return Table(name, caption, heads, tuple((*row, n) for row, n in zip(rows, counts, strict=True)), notes)
 
 
 def _roles_of(law: str, given: Any) -> Roles:
@@ -88,7 +92,7 @@ def _state(held: Roles) -> str:
 
 
 def _model(held: Roles, socket: str) -> str:
-    """Which matrices of the arm act in a law or an observer."""
+    """Which matrices of the arm, or equations of another plant, act in a law or an observer."""
     models = [matrices for path, matrices in held.models.items() if path.startswith(socket)]
-    acting = "".join(matrix for matrix in "MCG" if any(matrix in matrices for matrices in models))
+    acting = "".join(matrix for matrix in "MCGf" if any(matrix in matrices for matrices in models))
     return acting or ("unused" if models else "–")

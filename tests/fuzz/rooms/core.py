@@ -22,13 +22,18 @@ LINEAR = control.ss([[-1.0]], [[1.0]], [[2.0]], 0)
 STATES, PARAMETERS = Layout((Entry("x", 1.0),)), Layout((Entry("k", 2.0),))
 
 
-class Plain:
-    """What `block` makes a block of."""
+def plain() -> type:
+    """A new class, of which `block` makes a block, once."""
 
-    size: Any = parameter(1.0, unit="m", low=0)
-    kind: str = option({"a": "one", "b": "other"}, default="a")
-    start: Any = initial(default=0.0, unit="m", shape=("3",))
-    __annotations__ = {"size": Any, "kind": str, "start": Any}
+    class Plain:
+        """A size, a kind and a start."""
+
+        size: Any = parameter(1.0, unit="m", low=0)
+        kind: str = option({"a": "one", "b": "other"}, default="a")
+        start: Any = initial(default=0.0, unit="m", shape=("3",))
+        __annotations__ = {"size": Any, "kind": str, "start": Any}
+
+    return Plain
 
 
 def decay(**more: Any) -> dict[str, Any]:
@@ -67,7 +72,7 @@ def calls() -> dict[str, Any]:
         "Step": partial(
             core.Step, 0.1, flow.states, flow.parameters, flow.outputs, flow.rule, flow.flow, flow.amplification, 1
         ),
-        "block": partial(core.block, Plain),
+        "block": partial(core.block, plain()),
         "initial": partial(core.initial, 1.0, unit="m", shape=("n",), symbol="x"),
         "lift": partial(core.lift, LAW, "law."),
         "lift of a loop": partial(core.lift, LOOP),
@@ -116,7 +121,7 @@ def arguments() -> dict[str, Any]:
         "update": lambda rule: ca.SX.sym("z"),
         "Step.extended.extra": lambda step: Layout((Entry("z", 0.0),)),
         "Step.extended.symbols": lambda step: ca.SX.sym("z"),
-        "Signals.only.names": lambda signals: Layout((Entry("q", 0.0),)),
+        "Signals.only.names": lambda signals: Layout((Entry("x", 0.0),)),
         "h": lambda sampled: 0.05,
         "substeps": lambda sampled: 2,
     }  # fmt: skip

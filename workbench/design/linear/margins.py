@@ -211,6 +211,6 @@ def _balanced(L: Realisation) -> Realisation:
     if slowest.real >= -DECAY * (1 + np.linalg.norm(S.A)):
         raise Refused(
             f"A loop has a margin only where it is asymptotically stable once closed; here a pole is "
-            f"{slowest:.4g} 1/s. Hold states that no torque depends on by `held`."
+            f"{slowest:.4g} 1/s. Hold states that no command depends on by `held`."
         )
     return replace(S, D=np.asarray(S.D - np.eye(len(S.D)) / 2, dtype=float))

@@ -1,0 +1,223 @@
+"""The plants of b3, each off its operating point, and what is chosen about its two loops."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from workbench.controllers import PID2, Cascade, LinearLaw
+from workbench.core import Entry, Layout, LinearSystem, Ode
+from workbench.core.layout import Array
+from workbench.design.linear import OperatingPoint, linearize, operating_point
+from workbench.design.riccati import Lqg, lqg
+from workbench.loop import AbstractController, AbstractPlant, open_loop
+from workbench.plants import (
+    BuckConverter,
+    CartPole,
+    DCMotor,
+    FurutaPendulum,
+    PlanarQuadrotor,
+    QuadrupleTank,
+    StirredTank,
+    TwoMasses,
+)
+
+INF = float("inf")
+SENSOR = 0.50  # V/cm: gains of the four tanks are published for the voltages of its sensors
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """A plant that starts off its operating point, and what is chosen about its two loops.
+
+    Attributes
+    ----------
+    plant, at
+        With its states where a run starts, and the states or inputs that name the operating point.
+    main
+        The output that is looked at.
+    states, inputs
+        By how much each state and each input may be off, in LQG's cost; infinite where a state costs nothing.
+    push
+        The deviation of white noise at the inputs over a period, for which the Kalman filter is made.
+    noise, limit
+        The deviation of each reading, and the lowest and the highest command.
+    period, until
+        Of the computer, and the horizon, in s.
+    words, pid
+        The second law, in words and as a block.
+    spread
+        For each parameter that is varied the least and the largest share of its own value.
+    """
+
+    name: str
+    plant: AbstractPlant
+    at: Mapping[str, float]
+    main: str
+    states: tuple[float, ...]
+    inputs: tuple[float, ...]
+    push: float
+    noise: Mapping[str, float]
+    limit: tuple[float, float]
+    period: float
+    until: float
+    words: str
+    pid: Callable[[Setting], AbstractController]
+    spread: Mapping[str, tuple[float, float]]
+
+    @cached_property
+    def open(self) -> Ode:
+        """The plant alone."""
+        return open_loop(self.plant)
+
+    @cached_property
+    def point(self) -> OperatingPoint:
+        """The operating point."""
+        return operating_point(self.open, self.at)
+
+    @cached_property
+    def model(self) -> Any:
+        """The linear model there, a `StateSpace` of python-control."""
+        return linearize(self.open, 0.0, self.point.x, u=self.point.u, at_rest=True)
+
+    @cached_property
+    def design(self) -> Lqg:
+        """Regulator and Kalman filter, certified."""
+        costs = [np.diag(1 / np.square(sizes)) for sizes in (self.states, self.inputs)]
+        driven = self.push**2 * self.period * np.eye(len(self.inputs))
+        heard = np.diag([self.noise[name] ** 2 * self.period for name in self.plant.outputs.names])
+        return lqg(self.model, *costs, driven, heard, G=self.model.B)
+
+    @property
+    def wanted(self) -> dict[str, float]:
+        """The outputs at the operating point, each of them a state."""
+        x = self.open.states.unpack(self.point.x)
+        return {name: float(np.squeeze(x[name])) for name in self.plant.outputs.names}
+
+    @property
+    def start(self) -> dict[str, float]:
+        """The outputs where a run starts: the first reading, which either law takes as it is."""
+        return {name: float(self.plant.states[name].default) for name in self.plant.outputs.names}
+
+
+def pid(Kp: float, Ki: float, Kd: float, N: float) -> Callable[[Setting], PID2]:
+    """PID about the operating point, with no derivative of what is wanted."""
+
+    def law(setting: Setting) -> PID2:
+        plant, (y0,) = setting.plant, setting.start.values()
+        return PID2(plant.outputs, plant.inputs, Kp, Ki, Kd, N, c=0.0, u0=setting.point.u, y0=y0)
+
+    return law
+
+
+def cascade(N: float) -> Callable[[Setting], Cascade]:
+    """Two PD about the operating point that together have the gains of the regulator, one for each state.
+
+    The outer law reads the first output and drives what is wanted of the second; velocities are filtered derivatives.
+    """
+
+    def law(setting: Setting) -> Cascade:
+        plant, point = setting.plant, setting.point
+        slow, fast = (Layout((entry,)) for entry in plant.outputs.entries)
+        gains = dict(zip(plant.states.names, setting.design.regulator.K[0], strict=True))
+        place, angle = slow.names[0], fast.names[0]
+        stiff, y0 = gains[angle], setting.start
+        above = (gains[place] / stiff, 0.0, gains[f"{place}d"] / stiff, N)
+        outer = PID2(slow, fast, *above, c=0.0, u0=setting.wanted[angle], y0=y0[place])
+        inner = PID2(fast, plant.inputs, stiff, 0.0, gains[f"{angle}d"], N, c=0.0, u0=point.u, y0=y0[angle])
+        return Cascade(outer, inner)
+
+    return law
+
+
+def parallel(N: float) -> Callable[[Setting], LinearLaw]:
+    """A PD for each output, mixed over the inputs with the gains of the regulator; velocities are filtered."""
+
+    def law(setting: Setting) -> LinearLaw:
+        ny = len(setting.wanted)
+        Kp, Kd = np.split(setting.design.regulator.K, [ny], axis=1)
+        off = np.array([setting.wanted[name] - y for name, y in setting.start.items()])
+        return linear(setting, -N * np.eye(ny), N * np.eye(ny), -N * Kd, Kp + N * Kd, off)
+
+    return law
+
+
+def two_pi(K: tuple[float, float], T: tuple[float, float]) -> Callable[[Setting], LinearLaw]:
+    """v_i = v_0i + K_i (e_i + integral of e_i / T_i), e_i in volts of the sensors."""
+
+    def law(setting: Setting) -> LinearLaw:
+        gain, time = SENSOR * np.array(K), np.array(T)
+        return linear(setting, np.zeros((2, 2)), np.eye(2), np.diag(gain / time), np.diag(gain), np.zeros(2))
+
+    return law
+
+
+def second_order(n_1: float, n_0: float, d_1: float, d_0: float) -> Callable[[Setting], LinearLaw]:
+    """(n_1 s + n_0) / (s^2 + d_1 s + d_0): a PD behind a filter of second order."""
+
+    def law(setting: Setting) -> LinearLaw:
+        A, B = np.array([[-d_1, -d_0], [1.0, 0.0]]), np.array([[1.0], [0.0]])
+        return linear(setting, A, B, np.array([[n_1, n_0]]), np.zeros((1, 1)), np.zeros(2))
+
+    return law
+
+
+def linear(setting: Setting, A: Array, B: Array, C: Array, D: Array, start: Array) -> LinearLaw:
+    """A linear system as the law, from the errors of all outputs; where its states start."""
+    states = Layout((Entry("z", start),))
+    system = LinearSystem(states, setting.plant.outputs, setting.plant.inputs, A, B, C, D)
+    return LinearLaw(system, error=True, u0=setting.point.u)
+
+
+TENTH, FIFTH = (0.9, 1.1), (0.8, 1.2)
+EASY, HARD = "quadruple tank P\N{MINUS SIGN}", "quadruple tank P+"
+TANK = dict.fromkeys(("gamma_1", "gamma_2", "k_1", "k_2", "a_1"), TENTH)
+HUNDREDTH = dict.fromkeys(("q", "k_0", "U_A", "T_f", "c_Af"), (0.99, 1.01))
+SETTINGS = (
+    Setting(
+        "DC motor", DCMotor(), {"omega": 1.0}, "omega", (0.05, INF), (1.0,), 1.0, {"omega": 0.01}, (0.0, 24.0),
+        0.02, 4.0, "a PI", pid(15.0, 40.0, 0.0, 100.0), dict.fromkeys(("J", "b", "K", "R", "L"), FIFTH),
+    ),
+    Setting(
+        "cart-pole", CartPole(x=0.2, phi=0.1), {"x": 0.0, "phi": 0.0}, "x", (5000**-0.5, INF, 0.1, INF), (1.0,), 1.0,
+        {"x": 1e-3, "phi": 1e-3}, (-20.0, 20.0), 0.01, 5.0, "a cascade of two PD", cascade(100.0),
+        dict.fromkeys(("M", "m", "l", "I", "b"), FIFTH),
+    ),
+    Setting(
+        "Furuta pendulum", FurutaPendulum(theta_1=0.3, theta_2=np.pi + 0.05), {"theta_1": 0.0, "theta_2": np.pi},
+        "theta_1", (0.1, INF, 0.1, INF), (0.1,), 0.1, {"theta_1": 1e-3, "theta_2": 1e-3}, (-1.0, 1.0), 0.005, 6.0,
+        "a cascade of two PD", cascade(100.0), dict.fromkeys(("m_2", "L_1", "l_2", "J_1", "J_2"), TENTH),
+    ),
+    Setting(
+        EASY, QuadrupleTank(h_1=10.3, h_2=12.8, h_3=1.6, h_4=1.4), {"v_1": 3.0, "v_2": 3.0}, "h_1",
+        (0.5, 0.5, INF, INF), (1.0, 1.0), 0.5, {"h_1": 0.02, "h_2": 0.02}, (0.0, 10.0), 2.0, 800.0,
+        "two PI", two_pi((3.0, 2.7), (30.0, 40.0)), TANK,
+    ),
+    Setting(
+        HARD, replace(QuadrupleTank.nonminimum_phase(), h_1=10.4), {"v_1": 3.15, "v_2": 3.15}, "h_1",
+        (0.5, 0.5, INF, INF), (1.0, 1.0), 0.5, {"h_1": 0.02, "h_2": 0.02}, (0.0, 10.0), 2.0, 2400.0,
+        "two PI", two_pi((1.5, -0.12), (110.0, 220.0)), TANK,
+    ),
+    Setting(
+        "two masses", TwoMasses(x_1=1.0, x_2=1.0), {"x_2": 0.0}, "x_2", (INF, 1.0, INF, INF), (1.0,), 0.5,
+        {"x_2": 0.01}, (-1.0, 1.0), 0.1, 60.0, "a PD, filtered twice", second_order(0.7, 0.2, 1.4, 1.5),
+        {"k": TENTH, "m_1": TENTH, "m_2": TENTH},
+    ),
+    Setting(
+        "planar quadrotor", PlanarQuadrotor(x=0.5, y=-0.3), {"x": 0.0, "y": 0.0, "theta": 0.0}, "x",
+        (0.2, 0.2, 0.3, INF, INF, INF), (1.0, 1.0), 0.5, {"x": 5e-3, "y": 5e-3, "theta": 5e-3}, (0.0, 6.0), 0.005, 5.0,
+        "three PD, mixed", parallel(100.0), dict.fromkeys(("m", "I", "r"), TENTH),
+    ),
+    Setting(
+        "buck converter", BuckConverter(i=4.0, v=12.0), {"v": 15.0}, "v", (INF, 0.5), (0.2,), 0.05, {"v": 0.01},
+        (0.0, 1.0), 1e-5, 4e-3, "a PID", pid(0.05, 200.0, 2e-5, 1e5), dict.fromkeys(("V_g", "L", "C", "R"), FIFTH),
+    ),
+    Setting(
+        "stirred tank", StirredTank(c_A=0.55, T=345.0), {"T": 350.0}, "T", (INF, 2.0), (8.0,), 5.0, {"T": 0.1},
+        (270.0, 330.0), 1.0, 600.0, "a PI", pid(5.0, 0.03, 0.0, 1.0), HUNDREDTH,
+    ),
+)  # fmt: skip

@@ -1,0 +1,188 @@
+"""The study of any plant: its gains, margins, runs and sentences by other roads."""
+
+import sys
+from pathlib import Path
+
+import control
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
+
+import any_plant_findings as findings
+import any_plant_pages as pages
+from any_plant_loops import COMPUTER, LAWS, LQG, LQR, PID, SEED, cases, cut, design, factors, loop, margins, run
+from any_plant_settings import EASY, HARD, SENSOR, SETTINGS
+
+from workbench.core import rk4
+from workbench.design.linear import sensitivity
+from workbench.metrics import measure
+from workbench.simulate import simulate
+from workbench.study.factors import Space
+
+BY_NAME = {setting.name: setting for setting in SETTINGS}
+EACH = pytest.mark.parametrize("setting", SETTINGS, ids=lambda setting: setting.name)
+BOTH = pytest.mark.parametrize("law", LAWS)
+
+
+def rows(setting):
+    """Weights and intensities as the docstring of a setting words them."""
+    Q, R = (np.diag(np.array(sizes) ** -2.0) for sizes in (setting.states, setting.inputs))
+    W = setting.push**2 * setting.period * np.eye(len(setting.inputs))
+    V = np.diag([setting.noise[name] ** 2 * setting.period for name in setting.plant.outputs.names])
+    return Q, R, W, V
+
+
+@EACH
+def test_the_gains_are_those_of_python_control(setting):
+    Q, R, W, V = rows(setting)
+    model = setting.model
+    K, _, _ = control.lqr(model.A, model.B, Q, R, method="scipy")
+    L, _, _ = control.lqe(model.A, model.B, model.C, W, V, method="scipy")
+    for ours, theirs in ((setting.design.regulator.K, K), (setting.design.estimator.K, L)):
+        # SciPy's first answers lose some digits of their condition, up to 1e3 here
+        np.testing.assert_allclose(ours, theirs, rtol=1e-6, atol=1e-9 * np.abs(theirs).max())
+
+
+def pid_of(Kp, Ki, Kd=0.0, N=100.0):
+    """Kp + Ki / s + Kd s / (1 + s / N)."""
+    s = control.tf("s")
+    return control.ss(Kp + Ki / s + (Kd * s / (1 + s / N) if Kd else 0))
+
+
+def pd_of(setting, N=100.0):
+    """The gains of the regulator, velocities by a filtered derivative."""
+    names, ny = setting.plant.states.names, setting.model.noutputs
+    K = dict(zip(names, setting.design.regulator.K.T, strict=True))
+    Kp, Kd = (np.column_stack([K[name + rate] for name in setting.plant.outputs.names]) for rate in ("", "d"))
+    return control.ss(-N * np.eye(ny), N * np.eye(ny), -N * Kd, Kp + N * Kd)
+
+
+def tank_of(gains, times):
+    return control.append(*(pid_of(SENSOR * k, SENSOR * k / T) for k, T in zip(gains, times, strict=True)))
+
+
+def compensator(setting, law):
+    """u = -C y of a law, written down anew."""
+    A, B, C = setting.model.A, setting.model.B, setting.model.C
+    K, L = setting.design.regulator.K, setting.design.estimator.K
+    if law == LQG:
+        return control.ss(A - B @ K - L @ C, L, K, 0)
+    return {
+        "DC motor": lambda: pid_of(15.0, 40.0),
+        EASY: lambda: tank_of((3.0, 2.7), (30.0, 40.0)),
+        HARD: lambda: tank_of((1.5, -0.12), (110.0, 220.0)),
+        "two masses": lambda: control.ss(control.tf([0.7, 0.2], [1, 1.4, 1.5])),
+        "buck converter": lambda: pid_of(0.05, 200.0, 2e-5, 1e5),
+        "stirred tank": lambda: pid_of(5.0, 0.03),
+    }.get(setting.name, lambda: pd_of(setting))()
+
+
+@EACH
+@BOTH
+def test_the_loop_at_rest_is_the_one_that_python_control_closes(setting, law):
+    ours = sensitivity(cut(setting, law)).poles()
+    theirs = control.feedback(setting.model * compensator(setting, law), np.eye(setting.model.noutputs)).poles()
+    far = [np.abs(ours - pole).min() / np.abs(pole) for pole in theirs]
+    # of poles that lie together, rounding moves each by its root; a filter without a gain is a pole of ours alone
+    assert max(far) < 1e-5
+    assert len(ours) - len(theirs) == (setting.name in ("DC motor", "stirred tank") and law == PID)
+
+
+@pytest.mark.parametrize("name", ["DC motor", "buck converter", "stirred tank", "two masses"])
+@pytest.mark.parametrize("law", [LQR, *LAWS])
+def test_the_delay_that_one_input_stands_is_that_of_python_control(name, law):
+    setting = BY_NAME[name]
+    L = cut(setting, law)
+    _, _, _, _, crossings, _ = control.stability_margins(L, returnall=True)
+    turned = [np.angle(-L(1j * omega)) % (2 * np.pi) / omega for omega in np.atleast_1d(crossings)]
+    assert margins(setting, law).delay == pytest.approx(min(turned, default=np.inf), rel=1e-5)
+
+
+@pytest.mark.parametrize("setting", [s for s in SETTINGS if len(s.inputs) == 1], ids=lambda setting: setting.name)
+def test_a_regulator_of_all_states_keeps_its_guaranteed_distance(setting):
+    L = cut(setting, LQR)
+    # Kalman's inequality: |1 + L| >= 1, to the rounding of 1 / (1 + L)
+    assert abs(1 / (1 + L(1j * np.geomspace(1e-4, 1e6, 400)))).max() <= 1 + 1e-9
+
+
+@EACH
+@BOTH
+def test_every_loop_rests_where_it_is_wanted(setting, law):
+    closed = loop(setting, law)
+    end = simulate(rk4(closed.ode(), setting.period / 8), until=setting.until, every=setting.until)
+    off = max(abs(setting.start[name] - value) for name, value in setting.wanted.items())
+    for name, value in setting.wanted.items():
+        # the slowest pole, of the hard tanks, has decayed to 3 %
+        assert abs(end[name][0, -1].item() - value) < 0.03 * off
+
+
+def test_the_cart_pole_under_lqg_runs_as_scipy_integrates_it():
+    setting = BY_NAME["cart-pole"]
+    K, L, model, p = setting.design.regulator.K[0], setting.design.estimator.K, setting.model, setting.plant
+
+    def rate(t, z):
+        (_, v, phi, omega), hat = z[:4], z[4:]
+        F = -K @ hat
+        # Newton's law with the accelerations as unknowns
+        mass = [[p.M + p.m, -p.m * p.l * np.cos(phi)], [-p.m * p.l * np.cos(phi), p.I + p.m * p.l**2]]
+        push = [F - p.b * v - p.m * p.l * omega**2 * np.sin(phi), p.m * p.g * p.l * np.sin(phi)]
+        v_t, omega_t = np.linalg.solve(mass, push)
+        seen = model.A @ hat + model.B[:, 0] * F + L @ (z[[0, 2]] - hat[[0, 2]])
+        return [v, v_t, omega, omega_t, *seen]
+
+    start = [0.2, 0.0, 0.1, 0.0, 0.2, 0.0, 0.1, 0.0]
+    other = solve_ivp(rate, (0.0, 5.0), start, rtol=1e-10, atol=1e-12, dense_output=True)
+    t = np.linspace(0.0, 5.0, 20_001)
+    own = run(setting, LQG, computer=False)
+    score = measure(own.loop.ode(), own.metrics, until=5.0, h=own.h, every=5.0).scores["RMSE of x"]
+    # the mean of squares on a grid of 0.25 ms is off by some (h / 0.02 s)^2 / 12
+    assert score.value.item() == pytest.approx(np.sqrt(np.trapezoid(other.sol(t)[0] ** 2, t) / 5.0), rel=1e-4)
+
+
+def test_no_pid_with_a_plain_filter_makes_the_two_masses_stable():
+    rng = np.random.default_rng(3)
+    for _ in range(500):
+        m_1, m_2, k, N = rng.uniform(0.2, 5.0, 4)
+        Kp, Ki, Kd = rng.normal(0.0, 10.0 ** rng.uniform(-3, 1), 3)
+        plant = control.tf([k], [m_1 * m_2, 0, k * (m_1 + m_2), 0, 0])
+        law = control.tf([Kp + Kd * N, Kp * N + Ki, Ki * N], [1, N, 0])
+        # poles on the axis, as all gains are small: rounding moves a double one by its root
+        assert control.feedback(plant * law).poles().real.max() > -1e-7
+    assert findings._masses().kind == "holds"
+
+
+def test_two_pi_tell_the_hard_tanks_from_the_easy_ones():
+    slow = {name: -sensitivity(cut(BY_NAME[name], PID)).poles().real.max() for name in (EASY, HARD)}
+    assert 5.0 < slow[EASY] / slow[HARD] < 20.0  # the publication: settling times ten times as long
+    assert f"decays {slow[EASY] / slow[HARD]:.0f} times more slowly" in findings._tanks().statement
+
+
+@EACH
+@BOTH
+def test_every_loop_comes_to_rest_in_its_computer(setting, law):
+    own = run(setting, law, computer=True)
+    step = own.loop.step(8)
+    out = simulate(step, until=setting.until, every=setting.period, seed=SEED)
+    off = np.abs(out[setting.main][0].ravel() - setting.wanted[setting.main])
+    assert off[3 * len(off) // 4 :].max() < 0.05 * off[0]  # the band of the settling time
+    for name in setting.plant.inputs.names:
+        commands = out[f"{name}_applied"][0][1:]
+        assert setting.limit[0] <= commands.min() <= commands.max() <= setting.limit[1]
+
+
+def test_a_case_is_a_plant_a_law_and_a_machine_and_its_factors_are_numbers_of_the_plant():
+    assert len(cases()) == 4 * len(SETTINGS)
+    assert sum(COMPUTER in case.law for case in cases()) == 2 * len(SETTINGS)
+    for setting in SETTINGS:
+        ode = loop(setting, PID).ode()
+        drawn, _ = Space(factors(setting), ode.parameters, ode.states).rows(design(setting).points(0, 4))
+        moved = [name for name, column in zip(ode.parameters.labels, drawn.T, strict=True) if np.ptp(column) > 0]
+        assert set(moved) <= {f"plant.{name}" for name in setting.spread}
+
+
+def test_poles_are_told_once_each_with_the_slowest_first():
+    assert pages.spots(np.array([-2.0, -1 + 3j, -1 - 3j, 0.5])) == "0.5, \N{MINUS SIGN}1 ± 3i, \N{MINUS SIGN}2"
+    assert pages.spots(np.array([])) is None
+    assert pages.operating(BY_NAME["buck converter"]) == "i = 5 A, v = 15 V, d = 0.5357"
