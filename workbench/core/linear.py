@@ -13,7 +13,6 @@ import numpy as np
 from workbench.core.block import Matrix, block, parameter
 from workbench.core.layout import Entry, Layout
 from workbench.core.port import ANY
-from workbench.core.symbols import refuse_misfit
 from workbench.validation.views import listed
 from workbench.validation.words import described, known, refusal, seconds
 
@@ -124,18 +123,12 @@ class LinearSystem:
 
     def moved(self, x: States, u: Inputs) -> dict[str, ca.SX]:
         """A x + B u for columns x and u, by the names of the states."""
-        self._refuse_misfits("moved", x, u)
         return self.states.view(self.A @ x + self.B @ u) if self.states.size else {}
 
     def shown(self, x: States, u: Inputs) -> ca.SX:
         """C x + D u for columns x and u, as a column."""
-        self._refuse_misfits("shown", x, u)
         parts = [gain @ column for gain, column in ((self.C, x), (self.D, u)) if gain is not None]
         return sum(parts, ca.SX.zeros(self.outputs.size))
-
-    def _refuse_misfits(self, method: str, x: ca.SX, u: ca.SX) -> None:
-        for letter, column, port in (("x", x, self.states), ("u", u, self.inputs)):
-            refuse_misfit(f"LinearSystem.{method}", letter, column, port.size, 1, "one number for each of its names")
 
 
 def layout_of(labels: Sequence[str]) -> Layout:

@@ -8,7 +8,6 @@ method of its own, and the `update` of a law or an observer that is a recursion 
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from copy import copy
@@ -40,8 +39,6 @@ class AbstractPlant(ABC):
         What the numbers of its vectors count: 'joint' of an arm; empty where they go by their indices.
     period
         Of a plant in discrete time, which has an `update` in place of a `rate`, in s; else None.
-    ends
-        The last time at which its equations hold, in s.
 
     Examples
     --------
@@ -57,7 +54,6 @@ class AbstractPlant(ABC):
 
     counts: str = ""
     period: float | None = None
-    ends: float = math.inf
 
     @property
     def truths(self) -> Layout:

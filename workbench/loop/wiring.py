@@ -198,22 +198,19 @@ def methods(loop: Blocks, period: float, fine: int) -> tuple[str, ...]:
     )
 
 
-def notes(loop: Blocks) -> tuple[str, ...]:
-    """What a reader must know of the loop's equations."""
+def notes(loop: Blocks, *, continuous: bool = False) -> tuple[str, ...]:
+    """What a reader must know of the loop's equations, in continuous time also of the periods of its blocks."""
     truths = ", ".join(loop.plant.truths.names)
-    return (f"the observer uses the truth ({truths}), which no instrument gives",) if loop.observer.uses_truth else ()
-
-
-def periods(loop: Blocks) -> tuple[str, ...]:
-    """What a reader must know of a loop in continuous time whose blocks have periods."""
+    told = (f"the observer uses the truth ({truths}), which no instrument gives",) if loop.observer.uses_truth else ()
     blocks: tuple[Any, ...] = (loop.observer, loop.controller)
-    held = [(type(block).__name__, block.period) for block in blocks if block.period is not None]
-    return tuple(f"{name} acts at every instant here: its period of {T:g} s is that of a computer" for name, T in held)
+    held = [(type(block).__name__, block.period) for block in blocks if continuous and block.period is not None]
+    says = "{} acts at every instant here: its period of {:g} s is that of a computer"
+    return (*told, *(says.format(*each) for each in held))
 
 
 def horizon(block: Any) -> float:
     """The last time for which each reference or plant in a block has values, however deep it lies, in s."""
-    own = block.ends if isinstance(block, AbstractReference | AbstractPlant) else math.inf
+    own: float = getattr(block, "ends", math.inf)  # of a reference, or of a plant of equations
     held = (getattr(block, field.name) for field in fields(block))
     parts = (part for value in held for part in (value if isinstance(value, tuple) else (value,)))
     return min([own, *(horizon(part) for part in parts if is_block(part))])

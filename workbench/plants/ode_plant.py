@@ -120,7 +120,7 @@ class OdePlant(AbstractPlant):
         return OdePlant(Ode(called, known, own, watched, *symbols, rate, output, inputs=driven.names))
 
     @property
-    def ends(self) -> float:  # type: ignore[override]
+    def ends(self) -> float:
         """The horizon of the equation, in s."""
         return self.ode.horizon
 
