@@ -170,7 +170,8 @@ def test_a_plant_of_the_literature_needs_no_numbers_and_closes_in_a_computer(pla
     loop = ClosedLoop(plant, controller=Still(plant.inputs)).digital(1e-5, gauges, delay=True)
     run = simulate(loop.step(), until=1e-3)
     assert not run.diverged.any()
-    assert np.abs(run[driven]).max() <= 0.5
+    assert (run[driven][0, 0] == plant.inputs[driven].default).all()  # which acts until the first command does
+    assert np.abs(run[driven][0, 1:]).max() <= 0.5
     assert set(plant.states.names) <= {name.removeprefix("plant.") for name in loop.states.names}
     units = [entry.unit for entry in loop.parameters.entries if entry.name.startswith("plant.")]
     assert units.count("") == ("gamma_1" in vars(plant)) + ("gamma_2" in vars(plant))  # shares alone have none
