@@ -80,7 +80,7 @@ class Shape:
     @property
     def sentence(self) -> str:
         """The finding in plain words, with its figures."""
-        count, runs = len(self.upper), self.runs
+        count, runs = int(self.upper.size), self.runs
         if self.kind == "one group":
             return f"{self.law}: its {self.metric} is one group without a heavy tail"
         above = f"{self.metric} of {self.limit:.3g} {self.unit}".strip() + " or more"
