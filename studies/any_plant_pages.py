@@ -36,13 +36,13 @@ def summary_table(results: Results) -> Table:
         Column("disk margin", align="right", digits=3),
         Column("delay", "periods", "right", digits=2),
         Column("RMSE", align="right"),
-        Column("there", align="right"),
+        Column("sampled", align="right"),
         Column("settling", align="right"),
-        Column("there", align="right"),
+        Column("sampled", align="right"),
     )
     rows = [summary_row(setting, law, results) for setting in SETTINGS for law in LAWS]
     notes = (
-        f"There: {COMPUTER}, with one draw of the noise. Below a plant's name: the output that is looked at with the "
+        f"Sampled: {COMPUTER}, with one draw of the noise. Below a plant's name: the output that is looked at with the "
         "unit of its RMSE, over the whole run, and that of the settling time, until the error stays within 5 % of that "
         "of the start; errors are those by twice the step.",
         "Margins at the inputs of the plant: the disk margin of all inputs at once, and the delay of the worst "

@@ -4,6 +4,7 @@ import copy
 import math
 import pickle
 import warnings
+from concurrent.futures import ThreadPoolExecutor
 
 import casadi as ca
 import numpy as np
@@ -450,3 +451,12 @@ def test_a_block_that_asks_for_a_signal_it_has_not_declared_is_told_so():
     blind = law(reads=layout(omega="rad/s"), command=lambda self, t, z, est, ref: {"v": -est["omgea"]})
     with pytest.raises(LookupError, match="There is no 'omgea' among the 1 signals. Did you mean 'omega'?"):
         ClosedLoop(Motor(), controller=blind).ode()
+
+
+def test_blocks_asked_by_several_threads_leave_casadi_as_it_was():
+    """Each thread put back what it had found, which could be what another had put there."""
+    loop = motor()
+    with ThreadPoolExecutor(4) as pool:
+        made = list(pool.map(lambda _: loop.ode().fingerprint, range(40)))
+    assert set(made) == {loop.ode().fingerprint}
+    assert math.isnan(float(ca.SX.sym("x")))

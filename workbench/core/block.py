@@ -278,14 +278,14 @@ def _check_quantities(owner: Any) -> None:
             continue
         value = numbers(f"{type(owner).__name__}({f.name}=...)", getattr(owner, f.name))
         value = shaped(f"{type(owner).__name__}({f.name}=...)", value, quantity.shape, sizes)
+        value.flags.writeable = False
+        object.__setattr__(owner, f.name, float(value) if value.ndim == 0 else value)
         if not quantity.bounds.allow(value).all():
             held = unit_of(owner, quantity)
             unit = f" [{held}]" if held and ANY not in held else ""
             raise ValueError(
                 f"`{type(owner).__name__}({f.name}=...)` must be {quantity.bounds}{unit}; got {_show(value)}."
             )
-        value.flags.writeable = False
-        object.__setattr__(owner, f.name, float(value) if value.ndim == 0 else value)
 
 
 def _dof(owner: Any) -> int | None:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import casadi as ca
+
+ONE_AT_A_TIME = threading.RLock()  # as what is put in place of CasADi's own, and back, is there for all threads
 
 
 class SymbolError(TypeError):
@@ -17,7 +20,6 @@ class SymbolError(TypeError):
 @contextlib.contextmanager
 def symbols_are_no_numbers() -> Iterator[None]:
     """While this lasts, a symbol refuses to become a number: CasADi's is NaN, which `math` passes on in silence."""
-    plain = {name: getattr(ca.SX, name) for name in ("__float__", "__int__", "__bool__")}
 
     def guard(convert: Callable[[ca.SX], Any]) -> Callable[[ca.SX], Any]:
         def to_number(symbol: ca.SX) -> Any:
@@ -27,15 +29,16 @@ def symbols_are_no_numbers() -> Iterator[None]:
 
         return to_number
 
-    try:
-        for name, method in plain.items():
-            setattr(ca.SX, name, guard(method))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", FutureWarning)  # of CasADi's, on NumPy's functions of its symbols
+    with ONE_AT_A_TIME, warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # of CasADi's, on NumPy's functions of its symbols
+        plain = {name: getattr(ca.SX, name) for name in ("__float__", "__int__", "__bool__")}
+        try:
+            for name, method in plain.items():
+                setattr(ca.SX, name, guard(method))
             yield
-    finally:
-        for name, method in plain.items():
-            setattr(ca.SX, name, method)
+        finally:
+            for name, method in plain.items():
+                setattr(ca.SX, name, method)
 
 
 def refuse_unknown(owner: str, symbols: Mapping[str, ca.SX], **made: ca.SX) -> None:
