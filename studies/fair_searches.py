@@ -26,7 +26,7 @@ def tuning(results: Results) -> Section:
     asked = next(iter(shown.values())).tuning
     note = (
         f"{len(asked.seeds)} searches a law of at most {asked.evaluations_per_number:.3g} evaluations a number; seeds "
-        f"{', '.join(map(str, asked.seeds))}; step {1e3 * asked.trials[0].h:g} ms, at half of which the least cost "
+        f"{', '.join(map(str, asked.seeds))}; step {2e3 * asked.trials[0].run.h:g} ms, at half of which the least cost "
         f"changes by at most {max(one.step_error for one in shown.values()):.1g}"
     )
     fronts = {name: one.front(_late, _chattering) for name, one in shown.items()}
@@ -107,7 +107,7 @@ def searches(name: str, caption: str, found: Mapping[str, Tuned], entrants: Sequ
         f"{asked.evaluations_per_number:.3g} evaluations a number and search at most, {asked.population} at once; a "
         f"search ends from {100 * (asked.settle or 1):g} % of them on, once it has settled; seeds "
         f"{', '.join(map(str, asked.seeds))}; step "
-        f"{1e3 * asked.trials[0].h:g} ms.",
+        f"{2e3 * asked.trials[0].run.h:g} ms.",
     )
     return Table(name, caption, columns, tuple(rows), notes)
 
