@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
 
@@ -48,16 +48,8 @@ def _entry(name: str, units: Iterable[str]) -> Entry:
     return Entry(name, np.zeros(len(each)), each[0] if len(set(each)) == 1 else ", ".join(each))
 
 
-class AbstractArmController(AbstractController):
-    """A law for an arm with a motor at each joint: from q, qd and the wanted motion to the torques.
-
-    Attributes
-    ----------
-    estimates
-        What it reads, of q, qd and d.
-    """
-
-    estimates: ClassVar[tuple[str, ...]] = ("q", "qd")
+class AbstractJoints(ABC):
+    """A block that counts joints, and has their units from its model."""
 
     @property
     @abstractmethod
@@ -66,7 +58,7 @@ class AbstractArmController(AbstractController):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """The unit of each joint's position, as the law's model has it; any where it has no model."""
+        """The unit of each joint's position, as the block's model has it; any where it has no model."""
         return units_of(self)
 
     @property
@@ -78,6 +70,18 @@ class AbstractArmController(AbstractController):
     def force(self) -> str:
         """The unit of what acts on the joints, for the units of numbers: N m where there is no model to tell."""
         return unit(torques("tau", known(self.units)))
+
+
+class AbstractArmController(AbstractJoints, AbstractController):
+    """A law for an arm with a motor at each joint: from q, qd and the wanted motion to the torques.
+
+    Attributes
+    ----------
+    estimates
+        What it reads, of q, qd and d.
+    """
+
+    estimates: ClassVar[tuple[str, ...]] = ("q", "qd")
 
     @property
     def reads(self) -> Layout:
@@ -108,7 +112,7 @@ class AbstractArmController(AbstractController):
         """The command, (n, 1): a torque in N m where a joint turns, a force in N where it slides."""
 
 
-class AbstractArmObserver(AbstractObserver):
+class AbstractArmObserver(AbstractJoints, AbstractObserver):
     """An observer of an arm's positions, velocities and disturbance.
 
     Attributes
@@ -118,26 +122,6 @@ class AbstractArmObserver(AbstractObserver):
     """
 
     measured: ClassVar[tuple[str, ...]] = ("q", "qd")
-
-    @property
-    @abstractmethod
-    def dof(self) -> int:
-        """The number of joints n."""
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """The unit of each joint's position, as the observer's model has it; any where it has no model."""
-        return units_of(self)
-
-    @property
-    def position(self) -> str:
-        """The unit of the joints' positions, for the units of numbers: rad where there is no model to tell."""
-        return unit(motion(known(self.units), ("q",)))
-
-    @property
-    def force(self) -> str:
-        """The unit of what acts on the joints, for the units of numbers: N m where there is no model to tell."""
-        return unit(torques("tau", known(self.units)))
 
     @property
     def inputs(self) -> Layout:

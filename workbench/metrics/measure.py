@@ -80,6 +80,7 @@ def measure(
     (array([[0.194]]), array([[22.6]]))
     """
     metrics = resolved(equation, metrics, seconds("measure(until=...)", until))
+    (equation.flow if isinstance(equation, Sampled) else equation).refuse_beyond("measure(until=...)", until)
     p = None if p is None else table_of("measure(p=...)", equation.parameters, p)
     x0 = None if x0 is None else table_of("measure(x0=...)", equation.states, x0)
     if tolerance is not None:
@@ -188,7 +189,6 @@ def _at_choice(asked: _Asked, tolerance: float | None, seed: int) -> _Pair:
     make, until, every = cache(maker(asked.equation, asked.metrics)), asked.until, asked.every
     grid = common_grid(asked.metrics, until, *(() if every is None else (seconds("measure(every=...)", every),)))
     step = make("rk4", grid or until)
-    step.flow.refuse_beyond("measure(until=...)", until)
     p, x0 = rows_of("measure", step, asked.p, _extended(asked.x0, step))
     few = pilot_runs(p, x0)
     arithmetic = arithmetic_of(step, len(p), asked.arithmetic)  # one for the pilot, both schedules and their limits
