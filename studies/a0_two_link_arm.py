@@ -24,8 +24,18 @@ from workbench.core import Dynamics
 from workbench.core.show import formula_of
 from workbench.notation import text
 from workbench.notation.formula import Formula, Number, Power, Product, Relation, Sum, Symbol, entry_symbol, symbol
+from workbench.printed.comparison import EntryVerdict, compare
+from workbench.proofs.bounds import shown
+from workbench.proofs.properties import (
+    DefinitenessVerdict,
+    PropertyVerdict,
+    eigenvalues_along,
+    positive_definite,
+    skew,
+    symmetric,
+)
 from workbench.robots import paper_arm
-from workbench.study.document import (
+from workbench.study.document.document import (
     Code,
     Column,
     Equation,
@@ -40,16 +50,6 @@ from workbench.study.document import (
     Verdict,
 )
 from workbench.study.study import Results, Study
-from workbench.verify.bounds import shown
-from workbench.verify.printed import EntryVerdict, compare
-from workbench.verify.properties import (
-    DefinitenessVerdict,
-    PropertyVerdict,
-    eigenvalues_along,
-    positive_definite,
-    skew,
-    symmetric,
-)
 
 DERIVED = Dynamics.of(paper_arm(), "derived from the energies")
 PRINTED = Dynamics.of(PrintedArm(), "as printed")

@@ -38,7 +38,7 @@ from workbench.metrics import (
     settling_time,
     total_variation,
 )
-from workbench.study.document import Section
+from workbench.study.document.document import Section
 from workbench.study.run import Run
 from workbench.study.study import Case, Results, Study
 

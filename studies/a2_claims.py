@@ -23,9 +23,9 @@ from claims_hunts import SEED
 from claims_pages import answers, the_ledger, two_runs, worth
 from claims_pages import headlines as lines
 
-from workbench.study.document import Section
+from workbench.claims.verdicts import Ledger
+from workbench.study.document.document import Section
 from workbench.study.study import Results, Study
-from workbench.verify.claims import Ledger
 
 
 @cache

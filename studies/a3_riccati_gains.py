@@ -15,7 +15,7 @@ from paper_comparison import SCENARIOS
 from riccati_loops import FORWARD, cases
 from riccati_sections import along, answers, apart, loops, matrices, usual
 
-from workbench.study.document import Section
+from workbench.study.document.document import Section
 from workbench.study.study import Results, Study
 
 

@@ -26,7 +26,7 @@ from paper_laws import ARM, proposed_repaired
 
 from workbench.metrics import late_error, observer_error, peak_torque
 from workbench.observers import Luenberger, OracleFilter, WithDisturbance
-from workbench.study.document import Section
+from workbench.study.document.document import Section
 from workbench.study.run import Run
 from workbench.study.study import Case, Results, Study
 

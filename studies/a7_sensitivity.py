@@ -22,7 +22,7 @@ from sensitivity_local import Local, local
 from sensitivity_sweeps import LAWS, PROPOSED, SEED, loop, sweeps
 from sensitivity_trust import stress, trust, varied
 
-from workbench.study.document import Section
+from workbench.study.document.document import Section
 from workbench.study.study import Results, Study
 
 

@@ -25,7 +25,7 @@ from sampling_loops import RMSE, horizon, metrics
 from sampling_sections import computer_section, periods_section, places_section, safe_section
 from sampling_steps import curves
 
-from workbench.study.document import Section
+from workbench.study.document.document import Section
 from workbench.study.run import Run
 from workbench.study.study import Case, Results, Study
 

@@ -10,7 +10,7 @@ from workbench.core.layout import Array
 from workbench.design.linear import sensitivity
 from workbench.study import Results, Section, Verdict, sobol
 from workbench.study.comparison import order
-from workbench.study.sensitivity import SobolIndices
+from workbench.study.uncertainty import SobolIndices
 
 BY_NAME = {setting.name: setting for setting in SETTINGS}
 COUNT = len(SETTINGS)

@@ -11,7 +11,7 @@ from any_plant_settings import SETTINGS, Setting
 
 from workbench.loop import roles
 from workbench.study import Figure, Results, Section, Table, sobol_bars
-from workbench.study.document import Cell, Column, Measured, Panel, Series
+from workbench.study.document.document import Cell, Column, Measured, Panel, Series
 from workbench.study.study import Outcome
 
 SHORT = 0.1  # s: shorter runs are told in ms

@@ -20,7 +20,7 @@ from robots_measured import LINKS, PATIENCE, Chain, Robot, chain, robot
 
 from workbench.bench.machine import machine
 from workbench.robots import CATALOGUE
-from workbench.study.document import Cell, Column, Figure, Panel, Paragraph, Section, Series, Strong, Table
+from workbench.study.document.document import Cell, Column, Figure, Panel, Paragraph, Section, Series, Strong, Table
 from workbench.study.study import Results, Study
 
 METHODS = {"kane": "Kane", "lagrange": "Lagrange"}

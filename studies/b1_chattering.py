@@ -34,7 +34,7 @@ from workbench.plants import Manipulator
 from workbench.plants.actuator import DirectDrive, FirstOrderLag
 from workbench.signals import Hold
 from workbench.simulate import simulate
-from workbench.study.document import Cell, Column, Paragraph, Section, Table, Verdict
+from workbench.study.document.document import Cell, Column, Paragraph, Section, Table, Verdict
 from workbench.study.study import Results, Study
 
 LAGS, PERIODS = (0.0, 2e-3, 1e-2, 2e-2), (1e-3, 2e-3, 5e-3)  # s

@@ -29,15 +29,15 @@ from workbench.bench.machine import machine
 from workbench.bench.peers import PEERS
 from workbench.bench.workload import HORIZON
 from workbench.simulate import simulate
-from workbench.study.document import Cell, Column, Itemize, Paragraph, Section, Table, Verdict
+from workbench.study.document.document import Cell, Column, Itemize, Paragraph, Section, Table, Verdict
 from workbench.study.executors import on_threads
+from workbench.study.ledger.resume import complete, planned, samples
+from workbench.study.ledger.store import opened
 from workbench.study.preparation import prepared
 from workbench.study.prepared import Prepared
-from workbench.study.resume import complete, planned, samples
 from workbench.study.sample import Sample
-from workbench.study.sensitivity import sobol_by_salib
-from workbench.study.store import opened
 from workbench.study.study import Results, Study
+from workbench.study.uncertainty import sobol_by_salib
 
 BARS = {"wall": 10.0, "memory": 1.0, "share": 0.05}  # s, GB, of the processor time
 TURNS, PEER_RUNS = 3, 3

@@ -14,14 +14,13 @@ from workbench.bench.workload import HORIZON, PARAMETERS, VARIED, H
 from workbench.bench.workload import loop as equations
 from workbench.metrics import rmse
 from workbench.metrics.sampled import TotalVariation
-from workbench.study.distributions import Uniform
-from workbench.study.document import Column, Section, Table
-from workbench.study.factors import Factor
+from workbench.study.document.document import Column, Section, Table
 from workbench.study.run import Run
-from workbench.study.sampling import SobolDesign
-from workbench.study.sensitivity import sobol
 from workbench.study.study import Results, Study
 from workbench.study.sweep import Sweep
+from workbench.study.uncertainty import SobolDesign, sobol
+from workbench.study.uncertainty.distributions import Uniform
+from workbench.study.uncertainty.factors import Factor
 
 BASE = 1024
 METRICS = (rmse(), TotalVariation("TV", "N m/s", "total variation of tau a second", "tau", H))

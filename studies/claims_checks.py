@@ -7,10 +7,10 @@ from claims_hunts import found, hunt, line
 from claims_identities import SIDES, both
 from paper_card import CARD
 
+from workbench.claims.falsify import Found
+from workbench.claims.verdicts import Finding
+from workbench.proofs.equality import judge_equal
 from workbench.study.provenance import written
-from workbench.verify.claims import Finding
-from workbench.verify.equality import judge_equal
-from workbench.verify.falsify import Found
 
 Check = Callable[[], Finding]
 

@@ -7,7 +7,7 @@ from claims_law import DEFINITE_P, RAISED
 from claims_observers import SWINGING
 from claims_others import AS_READ, PROMISES, UNDER
 
-from workbench.verify.claims import Ledger
+from workbench.claims.verdicts import Ledger
 
 PAPER, ASSUMED = "The paper's claims", "The paper's comparisons under the numbers of a1"
 OURS, BLOCKS = "Our repairs and readings", "Promises of the blocks"

@@ -24,14 +24,14 @@ from claims_loops import (
 from claims_lyapunov import ODE, REACHES
 from paper_laws import RIVALS, proposed_repaired
 
+from workbench.claims.counterexample import CounterExample, Pair, Replay
+from workbench.claims.falsify import Budget, Found, Hunt
 from workbench.controllers import AosmcRgs
 from workbench.core import Claim
 from workbench.core.claim import Declared, Signals, declared
 from workbench.metrics import AbstractMetric, late_error, measure
 from workbench.observers import OracleFilter, PrintedFilter
 from workbench.observers.promises import CHEN_DISSIPATES, MOMENTUM_FOLLOWS, ORACLE_FOLLOWS, PRINTED_FOLLOWS
-from workbench.verify.counterexample import CounterExample, Pair, Replay
-from workbench.verify.falsify import Budget, Found, Hunt
 
 WITNESSES = Path(__file__).parent / "witnesses"
 SEED = 1

@@ -11,10 +11,10 @@ from claims_replay import (
 )
 from paper_card import CARD
 
+from workbench.claims.falsify import Found
+from workbench.claims.verdicts import Finding
 from workbench.controllers.aosmc_rgs import SHAPES as READINGS
 from workbench.core import Claim
-from workbench.verify.claims import Finding
-from workbench.verify.falsify import Found
 
 PRINTED_WEIGHTS = numbers("Q as printed", "R as printed", "l")
 SECOND_SCENARIO = numbers("SS: a1, a2", "SS: f")

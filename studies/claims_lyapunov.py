@@ -5,9 +5,9 @@ import claims_paper as paper
 from claims_loops import printed_but_for_c
 from paper_laws import ARM
 
+from workbench.claims.margins import SignalsOf
 from workbench.core import Claim
 from workbench.core.claim import Declared, Signals
-from workbench.verify.margins import SignalsOf
 
 ODE = printed_but_for_c().ode("as printed but for C")
 FLOOR = 2.0  # N m, a c that lambda_min(K) - delta keeps in the runs that count

@@ -9,13 +9,13 @@ from claims_checks import Check, listed
 from paper_card import CARD
 from paper_laws import plant
 
+from workbench.claims.verdicts import Finding
 from workbench.core import Claim
 from workbench.core.layout import Array
-from workbench.verify.bounded import disturbance
-from workbench.verify.bounds import guarantee, shown
-from workbench.verify.claims import Finding
-from workbench.verify.properties import PropertyVerdict
-from workbench.verify.witness import Witness
+from workbench.proofs.bounded import disturbance
+from workbench.proofs.bounds import guarantee, shown
+from workbench.proofs.properties import PropertyVerdict
+from workbench.proofs.witness import Witness
 
 PERIOD = 6.3  # s, just above 2 pi, the period of sines of 3 and 4 rad/s
 

@@ -9,11 +9,11 @@ from claims_hunts import REACH, SEED
 from claims_loops import CONSTANT_D, I, beside_rest
 from claims_replay import astray, drift, false_rest, kept_by_drift, mismatch, share_astray, speed_ratio, v1_rate
 
+from workbench.claims.verdicts import Finding
 from workbench.core import Claim
 from workbench.observers.promises import THEOREM_1
-from workbench.verify.bounds import guarantee
-from workbench.verify.claims import Finding
-from workbench.verify.rest import RestPoint, growing_modes
+from workbench.proofs.bounds import guarantee
+from workbench.proofs.rest import RestPoint, growing_modes
 
 PAPER_GAINS = (30 * I, 50 * I)  # section 5
 TORQUES, SPEEDS = (100.0, 1000.0, 10000.0), (1.0, 10.0, 100.0)  # N m, rad/s

@@ -10,12 +10,12 @@ from claims_replay import observed, pushed
 from paper_card import LAWS, PUBLISHED
 from paper_comparison import MARGIN, PROPOSED
 
+from workbench.claims.falsify import Found
+from workbench.claims.verdicts import Finding
 from workbench.core import Claim
 from workbench.core.claim import Declared
 from workbench.study.comparison import order
 from workbench.study.study import Results
-from workbench.verify.claims import Finding
-from workbench.verify.falsify import Found
 
 SCENARIOS = ("FS", "SS")
 RIVALS = tuple(law for law in LAWS if law != PROPOSED)

@@ -13,11 +13,13 @@ from claims_observers import ASTRAY
 from claims_paper import D_MAX, L_D
 from claims_phrases import phrase
 
+from workbench.claims.verdicts import BROKEN, Kind, Ledger, Line
 from workbench.core import Claim, rk4
 from workbench.core.layout import Array
 from workbench.notation.formula import symbol
+from workbench.proofs.bounds import guarantee
 from workbench.simulate import simulate
-from workbench.study.document import (
+from workbench.study.document.document import (
     Cell,
     Code,
     Column,
@@ -33,8 +35,6 @@ from workbench.study.document import (
     Verdict,
     parts,
 )
-from workbench.verify.bounds import guarantee
-from workbench.verify.claims import BROKEN, Kind, Ledger, Line
 
 OUTCOME: Mapping[Kind, Literal["holds", "fails", "open", "depends"]] = {
     "proved": "holds",

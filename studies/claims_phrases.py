@@ -5,7 +5,7 @@ from dataclasses import replace
 from fractions import Fraction
 
 from workbench.notation.formula import Formula, Number, Power, Symbol, symbol
-from workbench.study.document import Part, Phrase
+from workbench.study.document.document import Part, Phrase
 
 NAMES = (
     *("q_hat", "qd_hat", "D_hat", "q_d", "qd_d", "qdd_d", "qd_r", "qd", "L_D", "D_max", "lambda_min", "tau_1", "tau"),

@@ -25,6 +25,8 @@ from claims_paper import ASSUMPTION_4, gain_left
 from paper_card import CARD, LAWS
 from paper_laws import ARM, PRINTED_ARM, proposed_as_printed, proposed_repaired
 
+from workbench.claims.counterexample import hypotheses_kept, in_reference_mode
+from workbench.claims.margins import SignalsOf, derivative, violation, watching
 from workbench.controllers.promises import K_STAYS_DEFINITE
 from workbench.core import Dynamics, Entry, Layout, Ode, rk4
 from workbench.core.claim import Declared
@@ -33,13 +35,11 @@ from workbench.design.riccati import care
 from workbench.metrics import Measurement, late_error, measure
 from workbench.metrics.integral import Integral
 from workbench.metrics.sampled import Peak
+from workbench.proofs.rest import RestPoint, growing_modes, rest_point
+from workbench.reference import reference
 from workbench.simulate import simulate
-from workbench.simulate.reference import reference
 from workbench.study.contract import equations_of
 from workbench.study.runner import measurement
-from workbench.verify.counterexample import hypotheses_kept, in_reference_mode
-from workbench.verify.margins import SignalsOf, derivative, violation, watching
-from workbench.verify.rest import RestPoint, growing_modes, rest_point
 
 __all__ = [
     "I",

@@ -8,11 +8,11 @@ from claims_loops import CONSTANT_D, on_path, regulation
 from claims_lyapunov import FLOOR, V2_AT_START
 from claims_replay import along_35, drift, kept_by_drift, offset, v2_rate
 
+from workbench.claims.counterexample import hypotheses_kept
+from workbench.claims.falsify import Found
+from workbench.claims.verdicts import Finding
 from workbench.core import Claim
 from workbench.core.claim import Declared
-from workbench.verify.claims import Finding
-from workbench.verify.counterexample import hypotheses_kept
-from workbench.verify.falsify import Found
 
 KEPT = (Declared(paper.ASSUMPTION_4), Declared(paper.ABOVE))
 

@@ -13,8 +13,8 @@ from workbench.loop import AbstractController, AbstractObserver, AbstractReferen
 from workbench.plants import ArmInstruments, Friction, Manipulator
 from workbench.robots.description import PlanarArm, PointMass
 from workbench.signals import Sines, SineTorque, SquareWave
-from workbench.study.distributions import Uniform
-from workbench.study.factors import Factor
+from workbench.study.uncertainty.distributions import Uniform
+from workbench.study.uncertainty.factors import Factor
 
 PERIOD = 1e-3  # s, of the computer
 HORIZON = 6.0  # s

@@ -28,10 +28,10 @@ from workbench.study.evidence import (
 )
 from workbench.study.run import Run
 from workbench.study.sample import Sample
-from workbench.study.sampling import MonteCarlo
 from workbench.study.study import Results
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned
+from workbench.study.uncertainty import MonteCarlo
 
 ABLATED = ("paper", "payload")  # the scenarios in which AOSMC-RGS loses its parts
 CARD = "_card"  # a kind of sweeps

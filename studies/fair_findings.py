@@ -11,7 +11,7 @@ from fair_found import Found
 from fair_given import BOTH, FILTER, GIVEN, READINGS, Given
 from fair_laws import PROPOSED
 
-from workbench.study.document import Verdict
+from workbench.study.document.document import Verdict
 from workbench.study.evidence import Judgement, Shape, Standings, shapes
 
 SAMPLE = (

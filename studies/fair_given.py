@@ -13,7 +13,7 @@ from paper_laws import ARM
 from workbench.controllers import WithCompensation
 from workbench.loop import AbstractController, AbstractObserver
 from workbench.observers import FullState, Luenberger, MomentumObserver, OracleFilter, VelocityFilter, WithDisturbance
-from workbench.study.factors import Factor
+from workbench.study.uncertainty.factors import Factor
 
 Position = tuple[float, float]
 

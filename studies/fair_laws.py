@@ -23,8 +23,8 @@ from workbench.controllers import (
     SuperTwisting,
 )
 from workbench.loop import AbstractController
-from workbench.study.distributions import LogUniform
-from workbench.study.factors import Factor
+from workbench.study.uncertainty.distributions import LogUniform
+from workbench.study.uncertainty.factors import Factor
 
 PROPOSED = "AOSMC-RGS"
 FARTHER = 1e3  # times a range: as far as a search may go beyond where it begins

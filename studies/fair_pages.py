@@ -15,12 +15,12 @@ from fair_laws import PROPOSED
 from fair_published import order_kept, published_section
 from fair_searches import numbers, tuning
 
-from workbench.study.document import Figure, Paragraph, Reference, Section, Table
+from workbench.study.document.document import Figure, Paragraph, Reference, Section, Table
 from workbench.study.evidence import Comparison, ablation_table, comparison_table, statistics_table
-from workbench.study.factors import Space
 from workbench.study.information import information_table
 from workbench.study.pictures import standings_figure
 from workbench.study.study import Results
+from workbench.study.uncertainty.factors import Space
 
 
 def sections(results: Results) -> Sequence[Section]:

@@ -13,7 +13,7 @@ from paper_card import CARD, LAWS, PUBLISHED
 from paper_laws import REFERENCES, proposed_repaired, rival
 
 from workbench.study.comparison import ranking
-from workbench.study.document import Cell, Column, Diverged, Measured, Paragraph, Section, Table, Verdict
+from workbench.study.document.document import Cell, Column, Diverged, Measured, Paragraph, Section, Table, Verdict
 from workbench.study.run import Run
 from workbench.study.study import Case, Outcome, Results
 from workbench.study.tuning import Tuned

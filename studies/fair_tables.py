@@ -10,7 +10,7 @@ from fair_found import Found
 from fair_given import GIVEN
 from fair_objective import TERMS
 
-from workbench.study.document import Cell, Column, Emphasis, Table
+from workbench.study.document.document import Cell, Column, Emphasis, Table
 from workbench.study.evidence import Intervals
 
 

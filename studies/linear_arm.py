@@ -21,7 +21,7 @@ from workbench.design.linear import (
 )
 from workbench.loop import open_loop
 from workbench.plants import Manipulator
-from workbench.study.document import Cell, Column, Paragraph, Section, Table
+from workbench.study.document.document import Cell, Column, Paragraph, Section, Table
 
 NAMES = {
     (0.0, 0.0): "hanging",

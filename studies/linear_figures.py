@@ -6,7 +6,7 @@ from linear_loops import PROPOSED, SEVEN, at_rest, on_path
 
 from workbench.core.layout import Array
 from workbench.design.linear import frequency_response, one_loop, sensitivity
-from workbench.study.document import Figure, Panel, Series
+from workbench.study.document.document import Figure, Panel, Series
 from workbench.study.study import Results
 
 FREQUENCIES = np.geomspace(0.01, 1e5, 300)

@@ -6,7 +6,7 @@ from linear_loops import FINE, LEVEL, POSES, PROPOSED, SEVEN, AtRest, at_rest, l
 from paper_card import CARD
 
 from workbench.design.linear import sensitivity
-from workbench.study.document import Section, Verdict
+from workbench.study.document.document import Section, Verdict
 from workbench.study.study import Outcome, Results
 
 STIFFER = 4.0  # of an observer, to see what its gain is to blame for

@@ -8,7 +8,7 @@ from linear_figures import bode, margins_on_path, poles_on_path, sensitivities
 from linear_findings import alpha, delay, findings, slow_gain, thinnest
 from linear_loops import LEVEL, POSES, PROPOSED, SEVEN, AtRest, at_rest, late_gain, on_path
 
-from workbench.study.document import Cell, Column, Paragraph, Section, Table
+from workbench.study.document.document import Cell, Column, Paragraph, Section, Table
 from workbench.study.study import Results
 
 ADAPTIVE = (PROPOSED, "ASMC", "Fuzzy-ASMC", "RBF-ASMC")

@@ -4,7 +4,7 @@ import numpy as np
 from observer_candidates import CHOSEN, HOW, PAPER, SURFACE, audits, followed, path, trade_off
 
 from workbench.notation.formula import symbol
-from workbench.study.document import Figure, Panel, Series
+from workbench.study.document.document import Figure, Panel, Series
 from workbench.study.study import Outcome, Results
 from workbench.study.traces import Window, curve
 

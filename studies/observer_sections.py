@@ -17,7 +17,8 @@ from observer_findings import BOX, SCENARIOS
 
 from workbench.core.layout import Array
 from workbench.notation.formula import Formula, Number, Product, Relation, Sum, Symbol, symbol
-from workbench.study.document import (
+from workbench.proofs.bounds import guarantee
+from workbench.study.document.document import (
     Cell,
     Column,
     Diverged,
@@ -29,7 +30,6 @@ from workbench.study.document import (
     Table,
 )
 from workbench.study.study import Outcome, Results
-from workbench.verify.bounds import guarantee
 
 SHOWN = ("late error", "RMS qd_error", "peak torque")
 

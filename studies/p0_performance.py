@@ -23,7 +23,7 @@ from workbench.bench.peers import PEERS
 from workbench.bench.row import Row, short
 from workbench.bench.table import measured
 from workbench.bench.workload import VARIED, loop
-from workbench.study.document import Column, Itemize, Paragraph, Section, Strong, Table
+from workbench.study.document.document import Column, Itemize, Paragraph, Section, Strong, Table
 from workbench.study.study import Results, Study
 
 EFFORT = Effort()

@@ -6,7 +6,7 @@ from paper_card import LAWS, PUBLISHED
 from paper_figures import figures
 
 from workbench.study.comparison import Ranking, against_published, order, ranking, side_by_side
-from workbench.study.document import Cell, Column, Itemize, Paragraph, Reference, Section, Table, Verdict
+from workbench.study.document.document import Cell, Column, Itemize, Paragraph, Reference, Section, Table, Verdict
 from workbench.study.study import Outcome, Results
 
 PROPOSED = "AOSMC-RGS"

@@ -12,7 +12,7 @@ from workbench.core import AbstractArm, Layout, Signals, lift
 from workbench.core.show import formula_of
 from workbench.loop import AbstractArmController
 from workbench.notation.formula import Formula, Relation, Symbol, symbol
-from workbench.study.document import Equation, Paragraph, Section
+from workbench.study.document.document import Equation, Paragraph, Section
 
 NAMES = {"q": "q_hat", "qd": "qd_hat", "d": "D_hat", "q_ref": "q_d", "qd_ref": "qd_d", "qdd_ref": "qdd_d"}
 WORDS = {  # laws whose expressions say less than a sentence

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from workbench.notation.formula import symbol
-from workbench.study.document import Figure, Label
+from workbench.study.document.document import Figure, Label
 from workbench.study.study import Outcome
 from workbench.study.traces import Window, components, traces
 

@@ -14,7 +14,7 @@ from workbench.core import Dynamics, Signals
 from workbench.core.show import formula_of
 from workbench.notation.formula import Formula, Relation, Symbol, symbol
 from workbench.notation.reader import read
-from workbench.study.document import (
+from workbench.study.document.document import (
     Cell,
     Column,
     Diverged,

@@ -11,7 +11,7 @@ from paper_printed import gain_floor, loses_positivity
 
 from workbench.controllers.aosmc_rgs import SHAPES
 from workbench.loop import ClosedLoop
-from workbench.study.document import Cell, Column, Diverged, Measured, Paragraph, Table
+from workbench.study.document.document import Cell, Column, Diverged, Measured, Paragraph, Table
 from workbench.study.study import Outcome, Results
 
 PAIRS = {f"FS, (3) and (28) repaired, Q = {Q:g} I": Q for Q in (SMALL, 1.0)}  # Q in N m/(rad s); R = I

@@ -8,7 +8,7 @@ from paper_printed import FAR, LATE, SHORT, leaves, loses_positivity
 from paper_repaired import fewer
 
 from workbench.controllers.aosmc_rgs import SHAPES
-from workbench.study.document import Cell, Column, Paragraph, Section, Table, Verdict
+from workbench.study.document.document import Cell, Column, Paragraph, Section, Table, Verdict
 from workbench.study.study import Results
 
 

@@ -12,7 +12,7 @@ from workbench.bench.effort import Effort, ours
 from workbench.bench.engine import compilation, rates
 from workbench.bench.peers import casadi_cvodes
 from workbench.bench.row import Row
-from workbench.study.document import Figure, Panel, Series
+from workbench.study.document.document import Figure, Panel, Series
 
 STEPS = (2.5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4)  # s
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)

@@ -12,7 +12,7 @@ from sampling_sections import MS, UNITS, cell
 from sampling_steps import Curve
 
 from workbench.design.chattering import Cycle
-from workbench.study.document import Cell, Column, Paragraph, Section, Table
+from workbench.study.document.document import Cell, Column, Paragraph, Section, Table
 
 USUAL = SOME.index(REALISTIC)
 KINDS = {"layer": "clip", "relay": "sign", "implicit": "implicit"}

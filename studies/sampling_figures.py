@@ -10,7 +10,7 @@ from sampling_evidence import PLACES, ROWS, Evidence
 from sampling_loops import RMSE, TV
 from sampling_steps import LAWS, Curve
 
-from workbench.study.document import Figure, Panel, Series
+from workbench.study.document.document import Figure, Panel, Series
 
 PERIOD = "sampling period [ms]"
 NOTE = "A line ends where the run diverges; the step errors are in the last section."

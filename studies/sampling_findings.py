@@ -13,7 +13,7 @@ from sampling_limits import QUIETLY, foreseen, halved, joined, thumb
 from sampling_loops import RMSE, SWITCHING, TV, Audit, Computer
 from sampling_steps import Curve
 
-from workbench.study.document import Section, Verdict
+from workbench.study.document.document import Section, Verdict
 
 MS = f"{1e3 * REALISTIC:g} ms"
 

@@ -7,7 +7,7 @@ from sampling_evidence import APART, PLACES, Evidence
 from sampling_loops import RMSE, SCENARIOS, TV, WAYS
 from sampling_sections import UNITS, cell
 
-from workbench.study.document import Cell, Column, Paragraph, Section, Table, Verdict
+from workbench.study.document.document import Cell, Column, Paragraph, Section, Table, Verdict
 
 GIVEN = "AOSMC-RGS: positions and the true disturbance. Others: positions and velocities. All: exact model."
 

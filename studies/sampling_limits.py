@@ -8,7 +8,7 @@ from sampling_card import QUIET, RULE
 from sampling_evidence import Evidence
 from sampling_integrator import GIVEN
 
-from workbench.study.document import Verdict
+from workbench.study.document.document import Verdict
 
 FORESEEN = 1.15  # the factor within which a foreseen period is right: searches end 1.12 apart, if they resolve
 QUIETLY = f"Quiet: at most {QUIET:g} times the total variation of continuous time."

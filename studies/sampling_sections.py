@@ -8,7 +8,7 @@ from sampling_evidence import PLACES, ROWS, Evidence, Score, Scores, flips, prin
 from sampling_figures import errors, variations
 from sampling_loops import RMSE, TV
 
-from workbench.study.document import Cell, Column, Measured, Paragraph, Reference, Section, Table
+from workbench.study.document.document import Cell, Column, Measured, Paragraph, Reference, Section, Table
 
 MS = f"{1e3 * REALISTIC:g} ms"
 LIST = ", ".join(f"{1e3 * period:g}" for period in PERIODS)

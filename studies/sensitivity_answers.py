@@ -9,10 +9,10 @@ from sensitivity_found import Found, heaviest, named
 from sensitivity_sweeps import HELD, LATE, LAWS, METRICS, NARROW, OF_LATE, PROPOSED, SAMPLE, UNTIL
 from sensitivity_words import GROUPS, group_of, leaders, narrow, percent, plain, with_interval, written
 
-from workbench.study.document import Cell, Column, Paragraph, Part, Phrase, Reference, Section, Table, Verdict
+from workbench.study.document.document import Cell, Column, Paragraph, Part, Phrase, Reference, Section, Table, Verdict
 from workbench.study.sample import Sample
-from workbench.study.sensitivity import Estimate, Quantiles, SobolIndices, share
-from workbench.study.sensitivity.outputs import Flags
+from workbench.study.uncertainty import Estimate, Quantiles, SobolIndices, share
+from workbench.study.uncertainty.outputs import Flags
 
 FEW = 3  # leaders that a cell still names
 ASTRAY = 1.0  # rad, of a late error: as large as the reference itself

@@ -10,9 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 from paper_card import CARD
 
-from workbench.study.distributions import AbstractDistribution, LogUniform, Uniform
-from workbench.study.factors import Factor
 from workbench.study.provenance import Given
+from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
+from workbench.study.uncertainty.factors import Factor
 
 TOLERANCE = 0.1  # of what is stated or derived
 SPAN = 1.5  # of what is assumed, either way

@@ -11,7 +11,8 @@ from sensitivity_words import GROUPS, group_of, percent
 
 from workbench.core.layout import Array
 from workbench.study.sample import Sample
-from workbench.study.sensitivity import (
+from workbench.study.study import Results
+from workbench.study.uncertainty import (
     MorrisEffects,
     Quantiles,
     SobolIndices,
@@ -21,7 +22,6 @@ from workbench.study.sensitivity import (
     sobol,
     tornado,
 )
-from workbench.study.study import Results
 
 LEVELS = (0.05, 0.5, 0.95)
 FLOOR = 1e-4  # rad: what smaller errors add to an integral that holds the start is lost in its rounding

@@ -6,7 +6,7 @@ from sensitivity_local import Local
 from sensitivity_sweeps import METRICS, PROPOSED
 from sensitivity_words import narrow, with_interval, written
 
-from workbench.study.document import Cell, Column, Itemize, Paragraph, Section, Table, Verdict
+from workbench.study.document.document import Cell, Column, Itemize, Paragraph, Section, Table, Verdict
 
 NEAR = 0.1  # of a variance: how far a linear share may lie from S1 and still foretell it
 

@@ -7,7 +7,7 @@ from sensitivity_found import FLOOR, Found, middles, unit_of
 from sensitivity_sweeps import CLEARED, EVERY, HELD, METRICS, NARROW, OF_LATE, PROPOSED
 from sensitivity_words import labels, percent, with_interval, written
 
-from workbench.study.document import Block, Cell, Column, Paragraph, Phrase, Reference, Section, Table
+from workbench.study.document.document import Block, Cell, Column, Paragraph, Phrase, Reference, Section, Table
 from workbench.study.pictures import (
     indices_over_time,
     morris_plane,
@@ -16,7 +16,7 @@ from workbench.study.pictures import (
     sobol_bars,
     tornado_figure,
 )
-from workbench.study.sensitivity import SobolIndices
+from workbench.study.uncertainty import SobolIndices
 
 FELT = 0.02  # of the variance, below which a pair is not worth a word
 SHOWN = ("RMSE", "late error", "TV")

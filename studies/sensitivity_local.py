@@ -8,8 +8,8 @@ from sensitivity_sweeps import METRICS, STEPS, UNTIL, free, loop
 
 from workbench.core import Ode
 from workbench.core.layout import Array
-from workbench.study.factors import Factor
-from workbench.study.local import LocalSensitivities, local_sensitivities
+from workbench.study.uncertainty.factors import Factor
+from workbench.study.uncertainty.local import LocalSensitivities, local_sensitivities
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,8 +10,8 @@ from sensitivity_sweeps import HALVED, METRICS, PROPOSED, SEED, STEPS, UNTIL, lo
 from sensitivity_words import percent, written
 
 from workbench.metrics import measure
-from workbench.study.document import Cell, Column, Paragraph, Section, Table
-from workbench.study.factors import Space
+from workbench.study.document.document import Cell, Column, Paragraph, Section, Table
+from workbench.study.uncertainty.factors import Space
 
 WORST = 3  # runs a joint with the largest TV, which are run again
 KEPT = 0.01  # s between the states at which the limit of stability is looked for

@@ -8,8 +8,8 @@ from sensitivity_factors import MODEL, PARTS
 from sensitivity_sweeps import NARROW
 
 from workbench.notation.formula import symbol
-from workbench.study.cells import Part, Phrase
-from workbench.study.sensitivity import Estimate
+from workbench.study.document.cells import Part, Phrase
+from workbench.study.uncertainty import Estimate
 
 GREEK = {"Lambda": "Lambda", "phi": "phi", "gamma": "gamma", "Gamma": "Gamma", "sigma": "sigma"}
 LETTERS = {"m1": "m_1", "m2": "m_2", "l1": "l_1", "l2": "l_2", "L1": "L_1", "L2": "L_2", "k1": "k_1", "k2": "k_2"}

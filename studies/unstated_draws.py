@@ -11,14 +11,14 @@ from unstated_loops import FACTORS, PID, PROPOSED, SCENARIOS, SQUARE, STEPS, Rea
 
 from workbench.core.layout import Array
 from workbench.metrics import sampled_rmse
-from workbench.study.distributions import LogUniform, Uniform
-from workbench.study.factors import Factor
 from workbench.study.run import Run
 from workbench.study.sample import Sample
-from workbench.study.sampling import AbstractDesign, MonteCarlo, SobolDesign
-from workbench.study.sampling.contract import span
 from workbench.study.study import Results
 from workbench.study.sweep import Sweep
+from workbench.study.uncertainty import AbstractDesign, MonteCarlo, SobolDesign
+from workbench.study.uncertainty.design import span
+from workbench.study.uncertainty.distributions import LogUniform, Uniform
+from workbench.study.uncertainty.factors import Factor
 from workbench.validation.words import Integers
 
 Scale: TypeAlias = Literal["linear", "log"]

@@ -12,9 +12,9 @@ from unstated_loops import PROPOSED, SCENARIOS, STEPS, loop, searched
 from workbench.core.layout import Array
 from workbench.study.run import Run
 from workbench.study.sample import Sample
-from workbench.study.sampling import Listed
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Trial, Tuned, Tuning
+from workbench.study.uncertainty import Listed
 from workbench.validation.words import Integers
 
 CLOSE = 0.01

@@ -10,8 +10,8 @@ from unstated_fits import CLOSE, TARGETS, Fit, fit, nearest, runs
 from unstated_loops import SCENARIOS, Reading
 
 from workbench.core.layout import Array
-from workbench.study.factors import Factor
 from workbench.study.study import Results
+from workbench.study.uncertainty.factors import Factor
 
 WIDE = 0.5  # of a range: what is found over more of it is not determined
 

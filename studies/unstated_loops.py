@@ -13,8 +13,8 @@ from workbench.core import Sampled
 from workbench.core.layout import Array
 from workbench.loop import AbstractController, ClosedLoop
 from workbench.observers import Luenberger
-from workbench.study.distributions import AbstractDistribution, LogUniform, Uniform
-from workbench.study.factors import Factor
+from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
+from workbench.study.uncertainty.factors import Factor
 
 PROPOSED, PID = "AOSMC-RGS", "PID"
 SCENARIOS = {"FS": "first scenario", "SS": "second scenario"}

@@ -9,9 +9,9 @@ from unstated_draws import NAMES, PRIORS, RANDOM, Prior, drawn, factors_of
 from unstated_loops import PROPOSED, Reading
 from unstated_ranking import COLUMNS, INTERVALS, Rankings, rankings, title
 
-from workbench.study.document import Cell, Column, Paragraph, Section, Table, Verdict
-from workbench.study.sensitivity import Share, share
+from workbench.study.document.document import Cell, Column, Paragraph, Section, Table, Verdict
 from workbench.study.study import Results
+from workbench.study.uncertainty import Share, share
 
 Ranked = Mapping[str, Mapping[tuple[str, int], Rankings]]  # by the name of the prior
 Triple = tuple[float, float, float]  # a share and the ends of its interval

@@ -10,12 +10,12 @@ from unstated_draws import NAMES, OF_CARD, PAIRED, PRIORS, RANDOM, Prior, drawn,
 from unstated_fits import CLOSE
 from unstated_loops import PROPOSED, SCENARIOS
 
-from workbench.study.document import Cell, Column, Paragraph, Section, Table
+from workbench.study.document.document import Cell, Column, Paragraph, Section, Table
 from workbench.study.evidence import Paired, Ranks, paired, ranks
 from workbench.study.pictures import rank_figure, sobol_bars
-from workbench.study.sensitivity import Estimate, Share, SobolIndices, share, sobol
-from workbench.study.sensitivity.outputs import Flags
 from workbench.study.study import Results
+from workbench.study.uncertainty import Estimate, Share, SobolIndices, share, sobol
+from workbench.study.uncertainty.outputs import Flags
 
 COLUMNS = tuple((scenario, joint) for scenario in SCENARIOS for joint in (1, 2))
 SHOWN = 8  # factors of a figure

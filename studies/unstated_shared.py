@@ -16,14 +16,14 @@ from unstated_loops import MEASURED, PROPOSED, SQUARE, STEPS, loop, relayed
 
 from workbench.core.layout import Array
 from workbench.loop import ClosedLoop
-from workbench.study.document import Column, Table, Verdict
-from workbench.study.factors import Factor
+from workbench.study.document.document import Column, Table, Verdict
 from workbench.study.run import Run
 from workbench.study.sample import Sample
-from workbench.study.sampling import Listed
 from workbench.study.study import Results
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Trial, Tuned, Tuning
+from workbench.study.uncertainty import Listed
+from workbench.study.uncertainty.factors import Factor
 from workbench.validation.words import Integers
 
 FOUND = 0.8162, 0.3741  # rad: by the search by hand

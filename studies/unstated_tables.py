@@ -10,8 +10,8 @@ from unstated_found import Found, said, words
 from unstated_loops import PROPOSED, SQUARE, Reading
 
 from workbench.core.layout import Array
-from workbench.study.document import Cell, Column, Measured, Paragraph, Section, Table
-from workbench.study.factors import Factor
+from workbench.study.document.document import Cell, Column, Measured, Paragraph, Section, Table
+from workbench.study.uncertainty.factors import Factor
 
 CELLS = tuple(target for target in TARGETS if "q" in target)
 COUNTED = (

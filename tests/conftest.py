@@ -17,7 +17,7 @@ hypothesis.settings.register_profile("house", derandomize=True, deadline=None, m
 hypothesis.settings.load_profile("house")
 
 STUDY = """
-from workbench.study.document import Paragraph, Section
+from workbench.study.document.document import Paragraph, Section
 from workbench.study.study import Study
 
 def sections(results):
@@ -33,7 +33,7 @@ study = Study(
 @pytest.fixture
 def command(tmp_path, monkeypatch):
     """Call the command line within this process, in an empty folder."""
-    from workbench.cli import cli
+    from workbench.cli.command import cli
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", list(sys.path))

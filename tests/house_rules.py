@@ -17,11 +17,11 @@ LINES_OF_A_FILE, LINES_OF_A_FUNCTION = 300, 50
 
 # One door per library: where a library may be imported, under workbench/ (a folder ends with a slash).
 DOORS = {
-    "click": "cli.py",
+    "click": "cli/",
     "clarabel": "design/lmi.py",
     "control": "design/",
     "cvxpy": "design/lmi.py",
-    "flint": "verify/elementary.py",
+    "flint": "proofs/elementary.py",
     "distributed": "study/executors.py",
     "dask": "study/executors.py",
     "jax": "bench/peers/jax_scan.py",
@@ -29,8 +29,8 @@ DOORS = {
     "llvmlite": "simulate/kernel/llvm.py",
     "matplotlib": "report/figures/",
     "numba": "bench/peers/numba_loop.py",
-    "rich": "progress.py",
-    "SALib": "study/sensitivity/salib.py",
+    "rich": "cli/progress.py",
+    "SALib": "study/uncertainty/salib.py",
     "threadpoolctl": "design/riccati/one_thread.py",
     "typst": "report/pdf.py",
 }

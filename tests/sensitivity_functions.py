@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.study.sampling import AbstractDesign
+from workbench.study.uncertainty import AbstractDesign
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from workbench.report.tables import plain
-from workbench.study.document import Points, Series
+from workbench.study.document.document import Points, Series
 from workbench.study.pictures import (
     budget_curves,
     indices_over_time,
@@ -15,8 +15,16 @@ from workbench.study.pictures import (
     sobol_bars,
     tornado_figure,
 )
-from workbench.study.sampling import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
-from workbench.study.sensitivity import morris, quantiles, sobol, tornado
+from workbench.study.uncertainty import (
+    MonteCarlo,
+    MorrisDesign,
+    OneAtATime,
+    SobolDesign,
+    morris,
+    quantiles,
+    sobol,
+    tornado,
+)
 
 NOTE = "320 runs, 0 of them diverged; seed 0; step 0.001 s; step error of y at most 2.1×10⁻⁵ rad"
 ABC = ("a", "b", "c")

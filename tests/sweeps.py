@@ -6,11 +6,11 @@ import numpy as np
 from workbench.core import Entry, Layout, Ode
 from workbench.core.layout import Bounds
 from workbench.metrics import iae, ise
-from workbench.study.distributions import Uniform
-from workbench.study.factors import Factor
 from workbench.study.run import Run
-from workbench.study.sampling import MonteCarlo
 from workbench.study.sweep import Sweep
+from workbench.study.uncertainty import MonteCarlo
+from workbench.study.uncertainty.distributions import Uniform
+from workbench.study.uncertainty.factors import Factor
 
 
 class Decay:

@@ -43,13 +43,13 @@ from claims_replay import (
 )
 from paper_card import LAWS
 
+from workbench.claims.verdicts import BROKEN, Finding, Ledger, Line
 from workbench.core import Claim
 from workbench.notation.formula import Power, Symbol
+from workbench.proofs.rest import RestPoint
 from workbench.report.page import html
 from workbench.study.runner import run
 from workbench.study.writeup import document
-from workbench.verify.claims import BROKEN, Finding, Ledger, Line
-from workbench.verify.rest import RestPoint
 
 STUDIES = Path(a2_claims.__file__).parent
 REPORTS = STUDIES.parent / "reports"

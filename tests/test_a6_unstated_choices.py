@@ -27,8 +27,8 @@ from workbench.observers import FullState, Luenberger, OracleFilter, PrintedFilt
 from workbench.study.preparation import prepared
 from workbench.study.run import Run
 from workbench.study.sample import Sample
-from workbench.study.sampling import Listed, MonteCarlo, SobolDesign
 from workbench.study.sweep import Sweep
+from workbench.study.uncertainty import Listed, MonteCarlo, SobolDesign
 
 
 def rates(loop, x, p=None):

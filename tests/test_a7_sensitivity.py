@@ -19,11 +19,10 @@ from sensitivity_local import Local, numbers_of
 from sensitivity_sweeps import HELD, LAWS, PROPOSED, free, loop, metrics
 from sensitivity_words import group_of, leaders
 
-from workbench.study.factors import Space
-from workbench.study.local import LocalSensitivities
 from workbench.study.sample import Sample
-from workbench.study.sampling import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
-from workbench.study.sensitivity import Estimate
+from workbench.study.uncertainty import Estimate, MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
+from workbench.study.uncertainty.factors import Space
+from workbench.study.uncertainty.local import LocalSensitivities
 
 T = 4
 

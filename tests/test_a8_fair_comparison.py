@@ -35,9 +35,9 @@ from tunings import tuning
 from workbench.core import Signals, grouped, lift
 from workbench.loop import roles
 from workbench.study.evidence import Standings, compare, judge, paired
-from workbench.study.factors import Space
 from workbench.study.sample import Sample
 from workbench.study.tuning import tune
+from workbench.study.uncertainty.factors import Space
 
 PAPER, JUMPS = HELD_OUT[0], next(one for one in HELD_OUT if one.jumps)
 RNG = np.random.default_rng(5)

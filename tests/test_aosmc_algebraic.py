@@ -5,6 +5,7 @@ import pytest
 from oracles import aosmc_rgs, closed_loop, matrices, worst_difference
 from scipy.linalg import solve_continuous_are
 
+from workbench.claims.margins import violation, watching
 from workbench.controllers import AosmcRgs
 from workbench.core import rk4
 from workbench.core.claim import declared
@@ -14,7 +15,6 @@ from workbench.plants import Manipulator
 from workbench.robots import named, paper_arm
 from workbench.signals import Hold, Sines, SineTorque
 from workbench.simulate import simulate
-from workbench.verify.margins import violation, watching
 
 LAW = {
     "model": paper_arm(),

@@ -19,7 +19,7 @@ from workbench.core import rk4
 from workbench.design.linear import sensitivity
 from workbench.metrics import measure
 from workbench.simulate import simulate
-from workbench.study.factors import Space
+from workbench.study.uncertainty.factors import Space
 
 BY_NAME = {setting.name: setting for setting in SETTINGS}
 EACH = pytest.mark.parametrize("setting", SETTINGS, ids=lambda setting: setting.name)

@@ -200,7 +200,7 @@ ANSWERS = [
 
 @pytest.mark.parametrize(("change", "word"), ANSWERS)
 def test_an_answer_that_is_none_is_said_with_its_line(command, script, tmp_path, change, word):
-    from_document = "from workbench.study.document import Reference\nfrom dataclasses import replace"
+    from_document = "from workbench.study.document.document import Reference\nfrom dataclasses import replace"
     text = f"{(tmp_path / script()).read_text(encoding='utf-8')}\n{from_document}\nstudy = replace(study, {change})\n"
     (tmp_path / "study.py").write_text(text, encoding="utf-8")
     refused(command("run", "study.py"), tmp_path, f"study.py, line {text.count(chr(10))}: ", word)

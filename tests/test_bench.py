@@ -26,7 +26,7 @@ from workbench.core import Dynamics, Entry, Layout, Ode, rk4
 from workbench.robots import PlanarArm, paper_arm
 from workbench.robots.description import PointMass
 from workbench.simulate import simulate
-from workbench.study.document import Strong
+from workbench.study.document.document import Strong
 
 TINY = Effort(
     horizon=0.01,

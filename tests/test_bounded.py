@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from workbench.core import Dynamics
-from workbench.robots import named, paper_arm
-from workbench.verify.bounded import (
+from workbench.proofs.bounded import (
     bounded,
     disturbance,
     lipschitz,
@@ -18,7 +17,8 @@ from workbench.verify.bounded import (
     lipschitz_gravity,
     lipschitz_inverse_mass,
 )
-from workbench.verify.bounds import guarantee
+from workbench.proofs.bounds import guarantee
+from workbench.robots import named, paper_arm
 
 t, x = ca.SX.sym("t"), ca.SX.sym("x", 2)
 DERIVED = Dynamics.of(paper_arm())

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.verify import elementary
-from workbench.verify.bounds import NoBound, enclose, extreme_eigenvalue, guarantee, largest_norm, shown
-from workbench.verify.branch import definite
+from workbench.proofs import elementary
+from workbench.proofs.bounds import NoBound, enclose, extreme_eigenvalue, guarantee, largest_norm, shown
+from workbench.proofs.branch import definite
 
 x = ca.SX.sym("x", 2)
 

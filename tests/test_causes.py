@@ -13,14 +13,14 @@ from workbench.plants import ArmInstruments, Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold
 from workbench.study.causes import Causes, causes, causes_in_sweep
-from workbench.study.distributions import Uniform
-from workbench.study.factors import Factor
 from workbench.study.preparation import prepared
 from workbench.study.run import Run
 from workbench.study.runner import run
-from workbench.study.sampling import Listed
 from workbench.study.study import Case, Study
 from workbench.study.sweep import Sweep
+from workbench.study.uncertainty import Listed
+from workbench.study.uncertainty.distributions import Uniform
+from workbench.study.uncertainty.factors import Factor
 
 ARM, I = paper_arm(), np.eye(2)
 STIFF = {"Lambda": [6.0, 5.0], "phi": 0.05, "K": 107 * I, "P": 10 * I, "Q": 3 * I, "R": I}

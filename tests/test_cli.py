@@ -11,7 +11,7 @@ import pytest
 
 from workbench import __version__, study
 from workbench.core import Dynamics
-from workbench.derivation import FORMS
+from workbench.handover import FORMS
 from workbench.robots import named
 from workbench.simulate.kernel import llvm
 
@@ -19,7 +19,7 @@ HEAVY = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "rich", 
 
 
 def test_help_imports_nothing_heavy():
-    code = f"import sys, workbench.cli; print([name for name in {HEAVY} if name in sys.modules])"
+    code = f"import sys, workbench.cli.command; print([name for name in {HEAVY} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
 
@@ -229,7 +229,7 @@ def test_the_doctor_says_which_engine_serves_and_where_its_kernels_are(command, 
 
 
 def test_the_doctor_names_what_is_broken_and_ends_with_1(command, monkeypatch):
-    monkeypatch.setattr("workbench.doctor.ENOUGH_DISK", 2**80)
+    monkeypatch.setattr("workbench.cli.doctor.ENOUGH_DISK", 2**80)
     monkeypatch.setattr("typst.compile", lambda *args, **kwargs: b"")
     done = command("doctor")
     assert done.exit_code == 1

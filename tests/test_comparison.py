@@ -8,7 +8,7 @@ from equations import decay, explosion
 
 from workbench.metrics import iae, ise
 from workbench.study.comparison import Published, against_published, order, ranking, side_by_side
-from workbench.study.document import Diverged, Emphasis, Measured
+from workbench.study.document.document import Diverged, Emphasis, Measured
 from workbench.study.run import Run
 from workbench.study.runner import run
 from workbench.study.study import Case, Outcome, Results, Study

@@ -14,6 +14,7 @@ from oracles import (
     worst_difference,
 )
 
+from workbench.claims.falsify import Budget, Hunt
 from workbench.controllers import (
     PID,
     AdaptiveSlidingMode,
@@ -30,7 +31,6 @@ from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold, Sines, SineTorque
 from workbench.simulate import simulate
-from workbench.verify.falsify import Budget, Hunt
 
 ARM, I = paper_arm(), np.eye(2)
 SMC = SlidingMode(ARM, Lambda=6.0, K=5.0, phi=0.5)

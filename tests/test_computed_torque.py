@@ -7,6 +7,7 @@ import pytest
 from oracles import closed_loop, integrate, matrices, momentum_observer, with_disturbance, worst_difference
 from scipy.linalg import expm
 
+from workbench.claims.falsify import Budget, Hunt
 from workbench.controllers import ComputedTorque
 from workbench.core import rk4
 from workbench.core.claim import declared
@@ -16,7 +17,6 @@ from workbench.plants import Manipulator
 from workbench.robots import named, paper_arm
 from workbench.signals import Hold, Sines, SineTorque
 from workbench.simulate import simulate
-from workbench.verify.falsify import Budget, Hunt
 
 ARM, Kp, Kd = paper_arm(), np.array([64.0, 49.0]), np.array([16.0, 10.0])
 LAW = ComputedTorque(ARM, Kp, Kd)

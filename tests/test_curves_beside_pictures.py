@@ -12,7 +12,7 @@ from workbench.metrics import rmse
 from workbench.notation.formula import symbol
 from workbench.report.figures.points import curves_csv
 from workbench.report.folder import write
-from workbench.study.document import Band, Bars, Figure, Panel, Series
+from workbench.study.document.document import Band, Bars, Figure, Panel, Series
 from workbench.study.run import Run
 from workbench.study.runner import run
 from workbench.study.study import Case, Study

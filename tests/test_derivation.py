@@ -11,7 +11,7 @@ import typst
 from arms import random_arm
 
 from workbench.core import Dynamics
-from workbench.derivation import FORMS, in_numbers
+from workbench.handover import FORMS, in_numbers
 from workbench.robots import SpatialArm, SpatialLink, named, urdf
 from workbench.robots.catalogue import planar
 

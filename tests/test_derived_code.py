@@ -11,7 +11,7 @@ import pytest
 from arms import random_arm
 
 from workbench.core import Dynamics
-from workbench.derivation import FORMS
+from workbench.handover import FORMS
 from workbench.robots import SpatialArm, SpatialLink, named, paper_arm
 from workbench.robots.catalogue import planar
 

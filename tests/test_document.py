@@ -6,7 +6,7 @@ import pytest
 from workbench.notation.formula import symbol
 from workbench.report.page import html
 from workbench.report.tables import to_csv, to_latex
-from workbench.study.document import (
+from workbench.study.document.document import (
     Band,
     Code,
     Colophon,

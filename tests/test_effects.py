@@ -7,8 +7,7 @@ import pytest
 from SALib.analyze import morris as salib
 from sensitivity_functions import ishigami, linear, over
 
-from workbench.study.sampling import MorrisDesign, OneAtATime
-from workbench.study.sensitivity import morris, tornado
+from workbench.study.uncertainty import MorrisDesign, OneAtATime, morris, tornado
 
 C = np.array([1.0, -2.0, 3.0, 0.0])
 

@@ -11,7 +11,7 @@ from test_sweeping import SWEPT, acknowledged, forget
 pytest.importorskip("llvmlite")
 
 ROOT = Path(__file__).parent.parent
-PLAIN = "import sys; sys.modules['llvmlite'] = None; from workbench.cli import main; main()"
+PLAIN = "import sys; sys.modules['llvmlite'] = None; from workbench.cli.command import main; main()"
 ENGINES = {"compiled": ["-m", "workbench"], "plain": ["-c", PLAIN]}
 
 

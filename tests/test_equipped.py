@@ -22,9 +22,9 @@ from workbench.plants import (
     SecondOrder,
 )
 from workbench.plants.pade import pade
+from workbench.reference import reference
 from workbench.robots import paper_arm
 from workbench.simulate import simulate
-from workbench.simulate.reference import reference
 
 
 @block

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from workbench.study.cells import Emphasis
+from workbench.study.document.cells import Emphasis
 from workbench.study.evidence import (
     Intervals,
     Mean,
@@ -22,8 +22,7 @@ from workbench.study.evidence import (
 )
 from workbench.study.evidence.bootstrap import means, order_statistics
 from workbench.study.sample import Sample
-from workbench.study.sampling import MonteCarlo, SobolDesign
-from workbench.study.sensitivity import Estimate
+from workbench.study.uncertainty import Estimate, MonteCarlo, SobolDesign
 
 RNG = np.random.default_rng(7)
 DRAWS = RNG.normal(size=200)  # what all laws of a draw have in common

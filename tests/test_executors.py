@@ -14,12 +14,12 @@ import pytest
 from sweeps import sweep
 from test_sweeping import SWEPT
 
-from workbench.script import Script, digest_of
+from workbench.cli.script import Script, digest_of
 from workbench.study import executors
 from workbench.study.executors import ClusterError, on_cluster, on_threads
+from workbench.study.ledger.resume import planned
 from workbench.study.preparation import prepared
-from workbench.study.resume import planned
-from workbench.study.sampling import MonteCarlo
+from workbench.study.uncertainty import MonteCarlo
 
 ROOT = Path(executors.__file__).parents[2]
 STUDY = Path(__file__).parent / "exams" / "small_study.py"

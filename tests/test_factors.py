@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from workbench.core.layout import Bounds, Entry, Layout
-from workbench.study.distributions import LogNormal, LogUniform, Normal, Uniform
-from workbench.study.factors import Factor, Space
 from workbench.study.provenance import assumed, stated
+from workbench.study.uncertainty.distributions import LogNormal, LogUniform, Normal, Uniform
+from workbench.study.uncertainty.factors import Factor, Space
 
 PARAMETERS = Layout(
     (

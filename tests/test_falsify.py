@@ -4,15 +4,15 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from workbench.claims.ascent import slope_of
+from workbench.claims.falsify import Budget, Hunt
+from workbench.claims.margins import violation
 from workbench.core import Claim, Entry, Layout, Ode
 from workbench.core.claim import Declared
 from workbench.core.layout import Bounds
 from workbench.metrics import ise, peak_error, rmse
 from workbench.metrics.integral import Integral
-from workbench.verify.ascent import slope_of
-from workbench.verify.box import Box
-from workbench.verify.falsify import Budget, Hunt
-from workbench.verify.margins import violation
+from workbench.proofs.box import Box
 
 
 def decay() -> Ode:

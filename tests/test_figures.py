@@ -11,7 +11,7 @@ from workbench.report.figures.pen import Pen
 from workbench.report.figures.ruler import Ruler
 from workbench.report.figures.sheet import draw
 from workbench.report.thinning import thinned, windowed
-from workbench.study.document import Band, Figure, Panel, Series
+from workbench.study.document.document import Band, Figure, Panel, Series
 
 T = np.linspace(0, 10, 20_001)
 

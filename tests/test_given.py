@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from workbench.core import Dynamics
-from workbench.notation.parsing.tokens import FormulaError
+from workbench.printed.comparison import compare_sheet
+from workbench.printed.given import narrowed
+from workbench.printed.sheet import read_sheet
+from workbench.printed.tokens import FormulaError
 from workbench.robots import named, paper_arm
-from workbench.verify.given import narrowed
-from workbench.verify.printed import compare_sheet
-from workbench.verify.sheet import read_sheet
 
 PAPER = Dynamics.of(paper_arm())
 RODS = Dynamics.of(named("planar-2r"))

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.notation.walk import walk
-from workbench.verify import elementary
-from workbench.verify.interval import RULES, Interval, NoBound, evaluate
+from workbench.proofs import elementary
+from workbench.proofs.interval import RULES, Interval, NoBound, evaluate
 
 x, y = ca.SX.sym("x"), ca.SX.sym("y")
 

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
+from workbench.claims.verdicts import Finding, Ledger, Line
 from workbench.core import Claim
-from workbench.verify.claims import Finding, Ledger, Line
 
 RIGHT = Claim("model", "the model is right", "(1)")
 BOUND = Claim("bound", "D is bounded", "(8)")

@@ -16,11 +16,10 @@ from workbench.plants import ArmInstruments, Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
 from workbench.simulate import simulate
-from workbench.study.distributions import Uniform
-from workbench.study.factors import Factor, Space
-from workbench.study.local import local_sensitivities
-from workbench.study.sampling import SobolDesign
-from workbench.study.sensitivity import sobol
+from workbench.study.uncertainty import SobolDesign, sobol
+from workbench.study.uncertainty.distributions import Uniform
+from workbench.study.uncertainty.factors import Factor, Space
+from workbench.study.uncertainty.local import local_sensitivities
 
 
 def relay(rate) -> Ode:

@@ -31,15 +31,15 @@ from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold
 from workbench.study.comparison import side_by_side
-from workbench.study.distributions import Uniform
-from workbench.study.factors import Factor
 from workbench.study.preparation import prepared
 from workbench.study.rows import to_csv
 from workbench.study.run import Run
 from workbench.study.runner import run
-from workbench.study.sampling import MonteCarlo
 from workbench.study.study import Case, Study
 from workbench.study.sweep import Sweep
+from workbench.study.uncertainty import MonteCarlo
+from workbench.study.uncertainty.distributions import Uniform
+from workbench.study.uncertainty.factors import Factor
 
 TIME = ca.SX.sym("time")
 

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from workbench.notation import build
 from workbench.notation.formula import Formula, Number, name_of, symbol
 from workbench.notation.normal_form import NormalForm, NotInClass
-from workbench.notation.parsing import plain
-from workbench.notation.parsing.evaluate import CASADI, NUMPY, evaluate
-from workbench.notation.parsing.grammar import parse
-from workbench.notation.parsing.names import Names
-from workbench.notation.parsing.normal import at_numbers, constant, normal_form
+from workbench.printed import plain_text as plain
+from workbench.printed.evaluate import CASADI, NUMPY, evaluate
+from workbench.printed.exact_form import at_numbers, constant, normal_form
+from workbench.printed.grammar import parse
+from workbench.printed.names import Names
 
 LETTERS = [symbol(name) for name in ("a", "b", "q_1", "q_2")]
 NAMES = {letter: name_of(letter) for letter in LETTERS}

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from odd_sheets import sheet
 
-from workbench import cli
+from workbench.cli.command import command as cli
 
 COUNT, LOTS = int(os.environ.get("ODD_SHEETS", "80")), 4
 LONGEST, SECONDS = 600, 20  # letters of a refusal; what a sheet may take of the processor

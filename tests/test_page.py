@@ -7,7 +7,7 @@ import pytest
 from workbench.notation.formula import Matrix, Relation, symbol
 from workbench.report.outline import ROWS, provenance
 from workbench.report.page import html
-from workbench.study.document import (
+from workbench.study.document.document import (
     Band,
     Code,
     Colophon,

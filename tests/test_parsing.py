@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 from workbench.notation import build, latex, text
 from workbench.notation.formula import Matrix, Number, symbol
 from workbench.notation.normal_form import NormalForm
-from workbench.notation.parsing import plain, tex
-from workbench.notation.parsing.evaluate import CASADI, NUMPY, evaluate, expanded_size
-from workbench.notation.parsing.grammar import parse
-from workbench.notation.parsing.names import Names
-from workbench.notation.parsing.tokens import FormulaError
+from workbench.printed import plain_text as plain
+from workbench.printed import tex
+from workbench.printed.evaluate import CASADI, NUMPY, evaluate, expanded_size
+from workbench.printed.grammar import parse
+from workbench.printed.names import Names
+from workbench.printed.tokens import FormulaError
 
 LETTERS = [symbol(name) for name in ["m_1", "m_2", "l_1", "l_c1", "g", "q_1", "q_2", "qd_1", "qd_2", "alpha", "s_12"]]
 NAMES = Names.of(LETTERS)

@@ -13,7 +13,7 @@ from workbench.report import pdf as module
 from workbench.report.figures.sheet import draw
 from workbench.report.outline import labels, notes
 from workbench.report.pdf import LONGEST, REST, data, pdf
-from workbench.study.document import (
+from workbench.study.document.document import (
     Code,
     Colophon,
     Column,

@@ -9,7 +9,7 @@ from sensitivity_pictures import NOTE, bar_ends, indices, line, made, morris_eff
 
 from workbench.notation.formula import symbol
 from workbench.report.tables import to_csv
-from workbench.study.document import Band, Series
+from workbench.study.document.document import Band, Series
 from workbench.study.pictures import (
     budget_curves,
     indices_over_time,
@@ -21,8 +21,7 @@ from workbench.study.pictures import (
     sobol_bars,
     tornado_figure,
 )
-from workbench.study.sampling import MonteCarlo, SobolDesign
-from workbench.study.sensitivity import quantiles, sobol
+from workbench.study.uncertainty import MonteCarlo, SobolDesign, quantiles, sobol
 
 
 @pytest.mark.parametrize("kind", made(NOTE), ids=lambda kind: kind)

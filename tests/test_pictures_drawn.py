@@ -15,7 +15,7 @@ from workbench.report.figures.ruler import Ruler
 from workbench.report.figures.sheet import draw
 from workbench.report.figures.sizes import size_of
 from workbench.report.folder import write
-from workbench.study.document import Bars, Colophon, Document, Figure, HeatMap, Panel, Points, Section
+from workbench.study.document.document import Bars, Colophon, Document, Figure, HeatMap, Panel, Points, Section
 from workbench.study.pictures import morris_plane, rank_figure, second_order_map, sobol_bars, tornado_figure
 
 LONG = tuple(f"controller.model.links[{k}].{what}" for k in range(4) for what in ("mass", "com", "inertia"))

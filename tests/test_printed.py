@@ -9,10 +9,10 @@ import pytest
 from arms import printed_arm
 
 from workbench.core import Dynamics
+from workbench.printed.comparison import compare, compare_sheet, judged
+from workbench.printed.sheet import read_sheet
 from workbench.robots import PlanarArm, named, paper_arm
 from workbench.robots.description import PointMass
-from workbench.verify.printed import compare, compare_sheet, judged
-from workbench.verify.sheet import read_sheet
 
 DERIVED = Dynamics.of(paper_arm())
 PAPER = Dynamics.of(printed_arm()())

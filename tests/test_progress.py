@@ -1,6 +1,6 @@
 """What one hears of a long run."""
 
-from workbench import progress
+from workbench.cli import progress
 
 
 def test_progress_is_a_line_now_and_then_where_there_is_no_terminal(monkeypatch):

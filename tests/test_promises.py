@@ -6,6 +6,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from workbench.claims.falsify import Budget, Hunt
+from workbench.claims.margins import violation, watching
 from workbench.controllers import AdaptiveSlidingMode, AosmcRgs, SlidingMode, SuperTwisting
 from workbench.controllers.promises import K_STAYS_DEFINITE, P_STAYS_DEFINITE
 from workbench.core import Claim
@@ -24,8 +26,6 @@ from workbench.observers import (
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines, SineTorque
-from workbench.verify.falsify import Budget, Hunt
-from workbench.verify.margins import violation, watching
 
 ARM = paper_arm()
 PLANT = Manipulator(ARM, q=[0.5, -0.5], disturbance=SineTorque([0.5, 0.4], [3.0, 4.0]))

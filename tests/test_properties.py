@@ -9,9 +9,9 @@ import pytest
 from arms import printed_arm, random_arm
 
 from workbench.core import Dynamics, Entry, Layout
+from workbench.proofs.properties import eigenvalues_along, passive, positive_definite, skew, symmetric
+from workbench.proofs.spectrum import eigenvalues
 from workbench.robots import named, paper_arm
-from workbench.verify.properties import eigenvalues_along, passive, positive_definite, skew, symmetric
-from workbench.verify.spectrum import eigenvalues
 
 PAPER = Dynamics.of(printed_arm()())
 DERIVED = Dynamics.of(paper_arm())

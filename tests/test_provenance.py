@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.report.tables import unit_of
-from workbench.study.document import Column
+from workbench.study.document.document import Column
 from workbench.study.provenance import Card, Given, assumed, derived, stated, written
 
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from workbench.study.sampling import LatinHypercube, MonteCarlo, SobolDesign
-from workbench.study.sensitivity import quantiles, share
+from workbench.study.uncertainty import LatinHypercube, MonteCarlo, SobolDesign, quantiles, share
 
 
 def test_intervals_are_the_order_statistics_of_the_printed_table():

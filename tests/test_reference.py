@@ -12,10 +12,10 @@ from workbench.core.layout import Bounds
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
+from workbench.reference import reference, reference_of_function
 from workbench.robots import paper_arm
 from workbench.signals import Sines
 from workbench.simulate import simulate
-from workbench.simulate.reference import reference, reference_of_function
 
 # The runs below are asked for 1e-10, and what is handed back is closer by far; a factor is what an equation magnifies.
 EXACT = 1e-10

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from oracles import closed_loop, integrate, matrices, sat, worst_difference
 
+from workbench.claims.falsify import Budget, Hunt
 from workbench.controllers import Rise
 from workbench.core import rk4
 from workbench.core.claim import declared
@@ -14,7 +15,6 @@ from workbench.robots import named, paper_arm
 from workbench.robots.description import PlanarArm, PointMass
 from workbench.signals import Hold, Sines, SineTorque
 from workbench.simulate import simulate
-from workbench.verify.falsify import Budget, Hunt
 
 ARM = paper_arm()
 LAW = {"Lambda": [6.0, 5.0], "alpha": [4.0, 3.0], "ks": [60.0, 25.0], "beta": [12.0, 9.0], "phi": 0.1, "model": ARM}

@@ -12,11 +12,11 @@ from workbench.core import block, initial, layout
 from workbench.loop import AbstractController, Instruments
 from workbench.metrics import measure, rmse
 from workbench.study import Case, Factor, LogUniform, MonteCarlo, Run, Study, Sweep, Trial, Tuning, Uniform
-from workbench.study.local import local_sensitivities
 from workbench.study.preparation import prepared
 from workbench.study.runner import CaseError, run
-from workbench.study.sampling.listed import Listed
 from workbench.study.tuning import tune
+from workbench.study.uncertainty.explicit import Listed
+from workbench.study.uncertainty.local import local_sensitivities
 
 METRICS, UNTIL, PERIOD = (rmse("omega"),), 2.0, 0.02
 GAIN = Factor("kp", ("controller.kp",), LogUniform(1.0, 100.0))

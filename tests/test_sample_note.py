@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.study.document import Section
+from workbench.study.document.document import Section
 from workbench.study.sample import Sample
-from workbench.study.sampling import MonteCarlo
 from workbench.study.study import Results, Study
+from workbench.study.uncertainty import MonteCarlo
 from workbench.study.writeup import document
 
 

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as some
 from scipy.stats import qmc
 
-from workbench.study.sampling import LatinHypercube, Listed, MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
-from workbench.study.sampling.sobol import MOST_DIMENSIONS
+from workbench.study.uncertainty import LatinHypercube, Listed, MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
+from workbench.study.uncertainty.saltelli import MOST_DIMENSIONS
 
 DESIGNS = [
     SobolDesign(3, 64, second_order=True, seed=5),

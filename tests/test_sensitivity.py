@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from sensitivity_functions import Exact, ishigami, ishigami_exact, linear, over, sobol_g, sobol_g_exact
 
-from workbench.study.sampling import MonteCarlo, SobolDesign
-from workbench.study.sensitivity import sobol, sobol_by_salib
+from workbench.study.uncertainty import MonteCarlo, SobolDesign, sobol, sobol_by_salib
 
 A = np.array([0.0, 1.0, 4.5, 9.0, 99.0])
 C = np.array([1.0, -2.0, 3.0, 0.0])
@@ -128,7 +127,7 @@ def test_a_very_large_number_of_outputs_is_looked_at_in_parts_with_the_same_resu
     design = SobolDesign(2, 32)
     columns = design.points()[:, :1] ** np.arange(1, 8)
     whole = sobol(design, columns)
-    monkeypatch.setattr("workbench.study.sensitivity.indices.AT_ONCE", 2 * design.size)
+    monkeypatch.setattr("workbench.study.uncertainty.indices.AT_ONCE", 2 * design.size)
     np.testing.assert_allclose(sobol(design, columns).S1.value, whole.S1.value, atol=1e-13)
 
 

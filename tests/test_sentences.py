@@ -4,8 +4,8 @@ import sys
 
 import pytest
 
-from workbench.cli import main
-from workbench.sentences import printable
+from workbench.cli.command import main
+from workbench.cli.sentences import printable
 
 ACTED_UPON = {
     "\x1b[31m": r"\x1b[31m",

@@ -5,18 +5,18 @@ import numpy as np
 import pytest
 
 from workbench.core import Dynamics
-from workbench.derivation import as_latex
+from workbench.handover import as_latex
 from workbench.notation import latex, text
 from workbench.notation.formula import Matrix, Relation, equations, symbol
 from workbench.notation.normal_form import NormalForm, to_formula
-from workbench.notation.parsing.evaluate import CASADI, evaluate
-from workbench.notation.parsing.normal import normal_form
-from workbench.notation.parsing.tokens import FormulaError
+from workbench.printed.comparison import compare_sheet
+from workbench.printed.evaluate import CASADI, evaluate
+from workbench.printed.exact_form import normal_form
+from workbench.printed.given import narrowed, symbols_of
+from workbench.printed.sheet import read_sheet
+from workbench.printed.tokens import FormulaError
+from workbench.proofs.witness import candidates
 from workbench.robots import named, paper_arm, urdf
-from workbench.verify.given import narrowed, symbols_of
-from workbench.verify.printed import compare_sheet
-from workbench.verify.sheet import read_sheet
-from workbench.verify.witness import candidates
 
 PAPER = Dynamics.of(paper_arm())
 RODS = Dynamics.of(named("planar-2r"))

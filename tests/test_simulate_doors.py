@@ -8,6 +8,7 @@ import pytest
 from equations import decay
 
 from workbench.core import Layout, Ode, layout, rk4, stepper
+from workbench.reference import reference, reference_of_function
 from workbench.simulate import (
     Schedule,
     Trajectories,
@@ -21,7 +22,6 @@ from workbench.simulate import (
     simulate_both,
     step_limit,
 )
-from workbench.simulate.reference import reference, reference_of_function
 from workbench.simulate.request import LARGEST_COPY, table_of
 from workbench.simulate.stepping.schedule import Segment
 

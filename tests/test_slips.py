@@ -3,11 +3,11 @@
 import pytest
 
 from workbench.core import Dynamics
+from workbench.printed.comparison import compare_sheet
+from workbench.printed.diagnosis import diagnose, first_wrong, in_common
+from workbench.printed.given import narrowed
+from workbench.printed.sheet import read_sheet
 from workbench.robots import named, paper_arm
-from workbench.verify.diagnosis import diagnose, first_wrong, in_common
-from workbench.verify.given import narrowed
-from workbench.verify.printed import compare_sheet
-from workbench.verify.sheet import read_sheet
 
 PAPER = Dynamics.of(paper_arm())
 PELICAN = Dynamics.of(named("pelican"))

@@ -5,7 +5,7 @@ from textwrap import dedent
 
 import pytest
 
-from workbench import script, sweeping
+from workbench.cli import script, sweeping
 
 STUDY = """
 import casadi as ca
@@ -14,10 +14,10 @@ from workbench.core import Entry, Layout, Ode
 from workbench.metrics import ise
 from workbench.metrics.integral import Integral
 from workbench.metrics.sampled import Peak
-from workbench.study.distributions import Uniform
-from workbench.study.factors import Factor
+from workbench.study.uncertainty.distributions import Uniform
+from workbench.study.uncertainty.factors import Factor
 from workbench.study.run import Run
-from workbench.study.sampling import MonteCarlo
+from workbench.study.uncertainty import MonteCarlo
 from workbench.study.study import Study
 from workbench.study.sweep import Sweep
 

@@ -10,7 +10,7 @@ from workbench.report.figures.axes import plot
 from workbench.report.figures.sheet import draw
 from workbench.report.figures.sizes import size_of
 from workbench.report.figures.tiles import ink_over, tone
-from workbench.study.document import Figure, Panel, Tiles
+from workbench.study.document.document import Figure, Panel, Tiles
 from workbench.study.evidence import Mean, Median, Quantile, Success, Tail, compare, judge, paired
 from workbench.study.pictures import standings_figure
 from workbench.study.pictures.standings import BEYOND

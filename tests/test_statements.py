@@ -2,8 +2,8 @@
 
 import pytest
 
-from workbench.notation.parsing.statements import statements
-from workbench.notation.parsing.tokens import FormulaError
+from workbench.printed.statements import statements
+from workbench.printed.tokens import FormulaError
 
 REFUSED = {
     "C(2,1) = q_1": "line 1, column 2: in round brackets stand arguments; for an entry write C[2,1].",

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.study import about, store
-from workbench.study.about import About, SweepAbout, about_of
-from workbench.study.chunk import FORMAT, Chunk, chunk_of, parsed
-from workbench.study.durable import HeldError
-from workbench.study.store import FOLDER, LedgerError, chunks, file_of, opened
+from workbench.study.ledger import about, store
+from workbench.study.ledger.about import About, SweepAbout, about_of
+from workbench.study.ledger.chunk import FORMAT, Chunk, chunk_of, parsed
+from workbench.study.ledger.durable import HeldError
+from workbench.study.ledger.store import FOLDER, LedgerError, chunks, file_of, opened
 
 COUNT = 20
 CHUNKS = [chunk_of(f"s/{i:02d}-{i}/f", {"a": np.full(500, float(i))}) for i in range(COUNT)]
@@ -149,8 +149,8 @@ WRITER = """
 import sys
 from pathlib import Path
 import numpy as np
-from workbench.study.chunk import chunk_of
-from workbench.study.store import opened
+from workbench.study.ledger.chunk import chunk_of
+from workbench.study.ledger.store import opened
 with opened(Path(sys.argv[1])) as ledger:
     for i in range(20):
         chunk = chunk_of(f"s/{i:02d}-{i}/f", {"a": np.full(500, float(i))})
@@ -314,8 +314,8 @@ import resource, sys
 resource.setrlimit(resource.RLIMIT_FSIZE, (9_000, 9_000))
 from pathlib import Path
 import numpy as np
-from workbench.study.chunk import chunk_of
-from workbench.study.store import LedgerError, opened
+from workbench.study.ledger.chunk import chunk_of
+from workbench.study.ledger.store import LedgerError, opened
 try:
     with opened(Path(sys.argv[1])) as ledger:
         for i in range(20):

@@ -17,13 +17,13 @@ from workbench.plants import ArmInstruments, Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
 from workbench.study import cost, rows
-from workbench.study.distributions import Uniform
 from workbench.study.executors import on_threads
-from workbench.study.factors import Factor
+from workbench.study.ledger.resume import complete, planned, samples
+from workbench.study.ledger.store import chunks, opened
 from workbench.study.preparation import prepared
-from workbench.study.resume import complete, planned, samples
-from workbench.study.sampling import Listed, MonteCarlo
-from workbench.study.store import chunks, opened
+from workbench.study.uncertainty import Listed, MonteCarlo
+from workbench.study.uncertainty.distributions import Uniform
+from workbench.study.uncertainty.factors import Factor
 
 
 def sample(out, given, **options):

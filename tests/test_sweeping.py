@@ -12,24 +12,24 @@ import pandas as pd
 import pytest
 from scipy.io import loadmat
 
-from workbench import sweeping
-from workbench.script import load
+from workbench.cli import sweeping
+from workbench.cli.script import load
 from workbench.study import cost
-from workbench.study.about import About, SweepAbout
-from workbench.study.chunk import chunk_of
+from workbench.study.ledger.about import About, SweepAbout
+from workbench.study.ledger.chunk import chunk_of
+from workbench.study.ledger.store import FOLDER, LedgerError, file_of, opened
 from workbench.study.sample import Sample, table_of
-from workbench.study.store import FOLDER, LedgerError, file_of, opened
 
 SWEPT = """
 import casadi as ca
 import numpy as np
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import iae, ise
-from workbench.study.distributions import Uniform
-from workbench.study.document import Paragraph, Section
-from workbench.study.factors import Factor
+from workbench.study.uncertainty.distributions import Uniform
+from workbench.study.document.document import Paragraph, Section
+from workbench.study.uncertainty.factors import Factor
 from workbench.study.run import Run
-from workbench.study.sampling import MonteCarlo
+from workbench.study.uncertainty import MonteCarlo
 from workbench.study.study import Study
 from workbench.study.sweep import Sweep
 
@@ -462,6 +462,6 @@ def test_a_study_whose_report_fails_keeps_its_ledger(command, swept, tmp_path):
 
 def test_the_verbs_of_a_ledger_import_nothing_heavy():
     heavy = ("casadi", "numpy", "scipy", "matplotlib", "pandas")
-    code = f"import sys, workbench.ledgers; print([name for name in {heavy} if name in sys.modules])"
+    code = f"import sys, workbench.cli.ledgers; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

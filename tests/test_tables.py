@@ -12,7 +12,17 @@ from workbench.report.cleaning import cleaned
 from workbench.report.numbers import measured, paddings, printed
 from workbench.report.outline import notes
 from workbench.report.tables import BRACKETS, alignments, grid, to_csv, to_latex
-from workbench.study.document import Code, Colophon, Column, Diverged, Document, Emphasis, Measured, Section, Table
+from workbench.study.document.document import (
+    Code,
+    Colophon,
+    Column,
+    Diverged,
+    Document,
+    Emphasis,
+    Measured,
+    Section,
+    Table,
+)
 from workbench.study.rows import spreadsheet_text
 
 LAW_AND_RMSE = (Column("law"), Column("RMSE", "rad"))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from oracles import closed_loop, integrate, matrices, sat, worst_difference
 
+from workbench.claims.falsify import Budget, Hunt
 from workbench.controllers import NonsingularTerminalSlidingMode
 from workbench.core import rk4
 from workbench.core.claim import declared
@@ -13,7 +14,6 @@ from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold, Sines, SineTorque
 from workbench.simulate import simulate
-from workbench.verify.falsify import Budget, Hunt
 
 ARM = paper_arm()
 LAW = {"beta": [4.0, 5.0], "gamma": 1.5, "k1": [10.0, 8.0], "k2": [15.0, 12.0], "rho": 0.5, "phi": 0.1}

@@ -12,12 +12,12 @@ from tunings import GAINS, DoubleIntegrator, quadratic, tuning
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import effort, iae, ise, total_variation
 from workbench.study import cost
-from workbench.study.distributions import LogUniform, Normal, Uniform
-from workbench.study.factors import Factor
 from workbench.study.run import Run
 from workbench.study.tuning import Trial, equal_budget, tune
 from workbench.study.tuning.ready import ready
 from workbench.study.tuning.search import here
+from workbench.study.uncertainty.distributions import LogUniform, Normal, Uniform
+from workbench.study.uncertainty.factors import Factor
 
 METRICS = (ise(), effort())
 
@@ -86,7 +86,7 @@ def test_the_same_seed_gives_the_same_bits_and_whoever_computes_them():
 
 def _one_by_one(one, first, last):
     """The runs of a chunk, each in a march of its own."""
-    from workbench.study.chunk import chunk_of
+    from workbench.study.ledger.chunk import chunk_of
 
     parts = [one.chunk(i, i + 1).arrays() for i in range(first, last)]
     return chunk_of(one.name(first, last), {key: np.concatenate([part[key] for part in parts]) for key in parts[0]})

@@ -13,12 +13,12 @@ from workbench.observers import FullState
 from workbench.plants import ArmInstruments, Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
-from workbench.study.distributions import LogUniform, Triangular, Uniform
-from workbench.study.factors import Factor
 from workbench.study.run import Run
 from workbench.study.tuning import Trial, Tuning, equal_budget, tune
 from workbench.study.tuning.budget import population_of
 from workbench.study.tuning.ready import ready
+from workbench.study.uncertainty.distributions import LogUniform, Triangular, Uniform
+from workbench.study.uncertainty.factors import Factor
 
 FAR = tuple(Factor(name, (name,), LogUniform(1e-6, 1e4)) for name in ("Kp", "Kd"))
 LOW = {"Kp": (1e-5, 1e-3), "Kd": (1e-5, 1e-3)}  # three decades and more below the best, Kp = 1 and Kd = sqrt(2)

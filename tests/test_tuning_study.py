@@ -13,10 +13,10 @@ import pytest
 from sweeps import sweep
 from tunings import tuning
 
-from workbench.script import Script, digest_of
+from workbench.cli.script import Script, digest_of
 from workbench.study.executors import ClusterError, on_threads
+from workbench.study.ledger.store import FOLDER, chunks, opened
 from workbench.study.runner import run
-from workbench.study.store import FOLDER, chunks, opened
 from workbench.study.study import Results, Study
 from workbench.study.tuning import kept
 from workbench.study.tuning.ready import ready
@@ -24,11 +24,11 @@ from workbench.study.tuning.ready import ready
 TUNED = """
 from tunings import DoubleIntegrator, quadratic, tuning
 from workbench.metrics import effort, ise
-from workbench.study.distributions import Uniform
-from workbench.study.document import Paragraph, Section
-from workbench.study.factors import Factor
+from workbench.study.uncertainty.distributions import Uniform
+from workbench.study.document.document import Paragraph, Section
+from workbench.study.uncertainty.factors import Factor
 from workbench.study.run import Run
-from workbench.study.sampling import MonteCarlo
+from workbench.study.uncertainty import MonteCarlo
 from workbench.study.study import Case, Study
 from workbench.study.sweep import Sweep
 

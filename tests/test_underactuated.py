@@ -11,9 +11,9 @@ from workbench.design.riccati import lqr
 from workbench.loop import AbstractReference, ClosedLoop, open_loop
 from workbench.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
 from workbench.plants import DirectDrive, FirstOrderLag, Friction, Manipulator
+from workbench.proofs.properties import positive_definite
 from workbench.robots import Link, PlanarArm, SpatialArm, SpatialLink, named
 from workbench.signals import Sines
-from workbench.verify.properties import positive_definite
 
 CART, POLE, HALF, INERTIA, DRAG, G = 0.5, 0.2, 0.3, 0.006, 0.1, 9.8
 

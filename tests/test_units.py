@@ -9,10 +9,10 @@ import pytest
 
 from workbench.core import Dynamics, Entry, Layout
 from workbench.core.show import formula_of
+from workbench.printed.given import narrowed
+from workbench.printed.sheet import read_sheet
+from workbench.printed.units import KG, METRE, NONE, SECOND, read_unit, units_of
 from workbench.robots import paper_arm
-from workbench.verify.given import narrowed
-from workbench.verify.sheet import read_sheet
-from workbench.verify.units import KG, METRE, NONE, SECOND, read_unit, units_of
 
 PAPER = Dynamics.of(paper_arm())
 

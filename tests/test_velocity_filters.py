@@ -5,6 +5,7 @@ import pytest
 from oracles import closed_loop, pid, sliding_mode, with_disturbance, worst_difference
 from oracles import momentum_observer as momentum_by_hand
 
+from workbench.claims.falsify import Budget, Hunt
 from workbench.controllers import PID, SlidingMode
 from workbench.core import rk4
 from workbench.core.claim import declared
@@ -14,7 +15,6 @@ from workbench.plants import ArmInstruments, Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold, Sines, SineTorque
 from workbench.simulate import simulate
-from workbench.verify.falsify import Budget, Hunt
 
 ARM = paper_arm()
 FILTERS = {"velocity": VelocityFilter(2, 60.0), "positions": DirtyDerivative(2, 60.0, [0.6, -0.8])}

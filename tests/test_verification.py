@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from workbench.core import Dynamics
-from workbench.derivation import FORMS
+from workbench.handover import FORMS
 from workbench.robots import CATALOGUE, named
 
 RIGHT = """# the arm of section 5
@@ -141,7 +141,7 @@ def test_a_paper_may_declare_its_own_letters_and_angles(verify):
 def test_a_verdict_has_a_colour_on_a_terminal(verify):
     from click.testing import CliRunner
 
-    from workbench.cli import cli
+    from workbench.cli.command import cli
 
     verify(PAPER, "paper.tex")
     done = CliRunner().invoke(cli, ["verify", "paper.tex", "--robot", "paper-arm"], color=True)
@@ -214,7 +214,7 @@ TIMED = """
 import json, re, sys, time
 from workbench.core import Dynamics
 from workbench.robots import paper_arm
-from workbench.verification import findings
+from workbench.cli.verification import findings
 from pathlib import Path
 arm, worst = Dynamics.of(paper_arm()), 0.0
 for name, said in json.load(sys.stdin).items():

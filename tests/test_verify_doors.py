@@ -7,26 +7,26 @@ import numpy as np
 import pytest
 from equations import decay
 
+from workbench.claims.ascent import slope_of
+from workbench.claims.counterexample import CounterExample
+from workbench.claims.evolution import Judged, evolve
+from workbench.claims.falsify import Budget, Hunt
+from workbench.claims.margins import SignalsOf, watching
+from workbench.claims.verdicts import Finding, Ledger
+from workbench.cli.verification import findings
 from workbench.core import Claim, Dynamics
 from workbench.core.claim import Declared
-from workbench.derivation import FORMS
+from workbench.handover import FORMS
+from workbench.printed.given import narrowed
+from workbench.printed.sheet import read_sheet
+from workbench.proofs.bounds import enclose, extreme_eigenvalue, largest_norm, shown
+from workbench.proofs.box import Box
+from workbench.proofs.exact import characteristic_polynomial, exact_values
+from workbench.proofs.identity import judge_zero, zero_at
+from workbench.proofs.properties import eigenvalues_along, symmetric
+from workbench.proofs.rest import growing_modes, rest_point
+from workbench.proofs.witness import candidates
 from workbench.robots import named
-from workbench.verification import findings
-from workbench.verify.ascent import slope_of
-from workbench.verify.bounds import enclose, extreme_eigenvalue, largest_norm, shown
-from workbench.verify.box import Box
-from workbench.verify.claims import Finding, Ledger
-from workbench.verify.counterexample import CounterExample
-from workbench.verify.evolution import Judged, evolve
-from workbench.verify.exact import characteristic_polynomial, exact_values
-from workbench.verify.falsify import Budget, Hunt
-from workbench.verify.given import narrowed
-from workbench.verify.identity import judge_zero, zero_at
-from workbench.verify.margins import SignalsOf, watching
-from workbench.verify.properties import eigenvalues_along, symmetric
-from workbench.verify.rest import growing_modes, rest_point
-from workbench.verify.sheet import read_sheet
-from workbench.verify.witness import candidates
 
 ARM, ODE = Dynamics.of(named("planar-1r")), decay()
 X = ca.SX.sym("x", 2)

@@ -13,6 +13,7 @@ from workbench.controllers import PID2
 from workbench.core import lift, rk4
 from workbench.loop import ClosedLoop
 from workbench.metrics import measure, rmse
+from workbench.reference import reference
 from workbench.signals import (
     Chirp,
     ColouredNoise,
@@ -29,7 +30,6 @@ from workbench.signals import (
     WayPoints,
 )
 from workbench.simulate import simulate
-from workbench.simulate.reference import reference
 
 OMEGA = ("omega", "rad/s")
 PAIR = ("x", "m, rad")

@@ -5,10 +5,10 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import effort, ise
-from workbench.study.distributions import LogUniform
-from workbench.study.factors import Factor
 from workbench.study.run import Run
 from workbench.study.tuning import Trial, Tuning
+from workbench.study.uncertainty.distributions import LogUniform
+from workbench.study.uncertainty.factors import Factor
 
 HORIZON = 20.0  # s: at the best gains nothing is left after that
 

@@ -1,5 +1,5 @@
 """The command line as a module: `python -m workbench`."""
 
-from workbench.cli import main
+from workbench.cli.command import main
 
 main()

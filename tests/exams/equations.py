@@ -17,13 +17,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics, Entry, Layout
-from workbench.notation.parsing.statements import statements
+from workbench.printed.comparison import compare_sheet, judged
+from workbench.printed.diagnosis import first_wrong
+from workbench.printed.sheet import Sheet, read_sheet
+from workbench.printed.statements import statements
+from workbench.proofs.identity import judge_zero
 from workbench.robots import Link, PlanarArm, lagrange
 from workbench.robots.description import PointMass
-from workbench.verify.diagnosis import first_wrong
-from workbench.verify.identity import judge_zero
-from workbench.verify.printed import compare_sheet, judged
-from workbench.verify.sheet import Sheet, read_sheet
 
 from .graders import Grader, Loaded
 

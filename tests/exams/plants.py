@@ -16,8 +16,8 @@ from workbench.design.linear import linearize, operating_point
 from workbench.design.riccati import lqr
 from workbench.loop import AbstractController, ClosedLoop, open_loop
 from workbench.plants import OdePlant
+from workbench.reference import reference
 from workbench.simulate import simulate
-from workbench.simulate.reference import reference
 
 from .graders import Grader, Loaded
 

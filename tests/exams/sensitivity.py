@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.study.distributions import AbstractDistribution, LogNormal, Normal, Triangular, Uniform
-from workbench.study.sampling import AbstractDesign, MorrisDesign, SobolDesign
-from workbench.study.sensitivity import morris, sobol
+from workbench.study.uncertainty import AbstractDesign, MorrisDesign, SobolDesign, morris, sobol
+from workbench.study.uncertainty.distributions import AbstractDistribution, LogNormal, Normal, Triangular, Uniform
 
 from .graders import Loaded
 

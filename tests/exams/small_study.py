@@ -9,13 +9,13 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import rmse
-from workbench.study.distributions import Uniform
-from workbench.study.document import Paragraph, Section
-from workbench.study.factors import Factor
+from workbench.study.document.document import Paragraph, Section
 from workbench.study.run import Run
-from workbench.study.sampling import MonteCarlo
 from workbench.study.study import Study
 from workbench.study.sweep import Sweep
+from workbench.study.uncertainty import MonteCarlo
+from workbench.study.uncertainty.distributions import Uniform
+from workbench.study.uncertainty.factors import Factor
 
 
 class Spring:

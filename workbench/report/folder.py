@@ -15,9 +15,9 @@ from workbench.report import pdf
 from workbench.report.figures import curves, drawn
 from workbench.report.page import GENERATOR, html
 from workbench.report.tables import to_csv, to_latex
-from workbench.study.document import Document
-from workbench.study.durable import sync_folder
-from workbench.study.store import FOLDER
+from workbench.study.document.document import Document
+from workbench.study.ledger.durable import sync_folder
+from workbench.study.ledger.store import FOLDER
 
 PARTS = ("figures", "runs", "tables")
 _OURS = re.compile(

@@ -7,7 +7,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from workbench.report.tables import BRACKETS, measures
-from workbench.study.document import Block, Document, Equation, Figure, Phrase, Reference, Section, Table, parts
+from workbench.study.document.document import (
+    Block,
+    Document,
+    Equation,
+    Figure,
+    Phrase,
+    Reference,
+    Section,
+    Table,
+    parts,
+)
 
 ROWS = 40  # of digests, one below the other
 OF_A_RUN = "SHA-256 of equations, parameters, initial state, steps and horizon, its first digits"

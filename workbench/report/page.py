@@ -19,7 +19,7 @@ from workbench.report.figures import drawn
 from workbench.report.numbers import Printed
 from workbench.report.outline import Placed, chapters, labels, named, notes, provenance
 from workbench.report.tables import Shown, alignments, grid, plain, short_columns, unit_of
-from workbench.study.document import Code, Document, Part, Phrase, Reference, Strong, Table, parts
+from workbench.study.document.document import Code, Document, Part, Phrase, Reference, Strong, Table, parts
 
 GENERATOR = "control-workbench"
 ROOM = 72  # widths of a digit between the margins of an equation; the font of the page runs wider than typst's

@@ -17,7 +17,7 @@ from workbench.report.figures import drawn
 from workbench.report.numbers import Printed
 from workbench.report.outline import Chapter, Placed, chapters, labels, named, notes, provenance
 from workbench.report.tables import Shown, alignments, grid, length, plain, unit_of
-from workbench.study.document import (
+from workbench.study.document.document import (
     Code,
     Document,
     Equation,

@@ -13,8 +13,8 @@ from typing import Any, Literal
 from workbench.notation import latex, text
 from workbench.report.cleaning import cleaned
 from workbench.report.numbers import Padding, Printed, measured, paddings, printed
-from workbench.study.cells import raised
-from workbench.study.document import (
+from workbench.study.document.cells import raised
+from workbench.study.document.document import (
     Cell,
     Code,
     Column,

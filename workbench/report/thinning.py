@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.study.curves import Array
+from workbench.study.document.curves import Array
 
 
 def windowed(curves: tuple[Array, ...], limits: tuple[float, float] | None) -> tuple[Array, ...]:

@@ -1,6 +1,6 @@
 """Many runs of one `Step`: trajectories, divergence and the limit on the step.
 
-The variable-step reference mode for one run of an `Ode` is `workbench.simulate.reference`.
+The variable-step reference mode for one run of an `Ode` is `workbench.reference`.
 """
 
 from workbench.simulate.alike import simulate_alike

@@ -7,26 +7,41 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from workbench.study.comparison import side_by_side
-    from workbench.study.distributions import LogNormal, LogUniform, Normal, Triangular, Uniform
-    from workbench.study.document import Figure, Itemize, Paragraph, Section, Table, Verdict
-    from workbench.study.factors import Factor
+    from workbench.study.document.document import Figure, Itemize, Paragraph, Section, Table, Verdict
     from workbench.study.pictures import morris_plane, quantile_bands, second_order_map, sobol_bars, tornado_figure
     from workbench.study.run import Run
-    from workbench.study.sampling import LatinHypercube, MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
-    from workbench.study.sensitivity import morris, quantiles, sobol, tornado
     from workbench.study.study import Case, Results, Study
     from workbench.study.sweep import Sweep
     from workbench.study.tuning import Trial, Tuning
+    from workbench.study.uncertainty.distributions import LogNormal, LogUniform, Normal, Triangular, Uniform
+    from workbench.study.uncertainty.effects import morris
+    from workbench.study.uncertainty.factors import Factor
+    from workbench.study.uncertainty.indices import sobol
+    from workbench.study.uncertainty.monte_carlo import LatinHypercube, MonteCarlo
+    from workbench.study.uncertainty.morris import MorrisDesign
+    from workbench.study.uncertainty.one_at_a_time import OneAtATime
+    from workbench.study.uncertainty.quantiles import quantiles
+    from workbench.study.uncertainty.saltelli import SobolDesign
+    from workbench.study.uncertainty.tornado import tornado
 
 _FILES = {
     "comparison": ("side_by_side",),
-    "distributions": ("LogNormal", "LogUniform", "Normal", "Triangular", "Uniform"),
-    "document": ("Figure", "Itemize", "Paragraph", "Section", "Table", "Verdict"),
-    "factors": ("Factor",),
+    "uncertainty.distributions": ("LogNormal", "LogUniform", "Normal", "Triangular", "Uniform"),
+    "document.document": ("Figure", "Itemize", "Paragraph", "Section", "Table", "Verdict"),
+    "uncertainty.factors": ("Factor",),
     "pictures": ("morris_plane", "quantile_bands", "second_order_map", "sobol_bars", "tornado_figure"),
     "run": ("Run",),
-    "sampling": ("LatinHypercube", "MonteCarlo", "MorrisDesign", "OneAtATime", "SobolDesign"),
-    "sensitivity": ("morris", "quantiles", "sobol", "tornado"),
+    "uncertainty": (
+        "LatinHypercube",
+        "MonteCarlo",
+        "MorrisDesign",
+        "OneAtATime",
+        "SobolDesign",
+        "morris",
+        "quantiles",
+        "sobol",
+        "tornado",
+    ),
     "study": ("Case", "Results", "Study"),
     "sweep": ("Sweep",),
     "tuning": ("Trial", "Tuning"),

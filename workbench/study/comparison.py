@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from workbench.metrics import AbstractMetric
-from workbench.study.document import Cell, Column, Diverged, Emphasis, Measured, Table
+from workbench.study.document.document import Cell, Column, Diverged, Emphasis, Measured, Table
 from workbench.study.study import Outcome
 from workbench.validation.doors import door
 from workbench.validation.words import described, finite, nearest

@@ -17,10 +17,10 @@ import casadi as ca
 from workbench import __version__
 from workbench.simulate.arithmetic import VERSION
 from workbench.simulate.job import threads, use_threads
-from workbench.study.chunk import Chunk
+from workbench.study.ledger.chunk import Chunk
+from workbench.study.ledger.resume import Task
+from workbench.study.ledger.store import LATER
 from workbench.study.prepared import Prepared
-from workbench.study.resume import Task
-from workbench.study.store import LATER
 
 AHEAD = 2  # chunks computed or waiting while one is written
 PATIENCE = 15.0  # s for a cluster to answer

@@ -12,11 +12,11 @@ from workbench.metrics.accumulated import maker, resolved
 from workbench.metrics.measure import chosen_step
 from workbench.simulate.arithmetic import default_for
 from workbench.study.contract import equations_of
-from workbench.study.factors import Space
 from workbench.study.prepared import Prepared
 from workbench.study.run import Run
-from workbench.study.sampling import AbstractDesign
 from workbench.study.sweep import Sweep
+from workbench.study.uncertainty.design import AbstractDesign
+from workbench.study.uncertainty.factors import Space
 from workbench.validation.words import Array, multiple
 
 

@@ -20,11 +20,11 @@ from workbench.simulate.job import Progress
 from workbench.simulate.request import SECONDS_PER_OPERATION
 from workbench.simulate.stepping.accuracy import change
 from workbench.simulate.stepping.stability import longest_steps, modes_at
-from workbench.study.chunk import Chunk, chunk_of, plain
-from workbench.study.factors import Space
+from workbench.study.ledger.chunk import Chunk, chunk_of, plain
 from workbench.study.sample import Sample
-from workbench.study.sampling import AbstractDesign
 from workbench.study.sweep import Sweep, again
+from workbench.study.uncertainty.design import AbstractDesign
+from workbench.study.uncertainty.factors import Space
 from workbench.validation.words import Array, Integers
 
 SECONDS = 2.0  # of one processor, by the cautious estimate of the engine, that a chunk takes: in truth about a third

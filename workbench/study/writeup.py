@@ -10,9 +10,9 @@ from typing import Any
 
 from workbench import __version__
 from workbench.simulate.arithmetic import signature
-from workbench.study.cells import several, texts
 from workbench.study.contract import answer
-from workbench.study.document import Colophon, Document, Section
+from workbench.study.document.cells import several, texts
+from workbench.study.document.document import Colophon, Document, Section
 from workbench.study.study import Results, Study
 
 PACKAGES = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "typst")

@@ -5,12 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from workbench.study import evidence, sensitivity
-from workbench.study.sampling import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
+from workbench.study import evidence
+from workbench.study import uncertainty as sensitivity
+from workbench.study.uncertainty import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
 
 from .study import sample
 
-MODULES = ("workbench.study.sensitivity", "workbench.study.evidence")
+MODULES = ("workbench.study.uncertainty", "workbench.study.evidence")
 RANDOM, PATHS, PAIRS, ALONE = MonteCarlo(2, 40), MorrisDesign(2, 8), SobolDesign(2, 16, True), OneAtATime(2)
 NAMES, FACTORS = ("a", "b"), ("k", "m")
 

@@ -8,7 +8,8 @@ import casadi as ca
 
 from workbench.notation import formula, latex, mathml, normal_form, program, python, reader, text, typst_math, walk
 from workbench.notation.formula import Matrix, Number, Relation, Sum, Symbol
-from workbench.notation.parsing import plain, statements, tex
+from workbench.printed import plain_text as plain
+from workbench.printed import statements, tex
 
 MODULES = ()  # the room has no `__all__`: what follows is what other rooms and studies use
 

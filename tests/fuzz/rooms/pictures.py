@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from workbench.study import curves, panel, pictures, shapes, traces
-from workbench.study.sensitivity import sobol
+from workbench.study import pictures, traces
+from workbench.study.document.document import curves, panel, shapes
+from workbench.study.uncertainty import sobol
 
 from .evidence import COMPARISON, EFFECTS, INDICES, NAMES, PAIRS, QUANTILES, TORNADO, outputs
 from .study import outcomes

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from workbench.simulate import reference as room
+from workbench import reference as room
 
 from ..parts import ODE
 
-MODULES = ("workbench.simulate.reference",)
+MODULES = ("workbench.reference",)
 
 
 def rate(t: float, x: Any) -> Any:

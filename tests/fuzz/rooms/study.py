@@ -6,19 +6,21 @@ from typing import Any
 
 import casadi as ca
 
-from workbench import script, study
+from workbench import study
+from workbench.cli import script
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import iae, ise
-from workbench.study import adjusted, comparison, document, factors, local, pareto, provenance, runner, tuning, writeup
-from workbench.study.distributions import LogUniform, Uniform
-from workbench.study.factors import Factor
+from workbench.study import adjusted, comparison, pareto, provenance, runner, tuning, writeup
+from workbench.study.document.document import document
 from workbench.study.preparation import prepared
 from workbench.study.run import Run
-from workbench.study.sampling import Listed, MonteCarlo
 from workbench.study.study import Case, Results, Study
 from workbench.study.sweep import Sweep
+from workbench.study.uncertainty import Listed, MonteCarlo, factors, local
+from workbench.study.uncertainty.distributions import LogUniform, Uniform
+from workbench.study.uncertainty.factors import Factor
 
-MODULES = ("workbench.study", "workbench.study.sampling", "workbench.study.tuning")
+MODULES = ("workbench.study", "workbench.study.uncertainty", "workbench.study.tuning")
 IMPORTED = ("morris", "morris_plane", "quantile_bands", "quantiles", "second_order_map", "sobol", "sobol_bars",
             "tornado", "tornado_figure")  # fmt: skip  # of these the other rooms hold a call
 

@@ -9,37 +9,47 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench import derivation, verification
+from workbench import handover as derivation
+from workbench.claims import (
+    ascent,  # fmt: skip
+    counterexample,  # fmt: skip
+    evolution,  # fmt: skip
+    falsify,  # fmt: skip
+    margins,  # fmt: skip
+)
+from workbench.claims import verdicts as claims  # fmt: skip
+from workbench.cli import verification
 from workbench.core import Claim, Dynamics
 from workbench.core.claim import Declared
 from workbench.metrics.integral import Integral
-from workbench.notation.parsing import grammar, names, normal, plain, statements, tex
 from workbench.notation.walk import walk
+from workbench.printed import comparison as printed  # fmt: skip
+from workbench.printed import (
+    diagnosis,  # fmt: skip
+    given,  # fmt: skip
+    grammar,
+    names,
+    sheet,  # fmt: skip
+    statements,
+    tex,
+    units,  # fmt: skip
+)
+from workbench.printed import exact_form as normal
+from workbench.printed import plain_text as plain
+from workbench.proofs import (
+    bounded,  # fmt: skip
+    bounds,  # fmt: skip
+    box,  # fmt: skip
+    equality,  # fmt: skip
+    exact,  # fmt: skip
+    identity,  # fmt: skip
+    interval,  # fmt: skip
+    properties,  # fmt: skip
+    rest,  # fmt: skip
+    spectrum,  # fmt: skip
+    witness,  # fmt: skip
+)
 from workbench.robots import named
-from workbench.verify import (
-    ascent,
-    bounded,
-    bounds,
-    box,
-    claims,
-    counterexample,
-    diagnosis,
-    equality,
-    evolution,
-    exact,
-    falsify,
-    given,
-    identity,
-    interval,
-    margins,
-    printed,
-    properties,
-    rest,
-    sheet,
-    spectrum,
-    units,
-    witness,
-)  # fmt: skip
 
 from ..parts import ODE
 

@@ -195,7 +195,7 @@ def transition(ode: Ode, times: Any, p: Any = None, x0: Any = None, *, rtol: flo
     ValueError
         If the rate may jump as the states change, or the reference mode refuses.
     """
-    from workbench.simulate.reference import reference  # half a second, which few callers of this room need
+    from workbench.reference import reference  # half a second, which few callers of this room need
 
     row = row_of(ode, p)
     refuse_jumps("transition", ode, row)

@@ -14,8 +14,8 @@ from workbench.design.certificates import Refused
 from workbench.design.linear.arguments import jacobians, places_of
 from workbench.design.linear.smoothness import refuse_jump_at
 from workbench.notation.walk import walk
+from workbench.proofs.interval import jumps
 from workbench.validation.words import MOST
-from workbench.verify.interval import jumps
 
 CONVERGED = 1e-12  # between a number of steps and twice as many, relative
 FEWEST, MOST_STEPS = 8, 2**14

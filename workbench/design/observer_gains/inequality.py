@@ -19,9 +19,9 @@ from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.region import Region
+from workbench.proofs.branch import definite
+from workbench.proofs.forms import UNIT
 from workbench.validation.views import show
-from workbench.verify.branch import definite
-from workbench.verify.forms import UNIT
 
 Mask = np.ndarray[Any, np.dtype[np.bool_]]
 # Boxes of positions that a proof may take, and doubles that are held at a time.

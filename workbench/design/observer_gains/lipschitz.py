@@ -17,9 +17,9 @@ from workbench.design.observer_gains.certificate import refuse_unfit
 from workbench.design.observer_gains.inequality import Inequality, prove
 from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.region import Region
+from workbench.proofs.witness import sequence
 from workbench.validation.doors import door
 from workbench.validation.views import show
-from workbench.verify.witness import sequence
 
 # Shares above the largest norm that is known, of which the first that can be proved is taken; samples of states.
 SHARES, SAMPLES = (0.01, 0.03, 0.1, 0.3), 20_000

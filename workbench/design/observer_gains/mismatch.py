@@ -25,11 +25,11 @@ from workbench.core.layout import Array
 from workbench.design.observer_gains.region import Region
 from workbench.notation.normal_form import NotInClass, normal_forms
 from workbench.notation.walk import Walk, walk
+from workbench.proofs.interval import Interval, evaluate, jumps
+from workbench.proofs.spectrum import nominal
 from workbench.validation.doors import door
 from workbench.validation.views import show
 from workbench.validation.words import require
-from workbench.verify.interval import Interval, evaluate, jumps
-from workbench.verify.spectrum import nominal
 
 MOST = 4  # joints
 # Bernstein's coefficients of s and s^2, of degree two, on [-1, 0] and [0, 1] together.

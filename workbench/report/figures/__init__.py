@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from workbench.study.document import Document
+from workbench.study.document.document import Document
 
 
 def drawn(document: Document) -> dict[str, str]:

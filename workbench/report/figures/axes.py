@@ -35,10 +35,10 @@ from workbench.report.figures.rulers import rulers
 from workbench.report.figures.sizes import led, size_of
 from workbench.report.figures.tiles import FRAME, tone
 from workbench.report.thinning import thinned, windowed
-from workbench.study.curves import Array, Band, Series
-from workbench.study.document import Figure
-from workbench.study.panel import Panel
-from workbench.study.shapes import Bars, HeatMap, Mark, Points, Tiles
+from workbench.study.document.curves import Array, Band, Series
+from workbench.study.document.document import Figure
+from workbench.study.document.panel import Panel
+from workbench.study.document.shapes import Bars, HeatMap, Mark, Points, Tiles
 
 CROWDED = 60  # letters of names side by side below a panel
 

@@ -12,7 +12,7 @@ from workbench.report.figures.labels import written
 from workbench.report.figures.looks import GREY, LINES, MARKS, POINTS_LOOK, SMALL_LETTERS
 from workbench.report.figures.marks import CAP, EDGE, FAINT, WHISKER, ink_on, shades_of, tint, written_cells
 from workbench.report.figures.tiles import FRAME, ink_over, tone
-from workbench.study.shapes import Bars, HeatMap, Points, Tiles
+from workbench.study.document.shapes import Bars, HeatMap, Points, Tiles
 
 ROOM = 0.05  # of the abscissa: what a bar takes at least whose text is printed
 

@@ -12,7 +12,7 @@ from matplotlib.textpath import text_to_path
 
 from workbench.notation import latex, text
 from workbench.report.figures.looks import RULES, SMALL_LETTERS
-from workbench.study.curves import Label
+from workbench.study.document.curves import Label
 
 FAMILY = RULES["font.family"]
 ASCENT, DESCENT = 0.76, 0.24  # of the size of the letters: a line of text takes as much even if it has no such letter

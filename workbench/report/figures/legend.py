@@ -6,7 +6,7 @@ import re
 
 from workbench.report.figures.labels import written
 from workbench.report.figures.looks import WIDTH
-from workbench.study.document import Figure, Mark, Tiles
+from workbench.study.document.document import Figure, Mark, Tiles
 
 
 def entries(figure: Figure) -> dict[str, Mark]:

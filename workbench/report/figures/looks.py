@@ -9,10 +9,10 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 
-from workbench.study.curves import Array, Band, Series, Style
-from workbench.study.document import Figure
-from workbench.study.panel import Panel
-from workbench.study.shapes import Bars, HeatMap, Tiles
+from workbench.study.document.curves import Array, Band, Series, Style
+from workbench.study.document.document import Figure
+from workbench.study.document.panel import Panel
+from workbench.study.document.shapes import Bars, HeatMap, Tiles
 
 WIDTH = 6.3  # inches: the text width of an A4 page with margins of 25 mm
 LETTERS, SMALL_LETTERS, LEGEND_LETTERS = 9.0, 8.0, 8.5  # points

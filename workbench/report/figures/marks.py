@@ -13,8 +13,8 @@ from workbench.report.figures.looks import GREY, LINES, POINTS_LOOK, SMALL_LETTE
 from workbench.report.figures.pen import INK, Box, Pen
 from workbench.report.figures.placing import FAR, placed
 from workbench.report.figures.ruler import Ruler
-from workbench.study.curves import Array, Style
-from workbench.study.shapes import Bars, HeatMap, Points
+from workbench.study.document.curves import Array, Style
+from workbench.study.document.shapes import Bars, HeatMap, Points
 
 CAP = 2.0  # points: half of the mark at the end of an interval
 ARROW = 3.5  # points: the arrow of an interval that goes on beyond the panel

@@ -12,9 +12,9 @@ from workbench.report.figures.marks import draw_bars, draw_map, draw_points, fil
 from workbench.report.figures.pen import Box, Pen
 from workbench.report.figures.ruler import Ruler, Ticks
 from workbench.report.figures.tiles import draw_tiles
-from workbench.study.curves import Array, Band, Series
-from workbench.study.panel import Panel
-from workbench.study.shapes import Bars, HeatMap, Mark, Points, Tiles
+from workbench.study.document.curves import Array, Band, Series
+from workbench.study.document.panel import Panel
+from workbench.study.document.shapes import Bars, HeatMap, Mark, Points, Tiles
 
 GRID = {"color": RULES["grid.color"], "linewidth": RULES["grid.linewidth"]}
 RULED = {"color": "#555555", "linewidth": 0.6}

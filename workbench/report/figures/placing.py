@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.report.figures.labels import Extent
 from workbench.report.figures.pen import Box
-from workbench.study.curves import Array
+from workbench.study.document.curves import Array
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 

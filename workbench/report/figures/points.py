@@ -12,8 +12,8 @@ from workbench.report.cleaning import cleaned
 from workbench.report.figures.looks import letter_of, points_of
 from workbench.report.tables import plain
 from workbench.report.thinning import thinned, windowed
-from workbench.study.curves import Array, Band, Series
-from workbench.study.document import Figure
+from workbench.study.document.curves import Array, Band, Series
+from workbench.study.document.document import Figure
 from workbench.study.rows import spreadsheet_text
 
 

@@ -12,7 +12,7 @@ from matplotlib.ticker import Locator, LogFormatterSciNotation, LogLocator, MaxN
 
 from workbench.report.figures.labels import NUMBER, block_of, unmarked
 from workbench.report.figures.looks import SMALL_LETTERS
-from workbench.study.curves import Array
+from workbench.study.document.curves import Array
 
 PLAIN = (1e-3, 1e4)  # between these a short logarithmic ruler needs no powers of ten
 

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from workbench.report.figures.labels import block_of, extent, folded, written
 from workbench.report.figures.looks import NAMED, SMALL_LETTERS, WIDTH, below, column_of, shares_rows
 from workbench.report.figures.ruler import Ruler
-from workbench.study.curves import Array, Label, Series
-from workbench.study.document import Figure
-from workbench.study.panel import Panel
-from workbench.study.shapes import Bars, Points, Spans, Tiles
+from workbench.study.document.curves import Array, Label, Series
+from workbench.study.document.document import Figure
+from workbench.study.document.panel import Panel
+from workbench.study.document.shapes import Bars, Points, Spans, Tiles
 
 COLUMNS = 8  # that a panel has the room for: the cells of fewer are no wider
 BESIDE = 20.0  # points: the edges of a panel

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure as Canvas
 from workbench.core import Entry
 from workbench.report.figures.axes import plot
 from workbench.simulate import Trajectories
-from workbench.study.curves import STYLES, Array, Series
-from workbench.study.document import Figure
-from workbench.study.panel import Panel
+from workbench.study.document.curves import STYLES, Array, Series
+from workbench.study.document.document import Figure
+from workbench.study.document.panel import Panel
 from workbench.validation.doors import door
 from workbench.validation.words import described, nearest, whole
 

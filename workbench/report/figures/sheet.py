@@ -34,10 +34,10 @@ from workbench.report.figures.ruler import Ruler, Ticks
 from workbench.report.figures.rulers import rulers
 from workbench.report.figures.sizes import led, size_of
 from workbench.report.thinning import thinned, windowed
-from workbench.study.curves import Array, Band, Series
-from workbench.study.document import Figure
-from workbench.study.panel import Panel
-from workbench.study.shapes import Mark
+from workbench.study.document.curves import Array, Band, Series
+from workbench.study.document.document import Figure
+from workbench.study.document.panel import Panel
+from workbench.study.document.shapes import Mark
 
 EDGE = 4.0  # points around each panel with all its letters
 

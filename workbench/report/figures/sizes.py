@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from workbench.report.figures.looks import WIDTH
 from workbench.report.figures.rulers import row_names
-from workbench.study.document import Figure
-from workbench.study.panel import Panel
-from workbench.study.shapes import Points, Tiles
+from workbench.study.document.document import Figure
+from workbench.study.document.panel import Panel
+from workbench.study.document.shapes import Points, Tiles
 
 ROW, LINE = 0.19, 0.125  # inches: the least of a named row, and of each line of its name
 MOST, FEW = 0.3, 2.0  # inches: the most of a named row, and what few of them share

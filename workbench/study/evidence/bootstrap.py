@@ -9,8 +9,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import ndtri
 
-from workbench.study.sampling.contract import uniforms
-from workbench.study.sensitivity.outputs import check_size
+from workbench.study.uncertainty.design import uniforms
+from workbench.study.uncertainty.outputs import check_size
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers
 

@@ -12,7 +12,7 @@ import numpy as np
 from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.estimands import Estimand, Median, Success, blur, flaw, intervals
 from workbench.study.evidence.paired import Paired
-from workbench.study.sensitivity.outputs import LARGEST, Flags, t_quantile
+from workbench.study.uncertainty.outputs import LARGEST, Flags, t_quantile
 from workbench.validation.doors import door
 from workbench.validation.words import Array, whole
 from workbench.validation.words import seed as as_seed

@@ -18,8 +18,8 @@ from workbench.study.evidence.bootstrap import (
     place_of,
     resampled_tails,
 )
-from workbench.study.sensitivity import share as share_of
-from workbench.study.sensitivity.outputs import LEAST_SPREAD, Flags
+from workbench.study.uncertainty.outputs import LEAST_SPREAD, Flags
+from workbench.study.uncertainty.quantiles import share as share_of
 from workbench.validation.doors import door
 from workbench.validation.words import Array, finite
 

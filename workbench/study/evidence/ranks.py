@@ -8,8 +8,8 @@ import numpy as np
 
 from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.paired import Paired
-from workbench.study.sensitivity import share
-from workbench.study.sensitivity.outputs import Flags, t_quantile
+from workbench.study.uncertainty.outputs import Flags, t_quantile
+from workbench.study.uncertainty.quantiles import share
 from workbench.validation.doors import door
 
 

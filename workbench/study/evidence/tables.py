@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 
-from workbench.study.document import Cell, Column, Emphasis, Measured, Phrase, Table, Value
+from workbench.study.document.document import Cell, Column, Emphasis, Measured, Phrase, Table, Value
 from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.comparison import Comparison
 from workbench.study.evidence.estimands import Success, unit_of, words_of

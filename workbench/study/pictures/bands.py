@@ -8,11 +8,11 @@ from typing import Literal
 
 import numpy as np
 
-from workbench.study.cells import Column, Phrase, Table
-from workbench.study.curves import STYLES, Array
-from workbench.study.document import Band, Figure, Label, Panel, Series
+from workbench.study.document.cells import Column, Phrase, Table
+from workbench.study.document.curves import STYLES, Array
+from workbench.study.document.document import Band, Figure, Label, Panel, Series
 from workbench.study.pictures.parts import by_law, captioned, number, scale_of, stretches, times_of
-from workbench.study.sensitivity import Quantiles
+from workbench.study.uncertainty.quantiles import Quantiles
 from workbench.validation.doors import door
 
 TOGETHER = 3  # laws whose bands still can be told apart in one panel

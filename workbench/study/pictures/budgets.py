@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from workbench.study.cells import Column, Phrase, Table
-from workbench.study.curves import STYLES, Array
-from workbench.study.document import Band, Figure, Label, Panel, Series
+from workbench.study.document.cells import Column, Phrase, Table
+from workbench.study.document.curves import STYLES, Array
+from workbench.study.document.document import Band, Figure, Label, Panel, Series
 from workbench.study.pictures.parts import by_law, captioned, require_array, scale_of, stretches
 from workbench.validation.doors import door
 

@@ -8,11 +8,12 @@ from typing import Literal
 import numpy as np
 
 from workbench.notation.formula import Relation, Symbol
-from workbench.study.cells import Column, Phrase, Table, parts
-from workbench.study.curves import Array, Label
-from workbench.study.document import Figure, Panel, Points, Series
+from workbench.study.document.cells import Column, Phrase, Table, parts
+from workbench.study.document.curves import Array, Label
+from workbench.study.document.document import Figure, Panel, Points, Series
 from workbench.study.pictures.parts import BEYOND, DECADE, Labels, captioned, each, number, refusals, with_unit, written
-from workbench.study.sensitivity import Estimate, MorrisEffects
+from workbench.study.uncertainty.effects import MorrisEffects
+from workbench.study.uncertainty.outputs import Estimate
 from workbench.validation.doors import door
 
 MU_STAR, SIGMA = Symbol("mu", mark="*"), Symbol("sigma")

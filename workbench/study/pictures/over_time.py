@@ -6,11 +6,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from workbench.study.cells import Column, Phrase, Table
-from workbench.study.curves import Array
-from workbench.study.document import Band, Figure, Panel, Series
+from workbench.study.document.cells import Column, Phrase, Table
+from workbench.study.document.curves import Array
+from workbench.study.document.document import Band, Figure, Panel, Series
 from workbench.study.pictures.parts import Labels, captioned, number, scale_of_shares, stretches, times_of, written
-from workbench.study.sensitivity import Estimate, SobolIndices
+from workbench.study.uncertainty.indices import SobolIndices
+from workbench.study.uncertainty.outputs import Estimate
 from workbench.validation.doors import door
 
 BEYOND = "An interval that reaches the edge goes on beyond the axes."

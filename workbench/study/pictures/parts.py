@@ -7,10 +7,12 @@ from typing import Literal, TypeAlias, TypeVar
 
 import numpy as np
 
-from workbench.study.cells import Cell, Part, Phrase, check_phrase, parts, raised
-from workbench.study.curves import Array, Label
-from workbench.study.sensitivity import Estimate, MorrisEffects, SobolIndices, Tornado
-from workbench.study.sensitivity.outputs import check_size
+from workbench.study.document.cells import Cell, Part, Phrase, check_phrase, parts, raised
+from workbench.study.document.curves import Array, Label
+from workbench.study.uncertainty.effects import MorrisEffects
+from workbench.study.uncertainty.indices import SobolIndices
+from workbench.study.uncertainty.outputs import Estimate, check_size
+from workbench.study.uncertainty.tornado import Tornado
 from workbench.validation.words import Integers
 
 Labels: TypeAlias = Mapping[str, Label] | None

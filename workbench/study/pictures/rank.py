@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from workbench.study.cells import Column, Phrase, Table
-from workbench.study.document import Bars, Figure, Panel
+from workbench.study.document.cells import Column, Phrase, Table
+from workbench.study.document.document import Bars, Figure, Panel
 from workbench.study.pictures.parts import by_law, captioned, require_array
 from workbench.validation.doors import door
 from workbench.validation.words import Array

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.study.cells import Column, Phrase, Table
-from workbench.study.document import Figure, HeatMap, Panel
+from workbench.study.document.cells import Column, Phrase, Table
+from workbench.study.document.document import Figure, HeatMap, Panel
 from workbench.study.pictures.parts import Labels, captioned, each, number, refusals, written
-from workbench.study.sensitivity import Estimate, SobolIndices
+from workbench.study.uncertainty.indices import SobolIndices
+from workbench.study.uncertainty.outputs import Estimate
 from workbench.validation.doors import door
 
 DARKEST = 0.1  # the least index whose cell may be as dark as can be

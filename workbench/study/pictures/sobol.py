@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.study.cells import Column, Phrase, Table
-from workbench.study.document import Bars, Figure, Panel
+from workbench.study.document.cells import Column, Phrase, Table
+from workbench.study.document.document import Bars, Figure, Panel
 from workbench.study.pictures.parts import BEYOND, Labels, captioned, each, number, refusals, scale_of_shares, written
-from workbench.study.sensitivity import SobolIndices
+from workbench.study.uncertainty.indices import SobolIndices
 from workbench.validation.doors import door
 from workbench.validation.words import Integers
 

@@ -7,8 +7,8 @@ from typing import TypeAlias
 
 import numpy as np
 
-from workbench.study.cells import Cell, Column, Phrase, Table, check_phrase
-from workbench.study.document import Figure, Panel, Tiles
+from workbench.study.document.cells import Cell, Column, Phrase, Table, check_phrase
+from workbench.study.document.document import Figure, Panel, Tiles
 from workbench.study.evidence import Comparison, Intervals, Success
 from workbench.study.pictures.parts import captioned, number
 from workbench.validation.doors import door

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.study.cells import Column, Phrase, Table
-from workbench.study.curves import STYLES
-from workbench.study.document import Bars, Figure, Panel, Series
+from workbench.study.document.cells import Column, Phrase, Table
+from workbench.study.document.curves import STYLES
+from workbench.study.document.document import Bars, Figure, Panel, Series
 from workbench.study.pictures.parts import Labels, captioned, each, number, refusals, with_unit, written
-from workbench.study.sensitivity import Tornado
+from workbench.study.uncertainty.tornado import Tornado
 from workbench.validation.doors import door
 
 LEVEL = 0.36  # of a row: the thickness of the bar of one level

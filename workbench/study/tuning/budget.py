@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from math import ceil
 
-from workbench.study.factors import Factor
 from workbench.study.tuning.contract import Objective, Trial, Tuning
+from workbench.study.uncertainty.factors import Factor
 from workbench.validation.doors import door
 from workbench.validation.words import known, positive
 

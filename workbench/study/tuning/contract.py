@@ -8,10 +8,10 @@ from math import ceil
 
 import numpy as np
 
-from workbench.study.cells import check_name
-from workbench.study.factors import Factor
+from workbench.study.document.cells import check_name
 from workbench.study.run import Run
 from workbench.study.sample import Sample
+from workbench.study.uncertainty.factors import Factor
 from workbench.validation.doors import door
 from workbench.validation.words import Array, described, finite, known, multiple, seed, text, whole
 

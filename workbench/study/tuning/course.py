@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.claims.evolution import Flags
 from workbench.study.sample import Sample
 from workbench.study.tuning.contract import GAIN, Tuning
 from workbench.validation.doors import door
 from workbench.validation.words import Array
-from workbench.verify.evolution import Flags
 
 
 @dataclass(frozen=True, eq=False)

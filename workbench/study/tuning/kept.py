@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from time import monotonic
 
-from workbench.study.about import SweepAbout
-from workbench.study.chunk import Chunk
+from workbench.study.ledger.about import SweepAbout
+from workbench.study.ledger.chunk import Chunk
+from workbench.study.ledger.resume import State, Task, about_of_sweep, lost
+from workbench.study.ledger.store import Ledger
 from workbench.study.prepared import Prepared
-from workbench.study.resume import State, Task, about_of_sweep, lost
-from workbench.study.store import Ledger
 from workbench.study.tuning.ready import Ready
 from workbench.study.tuning.search import tune
 from workbench.study.tuning.tuned import Tuned

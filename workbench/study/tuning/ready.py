@@ -8,12 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
-from workbench.study.distributions import AbstractDistribution
 from workbench.study.preparation import prepared
 from workbench.study.prepared import Prepared
-from workbench.study.sampling import AbstractDesign
 from workbench.study.sweep import Sweep
 from workbench.study.tuning.contract import Trial, Tuning
+from workbench.study.uncertainty.design import AbstractDesign
+from workbench.study.uncertainty.distributions import AbstractDistribution
 from workbench.validation.words import Array
 
 # Points of a search that are run again at half the step: as many as one vector of the widest processors holds.

@@ -8,18 +8,18 @@ from itertools import pairwise
 
 import numpy as np
 
-from workbench.study.chunk import Chunk
+from workbench.claims.evolution import Flags, Judged, evolve
 from workbench.study.contract import answer
+from workbench.study.ledger.chunk import Chunk
 from workbench.study.prepared import Prepared
 from workbench.study.sample import Sample
-from workbench.study.sampling import Listed
 from workbench.study.tuning.contract import Tuning
 from workbench.study.tuning.course import Course, have_values, reasons_of
 from workbench.study.tuning.ready import FINALISTS, Ready, ready
 from workbench.study.tuning.tuned import Tuned
+from workbench.study.uncertainty.explicit import Listed
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers, several, vector
-from workbench.verify.evolution import Flags, Judged, evolve
 
 ROUNDING = 1e-9  # relative, of an objective that sums in another order
 

@@ -10,11 +10,11 @@ import numpy as np
 
 from workbench.study.adjusted import Adjusted, adjusted
 from workbench.study.contract import Loop, answer, check_loop, equations_of
-from workbench.study.factors import Space
 from workbench.study.pareto import pareto
 from workbench.study.sample import Sample
 from workbench.study.tuning.contract import NOISES, Tuning
 from workbench.study.tuning.course import Course, courses, percent, reasons_of, share
+from workbench.study.uncertainty.factors import Space
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers, known, vector, whole
 

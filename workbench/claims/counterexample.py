@@ -1,0 +1,285 @@
+"""A run that breaks a claim, or is the worst that was found: stored as plain numbers, and run again by anyone."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+
+from workbench.claims.margins import Largest, violation, watching
+from workbench.core import Ode
+from workbench.core.claim import Declared
+from workbench.core.layout import Array, Layout
+from workbench.metrics import AbstractMetric, measure
+from workbench.reference import reference
+from workbench.simulate import StepLimit
+from workbench.validation.doors import door
+from workbench.validation.words import described, known, nearest, refusal
+
+LARGEST_FILE = 1_000_000  # bytes; one with a hundred parameters has ten thousand
+# A run counts if its error of the step is no more than this share of its value, and one that diverges if it does so
+# at both steps at the same time, to this share of it and as many steps as an overflow may take.
+CREDIBLE, STEPS = 0.1, 20
+TOO_LONG = "the step is too long"
+# Two machines may round a run differently: beyond its own error a replay may differ by this share of the value.
+ROUNDING = 1e-6
+
+
+@dataclass(frozen=True)
+class Replay:
+    """A counter-example that was run again, at its step and at half of it.
+
+    Attributes
+    ----------
+    value, error
+        At half the step, and the change from the whole one.
+    same
+        Whether it is the stored value, within both errors.
+    kept
+        Whether it keeps its hypotheses.
+    diverged_at
+        When it diverged, in s: at half the step and at the whole one; NaN where it stayed finite.
+    """
+
+    value: float
+    error: float
+    same: bool
+    kept: bool
+    diverged_at: tuple[float, float]
+
+
+@dataclass(frozen=True)
+@door
+class CounterExample:
+    """One run of an equation and what a metric makes of it.
+
+    Attributes
+    ----------
+    about
+        The name of the metric.
+    fingerprint
+        Of the equation.
+    sought
+        The numbers that a search chose; they are among `p` (parameters) and `x0` (the initial state).
+    until, h
+        Horizon and step, in s; the value is taken at h / 2.
+    seed
+        Of the search.
+    value, error
+        The metric, largest over its components, and its change from the step to half of it; infinity and zero
+        where the run diverged.
+    """
+
+    about: str
+    fingerprint: str
+    sought: Mapping[str, float]
+    p: Mapping[str, float]
+    x0: Mapping[str, float]
+    until: float
+    h: float
+    seed: int
+    value: float
+    error: float
+
+    @door
+    def write(self, path: Path | str) -> None:
+        """Store it as JSON.
+
+        Raises
+        ------
+        ValueError
+            If nothing can be written there; the reason is said.
+        """
+        fields = asdict(self) | {"value": float(self.value).hex(), "error": float(self.error).hex()}
+        try:
+            Path(path).write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
+        except (OSError, ValueError) as error:  # the second where a name holds what none can
+            why = error.strerror if isinstance(error, OSError) else error
+            raise refusal("CounterExample.write(path=...)", "a file that can be written", path, f": {why}") from None
+
+    @staticmethod
+    @door
+    def read(path: Path | str) -> CounterExample:
+        """What `write` has stored.
+
+        Raises
+        ------
+        LookupError
+            If there is no such file.
+        ValueError
+            If the file is too large, cannot be read or does not hold a counter-example.
+        """
+        file = Path(path)
+        call = f"CounterExample.read({described(file.name)})"
+        try:
+            if not file.is_file():
+                raise LookupError(f"`{call}`: there is no such file.")
+            with file.open("rb") as handle:
+                content = handle.read(LARGEST_FILE + 1)
+        except OSError as error:
+            raise ValueError(f"`{call}` must be a file that can be read: {error.strerror}.") from None
+        if len(content) > LARGEST_FILE:
+            raise ValueError(f"`{call}` must be a file of {LARGEST_FILE} bytes at most; got more.")
+        try:
+            return _made(json.loads(content.decode()))
+        except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError) as error:
+            raise ValueError(
+                f"`{call}` must hold a counter-example as `write` stores it; got {described(str(error))}."
+            ) from None
+
+    @door
+    def rows(self, ode: Ode) -> tuple[Array, Array]:
+        """Its parameters (1, np) and initial state (1, nx), as rows of `ode`.
+
+        Raises
+        ------
+        ValueError
+            If the equation is another one.
+        LookupError
+            If one of its numbers has no place there, or one there has no number.
+        """
+        if ode.fingerprint != self.fingerprint:
+            raise ValueError(
+                f"`CounterExample.rows(ode)` must be given the equation it was found for, of fingerprint "
+                f"{self.fingerprint[:12]}...; that of '{ode.name}' is {ode.fingerprint[:12]}...: search again."
+            )
+        return _row(ode.parameters, self.p), _row(ode.states, self.x0)
+
+    @door
+    def replay(
+        self, ode: Ode, metric: AbstractMetric, kept: Sequence[Largest] = (), watched: Ode | None = None
+    ) -> Replay:
+        """Run it again.
+
+        Parameters
+        ----------
+        kept
+            The violations of the hypotheses that it must keep.
+        watched
+            `ode` with the outputs that the metric and `kept` look at, where it lacks them.
+        """
+        again = run(watched or ode, metric, kept, *self.rows(ode), self.until, self.h)
+        finite = np.isfinite([again.value, self.value]).all()
+        gap = abs(again.value - self.value) if finite else 0.0
+        alike = np.isfinite(again.value) == np.isfinite(self.value)
+        close = gap <= self.error + again.error + ROUNDING * abs(self.value) if finite else True
+        return Replay(again.value, again.error, bool(alike and close), again.excess <= 0, again.diverged_at)
+
+
+class Pair(NamedTuple):
+    """A run at h and at h / 2: the metric, largest over its components, and its change; the hypotheses; divergence.
+
+    `excess` is the largest violation of a hypothesis at h / 2, and minus infinity without any. `doubt` says why the
+    run cannot refute a claim, and is empty where it can.
+    """
+
+    value: float
+    error: float
+    excess: float
+    diverged_at: tuple[float, float]
+    doubt: str
+
+
+@door
+def run(ode: Ode, metric: AbstractMetric, kept: Sequence[Largest], p: Array, x0: Array, until: float, h: float) -> Pair:
+    """One run at its step and at half of it, with the violations `kept` of its hypotheses.
+
+    Infinite is the metric of a run that diverges at both at the same time, within the stability limit of the step; of
+    any other that diverges, the step itself may be what diverges, and it is not a number.
+    """
+    found = measure(ode, (metric, *kept), p, x0, until=until, h=h)
+    score, runs = found.scores[metric.name], found.trajectories
+    last = np.flatnonzero(np.isfinite(runs.x[0]).all(axis=1))[-1]
+    state = runs.step.states.unpack(runs.x[0, last])
+    excess = max((float(state[f"{hypothesis.name}.largest"].max()) for hypothesis in kept), default=-np.inf)
+    times = float(runs.diverged_at[0]), float(found.coarse_diverged_at[0])
+    if np.isfinite(times).any():
+        doubt = _unstable(found.limits[0]) or _untimely(times, h)
+        return Pair(np.nan, np.nan, excess, times, doubt) if doubt else Pair(np.inf, 0.0, excess, times, "")
+    worst = int(np.argmax(score.value[0]))
+    value, error = float(score.value[0, worst]), float(score.error[0, worst])
+    return Pair(value, error, excess, times, _unstable(found.limits[0]) or _rough(value, error, h))
+
+
+def _unstable(limit: StepLimit) -> str:
+    """That a mode which decays grows at this step; empty where it is not so."""
+    if limit.holds:
+        return ""
+    return f"{TOO_LONG}: of {limit.h:.3g} s, with a limit of stability of {limit.limit:.3g} s at {limit.at:.4g} s"
+
+
+def _untimely(times: tuple[float, float], h: float) -> str:
+    """That a run does not diverge at both steps at the same time; empty where it does."""
+    fine, coarse = times
+    if not np.isfinite(times).all():
+        return f"{TOO_LONG}: the run diverges at one of {h:.3g} s and its half alone"
+    if abs(fine - coarse) > CREDIBLE * min(times) + STEPS * h:
+        return f"{TOO_LONG}: at {h:.3g} s the run diverges at {coarse:.4g} s, and at half of it at {fine:.4g} s"
+    return ""
+
+
+def _rough(value: float, error: float, h: float) -> str:
+    """That a value changes much with the step; empty where it does not."""
+    if error <= CREDIBLE * abs(value):
+        return ""
+    return f"{TOO_LONG}: from {h:.3g} s to half of it the value changes by {error:.2g} to {value:.4g}"
+
+
+@door
+def hypotheses_kept(
+    ode: Ode, claims: Sequence[Declared], until: float, h: float, p: Array | None = None, x0: Array | None = None
+) -> tuple[str, ...]:
+    """The names of those claims that a run keeps at every step, at the step h and at half of it.
+
+    Raises
+    ------
+    ValueError
+        If one has no margin, or `measure` refuses the run.
+    """
+    violations = [violation(said.claim) for said in claims]
+    scores = measure(watching(ode, claims), violations, p, x0, until=until, h=h).scores
+    kept = [float((scores[each.name].value + scores[each.name].error).max()) <= 0 for each in violations]
+    return tuple(said.claim.name for said, holds in zip(claims, kept, strict=True) if holds)
+
+
+@door
+def in_reference_mode(
+    ode: Ode, signal: str, p: Array, x0: Array, times: Sequence[float], rtol: float = 1e-9
+) -> tuple[Array, Array]:
+    """An output (N, k) at N times by the reference mode, and what the error of the states makes of it, (N, k).
+
+    Raises
+    ------
+    ValueError
+        If `reference` refuses the run.
+    """
+    found = reference(ode, p, x0, times=times, rtol=rtol)
+    y = ode.outputs.view(ode.output)[known(signal, ode.outputs.names, f"outputs of '{ode.name}'")]
+    slope = ca.Function("slope", [ode.t, ode.x, ode.p], [ca.vec(y), ca.densify(ca.jacobian(y, ode.x))])
+    values = [slope(t, x, p) for t, x in zip(found.t, found.x, strict=True)]
+    return (
+        np.stack([np.array(y).ravel() for y, _ in values]),
+        np.stack([np.abs(np.array(J)) @ error for (_, J), error in zip(values, found.error, strict=True)]),
+    )
+
+
+def _row(layout: Layout, values: Mapping[str, float]) -> Array:
+    for label in layout.labels:
+        if label not in values:
+            raise LookupError(f"A counter-example must give '{label}' a number.{nearest(label, values)}")
+    return layout.pack(values)
+
+
+def _made(fields: Mapping[str, Any]) -> CounterExample:
+    sought, p, x0 = ({str(k): float(v) for k, v in fields[name].items()} for name in ("sought", "p", "x0"))
+    value, error = (float.fromhex(fields[name]) for name in ("value", "error"))
+    until, h = float(fields["until"]), float(fields["h"])
+    if not np.isfinite([until, h, *sought.values(), *p.values(), *x0.values()]).all():
+        raise ValueError("a number that is not finite")
+    about, fingerprint, seed = str(fields["about"]), str(fields["fingerprint"]), int(fields["seed"])
+    return CounterExample(about, fingerprint, sought, p, x0, until, h, seed, value, error)

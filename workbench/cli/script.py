@@ -1,0 +1,169 @@
+"""The script that `workbench run` is given: found, loaded as the user's own program, and named in its report."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, fields, is_dataclass, replace
+from importlib.machinery import SourceFileLoader
+from importlib.util import module_from_spec, spec_from_loader
+from pathlib import Path
+from shlex import join
+from typing import Any, NoReturn
+
+from workbench.study.executors import ClusterError
+from workbench.study.ledger.chunk import Chunk
+from workbench.study.preparation import prepared
+from workbench.study.prepared import Prepared
+from workbench.study.study import Study
+from workbench.study.sweep import Sweep
+from workbench.study.tuning import kept
+from workbench.study.tuning.ready import ready
+from workbench.validation.doors import door
+from workbench.validation.words import described, nearest, whole
+
+Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
+COUNTS = ("runs", "base", "trajectories")  # the names by which designs have the number that `--samples` sets
+
+
+def check_file(file: Path) -> None:
+    """Refuse what is no file, before anything is imported."""
+    if file.is_dir():
+        raise LookupError(f"'{file}' is a folder; a study is a Python file. Name the file in it.")
+    if not file.is_file():
+        beside = [str(other) for other in sorted(file.parent.glob("*.py"))] if file.parent.is_dir() else []
+        raise LookupError(f"There is no study file '{file}'.{nearest(str(file), beside)}")
+
+
+class _AsItStands(SourceFileLoader):
+    """Compiles a script each time: what Python has kept is taken for it if it has the same second and size."""
+
+    def path_stats(self, path: str | bytes | os.PathLike[str] | os.PathLike[bytes]) -> NoReturn:
+        raise OSError(f"the time of {path!r} is not asked for")
+
+
+def load(file: Path) -> Study:
+    """The `study` of a script, which runs as the user's own program with its folder first on the path."""
+    loader = _AsItStands("__study__", str(file))
+    spec = spec_from_loader(loader.name, loader)
+    assert spec is not None
+    module = module_from_spec(spec)
+    beside = str(file.parent.resolve())
+    sys.path.insert(0, beside)
+    sys.modules[loader.name] = module
+    try:
+        loader.exec_module(module)
+    except SystemExit as error:
+        raise ValueError(f"'{file}' ended by itself, with status {error.code}, before its study was read.") from None
+    finally:  # what the workbench imports later is not looked for beside the study
+        with suppress(ValueError):
+            sys.path.remove(beside)
+        sys.path.append(beside)
+    study = getattr(module, "study", None)
+    if study is None:
+        raise LookupError(f"'{file}' has no study: it must define `study = Study(...)` at its top level.")
+    if not isinstance(study, Study):
+        raise ValueError(f"`study` in '{file}' must be a `Study`; got {described(study)}.")
+    return study
+
+
+def command(study: Path, out: Path | None, samples: int | None = None) -> str:
+    """The command that makes this report, with no more of this machine's folders than the user typed."""
+    below = study.is_absolute() and study.is_relative_to(Path.cwd())
+    words = ["workbench", "run", str(study.relative_to(Path.cwd()) if below else study)]
+    words += [] if samples is None else ["--samples", str(samples)]
+    return join(words if out is None else [*words, "--out", str(out)])
+
+
+@door
+def resized(study: Study, count: int | None) -> Study:
+    """The study with so many samples in the design of each sweep that has a number of them, as far as these are known.
+
+    A design without one, one factor at a time say, keeps its points.
+
+    Raises
+    ------
+    ValueError
+        If the count is no positive whole number, or no design has such a number.
+    """
+    if count is None:
+        return study
+    whole("--samples", count)
+    if callable(study.sweeps):
+        return study
+    if study.sweeps and not any(map(count_of, study.sweeps)):
+        raise ValueError(
+            f"`--samples` cannot change the study '{study.name}': the designs of its sweeps, {named(study.sweeps)}, "
+            "have no number of samples; leave it out."
+        )
+    return replace(study, sweeps=tuple(_resized(one, count) for one in study.sweeps))
+
+
+def _resized(sweep: Sweep, count: int) -> Sweep:
+    name = count_of(sweep)
+    return sweep if name is None else replace(sweep, design=replace(sweep.design, **{name: count}))  # type: ignore[type-var]
+
+
+def count_of(sweep: Sweep) -> str | None:
+    """How the design of a sweep calls its number of samples; None where it has none."""
+    held: Any = fields(sweep.design) if is_dataclass(sweep.design) else ()
+    whole_ones = {field.name for field in held if isinstance(getattr(sweep.design, field.name), int)}
+    return next((name for name in COUNTS if name in whole_ones), None)  # the `base` of `OneAtATime` is a quantile
+
+
+def named(sweeps: Sequence[Sweep]) -> str:
+    """The names of sweeps, for a sentence."""
+    return ", ".join(f"'{one.name}'" for one in sweeps)
+
+
+def sweeps_of(study: Study, arithmetics: Mapping[str, str] | None = None) -> tuple[Prepared, ...]:
+    """The sweeps that are known with their equations, in arithmetics by their names."""
+    known = () if callable(study.sweeps) else study.sweeps
+    return tuple(prepared(one, (arithmetics or {}).get(one.name)) for one in known)
+
+
+@dataclass(frozen=True)
+class Script:
+    """A study's file, at the same place on every worker, with its digest; called, it is loaded and its sweeps prepared.
+
+    Attributes
+    ----------
+    arithmetics
+        That of each sweep, by their names.
+    records
+        The chunks of the tunings, from which sweeps follow: name, head and data of each.
+
+    Raises
+    ------
+    ClusterError
+        If there is no such file, or another one, or its tunings ask there for other points than here.
+    """
+
+    file: str
+    digest: str
+    samples: int | None
+    arithmetics: tuple[tuple[str, str], ...] = ()
+    records: tuple[Record, ...] = ()
+
+    def __call__(self) -> tuple[Prepared, ...]:
+        """The sweeps, in the process of a worker."""
+        file = Path(self.file)
+        if not file.is_file() or digest_of(file) != self.digest:
+            raise ClusterError(f"A worker finds no '{self.file}', or another one: the study must be where it is here.")
+        study, arithmetics = load(file), dict(self.arithmetics)
+        if callable(study.sweeps):
+            chunks = {name: Chunk(name, head, data) for name, head, data in self.records}
+            try:
+                found = {one.name: kept.replayed(ready(one, arithmetics), chunks) for one in study.tunings}
+            except KeyError as error:
+                raise ClusterError(f"A worker asks in a tuning for {error}, which is not here: it differs.") from None
+            study = study.resolved(found)
+        return sweeps_of(resized(study, self.samples), arithmetics)
+
+
+def digest_of(file: Path) -> str:
+    """The SHA-256 of a file."""
+    return hashlib.sha256(file.read_bytes()).hexdigest()

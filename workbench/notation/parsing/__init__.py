@@ -1,1 +1,0 @@
-"""Formulas read from text and LaTeX: a grammar of their own, in which nothing is ever run as code."""

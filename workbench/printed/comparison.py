@@ -1,0 +1,219 @@
+"""A paper's printed M, C and G against the derived ones, entry by entry."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import casadi as ca
+
+from workbench.core import Dynamics
+from workbench.notation.formula import letters, name_of
+from workbench.notation.normal_form import NormalForm, NotInClass
+from workbench.printed.evaluate import CASADI, evaluate
+from workbench.printed.exact_form import at_numbers, normal_form
+from workbench.printed.given import symbols_of
+from workbench.printed.names import PI
+from workbench.printed.sheet import Place, Sheet, refuse_place
+from workbench.proofs.identity import Judgement, Kind, judge_zero
+from workbench.proofs.witness import Witness, held, search
+from workbench.validation.doors import door
+from workbench.validation.words import nearest
+
+Sameness = Literal["same", "differs", "not refuted"]
+SAMENESS: dict[Kind, Sameness] = {"proved": "same", "refuted": "differs", "not refuted": "not refuted"}
+
+
+@dataclass(frozen=True, eq=False)
+class EntryVerdict:
+    """One printed entry beside the derived one.
+
+    Attributes
+    ----------
+    matrix, row, column
+        Where the entry stands, counted from 1 as a paper counts; a vector has column 1.
+    kind
+        `same` if the two are equal by normal form; `differs` if a witness shows it; `not refuted` if
+        neither was possible.
+    printed, right, difference
+        Expressions in the derived arm's symbols; difference = printed - right.
+    witness, printed_value, right_value
+        A state at which they differ, and the two values there; None where they were not seen to.
+    same_torque
+        For an entry of C that differs: whether row i of (C_printed - C_right) qd is zero all the same.
+        `proved`: another legal factorisation of the same torque; `refuted`: a wrong torque. Else None.
+    """
+
+    matrix: str
+    row: int
+    column: int
+    kind: Sameness
+    evidence: str
+    printed: ca.SX
+    right: ca.SX
+    difference: ca.SX
+    witness: Witness | None = None
+    printed_value: float | None = None
+    right_value: float | None = None
+    same_torque: Kind | None = None
+
+    @property
+    def label(self) -> str:
+        """The entry as a paper names it: `C[1,2]`, or `G[1]`."""
+        return f"G[{self.row}]" if self.matrix == "G" else f"{self.matrix}[{self.row},{self.column}]"
+
+
+@door
+def compare(printed: Dynamics, derived: Dynamics) -> tuple[EntryVerdict, ...]:
+    """A verdict for each entry of M, C and G, row by row; parameters are matched by name.
+
+    `same` holds in all states and for all parameters, not only the nominal ones.
+
+    Raises
+    ------
+    ValueError
+        If the two arms have different numbers of joints.
+    LookupError
+        If the printed matrices have a parameter that the derived ones lack.
+    """
+    theirs = _matrices_in_symbols_of(derived, printed)
+    shapes = {name: matrix.shape for name, matrix in theirs.items()}
+    places = [(name, i, j) for name, (rows, columns) in shapes.items() for i in range(rows) for j in range(columns)]
+    return judged({(name, i + 1, j + 1): theirs[name][i, j] for name, i, j in places}, derived)
+
+
+@door
+def compare_sheet(sheet: Sheet, derived: Dynamics) -> tuple[EntryVerdict, ...]:
+    """A verdict for each entry that a sheet prints; its numbers are taken as printed, not as doubles near them.
+
+    Raises
+    ------
+    LookupError
+        If the sheet was read for another arm.
+    ValueError
+        If a printed entry is finite nowhere.
+    """
+    symbols = {symbol.name(): symbol for symbol in ca.vertsplit(ca.vertcat(derived.q, derived.qd, derived.symbols))}
+    values = {letter: symbols[name] for letter, name in symbols_of(derived).items()}
+    foreign = {letter for f in sheet.entries.values() for letter in letters(f)} - {*values, PI}
+    if foreign:
+        raise LookupError(
+            f"A sheet is compared with the arm it was read for; this one has no '{name_of(foreign.pop())}'."
+        )
+    printed = {place: evaluate(f, values, CASADI) for place, f in sheet.entries.items()}
+    comparison = _Comparison(printed, derived, sheet)
+    return tuple(map(comparison.entry, printed))
+
+
+@door
+def judged(printed: Mapping[Place, ca.SX], derived: Dynamics) -> tuple[EntryVerdict, ...]:
+    """A verdict for each of the printed entries, which are expressions in the derived arm's symbols.
+
+    Where a row of C is printed in part, its other entries are taken to be the derived ones.
+
+    Raises
+    ------
+    LookupError
+        If the arm has no such entry.
+    ValueError
+        If a printed entry is finite nowhere, or not one expression.
+    """
+    return tuple(map(_Comparison(printed, derived).entry, printed))
+
+
+@dataclass(frozen=True, eq=False)
+class _Comparison:
+    """Printed entries beside a derived arm, with the sheet on which they were read if there is one."""
+
+    printed: Mapping[Place, ca.SX]
+    derived: Dynamics
+    sheet: Sheet | None = None
+
+    def __post_init__(self) -> None:
+        for (matrix, row, column), entry in self.printed.items():
+            refuse_place((matrix, row, column), self.derived.dof)
+            if entry.numel() != 1:
+                raise ValueError(f"An entry is one expression; {matrix}[{row},{column}] has shape {entry.shape}.")
+
+    def right(self, place: Place) -> ca.SX:
+        """The derived entry."""
+        name, row, column = place
+        return {"M": self.derived.M, "C": self.derived.C, "G": self.derived.G}[name][row - 1, column - 1]
+
+    def entry(self, place: Place) -> EntryVerdict:
+        """The verdict on one entry."""
+        name, row, column = place
+        a, b = self.printed[place], self.right(place)
+        judgement = self.judge({place: ca.SX(1)})
+        if judgement.search and not judgement.search.samples:
+            raise ValueError(
+                f"the printed {name}[{row},{column}] is a number at none of the states that were tried, so it cannot "
+                "be compared; look for a division by zero, or the root of a negative number."
+            )
+        verdict = EntryVerdict(*place, SAMENESS[judgement.kind], judgement.evidence, a, b, a - b)
+        found = judgement.search.witness if judgement.search else None
+        if found is None:
+            return verdict
+        d = self.derived
+        values = ca.Function("values", [d.q, d.qd, d.symbols], [a, b])(found.q, found.qd, found.p)
+        torque = {("C", row, j + 1): d.qd[j] for j in range(d.dof)} if name == "C" else None
+        return replace(
+            verdict,
+            witness=found,
+            printed_value=float(values[0]),
+            right_value=float(values[1]),
+            same_torque=self.judge(torque).kind if torque else None,
+        )
+
+    def judge(self, weights: Mapping[Place, ca.SX]) -> Judgement:
+        """Whether the printed entries, weighted and added up, are the derived ones; what is not printed is right."""
+        a, b = (
+            sum((w * entry(place) for place, w in weights.items()), ca.SX(0))
+            for entry in (lambda place: self.printed.get(place, self.right(place)), self.right)
+        )
+        if self.sheet is None:
+            return judge_zero(a - b, ca.vertcat(a, b), self.derived)
+        why = "the normal forms differ, but no state was found where the values do"
+        try:
+            if self.difference(self.sheet, weights).is_zero:
+                return Judgement("proved", "equal normal forms: an identity in all states and all parameters", None)
+        except NotInClass as outside:
+            why = str(outside)
+        found = search(a - b, ca.vertcat(a, b), self.derived)
+        if found.witness is not None:
+            changed = {label: value for label, value in found.witness.changed.items() if label not in self.sheet.zeros}
+            found = replace(found, witness=replace(found.witness, changed=changed))
+            return Judgement("refuted", f"at {found.witness}", found)
+        return Judgement("not refuted", f"not refuted in {found.samples} samples, and not proved: {why}", found)
+
+    def difference(self, sheet: Sheet, weights: Mapping[Place, ca.SX]) -> NormalForm:
+        """The weighted sum of printed - right by exact arithmetic, at the numbers that the sheet holds fixed."""
+        names = symbols_of(self.derived)
+        numbers = {label: sheet.numbers[label] for label in held(self.derived) if label in sheet.numbers}
+        total = NormalForm({})
+        for place, weight in weights.items():
+            if place in sheet.entries:
+                apart = normal_form(sheet.entries[place], names) - NormalForm.of(self.right(place))
+                total += NormalForm.of(weight) * apart
+        return at_numbers(total, numbers)
+
+
+def _matrices_in_symbols_of(derived: Dynamics, printed: Dynamics) -> dict[str, ca.SX]:
+    """The printed matrices with each of their symbols replaced by the derived arm's of the same name."""
+    if printed.dof != derived.dof:
+        raise ValueError(
+            f"`compare(printed, derived)` needs arms of the same number of joints, for their matrices to have "
+            f"the same entries; got {printed.dof} printed and {derived.dof} derived."
+        )
+    for label in printed.p.labels:
+        if label not in derived.p.labels:
+            raise LookupError(
+                f"`compare(printed, derived)` matches parameters by name, and the derived arm has no '{label}'."
+                + (nearest(label, derived.p.labels) or f" It has: {', '.join(derived.p.labels)}.")
+            )
+    places = [derived.p.labels.index(label) for label in printed.p.labels]
+    old = ca.vertcat(printed.q, printed.qd, printed.symbols)
+    new = ca.vertcat(derived.q, derived.qd, derived.symbols[places] if places else ca.SX(0, 1))
+    matrices = ca.substitute([printed.M, printed.C, printed.G], [old], [new])
+    return dict(zip("MCG", matrices, strict=True))

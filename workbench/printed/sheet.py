@@ -1,0 +1,300 @@
+r"""A sheet: the equations of a paper as one types them, read as entries of M, C and G of an arm.
+
+Each statement has the form `name = formula`, in text (`M[1,1] = m_1*l_1^2 + I_1`) or LaTeX
+(`M(q) = \begin{bmatrix} ... \end{bmatrix}`). It prints
+
+    a matrix       M = [[a, b], [c, d]],  C(q, qd) = ...,  G = [a, b]
+    an entry       M[1,2] = ...,  M_12 = ...,  G_1 = ...
+    a declaration  l_c1 = links[0].com,  theta_1 = q_1,  c_2 = cos(q_2),  h = m_2*l_1*l_c2*sin(q_2)
+    a number       links[0].offset = 0,  m_1 = 2.5
+
+The robot's own letters (those that `workbench derive` prints) and paths need no declaration, and one
+comes before a letter of the robot; q_i may also be written theta_i, and qd_i as q_i', dq_i, qdot_i. A declared
+angle takes its rate with it: with theta_2 = q_1 + q_2, theta_2' is qd_1 + qd_2.
+A number holds for the robot too, as the fraction that it is printed as; so does 0 for what is 0 in the robot and
+never printed on the sheet. A formula of constants for a letter of the robot would hold on one side, and is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from graphlib import CycleError, TopologicalSorter
+
+from workbench.core import Dynamics
+from workbench.notation.formula import Formula, Matrix, Number, Symbol, letters, name_of
+from workbench.notation.rewrite import parts, substitute
+from workbench.printed.assembly import bounded
+from workbench.printed.evaluate import expanded_size
+from workbench.printed.given import is_bound, numbers_given, refuse_half_bound, unnamed_zeros
+from workbench.printed.grammar import parse
+from workbench.printed.names import Key, Names, key_of, spelled
+from workbench.printed.rates import names_of, rate_of
+from workbench.printed.statements import Language, Statement, statements
+from workbench.printed.tokens import FormulaError, Token, refusal
+from workbench.validation.doors import door
+from workbench.validation.words import described
+
+# Beyond these an entry is no equation that a paper prints, and would take minutes to judge.
+MOST_SYMBOLS, MOST_TERMS, MOST_TERMS_IN_ALL = 5_000, 1_000, 4_000
+SMALLEST, LARGEST = 1e-99, 1e99
+MOST_NAMES = 8  # of a circle of declarations
+
+Place = tuple[str, int, int]
+
+
+def refuse_place(place: Place, n: int) -> None:
+    """Refuse a place that an arm with n joints has not.
+
+    Raises
+    ------
+    LookupError
+        If M, C and G of so many joints have no such entry.
+    """
+    matrix, row, column = place
+    if matrix not in ("M", "C", "G") or not (1 <= row <= n and 1 <= column <= (1 if matrix == "G" else n)):
+        joints = f"{n} joint{'s' if n > 1 else ''}"
+        raise LookupError(
+            f"An arm with {joints} has no entry {described(matrix)}[{described(row)},{described(column)}]."
+        )
+
+
+@dataclass(frozen=True)
+@door
+class Sheet:
+    """The printed entries by their place (matrix, row, column; counted from 1), declarations written out.
+
+    Their symbols are those by which the derived arm is printed, and pi. `numbers` holds the numbers that the
+    sheet gives to parameters, and zeros for those that are zero in the arm and not on the sheet: `zeros`.
+    """
+
+    entries: Mapping[Place, Formula]
+    numbers: Mapping[str, Fraction]
+    zeros: frozenset[str] = frozenset()
+
+    @property
+    def fixed(self) -> dict[str, float]:
+        """The same numbers as doubles."""
+        return {label: float(value) for label, value in self.numbers.items()}
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """What the names of a sheet stand for and where it is said, and the joints' velocities by their angles."""
+
+    joints: Mapping[Symbol, Symbol]
+    meanings: Mapping[Symbol, tuple[Formula, Token]]
+
+
+@door
+def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
+    """The entries of M, C and G that a text prints.
+
+    Raises
+    ------
+    FormulaError
+        If a statement is none, a name is unknown, a matrix is not of the arm's size, an entry is
+        printed twice or declared by itself, a letter of the robot is given a formula of constants, or an entry is
+        too long to be judged; with its place.
+    """
+    found = statements(text, language)
+    declared, printed, rest = _declared(found, dynamics.dof)
+    given = numbers_given(declared, dynamics)
+    declared = {name: statement for name, statement in declared.items() if name not in given}
+    names = names_of(dynamics, printed, declared)
+    entries = _entries(rest, names, dynamics.dof, printed)
+    if not entries:
+        raise FormulaError(
+            "no entry of M, C or G is printed here: write `M[1,1] = ...`, or `M = [[..., ...], [..., ...]]`, with the "
+            "letters M, C and G of M(q) qdd + C(q, qd) qd + G(q) = tau."
+        )
+    joints = {Symbol("q", str(i)): Symbol("q", str(i), 1) for i in range(1, dynamics.dof + 1)}
+    meanings = {name: (parse(statement.right, names), statement.name) for name, statement in declared.items()}
+    places = {_own(_entry_symbol(place)): place for place in sorted(entries, key=_order)}
+    reading = _Reading(joints, meanings | {letter: entries[place] for letter, place in places.items()})
+    bound = [name for name, statement in declared.items() if is_bound(name, statement, dynamics)]
+    resolved = _resolved(reading, [*places, *bound])
+    for name in bound:
+        refuse_half_bound(name, declared[name], resolved[name], dynamics, joints)
+    written = {place: resolved[letter] for letter, place in places.items()}
+    for place, formula in written.items():
+        _refuse_length(formula, entries[place][1])
+    if sum(map(expanded_size, written.values())) > MOST_TERMS_IN_ALL:
+        raise FormulaError(
+            f"multiplied out, these entries have more than {MOST_TERMS_IN_ALL} terms; put them into several files."
+        )
+    numbers = dict(given.values())
+    zeros = unnamed_zeros(written.values(), dynamics).difference(numbers)
+    return Sheet(written, dict.fromkeys(sorted(zeros), Fraction(0)) | numbers, zeros)
+
+
+def _order(place: Place) -> tuple[int, int, int]:
+    return "MCG".index(place[0]), place[1], place[2]
+
+
+def _own(read: Symbol) -> Symbol:
+    """A name of the sheet, told by its type from a letter of the robot that is spelled alike."""
+    return replace(read, bold=True)
+
+
+def _declared(
+    found: Iterable[Statement], n: int
+) -> tuple[dict[Symbol, Statement], dict[Symbol, Place], list[tuple[Place | str, Statement]]]:
+    """The declarations by their names, the single entries by theirs, and all that is printed."""
+    declared: dict[Symbol, Statement] = {}
+    keys: set[Key] = set()
+    printed: dict[Symbol, Place] = {}
+    rest: list[tuple[Place | str, Statement]] = []
+    for statement in found:
+        name = spelled(statement.name.text, statement.name.index, statement.name.dots)
+        place = _place(name, statement, n)
+        if place is None:
+            own = _own(name)
+            if key_of(own) in keys:
+                raise refusal(statement.name, f"'{statement.name.shown}' is declared twice; keep one of the two.")
+            keys.add(key_of(own))
+            declared[own] = statement
+        else:
+            rest.append((place, statement))
+            if not isinstance(place, str):
+                printed[_own(_entry_symbol(place))] = place
+    return declared, printed, rest
+
+
+def _entry_symbol(place: Place) -> Symbol:
+    matrix, row, column = place
+    return Symbol(matrix, f"{row}" if matrix == "G" else f"{row},{column}")
+
+
+def _place(name: Symbol, statement: Statement, n: int) -> Place | str | None:
+    """The entry or the matrix that a statement prints; None if it declares a name."""
+    if name.letter not in "MCG" or name.dots or name.accent or name.mark:
+        return None
+    numbers = statement.place
+    if name.index and not numbers:
+        parts = name.index.split(",") if "," in name.index else list(name.index)
+        if not all(part.isdecimal() for part in parts):
+            return None
+        numbers = tuple(map(int, parts))
+        if n == 1 and len(numbers) == 1:  # M_1 of a single joint
+            numbers = (numbers[0], 1)
+        if len(numbers) != 2 and (name.letter != "G" or len(numbers) > 1):
+            return None
+    if not numbers:
+        return name.letter
+    if name.letter == "G" and len(numbers) == 2 and numbers[1] != 1:
+        raise refusal(statement.name, "G is a vector: its entries are G[1], G[2], ....")
+    if name.letter != "G" and len(numbers) == 1:
+        raise refusal(statement.name, f"an entry of {name.letter} has a row and a column, as in {name.letter}[1,2].")
+    return name.letter, numbers[0], 1 if name.letter == "G" else numbers[1]
+
+
+def _entries(
+    rest: Iterable[tuple[Place | str, Statement]], names: Names, n: int, printed: Mapping[Symbol, Place]
+) -> dict[Place, tuple[Formula, Token]]:
+    entries: dict[Place, tuple[Formula, Token]] = {}
+    for place, statement in rest:
+        formula = parse(statement.right, names)
+        for one, entry in _single_entries(place, formula, n, statement.name):
+            if isinstance(entry, Symbol) and entry.bold and printed.get(entry) == one:
+                continue  # M = [[M_11, M_12], ...] says nothing that M_11 = ... does not
+            if one in entries:
+                raise refusal(statement.name, f"{one[0]}[{one[1]},{one[2]}] is printed twice; keep one of the two.")
+            entries[one] = entry, statement.name
+    return entries
+
+
+def _single_entries(place: Place | str, formula: Formula, n: int, name: Token) -> Iterator[tuple[Place, Formula]]:
+    """The entries that a statement prints, each with its place."""
+    if not isinstance(place, str):
+        matrix, i, j = place
+        if not (1 <= i <= n and 1 <= j <= (1 if matrix == "G" else n)):
+            raise refusal(name, f"this robot has {n} joint{'s' if n > 1 else ''}: there is no {matrix}[{i},{j}].")
+        if isinstance(formula, Matrix):
+            raise refusal(name, f"{matrix}[{i},{j}] is one number; got a matrix.")
+        yield place, formula
+        return
+    rows = formula.rows if isinstance(formula, Matrix) else ((formula,),)
+    if place == "G" and len(rows) == 1:
+        rows = tuple((entry,) for entry in rows[0])
+    shape, wanted = (len(rows), len(rows[0])), (n, 1 if place == "G" else n)
+    if shape != wanted:
+        raise refusal(name, f"{place} of this robot is {wanted[0]} by {wanted[1]}; got {shape[0]} by {shape[1]}.")
+    for i, row in enumerate(rows, start=1):
+        for j, entry in enumerate(row, start=1):
+            yield (place, i, j), entry
+
+
+def _refuse_length(formula: Formula, name: Token) -> None:
+    """Refuse an entry whose terms or numbers are no paper's."""
+    if expanded_size(formula) > MOST_TERMS:
+        raise refusal(name, f"multiplied out, this entry has more than {MOST_TERMS} terms; print it in a simpler form.")
+    for part in parts(formula):
+        if isinstance(part, Number) and part.value != 0 and not SMALLEST < abs(Fraction(part.value)) < LARGEST:
+            raise refusal(name, f"an entry holds numbers between {SMALLEST:g} and {LARGEST:g}, and zero.")
+
+
+def _resolved(reading: _Reading, wanted: Iterable[Symbol]) -> dict[Symbol, Formula]:
+    """What the wanted names, and all that they need, stand for, with all declarations in place of their names."""
+    needs: dict[Symbol, list[Symbol]] = {}
+    waiting = list(wanted)
+    while waiting:
+        letter = waiting.pop()
+        if letter not in needs:
+            needs[letter] = _needs(reading, letter)
+            waiting += needs[letter]
+    resolved: dict[Symbol, Formula] = {}
+    try:
+        for letter in TopologicalSorter(needs).static_order():
+            resolved[letter] = _written_out(reading, letter, resolved)
+    except CycleError as error:
+        raise _circle(reading, error.args[1]) from None
+    return resolved
+
+
+def _needs(reading: _Reading, letter: Symbol) -> list[Symbol]:
+    """The names of the sheet in a name's meaning; the rate of an angle needs that angle."""
+    if letter not in reading.meanings:
+        return [replace(letter, dots=0)]
+    return [part for part in letters(reading.meanings[letter][0]) if part.bold]
+
+
+def _circle(reading: _Reading, ring: Sequence[Symbol]) -> FormulaError:
+    """The refusal of names that need each other, each the one before; the first is the last again."""
+    shown = [name_of(letter) for letter in reversed(ring)]
+    if len(shown) > MOST_NAMES:
+        shown[MOST_NAMES // 2 : -MOST_NAMES // 2] = ["..."]
+    place = next(reading.meanings[letter][1] for letter in ring if letter in reading.meanings)
+    return refusal(place, f"'{place.shown}' is declared by itself: {' needs '.join(shown)}.")
+
+
+def _written_out(reading: _Reading, letter: Symbol, resolved: Mapping[Symbol, Formula]) -> Formula:
+    """What a name stands for, given what those stand for that it needs."""
+    if letter not in reading.meanings:
+        return _rate(reading, letter, resolved)
+    formula, name = reading.meanings[letter]
+    used = _needs(reading, letter)
+    if any(isinstance(resolved[part], Matrix) for part in used):
+        raise refusal(name, "a matrix under another name is not read; print it as M, C or G itself.")
+    if _length(formula) + sum(_length(resolved[part]) for part in used) > MOST_SYMBOLS:
+        raise refusal(name, f"with its declarations written out, this has more than {MOST_SYMBOLS} symbols.")
+    return bounded(substitute(formula, resolved), name) if used else formula
+
+
+def _rate(reading: _Reading, letter: Symbol, resolved: Mapping[Symbol, Formula]) -> Formula:
+    """The rate of a declared angle, in the velocities of the joints."""
+    angle = replace(letter, dots=0)
+    if (rate := rate_of(resolved[angle], reading.joints)) is None:
+        name = next(name for formula, name in reading.meanings.values() if letter in letters(formula))
+        raise refusal(
+            name,
+            f"'{name.shown}' takes the rate of '{name_of(angle)}', which is found only where that is a sum of joint "
+            f"angles times constants; declare it: `{name_of(letter)} = ...`.",
+        )
+    return rate
+
+
+def _length(formula: Formula) -> int:
+    """How many numbers, symbols and operations a formula has."""
+    return sum(1 for _ in parts(formula))

@@ -1,0 +1,245 @@
+"""The likely slip: the smallest change of a printed entry that makes it right.
+
+For every part of the printed formula the value is found that this part would need for the whole to be
+right, at some states and parameters; if one edit of the part (another sign, symbol, power, factor or
+function) has that value at all of them, the edit is the likely slip.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+
+import numpy as np
+
+from workbench.core.layout import Array
+from workbench.notation import build, text
+from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters
+from workbench.notation.rewrite import parts, substitute
+from workbench.printed.evaluate import NUMPY, evaluate
+
+CLOSE = 1e-9  # of the larger value: far above rounding, far below what any edit changes
+LONGEST = 600  # parts of a formula; in a longer one the search would take seconds
+LARGEST_FACTOR = 24  # factors p/q that a slip is looked for have p and q up to this
+
+# How likely an edit is beside others that repair the entry just as well: the least comes first.
+RANKS = (
+    *("sign", "velocity", "function", "angle", "symbol", "throughout", "power", "factor", "extra", "missing"),
+    *("scale", "term", "rounded"),
+)
+
+
+@dataclass(frozen=True)
+class Slip:
+    """An edit that makes a printed entry right: its kind, one of `RANKS`, and in words."""
+
+    kind: str
+    said: str
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A part of the printed formula, its value, and the one it needs; a term is one of a sum, or all there is."""
+
+    formula: Formula
+    value: Array
+    needed: Array
+    is_term: bool
+    is_whole: bool
+
+    @property
+    def said(self) -> str:
+        """The part as a message names it."""
+        return "the whole entry" if self.is_whole else text.emit(self.formula, width=60)
+
+
+@dataclass(frozen=True, eq=False)
+class Editor:
+    """The symbols of an arm with their values at some states and parameters, each (K,)."""
+
+    values: Mapping[Symbol, Array]
+
+    def slip(self, printed: Formula, right: Array) -> Slip | None:
+        """The likeliest single edit of a printed entry that gives it the right values (K,).
+
+        None if there is none, or if the entry is too long for one to be sought.
+        """
+        if sum(1 for _ in parts(printed)) > LONGEST:
+            return None
+        with np.errstate(all="ignore"):
+            found = [*self._throughout(printed, right)]
+            for part in self._parts(printed, right, is_term=True, is_whole=True):
+                found.extend(self._edits(part))
+        return min(found, key=lambda slip: RANKS.index(slip.kind), default=None)
+
+    def value(self, formula: Formula) -> Array:
+        """The values of a formula, (K,)."""
+        size = len(next(iter(self.values.values())))
+        with np.errstate(all="ignore"):  # what is no number at a state is near to nothing there
+            return np.asarray(evaluate(formula, self.values, NUMPY) + np.zeros(size))
+
+    @cached_property
+    def meant(self) -> dict[Symbol, Array]:
+        """The symbols that may be meant instead of another one, or left out: not those that are given as zero."""
+        return {letter: value for letter, value in self.values.items() if np.any(value != 0)}
+
+    @cached_property
+    def joints(self) -> list[Symbol]:
+        """The joint angles in order."""
+        angles = (s for s in self.values if s.letter == "q" and s.dots == 0 and s.index.isdecimal())
+        return sorted(angles, key=lambda angle: int(angle.index))
+
+    @cached_property
+    def angles(self) -> list[Formula]:
+        """The angles that are sums of neighbouring joints' ones, and differences of two."""
+        q = self.joints
+        sums = [build.total(q[i:j]) for i in range(len(q)) for j in range(i + 1, len(q) + 1)]
+        differences = [build.total([a, build.negative(b)]) for a in q for b in q if a != b]
+        return [*sums, *differences]
+
+    def _parts(self, formula: Formula, needed: Array, *, is_term: bool, is_whole: bool = False) -> Iterator[_Part]:
+        """Every part, with the value that it needs when all others stay as they are."""
+        part = _Part(formula, self.value(formula), needed, is_term, is_whole)
+        yield part
+        match formula:
+            case Sum(terms):
+                for term in terms:
+                    yield from self._parts(term, needed - part.value + self.value(term), is_term=True)
+            case Product(factors):
+                yield from self._halves(part)
+                for i, factor in enumerate(factors):
+                    others = build.product([*factors[:i], *factors[i + 1 :]])
+                    yield from self._parts(factor, needed / self.value(others), is_term=False)
+            case Quotient(above, below):
+                yield from self._parts(above, needed * self.value(below), is_term=False)
+                yield from self._parts(below, self.value(above) / needed, is_term=False)
+            case Power(base, Number(exponent)) if exponent > 0:
+                root = np.sign(self.value(base)) * np.abs(needed) ** (1 / float(exponent))
+                root = np.where(np.sign(needed) == np.sign(part.value), root, np.nan)
+                yield from self._parts(base, root, is_term=False)
+                if isinstance(base, Symbol):  # x x where x y is right
+                    yield from self._parts(base, needed * self.value(base) / part.value, is_term=False)
+
+    def _halves(self, part: _Part) -> Iterator[_Part]:
+        """The parts of x in a term 2 x, which may have been x + y before y was misread as x."""
+        match part.formula:
+            case Product((Number(value), *factors)) if value == 2 and part.is_term:
+                yield from self._parts(build.product(factors), part.needed - part.value / 2, is_term=False)
+
+    def _edits(self, part: _Part) -> Iterator[Slip]:
+        match part.formula:
+            case Symbol():
+                yield from self._other_symbol(part, part.formula)
+            case Call("sin" | "cos" as function, (argument,)):
+                yield from self._other_function(part, function, argument)
+        yield from self._other_power(part)
+        if part.is_term:
+            yield from self._other_scale(part)
+        elif isinstance(part.formula, Number):
+            yield from self._other_number(part)
+
+    def _other_symbol(self, part: _Part, printed: Symbol) -> Iterator[Slip]:
+        for other, value in self.meant.items():
+            if other != printed and _near(value, part.needed):
+                same = other.letter == printed.letter and other.index == printed.index
+                yield Slip("velocity" if same else "symbol", f"{_said(printed)} stands where {_said(other)} is right")
+
+    def _other_function(self, part: _Part, printed: str, argument: Formula) -> Iterator[Slip]:
+        was = f"{printed}({text.emit(argument)})"
+        changed = [*self.angles]
+        for letter in letters(argument):
+            changed += [_with(argument, letter, other) for other in self.values if other.letter == "q"]
+        for function in ("sin", "cos"):
+            if function != printed and _near(NUMPY.functions[function](self.value(argument)), part.needed):
+                yield Slip("function", f"{was} stands where {function}({text.emit(argument)}) is right")
+        for angle in changed:
+            for function in ("sin", "cos"):
+                if _near(NUMPY.functions[function](self.value(angle)), part.needed):
+                    said = f"{was} stands where {function}({text.emit(angle)}) is right"
+                    yield Slip("angle" if function == printed else "term", said)
+
+    def _other_power(self, part: _Part) -> Iterator[Slip]:
+        match part.formula:
+            case Power(Symbol() | Call() as base, Number(Fraction() as printed)):
+                pass
+            case Symbol() | Call() as base:
+                printed = Fraction(1)
+            case _:
+                return
+        for exponent in range(1, 4):
+            if exponent != printed and _near(self.value(base) ** exponent, part.needed):
+                is_right = text.emit(build.power(base, Number(Fraction(exponent))))
+                yield Slip("power", f"{text.emit(part.formula)} stands where {is_right} is right")
+
+    def _other_scale(self, part: _Part) -> Iterator[Slip]:
+        """Another sign, a number, or a symbol too many or too few; or a term that does not belong here."""
+        if _near(-part.value, part.needed):
+            yield Slip("sign", f"{part.said} has the wrong sign")
+        elif (ratio := _ratio(part.needed, part.value)) is not None:
+            yield Slip("factor", f"{part.said} {_scaled(ratio)}")
+        elif (scale := _scale(part.value, part.needed)) is not None:
+            yield Slip("scale", f"{part.said} is {scale:.10g} times what is right")
+        if not part.is_whole and _near(1 + part.needed, np.ones(1)):
+            yield Slip("extra", f"the term {part.said} does not belong here")
+        for letter, value in self.meant.items():
+            for sign, word in ((1, ""), (-1, "-")):
+                if _near(part.needed * value, sign * part.value):
+                    yield Slip("extra", f"{part.said} has a factor {word}{_said(letter)} too many")
+                if _near(part.needed, sign * part.value * value):
+                    yield Slip("missing", f"{part.said} lacks the factor {word}{_said(letter)}")
+        for angle in self.angles:
+            for function in ("sin", "cos"):
+                if _near(part.needed, part.value * NUMPY.functions[function](self.value(angle))):
+                    yield Slip("missing", f"{part.said} lacks the factor {function}({text.emit(angle)})")
+
+    def _other_number(self, part: _Part) -> Iterator[Slip]:
+        ratio = _ratio(part.needed, np.ones(1))
+        if ratio is not None:
+            yield Slip("factor", f"the number {text.emit(part.formula)} stands where {ratio} is right")
+
+    def _throughout(self, printed: Formula, right: Array) -> Iterator[Slip]:
+        """One symbol for another wherever it stands."""
+        for letter in dict.fromkeys(letters(printed)):
+            for other, value in self.meant.items():
+                if other != letter:
+                    changed = evaluate(printed, {**self.values, letter: value}, NUMPY)
+                    if _near(changed, right):
+                        yield Slip("throughout", f"{_said(letter)} stands throughout where {_said(other)} is right")
+
+
+def _with(formula: Formula, letter: Symbol, other: Symbol) -> Formula:
+    return substitute(formula, {letter: other})
+
+
+def _said(letter: Symbol) -> str:
+    return text.emit(letter)
+
+
+def _near(value: Array, wanted: Array) -> bool:
+    """Whether two sets of values agree at all states, and are numbers there."""
+    scale = np.maximum(np.abs(value), np.abs(wanted))
+    return bool(np.all(np.isfinite(value) & np.isfinite(wanted) & (np.abs(value - wanted) <= CLOSE * scale)))
+
+
+def _ratio(needed: Array, value: Array) -> Fraction | None:
+    """The simple fraction by which the one is the other, if it is the same at all states."""
+    ratios = needed / value
+    if not np.isfinite(ratios).all():
+        return None
+    simple = Fraction(float(np.median(ratios))).limit_denominator(LARGEST_FACTOR)
+    if simple in (0, 1) or abs(simple) > LARGEST_FACTOR or not _near(ratios, np.full_like(ratios, float(simple))):
+        return None
+    return simple
+
+
+def _scale(value: Array, needed: Array) -> float | None:
+    """The number by which a value is too large, if it is the same at all states."""
+    scales = value / needed
+    scale = float(np.median(scales))
+    return scale if scale != 0 and _near(scales, np.full_like(scales, scale)) else None
+
+
+def _scaled(ratio: Fraction) -> str:
+    return f"lacks the factor {ratio}" if abs(ratio) > 1 else f"has a factor {1 / ratio} too many"

@@ -1,0 +1,158 @@
+r"""The statements of a file, `name = formula`, taken apart before any name is looked up.
+
+In text a statement ends with its line, in LaTeX with `\\` outside of a matrix, a blank line, the end of a
+display, or a line behind which another `name =` begins; unless a bracket is open, or a sign such as + leads on.
+`a = b = formula` are two statements.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from workbench.printed import plain_text as plain
+from workbench.printed import tex
+from workbench.printed.tokens import OPENING, Token, refusal
+from workbench.validation.doors import door
+
+Language = Literal["text", "latex"]
+SEPARATORS = {",", ";"}
+BEFORE_ENTRY, BEHIND_ENTRY = {"&", "row", "begin", "[", ",", ";"}, {"&", "row", "end", "]", ",", ";"}
+SIGNS = {"+", "-", "*", "/"}
+
+
+@dataclass(frozen=True)
+class Statement:
+    """What stands left of an equals sign, a name with its place in a matrix if it has one, and the tokens right."""
+
+    name: Token
+    place: tuple[int, ...]
+    right: tuple[Token, ...]
+
+
+@door
+def statements(text: str, language: Language) -> tuple[Statement, ...]:
+    """The statements of a text in the order in which they stand.
+
+    Raises
+    ------
+    FormulaError
+        If a part of it is none, with its line and column.
+    """
+    found = tex.tokens(text) if language == "latex" else plain.tokens(text)
+    _refuse_stars(found)
+    return tuple(statement for part in _parts(found) for statement in _split(part))
+
+
+def _refuse_stars(found: Sequence[Token]) -> None:
+    """Refuse a lone star for an entry of a matrix."""
+    for before, token, after in zip(found, found[1:], found[2:], strict=False):
+        if token.kind == "*" and before.kind in BEFORE_ENTRY and after.kind in BEHIND_ENTRY:
+            raise refusal(
+                token, f"'{token.text}' alone is no entry of a matrix; where it means 'by symmetry', print the entry."
+            )
+
+
+def _parts(found: Sequence[Token]) -> Iterator[list[Token]]:
+    """The tokens of each statement: a piece without an equals sign goes on with the one before, beside a sign."""
+    parts: list[list[Token]] = []
+    for piece in _pieces(found):
+        goes_on = parts and (piece[0].kind in SIGNS or parts[-1][-1].kind in SIGNS | {"="})
+        if goes_on and not _equals(piece):
+            parts[-1].extend(piece)
+        else:
+            parts.append(piece)
+    for part in parts:
+        while part and part[-1].kind in (",", ".", ";"):
+            part.pop()
+        if part and not _equals(part):
+            raise refusal(
+                part[0], "here stands no statement; each has the form `name = formula`, as M[1,1] = m_1*l_1^2."
+            )
+        if part:
+            yield part
+
+
+def _pieces(found: Sequence[Token]) -> Iterator[list[Token]]:
+    """What stands between breaks, and between commas behind which an equation follows."""
+    piece: list[Token] = []
+    opened: list[str] = []
+    for i, token in enumerate(found):
+        if token.kind in OPENING:
+            opened.append(token.kind)
+        elif token.kind in OPENING.values():
+            opened.pop()
+        ends = token.kind in SEPARATORS and _begins_statement(found[i + 1 :])
+        if not opened and piece and token.line > piece[-1].line and _is_next(piece, found[i:]):
+            yield piece
+            piece = []
+        if not opened and (token.kind == "break" or ends):
+            if piece:
+                yield piece
+            piece = []
+        elif token.kind not in ("break", "&") or (opened and opened[-1] == "begin"):
+            piece.append(token)
+    if piece:
+        yield piece
+
+
+def _is_next(piece: list[Token], rest: Sequence[Token]) -> bool:
+    """Whether a new line begins another statement: with a name and an equals sign, behind one that is complete."""
+    complete = _equals(piece) and piece[-1].kind not in SIGNS | {"="}
+    return bool(complete) and rest[0].kind == "name" and _begins_statement(rest)
+
+
+def _begins_statement(rest: Sequence[Token]) -> bool:
+    """Whether an equals sign comes before the next break or separator."""
+    depth = 0
+    for token in rest[:40]:
+        depth += (token.kind in OPENING) - (token.kind in OPENING.values())
+        if depth <= 0 and (token.kind == "break" or token.kind in SEPARATORS):
+            return False
+        if depth == 0 and token.kind == "=":
+            return True
+    return False
+
+
+def _equals(part: Sequence[Token]) -> list[int]:
+    """Where the equals signs outside of brackets stand."""
+    depth, found = 0, []
+    for i, token in enumerate(part):
+        depth += (token.kind in OPENING) - (token.kind in OPENING.values())
+        if token.kind == "=" and depth == 0:
+            found.append(i)
+    return found
+
+
+def _split(part: list[Token]) -> Iterator[Statement]:
+    """The statements of a chain a = b = formula."""
+    signs = _equals(part)
+    right = tuple(part[signs[-1] + 1 :])
+    if not right:
+        raise refusal(part[-1], "behind this equals sign stands nothing.")
+    for start, end in zip([0, *(sign + 1 for sign in signs)], signs, strict=False):
+        yield _statement(part[start:end], right, part[end])
+
+
+def _statement(left: list[Token], right: tuple[Token, ...], equals: Token) -> Statement:
+    """A name, a place in brackets or none, arguments or none; braces around the name change nothing."""
+    left = [token for token in left if token.kind not in ("{", "}")]
+    if not left or left[0].kind != "name":
+        raise refusal(left[0] if left else equals, "left of '=' stands one name, as in M[1,1] = ... or h = ....")
+    name, rest = left[0], left[1:]
+    place: tuple[int, ...] = ()
+    if rest and rest[0].kind == "[":
+        end = next(i for i, token in enumerate(rest) if token.kind == "]")
+        inner = rest[1:end]
+        if [token.kind for token in inner] not in (["number"], ["number", ",", "number"]) or not all(
+            token.text.isdecimal() for token in inner[::2]
+        ):
+            raise refusal(rest[0], f"the place of an entry is one or two whole numbers, as in {name.text}[1,2].")
+        place, rest = tuple(int(token.text) for token in inner[::2]), rest[end + 1 :]
+    if [token.kind for token in rest] in (["(", "number", ")"], ["(", "number", ",", "number", ")"]):
+        numbers = ",".join(token.text for token in rest if token.kind == "number")
+        raise refusal(rest[0], f"in round brackets stand arguments; for an entry write {name.text}[{numbers}].")
+    if rest and not (rest[0].kind == "(" and rest[-1].kind == ")"):
+        raise refusal(rest[0], "left of '=' stands one name, as in M[1,1] = ... or h = ....")
+    return Statement(name, place, right)

@@ -1,0 +1,195 @@
+"""Do the units of a printed entry match? Those of the parameters are known, those of the joints follow from M."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+import casadi as ca
+
+from workbench.core import Dynamics
+from workbench.core.show import formula_of
+from workbench.notation import text
+from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters
+from workbench.notation.rewrite import parts
+from workbench.printed.given import symbols_of
+from workbench.printed.names import PI
+from workbench.printed.sheet import Place, refuse_place
+from workbench.validation.doors import door
+
+MOST_JOINTS = 6  # each may turn or slide: so many guesses are made, and one fits
+MOST_OPERATIONS = 1_500  # of the diagonal of M, as written out
+PLAIN = 24  # the largest whole number in a fraction that is no measured value
+
+
+@dataclass(frozen=True)
+class Unit:
+    """kg^a m^b s^c; an angle has none."""
+
+    kg: Fraction = Fraction(0)
+    m: Fraction = Fraction(0)
+    s: Fraction = Fraction(0)
+
+    def __mul__(self, other: Unit) -> Unit:
+        return Unit(self.kg + other.kg, self.m + other.m, self.s + other.s)
+
+    def __pow__(self, n: Fraction | int) -> Unit:
+        return Unit(self.kg * n, self.m * n, self.s * n)
+
+    def __truediv__(self, other: Unit) -> Unit:
+        return self * other**-1
+
+    def __str__(self) -> str:
+        """As one writes it: kg m^2/s."""
+        powers = {"kg": self.kg, "m": self.m, "s": self.s}
+        above = " ".join(name if n == 1 else f"{name}^{n}" for name, n in powers.items() if n > 0)
+        below = " ".join(name if n == -1 else f"{name}^{-n}" for name, n in powers.items() if n < 0)
+        return (above or "1") + (f"/({below})" if " " in below else f"/{below}" if below else "")
+
+
+NONE, KG, METRE, SECOND = Unit(), Unit(kg=Fraction(1)), Unit(m=Fraction(1)), Unit(s=Fraction(1))
+NEWTON = KG * METRE / SECOND**2
+KNOWN = {"kg": KG, "m": METRE, "s": SECOND, "rad": NONE, "1": NONE, "N": NEWTON, "J": NEWTON * METRE}
+_FACTOR = re.compile(r"([A-Za-z]+|1)(\^(-?\d+))?")
+
+
+class UnitsError(ValueError):
+    """A formula that adds what has different units, or takes the sine of what has one."""
+
+
+def unit_of(formula: Formula, units: Mapping[Symbol, Unit]) -> Unit | None:
+    """The unit of a formula; None for zero, which has any.
+
+    Raises
+    ------
+    UnitsError
+        If it has none; the terms that do not match are named.
+    """
+    match formula:
+        case Number(value):
+            return None if value == 0 else NONE
+        case Symbol():
+            return NONE if formula == PI and formula not in units else units[formula]
+        case Sum(terms):
+            return _common(terms, units)
+        case Product(factors):
+            found = [unit_of(factor, units) for factor in factors]
+            return None if None in found else _multiplied(unit for unit in found if unit is not None)
+        case Quotient(above, below):
+            first, second = unit_of(above, units), unit_of(below, units)
+            return None if first is None or second is None else first / second
+        case Power(base, Number(exponent)):
+            unit = unit_of(base, units)
+            return None if unit is None else unit ** Fraction(exponent)
+        case Call("sqrt", (argument,)):
+            unit = unit_of(argument, units)
+            return None if unit is None else unit ** Fraction(1, 2)
+        case Call(function, (argument,)):
+            if (unit := unit_of(argument, units)) not in (None, NONE):
+                raise UnitsError(f"{function} is taken of {text.emit(argument)}, in {unit}")
+            return NONE
+    raise UnitsError(f"{text.emit(formula)} has no unit")
+
+
+def _multiplied(found: Iterable[Unit]) -> Unit:
+    result = NONE
+    for unit in found:
+        result = result * unit
+    return result
+
+
+def _common(terms: tuple[Formula, ...], units: Mapping[Symbol, Unit]) -> Unit | None:
+    first: tuple[Formula, Unit] | None = None
+    for term in terms:
+        unit = unit_of(term, units)
+        if unit is not None and first is None:
+            first = term, unit
+        if unit is not None and first is not None and unit != first[1]:
+            raise UnitsError(f"{text.emit(first[0])} in {first[1]} is added to {text.emit(term)} in {unit}")
+    return first[1] if first else None
+
+
+@dataclass(frozen=True)
+class Units:
+    """The units of an arm's symbols, and those of its joints (none where they turn, m where they slide)."""
+
+    symbols: Mapping[Symbol, Unit]
+    joints: tuple[Unit, ...]
+
+    @door
+    def of_entry(self, place: Place) -> Unit:
+        """The unit of an entry of M, C or G."""
+        refuse_place(place, len(self.joints))
+        matrix, row, column = place
+        power = KG * METRE**2 / SECOND**2 / self.joints[row - 1]
+        if matrix == "G":
+            return power
+        return power * SECOND**2 / self.joints[column - 1] / (SECOND if matrix == "C" else NONE)
+
+    @door
+    def mismatch(self, place: Place, printed: Formula) -> str:
+        """What is wrong with the units of an entry, in words; empty if nothing is, or if its numbers may have some."""
+        numbers = [part for part in parts(printed) if isinstance(part, Number)]
+        if not all(map(_is_plain, numbers)) or (numbers and all(letter.letter == "q" for letter in letters(printed))):
+            return ""
+        try:
+            found = unit_of(printed, self.symbols)
+        except UnitsError as error:
+            return str(error)
+        right = self.of_entry(place)
+        return "" if found in (None, right) else f"it is in {found}, where {right} is right"
+
+
+def _is_plain(number: Number) -> bool:
+    """Whether a number is one that derivations bring with them, such as 2 or 1/3, and no measured value."""
+    return isinstance(number.value, Fraction) and max(abs(number.value.numerator), number.value.denominator) <= PLAIN
+
+
+@door
+def units_of(dynamics: Dynamics) -> Units | None:
+    """The units of an arm; None if one of its parameters is given as a number, or has no unit that is known here.
+
+    None too if its M is too long to be gone through term by term.
+    """
+    if any(entry.bounds.low == entry.bounds.high != 0 for entry in dynamics.p.entries if not entry.shape):
+        return None  # numbers may then stand for it, and have its unit
+    if ca.n_nodes(ca.diag(dynamics.M)) > MOST_OPERATIONS:
+        return None
+    letters = {name: symbol for symbol, name in symbols_of(dynamics).items()}
+    known: dict[Symbol, Unit] = {}
+    for entry in dynamics.p.entries:
+        unit = read_unit(entry.unit)
+        if unit is None:
+            return None
+        known |= {letters[label]: unit for label in entry.labels()}
+    try:
+        diagonal = [formula_of(dynamics.M[i, i], dynamics.names()) for i in range(dynamics.dof)]
+    except ValueError:  # too long to be written, and so to be gone through term by term
+        return None
+    free = dynamics.dof if dynamics.dof <= MOST_JOINTS else 0
+    for kinds in itertools.product((NONE, METRE), repeat=free):
+        joints = kinds or (NONE,) * dynamics.dof
+        symbols = dict(known)
+        for i, unit in enumerate(joints):
+            symbols[letters[f"q[{i}]"]], symbols[letters[f"qd[{i}]"]] = unit, unit / SECOND
+        guess = Units(symbols, joints)
+        if not any(guess.mismatch(("M", i + 1, i + 1), entry) for i, entry in enumerate(diagonal)):
+            return guess
+    return None
+
+
+@door
+def read_unit(said: str) -> Unit | None:
+    """The unit that a parameter declares, such as kg m^2 or m/s^2; None if a part of it is unknown."""
+    result = NONE
+    for k, part in enumerate(said.split("/")):
+        for factor in part.replace("*", " ").split():
+            found = _FACTOR.fullmatch(factor.strip("()"))
+            if found is None or found[1] not in KNOWN:
+                return None
+            power = KNOWN[found[1]] ** int(found[3] or 1)
+            result = result / power if k else result * power
+    return result

@@ -1,0 +1,263 @@
+"""Certified extremes of expressions over boxes: of a number, of an eigenvalue, of a norm.
+
+Each is sought by samples, which show a value at a point, and proved by branch and bound, which shows that
+none lies beyond. The two together enclose the extreme. What the proof rests on says `guarantee`.
+"""
+
+from __future__ import annotations
+
+import decimal
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+
+from workbench.core.layout import Array
+from workbench.proofs import branch
+from workbench.proofs.branch import Proof, prove
+from workbench.proofs.elementary import guarantee
+from workbench.proofs.extreme import Enclosure, Extreme
+from workbench.proofs.forms import UNIT, AbstractForm, form_of
+from workbench.proofs.interval import NoBound
+from workbench.proofs.seek import Seen, least_seen
+from workbench.validation.doors import door
+from workbench.validation.words import as_array, described, positive, refusal, whole
+
+__all__ = [
+    "TOLERANCE",
+    "Enclosure",
+    "Extreme",
+    "NoBound",
+    "box_of",
+    "by_intervals",
+    "enclose",
+    "extreme_eigenvalue",
+    "guarantee",
+    "largest_norm",
+    "shown",
+]
+
+# What is proved is to lie within this share of the value of what is seen.
+TOLERANCE = 1e-8
+# Doubles that all boxes of one side may need if no budget is given, and those of the least of boxes: together
+# some ten seconds on one core.
+WORK, LEAST = 200_000_000, 1000
+LARGEST = 2.0**1000  # in size, of the ends of a box: their sums and differences are doubles too
+
+
+@door
+def enclose(
+    expression: ca.SX,
+    symbols: ca.SX,
+    low: float | Array,
+    high: float | Array,
+    *,
+    tolerance: float = TOLERANCE,
+    boxes: int | None = None,
+    numbers: Mapping[str, float] | None = None,
+) -> Enclosure:
+    """The range of one expression over the box low <= symbols <= high.
+
+    Parameters
+    ----------
+    symbols
+        (k, 1), all that the expression holds but for `numbers`.
+    low, high
+        A number, or (k,).
+    tolerance
+        The gap between seen and proved, as a share of the largest absolute value that was seen.
+    boxes
+        The budget for each of the two sides; by itself it is so many as take some ten seconds.
+    numbers
+        The values of its other symbols, by name: exactly these doubles.
+
+    Raises
+    ------
+    ValueError
+        If the box is not one of finite numbers, or the expression is a matrix or holds other symbols.
+    NoBound
+        If it has an operation of which no interval is known, or no finite value or bound somewhere: the
+        place is named. It is a ValueError.
+    """
+    if expression.numel() != 1:
+        raise ValueError(f"`enclose(expression=...)` takes one expression; got shape {expression.shape}.")
+    task = _task("enclose", expression, symbols, low, high, numbers)
+    lower, upper = (task.seen(sign) for sign in (1, -1))
+    scale = max(abs(lower.value), abs(upper.value)) or 1.0
+    return Enclosure(*(task.proved(s, seen, scale, tolerance, boxes) for s, seen in ((1, lower), (-1, upper))))
+
+
+@door
+def extreme_eigenvalue(
+    matrix: ca.SX,
+    symbols: ca.SX,
+    low: float | Array,
+    high: float | Array,
+    sign: int,
+    *,
+    tolerance: float = TOLERANCE,
+    boxes: int | None = None,
+    numbers: Mapping[str, float] | None = None,
+) -> Extreme:
+    """The least (sign 1) or greatest (sign -1) eigenvalue of the symmetric part of a matrix (n, n) over a box.
+
+    Parameters
+    ----------
+    symbols, low, high, boxes, numbers
+        As of `enclose`; the tolerance is a share of the extreme itself.
+
+    Raises
+    ------
+    ValueError, NoBound
+        As `enclose`.
+    """
+    if sign not in (1, -1):
+        raise ValueError(f"`extreme_eigenvalue(sign=...)` is 1 for the least or -1 for the greatest; got {sign}.")
+    if matrix.shape[0] != matrix.shape[1]:
+        raise ValueError(
+            f"`extreme_eigenvalue(matrix=...)` must be square to have eigenvalues; got shape {matrix.shape}."
+        )
+    task = _task("extreme_eigenvalue", (matrix + matrix.T) / 2, symbols, low, high, numbers)
+    seen = task.seen(sign)
+    return task.proved(sign, seen, abs(seen.value) or 1.0, tolerance, boxes)
+
+
+@door
+def largest_norm(
+    matrix: ca.SX,
+    symbols: ca.SX,
+    low: float | Array,
+    high: float | Array,
+    *,
+    tolerance: float = TOLERANCE,
+    boxes: int | None = None,
+    numbers: Mapping[str, float] | None = None,
+) -> Extreme:
+    """The greatest 2-norm of a vector or matrix F (n, m) over a box.
+
+    Of a vector it is the root of the greatest sum of squares; of a matrix the greatest eigenvalue of
+    [[0, F], [F', 0]].
+
+    Raises
+    ------
+    ValueError, NoBound
+        As `enclose`.
+    """
+    F = ca.densify(matrix)
+    n, m = F.shape
+    if 1 in (n, m):
+        square = ca.sumsqr(F)
+        return _root(
+            extreme_eigenvalue(square, symbols, low, high, -1, tolerance=2 * tolerance, boxes=boxes, numbers=numbers)
+        )
+    around = ca.blockcat([[ca.SX.zeros(n, n), F], [F.T, ca.SX.zeros(m, m)]])
+    task = _task("largest_norm", around, symbols, low, high, numbers)
+    seen = task.seen(-1)
+    return task.proved(-1, seen, abs(seen.value) or 1.0, tolerance, boxes)
+
+
+def _root(square: Extreme) -> Extreme:
+    beyond = None if square.beyond is None else float(np.nextafter(np.sqrt(max(square.beyond, 0.0)), np.inf))
+    reached = float(np.nextafter(np.sqrt(max(square.reached, 0.0)), -np.inf))
+    return replace(square, value=float(np.sqrt(max(square.value, 0.0))), reached=reached, beyond=beyond)
+
+
+@door
+def shown(bound: float, side: int) -> str:
+    """A proved bound to nine digits, which are rounded so that it stays one: down (side 1) or up (side -1)."""
+    if side not in (1, -1):
+        raise refusal("shown(side=...)", "1 for a bound from below or -1 for one from above", side)
+    rounding = decimal.ROUND_FLOOR if side == 1 else decimal.ROUND_CEILING
+    return f"{float(decimal.Context(prec=9, rounding=rounding).create_decimal(bound)):.9g}"
+
+
+def by_intervals(boxes: int) -> str:
+    """How a bound was proved, and on what that rests."""
+    return f", by interval arithmetic on {boxes} boxes ({guarantee()})"
+
+
+@dataclass(frozen=True, eq=False)
+class _Task:
+    """A matrix and its negative as forms over the symbols that it depends on, the box, and who asked."""
+
+    call: str
+    forms: dict[int, AbstractForm]
+    free: list[int]
+    low: Array
+    high: Array
+
+    def seen(self, sign: int) -> Seen:
+        """The least (sign 1) or greatest (-1) eigenvalue by samples; a greatest with its sign turned."""
+        form, low, high = self.forms[sign], self.low[self.free], self.high[self.free]
+
+        def smallest(x: Array) -> Array:
+            S = form.value(x)
+            if not (finite := np.isfinite(S).all(axis=(1, 2))).all():
+                where = self._at(x[np.flatnonzero(~finite)[0]]).tolist()
+                raise NoBound(f"A bound needs finite numbers all over the box; it has none at {where}.")
+            return np.asarray(np.linalg.eigvalsh(S)[:, 0])
+
+        return least_seen(smallest, low, high)
+
+    def proved(self, sign: int, seen: Seen, scale: float, tolerance: float, boxes: int | None) -> Extreme:
+        """What was seen, with its proof."""
+        positive(f"{self.call}(tolerance=...)", tolerance, ", as intervals leave a little room")
+        box = branch.whole(self.low[self.free], self.high[self.free])
+        budget = WORK // (self.forms[sign].cost + LEAST) if boxes is None else whole(f"{self.call}(boxes=...)", boxes)
+        found: Proof = prove(self.forms[sign], box, (seen.value, seen.x), scale, tolerance, budget)
+        beyond = None if found.beyond is None else sign * found.beyond
+        value, reached = sign * found.value, sign * self._reached(sign, found.x)
+        return Extreme(value, self._at(found.x), reached, beyond, found.boxes, seen.samples, found.why)
+
+    def _reached(self, sign: int, x: Array) -> float:
+        """What the least eigenvalue at x is at most: u' S u / u'u for a vector u, enclosed and rounded up."""
+        form, c = self.forms[sign], x[np.newaxis]
+        u = np.linalg.eigh(form.value(c))[1][:, :, :1]
+        with np.errstate(all="ignore"):
+            A, _, R, _ = form.expand(c, np.zeros_like(c), u)
+        quotient = float((A + R).item() / (u**2).sum())
+        return quotient + 8 * (u.size + 2) * UNIT * abs(quotient) if np.isfinite(quotient) else np.inf
+
+    def _at(self, x: Array) -> Array:
+        point = (self.low + self.high) / 2
+        point[self.free] = x
+        return point
+
+
+def _task(
+    call: str,
+    matrix: ca.SX,
+    symbols: ca.SX,
+    low: float | Array,
+    high: float | Array,
+    numbers: Mapping[str, float] | None,
+) -> _Task:
+    if not symbols.is_valid_input():
+        raise refusal(f"{call}(symbols=...)", "a column of symbols, each of them alone", symbols)
+    first, last = box_of(call, low, high, symbols.numel())
+    given = {symbols[i].name(): i for i in range(symbols.numel())}
+    fixed = numbers or {}
+    held = [name for name in (symbol.name() for symbol in ca.symvar(matrix)) if name not in fixed]
+    if foreign := [name for name in held if name not in given]:
+        raise ValueError(f"`{call}(symbols=...)` must hold all symbols of the expression; '{foreign[0]}' is missing.")
+    free = sorted(given[name] for name in held)
+    parts = [symbols[i] for i in free]
+    return _Task(call, {sign: form_of(sign * matrix, parts, fixed) for sign in (1, -1)}, free, first, last)
+
+
+def box_of(call: str, low: float | Array, high: float | Array, k: int) -> tuple[Array, Array]:
+    """Both sides of a box, (k,) each, from numbers or vectors.
+
+    Raises
+    ------
+    ValueError
+        If they are none of k finite numbers with low < high.
+    """
+    sides, got = [as_array(side) for side in (low, high)], f"{described(low)} and {described(high)}"
+    if any(side is None or side.shape not in ((), (1,), (k,)) for side in sides):
+        raise ValueError(f"`{call}(low=..., high=...)` must be numbers or vectors of {k}; got {got}.")
+    first, last = (np.broadcast_to(side, k).copy() for side in sides if side is not None)
+    if not (np.abs([first, last]) <= LARGEST).all() or not (first < last).all():
+        raise ValueError(f"`{call}(low=..., high=...)` needs finite low < high; got {got}.")
+    return first, last

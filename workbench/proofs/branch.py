@@ -1,0 +1,173 @@
+r"""Branch and bound: the least eigenvalue of a symmetric matrix S(x) over a box, proved from below.
+
+A threshold a is proved box by box: S(x) - a I is positive definite in all of a box if, in coordinates U in
+which it is near I at the middle, its linear part less the row sums of all that is unknown is so at each
+corner. (Between the corners it is then too, as the least eigenvalue is a concave function.) A box that fails
+is halved. U comes from the eigenvectors at the middle: large eigenvalues then forgive large remainders.
+Definiteness is Cholesky's word, with its rounding paid for.
+
+References
+----------
+Rump (2006), Verification of positive definiteness, BIT Numerical Mathematics 46, theorem 2.3.
+Rohn (1994), Positive definiteness and stability of interval matrices, SIAM J. Matrix Anal. Appl. 15.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from workbench.core.layout import Array
+from workbench.proofs.forms import UNIT, AbstractForm
+from workbench.proofs.interval import NoBound
+
+# Doubles that are held at a time; corners are looked at one by one, up to so many symbols.
+HELD, CORNERS = 20_000_000, 6
+# Within this share of the value a first proof is sought, so that a large budget is not spent in vain on the last digit.
+COARSE = 0.3
+# A box of this width, relative to its place, is one that cannot be halved any more.
+NARROW = 1e-13
+
+
+class Boxes(NamedTuple):
+    """Middles and half widths, (b, m) each."""
+
+    c: Array
+    r: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Proof:
+    """The least value that was seen, at `x`, and `beyond`, which no eigenvalue in the box lies below.
+
+    `beyond` is None if nothing was proved; `boxes` were looked at. `why` says what kept the proof from its
+    tolerance; it is empty where nothing did.
+    """
+
+    value: float
+    x: Array
+    beyond: float | None
+    boxes: int
+    why: str
+
+
+def whole(low: Array, high: Array) -> Boxes:
+    """One box that contains low <= x <= high, and also the turn of which -pi and pi are the nearest doubles."""
+    c, r = (low + high) / 2, (high - low) / 2
+    return Boxes(c[None], (r + 4 * UNIT * (np.abs(c) + r))[None])
+
+
+def prove(form: AbstractForm, box: Boxes, seen: tuple[float, Array], scale: float, share: float, budget: int) -> Proof:
+    """Prove that no eigenvalue in a box lies more than share * scale below the least that was seen.
+
+    A point that lies lower still, if one comes up, takes the place of `seen`.
+
+    Raises
+    ------
+    NoBound
+        If there are places where the matrix has no bound: a pole, or a function beyond its domain.
+    """
+    (value, x), beyond, count, cover = seen, None, 0, box
+    for gap in (COARSE, share) if share < COARSE else (share,):
+        todo, done = cover, []
+        while len(todo.c):
+            if count + len(todo.c) > budget:
+                return Proof(value, x, beyond, count, f"the budget of {budget} boxes was used up")
+            count += len(todo.c)
+            threshold = value - gap * scale
+            holds, centre, halves = _look(form, todo, threshold)
+            best = int(np.argmin(centre))
+            if centre[best] < value - share * scale:
+                value, x = float(centre[best]), todo.c[best]
+                continue
+            done.append(Boxes(todo.c[holds], todo.r[holds]))
+            todo = halves
+            if len(todo.c) and (todo.r < NARROW * (1 + np.abs(todo.c))).all(axis=1).any():
+                return Proof(value, x, beyond, count, _stuck(form, todo))
+        beyond, cover = value - gap * scale, Boxes(*(np.concatenate(parts) for parts in zip(*done, strict=True)))
+    return Proof(value, x, beyond, count, "")
+
+
+def _stuck(form: AbstractForm, todo: Boxes) -> str:
+    """Why a box that cannot be halved has failed."""
+    thin = (todo.r < NARROW * (1 + np.abs(todo.c))).all(axis=1)
+    n = form.value(todo.c[:1]).shape[-1]
+    rest = form.expand(todo.c[thin], todo.r[thin], np.tile(np.eye(n), (int(thin.sum()), 1, 1))).R
+    if not (bounded := np.isfinite(rest).all(axis=(1, 2))).all():
+        place = todo.c[thin][np.argmin(bounded)].tolist()
+        raise NoBound(
+            f"There is no bound near {place}: a pole, or a function beyond its domain. Take a box without that place."
+        )
+    return "rounding is larger than the tolerance, or it jumps where it is extreme"
+
+
+def _look(form: AbstractForm, boxes: Boxes, threshold: float) -> tuple[Array, Array, Boxes]:
+    """Which boxes hold, the least eigenvalue at each middle, and the halves of those that do not hold."""
+    size = max(1, HELD // max(form.cost, 1))
+    parts = (Boxes(boxes.c[i : i + size], boxes.r[i : i + size]) for i in range(0, len(boxes.c), size))
+    holds, centre, halves = zip(*(_test(form, part, threshold) for part in parts), strict=True)
+    return np.concatenate(holds), np.concatenate(centre), Boxes(*map(np.concatenate, zip(*halves, strict=True)))
+
+
+def _test(form: AbstractForm, boxes: Boxes, threshold: float) -> tuple[Array, Array, Boxes]:
+    c, r = boxes
+    S = form.value(c)
+    if not (finite := np.isfinite(S).all(axis=(1, 2))).all():
+        where = c[np.flatnonzero(~finite)[0]].tolist()
+        raise NoBound(f"A bound needs finite numbers all over the box; it has none at {where}.")
+    n = S.shape[-1]
+    values, U = np.linalg.eigh(S - threshold * np.eye(n))
+    U = U / np.sqrt(np.maximum(values, 1e-9 * np.abs(values).max(axis=1, initial=1e-300, keepdims=True)))[:, None]
+    with np.errstate(all="ignore"):
+        A, L, R, blame = form.expand(c, r, U)
+        gram = U.transpose(0, 2, 1) @ U
+        R = R + 8 * UNIT * n * n * (np.abs(A) + abs(threshold) * (np.abs(U).transpose(0, 2, 1) @ np.abs(U)))
+        start = A - threshold * gram
+        L = L * r[:, :, None, None]
+        if L.shape[1] > CORNERS:
+            R, L = R + np.abs(L).sum(axis=1), L[:, :0]
+        unknown = R.sum(axis=2) * (1 + 8 * UNIT * n)
+        start = start - unknown[:, :, None] * np.eye(n)
+        holds = np.ones(len(c), dtype=bool)
+        for corner in itertools.product((-1.0, 1.0), repeat=L.shape[1]):
+            held = np.flatnonzero(holds)
+            corners = start[held] + np.tensordot(L[held], np.array(corner), ((1,), (0,))) if corner else start[held]
+            holds[held] = definite(corners)
+    failed = np.logical_not(holds)
+    return holds, values[:, 0] + threshold, _halved(c[failed], r[failed], blame[failed])
+
+
+def _halved(c: Array, r: Array, blame: Array) -> Boxes:
+    """Both halves of each box, across the symbol that has most to answer for; without symbols, the box itself."""
+    if not c.shape[1]:
+        return Boxes(c, r)
+    sound = np.asarray(np.isfinite(blame).all(axis=1) & (blame > 0).any(axis=1))
+    axis, rows = np.where(sound[:, None], blame, r).argmax(axis=1) if len(c) else np.zeros(0, int), np.arange(len(c))
+    middle, half = c.copy(), r.copy()
+    half[rows, axis] = r[rows, axis] / 2
+    shift = np.zeros_like(c)
+    shift[rows, axis] = half[rows, axis]
+    half[rows, axis] += 4 * UNIT * (np.abs(c[rows, axis]) + r[rows, axis])  # the halves overlap by their rounding
+    return Boxes(np.concatenate([middle - shift, middle + shift]), np.concatenate([half, half]))
+
+
+def definite(B: Array) -> Array:
+    """Whether symmetric matrices B (b, n, n) are proved positive definite, (b,).
+
+    By theorem 2.3 of Rump, that Cholesky's algorithm ends in floating point for B - s I, with s a few
+    roundings of the trace, is a proof.
+    """
+    n = B.shape[-1]
+    trace = np.abs(np.einsum("bii->bi", B)).sum(axis=1)
+    B = B - (4 * (n + 2) * UNIT * trace + 1e-290)[:, None, None] * np.eye(n)
+    L, holds = np.zeros_like(B), np.ones(len(B), dtype=bool)
+    for j in range(n):
+        pivot = B[:, j, j] - (L[:, j, :j] ** 2).sum(axis=1)
+        holds &= pivot > 0
+        L[:, j, j] = np.sqrt(np.where(pivot > 0, pivot, 1.0))
+        for i in range(j + 1, n):
+            L[:, i, j] = (B[:, i, j] - (L[:, i, :j] * L[:, j, :j]).sum(axis=1)) / L[:, j, j]
+    return holds

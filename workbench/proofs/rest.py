@@ -1,0 +1,183 @@
+"""Rest points of an equation, and what holds near them: proved by interval or rational arithmetic."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Ode
+from workbench.core.layout import Array
+from workbench.notation.walk import walk
+from workbench.proofs.bounds import Enclosure, NoBound, enclose, extreme_eigenvalue
+from workbench.proofs.exact import characteristic_polynomial, exact_values, unstable_modes
+from workbench.proofs.interval import jumps
+from workbench.validation.doors import door
+from workbench.validation.words import known, vector
+
+NEWTON_STEPS = 60
+# Half-widths of boxes about a zero, as shares of its size, of which the first that maps into itself is taken; how far
+# from tight an enclosure may be, as a share of the half-width; and how many boxes one may take.
+RADII, LOOSE, BOXES = (1e-9, 1e-8, 1e-7, 1e-6), 0.1, 256
+
+
+@dataclass(frozen=True, eq=False)
+class RestPoint:
+    """A state at which f(x, p) = 0.
+
+    Attributes
+    ----------
+    x
+        (nx,), to rounding.
+    radius
+        A rest point lies within this distance of x in each state, by Brouwer's theorem; None if that was not proved.
+    attracts
+        Whether it is proved that every solution that starts near enough tends to it exponentially: a quadratic form
+        falls along all of them.
+    modes
+        The eigenvalues (nx,) of df/dx, as computed, in 1/s.
+    why
+        What kept the radius from being proved; empty where it was.
+    """
+
+    x: Array
+    radius: float | None
+    attracts: bool
+    modes: np.ndarray[Any, np.dtype[np.complex128]]
+    why: str = ""
+
+
+@door
+def rest_point(ode: Ode, near: Array) -> RestPoint:
+    """The rest point of `ode` at default parameters that Newton's method finds from a guess (nx,).
+
+    It is proved by a map N(x) = x - Y f(x) with a regular matrix Y that carries a small box about it into itself:
+    then N, if it is continuous, has a fixed point there, which is a zero of f.
+
+    Raises
+    ------
+    ValueError
+        If the rate depends on time, Newton's method finds no rest point, or df/dx is singular on its way.
+
+    References
+    ----------
+    Moore, Kearfott and Cloud (2009), Introduction to Interval Analysis, chapter 8.
+    """
+    _refuse_time("rest_point", ode)
+    near = vector("rest_point(near=...)", near, ode.states.size, "states")
+    x = ode.x
+    f, p = ca.densify(ode.rate), ode.parameters.default
+    slope = ca.densify(ca.jacobian(f, x))
+    numbers = dict(zip((ode.p[i].name() for i in range(len(p))), p.tolist(), strict=True))
+    rate = ca.Function("rate", [x, ode.p], [f, slope])
+    point = _newton(lambda at: rate.call([at, p]), near, ode.name)
+    A = np.array(rate(point, p)[1])
+    modes = np.linalg.eigvals(A).astype(complex)
+    try:
+        radius = _radius(f, x, point, A, numbers)
+        attracts = _attracts(slope, x, point, radius, A, numbers)
+    except NoBound as none:  # or no continuity, or no inverse
+        return RestPoint(point, None, False, modes, str(none))
+    return RestPoint(point, radius, attracts, modes)
+
+
+@door
+def growing_modes(ode: Ode, at: Mapping[str, Fraction] | None = None) -> int | None:
+    """How many eigenvalues of df/dx have a positive real part at a rest point with rational numbers: exact.
+
+    None where Routh's array is not regular, as with a mode that neither grows nor decays.
+
+    Parameters
+    ----------
+    at
+        Values of states and parameters by label; what is not named has its default, as the fraction that its
+        double is.
+
+    Raises
+    ------
+    ValueError
+        If the rate depends on time, is not zero there, so that it is no rest point, or not rational.
+    """
+    _refuse_time("growing_modes", ode)
+    labels = (*ode.states.labels, *ode.parameters.labels)
+    defaults = np.concatenate([ode.states.default, ode.parameters.default])
+    for label in at or {}:
+        known(label, labels, f"numbers of '{ode.name}'")
+    values = {n: Fraction(float(v)) for n, v in zip(labels, defaults, strict=True)} | dict(at or {})
+    if any(value for row in exact_values(ode.rate, values) for value in row):
+        raise ValueError(
+            f"`growing_modes(at=...)` must be a rest point of '{ode.name}', but its rate is not zero there."
+        )
+    return unstable_modes(characteristic_polynomial(exact_values(ca.jacobian(ode.rate, ode.x), values)))
+
+
+def _refuse_time(call: str, ode: Ode) -> None:
+    if ca.depends_on(ode.rate, ode.t):
+        raise ValueError(f"`{call}(ode=...)` must have a rate that does not depend on time; that of '{ode.name}' does.")
+
+
+def _newton(rate: Callable[[Array], Iterable[ca.DM]], guess: Array, name: str) -> Array:
+    x = guess
+    for _ in range(NEWTON_STEPS):
+        value, slope = (np.array(part) for part in rate(x))
+        try:
+            change = np.linalg.solve(slope, value).ravel()
+        except np.linalg.LinAlgError:
+            raise ValueError(
+                f"`rest_point(near=...)` must be near a rest point of '{name}' at which df/dx is regular, as Newton's "
+                f"method divides by it; it is singular at {x.tolist()}."
+            ) from None
+        x = x - change
+        if not np.isfinite(x).all():
+            break
+        if np.abs(change).max() <= 1e-13 * (1 + np.abs(x).max()):
+            return np.asarray(x)
+    raise ValueError(f"`rest_point(near=...)` found no rest point of '{name}' from there by Newton's method.")
+
+
+def _radius(f: ca.SX, x: ca.SX, point: Array, A: Array, numbers: Mapping[str, float]) -> float:
+    """The half-width of a box about the point that N(x) = x - Y f(x) maps into its interior; NoBound if none does."""
+    if broken := jumps(walk(f), [x[i].name() for i in range(x.numel())]):
+        raise NoBound(f"Brouwer's theorem asks for a continuous rate; this one holds {broken[0]}, where it may jump.")
+    try:
+        Y = np.linalg.inv(A)
+    except np.linalg.LinAlgError:
+        raise NoBound("A rest point is proved only where df/dx is regular; here it is singular.") from None
+    if not characteristic_polynomial([[Fraction(float(v)) for v in row] for row in Y])[-1]:
+        raise NoBound("A rest point is proved only with a regular matrix Y; that of this df/dx is singular.")
+    image = x - ca.SX(Y) @ f
+    for share in RADII:
+        radius = share * (1 + float(np.abs(point).max()))
+        low, high = point - radius, point + radius
+        found = (
+            enclose(image[i], x, low, high, tolerance=LOOSE * share, boxes=BOXES, numbers=numbers)
+            for i in range(len(point))
+        )
+        if all(_within(e, *ends) for e, *ends in zip(found, low, high, strict=True)):
+            return radius
+    raise NoBound(f"No box of {RADII[0]:g} to {RADII[-1]:g} of the point's size is proved to be mapped into itself.")
+
+
+def _within(range_: Enclosure, low: float, high: float) -> bool:
+    return range_.low is not None and range_.high is not None and low < range_.low and range_.high < high
+
+
+def _attracts(slope: ca.SX, x: ca.SX, point: Array, radius: float, A: Array, numbers: Mapping[str, float]) -> bool:
+    """Whether P A(x) + A(x)^T P < 0 for all x in the box of the rest point, with a P that is proved definite."""
+    if np.linalg.eigvals(A).real.max() >= 0:
+        return False
+    n = len(point)
+    eye = np.eye(n)
+    lyapunov = np.kron(A.T, eye) + np.kron(eye, A.T)
+    P = np.linalg.solve(lyapunov, -eye.ravel()).reshape(n, n)
+    P = (P + P.T) / 2
+    exact = [[Fraction(float(v)) for v in row] for row in P]
+    minors = [characteristic_polynomial([row[:k] for row in exact[:k]])[-1] * (-1) ** k for k in range(1, n + 1)]
+    form = ca.SX(P) @ slope
+    ends = point - radius, point + radius
+    greatest = extreme_eigenvalue(form + form.T, x, *ends, -1, tolerance=LOOSE, boxes=BOXES, numbers=numbers)
+    return all(minor > 0 for minor in minors) and greatest.beyond is not None and greatest.beyond < 0

@@ -1,0 +1,205 @@
+"""Variable steps along one smooth piece, up to the instant at which one of its guards ends it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.integrate import DOP853, Radau
+
+from workbench.core.layout import Array
+from workbench.reference.location import Flags, Look, armed_at, look, polished
+from workbench.reference.pieces import SAMPLES, Guard, Piece
+
+STIFF = 3.0  # h |lambda| beyond which stability, not accuracy, bounds an explicit step; it ends at about 6
+WORTH = 5_000  # explicit steps still to take, from which on the implicit method is worth its price
+RESOLVED = 1e-3  # how closely a step follows the companions
+LOOK = 25  # steps between two looks at stiffness
+
+
+@dataclass(frozen=True, eq=False)
+class Rule:
+    """How exact, by which method ("auto", "explicit", "implicit"), and after how many steps to give up."""
+
+    rtol: float
+    atol: Array
+    method: str
+    most: int
+
+
+class Effort:
+    """What a run has cost so far."""
+
+    def __init__(self) -> None:
+        self.steps = 0
+        self.evaluations = 0
+        self.implicit = False
+
+
+@dataclass(frozen=True, eq=False)
+class Flow:
+    """A smooth differential equation as numbers: y' = field(t, y), where y begins with the nx states.
+
+    `valid` says whether the equation as written has a finite rate at (t, x); `companions` gives the values and
+    rates (nz, 2) of what is integrated beside the state; `piece` holds the guards.
+    """
+
+    nx: int
+    field: Callable[[float, Array], Array]
+    jacobian: Callable[[float, Array], Array] | None
+    valid: Callable[[float, Array], bool]
+    companions: Callable[[float, Array], Array] = lambda t, x: np.zeros((0, 2))
+    piece: Piece | None = None
+
+    @staticmethod
+    def of(piece: Piece, valid: Callable[[float, Array], bool]) -> Flow:
+        """The flow of a piece, its companions beside the state."""
+        field = piece.field
+        states = piece.x.numel()
+        return Flow(states, lambda t, y: field(t, y).ravel(), piece.jacobian, valid, piece.companions, piece)
+
+
+@dataclass(frozen=True, eq=False)
+class Leg:
+    """A way along one piece: where it ended, by which guard if any, and the states (k, nx) at the times on it.
+
+    It is `stalled` where no step is short enough to go on.
+    """
+
+    t: float
+    x: Array
+    hit: Guard | None
+    slope: float
+    states: Array
+    stalled: bool = False
+
+
+class StoppedError(Exception):
+    """The solution does not continue numerically beyond (t, x)."""
+
+    def __init__(self, t: float, x: Array, why: str) -> None:
+        self.t, self.x, self.why = t, x, why
+
+
+def travel(flow: Flow, t: float, x: Array, end: float, times: Array, rule: Rule, effort: Effort) -> Leg:
+    """Follow the flow from (t, x) to `end` or to the first guard, and keep the states at `times` within (t, end].
+
+    Raises
+    ------
+    StoppedError
+        If the rate or the state is not finite, or there are too many steps.
+    """
+    solver = _solver(flow, t, x, end, rule, effort)
+    armed, kept = armed_at(flow.piece, t, x), list[Array]()
+    while solver.status == "running":
+        begin, y = solver.t, solver.y
+        if not _step(flow, solver, rule, effort):
+            return Leg(float(begin), _projected(flow, begin, y[: flow.nx]), None, 0.0, _rows(kept, flow.nx), True)
+        met = _met(flow, solver, begin, armed)
+        if met.again:
+            solver = _solver(flow, begin, y[: flow.nx], end, rule, effort, (solver.t - begin) / SAMPLES)
+            continue
+        armed, here = met.armed, (solver.t, solver.y[: flow.nx])
+        if met.found and flow.piece:
+            here = polished(flow.piece, *_within(flow, begin, y, met.found.t, rule, effort), met.found.place)
+        x = _projected(flow, *here)
+        while len(kept) < len(times) and times[len(kept)] <= here[0]:
+            at = times[len(kept)]
+            kept.append(x if at == here[0] else _projected(flow, *_within(flow, begin, y, at, rule, effort)))
+        if met.found and flow.piece:
+            slope = float(flow.piece.watch(here[0], x)[met.found.place, 2])
+            return Leg(float(here[0]), x, flow.piece.guards[met.found.place], slope, _rows(kept, flow.nx))
+        solver = _kept_up(flow, solver, x, end, rule, effort)
+    return Leg(float(solver.t), _projected(flow, solver.t, solver.y[: flow.nx]), None, 0.0, _rows(kept, flow.nx))
+
+
+def _met(flow: Flow, solver: Any, begin: float, armed: Flags) -> Look:
+    if flow.piece is None or len(armed) == 0:
+        return Look(None, False, armed)
+    between = solver.dense_output()
+    return look(flow.piece, begin, solver.t, lambda at: between(at)[: flow.nx], armed, solver.t_bound)
+
+
+def _rows(states: list[Array], nx: int) -> Array:
+    return np.array(states).reshape(len(states), nx)
+
+
+def _solver(flow: Flow, t: float, x: Array, end: float, rule: Rule, effort: Effort, first: float | None = None) -> Any:
+    def field(t: float, y: Array) -> Array:
+        effort.evaluations += 1
+        return flow.field(t, y)
+
+    beside = flow.companions(t, x)
+    y = np.concatenate([x, beside[:, 0]])
+    if not (np.isfinite(y).all() and np.isfinite(field(t, y)).all()):
+        raise StoppedError(t, x, "rate")
+    floor = RESOLVED * np.maximum(np.abs(beside[:, 0]), RESOLVED * (end - t) * np.abs(beside[:, 1]))
+    options: dict[str, Any] = {"atol": np.concatenate([rule.atol, np.maximum(floor, rule.atol.min())])}
+    options["first_step"] = None if first is None else min(first, end - t)
+    if effort.implicit or rule.method == "implicit":
+        effort.implicit = True
+        return Radau(field, t, y, end, jac=flow.jacobian, rtol=rule.rtol, **options)
+    options["rtol"] = np.concatenate([np.full(flow.nx, rule.rtol), np.full(len(beside), RESOLVED)])
+    return DOP853(field, t, y, end, **options)
+
+
+def _step(flow: Flow, solver: Any, rule: Rule, effort: Effort) -> bool:
+    """One accepted step, or none (False) if it would be shorter than rounding."""
+    begin, y = solver.t, solver.y[: flow.nx]
+    try:
+        solver.step()
+    except (ValueError, np.linalg.LinAlgError):  # a Jacobian that is not finite
+        return False
+    effort.steps += 1
+    if solver.status == "failed":
+        return False
+    if not np.isfinite(solver.y).all():
+        raise StoppedError(begin, y, "state")
+    if effort.steps > rule.most:
+        raise StoppedError(begin, y, "steps")
+    return True
+
+
+def _within(flow: Flow, t: float, y: Array, to: float, rule: Rule, effort: Effort) -> tuple[float, Array]:
+    """The state at an instant within an accepted step that began at (t, y): integrated, not interpolated."""
+    if to <= t:
+        return t, y[: flow.nx]
+    solver = _solver(flow, t, y[: flow.nx], to, rule, effort, to - t)
+    while solver.status == "running":
+        if not _step(flow, solver, rule, effort):
+            raise StoppedError(solver.t, solver.y[: flow.nx], "step")
+    return solver.t, solver.y[: flow.nx]
+
+
+def _kept_up(flow: Flow, solver: Any, x: Array, end: float, rule: Rule, effort: Effort) -> Any:
+    """The solver for the next step: back on its surfaces, by the method that pays, from a state that is valid."""
+    t, h = solver.t, solver.step_size
+    if not flow.valid(t, x):
+        raise StoppedError(t, x, "rate")
+    if rule.method == "auto" and not effort.implicit and effort.steps % LOOK == 0 and flow.jacobian is not None:
+        A = flow.jacobian(t, solver.y)
+        fastest = -np.linalg.eigvals(A).real.min() if np.isfinite(A).all() else 0.0
+        effort.implicit = bool(h * fastest > STIFF and (end - t) / h > WORTH)
+        if effort.implicit and t < end:
+            return _solver(flow, t, x, end, rule, effort)
+    drift = np.abs(x - solver.y[: flow.nx])
+    if t < end and (drift > 0.1 * (rule.atol + rule.rtol * np.abs(x))).any():
+        return _solver(flow, t, x, end, rule, effort, h)
+    return solver
+
+
+def _projected(flow: Flow, t: float, x: Array) -> Array:
+    """The nearest state on the surfaces in sliding."""
+    if flow.piece is None or not flow.piece.mode.sliding:
+        return x
+    for _ in range(2):
+        held = flow.piece.hold(t, x)
+        x = x - np.linalg.pinv(held[:, 1:-1]) @ held[:, 0]
+    return x
+
+
+def tighter(rule: Rule, share: float) -> Rule:
+    """The same rule with its absolute tolerance multiplied by `share`."""
+    return replace(rule, atol=rule.atol * share)

@@ -1,0 +1,289 @@
+"""How an uncertain number is spread: distributions by their quantiles."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import MISSING, dataclass, fields
+from math import inf, log
+from typing import Any
+
+import numpy as np
+
+from workbench.study.uncertainty.design import MARGIN
+from workbench.validation.doors import door
+from workbench.validation.words import Array, finite, numbers
+
+LEAST_SHARE = 1e-9  # of a bell between its cuts
+
+
+class AbstractDistribution(ABC):
+    """A number between `low` and `high`, by its quantiles."""
+
+    low: float
+    high: float
+
+    @abstractmethod
+    def _formula(self, u: Array) -> Array:
+        """The quantiles u, of the same shape, but for rounding at the ends."""
+
+    def quantile(self, u: Array) -> Array:
+        """The values that are not exceeded with the probabilities u from 0 to 1; 0 and 1 give the very ends.
+
+        Raises
+        ------
+        ValueError
+            If they are no probabilities.
+        """
+        u = numbers(f"{type(self).__name__}.quantile(u)", u)
+        if not ((u >= 0) & (u <= 1)).all():
+            raise ValueError(f"`{type(self).__name__}.quantile(u)` takes probabilities from 0 to 1; got others.")
+        values = np.clip(self._formula(u), self.low, self.high)
+        values = np.where((u == 0) & (self.low > -inf), self.low, values)
+        return np.where((u == 1) & (self.high < inf), self.high, values)
+
+    @abstractmethod
+    def words(self) -> str:
+        """The distribution as a table prints it."""
+
+    def reach(self) -> tuple[float, float]:
+        """The least and the largest value that a design draws: the ends, or what its outmost points have for them."""
+        least, largest = self.quantile(np.array([MARGIN, 1 - MARGIN]))
+        return (
+            self.low if self.low > -inf else float(least),
+            self.high if self.high < inf else float(largest),
+        )
+
+
+@dataclass(frozen=True)
+@door
+class Uniform(AbstractDistribution):
+    """Every number from `low` to `high` alike.
+
+    Raises
+    ------
+    ValueError
+        If the range is reversed, empty or not finite.
+
+    Examples
+    --------
+    >>> wb.Uniform(1.0, 1.5).quantile(np.array([0.0, 0.5, 1.0]))
+    array([1.  , 1.25, 1.5 ])
+    """
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        _check_finite(self)
+        _check_range(self, self.low, self.high)
+
+    def _formula(self, u: Array) -> Array:
+        """low + u (high - low)."""
+        return np.asarray(self.low * (1 - u) + self.high * u)
+
+    def words(self) -> str:
+        """Uniform, with its range."""
+        return f"uniform, {self.low:g} to {self.high:g}"
+
+
+@dataclass(frozen=True)
+@door
+class LogUniform(AbstractDistribution):
+    """A number whose logarithm is uniform, from `low` > 0 to `high`: for what is known by its order of magnitude.
+
+    Raises
+    ------
+    ValueError
+        If the range is reversed, empty, not finite or not positive.
+
+    Examples
+    --------
+    >>> wb.LogUniform(0.01, 1.0).quantile(np.array([0.0, 0.5, 1.0])).round(2)
+    array([0.01, 0.1 , 1.  ])
+    """
+
+    low: float
+    high: float
+
+    def __post_init__(self) -> None:
+        _check_finite(self)
+        _check_range(self, self.low, self.high)
+        _check_positive(self, "low", "as its logarithm is uniform")
+
+    def _formula(self, u: Array) -> Array:
+        """low^(1 - u) high^u."""
+        return np.asarray(np.exp(log(self.low) * (1 - u) + log(self.high) * u))
+
+    def words(self) -> str:
+        """Log-uniform, with its range."""
+        return f"log-uniform, {self.low:g} to {self.high:g}"
+
+
+@dataclass(frozen=True)
+@door
+class Triangular(AbstractDistribution):
+    """A number from `low` to `high` whose density rises to `mode` and falls from there, by straight lines.
+
+    Raises
+    ------
+    ValueError
+        If the range is reversed, empty or not finite, or if the mode is not within it.
+    """
+
+    low: float
+    mode: float
+    high: float
+
+    def __post_init__(self) -> None:
+        _check_finite(self)
+        _check_range(self, self.low, self.high)
+        width = self.high - self.low
+        if not np.finfo(float).tiny < width * width < inf:  # of which the formula takes the root
+            raise ValueError(
+                "`Triangular(low=..., high=...)` must be a range from 1e-153 to 1e154 wide, of which a double holds "
+                f"the square; got {width:g}."
+            )
+        if not self.low <= self.mode <= self.high:
+            raise ValueError(
+                f"`Triangular(mode=...)` must lie within the range {self.low:g} to {self.high:g}; got {self.mode:g}."
+            )
+
+    def _formula(self, u: Array) -> Array:
+        """Of the left line below the probability of the mode, of the right line above it."""
+        width, left, right = self.high - self.low, self.mode - self.low, self.high - self.mode
+        rising = self.low + np.sqrt(u * width * left)
+        falling = self.high - np.sqrt((1 - u) * width * right)
+        return np.where(u * width < left, rising, falling)
+
+    def words(self) -> str:
+        """Triangular, with its range and mode."""
+        return f"triangular, {self.low:g} to {self.high:g}, mode {self.mode:g}"
+
+
+@dataclass(frozen=True)
+@door
+class Normal(AbstractDistribution):
+    """A normal number, cut off at `low` and `high` where these are given; `mean` and `deviation` are those before it.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, the deviation is not positive, the range is reversed or empty, or lies so far out
+        in a tail that less than 1e-9 of the numbers are within it.
+    """
+
+    mean: float
+    deviation: float
+    low: float = -inf
+    high: float = inf
+
+    def __post_init__(self) -> None:
+        _check_finite(self)
+        _check_positive(self, "deviation", "as it is the width of a bell")
+        _check_cut(self, (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation)
+
+    def _formula(self, u: Array) -> Array:
+        """mean + deviation z(u), z that of the standard normal distribution between the cuts."""
+        z = _bell(u, (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation)
+        return np.asarray(self.mean + self.deviation * z)
+
+    def words(self) -> str:
+        """Normal, with mean, deviation and cuts."""
+        return f"normal, mean {self.mean:g}, deviation {self.deviation:g}{_cuts(self)}"
+
+
+@dataclass(frozen=True)
+@door
+class LogNormal(AbstractDistribution):
+    """A positive number whose logarithm is normal, with deviation `sigma`, cut off at `low` and `high` where given.
+
+    Without a cut half of the numbers are below `median`.
+
+    Raises
+    ------
+    ValueError
+        If median, sigma or a cut is not positive, a number is not finite, the range is reversed or empty, or lies so
+        far out in a tail that less than 1e-9 of the numbers are within it.
+    """
+
+    median: float
+    sigma: float
+    low: float = -inf
+    high: float = inf
+
+    def __post_init__(self) -> None:
+        _check_finite(self)
+        _check_positive(self, "median", "as its logarithm is normal")
+        _check_positive(self, "sigma", "as it is the width of a bell")
+        for name in ("low", "high"):
+            if abs(getattr(self, name)) < inf:
+                _check_positive(self, name, "as all its numbers are")
+        _check_cut(self, *self._z())
+
+    def _formula(self, u: Array) -> Array:
+        """median exp(sigma z(u)), z that of the standard normal distribution between the cuts."""
+        with np.errstate(over="ignore"):  # the quantile 1 of a bell without a cut is infinite
+            return np.asarray(self.median * np.exp(self.sigma * _bell(u, *self._z())))
+
+    def words(self) -> str:
+        """Lognormal, with median, deviation of the logarithm and cuts."""
+        return f"lognormal, median {self.median:g}, sigma {self.sigma:g}{_cuts(self)}"
+
+    def _z(self) -> tuple[float, float]:
+        low = log(self.low / self.median) / self.sigma if self.low > -inf else -inf
+        return low, log(self.high / self.median) / self.sigma if self.high < inf else inf
+
+
+def _cuts(distribution: AbstractDistribution) -> str:
+    """Where a bell is cut off, in words."""
+    low = f", from {distribution.low:g} on" if distribution.low > -inf else ""
+    return f"{low}, up to {distribution.high:g}" if distribution.high < inf else low
+
+
+def _bell(u: Array, low: float, high: float) -> Array:
+    """Quantiles of the standard normal distribution between two cuts, to full accuracy in both tails."""
+    from scipy.special import ndtr, ndtri  # costs a fifth of a second, and only those who cut or draw a bell
+
+    if low > 0:  # the upper tail is the lower one mirrored, where a probability keeps its digits
+        return -_bell(1 - u, -high, -low)
+    return np.asarray(ndtri(ndtr(low) * (1 - u) + ndtr(high) * u))
+
+
+def _check_finite(distribution: Any) -> None:
+    """Refuse numbers that are not finite, but for an end that may be open."""
+    for field in fields(distribution):
+        value = getattr(distribution, field.name)
+        if field.default is MISSING or value != field.default:
+            finite(f"{type(distribution).__name__}({field.name}=...)", value)
+
+
+def _check_range(distribution: Any, low: float, high: float) -> None:
+    """Refuse a range that is reversed, empty, or so narrow or wide that numbers in it cannot be told apart."""
+    if low < high < inf and 0 < high - low < inf:
+        return
+    found = f"{distribution.low:.17g} and {distribution.high:.17g}"
+    why = "an empty range, which varies nothing" if low == high else "a reversed range" if low > high else "too wide"
+    raise ValueError(
+        f"`{type(distribution).__name__}(low=..., high=...)` must be a range with low < high; got {found}: {why}."
+    )
+
+
+def _check_positive(distribution: Any, name: str, why: str) -> None:
+    if not 0 < getattr(distribution, name) < inf:
+        raise ValueError(
+            f"`{type(distribution).__name__}({name}=...)` must be positive, {why}; got {getattr(distribution, name):g}."
+        )
+
+
+def _check_cut(distribution: Any, low: float, high: float) -> None:
+    """Refuse cuts of a bell between which hardly anything is left, given in deviations from its middle."""
+    from scipy.special import ndtr
+
+    if low >= high:
+        _check_range(distribution, distribution.low, distribution.high)
+    left = float(ndtr(-low) - ndtr(-high) if low + high > 0 else ndtr(high) - ndtr(low))
+    if not left >= LEAST_SHARE:
+        raise ValueError(
+            f"`{type(distribution).__name__}(low=..., high=...)` must keep at least {LEAST_SHARE:g} of the bell, which "
+            f"is computed to that accuracy; between {distribution.low:g} and {distribution.high:g} lies {left:.1e}."
+        )

@@ -1,0 +1,105 @@
+"""Sobol indices of columns of runs from means of products, with the jackknife over independent scrambles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.study.uncertainty.control import exact, polynomials
+from workbench.study.uncertainty.outputs import Estimate, Flags
+from workbench.study.uncertainty.saltelli import SCRAMBLES, SobolDesign
+from workbench.validation.words import Array
+
+Means = dict[str, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """Some columns: S1, ST, S2, sums of S1 and of ST over groups (c, ...), where a factor moves nothing (c, d), and
+    the standard deviations (c,).
+    """
+
+    indices: tuple[Estimate, ...]
+    unmoved: Flags
+    deviation: Array
+
+
+def judged(design: SobolDesign, y: Array, t: float, groups: Array, control: bool) -> Judged:
+    """The indices of some columns (N, c), and their sums over groups (G, d) of factors."""
+    runs = _runs(design, y)
+    unmoved = (runs[:, :, 1 : 1 + design.dimensions] == runs[:, :, :1]).all(axis=(0, 1))
+    means_of = _means_of_both if design.second_order else _means
+    means = means_of(runs, design.dimensions)
+    if control:
+        fitted, b = polynomials(design, y)
+        of_fit, known = means_of(_runs(design, fitted), design.dimensions), exact(design, b)
+        means = {name: mean - of_fit[name] + known[name] for name, mean in means.items()}
+    order = _of_both if design.second_order else _of_one
+    deviation = runs[:, :, [0, -1]].std(axis=(0, 1, 2))
+
+    def statistic(m: Means) -> tuple[Array, ...]:
+        first, total, second = order(m)
+        return first, total, second, *(np.einsum("gd,...dc->...gc", groups, part) for part in (first, total))
+
+    return Judged(_jackknife(means, statistic, t), unmoved.T, deviation)
+
+
+def _runs(design: SobolDesign, y: Array) -> Array:
+    """Columns (N, c) as (scrambles, pairs of points, block, c)."""
+    return y.reshape(SCRAMBLES, -1, design.block, y.shape[1])
+
+
+def _means(runs: Array, d: int) -> Means:
+    """Of the products behind S1 and ST, (scrambles, 1 or d, c) each."""
+    A, AB, B = runs[:, :, :1], runs[:, :, 1 : 1 + d], runs[:, :, -1:]
+    return {
+        "first": (B * (AB - A)).mean(axis=1),
+        "total": ((A - AB) ** 2).mean(axis=1) / 2,
+        "mean": (A + B).mean(axis=1) / 2,
+        "square": (A**2 + B**2).mean(axis=1) / 2,
+    }
+
+
+def _of_one(m: Means) -> tuple[Array, Array, Array]:
+    variance = m["square"] - m["mean"] ** 2
+    return m["first"] / variance, m["total"] / variance, np.empty((*m["first"].shape[:-2], 0, m["first"].shape[-1]))
+
+
+def _means_of_both(runs: Array, d: int) -> Means:
+    """Of the products behind all three orders, each from both halves of the runs.
+
+    E((BA_i - B)(AB_j - A)) is V_ij, the variance of the interaction, and for i = j it is -2 V_i.
+    """
+    A, AB, BA, B = runs[:, :, :1], runs[:, :, 1 : 1 + d], runs[:, :, 1 + d : -1], runs[:, :, -1:]
+    from_A, from_B = AB - A, BA - B
+    cross = np.einsum("smic,smjc->sijc", from_B, from_A, optimize=True) / A.shape[1]
+    i, j = np.triu_indices(AB.shape[2], 1)
+    variance = (((A - B) ** 2).mean(axis=1) + ((AB - BA) ** 2).mean(axis=1)) / 4
+    return {
+        "first": -np.einsum("siic->sic", cross) / 2,
+        "total": ((from_A**2).mean(axis=1) + (from_B**2).mean(axis=1)) / 4,
+        "second": (cross[:, i, j] + cross[:, j, i]) / 2,
+        "variance": variance,
+        "variance of pairs": (variance[:, i] + variance[:, j]) / 2,
+    }
+
+
+def _of_both(m: Means) -> tuple[Array, Array, Array]:
+    return m["first"] / m["variance"], m["total"] / m["variance"], m["second"] / m["variance of pairs"]
+
+
+def _jackknife(means: Means, statistic: Callable[[Means], tuple[Array, ...]], t: float) -> tuple[Estimate, ...]:
+    """A statistic of means with its intervals, from those of the scrambles and of all scrambles but one."""
+    with np.errstate(divide="ignore", invalid="ignore"):  # no variance without the one scramble that has all of it
+        values = statistic({key: mean.mean(axis=0) for key, mean in means.items()})
+        without = statistic({k: (m.sum(axis=0) - m) / (SCRAMBLES - 1) for k, m in means.items()})
+    return tuple(_estimate(v, w, t) for v, w in zip(values, without, strict=True))
+
+
+def _estimate(value: Array, without: Array, t: float) -> Estimate:
+    """From a value (i, c) and those without each scramble, (scrambles, i, c), to (c, i)."""
+    with np.errstate(invalid="ignore"):
+        half = t * np.sqrt((SCRAMBLES - 1) * without.var(axis=0))
+    return Estimate(value.T, np.where(np.isfinite(half), half, np.inf).T)

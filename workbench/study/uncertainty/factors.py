@@ -1,0 +1,219 @@
+"""Factors: the numbers of a loop that are varied, with their distributions and where their ranges come from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from workbench.core.layout import Layout
+from workbench.study.document.cells import raised
+from workbench.study.document.document import Cell, Column, Table
+from workbench.study.provenance import Given, Mark
+from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers, nearest, numbers
+
+
+@dataclass(frozen=True)
+@door
+class Factor:
+    """One number that is varied: one or several paths of a loop, which move together, and how they are spread.
+
+    Attributes
+    ----------
+    paths
+        Parameters or initial states, or single numbers of them: `plant.arm.links[0].mass`, `controller.K[0,1]`. A
+        vector takes the same value at each of its places.
+    origin
+        Where the distribution comes from.
+    share
+        Whether the distribution is that of a share of the loop's own number instead of the number itself; several
+        paths, and all places of a matrix, then keep their proportions.
+
+    Raises
+    ------
+    ValueError
+        If there is no name or no path, a path comes twice, or the distribution or the origin is none.
+
+    Examples
+    --------
+    >>> wb.Factor("payload", ("plant.arm.links[1].mass",), wb.Uniform(1.0, 1.5)).paths
+    ('plant.arm.links[1].mass',)
+    """
+
+    name: str
+    paths: tuple[str, ...]
+    distribution: AbstractDistribution
+    origin: Mark = "assumed"
+    share: bool = False
+
+    def __post_init__(self) -> None:
+        if not self.name or not self.paths or len(set(self.paths)) < len(self.paths):
+            raise ValueError(
+                f"`Factor({self.name!r}, paths=...)` needs a name, and at least one path, each once; got {self.paths}."
+            )
+
+    @staticmethod
+    @door
+    def of(given: Given, paths: Sequence[str], log_scale: bool = False) -> Factor:
+        """The factor of a number on a card: over the range in which it could lie, with the card's mark.
+
+        Raises
+        ------
+        ValueError
+            If the number has no range, or one that is none for a distribution.
+        """
+        if given.low is None or given.high is None:
+            raise ValueError(
+                f"`Factor.of(given)` needs a range to vary '{given.name}', which is {given.mark}, in; it has none: "
+                "write `Factor(...)` with a distribution of your own."
+            )
+        spread = LogUniform(given.low, given.high) if log_scale else Uniform(given.low, given.high)
+        return Factor(given.name, tuple(paths), spread, given.mark)
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Space:
+    """Factors over the parameters and initial states of a loop: points of the unit cube to the rows of runs.
+
+    Raises
+    ------
+    ValueError
+        If there is no factor, two have one name or move one number, a distribution reaches beyond the bounds of a
+        number, a share is one of zero, or a matrix is given one value for all its places.
+    LookupError
+        If a path is neither a parameter's nor a state's; the message names the nearest.
+    """
+
+    factors: tuple[Factor, ...]
+    parameters: Layout
+    states: Layout = field(default_factory=Layout)
+
+    def __post_init__(self) -> None:
+        names = [factor.name for factor in self.factors]
+        if not names or len(set(names)) < len(names):
+            raise ValueError(f"`Space(factors=...)` needs at least one factor, each of another name; got {names}.")
+        owners: dict[int, str] = {}
+        for factor, places in zip(self.factors, self._places, strict=True):
+            for place in places:
+                if (other := owners.setdefault(int(place), factor.name)) != factor.name:
+                    raise ValueError(
+                        f"`Space(factors=...)` takes each number once; '{other}' and '{factor.name}' both move "
+                        f"'{self._labels[place]}'."
+                    )
+            _check_share(factor, self._default[places], [self._labels[place] for place in places])
+            self._check_reach(factor, places)
+
+    def rows(self, points: Array) -> tuple[Array, Array]:
+        """Parameters (B, np) and initial states (B, nx) of the runs at points (B, d) of the unit cube.
+
+        Raises
+        ------
+        ValueError
+            If the points are not (B, d) in the unit cube, or if a row is not allowed.
+        """
+        points = self._cube("rows", points)
+        rows = np.tile(self._default, (len(points), 1))
+        for factor, places, u in zip(self.factors, self._places, points.T, strict=True):
+            values = factor.distribution.quantile(u)[:, np.newaxis]
+            if not np.isfinite(values).all():
+                raise ValueError(
+                    f"`rows(points)` needs a bounded distribution where a design goes to its ends; that of "
+                    f"'{factor.name}' has none: cut it off by `low` and `high`."
+                )
+            rows[:, places] = values * self._default[places] if factor.share else values
+        split = self.parameters.size
+        self._check(rows)
+        return rows[:, :split], rows[:, split:]
+
+    def values(self, points: Array) -> Array:
+        """The values (B, d) of the factors themselves at points (B, d) of the unit cube: numbers, or shares."""
+        columns = zip(self.factors, self._cube("values", points).T, strict=True)
+        return np.stack([factor.distribution.quantile(u) for factor, u in columns], axis=1)
+
+    @door
+    def table(self, name: str, caption: str) -> Table:
+        """The factors as a report prints them: what each moves, over which distribution, and where that comes from."""
+        rows: list[tuple[Cell, ...]] = []
+        for factor, places in zip(self.factors, self._places, strict=True):
+            units = dict.fromkeys(raised(self._unit(int(place))) for place in places)
+            words = factor.distribution.words()
+            spread = f"share of its own value: {words}" if factor.share else words
+            unit = None if factor.share else ", ".join(units) or None
+            rows.append((factor.name, ", ".join(factor.paths), spread, unit, factor.origin))
+        columns = tuple(map(Column, ("factor", "moves", "distribution", "unit", "origin")))
+        return Table(name, caption, columns, tuple(rows))
+
+    def _cube(self, call: str, given: Array) -> Array:
+        """Points (B, d) of the unit cube."""
+        points, d = numbers(f"{call}(points)", given), len(self.factors)
+        if points.shape[1:] != (d,) or not ((points >= 0) & (points <= 1)).all():
+            raise ValueError(
+                f"`{call}(points)` takes points (B, {d}) of the unit cube, one column a factor; got shape "
+                f"{points.shape}{'' if points.shape[1:] != (d,) else ' with points beyond it'}."
+            )
+        return points
+
+    def _unit(self, place: int) -> str:
+        """The unit of a number of a row."""
+        name = self._labels[place]
+        layout = self.parameters if place < self.parameters.size else self.states
+        return next(entry.unit for entry in layout.entries if name in entry.labels())
+
+    def _check(self, rows: Array) -> None:
+        split = self.parameters.size
+        self.parameters.check(rows[:, :split])
+        self.states.check(rows[:, split:])
+
+    def _check_reach(self, factor: Factor, places: Integers) -> None:
+        """Refuse a factor that by itself leads beyond what a number may be."""
+        rows = np.tile(self._default, (2, 1))
+        reach = np.array(factor.distribution.reach())[:, np.newaxis]
+        rows[:, places] = reach * self._default[places] if factor.share else reach
+        try:
+            self._check(rows)
+        except ValueError as refusal:
+            ends = f"from {reach[0, 0]:g} to {reach[1, 0]:g}{' of its own value' if factor.share else ''}"
+            raise ValueError(f"`Space(factors=...)`: '{factor.name}' goes {ends}, too far: {refusal}") from None
+
+    @cached_property
+    def _default(self) -> Array:
+        return np.concatenate([self.parameters.default, self.states.default])
+
+    @cached_property
+    def _labels(self) -> tuple[str, ...]:
+        return self.parameters.labels + self.states.labels
+
+    @cached_property
+    def _places(self) -> tuple[Integers, ...]:
+        """Where the numbers of each factor lie in a row of parameters and initial states."""
+        return tuple(np.array([i for path in f.paths for i in self._find(f, path)]) for f in self.factors)
+
+    def _find(self, factor: Factor, path: str) -> list[int]:
+        for layout, offset in ((self.parameters, 0), (self.states, self.parameters.size)):
+            if path in layout or path in layout.labels:
+                places = [offset + i for i in layout.indices(path)]
+                if path in layout and len(layout[path].shape) == 2 and not factor.share and len(places) > 1:
+                    raise ValueError(
+                        f"`Factor({factor.name!r}, paths=...)` would give all {len(places)} numbers of the matrix "
+                        f"'{path}' one value: name single ones, such as '{layout[path].labels()[0]}', or vary a share."
+                    )
+                return places
+        known = (*self.parameters.names, *self.states.names, *self._labels)
+        raise LookupError(
+            f"There is no '{path}', which '{factor.name}' varies, among the {len(self.parameters.names)} parameters "
+            f"and {len(self.states.names)} states of this loop.{nearest(path, known)}"
+        )
+
+
+def _check_share(factor: Factor, own: Array, labels: Sequence[str]) -> None:
+    """A share of zero is zero, whatever the share; a matrix may have zeros, but not a whole factor of them."""
+    if factor.share and not own.any():
+        raise ValueError(
+            f"`Factor({factor.name!r}, share=True)` needs numbers that are not zero, as any share of zero is zero; "
+            f"got {', '.join(labels)} of 0: give the values themselves."
+        )

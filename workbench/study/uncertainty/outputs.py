@@ -1,0 +1,256 @@
+"""The outputs of many runs: which of them can be judged, and what stands in place of those that cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.special import stdtrit
+
+from workbench.study.uncertainty.design import AbstractDesign
+from workbench.validation.doors import door
+from workbench.validation.words import Array, as_array, described, known
+
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
+
+# A spread of this many last places of the largest value: rounding is then 1e-5 of the variance and hides no index.
+LEAST_SPREAD = 100 * np.finfo(float).eps
+LARGEST = 1e304  # number of a result: sums and differences of some such are finite
+# Parts of the variance that an error of the runs may make up: beyond the first it is told, beyond the second refused.
+TOLD, REFUSED = 0.01, 1.0
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Estimate:
+    """Values, each with the half-width of its confidence interval; both are NaN where the output was refused."""
+
+    value: Array
+    half: Array
+
+    def __post_init__(self) -> None:
+        check_size("Estimate(value=...)", self.value)
+        check_size("Estimate(half=...)", self.half, infinite=True)
+        if self.value.shape != self.half.shape:
+            raise ValueError(
+                "`Estimate(half=...)` must have a half-width for each value; got shapes "
+                f"{self.value.shape} and {self.half.shape}."
+            )
+
+    @property
+    def low(self) -> Array:
+        """The lower ends of the intervals."""
+        return self.value - self.half
+
+    @property
+    def high(self) -> Array:
+        """The upper ends of the intervals."""
+        return self.value + self.half
+
+    @door
+    def __getitem__(self, place: int) -> Estimate:
+        return Estimate(self.value[place], self.half[place])
+
+
+@dataclass(frozen=True, eq=False)
+class Outputs:
+    """Columns (N, k) of N runs by name, and the reason for each that is refused.
+
+    Attributes
+    ----------
+    scaled
+        The columns with mean 0 and largest deviation 1, so that no square of them overflows or loses its digits;
+        refused ones are 0.
+    mean, spread
+        (k,), with which a column is mean + spread * scaled.
+    remarks
+        What a reader must know of the columns that are not refused.
+    """
+
+    names: tuple[str, ...]
+    scaled: Array
+    mean: Array
+    spread: Array
+    refused: Mapping[str, str]
+    remarks: tuple[str, ...]
+
+    @property
+    def known(self) -> Flags:
+        """Which columns are not refused, (k,)."""
+        return np.array([name not in self.refused for name in self.names])
+
+
+def outputs_of(
+    call: str,
+    design: AbstractDesign,
+    outputs: Any,
+    names: Sequence[str] | None = None,
+    errors: Any = None,
+) -> Outputs:
+    """The outputs of all runs of a design, judged one by one.
+
+    Parameters
+    ----------
+    outputs
+        (N,) or (N, k), the rows in the order of the design's points; NaN where a run failed.
+    errors
+        Of the same shape: how far off each number is, NaN where that is not known, infinite where nothing bounds it.
+
+    Raises
+    ------
+    ValueError
+        If the outputs or errors have no such shape, or the names are not k different ones.
+    """
+    held, columns = columns_of(call, design, outputs, names)
+    k = len(held)
+    refused = {name: why for name, column in zip(held, columns.T, strict=True) if (why := _flaw(column))}
+    known = np.array([name not in refused for name in held], dtype=bool)
+    scaled, mean, spread = np.zeros(columns.shape), np.zeros(k), np.zeros(k)
+    scaled[:, known], mean[known], spread[known] = _scaled(columns[:, known])
+    remarks: list[str] = []
+    if errors is not None:
+        off = _columns(f"{call}(errors=...)", errors, design.size)
+        if off.shape != columns.shape:
+            raise ValueError(f"`{call}(errors=...)` must have the outputs' shape {columns.shape}; got {off.shape}.")
+        for j in np.flatnonzero(known):
+            part, said = _blur(off[:, j], scaled[:, j], spread[j])
+            if part > REFUSED:
+                refused[held[j]] = said if np.isinf(part) else f"{said}: what varies is the error"
+            elif not part <= TOLD:
+                remarks.append(f"'{held[j]}': {said}.")
+    return Outputs(held, scaled, mean, spread, refused, tuple(remarks))
+
+
+def _blur(errors: Array, scaled: Array, spread: float) -> tuple[float, str]:
+    """What part of the variance of an output the errors of its runs make up, those that are known, and so in words."""
+    there = errors[~np.isnan(errors)]
+    if not there.size:
+        return np.nan, "no run has an error"
+    if lost := int(np.isinf(there).sum()):
+        return (
+            np.inf,
+            f"nothing bounds the errors of {lost} of its runs, as where half of the step fails",
+        )
+    with np.errstate(over="ignore"):  # infinitely more than the spread
+        part = float(np.mean((there / spread) ** 2) / np.mean(scaled**2))
+    return part, f"the errors of its runs are {100 * part**0.5:.2g} % of its spread, {100 * part:.2g} % of the variance"
+
+
+def columns_of(
+    call: str, design: AbstractDesign, outputs: Any, names: Sequence[str] | None
+) -> tuple[tuple[str, ...], Array]:
+    """The names (k,) and numbers (N, k) of the outputs of all runs of a design, or a refusal."""
+    columns = _columns(f"{call}(outputs=...)", outputs, design.size)
+    k = columns.shape[1]
+    default = tuple(f"output {j + 1}" for j in range(k))
+    held = default if names is None else tuple(names)
+    if len(held) != k or len(set(held)) < k:
+        raise ValueError(f"`{call}(names=...)` must be {k} different names, one an output; got {held}.")
+    return held, columns
+
+
+def place_of(names: Sequence[str], refused: Mapping[str, str], name: str) -> int:
+    """Where an output stands; one that is not there, or is refused, is told by name."""
+    if name in refused:
+        raise ValueError(f"There is no result for '{name}': {refused[name]}.")
+    return list(names).index(known(name, names, "outputs"))
+
+
+def factor_names(call: str, design: AbstractDesign, factors: Sequence[str] | None) -> tuple[str, ...]:
+    """The names of the factors, or x1, x2, ... without any."""
+    if factors is None:
+        return tuple(f"x{i + 1}" for i in range(design.dimensions))
+    named = tuple(factors)
+    if len(named) != design.dimensions or len(set(named)) < len(named):
+        raise ValueError(f"`{call}(factors=...)` must be {design.dimensions} different names; got {named}.")
+    return named
+
+
+def refuse_all(call: str, held: Outputs) -> None:
+    """Refuse where no output is left."""
+    if not held.known.any():
+        said = "; ".join(f"'{name}': {why}" for name, why in list(held.refused.items())[:3])
+        raise ValueError(f"`{call}(outputs=...)` must have an output that can be judged; got none: {said}.")
+
+
+def t_quantile(call: str, confidence: float, freedom: int) -> float:
+    """How many standard errors wide half of a confidence interval is."""
+    if not 0 < confidence < 1:
+        raise ValueError(f"`{call}(confidence=...)` must be a number between 0 and 1; got {confidence}.")
+    return float(stdtrit(freedom, 0.5 + confidence / 2))
+
+
+def as_outputs(given: Any) -> Array | None:
+    """A new array of doubles, truths as 0 and 1, NaN where it is masked; None of anything else."""
+    try:
+        if isinstance(given, np.ma.MaskedArray):  # what is masked is not known, and NumPy would take what lies below
+            given = np.where(np.ma.getmaskarray(given), np.nan, np.ma.getdata(given))
+        array = np.asarray(given)
+    except Exception:  # whatever an object says when it is asked for its numbers
+        return None
+    return as_array(array.astype(float) if array.dtype.kind == "b" else array)
+
+
+def check_size(call: str, array: np.ndarray[Any, Any], infinite: bool = False) -> None:
+    """Refuse numbers whose sums a double does not hold, and infinite ones unless they mean something."""
+    size = np.abs(array)
+    if (beyond := size[(size > LARGEST) & ~(np.isinf(size) & infinite)]).size:
+        raise ValueError(
+            f"`{call}` must be numbers up to {LARGEST:g}, whose sums a double holds; got {beyond[0]:g}: choose another "
+            "unit."
+        )
+
+
+def check_shape(
+    call: str, array: np.ndarray[Any, Any], names: Sequence[str], *axes: int, infinite: bool = False
+) -> None:
+    """Refuse what is not (k, *axes) for k outputs, and for a single one not (*axes) either; and as `check_size`."""
+    check_size(call, array, infinite)
+    if array.shape != (len(names), *axes) and not (len(names) == 1 and array.shape == axes):
+        raise ValueError(f"`{call}` must have shape {(len(names), *axes)}, a row for each output; got {array.shape}.")
+
+
+def _columns(call: str, given: Any, runs: int) -> Array:
+    values = as_outputs(given)
+    if values is None:
+        raise ValueError(f"`{call}` must be an array of numbers, one row a run; got {described(given)}.")
+    if values.ndim not in (1, 2) or len(values) != runs or not values.size:
+        raise ValueError(f"`{call}` must have a row for each of the {runs} runs of the design; got {values.shape}.")
+    return values.reshape(runs, -1)
+
+
+def _flaw(column: Array) -> str:
+    """Why an output cannot be judged; empty if it can."""
+    runs = len(column)
+    if failed := int(np.isnan(column).sum()):
+        return (
+            f"{failed} of {runs} runs failed, and those that are left are no sample of the factors' ranges: narrow "
+            "the ranges, or judge an output that a failed run has too, such as whether it failed"
+        )
+    if infinite := int(np.isinf(column).sum()):
+        return f"{infinite} of {runs} runs are infinite, so that it has no variance: judge a bounded output instead"
+    least, largest = float(column.min()), float(column.max())
+    if least == largest:
+        return f"it is {least:g} in all {runs} runs: no factor changes it"
+    if max(-least, largest) > LARGEST:
+        return f"it goes from {least:g} to {largest:g}, beyond {LARGEST:g}, where sums overflow: choose another unit"
+    if largest - least <= LEAST_SPREAD * max(abs(least), abs(largest)):
+        return (
+            f"it varies by {largest - least:.1e} about {least:g}, which is rounding: subtract what does not vary, "
+            "before it is rounded"
+        )
+    return ""
+
+
+def _scaled(columns: Array) -> tuple[Array, Array, Array]:
+    """Columns as mean + spread * scaled. The first row goes first: what is left then keeps all of its digits."""
+    first = columns[:1]
+    scaled = columns - first
+    size = np.abs(scaled).max(axis=0, initial=0.0)
+    scaled /= size
+    middle = scaled.mean(axis=0)
+    scaled -= middle
+    width = np.abs(scaled).max(axis=0, initial=0.0)
+    return scaled / width, first[0] + middle * size, width * size

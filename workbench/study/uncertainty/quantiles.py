@@ -1,0 +1,154 @@
+"""Quantiles and shares over random runs, with intervals that hold for any distribution."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.special import bdtr, betaincinv
+
+from workbench.study.uncertainty.monte_carlo import LatinHypercube, MonteCarlo
+from workbench.study.uncertainty.outputs import as_outputs, check_shape, columns_of, t_quantile
+from workbench.validation.doors import door
+from workbench.validation.words import Array, Integers, described
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Quantiles:
+    """Quantiles of k outputs at q levels, each within an interval.
+
+    Attributes
+    ----------
+    value, low, high
+        (k, q). Of an output with failed runs the value is NaN, and the interval holds wherever their outputs would
+        have been. An end is infinite where there are too few runs to bound it.
+    failed
+        (k,), how many runs have no output.
+    """
+
+    names: tuple[str, ...]
+    levels: tuple[float, ...]
+    value: Array
+    low: Array
+    high: Array
+    failed: Integers
+
+    def __post_init__(self) -> None:
+        for name in ("value", "low", "high"):
+            check_shape(f"Quantiles({name}=...)", getattr(self, name), self.names, len(self.levels), infinite=True)
+        check_shape("Quantiles(failed=...)", self.failed, self.names)
+
+
+@dataclass(frozen=True)
+@door
+class Share:
+    """In which share of all runs something holds, from `low` to `high`; `failed` runs leave it open.
+
+    `value` is NaN if there are failed ones.
+    """
+
+    value: float
+    low: float
+    high: float
+    runs: int
+    failed: int
+
+
+@door
+def quantiles(
+    design: MonteCarlo | LatinHypercube,
+    outputs: Any,
+    names: Sequence[str] | None = None,
+    *,
+    levels: Iterable[float] = (0.05, 0.5, 0.95),
+    confidence: float = 0.95,
+) -> Quantiles:
+    """Quantiles of every output over random runs, between order statistics that bound them by the binomial law.
+
+        P(y_(l) <= quantile(p) <= y_(u)) >= confidence,  l and u from the binomial law of N runs and p
+
+    The intervals need no assumption on the distribution. Over a Latin hypercube they are wider than they need be. An
+    output may be infinite; a NaN is a failed run, whose output could have been anything.
+
+    Parameters
+    ----------
+    outputs
+        (N,) or (N, k) in the order of the design's points; several metrics, or one at many times.
+
+    Raises
+    ------
+    ValueError
+        If an argument has the wrong kind or shape, or a level does not lie between 0 and 1.
+
+    References
+    ----------
+    David and Nagaraja (2003), Order Statistics, section 7.1; of Latin hypercubes Owen (1997), see `LatinHypercube`.
+    """
+    held, columns = columns_of("quantiles", design, outputs, names)
+    tail = _tail("quantiles", confidence)
+    if not (wanted := tuple(levels)):
+        raise ValueError("`quantiles(levels=...)` must be numbers between 0 and 1, at least one; got none.")
+    ranks = np.array([_ranks("quantiles", level, design.size, tail) for level in wanted])
+    failed = np.isnan(columns).sum(axis=0)
+    ordered = np.sort(columns, axis=0)  # failed runs come last
+    # a failed run may lie below all others or above them
+    low, high = (_ranked(ordered, ranks[:, i], failed, shift) for i, shift in ((0, True), (2, False)))
+    value = np.where(failed[:, None] > 0, np.nan, _ranked(ordered, ranks[:, 1], failed, False))
+    return Quantiles(held, wanted, value, low, high, failed)
+
+
+@door
+def share(holds: Any, confidence: float = 0.95) -> Share:
+    """The share of independent runs in which something holds, with the interval of Clopper and Pearson.
+
+    Parameters
+    ----------
+    holds
+        (N,): 1 or True where it holds, 0 or False where it does not, NaN where the run failed and nobody knows.
+
+    Raises
+    ------
+    ValueError
+        If there is no run, or an entry is none of these.
+
+    References
+    ----------
+    Clopper and Pearson (1934), Biometrika 26.
+    """
+    flags = as_outputs(holds)
+    if flags is None or flags.ndim != 1 or not flags.size or not (np.isnan(flags) | (flags == 0) | (flags == 1)).all():
+        raise ValueError(f"`share(holds)` must be one 0, 1 or NaN a run, at least one; got {described(holds)}.")
+    tail, runs = _tail("share", confidence), len(flags)
+    yes, failed = int(np.nansum(flags)), int(np.isnan(flags).sum())
+    most = yes + failed
+    low = float(betaincinv(yes, runs - yes + 1, tail)) if yes else 0.0
+    high = float(betaincinv(most + 1, runs - most, 1 - tail)) if most < runs else 1.0
+    return Share(float("nan") if failed else yes / runs, low, high, runs, failed)
+
+
+def _tail(call: str, confidence: float) -> float:
+    """The probability of missing on either side."""
+    t_quantile(call, confidence, 1)  # refuses what is no confidence
+    return (1 - confidence) / 2
+
+
+def _ranks(call: str, level: float, runs: int, tail: float) -> tuple[int, int, int]:
+    """The ranks, from 1, of the lower end, the quantile and the upper end; 0 and runs + 1 are not bounded."""
+    if not 0 < level < 1:
+        raise ValueError(f"`{call}(levels=...)` must be numbers between 0 and 1; got {level}.")
+    below = bdtr(np.arange(runs + 1), runs, level)  # P(at most i runs lie below the quantile)
+    low = int(np.searchsorted(below, tail, side="right"))  # the last rank l with P(fewer than l) <= tail
+    high = int(np.searchsorted(below, 1 - tail)) + 1
+    return low, max(1, int(np.ceil(level * runs))), high
+
+
+def _ranked(ordered: Array, ranks: Integers, failed: Integers, below: bool) -> Array:
+    """The outputs (k, q) of these ranks (q,), with the failed runs below all others or above them."""
+    places = ranks[:, np.newaxis] - 1 - (failed if below else 0)
+    there = np.clip(places, 0, len(ordered) - 1)
+    values = np.take_along_axis(ordered, there, axis=0)
+    values = np.where(places < 0, -np.inf, np.where(places >= len(ordered) - failed, np.inf, values))
+    return np.asarray(values.T)
