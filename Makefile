@@ -8,8 +8,8 @@
 # Another Python: make paper PYTHON=python3.12
 
 PYTHON = python3
-STUDIES = studies/a0_two_link_arm.py studies/a1_paper_tables.py studies/a2_claims.py
-ALL = $(basename $(notdir $(wildcard studies/[ab][0-9]_*.py)))
+STUDIES = studies/a0_two_link_arm.py studies/a1_paper_tables studies/a2_claims
+ALL = $(basename $(notdir $(wildcard studies/[ab][0-9]_*)))
 LONGEST = a8_fair_comparison a7_sensitivity a6_unstated_choices
 TIMED = b0_robots b2_sobol_cost# these measure time, and run alone
 CODE = workbench studies tests
@@ -23,11 +23,11 @@ paper: .venv/.runtime
 	@set -e; for study in $(STUDIES); do $(RUN) -m workbench run $$study; done
 
 reports: .venv/.dev
-	@$(MAKE) --no-print-directory -j 2 $(addprefix report-,$(LONGEST) $(filter-out $(LONGEST) $(TIMED) b2_workload,$(ALL)))
-	@set -e; for study in $(TIMED); do $(RUN) -m workbench run studies/$$study.py; done
+	@$(MAKE) --no-print-directory -j 2 $(addprefix report-,$(LONGEST) $(filter-out $(LONGEST) $(TIMED),$(ALL)))
+	@set -e; for study in $(TIMED); do $(RUN) -m workbench run studies/$$study; done
 
 report-%:
-	@$(RUN) -m workbench run studies/$*.py
+	@$(RUN) -m workbench run $(firstword $(wildcard studies/$* studies/$*.py))
 
 test: .venv/.dev
 	@echo "ruff";   $(RUN) -m ruff check --quiet $(CODE)

@@ -18,8 +18,8 @@ from fractions import Fraction
 
 import casadi as ca
 import numpy as np
-from printed_arm import PrintedArm
 
+from studies.paper.printed_arm import PrintedArm
 from workbench.core import Dynamics
 from workbench.core.show import formula_of
 from workbench.notation import text

@@ -1,19 +1,15 @@
 """Chattering of the paper's arm under SMC: harmonic balance and exact cycles beside simulation.
 
-Question  How far and how fast does the switching of SMC make the arm oscillate, where its drives lag and the law is
-          sampled? And how wide must the boundary layer be to end that?
-Method    The loop of joint 1 is cut at a rest point where M is diagonal; harmonic balance and the exact cycles of a
-          relay in a sampled-data loop are compared with runs of the whole arm, over the lag and the period.
-Runs in   about ten seconds on two cores.
+Runs in about ten seconds on two cores.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from paper_card import CARD
-from paper_laws import ARM, RIVALS
 
+from studies.paper.card import CARD
+from studies.paper.laws import ARM, RIVALS
 from workbench.core import Step
 from workbench.design.chattering import (
     Balance,
@@ -220,7 +216,13 @@ def _pair(frequency: float | None, amplitude: float) -> str:
 study = Study(
     name="b1_chattering",
     title="Chattering, predicted and simulated",
-    question=__doc__.split("Question  ")[1].split("Method")[0],
-    method=__doc__.split("Method    ")[1].split("Runs in")[0],
+    question=(
+        "How far and how fast does the switching of SMC make the arm oscillate, where its drives lag and the law is "
+        "sampled? And how wide must the boundary layer be to end that?"
+    ),
+    method=(
+        "The loop of joint 1 is cut at a rest point where M is diagonal; harmonic balance and the exact cycles of a "
+        "relay in a sampled-data loop are compared with runs of the whole arm, over the lag and the period."
+    ),
     sections=sections,
 )

@@ -1,9 +1,5 @@
 """Random arms for the tests of robots, as strategies of hypothesis and from a generator."""
 
-import importlib
-import sys
-from pathlib import Path
-
 import numpy as np
 from hypothesis import strategies as st
 
@@ -60,11 +56,3 @@ def random_tree(joints: int, rng: np.random.Generator, **extras) -> SpatialArm:
         )
 
     return SpatialArm(tuple(link(i) for i in range(joints)))
-
-
-def printed_arm():
-    """The class of the paper's arm, from the studies."""
-    studies = str(Path(__file__).parents[1] / "studies")
-    if studies not in sys.path:
-        sys.path.append(studies)
-    return importlib.import_module("printed_arm").PrintedArm

@@ -24,11 +24,9 @@ DOORS = {
     "flint": "proofs/elementary.py",
     "distributed": "study/executors.py",
     "dask": "study/executors.py",
-    "jax": "bench/peers/jax_scan.py",
     "jinja2": "report/page.py",
     "llvmlite": "simulate/kernel/llvm.py",
     "matplotlib": "report/figures/",
-    "numba": "bench/peers/numba_loop.py",
     "rich": "cli/progress.py",
     "SALib": "study/uncertainty/salib.py",
     "threadpoolctl": "design/riccati/one_thread.py",
@@ -36,7 +34,7 @@ DOORS = {
 }
 
 # The bench measures python-control as its users call it, and not what the door makes of it; so does a reader's own law.
-BESIDE_THE_DOOR = {("control", "workbench/bench/peers/python_control.py"), ("control", "studies/own_law.py")}
+BESIDE_THE_DOOR = {("control", "studies/performance/peers/python_control.py"), ("control", "studies/own_law.py")}
 
 BANNED_CALLS = {
     "super": "write a final class, and share by calling a function",

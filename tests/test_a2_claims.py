@@ -14,19 +14,17 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
-
-import a2_claims
-import claims_hunts
-import claims_law
-import claims_model
-import claims_observers
-import claims_others
-import claims_theorem
-from claims_groups import ASSUMED, OURS, PAPER, grouped
-from claims_identities import both
-from claims_phrases import phrase
-from claims_replay import (
+from studies.a2_claims import comparisons as claims_others
+from studies.a2_claims import law as claims_law
+from studies.a2_claims import model as claims_model
+from studies.a2_claims import observers as claims_observers
+from studies.a2_claims import searches as claims_hunts
+from studies.a2_claims import study as a2_claims
+from studies.a2_claims import theorem as claims_theorem
+from studies.a2_claims.groups import ASSUMED, OURS, PAPER, grouped
+from studies.a2_claims.identities import both
+from studies.a2_claims.phrases import phrase
+from studies.a2_claims.replay import (
     along_35,
     cost,
     cost_of_loop,
@@ -41,8 +39,7 @@ from claims_replay import (
     v1_rate,
     v2_rate,
 )
-from paper_card import LAWS
-
+from studies.paper.card import LAWS
 from workbench.claims.verdicts import BROKEN, Finding, Ledger, Line
 from workbench.core import Claim
 from workbench.notation.formula import Power, Symbol
@@ -51,12 +48,12 @@ from workbench.report.page import html
 from workbench.study.runner import run
 from workbench.study.writeup import document
 
-STUDIES = Path(a2_claims.__file__).parent
-REPORTS = STUDIES.parent / "reports"
+ROOT = Path(__file__).parents[1]
+REPORTS = ROOT / "reports"
 # A witness runs in a new process after the line that the page names; arrays and results come back as plain lists.
 SCRIPT = """
 import json
-from claims_replay import *
+from studies.a2_claims.replay import *
 
 def plain(value):
     return value.tolist() if hasattr(value, "tolist") else value.x.tolist()
@@ -110,18 +107,18 @@ def ledger(results):
 @pytest.fixture(scope="module")
 def rows(results):
     """The rows of the printed page."""
-    return Rows(html(document(a2_claims.study, results, "workbench run studies/a2_claims.py"))).rows
+    return Rows(html(document(a2_claims.study, results, "workbench run studies/a2_claims"))).rows
 
 
 @pytest.fixture(scope="module")
 def replayed(rows):
-    """By claim, what its printed witness gives in a new process in the folder of the studies."""
+    """By claim, what its printed witness gives in a new process in the folder of the project."""
     with_witness = {name: witness for name, _, _, witness in rows if witness}
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT],
         input=json.dumps(list(with_witness.values())),
-        cwd=STUDIES,
-        env={**os.environ, "PYTHONPATH": str(STUDIES.parent)},
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
         check=True,

@@ -1,18 +1,13 @@
 """The study of the Riccati part: what it computes along a path, against closed forms."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
-
-import riccati_loops as loops
-import riccati_path as path
-
+from studies.a3_riccati_gains import loops as loops
+from studies.a3_riccati_gains import path as path
 from workbench.metrics import rmse
 from workbench.study.runner import run
 from workbench.study.study import Study

@@ -1,18 +1,13 @@
 """What a5 says of the paper's loops, by other roads than the study's own."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
-
-import linear_arm
-import linear_loops
-from linear_loops import LEVEL, POSES, PROPOSED, SEVEN, at_rest, cut_at_rest, loop_of, still
-
+from studies.a5_linear_analysis import arm as linear_arm
+from studies.paper import linear_loops
+from studies.paper.linear_loops import LEVEL, POSES, PROPOSED, SEVEN, at_rest, cut_at_rest, loop_of, still
 from workbench.core import rk4
 from workbench.plants import Manipulator
 from workbench.simulate import simulate

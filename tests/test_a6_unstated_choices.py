@@ -1,25 +1,19 @@
 """The study of what the paper does not state: its readings as numbers, its fits and its words."""
 
-import sys
-from pathlib import Path
-
 import casadi as ca
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
-
-import unstated_draws as draws
-import unstated_fits as fits
-import unstated_found as found
-import unstated_loops as loops
-import unstated_pages as pages
-import unstated_priors as priors
-import unstated_ranking as ranking
-import unstated_shared as shared
-from paper_card import CARD, INERTIA, LAWS
-from paper_laws import ARM, PRINTED_ARM, REFERENCES, plant, rival
-
+from studies.a6_unstated_choices import draws as draws
+from studies.a6_unstated_choices import fits as fits
+from studies.a6_unstated_choices import loops as loops
+from studies.a6_unstated_choices import pages as pages
+from studies.a6_unstated_choices import priors as priors
+from studies.a6_unstated_choices import ranking as ranking
+from studies.a6_unstated_choices import results as found
+from studies.a6_unstated_choices import shared_choices as shared
+from studies.paper.card import CARD, INERTIA, LAWS
+from studies.paper.laws import ARM, PRINTED_ARM, REFERENCES, plant, rival
 from workbench.controllers import PID, AosmcRgs
 from workbench.controllers.aosmc_rgs import SHAPES
 from workbench.loop import ClosedLoop
@@ -264,7 +258,7 @@ def test_the_verdict_on_one_experiment_holds_only_if_all_rows_are_met():
 
 def test_casadi_takes_the_reading_that_is_named():
     parts = [ca.SX(v) for v in (1.0, 2.0, 3.0)]
-    from unstated_blocks import chosen
+    from studies.a6_unstated_choices.blocks import chosen
 
     reading = ca.SX.sym("reading")
     pick = ca.Function("pick", [reading], [chosen(reading, *parts)])

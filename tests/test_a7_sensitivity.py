@@ -1,24 +1,19 @@
 """The study of sensitivities: its factors, and verdicts that turn with the figures."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
-
-import sensitivity_answers as answers
-import sensitivity_factors
-import sensitivity_gradients as gradients
-from sensitivity_factors import SPAN, TOLERANCE, factors
-from sensitivity_found import Found, heaviest
-from sensitivity_laws import acting_pairs, course, left_out
-from sensitivity_local import Local, numbers_of
-from sensitivity_sweeps import HELD, LAWS, PROPOSED, free, loop, metrics
-from sensitivity_words import group_of, leaders
-
+from studies.a7_sensitivity import answers as answers
+from studies.a7_sensitivity import factors as sensitivity_factors
+from studies.a7_sensitivity import gradients as gradients
+from studies.a7_sensitivity.factors import SPAN, TOLERANCE, factors
+from studies.a7_sensitivity.laws import acting_pairs, course, left_out
+from studies.a7_sensitivity.local import Local, numbers_of
+from studies.a7_sensitivity.results import Found, heaviest
+from studies.a7_sensitivity.sweeps import HELD, LAWS, PROPOSED, free, loop, metrics
+from studies.a7_sensitivity.words import group_of, leaders
 from workbench.study.sample import Sample
 from workbench.study.uncertainty import Estimate, MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
 from workbench.study.uncertainty.factors import Space

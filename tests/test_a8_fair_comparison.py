@@ -1,19 +1,16 @@
 """What a8 compares: the same conditions for all laws, numbers that reach them, and verdicts that turn with figures."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import pytest
+from tunings import tuning
 
-sys.path.append(str(Path(__file__).parents[1] / "studies"))
-
-import fair_findings as findings
-from a8_fair_comparison import study
-from fair_conditions import HELD_OUT, TRAINING, uncertain
-from fair_evidence import (
+from studies.a8_fair_comparison import findings as findings
+from studies.a8_fair_comparison.conditions import HELD_OUT, TRAINING, uncertain
+from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, GIVEN, PROPOSAL, READINGS, TOLD
+from studies.a8_fair_comparison.evidence import (
     AGAIN,
     ASKED,
     DRAWN,
@@ -26,12 +23,10 @@ from fair_evidence import (
     judged,
     other_search,
 )
-from fair_found import Found
-from fair_given import ALL, BOTH, ENTRANTS, GIVEN, PROPOSAL, READINGS, TOLD
-from fair_laws import LAWS, PROPOSED
-from fair_objective import TERMS, cost, metrics, objective
-from tunings import tuning
-
+from studies.a8_fair_comparison.laws import LAWS, PROPOSED
+from studies.a8_fair_comparison.objective import TERMS, cost, metrics, objective
+from studies.a8_fair_comparison.results import Found
+from studies.a8_fair_comparison.study import study
 from workbench.core import Signals, grouped, lift
 from workbench.loop import roles
 from workbench.study.evidence import Standings, compare, judge, paired

@@ -1,26 +1,21 @@
 """What a9 says of laws as sampled-data loops: its limits by other roads, and verdicts that turn with their figures."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
-
-import sampling_findings as findings
-from linear_loops import LEVEL, POSES, SEVEN, cut, holding, still
-from paper_card import LAWS, PUBLISHED
-from sampling_card import NOISY, PERIODS, REALISTIC
-from sampling_evidence import Evidence, Safe, flips, plan, printed
-from sampling_folded import FOLDED, folded, row
-from sampling_folded import K as FOLDED_K
-from sampling_loops import LATE_ERROR, RMSE, SCENARIOS, TV, Audit, Computer, audit, exact
-from sampling_safe import Longest, linear, linear_limit, longest, multipliers
-from sampling_steps import Curve, curve
-
+from studies.a9_sampling import findings as findings
+from studies.a9_sampling.card import NOISY, PERIODS, REALISTIC
+from studies.a9_sampling.evidence import Evidence, Safe, flips, plan, printed
+from studies.a9_sampling.folded import FOLDED, folded, row
+from studies.a9_sampling.folded import K as FOLDED_K
+from studies.a9_sampling.loops import LATE_ERROR, RMSE, SCENARIOS, TV, Audit, Computer, audit, exact
+from studies.a9_sampling.safe_periods import Longest, linear, linear_limit, longest, multipliers
+from studies.a9_sampling.steps import Curve, curve
+from studies.paper.card import LAWS, PUBLISHED
+from studies.paper.linear_loops import LEVEL, POSES, SEVEN, cut, holding, still
 from workbench.design.chattering import BoundaryLayer, harmonic_balance
 from workbench.design.chattering import cut as linear_part
 

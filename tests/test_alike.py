@@ -1,8 +1,6 @@
 """Loops that are much alike run in one march, and each of them gives the bits that it gives alone."""
 
-import sys
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import casadi as ca
 import numpy as np
@@ -20,10 +18,8 @@ from workbench.simulate.kernel.plan import pass_of
 
 pytest.importorskip("llvmlite")  # there is no wheel of it for some platforms, where each loop runs alone
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
-import paper_laws
-from paper_printed import CHANGES, PLANTS
-
+from studies.a1_paper_tables.printed import CHANGES, PLANTS
+from studies.paper import laws as paper_laws
 from workbench.controllers.aosmc_rgs import SHAPES
 
 METRICS = (rmse(), total_variation(1e-3))

@@ -1,14 +1,10 @@
 """The study of chattering: one line of its table, and what it says where nothing oscillates."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
-
-import b1_chattering as study
+from studies import b1_chattering as study
 
 
 def test_a_layer_that_is_too_thin_chatters_as_foreseen():

@@ -1,16 +1,11 @@
 """The study of what a Sobol study costs: its workload, and verdicts that turn with the times."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
-
-import b2_sobol_cost as study
-from b2_workload import sweep
-
+from studies.b2_sobol_cost import study as study
+from studies.b2_sobol_cost.workload import sweep
 from workbench.study.preparation import prepared
 
 FAST = study.Cost(12288, 768, 9.0, 14.0, 0.3, 9.8, 10.0, 5.0, 2.0, 1.0)

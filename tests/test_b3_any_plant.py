@@ -1,20 +1,28 @@
 """The study of any plant: its gains, margins, runs and sentences by other roads."""
 
-import sys
-from pathlib import Path
-
 import control
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
-
-import any_plant_findings as findings
-import any_plant_pages as pages
-from any_plant_loops import COMPUTER, LAWS, LQG, LQR, PID, SEED, cases, cut, design, factors, loop, margins, run
-from any_plant_settings import EASY, HARD, SENSOR, SETTINGS
-
+from studies.b3_any_plant import findings as findings
+from studies.b3_any_plant import pages as pages
+from studies.b3_any_plant.loops import (
+    COMPUTER,
+    LAWS,
+    LQG,
+    LQR,
+    PID,
+    SEED,
+    cases,
+    cut,
+    design,
+    factors,
+    loop,
+    margins,
+    run,
+)
+from studies.b3_any_plant.settings import EASY, HARD, SENSOR, SETTINGS
 from workbench.core import rk4
 from workbench.design.linear import sensitivity
 from workbench.metrics import measure

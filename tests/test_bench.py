@@ -1,6 +1,5 @@
 """bench: the workload, its right-hand sides, and the table; no time is asserted."""
 
-import importlib
 import json
 import re
 import subprocess
@@ -13,15 +12,15 @@ import house_rules as rules
 import numpy as np
 import pytest
 
-from workbench.bench import accuracy, engine, table
-from workbench.bench.effort import Effort, ours, rows_of
-from workbench.bench.kernels import flops
-from workbench.bench.links import chain, inverse_dynamics, mass_matrix
-from workbench.bench.peak import CHAINS, UNROLLED, summed
-from workbench.bench.peers import PEERS, Peer, casadi_cvodes
-from workbench.bench.row import Row
-from workbench.bench.workload import PARAMETERS, STATES, VARIED, H, arm, draw, loop, rmse, workload
-from workbench.bench.written import in_matrices, in_scalars
+from studies.performance import accuracy, engine, table
+from studies.performance.effort import Effort, ours, rows_of
+from studies.performance.kernels import flops
+from studies.performance.links import chain, inverse_dynamics, mass_matrix
+from studies.performance.peak import CHAINS, UNROLLED, summed
+from studies.performance.peers import PEERS, Peer, casadi_cvodes
+from studies.performance.row import Row
+from studies.performance.workload import PARAMETERS, STATES, VARIED, H, arm, draw, loop, rmse, workload
+from studies.performance.written import in_matrices, in_scalars
 from workbench.core import Dynamics, Entry, Layout, Ode, rk4
 from workbench.robots import PlanarArm, paper_arm
 from workbench.robots.description import PointMass
@@ -247,9 +246,9 @@ def test_the_loop_of_n_links_follows_its_reference():
     assert np.abs(runs["e"][0, -1]).max() < 0.3
 
 
-def test_the_report_tells_of_every_row(monkeypatch):
-    monkeypatch.syspath_prepend(str(rules.ROOT / "studies"))
-    study = importlib.import_module("p0_performance")
+def test_the_report_tells_of_every_row():
+    from studies.performance import study
+
     rows = [
         Row("slow peer", 10.0, 3.0, 4.5, error=1e-3),
         Row("absent peer", 14.0, note="not installed"),
@@ -265,13 +264,13 @@ def test_the_report_tells_of_every_row(monkeypatch):
 
 
 def test_a_peer_is_imported_by_its_own_file_alone():
-    assert rules.open_side_doors({"workbench/bench/peers/python_control.py": "import control"}) == []
+    assert rules.open_side_doors({"studies/performance/peers/python_control.py": "import control"}) == []
     for library in ("control", "jax", "numba"):
-        assert rules.open_side_doors({"workbench/bench/table.py": f"import {library}"})
+        assert rules.open_side_doors({"studies/performance/table.py": f"import {library}"})
 
 
 def test_the_table_is_there_before_any_peer_is_imported():
-    code = "import sys, workbench.bench.table; sys.exit(bool({'control', 'jax', 'numba'} & set(sys.modules)))"
+    code = "import sys, studies.performance.table; sys.exit(bool({'control', 'jax', 'numba'} & set(sys.modules)))"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 

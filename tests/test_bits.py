@@ -1,8 +1,6 @@
 """A run's bits are its own: they do not depend on company, place, threads, vectors or on what else varies."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,11 +11,9 @@ from workbench.simulate.job import Job
 
 pytest.importorskip("llvmlite")  # there is no wheel of it for some platforms, where another engine serves
 
+from studies.paper import laws as paper_laws
 from workbench.simulate.kernel import native
 from workbench.simulate.kernel.plan import Plan
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
-import paper_laws
 
 ODE = paper_laws.proposed_repaired("FS").ode()
 STEP = measured(ODE, (rmse(), total_variation(1e-3)), 1e-4)

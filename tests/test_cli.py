@@ -1,6 +1,5 @@
 """The command line: its verbs, what they print, and how they end."""
 
-import json
 import os
 import signal
 import subprocess
@@ -210,14 +209,6 @@ def test_ctrl_c_stops_a_simulation_that_runs(tmp_path):
     assert not (tmp_path / "reports").exists()
 
 
-def test_the_doctor_finds_a_sound_workbench_sound(command):
-    done = command("doctor")
-    lines = done.stdout.splitlines()
-    assert (done.exit_code, done.stderr) == (0, "")
-    assert all(line.startswith("ok ") for line in lines)
-    assert {"casadi", "typst", "control", "cores", "free"} <= {line.split()[1] for line in lines}
-
-
 def test_the_doctor_says_which_engine_serves_and_where_its_kernels_are(command, monkeypatch, tmp_path):
     monkeypatch.setenv("WORKBENCH_CACHE", str(tmp_path / "kernels"))
     assert str(tmp_path / "kernels") in command("doctor").stdout
@@ -237,47 +228,9 @@ def test_the_doctor_names_what_is_broken_and_ends_with_1(command, monkeypatch):
     assert [line.split()[1:3] for line in wrong] == [["typst", "renders"], ["free", "disk"]]
 
 
-def test_a_file_beside_the_study_does_not_stand_in_for_a_module_of_the_workbench(shell, script, tmp_path):
-    (tmp_path / "mine").mkdir()  # not the current folder, which `python -m` itself puts first
-    for name in ("random", "typst", "rich", "jinja2", "uuid", "gzip"):
-        (tmp_path / "mine" / f"{name}.py").write_text("raise RuntimeError('not this one')\n", encoding="utf-8")
-    done = shell("run", script(name="mine/study.py"))
-    assert (done.returncode, done.stderr) == (0, "")
-
-
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a device that is always full")
 @pytest.mark.parametrize("words", [["--help"], ["derive", "paper-arm"]])
 def test_output_that_cannot_be_written_is_said_in_one_line(shell, words):
     with open("/dev/full", "w") as full:
         done = shell(*words, capture_output=False, stdout=full, stderr=subprocess.PIPE)
     assert (done.returncode, done.stderr) == (2, "workbench: No space left on device.\n")
-
-
-def test_bench_prints_json_alone_and_its_progress_beside_it(command, monkeypatch):
-    from workbench.bench.row import Row
-
-    def measured(effort, only, say):
-        say(f"1 of 1: {only}")
-        yield Row("slow", 10.0, 3.0, 4.5)
-
-    monkeypatch.setattr("workbench.bench.table.measured", measured)
-    done = command("bench", "--json", "--only", "slow")
-    (row,) = json.loads(done.stdout)["rows"]
-    assert (done.exit_code, done.stderr) == (0, "1 of 1: slow\n")
-    assert (row["name"], row["runs_per_s"], row["ratio"], row["bar"], row["reached"]) == ("slow", 3.0, 4.5, 10.0, False)
-
-
-def test_a_bench_that_misses_a_bar_says_so_and_ends_well_since_it_is_a_measurement(command, monkeypatch):
-    from workbench.bench.row import Row
-
-    monkeypatch.setattr("workbench.bench.table.measured", lambda *_: [Row("slow", 10.0, 3.0, 4.5)])
-    done = command("bench")
-    assert (done.exit_code, done.stderr) == (0, "")
-    assert "MISSED" in done.stdout
-
-
-def test_bench_refuses_a_row_that_is_not_there(shell):
-    done = shell("bench", "--only", "nombar")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("workbench: There is no 'nombar' in the names of the rows. They are: python-control")
-    assert done.stderr.count("\n") == 1

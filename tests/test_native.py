@@ -1,8 +1,5 @@
 """The compiled march against CasADi's machine, and against itself in other company."""
 
-import sys
-from pathlib import Path
-
 import casadi as ca
 import numpy as np
 import pytest
@@ -18,10 +15,8 @@ from workbench.simulate.kernel.plan import Plan, graph_of
 
 pytest.importorskip("llvmlite")  # there is no wheel of it for some platforms, where CasADi's machine serves
 
+from studies.paper import laws as paper_laws
 from workbench.simulate.kernel import native
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
-import paper_laws
 
 LOOPS = {law: paper_laws.rival("FS", law) for law in paper_laws.RIVALS} | {
     "AOSMC-RGS": paper_laws.proposed_repaired("FS"),

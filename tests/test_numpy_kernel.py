@@ -1,22 +1,17 @@
 """The march in NumPy, against the compiled one and CasADi's."""
 
-import sys
-from pathlib import Path
-
 import casadi as ca
 import numpy as np
 import pytest
 from equations import with_next
 
+from studies.paper import laws as paper_laws
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.metrics import measured, rmse, total_variation
 from workbench.plants import ArmInstruments
 from workbench.simulate import arithmetic, simulate, simulate_both
 from workbench.simulate.kernel import numpy_kernel
 from workbench.simulate.kernel.plan import Plan
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
-import paper_laws
 
 LOOPS = {law: paper_laws.rival("FS", law) for law in paper_laws.RIVALS} | {
     "AOSMC-RGS": paper_laws.proposed_repaired("FS")

@@ -1,8 +1,5 @@
 """Few runs at a step and at its half go side by side, and nobody can tell."""
 
-import sys
-from pathlib import Path
-
 import casadi as ca
 import numpy as np
 import pytest
@@ -17,8 +14,7 @@ from workbench.simulate.marches import march_of_pairs
 
 pytest.importorskip("llvmlite")  # there is no wheel of it for some platforms, where two marches serve
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
-import paper_laws
+from studies.paper import laws as paper_laws
 
 LOOP = paper_laws.rival("FS", "ASMC")
 ODE = LOOP.ode()

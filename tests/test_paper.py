@@ -1,19 +1,13 @@
 """What the paper's study rests on: its loops, run alone."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
-
-import a1_paper_tables
-from paper_assumed import firm, reached, with_small_q
-from paper_card import CARD, PUBLISHED
-from paper_laws import ARM, proposed_as_printed, proposed_repaired
-from paper_repaired import with_two_repairs
-
+from studies.a1_paper_tables import study as a1_paper_tables
+from studies.a1_paper_tables.assumptions import firm, reached, with_small_q
+from studies.a1_paper_tables.repairs import with_two_repairs
+from studies.paper.card import CARD, PUBLISHED
+from studies.paper.laws import ARM, proposed_as_printed, proposed_repaired
 from workbench.controllers import AosmcRgs
 from workbench.core.layout import Array
 from workbench.metrics import measured, rmse, sampled_rmse

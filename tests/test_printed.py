@@ -1,13 +1,12 @@
 """A paper's printed matrices against the derived ones."""
 
-import importlib
 from dataclasses import replace
 
 import casadi as ca
 import numpy as np
 import pytest
-from arms import printed_arm
 
+from studies.paper.printed_arm import PrintedArm
 from workbench.core import Dynamics
 from workbench.printed.comparison import compare, compare_sheet, judged
 from workbench.printed.sheet import read_sheet
@@ -15,8 +14,8 @@ from workbench.robots import PlanarArm, named, paper_arm
 from workbench.robots.description import PointMass
 
 DERIVED = Dynamics.of(paper_arm())
-PAPER = Dynamics.of(printed_arm()())
-REPAIRED = Dynamics.of(printed_arm()(coriolis="repaired"))
+PAPER = Dynamics.of(PrintedArm())
+REPAIRED = Dynamics.of(PrintedArm(coriolis="repaired"))
 
 
 def by_label(printed, derived=DERIVED):
@@ -25,7 +24,7 @@ def by_label(printed, derived=DERIVED):
 
 def with_entry(matrix: str, place, value) -> Dynamics:
     """The repaired arm with one entry replaced by value(q, qd, m1, l1, m2, l2, g)."""
-    d = Dynamics.of(printed_arm()(coriolis="repaired"))
+    d = Dynamics.of(PrintedArm(coriolis="repaired"))
     changed = ca.SX(getattr(d, matrix))
     changed[place] = value(d.q, d.qd, *ca.vertsplit(d.symbols))
     return replace(d, **{matrix: changed})
@@ -160,12 +159,12 @@ def test_parameters_are_matched_by_name_and_not_by_place():
 
 def test_the_printed_arm_has_two_links():
     with pytest.raises(ValueError, match="has two links"):
-        printed_arm()(links=(PointMass(1.0, 1.0),))
+        PrintedArm(links=(PointMass(1.0, 1.0),))
 
 
 def test_the_study_names_the_wrong_entry_and_prints_the_right_one():
-    printed_arm()  # puts the studies on the path
-    study = importlib.import_module("a0_two_link_arm").study
+    from studies.a0_two_link_arm import study
+
     first, second, *_ = study.headlines(None)
     assert "Equation (3) is wrong in C[1,2]: printed m_2*(l_2^2 + l_1*l_2*cos(q_2))" in first
     assert "right -m_2*l_1*l_2*(qd_1 + qd_2)*sin(q_2)" in first

@@ -6,14 +6,15 @@ from fractions import Fraction
 import casadi as ca
 import numpy as np
 import pytest
-from arms import printed_arm, random_arm
+from arms import random_arm
 
+from studies.paper.printed_arm import PrintedArm
 from workbench.core import Dynamics, Entry, Layout
 from workbench.proofs.properties import eigenvalues_along, passive, positive_definite, skew, symmetric
 from workbench.proofs.spectrum import eigenvalues
 from workbench.robots import named, paper_arm
 
-PAPER = Dynamics.of(printed_arm()())
+PAPER = Dynamics.of(PrintedArm())
 DERIVED = Dynamics.of(paper_arm())
 
 
@@ -38,7 +39,7 @@ def test_the_printed_c_is_refuted_with_a_state_and_its_residual():
 
 
 def test_the_repaired_c_is_proved_skew():
-    assert skew(Dynamics.of(printed_arm()(coriolis="repaired"))).kind == "proved"
+    assert skew(Dynamics.of(PrintedArm(coriolis="repaired"))).kind == "proved"
 
 
 def test_another_factorisation_of_the_same_torque_need_not_be_skew():

@@ -1,59 +1,48 @@
 """The roads that the study of the catalogue holds our arms against."""
 
-import importlib
-import sys
-from pathlib import Path
-
 import casadi as ca
 import numpy as np
 import pytest
 
+from studies.b0_robots import measurements
 from workbench.core import Dynamics
 from workbench.robots import CATALOGUE, PlanarArm, named
 from workbench.robots.catalogue import planar
 
 
-@pytest.fixture(scope="module")
-def studies():
-    """A module of the studies' folder by its name."""
-    folder = str(Path(__file__).parents[1] / "studies")
-    if folder not in sys.path:
-        sys.path.append(folder)
-    return importlib.import_module
-
-
-def test_equal_operations_are_counted_once(studies):
+def test_equal_operations_are_counted_once():
     x, y = ca.SX.sym("x"), ca.SX.sym("y")
     # sin(x), times y, and the square of that; x itself and a constant are no operations
     entries = ca.horzcat(ca.sin(x) * y, (ca.sin(x) * y) ** 2, x, 3)
-    assert studies("robots_measured").operations(entries) == 3
+    assert measurements.operations(entries) == 3
 
 
 @pytest.mark.parametrize("name", CATALOGUE)
-def test_the_catalogue_obeys_lagranges_equation_of_its_energies(studies, name):
-    measured = studies("robots_measured")
+def test_the_catalogue_obeys_lagranges_equation_of_its_energies(name):
+    measured = measurements
     arm = named(name)
     # rounding of some hundred operations, relative to the largest term
     assert measured.by_energies(arm, Dynamics.of(arm, symbolic=False)) < 1e-14
 
 
 @pytest.mark.parametrize("name", CATALOGUE)
-def test_the_catalogue_moves_as_in_mujoco(studies, name):
+def test_the_catalogue_moves_as_in_mujoco(name):
     pytest.importorskip("mujoco")
     arm = named(name)
     # rounding, and the moments of 2e-15 kg m^2 that a point mass is given there
-    assert studies("robots_measured").by_mujoco(arm, Dynamics.of(arm, symbolic=False)) < 1e-13
+    assert measurements.by_mujoco(arm, Dynamics.of(arm, symbolic=False)) < 1e-13
 
 
-def test_an_error_in_the_equations_would_be_seen(studies):
+def test_an_error_in_the_equations_would_be_seen():
     heavier = PlanarArm(planar(2).links, gravity=9.82)
-    assert studies("robots_measured").by_energies(heavier, Dynamics.of(planar(2), symbolic=False)) > 1e-4
+    assert measurements.by_energies(heavier, Dynamics.of(planar(2), symbolic=False)) > 1e-4
 
 
 @pytest.mark.parametrize("method", ["kane", "lagrange"])
-def test_sympy_derives_the_same_chain(studies, method):
+def test_sympy_derives_the_same_chain(method):
     pytest.importorskip("sympy")
-    chain = studies("sympy_chain")
+    from studies.b0_robots import sympy_chain as chain
+
     found = chain.measured(method, 2)
     for letter, ours in zip("MCG", Dynamics.of(planar(2)).matrices(*chain.values(2)), strict=True):
         # numbers of size 1 to 20, a dozen operations each

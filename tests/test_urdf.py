@@ -158,7 +158,7 @@ HOSTILE = """
 import codecs, sys
 sys.path.insert(0, 'tests')
 from test_urdf import GOOD, STRANGE
-from workbench.bench import processes
+from studies.performance import processes
 from workbench.robots import Limits, urdf
 mesh = '<visual><geometry><mesh filename="file:///etc/passwd"/></geometry></visual>'
 urdf.parse(GOOD)

@@ -125,9 +125,10 @@ def results(folder: Path, digests: bool, form: str) -> None:
 
 def _run(study: Path, out: Path | None, asked: dict[str, Any]) -> None:
     """Run a study, as far as its ledger lacks something, and write its report."""
-    with _one_sentence(study):
-        from workbench.cli import script
+    from workbench.cli import script
 
+    study = script.file_of(study)
+    with _one_sentence(study):
         script.check_file(study)
         # What a report needs comes before the study, whose folder goes first on the path: a file beside the study may
         # have the name of a module that is used here. Matplotlib comes behind it, when that folder is the last.
@@ -218,19 +219,6 @@ def doctor() -> None:
             click.echo(f"{'ok' if finding.well else 'wrong':6} {finding.name:18} {finding.said}")
             well = well and finding.well
         sys.exit(0 if well else 1)
-
-
-@cli.command()
-@click.option("--json", "as_json", is_flag=True, help="Print the table as JSON.")
-@click.option("--only", default="", metavar="NAME", help="Measure only the rows with NAME in theirs.")
-@click.option("--quick", is_flag=True, help="Measure once what is else measured several times.")
-def bench(as_json: bool, only: str, quick: bool) -> None:
-    """Measure how fast the engine is, beside its peers and its bars."""
-    with _one_sentence():
-        from workbench.bench import effort, table
-
-        rows = table.measured(effort.QUICK if quick else effort.Effort(), only, _aside)
-        click.echo((table.as_json if as_json else table.as_text)(list(rows)))
 
 
 def _arm(robot: str) -> tuple[AbstractArm, str]:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
 from importlib.machinery import SourceFileLoader
-from importlib.util import module_from_spec, spec_from_loader
+from importlib.util import module_from_spec, spec_from_file_location, spec_from_loader
 from pathlib import Path
 from shlex import join
 from typing import Any, NoReturn
@@ -32,7 +32,7 @@ COUNTS = ("runs", "base", "trajectories")  # the names by which designs have the
 def check_file(file: Path) -> None:
     """Refuse what is no file, before anything is imported."""
     if file.is_dir():
-        raise LookupError(f"'{file}' is a folder; a study is a Python file. Name the file in it.")
+        raise LookupError(f"'{file}' is a folder without a `study.py`; a study is a Python file. Name the file in it.")
     if not file.is_file():
         beside = [str(other) for other in sorted(file.parent.glob("*.py"))] if file.parent.is_dir() else []
         raise LookupError(f"There is no study file '{file}'.{nearest(str(file), beside)}")
@@ -45,29 +45,55 @@ class _AsItStands(SourceFileLoader):
         raise OSError(f"the time of {path!r} is not asked for")
 
 
+def file_of(study: Path) -> Path:
+    """The file of a study that is named by its folder, in which it is `study.py`, or by itself."""
+    return study / "study.py" if (study / "study.py").is_file() else study
+
+
 def load(file: Path) -> Study:
-    """The `study` of a script, which runs as the user's own program with its folder first on the path."""
-    loader = _AsItStands("__study__", str(file))
+    """The `study` of a script: in a package a module of it, else a program of its own with its folder on the path."""
+    package = _package_of(file.resolve().parent)
+    loader = _AsItStands(f"{package}.{file.stem}" if package else "__study__", str(file))
     spec = spec_from_loader(loader.name, loader)
     assert spec is not None
     module = module_from_spec(spec)
-    beside = str(file.parent.resolve())
-    sys.path.insert(0, beside)
+    beside = "" if package else str(file.parent.resolve())
+    sys.path[:0] = [beside] if beside else []
     sys.modules[loader.name] = module
     try:
         loader.exec_module(module)
     except SystemExit as error:
         raise ValueError(f"'{file}' ended by itself, with status {error.code}, before its study was read.") from None
     finally:  # what the workbench imports later is not looked for beside the study
-        with suppress(ValueError):
-            sys.path.remove(beside)
-        sys.path.append(beside)
+        if beside:
+            with suppress(ValueError):
+                sys.path.remove(beside)
+            sys.path.append(beside)
     study = getattr(module, "study", None)
     if study is None:
         raise LookupError(f"'{file}' has no study: it must define `study = Study(...)` at its top level.")
     if not isinstance(study, Study):
         raise ValueError(f"`study` in '{file}' must be a `Study`; got {described(study)}.")
     return study
+
+
+def _package_of(folder: Path) -> str:
+    """The dotted name of the package that a folder is; '' if it has no `__init__.py`. It and those above are loaded."""
+    init = folder / "__init__.py"
+    if not init.is_file():
+        return ""
+    name = f"{_package_of(folder.parent)}.{folder.name}".lstrip(".")
+    there = sys.modules.get(name)
+    if there is not None and Path(getattr(there, "__file__", None) or "").resolve() == init:
+        return name
+    if there is not None:
+        raise ValueError(f"The package '{name}' in '{folder}' has the name of one that is loaded already; rename it.")
+    spec = spec_from_file_location(name, init, submodule_search_locations=[str(folder)])
+    assert spec is not None
+    assert spec.loader is not None
+    sys.modules[name] = package = module_from_spec(spec)
+    spec.loader.exec_module(package)
+    return name
 
 
 def command(study: Path, out: Path | None, samples: int | None = None) -> str:

@@ -1,0 +1,1 @@
+"""The paper's claims: each proved, refuted by a witness, not checkable or ill-posed."""

@@ -1,0 +1,83 @@
+"""Both sides of equations (22), (30), (31), (34), (35) and (41), over symbols that any state may replace."""
+
+import casadi as ca
+import numpy as np
+
+from studies.a2_claims.loops import observer_rate, vector
+from studies.a2_claims.unit_mass_arm import UnitMassArm
+from studies.paper.card import CARD
+from studies.paper.laws import ARM
+from workbench.core import Dynamics, Signals
+from workbench.core.layout import Array
+from workbench.plants import Manipulator
+
+Sides = tuple[ca.SX, ca.SX]
+NAMES = ("q_hat", "qd_hat", "q", "q_d", "qd_d", "qdd_d", "D", "D_hat", "tau", "s")
+SYMBOLS = {name: vector(name) for name in NAMES}
+K, P = ca.SX.sym("K", 2, 2), ca.SX.sym("P", 2, 2)
+ARM_MATRICES = Dynamics.of(ARM)
+LAMBDA, PHI = np.diag(CARD["Lambda"]), CARD["phi"]
+
+
+def at(q: ca.SX, qd: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """M, C and G of the derived arm at nominal parameters."""
+    d = ARM_MATRICES
+    old, new = ca.vertcat(d.q, d.qd, d.symbols), ca.vertcat(q, qd, ca.SX(d.p.default))
+    M, C, G = ca.substitute([d.M, d.C, d.G], [old], [new])
+    return M, C, G
+
+
+def _sides() -> dict[str, Sides]:
+    q_hat, qd_hat, q, q_d, qd_d, qdd_d, D, D_hat, tau, s = (SYMBOLS[name] for name in NAMES)
+    M, C, G = at(q_hat, qd_hat)
+    e1, e2, lost = q_hat - q_d, qd_hat - qd_d, q - q_hat
+    # (30) times M: what it says M s' is, by its first line and by its second
+    first = tau - C @ qd_d - G - D + M @ (LAMBDA @ e2 - qdd_d)
+    second = -K @ s - (D - D_hat) + M @ (LAMBDA @ e2)
+    # ds/dt = qdd_hat - qdd_d + Lambda (q_hat' - qd_d), times M, by (10) and by (35)
+    by_10 = tau - C @ qd_hat - G + M @ (CARD["L2"] @ lost - qdd_d + LAMBDA @ (e2 + CARD["L1"] @ lost))
+    by_35 = tau - C @ qd_hat - G - D + M @ (LAMBDA @ e2 - qdd_d)
+    law = M @ qdd_d + C @ qd_d + G + D_hat - K @ s  # (27)-(29), with s for sat(s / phi)
+    repaired = M @ (qdd_d - LAMBDA @ e2) + C @ (qd_d - LAMBDA @ e1) + G + D_hat - K @ s
+    unit, zero = UnitMassArm(ARM), ca.SX.zeros(2)  # with which each acceleration is M times that of the arm
+    weight = at(q, zero)[2]
+    arm = Manipulator(unit, q=np.zeros(2)).rate(ca.SX(0), {"q": q, "qd": zero}, Signals(tau=tau - D))["qd"]
+    return {
+        "(30), along (10)": (first, by_10),
+        "(30), along (35)": (first, by_35),
+        "(30), second line": (ca.substitute(first, tau, law), second),
+        "(30), repaired": (
+            ca.substitute(by_35, tau, repaired) + C @ (e2 + LAMBDA @ e1),
+            -K @ s + D_hat - D,
+        ),
+        # sat(s / phi) = s / phi within the layer, for which (31) has s
+        "(31)": (-K @ s, -K @ (s / PHI)),
+        # x1~ = 0 and the arm at rest: x2~^T P2 x2~' is odd in x2~ if M x2~' is even in it
+        "(22)": (observer_rate(unit, q, qd_hat, weight), observer_rate(unit, q, -qd_hat, weight)),
+        # s = 0 and e1 != 0: the surface asks for e2 = -Lambda e1, the minimiser of (32) for u = 0
+        "(34), input": (-LAMBDA @ e1, ca.SX.zeros(2)),
+        # x1~ = 0: what (10) and (35) say of tau less C qd_hat and G
+        "(35)": (M @ ca.solve(M, tau - C @ qd_hat - G), tau - C @ qd_hat - G - D),
+        # s = 0 and e1 = 0: M e2' by (35), with the law (27)-(29)
+        "(41), along (35)": (
+            ca.substitute(ca.substitute(by_35, tau, law), ca.vertcat(q_d, qd_d, s), ca.vertcat(q_hat, qd_hat, 0, 0)),
+            D_hat - D,
+        ),
+        # estimates that have found the arm at rest: M times the acceleration of the arm, less that of its copy in (10)
+        "(41), along (10)": (arm - observer_rate(unit, q, zero, tau), -D),
+    }
+
+
+SIDES = _sides()
+
+
+def both(name: str, **values: float | tuple[float, ...]) -> tuple[Array, Array]:
+    """Both sides of an equation at named values (q_hat=(0.5, 1), ...); what is not named is zero."""
+    left, right = SIDES[name]
+    symbols = [*SYMBOLS.values(), ca.vec(K), ca.vec(P)]
+    names = [*SYMBOLS, "K", "P"]
+    if odd := set(values) - set(names):
+        raise LookupError(f"`both('{name}', ...)` knows {', '.join(names)}; got {sorted(odd)}.")
+    numbers = [np.asarray(values.get(n, np.zeros(x.numel())), dtype=float) for n, x in zip(names, symbols, strict=True)]
+    sides = ca.Function("sides", symbols, [left, right])(*(value.ravel(order="F") for value in numbers))
+    return np.array(sides[0]).ravel(), np.array(sides[1]).ravel()

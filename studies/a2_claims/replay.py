@@ -1,0 +1,276 @@
+"""What the witnesses of a2 need: after `from studies.a2_claims.replay import *` each of their lines runs."""
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from studies.a1_paper_tables.study import comparison
+from studies.a2_claims.identities import at, both
+from studies.a2_claims.loops import (
+    CONSTANT_D,
+    I,
+    beside_rest,
+    free_arm,
+    observer_rate,
+    on_path,
+    printed_but_for_c,
+    regulation,
+    weighted,
+)
+from studies.a2_claims.lyapunov import V2
+from studies.a2_claims.searches import hunt, rerun
+from studies.a2_claims.statements import ASSUMPTION_4, gain_left
+from studies.paper.card import CARD, LAWS
+from studies.paper.laws import ARM, PRINTED_ARM, proposed_as_printed, proposed_repaired
+from workbench.claims.counterexample import hypotheses_kept, in_reference_mode
+from workbench.claims.margins import SignalsOf, derivative, violation, watching
+from workbench.controllers.promises import K_STAYS_DEFINITE
+from workbench.core import Dynamics, Entry, Layout, Ode, rk4
+from workbench.core.claim import Declared
+from workbench.core.layout import Array
+from workbench.design.riccati import care
+from workbench.metrics import Measurement, late_error, measure
+from workbench.metrics.integral import Integral
+from workbench.metrics.sampled import Peak
+from workbench.proofs.rest import RestPoint, growing_modes, rest_point
+from workbench.reference import reference
+from workbench.simulate import simulate
+from workbench.study.contract import equations_of
+from workbench.study.runner import measurement
+
+__all__ = [
+    "I",
+    "LAWS",
+    "along_35",
+    "astray",
+    "beside",
+    "beside_rest",
+    "both",
+    "cost",
+    "cost_of_loop",
+    "derived",
+    "drift",
+    "false_rest",
+    "gain_lost",
+    "growing_modes",
+    "mismatch",
+    "np",
+    "observed",
+    "offset",
+    "printed",
+    "pushed",
+    "rerun",
+    "rest_point",
+    "skewness",
+    "speed_ratio",
+    "v1_rate",
+    "v2_rate",
+]
+
+STEP, FINE = 1e-4, 1e-3 / 12  # s, of the law as printed and as repaired
+HELD = {
+    "disturbance.amplitude": np.array(CONSTANT_D),
+    "disturbance.frequency": np.zeros(2),
+    "disturbance.phase": np.full(2, np.pi / 2),
+}
+printed, derived = Dynamics.of(PRINTED_ARM, "as printed"), Dynamics.of(ARM, "derived")
+
+
+def mismatch(q_hat: Any, tau: Any) -> float:
+    """|Delta| of (14) in rad/s^2 for the arm hanging at rest, qd_hat = 0: (14) less its part in q_hat alone."""
+    zero = ca.SX.zeros(2)
+    M, _, G = at(zero, zero)
+    M_hat, _, G_hat = at(ca.SX(q_hat), zero)
+    return float(ca.evalf(ca.norm_2(ca.solve(M, tau - G) - ca.solve(M_hat, tau - G_hat))))
+
+
+def speed_ratio(speed: float) -> float:
+    """|Delta| / |x2~| of (14) in 1/s for q = q_hat = (0, 1), qd = speed (1, 0), qd_hat = 0, without torque.
+
+    Gravity is the same at q and q_hat, so it is not part of Delta.
+    """
+    q, qd = ca.SX([0.0, 1.0]), ca.SX([speed, 0.0])
+    M, C, _ = at(q, qd)
+    return float(ca.evalf(ca.norm_2(ca.solve(M, C @ qd)))) / abs(speed)
+
+
+def v1_rate(q: Any, x2: Any) -> tuple[float, float]:
+    """V1' of (17) beside the arm at rest at q, with P2 = I, x1~ = 0, and x2~ = x2 or -x2, in rad^2/s^3."""
+    weight, error = at(ca.SX(q), ca.SX.zeros(2))[2], ca.SX(x2)
+    there, back = (-ca.dot(e, observer_rate(ARM, ca.SX(q), -e, weight)) for e in (error, -error))
+    return float(ca.evalf(there)), float(ca.evalf(back))
+
+
+def skewness(arm: Dynamics, q: Any, qd: Any) -> Array:
+    """M' - 2C plus its transpose, in kg m^2/s."""
+    N = arm.mass_matrix_rate - 2 * arm.C
+    return np.array(ca.Function("N", [arm.q, arm.qd, arm.symbols], [N + N.T])(q, qd, arm.p.default))
+
+
+def false_rest(times: float = 1) -> RestPoint:
+    """Where (10), with so many times the gains of section 5, rests beside the hanging arm: with errors, not at zero."""
+    near = np.array([-2.65, 6.28])
+    return rest_point(beside_rest(times * 30 * I, times * 50 * I), np.concatenate([near, times * 30 * near]))
+
+
+def kept_by_drift() -> tuple[str, ...]:
+    """Assumption 4, if the run of `drift` keeps it."""
+    ode = hunt("printed_filter").ode
+    return hypotheses_kept(ode, [Declared(ASSUMPTION_4)], 10.0, 1e-2, ode.parameters.pack(HELD))
+
+
+def drift(until: float = 10.0) -> tuple[Array, Array]:
+    """D_hat of (24) as printed, in N m s, for D = (0.5, 0.4) N m held so long: by its closed form and by a run."""
+    l, D, ode = CARD["l"], np.array(CONSTANT_D), hunt("printed_filter").ode
+    run = reference(ode, ode.parameters.pack(HELD)[0], times=[until])
+    return D * (until - (1 - np.exp(-l * until)) / l), ode.states.unpack(run.x[0])["D_hat"]
+
+
+def gain_lost(reading: str, until: float = 4.0, Q: float = 1.0, R: float = 1.0) -> tuple[float, float, int]:
+    """The least leading minor of K, (33) as printed, in the second scenario; its change by h / 2; its order.
+
+    The weights are Q I and R I. The unit is (N m)^order.
+    """
+    loop = weighted(proposed_as_printed("SS", reading), Q, R)
+    ode, gain = loop.ode(), Declared(K_STAYS_DEFINITE, "controller.")
+    score = measure(watching(ode, [gain]), (violation(gain.claim),), until=until, h=STEP)
+    found = score.scores[violation(gain.claim).name]
+    worst = int(np.argmax(found.value[0]))
+    return -float(found.value[0, worst]), float(found.error[0, worst]), worst + 1
+
+
+def cost(Q: float, R: float, until: float = 5.0) -> tuple[float, float]:
+    """J of (32) for (31) with u = -R^-1 B^T P s by P(t) of (34), and the least J, both over an infinite horizon.
+
+    A and B are those of section 5 at the start, held: M(0), K(0), Lambda; so are P(0) and s(0). The weights are Q I
+    and R I. At `until` P is the algebraic solution, with which the rest of the cost is s^T P s.
+    """
+    M, _, _ = at(ca.SX.zeros(2), ca.SX.zeros(2))
+    A, B = -np.linalg.solve(np.array(ca.evalf(M)), CARD["K(0)"]), np.diag(CARD["Lambda"])
+    start = np.array([-2.0, -1.5])  # rad/s: s(0) = -qd_d(0) of the first scenario
+    least = care(A, B, Q * I, R * I).X
+    states = Layout((Entry("P", CARD["P(0)"]), Entry("s", start), Entry("J", np.zeros(1))))
+    t, x = ca.SX.sym("t"), states.symbols()
+    z = states.view(x)
+    P, s = z["P"], z["s"]
+    u = -B.T @ P @ s / R
+    rates = {
+        "P": A.T @ P + P @ A - P @ B @ B.T @ P / R + Q * I,
+        "s": A @ s + B @ u,
+        "J": Q * ca.sumsqr(s) + R * ca.sumsqr(u),
+    }
+    ode = Ode.of("(31) and (34)", states, Layout(), (t, x, ca.SX(0, 1)), rates, {"J": z["J"]})
+    end = ode.states.unpack(reference(ode, times=[until], rtol=1e-9).x[0])
+    return float(end["J"][0] + end["s"] @ least @ end["s"]), float(start @ least @ start)
+
+
+def cost_of_loop(riccati: str, Q: float, R: float, until: float = 10.0) -> tuple[float, float]:
+    """J of (32) over a horizon, with s and e2 of the repaired loop in FS, P' by (34) or zero; its change by h / 2.
+
+    The weights are Q I and R I, in (34) and in (32).
+    """
+    loop = weighted(proposed_repaired("FS"), Q, R)
+    if riccati == "frozen":
+        loop = replace(loop, controller=replace(loop.controller, riccati="frozen", Q=None, R=None))
+    ode = loop.ode()
+    y = SignalsOf(ode)
+    rate = Q * ca.sumsqr(y["s"]) + R * ca.sumsqr(y["observer.state.qd_hat"] - y["qd_ref"])
+    watched = _with_output(ode, "cost", rate)
+    J = Integral("J", "", "the cost (32)", lambda t, y: y["cost"], lambda value, horizon: value, ("cost",))
+    score = measure(watched, (J,), until=until, h=FINE).scores["J"]
+    return float(score.value[0, 0]), float(score.error[0, 0])
+
+
+def v2_rate(Q: float, R: float) -> tuple[float, float, float]:
+    """V2' [W], |s| [rad/s] and lambda_min(K) - |D - D_hat| [N m] at the start of the printed law, C derived, in FS.
+
+    The arm and its estimate start on the desired path; the weights are Q I and R I.
+    """
+    ode = weighted(printed_but_for_c(), Q, R).ode()
+    y, path = SignalsOf(ode), np.array([2.0, 1.5])  # rad/s, qd_d(0)
+    x = ode.states.pack({"plant.q": np.zeros(2), "plant.qd": path, "observer.state.qd_hat": path})[0]
+    wanted = [derivative(ode, V2(y)), ca.norm_2(y["s"]), gain_left(y)]
+    rate, size, left = (
+        float(v) for v in ca.Function("rate", [ode.t, ode.x, ode.p], wanted)(0, x, ode.parameters.default)
+    )
+    return rate, size, left
+
+
+@cache
+def _compared() -> dict[str, Measurement]:
+    """The laws of a1 in both scenarios, each with all its metrics."""
+    cases = [case for scenario in ("FS", "SS") for case in comparison(scenario)]
+    return {case.name: measurement(case.run, equations_of(case.run.loop, case.name)) for case in cases}
+
+
+def beside(metric: str) -> dict[str, list[float]]:
+    """A metric of the laws in both scenarios, joint by joint, as a1 measures it."""
+    scores = {name: found.scores for name, found in _compared().items()}
+    return {name: mine[metric].value[0].tolist() for name, mine in scores.items() if metric in mine}
+
+
+@cache
+def pushed(law: str) -> tuple[list[float], list[float]]:
+    """By how much D of FS moves a joint at most from 15 s on [rad]: of its path without D; the change by h / 2."""
+    case = next(case for case in comparison("FS") if case.law == law)
+    ode = equations_of(case.run.loop, case.name)
+    p = ode.parameters.pack({"plant.disturbance.amplitude": np.array([CARD["FS: disturbance amplitude"], (0.0, 0.0)])})
+    largest = []
+    for h in (2 * case.run.h, case.run.h):
+        runs = simulate(rk4(ode, h), p, until=20.0, every=0.01)
+        q = runs["q"][:, runs.t >= 15.0]
+        largest.append(np.abs(q[0] - q[1]).max(axis=0))
+    return largest[1].tolist(), np.abs(largest[1] - largest[0]).tolist()
+
+
+def observed() -> tuple[tuple[list[float], list[float]], tuple[list[float], list[float]]]:
+    """Largest |qd - qd_d| and |qd - qd_hat| from 5 s on in FS, repaired, by joint [rad/s]; their changes by h / 2."""
+    late = (Peak(signal, "rad/s", f"largest |{signal}| from 5 s on", signal, 5.0) for signal in ("ed", "qd_error"))
+    run = replace(comparison("FS")[0].run, metrics=tuple(late))
+    scores = measurement(run, equations_of(run.loop, "loop")).scores.values()
+    e, lost = ((score.value[0].tolist(), score.error[0].tolist()) for score in scores)
+    return e, lost
+
+
+def astray(q: Any, qd: Any, until: float = 2.0) -> tuple[float, float]:
+    """|q - q_hat| in rad at `until` for the arm without torque from (q, qd)(0), by variable steps; its error."""
+    ode = _freely()
+    x0 = ode.states.pack({"plant.q": q, "plant.qd": qd})[0]
+    y, error = in_reference_mode(ode, "q_error", ode.parameters.default, x0, [until])
+    return float(np.linalg.norm(y[0])), float(np.linalg.norm(error))
+
+
+@cache
+def _freely() -> Ode:
+    """The arm without torque, watched by (10)."""
+    return free_arm()
+
+
+def share_astray(starts: Array, bound: float = 5.0, until: float = 2.0) -> float:
+    """The share of starts (q, qd)(0), rows (B, 4), with |q - q_hat| > bound [rad] at `until`."""
+    ode = _freely()
+    x0 = ode.states.pack({"plant.q": starts[:, :2], "plant.qd": starts[:, 2:]})
+    p = np.tile(ode.parameters.default, (len(x0), 1))
+    runs = simulate(rk4(ode, 1e-3), p, x0, until=until, every=until)
+    return float((~(np.linalg.norm(runs["q_error"][:, -1], axis=1) <= bound)).mean())
+
+
+def offset(until: float = 20.0) -> tuple[Array, Array]:
+    """q - q_d at the end of a long rest under D = (0.5, 0.4) N m, by the repaired law, and its change by h / 2."""
+    runs = [measure(regulation().ode(), (), until=until, h=h, every=until).trajectories for h in (FINE, FINE / 2)]
+    coarse, fine = (run["e"][0, -1] for run in runs)
+    return fine, np.abs(fine - coarse)
+
+
+def along_35(until: float = 20.0) -> dict[str, tuple[float, float]]:
+    """The largest |e1| [rad] and |s| [rad/s] from 15 s on, where the estimates obey (35); their changes by h / 2."""
+    late = (late_error(15.0), Peak("late s", "rad/s", "largest |s| from 15 s on", "s", 15.0))
+    scores = measure(on_path().ode(), late, until=until, h=STEP).scores
+    return {name: (float(score.value[0].max()), float(score.error[0].max())) for name, score in scores.items()}
+
+
+def _with_output(ode: Ode, name: str, value: ca.SX) -> Ode:
+    return replace(ode, outputs=ode.outputs + Layout((Entry(name, np.zeros(1)),)), output=ca.vertcat(ode.output, value))

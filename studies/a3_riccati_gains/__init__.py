@@ -1,0 +1,1 @@
+"""Riccati gains along the path of the arm, and the loops that hold them."""

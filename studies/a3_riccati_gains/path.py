@@ -1,0 +1,146 @@
+"""The Riccati matrix of (34) along a run of the proposed law, beside the equations it could be exchanged for."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+
+import casadi as ca
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from studies.paper.card import CARD
+from studies.paper.laws import ARM
+from workbench.core.layout import Array
+from workbench.design.riccati import care
+from workbench.design.riccati_flow import RiccatiFlow, fpre, rde
+from workbench.study.study import Outcome
+from workbench.validation.words import Integers
+
+WINDOW = 2.5  # s: the approach, and in the second scenario one jump
+EVENLY = 10_001  # evenly spaced times, of which a median over time is taken
+INSTANTS = 60  # at which the algebraic equation is solved
+RTOL = 1e-4  # of the equations in time: the path between kept states is a spline, and known no better
+B, Q, R = np.diag(CARD["Lambda"]), np.asarray(CARD["Q"]), np.asarray(CARD["R"])
+G = B @ np.linalg.solve(R, B.T)
+ZERO = np.zeros((2, 2))
+
+
+@dataclass(frozen=True, eq=False)
+class Compared:
+    """P of (34) and its rivals at times t (N,) of one run, all (N, 2, 2) in N m/rad.
+
+    Attributes
+    ----------
+    K
+        The gain of the law (N, 2, 2), in N m.
+    P, X
+        (34) as the loop integrated it, and the algebraic equation at each instant: the state-dependent one for (31).
+    backward, forward
+        (32) minimised from each time to the end of the window, and (34) solved again.
+    growth
+        The largest real part of an eigenvalue of A = -M^-1 K at each time, in 1/s.
+    memory
+        The longest time in which a difference of two solutions of (34) near X falls to 1/e, in s, over the instants.
+    residual
+        The largest residual of X among the instants.
+    ratios
+        For each way to choose P in u = -R^-1 B' P s: J over the least J, from the worst start.
+    """
+
+    t: Array
+    K: Array
+    P: Array
+    X: Array
+    backward: RiccatiFlow
+    forward: RiccatiFlow
+    growth: Array
+    memory: float
+    residual: float
+    ratios: Mapping[str, float]
+
+
+@cache
+def compared(outcome: Outcome) -> Compared:
+    """The comparison along the first `WINDOW` seconds of a run."""
+    run = outcome.measurement.trajectories
+    inside = run.t <= WINDOW + 1e-9
+    t, K, P = run.t[inside], run["controller.K"][0, inside], run["controller.P"][0, inside]
+    A = np.array(
+        [-np.linalg.solve(M, k) for M, k in zip(inertia(run["observer.state.q_hat"][0, inside]), K, strict=True)]
+    )
+    kept = instants(len(t))
+    solved = [care(A[i], B, Q, R) for i in kept]
+    X, path = np.array([found.X for found in solved]), CubicSpline(t, A)
+    backward = rde(path, B, Q, R, ZERO, t[kept], rtol=RTOL)
+    choices: dict[str, Callable[[float], Array]] = {
+        "P(t) of (34)": CubicSpline(t, P),
+        "SDRE: the CARE at each instant": CubicSpline(t[kept], X),
+        "P = P(0)": lambda time: np.asarray(P[0]),
+        "P = 0": lambda time: ZERO,
+    }
+    return Compared(
+        t[kept],
+        K[kept],
+        P[kept],
+        X,
+        backward,
+        fpre(path, B, Q, R, P[0], t[kept], rtol=RTOL),
+        np.linalg.eigvals(A[kept]).real.max(axis=1),
+        -0.5 / float(np.linalg.eigvals(A[kept] - G @ X).real.max()),
+        max(found.certificate.residual for found in solved),
+        {name: worst(cost(path, choice, t[kept]), backward.P[0]) for name, choice in choices.items()},
+    )
+
+
+def instants(states: int) -> Integers:
+    """The numbers of those of the kept states at which the algebraic equation is solved: more of the early ones."""
+    early = np.geomspace(1, states, INSTANTS) - 1
+    return np.union1d(early.round(), np.linspace(0, states - 1, INSTANTS).round()).astype(int)
+
+
+def cost(path: Callable[[float], Array], choice: Callable[[float], Array], t: Array) -> Array:
+    """Y (2, 2): s' Y s is J of (32) over the times from s with u = -R^-1 B' P s, by a linear equation backward."""
+    flow = rde(
+        lambda time: path(time) - G @ choice(time),
+        ZERO,
+        lambda time: symmetric(Q + choice(time) @ G @ choice(time)),
+        R,
+        ZERO,
+        t,
+        rtol=RTOL,
+    )
+    return flow.P[0]
+
+
+def worst(Y: Array, least: Array) -> float:
+    """The largest s' Y s / s' P s over all s."""
+    half: Array = np.linalg.inv(np.linalg.cholesky(least))
+    return float(np.linalg.eigvalsh(half @ Y @ half.T)[-1])
+
+
+def distance(P: Array, X: Array) -> Array:
+    """The norm of P - X over that of X, (N,)."""
+    return np.asarray(np.linalg.norm(P - X, axis=(1, 2)) / np.linalg.norm(X, axis=(1, 2)))
+
+
+def median_in_time(values: Array, t: Array) -> float:
+    """Half of the time from t[0] to t[-1] the values (N,) are at most this; between their times they are linear."""
+    return float(np.median(np.interp(np.linspace(t[0], t[-1], EVENLY), t, values)))
+
+
+def rise(K: Array, t: Array) -> float:
+    """The first time at which the norm of K - K(0) is 1 - 1/e of its largest, in s."""
+    moved = np.linalg.norm(K - K[0], axis=(1, 2))
+    return float(t[np.argmax(moved >= (1 - np.exp(-1)) * moved.max())])
+
+
+def symmetric(X: Array) -> Array:
+    """The symmetric part."""
+    return np.asarray((X + np.swapaxes(X, -1, -2)) / 2)
+
+
+def inertia(q: Array) -> Array:
+    """M(q) of the model at each of q (N, 2): (N, 2, 2)."""
+    angle = ca.SX.sym("q", 2)
+    M = ca.Function("M", [angle], [ca.vec(ARM.mass_matrix(angle))])
+    return np.array(M.map(len(q))(q.T)).T.reshape(-1, 2, 2)

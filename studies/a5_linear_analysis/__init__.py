@@ -1,0 +1,1 @@
+"""Linear analysis of the loops at rest and along the first scenario."""

@@ -1,0 +1,158 @@
+"""What a5 found of the laws at rest and along the first scenario, each sentence made of its figures."""
+
+import numpy as np
+
+from studies.a5_linear_analysis.arm import BOX, deviations, rests
+from studies.paper.card import CARD
+from studies.paper.linear_loops import FINE, LEVEL, POSES, PROPOSED, SEVEN, AtRest, at_rest, late_gain, on_path
+from workbench.design.linear import sensitivity
+from workbench.study.document.document import Section, Verdict
+from workbench.study.study import Outcome, Results
+
+STIFFER = 4.0  # of an observer, to see what its gain is to blame for
+WEAKER = 0.9  # of the torque that is commanded
+SLOW = 1e-3  # rad/s
+HERE = "at rest at the level of the second scenario"
+EXACT = "exact positions and velocities"
+
+
+def findings(results: Results) -> Section:
+    """The answers first."""
+    return Section(
+        "What was found",
+        (_rests(), _delay(results), _observer(), _slow(), _twisting(), _adaptation(), _frozen(results)),
+    )
+
+
+def _rests() -> Verdict:
+    worst = deviations()["python-control's linearize"]
+    low, high = BOX["q"]
+    return Verdict(
+        "holds" if rests().complete else "open",
+        f"The arm without torque has {len(rests().points)} rest points with both joints between {low:g} and {high:g} "
+        "rad.",
+        "Intervals prove that there are no others. Linear models here are exact Jacobians; python-control's own "
+        f"linearize, a forward difference, is off by up to {worst:.0e} of the largest entry of A and B (worst of 20 "
+        "random states).",
+        given="The arm with the numbers of section 5.",
+    )
+
+
+def _delay(results: Results) -> Verdict:
+    first, late = delay(at_rest("SMC")), delay(at_rest("ASMC", LEVEL, late_gain(results["FS", "ASMC"])))
+    return Verdict(
+        "found",
+        f"SMC stays stable with a delay of up to {first:.2f} ms at one torque, ASMC with the gain that it has "
+        f"learned with up to {late:.2g} ms.",
+        f"K is {CARD['SMC: K'][0]:g} N m for SMC, and for ASMC that of the end of the first scenario. a1 compares "
+        "loops in continuous time, without delay.",
+        estimand=f"The delay margin of the linear loop {HERE}, the lesser of the two joints.",
+        given=f"Both laws: {EXACT}.",
+        reversal=f"A layer wider than {CARD['phi']:g} rad/s or a smaller gain, which raise both margins.",
+    )
+
+
+def _observer() -> Verdict:
+    rest, thin = at_rest(PROPOSED), thinnest()
+    weak = at_rest(PROPOSED, thin)
+    firm = {pose: alpha(at_rest(PROPOSED, pose, stiffer=STIFFER)) for pose in POSES}
+    still = "still the least" if firm[thin] == min(firm.values()) else "no longer the least"
+    pole = float(np.linalg.eigvals(weak.loop.A - WEAKER * weak.loop.B @ weak.loop.C).real.max())
+    return Verdict(
+        "found",
+        f"The disk margin of the repaired law at the torques is {alpha(weak):.3f} {thin}, the least of {len(POSES)} "
+        f"rest poses, and {alpha(rest):.2f} at the level of the second scenario.",
+        f"In the pose of the least, with torques at {100 * WEAKER:g} % of what is commanded, the slowest pole is "
+        f"{pole:+.2f} 1/s. At the level of the second scenario the loop stands a delay of {delay(rest):.0f} ms at one "
+        f"torque, that of SMC {delay(at_rest('SMC')):.2f} ms.",
+        estimand="The disk margin of both torques at once, of the linear loop at rest with the first gain K(0).",
+        given=f"AOSMC-RGS: positions alone. SMC: {EXACT}.",
+        reversal=f"A stiffer observer: with L2 {STIFFER:g} times as large the margin {thin} is {firm[thin]:.2f}, "
+        f"{still} of the {len(POSES)} poses.",
+    )
+
+
+def _slow() -> Verdict:
+    ours, pid, smc = (slow_gain(at_rest(law)) for law in (PROPOSED, "PID", "SMC"))
+    return Verdict(
+        "found",
+        f"The repaired law multiplies a slow torque on the joints that is not in its D_hat by {ours:.1f}, SMC by "
+        f"{smc:.4f}, PID by {pid:.0e}.",
+        "In a1 D_hat is filtered from the true disturbance, so that this is not seen there.",
+        estimand=f"The largest gain of the sensitivity at the torques at {SLOW:g} rad/s, of the linear loop {HERE}.",
+        given=f"AOSMC-RGS: positions alone. SMC and PID: {EXACT}.",
+        reversal="An estimate of the disturbance from measurements, which the law of the paper lacks.",
+    )
+
+
+def _twisting() -> Verdict:
+    rest = at_rest("super-twisting")
+    margin = f"a disk margin of {alpha(rest):.2f}" if rest.disk else "no disk margin"
+    return Verdict(
+        "found",
+        f"With its sign spread over the boundary layer, the linear model of super-twisting at rest has {margin}: its "
+        f"slowest poles are at {abs(rest.poles[0].value):.1f} rad/s with a damping of "
+        f"{max(rest.poles[0].damping, 0.0):.2g}.",
+        "The linear model at s = 0 lacks the term with the root of |s|, which is of higher order; without it the loop "
+        "oscillates at the root of k2 / phi. That term may damp the loop: the linear model cannot say.",
+        estimand=f"Poles and the disk margin of both torques of the linear loop {HERE}.",
+        given=f"The law: {EXACT}.",
+        reversal="A layer that smooths the root of |s| too: then its term has a slope at s = 0.",
+    )
+
+
+def _adaptation() -> Verdict:
+    same = [abs(alpha(at_rest(law)) - alpha(at_rest("SMC"))) for law in ("ASMC", "Fuzzy-ASMC", "RBF-ASMC")]
+    network, plain = (slow_gain(at_rest(law)) for law in ("RBF-ASMC", "SMC"))
+    return Verdict(
+        "found",
+        f"At rest and with the same gain, the disk margins of SMC, ASMC, Fuzzy-ASMC and RBF-ASMC agree within "
+        f"{max(same):.0e}.",
+        "Adaptation is of second order in s, and the network of RBF-ASMC is slow and weak: of a constant torque it "
+        f"leaves {100 * network:.2f} % where SMC leaves {100 * plain:.2f} %.",
+        estimand=f"The disk margin of both torques of the linear loop {HERE}, with {CARD['SMC: K'][0]:g} N m for all.",
+        given=f"All four: {EXACT}.",
+        reversal="The gains that they learn: the table of margins has those of the end of the first scenario.",
+    )
+
+
+def _frozen(results: Results) -> Verdict:
+    worst, rate = max(((law, _growth(results["FS", law])) for law in SEVEN), key=lambda pair: pair[1])
+    within, left = max(((law, _growth(results["FS", law], True)) for law in SEVEN), key=lambda pair: pair[1])
+    return Verdict(
+        "found",
+        f"Along the first scenario the largest real part of a frozen pole is {rate:+.1f} 1/s, of {worst}; within the "
+        f"layer it is {left:+.1f} 1/s, of {within}.",
+        "Outside of the layer the saturation has no slope, and the law no feedback of s. Frozen poles do not decide "
+        "the stability of a loop that moves.",
+        estimand=f"Poles of the whole linear loop every 0.1 s of one run without noise for each of {len(SEVEN)} laws.",
+        given=f"AOSMC-RGS: positions and the true disturbance. All others: {EXACT}.",
+        reversal="Other gains of the law or of its observer: none was tried along this path.",
+    )
+
+
+def _growth(outcome: Outcome, within: bool = False) -> float:
+    """The largest real part of a frozen pole, of all instants or of those within the layer."""
+    path = on_path(outcome)
+    largest = path.eigenvalues.real.max(axis=1)
+    return float(largest[path.inside[::FINE]].max() if within else largest.max())
+
+
+def thinnest() -> str:
+    """The pose at which the proposed law has the least margin."""
+    return min(POSES, key=lambda pose: alpha(at_rest(PROPOSED, pose)))
+
+
+def slow_gain(rest: AtRest) -> float:
+    """The largest singular value of S at 0.001 rad/s."""
+    return float(np.linalg.norm(np.asarray(sensitivity(rest.loop)(1j * SLOW)), 2))
+
+
+def delay(rest: AtRest) -> float:
+    """The delay that a loop stands at either torque, in ms."""
+    return 1e3 * min((m.delay for m in rest.channels), default=0.0)
+
+
+def alpha(rest: AtRest) -> float:
+    """The disk margin; 0 where there is none."""
+    return rest.disk.alpha if rest.disk else 0.0

@@ -1,0 +1,238 @@
+"""Blocks whose readings are numbers: each slip and each gap of the print as a parameter that a sweep can vary.
+
+All readings are so one equation, and one compiled loop runs them side by side. Tests hold each of them against the
+block that has this reading alone.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import casadi as ca
+import numpy as np
+
+from studies.paper.printed_arm import PrintedArm
+from workbench.controllers.switching import matrices, saturation, sliding
+from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, parameter
+from workbench.core.block import Matrix, Scalar, Vector
+from workbench.core.dynamics import solve_definite
+from workbench.loop import AbstractArmController, AbstractArmObserver, AbstractReference, Parts
+from workbench.observers import Luenberger
+from workbench.signals import Sines, SquareWave
+
+
+def chosen(reading: Scalar, *parts: ca.SX) -> ca.SX:
+    """The part whose place, counted from 0, is the number `reading`."""
+    found = parts[-1]
+    for place in reversed(range(len(parts) - 1)):
+        found = ca.if_else(reading < place + 0.5, parts[place], found)
+    return found
+
+
+@block
+class EitherArm(AbstractArm):
+    """The arm with (3) repaired where `misprint` is 0, and as printed where it is 1."""
+
+    repaired: AbstractArm
+    printed: PrintedArm
+    misprint: Scalar = parameter(default=0.0, unit="", low=0, high=1)
+
+    @property
+    def dof(self) -> int:
+        """Two joints."""
+        return self.repaired.dof
+
+    def mass_matrix(self, q: ca.SX) -> ca.SX:
+        """Equation (2)."""
+        return self.repaired.mass_matrix(q)
+
+    def coriolis_matrix(self, q: ca.SX, qd: ca.SX) -> ca.SX:
+        """Equation (3), either way."""
+        return chosen(self.misprint, *(arm.coriolis_matrix(q, qd) for arm in (self.repaired, self.printed)))
+
+    def gravity_vector(self, q: ca.SX) -> ca.SX:
+        """Equation (4)."""
+        return self.repaired.gravity_vector(q)
+
+
+@block
+class EitherObserver(AbstractArmObserver):
+    """Positions and velocities as measured where `inside` is 0, those of `state` where it is 1; D_hat by `d_hat`:
+
+    eta' = -l (eta - D),    z' = eta,    D_hat = 0, eta or z where `d_hat` is 0, 1 or 2
+    """
+
+    state: Luenberger
+    measured: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
+
+    l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
+    inside: Scalar = parameter(default=1.0, unit="", low=0, high=1)
+    d_hat: Scalar = parameter(default=0.0, unit="", low=0, high=2)
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+        return self.state.dof
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Those of the model."""
+        return self.state.units
+
+    @property
+    def inputs(self) -> Layout:
+        """Those of (10)."""
+        return self.state.inputs
+
+    @property
+    def uses_truth(self) -> bool:
+        """Yes: (24) does."""
+        return True
+
+    @property
+    def memory(self) -> Layout:
+        """That of the observer of the state, eta and its integral."""
+        zero = np.zeros(self.dof)
+        return self.state.memory + Layout((Entry("eta", zero, "N m"), Entry("z", zero, "N m s")))
+
+    def estimate(self, t: ca.SX, z: Parts, y: Signals) -> Signals:
+        """What is chosen."""
+        seen = self.state.estimate(t, z, y)
+        d = chosen(self.d_hat, ca.SX.zeros(self.dof), z["eta"], z["z"])
+        return Signals(q=chosen(self.inside, y.q, seen.q), qd=chosen(self.inside, y.qd, seen.qd), d=d)
+
+    def rate(self, t: ca.SX, z: Parts, y: Signals, est: Signals, u: Signals) -> Parts:
+        """(10), which sees its own estimates, and (24)."""
+        return {**self.state.rate(t, z, y, est, u), "eta": -self.l * (z["eta"] - y.d), "z": z["eta"]}
+
+
+@block
+class EitherAosmcRgs(AbstractArmController):
+    """AOSMC-RGS in every reading, equations (25) to (34) as `AosmcRgs` has them:
+
+    K' = -P s sign(s) where `minus` is 1, with a plus where it is 0; P s sign(s) outer, elementwise, diagonal or
+         norm where `shape` is 0, 1, 2 or 3                                               (33)
+    tau_eq with qd_d and qdd_d where `printed` is 1, with qd_r and qdd_r where it is 0    (28)
+    """
+
+    estimates: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
+
+    model: AbstractArm
+    Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
+    phi: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="phi")
+    K: Matrix = initial(unit="N m", shape=("n", "n"), symbol="K")
+    P: Matrix = initial(unit="N m/rad", shape=("n", "n"), symbol="P")
+    Q: Scalar = parameter(unit="N m/(rad s)", low=0, symbol="Q")
+    R: Scalar = parameter(unit="N m/(rad s)", low=0, strict=True, symbol="R")
+    shape: Scalar = parameter(default=0.0, unit="", low=0, high=3)
+    minus: Scalar = parameter(default=0.0, unit="", low=0, high=1)
+    printed: Scalar = parameter(default=0.0, unit="", low=0, high=1)
+
+    @property
+    def dof(self) -> int:
+        """The number of joints of the model."""
+        return self.model.dof
+
+    @property
+    def memory(self) -> Layout:
+        """K and P."""
+        return Layout((Entry("K", self.K, "N m"), Entry("P", self.P, "N m/rad")))
+
+    def torque(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> ca.SX:
+        """(27) to (29)."""
+        del t
+        M, C, G = matrices(self.model, est)
+        _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
+        qd, qdd = chosen(self.printed, qd_r, ref.qd), chosen(self.printed, qdd_r, ref.qdd)
+        return M @ qdd + C @ qd + G + est.d - z["K"] @ saturation(s, self.phi, "clip")
+
+    def rate(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> Parts:
+        """(33) and (34), with Q and R that number times I."""
+        del t
+        s, K, P, n = sliding(est, ref, self.Lambda).s, z["K"], z["P"], self.dof
+        Ps, size = P @ s, ca.fabs(s)
+        growth = chosen(self.shape, Ps @ ca.sign(s).T, ca.diag(Ps * ca.sign(s)), P @ ca.diag(size), P * ca.sum1(size))
+        A, B = -solve_definite(self.model.mass_matrix(est.q), K), ca.diag(self.Lambda)
+        return {
+            "K": growth * (1 - 2 * self.minus),
+            "P": A.T @ P + P @ A - P @ B @ B.T @ P / self.R + self.Q * ca.SX.eye(n),
+        }
+
+    def signals(self, z: Parts, est: Signals, ref: Signals) -> Parts:
+        """The sliding variable s."""
+        del z
+        return {"s": sliding(est, ref, self.Lambda).s}
+
+
+@block
+class PlacedPid(AbstractArmController):
+    """PID with a triple pole at -p_i for each joint by itself, and with the weight of `model` where `lifted` is 1:
+
+        Kp = 3 p^2 J,   Ki = p^3 J,   Kd = 3 p J
+
+    Parameters
+    ----------
+    poles, inertia
+        (n,), p and J.
+    """
+
+    model: AbstractArm
+    poles: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="p")
+    inertia: Vector = parameter(unit="kg m^2", low=0, strict=True, shape=("n",), symbol="J")
+    lifted: Scalar = parameter(default=0.0, unit="", low=0, high=1)
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+        return self.model.dof
+
+    @property
+    def memory(self) -> Layout:
+        """The integral of the error."""
+        return Layout((Entry("integral", np.zeros(self.dof), "rad s"),))
+
+    def torque(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> ca.SX:
+        """Feedback, and the weight where it is lifted."""
+        del t
+        p, J = self.poles, self.inertia
+        feedback = 3 * p**2 * J * (est.q - ref.q) + p**3 * J * z["integral"] + 3 * p * J * (est.qd - ref.qd)
+        return self.lifted * self.model.gravity_vector(est.q) - feedback
+
+    def rate(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> Parts:
+        """The integral grows by e."""
+        del t, z
+        return {"integral": est.q - ref.q}
+
+    def signals(self, z: Parts, est: Signals, ref: Signals) -> Parts:
+        """Nothing that the loop does not show already."""
+        del z, est, ref
+        return {}
+
+
+@block
+class EitherReference(AbstractReference):
+    """The path of the first scenario where `jumps` is 0, that of the second where it is 1."""
+
+    sines: Sines
+    square: SquareWave
+    jumps: Scalar = parameter(default=0.0, unit="", low=0, high=1)
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+        return self.sines.dof
+
+    @property
+    def says(self) -> Layout:
+        """Positions, velocities and accelerations."""
+        return self.sines.says
+
+    @property
+    def primary(self) -> tuple[str, ...]:
+        """The positions."""
+        return self.sines.primary
+
+    def at(self, t: ca.SX) -> Signals:
+        """The chosen one, with its derivatives."""
+        square = self.square.at(t)
+        return Signals({name: chosen(self.jumps, part, square[name]) for name, part in self.sines.at(t).items()})

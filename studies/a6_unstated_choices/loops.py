@@ -1,0 +1,180 @@
+"""Each law of the paper's tables as one loop whose unstated numbers and readings are factors over the card's ranges."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from studies.a6_unstated_choices.blocks import EitherAosmcRgs, EitherArm, EitherObserver, EitherReference, PlacedPid
+from studies.paper.card import CARD, INERTIA, LAWS, POLES
+from studies.paper.laws import ARM, PRINTED_ARM, REFERENCES, RIVALS, plant
+from workbench.controllers.aosmc_rgs import SHAPES
+from workbench.core import Sampled
+from workbench.core.layout import Array
+from workbench.loop import AbstractController, ClosedLoop
+from workbench.observers import Luenberger
+from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
+from workbench.study.uncertainty.factors import Factor
+
+PROPOSED, PID = "AOSMC-RGS", "PID"
+SCENARIOS = {"FS": "first scenario", "SS": "second scenario"}
+PERIOD = 2e-3  # s
+# N m/(rad s): below it P' = -P Lambda R^-1 Lambda P of (34) falls from P(0) too fast for the step, which then diverges
+STIFF = 0.3
+STEPS = {law: 1e-3 if law == PROPOSED else PERIOD for law in LAWS}  # s
+
+
+@dataclass(frozen=True)
+class Reading(AbstractDistribution):
+    """The place, counted from 0, of one of some readings, each as likely as the others."""
+
+    names: tuple[str, ...]
+
+    @property
+    def low(self) -> float:
+        """The first place."""
+        return 0.0
+
+    @property
+    def high(self) -> float:
+        """The last place."""
+        return len(self.names) - 1.0
+
+    def _formula(self, u: Array) -> Array:
+        """The place."""
+        return np.minimum(np.floor(np.asarray(u) * len(self.names)), self.high)
+
+    def words(self) -> str:
+        """The readings."""
+        return f"one of: {', '.join(self.names)}"
+
+
+@dataclass(frozen=True)
+class Relayed:
+    """A loop that switches, closed by a computer that switches as an implicit relay does, once in `PERIOD`.
+
+    It keeps s as near to zero as the boundary layer does, whatever the gain, at steps at which the layer would chatter.
+    """
+
+    loop: ClosedLoop
+
+    def ode(self, name: str = "loop") -> Sampled:
+        """The loop as a flow and a jump."""
+        return self.loop.digital(PERIOD, name=name)
+
+
+def _card(name: str, *paths: str, words: str = "", orders: bool = False) -> Factor:
+    """A number of the card over its range."""
+    return replace(Factor.of(next(g for g in CARD if g.name == name), paths, log_scale=orders), name=words or name)
+
+
+def _reading(name: str, path: str | tuple[str, ...], *names: str) -> Factor:
+    return Factor(name, (path,) if isinstance(path, str) else path, Reading(names))
+
+
+def _share(name: str, path: str, low: float, high: float) -> Factor:
+    """A number of the card as a share of what the card has."""
+    return Factor(name, (path,), Uniform(low, high), share=True)
+
+
+LEARNING = (_card("ASMC: K(0)", "controller.K", words="K(0)"), _card("ASMC: gamma", "controller.gamma", words="gamma"))
+MEASURED = _reading("rivals' measurements", "observer.inside", "exact", "by (10)")
+SQUARE = (
+    _card("SS: a1, a2", "reference.square.amplitude[0]", words="a1"),
+    _card("SS: a1, a2", "reference.square.amplitude[1]", words="a2"),
+    _card("SS: f", "reference.square.frequency", words="f"),
+)
+
+# What the paper leaves open of each law; where two laws have a factor of one name, it is the same number.
+FACTORS: Mapping[str, tuple[Factor, ...]] = {
+    PROPOSED: (
+        _card("Q", "controller.Q", orders=True),
+        Factor("R", ("controller.R",), LogUniform(STIFF, 1000.0)),
+        _card("l", "observer.l", orders=True),
+        _reading("shape of (33)", "controller.shape", *SHAPES),
+        _reading("velocity in (28)", "controller.printed", "reference", "printed"),
+        _reading("D_hat of (24)", "observer.d_hat", "none", "eta", "its integral"),
+        _reading("observer (10)", "observer.inside", "out", "in"),
+        _reading("C of (3)", ("controller.model.misprint", "observer.state.model.misprint"), "right", "printed"),
+    ),
+    "ASMC": (*LEARNING, MEASURED),
+    "Fuzzy-ASMC": (
+        *LEARNING,
+        _card("Fuzzy-ASMC: lag", "controller.lag", words="lag"),
+        _share("rules", "controller.rules.scale", 0.1, 2.5),
+        _share("centres of |s|", "controller.rules.sizes", 0.1, 2.0),
+        _card("Fuzzy-ASMC: width of |s|", "controller.rules.size_width", words="width of |s|"),
+        _card("Fuzzy-ASMC: width of the trend", "controller.rules.trend_width", words="width of the trend"),
+        MEASURED,
+    ),
+    "RBF-ASMC": (
+        *LEARNING,
+        _card("RBF-ASMC: Gamma", "controller.Gamma", words="Gamma"),
+        _card("RBF-ASMC: sigma", "controller.sigma", words="sigma"),
+        _share("centres", "controller.centres", 0.1, 2.0),
+        _card("RBF-ASMC: widths", "controller.widths", words="widths"),
+        MEASURED,
+    ),
+    PID: (
+        _card("PID: poles", "controller.poles[0]", words="poles of joint 1"),
+        _card("PID: poles", "controller.poles[1]", words="poles of joint 2"),
+        _reading("G in PID", "controller.lifted", "without", "with"),
+    ),
+    "SMC": (
+        _card("SMC: K", "controller.K[0]", words="K of joint 1"),
+        _card("SMC: K", "controller.K[1]", words="K of joint 2"),
+        MEASURED,
+    ),
+}
+
+
+def loop(law: str, scenario: str) -> ClosedLoop:
+    """A law in a scenario, with all its readings, as the paper has it: with the boundary layer."""
+    ours = law == PROPOSED
+    model = EitherArm(ARM, PRINTED_ARM)
+    state = Luenberger(model, CARD["L1"], CARD["L2"], CARD["q_hat(0)"], CARD["qd_hat(0)"])
+    observer = EitherObserver(state, CARD["l"], inside=float(ours), d_hat=float(ours))
+    reference = EitherReference(REFERENCES["FS"], REFERENCES["SS"], jumps=float(scenario == "SS"))
+    return ClosedLoop(plant(scenario), observer, _controller(law, model), reference)
+
+
+def _controller(law: str, model: EitherArm) -> AbstractController:
+    if law == PID:
+        return PlacedPid(ARM, np.full(2, POLES), INERTIA)
+    if law != PROPOSED:
+        return RIVALS[law]
+    Q, R = (float(CARD[name][0, 0]) for name in ("Q", "R"))
+    return EitherAosmcRgs(model, CARD["Lambda"], CARD["phi"], CARD["K(0)"], CARD["P(0)"], Q=Q, R=R)
+
+
+def unit(law: str, factor: Factor) -> str:
+    """In what a factor of a law is measured; nothing for a reading or a share."""
+    if factor.share:
+        return ""
+    equation = loop(law, "SS").ode()
+    entries = (*equation.parameters.entries, *equation.states.entries)
+    return next(e.unit for e in entries if factor.paths[0] in (e.name, *e.labels()))
+
+
+def searched(law: str, scenario: str) -> ClosedLoop | Relayed:
+    """The same as searches and draws run it: the rivals that switch as `Relayed`."""
+    return relayed(law, loop(law, scenario))
+
+
+def relayed(law: str, found: ClosedLoop) -> ClosedLoop | Relayed:
+    """A loop of a law, `Relayed` if it is a rival that switches."""
+    if law in (PROPOSED, PID):
+        return found
+    return Relayed(replace(found, controller=replace(found.controller, saturation="implicit")))
+
+
+def minus(scenario: str) -> ClosedLoop:
+    """The proposed law with the sign of (33) as printed."""
+    found = loop(PROPOSED, scenario)
+    return replace(found, controller=replace(found.controller, minus=1.0))
+
+
+def observed_pid(scenario: str) -> ClosedLoop:
+    """PID beside observer (10)."""
+    found = loop(PID, scenario)
+    return replace(found, observer=replace(found.observer, inside=1.0))

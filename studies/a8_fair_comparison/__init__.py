@@ -1,0 +1,1 @@
+"""Twelve laws given the same, tuned alike and compared in scenarios where none was tuned."""

@@ -1,0 +1,171 @@
+"""What every law of a8 is put into: an arm that is not the model's, instruments with noise, a computer, scenarios."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from studies.paper.card import CARD
+from studies.paper.laws import REFERENCES
+from workbench.core import Sampled
+from workbench.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop
+from workbench.plants import ArmInstruments, Friction, Manipulator
+from workbench.robots.description import PlanarArm, PointMass
+from workbench.signals import Sines, SineTorque, SquareWave
+from workbench.study.uncertainty.distributions import Uniform
+from workbench.study.uncertainty.factors import Factor
+
+PERIOD = 1e-3  # s, of the computer
+HORIZON = 6.0  # s
+NOISE_Q, NOISE_QD = 1e-4, 5e-3  # rad, rad/s
+LIMIT = (100.0, 50.0)  # N m, three times what gravity takes at most
+LEVEL = 2.0  # s, that a level of a square wave lasts
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """A wanted motion, and the conditions under which it is wanted.
+
+    Attributes
+    ----------
+    start
+        (2,), the arm's position at first, in rad.
+    mass
+        (2,), the true masses as shares of the model's; a payload is part of the second.
+    viscous, coulomb
+        (2,), friction that no model knows, in N m s/rad and N m.
+    push, pace
+        The amplitude and the frequency of the disturbance, as shares of the paper's.
+    noise
+        As a share of the usual one.
+    quantum
+        Of the positions read, in rad.
+    limit
+        (2,), of the torque, in N m.
+    slow
+        How many milliseconds a period of the computer lasts; from 2 on its torque comes a period late.
+    """
+
+    name: str
+    words: str
+    reference: AbstractReference
+    start: tuple[float, float]
+    mass: tuple[float, float] = (1.0, 1.0)
+    viscous: tuple[float, float] = (0.1, 0.1)
+    coulomb: tuple[float, float] = (0.2, 0.2)
+    push: float = 1.0
+    pace: float = 1.0
+    noise: float = 1.0
+    quantum: float = 0.0
+    limit: tuple[float, float] = LIMIT
+    slow: int = 1
+
+    @property
+    def period(self) -> float:
+        """Of the computer, in s."""
+        return PERIOD * self.slow
+
+    @property
+    def jumps(self) -> bool:
+        """Whether the reference does."""
+        return isinstance(self.reference, SquareWave)
+
+    @property
+    def plant(self) -> Manipulator:
+        """The arm as it is."""
+        paper = "SS" if self.jumps else "FS"
+        masses, lengths = np.multiply(CARD["masses"], self.mass), CARD["lengths"]
+        disturbance = SineTorque(
+            self.push * np.array(CARD[f"{paper}: disturbance amplitude"]),
+            self.pace * np.array(CARD[f"{paper}: disturbance frequency"]),
+            CARD[f"{paper}: disturbance phase"],
+        )
+        return Manipulator(
+            PlanarArm(tuple(map(PointMass, masses, lengths)), CARD["gravity"]),
+            q=self.start,
+            qd=CARD["qd(0)"],
+            disturbance=disturbance,
+            friction=Friction(self.viscous, self.coulomb, speed=0.05),
+        )
+
+    def loop(self, observer: AbstractObserver, law: AbstractController) -> Computed:
+        """A law under these conditions."""
+        instruments = ArmInstruments(2, self.noise * NOISE_Q, self.noise * NOISE_QD, self.quantum, limit=self.limit)
+        closed = ClosedLoop(self.plant, observer, law, self.reference)
+        return Computed(closed, self.period, instruments, self.slow > 1)
+
+
+@dataclass(frozen=True)
+class Computed:
+    """A loop that a computer closes."""
+
+    loop: ClosedLoop
+    period: float
+    instruments: ArmInstruments
+    delay: bool
+    integrator: str = "declared"
+
+    def ode(self, name: str = "loop") -> Sampled:
+        """The loop between instants, and at them."""
+        how = {"delay": self.delay, "integrator": self.integrator, "name": name}
+        return self.loop.digital(self.period, self.instruments, **how)
+
+    @property
+    def estimates(self) -> tuple[str, ...]:
+        """The paths of the first positions of a state observer, if there is one: they are the first reading."""
+        names = self.loop.observer.memory.names
+        return tuple(f"observer.{name}" for name in names if name.split(".")[-1] == "q_hat")
+
+    def ablations(self) -> dict[str, Computed]:
+        """The loop less each of its parts."""
+        return {name: replace(self, loop=less) for name, less in self.loop.ablations().items()}
+
+
+FIRST, SECOND = REFERENCES["FS"], REFERENCES["SS"]
+SLOW = Sines((0.6, 0.8), (1.5, 2.2), (0.3, 1.0))
+FAST = Sines((0.9, 0.6), (3.5, 5.0))
+LIGHT, HEAVY = (0.8, 0.8), (1.2, 1.2)
+TRAINING = (  # both ends of the masses that are drawn: a light arm answers a torque with more speed, and chatters first
+    Scenario("fs", "the paper's first scenario, masses 20 % below the model's", FIRST, CARD["FS: q(0)"], LIGHT),
+    Scenario("ss", "the paper's second scenario, masses 20 % above the model's", SECOND, CARD["SS: q(0)"], HEAVY),
+)
+HELD_OUT = (
+    Scenario("paper", "the paper's first scenario, with the right masses", FIRST, CARD["FS: q(0)"]),
+    Scenario("fast", "a faster motion", FAST, (0.0, 0.0)),
+    Scenario("payload", "a slower motion, 1 kg in the hand", SLOW, (0.0, 0.5), mass=(1.0, 2.0)),
+    Scenario(
+        "friction", "a slower motion, ten times the friction", SLOW, (0.0, 0.5), viscous=(1.0, 1.0), coulomb=(2.0, 2.0)
+    ),
+    Scenario("jumps", "other jumps than the paper's", SquareWave((1.2, -0.8), 1 / LEVEL), (0.0, 0.0)),
+    Scenario("push", "five times the disturbance, three times as fast", FIRST, (0.5, 0.5), push=5.0, pace=3.0),
+    Scenario("noise", "three times the noise, positions in steps of 1 mrad", SLOW, (0.0, 0.5), noise=3.0, quantum=1e-3),
+    Scenario("quiet", "a tenth of the noise", SLOW, (0.0, 0.5), noise=0.1),
+    Scenario("limit", "a torque of at most 35 and 12 N m", FIRST, (0.5, 0.5), limit=(35.0, 12.0)),
+    Scenario("slow", "a computer of 4 ms, whose torque comes a period late", FIRST, (0.5, 0.5), slow=4),
+)
+
+
+def uncertain(scenario: Scenario, loop: Computed) -> tuple[Factor, ...]:
+    """What is drawn anew in each run of a loop."""
+    friction = ("plant.friction.viscous", "plant.friction.coulomb")
+    shares = (
+        ("first mass", ("plant.arm.links[0].mass",), 0.8, 1.2),
+        ("second mass", ("plant.arm.links[1].mass",), 0.8, 1.2),
+        ("first length", ("plant.arm.links[0].length",), 0.97, 1.03),
+        ("second length", ("plant.arm.links[1].length",), 0.97, 1.03),
+        ("friction", friction, 0.0, 2.0),
+        ("disturbance amplitude", ("plant.disturbance.amplitude",), 0.0, 2.0),
+        ("disturbance frequency", ("plant.disturbance.frequency",), 0.5, 2.0),
+    )
+    phases = tuple(
+        Factor(f"phase {j + 1}", (f"plant.disturbance.phase[{j}]",), Uniform(0.0, 2 * np.pi)) for j in (0, 1)
+    )
+    starts = tuple(
+        Factor(
+            f"start {j + 1}", (f"plant.q[{j}]", *(f"{path}[{j}]" for path in loop.estimates)), Uniform(q - 0.2, q + 0.2)
+        )
+        for j, q in enumerate(scenario.start)
+    )
+    spread = tuple(Factor(name, paths, Uniform(low, high), share=True) for name, paths, low, high in shares)
+    return spread + phases + starts

@@ -1,0 +1,1 @@
+"""Laws in a computer: sampling periods, delays, noise, and the limits at which loops are lost."""

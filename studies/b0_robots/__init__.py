@@ -1,0 +1,1 @@
+"""Equations of robots: time and size of the derivation beside other tools."""

@@ -1,0 +1,1 @@
+"""The cost of Sobol indices here and in other packages."""

@@ -1,0 +1,69 @@
+"""Which of ten numbers decide the tracking error of workload W?
+
+Runs in ten seconds on two cores.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from studies.performance.workload import HORIZON, PARAMETERS, VARIED, H
+from studies.performance.workload import loop as equations
+from workbench.metrics import rmse
+from workbench.metrics.sampled import TotalVariation
+from workbench.study.document.document import Column, Section, Table
+from workbench.study.run import Run
+from workbench.study.study import Results, Study
+from workbench.study.sweep import Sweep
+from workbench.study.uncertainty import SobolDesign, sobol
+from workbench.study.uncertainty.distributions import Uniform
+from workbench.study.uncertainty.factors import Factor
+
+BASE = 1024
+METRICS = (rmse(), TotalVariation("TV", "N m/s", "total variation of tau a second", "tau", H))
+
+
+def factors() -> tuple[Factor, ...]:
+    """The ten numbers that the bench varies, each over its range: shares of their values."""
+    return tuple(
+        Factor(label, (label,), Uniform(*span), share=True)
+        for name, span in VARIED.items()
+        for label in PARAMETERS[name].labels()
+    )
+
+
+def sweep(base: int = BASE) -> Sweep:
+    """The runs behind the indices."""
+    moved = factors()
+    return Sweep("indices", Run(equations(), METRICS, HORIZON, h=H), moved, SobolDesign(len(moved), base, seed=1))
+
+
+def sections(results: Results) -> Sequence[Section]:
+    """The indices."""
+    sample = results.sample("indices")
+    outputs = [(metric.name, joint) for metric in METRICS for joint in (0, 1)]
+    values = np.stack([sample.outputs(*output) for output in outputs], axis=1)
+    names = [f"{metric}, q{joint + 1}" for metric, joint in outputs]
+    errors = np.stack([sample.errors_of(*output) for output in outputs], axis=1)
+    found = sobol(sample.design, values, names, factors=sample.factors, errors=errors)
+    rows = tuple(
+        (factor, *(f"{found.ST.value[k, i]:.3f} \N{PLUS-MINUS SIGN} {found.ST.half[k, i]:.3f}" for k in range(4)))
+        for i, factor in enumerate(found.factors)
+    )
+    columns = (Column("factor"), *(Column(name, align="right") for name in names))
+    table = Table("indices", "Total indices ST.", columns, rows, (f"{sample.note}.", *found.remarks))
+    return (Section("Which numbers decide", (table,)),)
+
+
+study = Study(
+    name="b2_workload",
+    title="Sobol indices of workload W",
+    question=("The Sobol indices of AOSMC-RGS over its arm, its disturbance and two gains."),
+    method=(
+        "12,288 runs of 10 s at 1 ms: 1024 pairs of points and 10 factors, without second order. b2 measures what "
+        "this study takes, from the command to the report."
+    ),
+    sections=sections,
+    sweeps=(sweep(),),
+    seed=1,
+)

@@ -1,0 +1,1 @@
+"""Plants that are no arm: published plants under published laws."""

@@ -1,0 +1,147 @@
+"""The two loops of each plant of b3: in continuous time, in a computer, cut at the inputs, and over parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from studies.b3_any_plant.settings import SETTINGS, Setting
+from workbench.controllers import PID2, Cascade, Regulator
+from workbench.core import LinearSystem
+from workbench.design.linear import DiskMargin, LoopMargins, broken_loop, disk_margin, held, loop_margins
+from workbench.loop import ClosedLoop, Instruments, LinearPlant
+from workbench.metrics import rmse, settling_time, total_variation
+from workbench.observers import LinearObserver
+from workbench.signals import Hold, Together
+from workbench.study import Case, Factor, Run, SobolDesign, Sweep, Uniform
+
+LAWS = LQG, PID = ("LQG", "PID")
+LQR = "LQR"  # of all states: no loop here has that, and its margins are what an observer may cost
+COMPUTER = "in a computer"
+SEED, BASE, KEPT = 11, 256, 500
+SUBSTEPS, COARSE = 8, 4  # of a period, of a case and of a sweep
+HALVED = 64  # one run of a sweep in so many is run again at half of the step
+BAND = 0.05  # of what the start is off
+
+
+def loop(setting: Setting, law: str, *, computer: bool = False) -> ClosedLoop:
+    """The loop of a plant and a law, which holds the outputs at the operating point."""
+    plant, point = setting.plant, setting.point
+    holds = (Hold([value], name, plant.outputs[name].unit) for name, value in setting.wanted.items())
+    reference = Together(tuple(holds))
+    if law == PID:
+        second = setting.pid(setting)
+        if computer and isinstance(second, PID2):  # against windup; the others have no integral, or are never limited
+            second = replace(second, low=setting.limit[0], high=setting.limit[1])
+        return ClosedLoop(plant, controller=second, reference=reference)
+    rest = {name: float(np.squeeze(part)) for name, part in setting.open.states.unpack(point.x).items()}
+    model = replace(plant, **rest | setting.start)  # what is not read is believed to rest where it shall
+    observer = LinearObserver(model, setting.design.estimator.K, x_0=point.x, u_0=point.u)
+    regulator = Regulator.of(plant, setting.design.regulator.K, point.x, point.u, follow=plant.outputs.names)
+    return ClosedLoop(plant, observer, regulator, reference)
+
+
+@dataclass(frozen=True, eq=False)
+class Margins:
+    """What a loop that is cut at the inputs of its plant stands: each input by itself, and all at once."""
+
+    channels: tuple[LoopMargins, ...]
+    disk: DiskMargin
+
+    @property
+    def delay(self) -> float:
+        """The least delay margin of an input, in s."""
+        return min(channel.delay for channel in self.channels)
+
+
+def cut(setting: Setting, law: str) -> Any:
+    """The loop gain at the inputs of the plant about the operating point, a `StateSpace` of python-control."""
+    plant, point, model = setting.plant, setting.point, setting.model
+    if law == LQR:
+        seen = LinearPlant(
+            LinearSystem(plant.states, plant.inputs, plant.states, model.A, model.B, np.eye(len(model.A)))
+        )
+        law_of_all = Regulator.of(seen, setting.design.regulator.K)
+        return broken_loop(ClosedLoop(seen, controller=law_of_all).broken(), 0.0, np.zeros(len(model.A)))
+    closed = loop(setting, law)
+    ode = closed.broken(f"{setting.name}, {law}")
+    if isinstance(closed.controller, Cascade):  # of PD: their integrals stand still, which is no pole of the loop
+        ode = held(ode, ("controller.outer.integral", "controller.inner.integral"))
+    x = ode.states.default
+    for name, part in setting.open.states.unpack(point.x).items():
+        for place in (f"plant.{name}", f"observer.{name}_hat"):
+            if place in ode.states:
+                x[ode.states.slice(place)] = np.ravel(part)
+    return broken_loop(ode, 0.0, x, u=point.u)
+
+
+@cache
+def margins(setting: Setting, law: str) -> Margins:
+    """The margins of a loop at the inputs of the plant."""
+    opened = cut(setting, law)
+    return Margins(loop_margins(opened), disk_margin(opened))
+
+
+def run(setting: Setting, law: str, *, computer: bool, substeps: int = SUBSTEPS) -> Run:
+    """One run from off the operating point."""
+    closed = loop(setting, law, computer=computer)
+    h = setting.period / substeps
+    every = setting.period * max(round(setting.until / setting.period / KEPT), 1)
+    metrics = (rmse(setting.main), settling_time(setting.main, BAND), total_variation(setting.period))
+    if not computer:
+        return Run(closed, metrics, setting.until, every, h)
+    limit = dict.fromkeys(setting.plant.inputs.names, setting.limit)
+    instruments = Instruments.of(setting.plant, noise=setting.noise, limit=limit)
+    return Run(closed.digital(setting.period, instruments, delay=True), metrics, setting.until, every, h, seed=SEED)
+
+
+def cases() -> tuple[Case, ...]:
+    """Each plant with either law, in continuous time and in a computer."""
+    return tuple(
+        Case(
+            setting.name,
+            f"{law} {COMPUTER}" if computer else law,
+            run(setting, law, computer=computer),
+            LAWS.index(law),
+        )
+        for setting in SETTINGS
+        for computer in (False, True)
+        for law in LAWS
+    )
+
+
+def called(setting: Setting, law: str) -> str:
+    """The name of the sweep of a plant and a law."""
+    return f"{setting.name}_{law}".lower().translate(
+        str.maketrans({" ": "_", "-": "_", "\N{MINUS SIGN}": "m", "+": "p"})
+    )
+
+
+def sweeps() -> tuple[Sweep, ...]:
+    """Each plant with either law in continuous time, over the parameters of the plant alone."""
+    return tuple(
+        Sweep(
+            called(setting, law),
+            replace(run(setting, law, computer=False, substeps=COARSE), every=None),
+            factors(setting),
+            design(setting),
+            halved=HALVED,
+        )
+        for setting in SETTINGS
+        for law in LAWS
+    )
+
+
+def factors(setting: Setting) -> tuple[Factor, ...]:
+    """The parameters of the plant that are varied, as shares of their own values; both laws keep what they believe."""
+    return tuple(
+        Factor(name, (f"plant.{name}",), Uniform(low, high), share=True) for name, (low, high) in setting.spread.items()
+    )
+
+
+def design(setting: Setting) -> SobolDesign:
+    """The same points for both laws."""
+    return SobolDesign(len(setting.spread), BASE, seed=SEED)

@@ -1,0 +1,139 @@
+"""The closed loops of the AOSMC-RGS paper: each law in each scenario, from the numbers of the card."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from studies.paper.card import CARD
+from studies.paper.printed_arm import PrintedArm
+from workbench.controllers import (
+    PID,
+    AdaptiveSlidingMode,
+    AosmcRgs,
+    FuzzyAsmc,
+    RbfAsmc,
+    RuleBase,
+    SlidingMode,
+    SuperTwisting,
+)
+from workbench.core import AbstractArm
+from workbench.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop
+from workbench.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
+from workbench.plants import Manipulator
+from workbench.robots.description import PlanarArm, PointMass
+from workbench.signals import Sines, SineTorque, SquareWave
+
+ARM = PlanarArm(tuple(map(PointMass, CARD["masses"], CARD["lengths"])), CARD["gravity"])
+SURFACE: dict[str, Any] = {"model": ARM, "Lambda": CARD["Lambda"], "phi": CARD["phi"]}
+LEARNING: dict[str, Any] = {"gamma": CARD["ASMC: gamma"], "K": CARD["ASMC: K(0)"]}
+
+REFERENCES: Mapping[str, AbstractReference] = {
+    "FS": Sines(CARD["FS: reference amplitude"], CARD["FS: reference frequency"]),
+    "SS": SquareWave(CARD["SS: a1, a2"], CARD["SS: f"]),
+}
+
+RULES = RuleBase(
+    sizes=CARD["Fuzzy-ASMC: centres of |s|"],
+    size_width=CARD["Fuzzy-ASMC: width of |s|"],
+    trends=CARD["Fuzzy-ASMC: centres of the trend"],
+    trend_width=CARD["Fuzzy-ASMC: width of the trend"],
+    scale=CARD["Fuzzy-ASMC: rules"],
+)
+
+RIVALS: Mapping[str, AbstractController] = {
+    "PID": PID(CARD["PID: Kp"], CARD["PID: Ki"], CARD["PID: Kd"]),
+    "SMC": SlidingMode(**SURFACE, K=CARD["SMC: K"]),
+    "ASMC": AdaptiveSlidingMode(**SURFACE, **LEARNING),
+    "Fuzzy-ASMC": FuzzyAsmc(**SURFACE, **LEARNING, lag=CARD["Fuzzy-ASMC: lag"], rules=RULES),
+    "RBF-ASMC": RbfAsmc(
+        **SURFACE,
+        **LEARNING,
+        Gamma=CARD["RBF-ASMC: Gamma"],
+        sigma=CARD["RBF-ASMC: sigma"],
+        centres=np.outer(CARD["RBF-ASMC: centres"], np.ones(4)),
+        widths=CARD["RBF-ASMC: widths"],
+    ),
+    "super-twisting": SuperTwisting(**SURFACE, k1=CARD["super-twisting: k1"], k2=CARD["super-twisting: k2"]),
+}
+
+
+PRINTED_ARM = PrintedArm(ARM.links, ARM.gravity)
+
+
+def plant(scenario: str, arm: AbstractArm = ARM) -> Manipulator:
+    """An arm, the derived one if not said otherwise, with the disturbance of a scenario."""
+    disturbance = SineTorque(
+        CARD[f"{scenario}: disturbance amplitude"],
+        CARD[f"{scenario}: disturbance frequency"],
+        CARD[f"{scenario}: disturbance phase"],
+    )
+    return Manipulator(arm, q=CARD[f"{scenario}: q(0)"], qd=CARD["qd(0)"], disturbance=disturbance)
+
+
+def rival(scenario: str, law: str) -> ClosedLoop:
+    """A rival law on exact measurements of q and qd: the best that it can be given."""
+    return ClosedLoop(plant(scenario), FullState(2), RIVALS[law], REFERENCES[scenario])
+
+
+def proposed_as_printed(scenario: str, shape: str = "outer", arm: AbstractArm = ARM) -> ClosedLoop:
+    """AOSMC-RGS letter by letter: (3) in model and observer, (24), (28) and the minus of (33) as printed."""
+    printed = PRINTED_ARM
+    law = AosmcRgs(
+        printed,
+        CARD["Lambda"],
+        CARD["phi"],
+        CARD["K(0)"],
+        CARD["P(0)"],
+        CARD["Q as printed"],
+        CARD["R as printed"],
+        gain_shape=shape,
+    )
+    state = Luenberger(printed, CARD["L1"], CARD["L2"], CARD["q_hat(0)"], CARD["qd_hat(0)"])
+    observer = WithDisturbance(state, PrintedFilter(2, CARD["l"]))
+    return ClosedLoop(plant(scenario, arm), observer, law, REFERENCES[scenario])
+
+
+def proposed_repaired(scenario: str, observer: AbstractObserver | None = None) -> ClosedLoop:
+    """AOSMC-RGS with a repair of four slips: C right, qd_r in (28), a plus in (33), D_hat = eta in (24)."""
+    law = AosmcRgs(
+        **SURFACE,
+        K=CARD["K(0)"],
+        P=CARD["P(0)"],
+        Q=CARD["Q"],
+        R=CARD["R"],
+        velocity="reference",
+        gain_sign="raised",
+        gain_shape=CARD["reading of (33)"],
+    )
+    return ClosedLoop(plant(scenario), observer or repaired_observer(), law, REFERENCES[scenario])
+
+
+def with_change(scenario: str, change: str) -> ClosedLoop:
+    """The repaired law with one slip of the print put back, or with one repair more: a key of `CHANGES`."""
+    loop = proposed_repaired(scenario)
+    printed = PRINTED_ARM
+    law, observer = loop.controller, loop.observer
+    match change:
+        case "(3)":
+            law, observer = replace(law, model=printed), replace(observer, state=replace(observer.state, model=printed))
+        case "(24)":
+            observer = replace(observer, disturbance=PrintedFilter(2, CARD["l"]))
+        case "(28)":
+            law = replace(law, velocity="printed")
+        case "(33)":
+            law = replace(law, gain_sign="printed")
+        case "D_hat in (10)":
+            observer = replace(observer, state=replace(observer.state, disturbance="compensated"))
+    return replace(loop, controller=law, observer=observer)
+
+
+def repaired_observer() -> WithDisturbance:
+    """(10) as printed, and (24) with D_hat = eta, which follows D but must know it."""
+    return WithDisturbance(paper_observer(), OracleFilter(2, CARD["l"]))
+
+
+def paper_observer() -> Luenberger:
+    """(10) on the right model, with the gains of section 5."""
+    return Luenberger(ARM, CARD["L1"], CARD["L2"], CARD["q_hat(0)"], CARD["qd_hat(0)"])

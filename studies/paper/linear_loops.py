@@ -1,0 +1,168 @@
+"""Each law's loop cut at the torque: its linear models at rest and along the first scenario."""
+
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from studies.paper.card import CARD, LAWS
+from studies.paper.laws import ARM, proposed_repaired, rival
+from workbench.core import Ode
+from workbench.core.layout import Array
+from workbench.design.linear import (
+    DiskMargin,
+    LoopMargins,
+    Pole,
+    along,
+    broken_loop,
+    broken_loops,
+    disk_margin,
+    held,
+    loop_margins,
+    poles,
+    sensitivity,
+)
+from workbench.loop import ClosedLoop
+from workbench.observers import Luenberger
+from workbench.plants import Manipulator
+from workbench.signals import Hold
+from workbench.study.study import Outcome
+
+SEVEN = (*LAWS, "super-twisting")
+PROPOSED = "AOSMC-RGS"
+HELD = {
+    PROPOSED: ("controller.K", "controller.P"),
+    "ASMC": ("controller.K",),
+    "Fuzzy-ASMC": ("controller.K",),
+    "RBF-ASMC": ("controller.K",),
+}
+POSES = {
+    "hanging": (0.0, 0.0),
+    "folded down": (0.0, np.pi),
+    "folded up": (np.pi, np.pi),
+    "upright": (np.pi, 0.0),
+    "level of SS": tuple(CARD["SS: a1, a2"]),
+}
+LEVEL = "level of SS"
+FINE, COARSE = 10, 100  # every which kept state, of one in 10 ms, has its poles taken, and its margin
+
+
+@dataclass(frozen=True, eq=False)
+class AtRest:
+    """A loop at rest: L, the poles once closed, and the margins; None with the reason where there are none."""
+
+    loop: Any  # a `StateSpace` of python-control
+    poles: tuple[Pole, ...]
+    channels: tuple[LoopMargins, ...]
+    disk: DiskMargin | None
+    why: str = ""
+
+
+def loop_of(law: str, scenario: str = "FS") -> ClosedLoop:
+    """The loop of a law as in a1."""
+    return proposed_repaired(scenario) if law == PROPOSED else rival(scenario, law)
+
+
+def still(law: str, pose: tuple[float, ...]) -> ClosedLoop:
+    """The same loop at rest at a pose that it holds, undisturbed."""
+    loop, q = loop_of(law), np.array(pose)
+    loop = replace(loop, plant=Manipulator(ARM, q=q, qd=np.zeros(2)), reference=Hold(q))
+    if law == PROPOSED:
+        state = Luenberger(ARM, CARD["L1"], CARD["L2"], q, np.zeros(2))
+        loop = replace(loop, observer=replace(loop.observer, state=state))
+    return loop
+
+
+def cut(loop: ClosedLoop, law: str) -> Ode:
+    """The loop cut at the torque, with the gains that adapt held."""
+    ode = loop.broken(law)
+    return held(ode, HELD[law]) if law in HELD else ode
+
+
+@cache
+def cut_at_rest(law: str, pose: str) -> Ode:
+    """The loop at rest at a pose, cut."""
+    return cut(still(law, POSES[pose]), law)
+
+
+@cache
+def at_rest(law: str, pose: str = LEVEL, K: tuple[float, ...] | None = None, stiffer: float = 1.0) -> AtRest:
+    """The loop at rest at a pose, its adaptive gain at K(0) or at K, L2 of its observer so many times stiffer."""
+    ode = cut_at_rest(law, pose)
+    values: dict[str, Any] = {"drive": holding(POSES[pose])}
+    if K is not None:
+        values["controller.K"] = np.reshape(K, ode.parameters["controller.K"].shape)
+    if stiffer != 1.0:
+        values["observer.state.L2"] = stiffer * CARD["L2"]
+    x = ode.states.default.copy()
+    if law == "PID":  # its integral holds the arm
+        x[ode.states.slice("controller.integral")] = -values["drive"] / CARD["PID: Ki"]
+    loop = broken_loop(ode, 0.0, x, ode.parameters.pack(values)[0])
+    closed = poles(sensitivity(loop))
+    try:
+        return AtRest(loop, closed, loop_margins(loop), disk_margin(loop))
+    except ValueError as none:
+        return AtRest(loop, closed, (), None, str(none))
+
+
+def holding(pose: tuple[float, ...]) -> Array:
+    """The torque that holds the arm at a pose, (n,), in N m."""
+    return np.array(ca.DM(ARM.gravity_vector(ca.SX(ca.DM(pose))))).ravel()
+
+
+def late_gain(outcome: Outcome) -> tuple[float, ...]:
+    """The adaptive gain at the end of a run."""
+    return tuple(np.ravel(outcome.measurement.trajectories["controller.K"][0][-1]).tolist())
+
+
+@dataclass(frozen=True, eq=False)
+class OnPath:
+    """A law along its run: frozen poles (N, nx) of the whole loop, and disk margins at fewer times, NaN for none."""
+
+    t: Array
+    eigenvalues: np.ndarray[Any, np.dtype[np.complex128]]
+    inside: Array
+    sparse: Array
+    alpha: Array
+
+
+@cache
+def on_path(outcome: Outcome) -> OnPath:
+    """The linear models of a loop along its run.
+
+    A disk margin is asked for where all |s_i| < phi: outside of the layer the slope of the saturation is zero, and
+    what is left of the law has no feedback of s. PID has no layer.
+    """
+    law, ode, run = outcome.case.law, outcome.ode, outcome.measurement.trajectories
+    x, t = states(outcome, ode), run.t
+    places, sparse = np.arange(0, len(t), FINE), np.arange(0, len(t), COARSE)
+    s = run["s"][0] if law != "PID" else np.zeros((len(t), 2))
+    inside = (np.abs(s) < CARD["phi"]).all(axis=1)
+    chosen = sparse[inside[sparse]]
+    alpha = np.full(len(sparse), np.nan)
+    alpha[inside[sparse]] = _margins(cut(loop_of(law), law), ode, t[chosen], x[chosen], run["tau"][0][chosen])
+    return OnPath(t[places], along(ode, t[places], x[places]).eigenvalues(), inside, t[sparse], alpha)
+
+
+def _margins(broken: Ode, ode: Ode, t: Array, x: Array, tau: Array) -> Array:
+    """The disk margins of the loop frozen at each time; NaN where it is unstable."""
+    values = ode.states.unpack(x) | {"drive": tau}
+    rows = broken.parameters.pack({name: value for name, value in values.items() if name in broken.parameters})
+    left = [ode.states.slice(entry.name) for entry in broken.states.entries]
+    path = along(broken, t, np.concatenate([x[:, place] for place in left], axis=1), rows)
+    found = []
+    for loop in broken_loops(path):
+        try:
+            found.append(disk_margin(loop).alpha)
+        except ValueError:
+            found.append(np.nan)
+    return np.array(found)
+
+
+def states(outcome: Outcome, ode: Ode) -> Array:
+    """The states (N, nx) of a run, as its equation orders them."""
+    run = outcome.measurement.trajectories
+    parts = (run[entry.name][0] for entry in ode.states.entries)
+    return np.concatenate([np.swapaxes(part, -1, 1).reshape(len(run.t), -1) for part in parts], axis=1)

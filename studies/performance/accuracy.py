@@ -1,0 +1,148 @@
+"""Speed at equal accuracy: what a run costs when its RMSE shall have a stated error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache, lru_cache
+
+import numpy as np
+
+from studies.performance.effort import Effort, alternated, cpu_seconds, our_rate, ours, rate, rows_of
+from studies.performance.peers import casadi_cvodes
+from studies.performance.peers.contract import Peer, Runner
+from studies.performance.row import Row
+from studies.performance.workload import STATES, loop, rmse
+from workbench.core import Step, stepper
+from workbench.core.layout import Array
+from workbench.simulate import Schedule, choose, pilot_rows, run
+
+TOLERANCES, OURS = (1e-9, 1e-2), (1e-7, 1e-1)  # of CVODES and of our pilot, where the one of an error is looked for
+STEPS_A_DECADE = 24
+TRIALS = 3  # calls, of which the fastest tells how fast a setting is
+CELLS = (40, 100)  # of the horizon, for which a pilot chooses: the faster of them is taken
+
+
+@lru_cache(maxsize=4)
+def reference(horizon: float, fine: float, samples: int) -> Array:
+    """The RMSE (B, 2) of the first so many runs at a step so fine that its own error does not count."""
+    return ours(rows_of(samples), horizon, fine)
+
+
+def error(found: Array, wanted: Array) -> float:
+    """The median over runs of the relative error of the RMSE, of the worse joint of each; infinite if one is NaN."""
+    both = min(len(found), len(wanted))
+    worse = np.abs(found[:both] / wanted[:both] - 1).max(axis=1)
+    return float(np.median(np.where(np.isnan(worse), np.inf, worse)))
+
+
+def coarsest(error_of: Callable[[float], float], target: float, low: float, high: float) -> float:
+    """The first of `high` and smaller settings, in small ratios down to `low`, whose error is within the target.
+
+    Raises
+    ------
+    ValueError
+        If there is none.
+    """
+    for setting in np.geomspace(high, low, 1 + round(STEPS_A_DECADE * np.log10(high / low))):
+        if error_of(float(setting)) <= target:
+            return float(setting)
+    raise ValueError(f"`coarsest(target={target:g})` has a larger error at every setting down to {low:g}.")
+
+
+@cache
+def stepped(method: str, h: float) -> Step:
+    """A step of W by a method, with the integrals that score it, as CVODES has them, and no sum over steps."""
+    return stepper(method)(loop(), h)
+
+
+def chosen(p: Array, horizon: float, tolerance: float, cells: int) -> Schedule:
+    """The schedule that a pilot chooses for the runs p (B, 40), in so many cells."""
+    x0 = np.broadcast_to(STATES.default, (len(p), STATES.size))
+    return choose(stepped, *pilot_rows(p, x0), horizon, tolerance, cell=horizon / cells).schedule
+
+
+def through(schedule: Schedule, p: Array) -> Array:
+    """The RMSE (B, 2) of runs that go through a schedule."""
+    return rmse(run(schedule, stepped, p, None).x[:, -1], schedule.until)
+
+
+def setting_of(target: float, effort: Effort, cells: int) -> tuple[float, float, int] | None:
+    """CPU seconds of a call with that error, and its pilot's tolerance and cells; None if no tolerance reaches it."""
+    wanted = reference(effort.horizon, effort.fine, effort.samples)
+    p = rows_of(effort.batch)
+
+    def found(tolerance: float, runs: int) -> Array:
+        return through(chosen(p, effort.horizon, tolerance, cells), p[:runs])
+
+    try:
+        tolerance = coarsest(lambda tolerance: error(found(tolerance, effort.samples), wanted), target, *OURS)
+    except ValueError:  # a pilot, or the search, that reaches no such error
+        return None
+    return min(cpu_seconds(lambda: found(tolerance, len(p))) for _ in range(TRIALS)), tolerance, cells
+
+
+def ours_at_equal_accuracy(target: float, effort: Effort) -> tuple[Runner, str]:
+    """What runs W as fast as we can with that error of the RMSE, and how it does: by a pilot in each call.
+
+    Its tolerance is looked for with the runs of a timed call, which it will see there, in the numbers of cells
+    that are tried; the faster of those is taken.
+
+    Raises
+    ------
+    ValueError
+        If no tolerance reaches that error.
+    """
+    settings = [setting for cells in CELLS if (setting := setting_of(target, effort, cells))]
+    if not settings:
+        raise ValueError(f"`ours_at_equal_accuracy(target={target:g})` is reached by no tolerance of the pilot.")
+    _, tolerance, cells = min(settings)
+    how = f"in calls of {effort.batch:,}, each with a pilot, whose tolerance is {tolerance:.1e} in {cells} cells"
+    return lambda p: through(chosen(p, effort.horizon, tolerance, cells), p), how
+
+
+def cvodes_row(target: float, bar: float, effort: Effort) -> Row:
+    """CVODES against us, both at the coarsest setting that reaches the error."""
+    wanted = reference(effort.horizon, effort.fine, effort.samples)
+    p, many = rows_of(effort.samples), rows_of(effort.batch)
+    tolerance = coarsest(
+        lambda tolerance: error(casadi_cvodes.runner(effort.horizon, tolerance)(p), wanted), target, *TOLERANCES
+    )
+    theirs, (mine, how) = casadi_cvodes.runner(effort.horizon, tolerance), ours_at_equal_accuracy(target, effort)
+    fast, slow = alternated(effort, lambda: rate(mine, many, effort), lambda: rate(theirs, p, effort))
+    note = f"tolerance {tolerance:.1e}; ours {how}, {fast:,.0f} runs/s, error {error(mine(many), wanted):.1e}"
+    return Row(cvodes_name(target), bar, slow, fast / slow, error=error(theirs(p), wanted), note=note)
+
+
+def work_precision(
+    settings: Sequence[float], runner: Callable[[float], Runner], effort: Effort
+) -> list[tuple[float, float]]:
+    """The error and the rate of what runs W at each setting that loses no run."""
+    wanted = reference(effort.horizon, effort.fine, effort.samples)
+    p, found = rows_of(effort.samples), []
+    for each in map(runner, settings):
+        wrong = error(each(p), wanted)
+        if np.isfinite(wrong):
+            found.append((wrong, rate(each, p, effort)))
+    return found
+
+
+def cvodes_name(target: float) -> str:
+    """The row's name."""
+    return f"CasADi CVODES at error {target:.0e}"
+
+
+def peer_row(peer: Peer, effort: Effort) -> Row:
+    """A peer at its settings against us at the step of W."""
+    runner = peer.runner(effort.horizon)
+    batches = np.split(rows_of(peer.runs * (1 + effort.repetitions)), 1 + effort.repetitions)
+    found = [runner(batches[0])]  # whatever is compiled at the first call is compiled
+
+    def theirs() -> float:
+        results: list[Array] = []
+        speed = rate(lambda p: results.append(runner(p)), batches[len(found)], effort)
+        found.append(results[-1])
+        return speed
+
+    fast, slow = alternated(effort, lambda: our_rate(effort), theirs)
+    wanted = reference(effort.horizon, effort.fine, effort.samples)
+    return Row(peer.name, peer.bar, slow, fast / slow, error=error(np.concatenate(found), wanted))
