@@ -1,6 +1,7 @@
 # make paper   the report on the paper, from a fresh clone, with the installation
 # make reports the reports of all studies, which takes some ten minutes
 # make test    everything that must hold before a change is kept
+# make docs    the site with tutorial, how-tos, reference, theory and gallery, in docs/_site
 # make env     the environment of both, without running anything
 # make check   the paper's study in a new environment that holds only what users install
 # make clean   remove the environments and caches; reports stay
@@ -16,7 +17,7 @@ CODE = workbench studies tests
 RUN = .venv/bin/python
 PIP = -m pip -qq --disable-pip-version-check install --no-compile --constraint constraints.txt
 
-.PHONY: paper reports test env check clean python
+.PHONY: paper reports test docs env check clean python
 .DEFAULT_GOAL := paper
 
 paper: .venv/.runtime
@@ -35,6 +36,10 @@ test: .venv/.dev
 	@echo "mypy";   $(RUN) -m mypy --strict --no-error-summary
 	@echo "pytest, with the architecture test"; $(RUN) -m pytest -n 2
 
+docs: .venv/.docs
+	@$(RUN) -m sphinx -q -W --keep-going -b html docs docs/_site
+	@echo "The site is docs/_site/index.html."
+
 env: .venv/.dev
 
 .venv/.runtime: pyproject.toml constraints.txt
@@ -47,6 +52,11 @@ env: .venv/.dev
 .venv/.dev: .venv/.runtime
 	@echo "Installing what the tests need: about half a minute ..."
 	@$(RUN) $(PIP) --editable '.[dev]'
+	@touch $@
+
+.venv/.docs: .venv/.runtime
+	@echo "Installing what the site needs ..."
+	@$(RUN) $(PIP) --editable '.[docs]'
 	@touch $@
 
 check:
@@ -64,7 +74,7 @@ check:
 	@rm -rf .venv-check
 
 clean:
-	@rm -rf .venv .venv-check .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis build dist
+	@rm -rf .venv .venv-check docs/_site docs/_pictures docs/_reference .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis build dist
 	@find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 python:
