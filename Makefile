@@ -1,6 +1,8 @@
 # make paper   the report on the paper, from a fresh clone, with the installation
 # make reports the reports of all studies, which takes some ten minutes
-# make test    everything that must hold before a change is kept
+# make test    what must hold before a change is kept, in some five minutes
+# make test-all   the same with the heaviest tests
+# make test-pythons   the tests on each Python of PYTHONS that is here, in environments of their own
 # make docs    the site with tutorial, how-tos, reference, theory and gallery, in docs/_site
 # make env     the environment of both, without running anything
 # make check   the paper's study in a new environment that holds only what users install
@@ -9,15 +11,16 @@
 # Another Python: make paper PYTHON=python3.12
 
 PYTHON = python3
+PYTHONS = python3.11 python3.12 python3.13 python3.14
 STUDIES = studies/a0_two_link_arm.py studies/a1_paper_tables studies/a2_claims
 ALL = $(basename $(notdir $(wildcard studies/[ab][0-9]_*)))
 LONGEST = a8_fair_comparison a7_sensitivity a6_unstated_choices
 TIMED = b0_robots b2_sobol_cost# these measure time, and run alone
-CODE = workbench studies tests
+CODE = workbench studies tests docs
 RUN = .venv/bin/python
 PIP = -m pip -qq --disable-pip-version-check install --no-compile --constraint constraints.txt
 
-.PHONY: paper reports test docs env check clean python
+.PHONY: paper reports test test-all test-pythons docs env check clean python
 .DEFAULT_GOAL := paper
 
 paper: .venv/.runtime
@@ -34,7 +37,19 @@ test: .venv/.dev
 	@echo "ruff";   $(RUN) -m ruff check --quiet $(CODE)
 	@echo "format"; $(RUN) -m ruff format --check --quiet $(CODE)
 	@echo "mypy";   $(RUN) -m mypy --strict --no-error-summary
-	@echo "pytest, with the architecture test"; $(RUN) -m pytest -n 2
+	@echo "pytest, with the architecture test"; $(RUN) -m pytest -n 2 $(MARKED)
+
+test-all: MARKED = -m ""
+test-all: test
+
+test-pythons:
+	@set -e; for python in $(PYTHONS); do \
+		if command -v $$python > /dev/null && $$python -c '' 2> /dev/null; then \
+			echo "$$python"; $$python -m venv --clear .venv-$$python; \
+			.venv-$$python/bin/python $(PIP) --editable '.[dev]'; \
+			.venv-$$python/bin/python -m pytest -n 2; \
+		else echo "$$python is not here: skipped"; fi; \
+	done
 
 docs: .venv/.docs
 	@$(RUN) -m sphinx -q -W --keep-going -b html docs docs/_site
@@ -74,7 +89,7 @@ check:
 	@rm -rf .venv-check
 
 clean:
-	@rm -rf .venv .venv-check docs/_site docs/_pictures docs/_reference .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis build dist
+	@rm -rf .venv .venv-check .venv-python* docs/_site docs/_pictures docs/_reference .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis build dist
 	@find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 python:

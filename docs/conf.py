@@ -6,13 +6,13 @@ import shutil
 from pathlib import Path
 from typing import Any
 
+import workbench
+
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
 
-import workbench
-
 project = "control-workbench"
-author = copyright = "The control-workbench authors"
+author = "The control-workbench authors"
 release = workbench.__version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "numpydoc"]
 exclude_patterns = ["_site", "_templates"]
