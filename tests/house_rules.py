@@ -57,6 +57,13 @@ BANNED_IMPORTS = {
 # What of numpy.random has no hidden global state.
 SEEDED = {"Generator", "BitGenerator", "SeedSequence", "PCG64", "PCG64DXSM", "Philox", "default_rng"}
 
+# Participles and riddles that have stood for the noun of a file.
+NO_NAMES = {
+    *("accumulated", "adjusted", "answered", "asked", "bounded", "found", "frozen", "given", "held", "kept", "listed"),
+    *("located", "made", "measured", "merged", "prepared", "read", "ready", "said", "shown", "tuned", "waiting", "written"),
+}
+NO_OPENINGS = ("What", "Who", "Whether", "How")
+
 # Rooms whose public names have doors; the others follow.
 ROOMS_WITH_DOORS = {"controllers", "core", "loop", "metrics", "observers", "plants", "robots", "simulate"}
 
@@ -261,6 +268,39 @@ def names_without_door(held: Sources) -> list[str]:
                 if not _has_door(part, words)
             ]
     return breaches
+
+
+def files_of_one_name(held: Sources) -> list[str]:
+    """Modules of the workbench that share a name, but `__init__` and a room's `contract`."""
+    places: dict[str, list[str]] = {}
+    for path in held:
+        if path.startswith("workbench/"):
+            places.setdefault(path.rpartition("/")[2], []).append(path)
+    return [
+        f"{paths[0]}: `{name}` is also {', '.join(paths[1:])}; name each for what sets it apart."
+        for name, paths in places.items()
+        if len(paths) > 1 and name not in {"__init__.py", "contract.py"}
+    ]
+
+
+def participles(held: Sources) -> list[str]:
+    """Files whose name is a participle or a riddle."""
+    return [
+        f"{path}: `{name}` tells nothing of what is in the file; take the noun of the field."
+        for path in held
+        if (name := path.rpartition("/")[2].removesuffix(".py")) in NO_NAMES
+    ]
+
+
+def question_openings(held: Sources) -> list[str]:
+    """Docstrings that open with a question word."""
+    return [
+        f"{path}:{getattr(node, 'lineno', 1)}: a docstring says what the thing is and does not open with `{word}`; "
+        "write 'The ...', 'True if ...' or the verb."
+        for path, node in _nodes(held)
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
+        if (word := (ast.get_docstring(node) or "").partition(" ")[0]) in NO_OPENINGS
+    ]
 
 
 def _bases(node: ast.ClassDef) -> list[str]:
