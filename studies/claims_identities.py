@@ -8,8 +8,8 @@ from paper_laws import ARM
 from unit_mass_arm import UnitMassArm
 
 from workbench.core import Dynamics, Signals
-from workbench.core.layout import Array
 from workbench.plants import Manipulator
+from workbench.validation.refusals import Array
 
 Sides = tuple[ca.SX, ca.SX]
 NAMES = ("q_hat", "qd_hat", "q", "q_d", "qd_d", "qdd_d", "D", "D_hat", "tau", "s")

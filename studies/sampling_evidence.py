@@ -13,10 +13,10 @@ from sampling_card import PERIODS, QUIET, REALISTIC, TRACKS
 from sampling_loops import RMSE, SCENARIOS, SWITCHING, TV, WAYS, Audit, Computer, audit, exact
 from sampling_safe import Longest, exact_limit, frozen, longest, rule_of_thumb
 
-from workbench.core.layout import Array
 from workbench.study.causes import Causes
 from workbench.study.comparison import order
 from workbench.study.study import Outcome, Results
+from workbench.validation.refusals import Array
 
 APART = (5e-3, 1e-2)  # s, the periods at which integrator and law are told apart
 SOME = (2e-4, 1e-3, 5e-3)  # s, the periods at which the other ways to switch are looked at

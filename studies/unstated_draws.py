@@ -9,7 +9,6 @@ import numpy as np
 from paper_card import CARD, LAWS
 from unstated_loops import FACTORS, PID, PROPOSED, SCENARIOS, SQUARE, STEPS, Reading, minus, observed_pid, searched
 
-from workbench.core.layout import Array
 from workbench.metrics import sampled_rmse
 from workbench.study.run import Run
 from workbench.study.sample import Sample
@@ -19,7 +18,7 @@ from workbench.study.uncertainty import AbstractDesign, MonteCarlo, SobolDesign
 from workbench.study.uncertainty.design import span
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor
-from workbench.validation.words import Integers
+from workbench.validation.refusals import Array, Integers
 
 Scale: TypeAlias = Literal["linear", "log"]
 RMSE = sampled_rmse(CARD["sample time of (43)"])

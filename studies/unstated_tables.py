@@ -9,9 +9,9 @@ from unstated_fits import CLOSE, EVALUATIONS, FINE, SECOND, SEED, TARGETS, Fit
 from unstated_found import Found, said, words
 from unstated_loops import PROPOSED, SQUARE, Reading
 
-from workbench.core.layout import Array
 from workbench.study.document.document import Cell, Column, Measured, Paragraph, Section, Table
 from workbench.study.uncertainty.factors import Factor
+from workbench.validation.refusals import Array
 
 CELLS = tuple(target for target in TARGETS if "q" in target)
 COUNTED = (

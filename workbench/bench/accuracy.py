@@ -13,8 +13,8 @@ from workbench.bench.peers.contract import Peer, Runner
 from workbench.bench.row import Row
 from workbench.bench.workload import STATES, loop, rmse
 from workbench.core import Step, stepper
-from workbench.core.layout import Array
 from workbench.simulate import Schedule, choose, pilot_rows, run
+from workbench.validation.refusals import Array
 
 TOLERANCES, OURS = (1e-9, 1e-2), (1e-7, 1e-1)  # of CVODES and of our pilot, where the one of an error is looked for
 STEPS_A_DECADE = 24

@@ -18,8 +18,8 @@ from workbench.bench import processes
 from workbench.bench.effort import Effort, cpu_seconds, our_rate, ours, rows_of
 from workbench.bench.row import Row
 from workbench.bench.workload import HORIZON, H, workload
-from workbench.core.layout import Array
 from workbench.simulate import simulate
+from workbench.validation.refusals import Array
 
 
 class Found(NamedTuple):

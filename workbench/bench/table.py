@@ -13,7 +13,7 @@ from workbench.bench.machine import machine
 from workbench.bench.peers import PEERS, Peer
 from workbench.bench.peers.contract import ABSENT
 from workbench.bench.row import Row, lines
-from workbench.core.layout import nearest
+from workbench.validation.refusals import nearest
 
 Measure = Callable[[Effort], Row]
 

@@ -21,7 +21,7 @@ from workbench.printed.given import narrowed
 from workbench.printed.sheet import Sheet, read_sheet
 from workbench.printed.statements import Language
 from workbench.printed.tokens import MOST_CHARACTERS
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 TORQUE = {
     "proved": "C qd is right all the same: another factorisation of it",

@@ -9,11 +9,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Signals, block, option, parameter
-from workbench.core.block import Scalar, Vector
-from workbench.core.dimensions import gain
-from workbench.core.port import joined
+from workbench.core.block import Number, Scalar, Vector
+from workbench.core.port import gain, joined
 from workbench.loop.contracts import AbstractController, Follows, Parts, Reads
-from workbench.validation.shapes import Number
 
 
 @block

@@ -13,8 +13,8 @@ import numpy as np
 from workbench.core.block import Matrix, block, parameter
 from workbench.core.layout import Entry, Layout
 from workbench.core.port import ANY
+from workbench.validation.refusals import described, known, refusal, seconds
 from workbench.validation.views import listed
-from workbench.validation.words import described, known, refusal, seconds
 
 States = Annotated[ca.SX, "nx"]
 Inputs = Annotated[ca.SX, "nu"]

@@ -1,4 +1,4 @@
-"""Roles: what the law of a loop is given, as its equations say."""
+"""Roles: the information that the law of a loop acts on, as its equations show."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 Way: TypeAlias = Literal["read", "filtered", "estimated"]
 Information: TypeAlias = tuple[tuple[tuple[str, tuple[Way, ...]], ...], bool, bool, bool]
@@ -15,7 +15,7 @@ Information: TypeAlias = tuple[tuple[tuple[str, tuple[Way, ...]], ...], bool, bo
 @dataclass(frozen=True)
 @door
 class Roles:
-    """What the command of a loop depends on, directly or by way of any memory.
+    """The information that the command of a loop depends on, directly or through any memory.
 
     Attributes
     ----------
@@ -49,25 +49,14 @@ class Roles:
     observer_states: int
 
     @property
-    def unused(self) -> tuple[str, ...]:
-        """The paths of models that are given and act on nothing."""
-        return tuple(path for path, matrices in self.models.items() if not matrices)
-
-    @property
     def information(self) -> Information:
-        """What a comparison must hold equal: how each output comes, model, estimated disturbance and truth."""
+        """The way of each output, and the use of a model, an estimated disturbance or the truth."""
         return tuple(self.readings.items()), any(self.models.values()), bool(self.unread), bool(self.truths)
 
 
 @door
-def same_information(a: Roles, b: Roles) -> bool:
-    """Whether two laws are given the same: only then may a comparison call one of them the better law."""
-    return a.information == b.information
-
-
-@door
 def grouped(roles: Mapping[str, Roles]) -> tuple[tuple[str, ...], ...]:
-    """The laws in classes of equal information, each in the order in which they came."""
+    """The laws in classes of equal information, within which a comparison is fair."""
     classes: dict[Information, list[str]] = {}
     for law, held in roles.items():
         classes.setdefault(held.information, []).append(law)

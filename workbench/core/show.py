@@ -1,4 +1,4 @@
-"""How the objects of the waist show themselves in a notebook."""
+"""Printed forms of expressions and layouts: formulas, equations in MathML, and tables for a notebook."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MOST_NODES_OF_TEXTBOOKS, LONGEST_ENTRY = 2_000, 400.0
 
 
 def formula_of(expression: ca.SX, names: Mapping[str, str]) -> Formula:
-    """An expression as one prints it: in its textbook form where it has one, as it stands elsewhere."""
+    """An expression as a formula, in its textbook form if it has one."""
     symbols = {name: symbol(printed) for name, printed in names.items()}
     try:
         return to_formula(expression, symbols)
@@ -28,11 +28,12 @@ def formula_of(expression: ca.SX, names: Mapping[str, str]) -> Formula:
         return read(expression, symbols)
 
 
-def written(matrices: Mapping[str, ca.SX], names: Mapping[str, str]) -> tuple[tuple[Relation, ...], list[Relation]]:
-    """Matrices with equal numbers of rows as one prints them: definitions, in order, and an equation for each matrix.
+def equations_of(
+    matrices: Mapping[str, ca.SX], names: Mapping[str, str]
+) -> tuple[tuple[Relation, ...], list[Relation]]:
+    """Matrices with equal numbers of rows in print: definitions of shared parts, and an equation for each matrix.
 
-    Where no entry in its textbook form is longer than `LONGEST_ENTRY`, that form is taken, and there are no
-    definitions; elsewhere every part that occurs more than once is defined.
+    If no entry in its textbook form is longer than `LONGEST_ENTRY`, that form is taken, and nothing is defined.
     """
     symbols = {name: symbol(printed) for name, printed in names.items()}
     together = ca.horzcat(*matrices.values())
@@ -56,7 +57,7 @@ def written(matrices: Mapping[str, ca.SX], names: Mapping[str, str]) -> tuple[tu
 
 def matrices_to_html(matrices: Mapping[str, ca.SX], names: Mapping[str, str]) -> str:
     """Display equations `M = ...`, one a matrix, in MathML, after the definitions of the parts that they share."""
-    definitions, equations = written(matrices, names)
+    definitions, equations = equations_of(matrices, names)
     first = [mathml.emit(System(definitions))] if definitions else []
     return "\n".join([*first, *map(mathml.emit, equations)])
 

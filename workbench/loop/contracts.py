@@ -16,10 +16,9 @@ from typing import Annotated, Self
 import casadi as ca
 
 from workbench.core import Layout, Signals
-from workbench.core.block import starts
-from workbench.validation.doors import door
-from workbench.validation.shapes import Memory, Number, States
-from workbench.validation.words import seconds
+from workbench.core.block import Memory, Number, States, starts
+from workbench.validation.refusals import seconds
+from workbench.validation.signatures import door
 
 EULER, RECURSION = "explicit Euler", "its own recursion in discrete time"
 

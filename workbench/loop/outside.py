@@ -11,7 +11,7 @@ from workbench.core import Entry, Layout, Signals
 from workbench.core.port import joined
 from workbench.loop.contracts import is_recursion
 from workbench.loop.wiring import Blocks
-from workbench.validation.words import known, several
+from workbench.validation.refusals import known, several
 
 
 @dataclass(frozen=True)

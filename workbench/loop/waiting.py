@@ -10,7 +10,7 @@ import casadi as ca
 
 from workbench.core import Layout, Signals
 from workbench.core.port import joined
-from workbench.validation.words import as_number, known, refusal
+from workbench.validation.refusals import as_number, known, refusal
 
 NEXT = "hold.next"  # the commands that wait for the next instant; 'hold.next.2' those for the one behind it
 MOST_PERIODS = 1000  # each is a state for every input

@@ -12,12 +12,11 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Signals
 from workbench.core.block import is_block
-from workbench.core.port import fitting
-from workbench.core.signals import NoSignalError
-from workbench.core.symbols import SymbolError, symbols_are_no_numbers
+from workbench.core.expressions import SymbolError, symbols_are_no_numbers
+from workbench.core.port import NoSignalError, fitting
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Parts, is_recursion
 from workbench.loop.surroundings import AbstractReference
-from workbench.validation.words import described
+from workbench.validation.refusals import described
 
 SOCKETS = ("plant", "observer", "controller")  # those with a memory
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
-from workbench.validation.doors import door
-from workbench.validation.words import described, one_of
+from workbench.validation.refusals import described, one_of
+from workbench.validation.signatures import door
 
 _NAMES = (
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi "

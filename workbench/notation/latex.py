@@ -8,7 +8,7 @@ from fractions import Fraction
 from workbench.notation.formula import Formula, Relation, Symbol, System
 from workbench.notation.layout import Row, rows
 from workbench.notation.markup import KNOWN, PRINTED, AbstractMarkup, Space, runs, scientific, style, visible
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 SPECIAL = {c: f"\\{c}" for c in "{}$#%&_"} | {
     "\\": r"\textbackslash{}",

@@ -9,7 +9,7 @@ from html import escape
 from workbench.notation.formula import GREEK, Formula, Symbol
 from workbench.notation.layout import Row, rows
 from workbench.notation.markup import PRINTED, AbstractMarkup, Space, runs, scientific, style, visible
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 SIGNS = {"-": "−", "==": "=", "!=": "≠", "<=": "≤", ">=": "≥", "and": "∧", "or": "∨"}
 # Spacing marks of their own, not combining ones: browsers misplace those.

@@ -28,7 +28,7 @@ from workbench.notation import textbook, waves
 from workbench.notation.formula import Formula, Matrix, Symbol, printed
 from workbench.notation.walk import NAMES, Operation, walk
 from workbench.notation.waves import Key, Terms
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 # Beyond so many products at once, terms in all, or such a power, an expansion would take minutes; it is given up.
 MOST_PRODUCTS, MOST_TERMS, HIGHEST_POWER = 500_000, 200_000, 64

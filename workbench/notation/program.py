@@ -17,7 +17,7 @@ import casadi as ca
 from workbench.notation.formula import symbol
 from workbench.notation.python import identifier
 from workbench.notation.walk import NAMES, Operation, Walk, walk
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 T = TypeVar("T")
 

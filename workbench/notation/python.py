@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from workbench.notation.flat import AbstractFlat
 from workbench.notation.formula import Formula, Symbol, System, letters, name_of
 from workbench.notation.layout import rows
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 # Functions whose NumPy name is not the one they have in mathematics.
 NUMPY = {

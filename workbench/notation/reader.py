@@ -12,7 +12,7 @@ from workbench.notation import build
 from workbench.notation.build import ONE, ZERO, number
 from workbench.notation.formula import Cases, Formula, Matrix, Number, Relation, Symbol, printed
 from workbench.notation.walk import NAMES, Operation, Walk, walk
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 # A formula beyond these says nothing to a reader, and would take for ever to typeset.
 MOST_SYMBOLS, DEEPEST = 20_000, 150

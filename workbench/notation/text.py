@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from workbench.notation.flat import AbstractFlat
 from workbench.notation.formula import Formula, Symbol, name_of
 from workbench.notation.layout import rows
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 
 @door

@@ -8,7 +8,7 @@ from fractions import Fraction
 from workbench.notation.formula import Formula, Symbol
 from workbench.notation.layout import rows
 from workbench.notation.markup import KNOWN, PRINTED, AbstractMarkup, Space, runs, scientific, style, visible
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 SIGNS = {"==": "=", "and": "and", "or": "or"}
 GREEK = {"phi": "phi.alt"}

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 NAMES = {int(getattr(ca, name)): name.removeprefix("OP_") for name in dir(ca) if name.startswith("OP_")}
 

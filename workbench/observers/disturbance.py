@@ -10,11 +10,10 @@ from typing import ClassVar
 import casadi as ca
 
 from workbench.core import Layout, Signals, block
-from workbench.core.block import starts
+from workbench.core.block import Number, starts
 from workbench.core.port import ANY
 from workbench.loop.arm import AbstractArmObserver, known, motors, torques, unit, units_of
 from workbench.loop.contracts import EULER, Inputs, Parts, Reads, euler
-from workbench.validation.shapes import Number
 
 STATE, DISTURBANCE = "state.", "disturbance."
 

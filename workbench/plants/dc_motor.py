@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from workbench.core import Layout, block, initial, layout, option, parameter
-from workbench.core.block import Scalar, starts
+from workbench.core.block import Number, Scalar, States, starts
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts
-from workbench.validation.shapes import Number, States
 
 
 @block

@@ -11,13 +11,12 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Signals, block
-from workbench.core.block import quantities
+from workbench.core.block import Number, States, quantities
 from workbench.core.port import column, fitting
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts, is_recursion
 from workbench.loop.wiring import asked
 from workbench.plants.elements import AbstractElement
-from workbench.validation.shapes import Number, States
-from workbench.validation.words import known, refusal
+from workbench.validation.refusals import known, refusal
 
 
 @block

@@ -9,7 +9,6 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.layout import Array
 from workbench.core.show import formula_of
 from workbench.notation import text
 from workbench.notation.formula import Sum
@@ -21,7 +20,8 @@ from workbench.printed.sheet import Place, Sheet
 from workbench.printed.slips import Editor, Slip
 from workbench.printed.units import units_of
 from workbench.printed.values import nominal_values, varied_values
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 
 LONGEST_TO_EXPAND = 300  # operations of an entry; to multiply out a longer one takes seconds
 ROUNDED = Slip("rounded", "agrees with the right value to the digits printed, at the nominal parameters")

@@ -18,7 +18,7 @@ from workbench.notation.rewrite import parts
 from workbench.printed.given import symbols_of
 from workbench.printed.names import PI
 from workbench.printed.sheet import Place, refuse_place
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 MOST_JOINTS = 6  # each may turn or slide: so many guesses are made, and one fits
 MOST_OPERATIONS = 1_500  # of the diagonal of M, as written out

@@ -11,7 +11,7 @@ from typing import TypeAlias
 import casadi as ca
 
 from workbench.notation.walk import NAMES, Operation, walk
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 Rational: TypeAlias = Fraction
 Matrix: TypeAlias = list[list[Fraction]]

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.bench.peers.contract import Runner
 from workbench.bench.workload import PARAMETERS, STATES, H, rmse
 from workbench.bench.written import in_scalars
-from workbench.core.layout import Array
+from workbench.validation.refusals import Array
 
 
 def runner(horizon: float) -> Runner:

@@ -1,37 +1,49 @@
-"""Doors: a public function or class takes what its type hints say, made Python's own, and refuses the rest by name."""
+"""The door of a public function or class: it makes arguments fit their type hints, and refuses the rest by name."""
 
 from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable
-from dataclasses import Field, fields
-from typing import Any, NamedTuple, TypeVar, cast, get_type_hints
+import re
+import types
+from collections.abc import Callable, Mapping
+from dataclasses import Field, fields, is_dataclass
+from typing import Annotated, Any, NamedTuple, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
-from workbench.validation.kinds import Fit, KindError, OutOfSight, fit_of
-from workbench.validation.shapes import Part, parts_of, refuse_misshapen
+import casadi as ca
+
+from workbench.validation.refusals import raised
+from workbench.validation.type_hints import Fit, KindError, OutOfSight, fit_of
 from workbench.validation.views import show
-from workbench.validation.words import raised
 
 Door = TypeVar("Door", bound=Callable[..., Any])
 
+PORTS = {  # of a block, each a layout
+    "memory": "the whole memory",
+    "states": "all states",
+    "reads": "all that the block reads",
+    "follows": "all that the law follows",
+    "inputs": "all inputs",
+}
+AXIS = re.compile(r"(\d*)([a-z]*)")
+
 
 class Plan(NamedTuple):
-    """What a function takes: by place, by name, beyond the last place, and what of it has a declared shape."""
+    """The arguments of a function: by place, by name, beyond the last place, and the axes that hints declare."""
 
     call: str
     names: list[str]
     places: list[tuple[str, Fit]]
     named: dict[str, tuple[str, Fit]]
     rest: tuple[str, Fit]
-    parts: list[Part]
+    axes: list[tuple[str, str]]
 
 
 def door(thing: Door) -> Door:
-    """The same function, or dataclass below `@dataclass`, whose arguments must be of the kinds that its hints name.
+    """The same function, or dataclass below `@dataclass`, whose arguments must fit its type hints.
 
-    Whole numbers, numbers and truths of NumPy become Python's, numbers on axes arrays of doubles, lists tuples. What a
-    hint does not name, finite numbers, say, is for the words of `workbench.validation.words`.
+    Whole numbers, numbers and truths of NumPy become Python's, numbers on axes arrays of doubles, lists tuples. Rules
+    that no hint can name (a finite number, say) are for `workbench.validation.refusals`.
     """
     if isinstance(thing, type):
         return cast(Door, _door_of_class(thing))
@@ -42,9 +54,9 @@ def door(thing: Door) -> Door:
         rest = len(args) - len(plan.places)
         fitting = [_fit(*place, value) for place, value in zip(plan.places + [plan.rest] * rest, args, strict=False)]
         kwargs = {name: _fit(*plan.named[name], v) if name in plan.named else v for name, v in kwargs.items()}
-        if plan.parts:
+        if plan.axes:
             given = dict(zip(plan.names, fitting, strict=False)) | kwargs
-            refuse_misshapen(plan.call, given.get("self"), plan.parts, given)
+            _refuse_misshapen(plan.call, given.get("self"), plan.axes, given)
         return thing(*fitting, **kwargs)
 
     return cast(Door, opened)
@@ -58,7 +70,7 @@ def fitted(owner: Any, field: Field[Any]) -> Any:
 
 
 def answer(call: str, must: str, ask: Callable[[], Any], fit: Fit, refuses: bool = False) -> Any:
-    """What a function of the user's own gives, made to fit; what it raises passes where it `refuses` for itself.
+    """The answer of a function of the user's own, made to fit; its own refusals pass if it `refuses` for itself.
 
     Raises
     ------
@@ -107,7 +119,7 @@ def _door_of_class(cls: type) -> type:
 
 @functools.cache
 def _fits(cls: Any) -> dict[str, tuple[Any, str, Fit]]:
-    """Of each field that is given: its default, how a message calls it, and what makes a value fit."""
+    """The default of each field, its name in a message, and the function that makes a value fit."""
     hints, given = _hints(cls), [f for f in fields(cls) if f.init]
     return {f.name: (f.default, f"{cls.__name__}({f.name}=...)", fit_of(hints.get(f.name, Any))) for f in given}
 
@@ -125,7 +137,7 @@ def _plan(function: Any) -> Plan:
         if parameter.kind in (parameter.POSITIONAL_ONLY, parameter.POSITIONAL_OR_KEYWORD):
             plan.places.append(fit)
             plan.names.append(name)
-        plan.parts.extend(parts_of(name, hints.get(name, Any)))
+        plan.axes.extend((name, axis) for axis in _axes(hints.get(name, Any)))
     return plan
 
 
@@ -140,3 +152,50 @@ def _hints(thing: Any) -> dict[str, Any]:
             if error.name is None or error.name in unseen:
                 raise
             unseen[error.name] = OutOfSight
+
+
+def _axes(hint: Any) -> list[str]:
+    """The axis that an `Annotated` hint declares, or the hint's options do."""
+    options = get_args(hint) if get_origin(hint) in (Union, types.UnionType) else (hint,)
+    return [option.__metadata__[0] for option in options if get_origin(option) is Annotated]
+
+
+def _refuse_misshapen(call: str, owner: object, axes: list[tuple[str, str]], given: Mapping[str, Any]) -> None:
+    """Refuse arguments that have not as many entries as declared: "1", "n", "2n", or all names of a port of the block.
+
+    An axis is named as a `parameter` names it; in one call it has one size, which a block's `dof` or its numbers tell.
+    """
+    sizes = _sizes(owner)
+    for name, axis in sorted(axes, key=lambda declared: declared[1] in PORTS):
+        value = given.get(name)
+        if value is None:
+            continue
+        if axis in PORTS:
+            _refuse_port(f"{call}({name}=...)", axis, getattr(owner, axis, None), value, sizes)
+            continue
+        times, letter = AXIS.fullmatch(axis).groups()  # type: ignore[union-attr]
+        size = int(times or 1) * (sizes.setdefault(letter, value.shape[0]) if letter else 1)
+        if value.shape != (size, 1):
+            why = f", one number for each of {letter} = {sizes[letter]}" if letter else ""
+            raise ValueError(f"`{call}({name}=...)` must have shape ({size}, 1){why}; got {value.shape}.")
+
+
+def _refuse_port(call: str, of: str, port: Any, value: Mapping[str, ca.SX], sizes: Mapping[str, int]) -> None:
+    if callable(port):
+        port = port(sizes.get("n", 0))
+    for entry in port.entries if port is not None else ():
+        if entry.name not in value:
+            raise LookupError(f"`{call}` must hold {PORTS[of]}, {', '.join(port.names)}; got no '{entry.name}'.")
+        want, got = (entry.shape + (1, 1))[:2], ca.SX(value[entry.name]).shape
+        if got != want:
+            raise ValueError(f"`{call}` must hold '{entry.name}' in shape {want}; got {got}.")
+
+
+def _sizes(owner: object) -> dict[str, int]:
+    """The lengths of the axes that a block's number of joints, or its own numbers, tell."""
+    sizes: dict[str, int] = {}
+    for field in fields(owner) if is_dataclass(owner) else ():
+        value, quantity = getattr(owner, field.name), field.metadata.get("quantity")
+        if quantity is not None and value is not None:
+            sizes |= {axis: value.shape[i] for i, axis in enumerate(quantity.shape) if axis.isalpha()}
+    return sizes | ({"n": owner.dof} if hasattr(owner, "dof") else {})
