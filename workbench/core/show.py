@@ -9,9 +9,9 @@ import casadi as ca
 from workbench.core.layout import Layout
 from workbench.notation import mathml
 from workbench.notation.formula import Formula, Matrix, Relation, System, children, symbol
-from workbench.notation.measure import measure
 from workbench.notation.normal_form import NotInClass, to_formula
 from workbench.notation.reader import read, read_shared
+from workbench.notation.writer import measure
 from workbench.validation.views import Markup, table_to_html
 
 # A textbook form is expanded, so it is tried on small expressions only, and printed where no entry takes

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 from workbench.notation.formula import Formula, Relation, Symbol, System
-from workbench.notation.layout import Row, rows
+from workbench.notation.line_breaking import Row, rows
 from workbench.notation.markup import KNOWN, PRINTED, AbstractMarkup, Space, runs, scientific, style, visible
 from workbench.validation.signatures import door
 
@@ -54,7 +54,6 @@ def _aligned(lines: Sequence[Row]) -> str:
 
 class _Latex(AbstractMarkup):
     flat = False
-    names_entries = True
 
     def number(self, value: Fraction | float) -> str:
         if isinstance(value, Fraction):

@@ -7,7 +7,7 @@ from fractions import Fraction
 from html import escape
 
 from workbench.notation.formula import GREEK, Formula, Symbol
-from workbench.notation.layout import Row, rows
+from workbench.notation.line_breaking import Row, rows
 from workbench.notation.markup import PRINTED, AbstractMarkup, Space, runs, scientific, style, visible
 from workbench.validation.signatures import door
 
@@ -51,7 +51,6 @@ def _line(line: Row, later: bool) -> str:
 
 class _MathMl(AbstractMarkup):
     flat = False
-    names_entries = True
 
     def number(self, value: Fraction | float) -> str:
         if isinstance(value, Fraction):

@@ -14,7 +14,7 @@ from workbench.notation.formula import Cases, Formula, Matrix, Number, Relation,
 from workbench.notation.walk import NAMES, Operation, Walk, walk
 from workbench.validation.signatures import door
 
-# A formula beyond these says nothing to a reader, and would take for ever to typeset.
+# A longer formula tells a reader nothing, and takes too long to typeset.
 MOST_SYMBOLS, DEEPEST = 20_000, 150
 # A shared part is worth a name of its own when it holds at least so many symbols and operations.
 WORTH_A_NAME = 5
@@ -62,20 +62,10 @@ OPERATIONS |= {getattr(ca, f"OP_{name.upper()}"): _function(name) for name in FU
 
 @door
 def read(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> Formula:
-    """The formula of an expression (a number, or a matrix of them), in the order in which the code has it.
+    """The formula of an expression or a matrix of them, in the order of the code.
 
-    Parameters
-    ----------
-    symbols
-        How the symbols of the expression are printed, by their names; what it lacks is read by
-        `workbench.notation.formula.symbol`.
-
-    Raises
-    ------
-    ValueError
-        If an operation has no way to be written (it is named), if a constant is not finite, if two
-        names would be printed alike, or if the formula would be too long for any page: for those
-        there is `read_shared`.
+    `symbols` holds the printed symbols by name; others are read by `formula.symbol`. An operation that cannot be
+    written, a constant that is not finite, two names printed alike and an endless formula are refused.
     """
     steps = walk(expression)
     _refuse_endless(steps)
@@ -88,11 +78,6 @@ def read_shared(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) 
 
     Gives the definitions `w_1 = ...`, each after those it uses, and the formula in their terms. The
     letter is the first of w, z, v, u, a that is not taken.
-
-    Raises
-    ------
-    ValueError
-        As for `read`.
     """
     steps = walk(expression, cse=True)
     shared = _shared(steps)
@@ -166,7 +151,7 @@ def _shared(steps: Walk) -> list[int]:
 
 
 def _refuse_endless(steps: Walk, named: frozenset[int] = frozenset()) -> None:
-    """Refuse what would be written at forbidding length, before it is."""
+    """Refuse a formula that would be too long or too deep, before it is built."""
     sizes: list[int] = []
     depths: list[int] = []
     largest = deepest = 0
@@ -184,7 +169,7 @@ def _refuse_endless(steps: Walk, named: frozenset[int] = frozenset()) -> None:
 
 
 def _flat(steps: Walk, node: Operation, k: int) -> bool:
-    """Whether operand number k stands on the same level of the page: sums in a sum, products in a product."""
+    """True if operand number k stands on the same level of the page: sums in a sum, products in a product."""
     inner = steps.nodes[node.operands[k]].code
     if node.code == ca.OP_MUL:
         return inner == ca.OP_MUL

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from workbench.notation.formula import Formula, Symbol
-from workbench.notation.layout import rows
+from workbench.notation.line_breaking import rows
 from workbench.notation.markup import KNOWN, PRINTED, AbstractMarkup, Space, runs, scientific, style, visible
 from workbench.validation.signatures import door
 
@@ -39,7 +39,6 @@ def emit(formula: Formula, *, width: float = 80) -> str:
 
 class _Typst(AbstractMarkup):
     flat = False
-    names_entries = True
 
     def number(self, value: Fraction | float) -> str:
         if isinstance(value, Fraction):

@@ -7,8 +7,8 @@ from fractions import Fraction
 
 import numpy as np
 
+from workbench.notation.build import parts, rebuilt
 from workbench.notation.formula import Formula, Number, Power, children
-from workbench.notation.rewrite import parts, rebuilt
 from workbench.printed.slips import LONGEST, Editor
 from workbench.validation.refusals import Array
 

@@ -23,8 +23,8 @@ from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 
 from workbench.core import Dynamics
+from workbench.notation.build import parts, substitute
 from workbench.notation.formula import Formula, Matrix, Number, Symbol, letters, name_of
-from workbench.notation.rewrite import parts, substitute
 from workbench.printed.assembly import bounded
 from workbench.printed.evaluate import expanded_size
 from workbench.printed.given import is_bound, numbers_given, refuse_half_bound, unnamed_zeros

@@ -15,8 +15,8 @@ from functools import cached_property
 import numpy as np
 
 from workbench.notation import build, text
+from workbench.notation.build import parts, substitute
 from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters
-from workbench.notation.rewrite import parts, substitute
 from workbench.printed.evaluate import NUMPY, evaluate
 from workbench.validation.refusals import Array
 

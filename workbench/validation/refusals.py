@@ -221,15 +221,15 @@ def as_array(value: object) -> Array | None:
         return None
 
 
-def described(value: object) -> str:
+def described(value: object, longest: int = LONGEST) -> str:
     """A value in a few printable words: `a PID, which is an AbstractController`."""
     try:
-        return "".join(c if c.isprintable() else " " for c in _described(value))
+        return "".join(c if c.isprintable() else " " for c in _described(value, longest))
     except Exception:  # an object of the user's may raise anything when it is asked for its text
         return a(type(value))
 
 
-def _described(value: Any) -> str:
+def _described(value: Any, longest: int) -> str:
     if isinstance(value, type):
         return f"the class `{value.__name__}` itself: make one with `{value.__name__}(...)`"
     if callable(value) and hasattr(value, "__name__"):
@@ -238,8 +238,8 @@ def _described(value: Any) -> str:
         return f"an array of shape {value.shape}" + ("" if value.dtype.kind in "iuf" else f" and kind {value.dtype}")
     if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic):
         plain = value.item() if isinstance(value, np.generic) else value
-        short = repr(plain[:LONGEST] if isinstance(plain, str | bytes) else plain)
-        return short if len(short) <= LONGEST else f"{short[:LONGEST]}..."
+        short = repr(plain[:longest] if isinstance(plain, str | bytes) else plain)
+        return short if len(short) <= longest else f"{short[:longest]}..."
     if type(value) in (list, tuple, dict, set):
         return _SHORT.repr(value)
     bases = [base for base in type(value).__mro__[1:] if inspect.isabstract(base)]

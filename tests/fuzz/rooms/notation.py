@@ -6,7 +6,7 @@ from typing import Any
 
 import casadi as ca
 
-from workbench.notation import formula, latex, mathml, normal_form, program, python, reader, text, typst_math, walk
+from workbench.notation import formula, latex, mathml, normal_form, program, reader, text, typst_math, walk
 from workbench.notation.formula import Matrix, Number, Relation, Sum, Symbol
 from workbench.printed import plain_text as plain
 from workbench.printed import statements, tex
@@ -42,14 +42,12 @@ def calls() -> dict[str, Any]:
         "entry_symbol": partial(formula.entry_symbol, x, "12"),
         **{f"{name}.emit": partial(emit, matrix, width=80) for name, emit in markups.items()},
         **{f"{name}.emit a relation": partial(emit, relation, width=80) for name, emit in markups.items()},
-        "python.emit": partial(python.emit, total, width=80, module="np"),
-        "python.identifier": partial(python.identifier, x),
+        "identifier": partial(program.identifier, x),
         "latex.display": partial(latex.display, [relation], width=80),
         "read": partial(reader.read, expression, {"q": x}),
         "read_shared": partial(reader.read_shared, expression, {"q": x}),
         "normal_forms": partial(normal_form.normal_forms, expression, {"q": Fraction(1)}),
         "to_formula": partial(normal_form.to_formula, expression, {"q": x}),
-        "simplify": partial(normal_form.simplify, expression),
         "straight_line": partial(program.straight_line, {"M": expression}, {"q": "q_1"}, dialect),
         "Dialect": partial(program.Dialect, {"fabs": "abs"}, frozenset({"while"}), 100),
         "walk": partial(walk.walk, expression, cse=True),
