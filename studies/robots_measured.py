@@ -18,7 +18,7 @@ import numpy as np
 import sympy_chain
 
 from workbench.core import Dynamics, Entry, Layout, lift
-from workbench.notation.walk import walk
+from workbench.notation.program import walk
 from workbench.robots import CATALOGUE, PlanarArm, SpatialArm, lagrange
 from workbench.robots.catalogue import planar
 from workbench.validation.refusals import Array

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import casadi as ca
 
 from workbench.core import Dynamics
-from workbench.core.show import formula_of
 from workbench.handover import as_text
 from workbench.notation import text
+from workbench.notation.reader import formula_of
 from workbench.printed.comparison import EntryVerdict, Sameness, compare_sheet
 from workbench.printed.diagnosis import Diagnosis, diagnose, in_common
 from workbench.printed.digits import told_apart

@@ -15,7 +15,7 @@ from workbench.core.layout import Entry, Layout
 from workbench.core.numbers import Bounds, shaped
 from workbench.core.port import ANY
 from workbench.validation.refusals import numbers, one_of, refusal
-from workbench.validation.signatures import door, fitted
+from workbench.validation.signatures import door, fit_field
 from workbench.validation.views import cell, show, table_to_html
 
 # The user gives a float or an array; in the lifted twin the same field holds an SX.
@@ -145,7 +145,7 @@ def unit_of(owner: Any, quantity: Quantity) -> str:
     return ", ".join(units) if quantity.shape else " or ".join(dict.fromkeys(units))
 
 
-def starts(block: object) -> Layout:
+def initial_states(block: object) -> Layout:
     """The fields that a block declares by `initial`, as the layout of its states."""
     held = ((f.name, np.asarray(getattr(block, f.name), dtype=float), q) for f, q in quantities(block) if not q.lifted)
     return Layout(tuple(Entry(name, x, unit_of(block, q), symbol=q.symbol) for name, x, q in held))
@@ -224,7 +224,7 @@ def _check_fields(owner: Any) -> None:
         elif f.init and "quantity" not in f.metadata:
             if "convert" in f.metadata:
                 object.__setattr__(owner, f.name, f.metadata["convert"](value))
-            object.__setattr__(owner, f.name, fitted(owner, f))
+            object.__setattr__(owner, f.name, fit_field(owner, f))
 
 
 def _check_quantities(owner: Any) -> None:

@@ -14,7 +14,9 @@ from workbench.core.block import Column, is_block
 from workbench.core.expressions import refuse_misfit, refuse_unknown
 from workbench.core.layout import Entry, Layout
 from workbench.core.lift import Lifted, lift
-from workbench.core.show import matrices_to_html
+from workbench.notation import mathml
+from workbench.notation.formula import Formula, System
+from workbench.notation.reader import equations_of
 from workbench.validation.refusals import Array, vector
 from workbench.validation.signatures import door
 
@@ -231,7 +233,9 @@ class Dynamics:
 
     def _repr_html_(self) -> str:
         """The matrices as equations, for a notebook."""
-        return matrices_to_html({"M": self.M, "C": self.C, "G": self.G}, self.names())
+        definitions, equations = equations_of({"M": self.M, "C": self.C, "G": self.G}, self.names())
+        blocks: list[Formula] = [System(definitions), *equations] if definitions else [*equations]
+        return "\n".join(mathml.emit(block) for block in blocks)
 
     def names(self) -> dict[str, str]:
         """The printed name of each symbol of the expressions, by the name of the SX."""

@@ -13,10 +13,12 @@ import numpy as np
 
 from workbench.core.expressions import refuse_misfit
 from workbench.core.numbers import Bounds
+from workbench.notation import mathml
+from workbench.notation.formula import symbol
 from workbench.validation.refusals import Array, as_array, described, known, refusal
 from workbench.validation.refusals import name as check_name
 from workbench.validation.signatures import door
-from workbench.validation.views import listed, table_to_html
+from workbench.validation.views import Markup, listed, table_to_html
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,3 +264,18 @@ def _unflatten(columns: Array, shape: tuple[int, ...]) -> Array:
     """The last axis, laid column by column, back into `shape`."""
     parts = columns.reshape(columns.shape[:-1] + shape[::-1])
     return np.swapaxes(parts, -1, -2) if len(shape) == 2 else parts
+
+
+def layouts_to_html(title: str, layouts: Mapping[str, Layout]) -> str:
+    """One table of names, letters, values and units for each layout."""
+    rows = [
+        (kind, entry.name, letters(entry.symbol or entry.name.rpartition(".")[2]), entry.default.tolist(), entry.unit)
+        for kind, layout in layouts.items()
+        for entry in layout.entries
+    ]
+    return table_to_html(title, ("kind", "name", "letter", "value", "unit"), rows)
+
+
+def letters(name: str) -> Markup:
+    """A name of the code as the book's letter, in MathML within a line."""
+    return Markup(mathml.emit(symbol(name), display=False))

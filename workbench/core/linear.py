@@ -59,7 +59,7 @@ class LinearSystem:
                 )
 
     def __repr__(self) -> str:
-        """One line: the names of its ports, and its period."""
+        """One line: the names of its ports and its period."""
         ways = " to ".join(listed(port.names) for port in (self.inputs, self.outputs))
         period = "" if self.dt is None else f", every {self.dt:g} s"
         return f"<LinearSystem from {ways}: {self.states.size} states{period}>"
@@ -89,8 +89,7 @@ class LinearSystem:
         Raises
         ------
         ValueError
-            If it is no such system, a transfer function is improper, a number is not finite, an input or an output has
-            no name but python-control's own (u[0], y[0]), or a discrete system has no period.
+            If it is no such system, is improper, not finite, or lacks a name or a period.
         LookupError
             If a unit is given to a name that the system has not.
         """
@@ -102,22 +101,16 @@ class LinearSystem:
             "outputs": _labels("outputs", outputs, space.output_labels, system),
             "states": list(space.state_labels),
         }
-        ports = {port: layout_of(own) for port, own in labels.items()}
+        ports = {port: _in_units(layout_of(own), units or {}) for port, own in labels.items()}
         for name in units or {}:
             known(name, [n for port in ports.values() for n in port.names], "states, inputs and outputs")
-        ports = {port: _in_units(layout, units or {}) for port, layout in ports.items()}
         matrices = {letter: np.asarray(getattr(space, letter), dtype=float) for letter in "ABCD"}
-        for letter, matrix in matrices.items():
-            if not np.isfinite(matrix).all():
-                raise ValueError(
-                    f"`LinearSystem.of(system)` must have finite matrices; {letter} of '{system.name}' is not."
-                )
-        held: dict[str, Any] = {letter: m for letter, m in matrices.items() if letter == "D" or ports["states"].size}
-        return LinearSystem(**ports, **held, dt=_period(system, dt))
+        parts: dict[str, Any] = {letter: m for letter, m in matrices.items() if letter == "D" or ports["states"].size}
+        return LinearSystem(**ports, **parts, dt=_period(system, dt))
 
     @staticmethod
     def recognises(value: object) -> bool:
-        """Whether a value is a linear system of any kind: this one, or one of python-control."""
+        """True for a linear system of any kind: this one, or one of python-control."""
         by_matrices = all(hasattr(value, name) for name in ("A", "B", "C", "D", "dt", "state_labels"))
         return isinstance(value, LinearSystem) or by_matrices or _is_transfer(value)
 

@@ -13,8 +13,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.expressions import instructions, refuse_misfit, refuse_unknown
-from workbench.core.layout import Entry, Layout
-from workbench.core.show import layouts_to_html
+from workbench.core.layout import Entry, Layout, layouts_to_html
 from workbench.validation.refusals import Array, finite, vector
 from workbench.validation.signatures import door
 

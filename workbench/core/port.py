@@ -129,7 +129,7 @@ def _entry(name: str, value: Any) -> Entry:
     raise refusal(call, "a unit, as 'rad/s' is, or a unit and the numbers at the start", value)
 
 
-def joined(port: Layout, name: str) -> Entry:
+def one_entry(port: Layout, name: str) -> Entry:
     """All signals of a port as one column with the unit of each number."""
     units = [unit for entry in port.entries for unit in entry.units]
     return Entry(name, np.zeros(port.size), units[0] if len(set(units)) == 1 else ", ".join(units))
@@ -158,7 +158,7 @@ def misfits(wanted: Layout, offered: Layout) -> list[str]:
     return clauses
 
 
-def fitting(call: str, port: Layout, parts: object) -> Signals:
+def signals_of(call: str, port: Layout, parts: object) -> Signals:
     """The signals that a block returns for a port: every name of it, each in its shape, and no other name."""
     shapes = [f"'{e.name}'" if e.size == 1 else f"'{e.name}' {(e.shape + (1, 1))[:2]}" for e in port.entries]
     must = f"return {', '.join(shapes) or 'an empty mapping'}"

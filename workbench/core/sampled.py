@@ -9,9 +9,8 @@ from functools import cached_property
 import casadi as ca
 
 from workbench.core.expressions import instructions, refuse_misfit, refuse_unknown
-from workbench.core.layout import Layout
+from workbench.core.layout import Layout, layouts_to_html
 from workbench.core.ode import Ode
-from workbench.core.show import layouts_to_html
 from workbench.core.step import RK4_AMPLIFICATION, Rule, Step, runge_kutta
 from workbench.validation.refusals import MOST, seconds, whole
 from workbench.validation.signatures import door

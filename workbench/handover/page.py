@@ -10,10 +10,11 @@ from collections.abc import Iterator
 from html import escape
 
 from workbench.core import Dynamics
-from workbench.core.show import equations_of, letters
+from workbench.core.layout import letters
 from workbench.handover.letters import harmless, has_friction, letters_of, title
 from workbench.notation import latex, mathml, text, typst_math
 from workbench.notation.formula import Matrix, Symbol, System, equations
+from workbench.notation.reader import equations_of
 from workbench.validation.signatures import door
 from workbench.validation.views import table_to_html
 

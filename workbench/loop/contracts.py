@@ -16,7 +16,7 @@ from typing import Annotated, Self
 import casadi as ca
 
 from workbench.core import Layout, Signals
-from workbench.core.block import Memory, Number, States, starts
+from workbench.core.block import Memory, Number, States, initial_states
 from workbench.validation.refusals import seconds
 from workbench.validation.signatures import door
 
@@ -67,7 +67,7 @@ class AbstractPlant(ABC):
     @property
     def states(self) -> Layout:
         """The states, each with its start: the fields that are declared by `initial`."""
-        return starts(self)
+        return initial_states(self)
 
     @property
     @abstractmethod
@@ -148,7 +148,7 @@ class AbstractObserver(ABC):
     @property
     def memory(self) -> Layout:
         """Its own states: the fields that are declared by `initial`."""
-        return starts(self)
+        return initial_states(self)
 
     @abstractmethod
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
@@ -227,7 +227,7 @@ class AbstractController(ABC):
     @property
     def memory(self) -> Layout:
         """Its own states: the fields that are declared by `initial`."""
-        return starts(self)
+        return initial_states(self)
 
     @abstractmethod
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:

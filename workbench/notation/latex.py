@@ -24,14 +24,7 @@ FENCES = {"abs": ("|", "|"), "floor": (r"\lfloor", r"\rfloor"), "ceil": (r"\lcei
 
 @door
 def emit(formula: Formula, *, width: float = 80) -> str:
-    r"""A formula for display mathematics, without the dollars around it.
-
-    Parameters
-    ----------
-    width
-        The room on the page in widths of a digit: 80 are 15.5 cm at 11 pt. What is wider is broken
-        into the lines of an `aligned`.
-    """
+    r"""A formula for display mathematics, broken into lines of `width` digits (80 are 15.5 cm at 11 pt)."""
     lines = rows(formula, LATEX, width)
     if len(lines) == 1:
         return LATEX.row([lines[0].left, lines[0].right])

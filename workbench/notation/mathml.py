@@ -26,14 +26,7 @@ FENCES = {"abs": ("|", "|"), "floor": ("⌊", "⌋"), "ceil": ("⌈", "⌉")}
 
 @door
 def emit(formula: Formula, *, width: float = 80, display: bool = True) -> str:
-    """A formula as a `<math>` element, on a line of its own unless `display` is False.
-
-    Parameters
-    ----------
-    width
-        The room on the page in widths of a digit (half an em). What is wider is broken into aligned
-        lines; within running text (`display` False) nothing is.
-    """
+    """A formula as a `<math>` element, on lines of its own of `width` digits unless `display` is False."""
     lines = rows(formula, MATHML, width if display else float("inf"))
     block = ' display="block"' if display else ""
     if len(lines) == 1:

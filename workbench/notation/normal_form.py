@@ -25,8 +25,8 @@ from fractions import Fraction
 import casadi as ca
 
 from workbench.notation import textbook, waves
-from workbench.notation.formula import Formula, Matrix, Symbol, printed
-from workbench.notation.walk import NAMES, Operation, walk
+from workbench.notation.formula import Formula, Matrix, Symbol, symbols_of
+from workbench.notation.program import NAMES, Operation, walk
 from workbench.notation.waves import Key, Terms
 from workbench.validation.signatures import door
 
@@ -94,7 +94,7 @@ class NormalForm:
 
     def to_formula(self, symbols: Mapping[str, Symbol] | None = None) -> Formula:
         """The formula that a textbook would print, the same in every process."""
-        return textbook.formula_of(self.terms, printed(self.names, symbols))
+        return textbook.textbook_form(self.terms, symbols_of(self.names, symbols))
 
 
 @door
@@ -128,7 +128,7 @@ def normal_forms(
 def to_formula(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> Formula:
     """The textbook form of an expression, or of a matrix of them; `NotInClass` if one has no normal form."""
     forms = normal_forms(expression)
-    printed({name for row in forms for form in row for name in form.names}, symbols)
+    symbols_of({name for row in forms for form in row for name in form.names}, symbols)
     rows = tuple(tuple(form.to_formula(symbols) for form in row) for row in forms)
     return rows[0][0] if len(rows) == len(rows[0]) == 1 else Matrix(rows)
 

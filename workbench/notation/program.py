@@ -1,5 +1,6 @@
-"""Expressions as a program without branches: each operation once, in CasADi's order and grouping, so that it rounds
-alike; a formula, which is tidied for the eye, does not.
+"""Expressions as lists of operations, and as programs without branches in the text of a language.
+
+A program keeps CasADi's order and grouping, so that it rounds alike; a formula, which is tidied for the eye, does not.
 """
 
 from __future__ import annotations
@@ -16,10 +17,10 @@ from typing import TypeVar
 import casadi as ca
 
 from workbench.notation.formula import Symbol, name_of, symbol
-from workbench.notation.walk import NAMES, Operation, Walk, walk
 from workbench.validation.signatures import door
 
 T = TypeVar("T")
+NAMES = {int(getattr(ca, name)): name.removeprefix("OP_") for name in dir(ca) if name.startswith("OP_")}
 
 # The tightness of a text: a looser one in a tighter place gets parentheses.
 SUM, PRODUCT, ATOM = range(3)
@@ -40,6 +41,62 @@ WRITTEN_TWICE = {ca.OP_SQ, ca.OP_SIGN}  # so their operand has a variable
 # Functions, by the names that they have in C.
 CALLED = "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt fabs fmin fmax pow"
 FUNCTIONS = {getattr(ca, f"OP_{name.upper()}"): name for name in CALLED.split()} | {ca.OP_CONSTPOW: "pow"}
+
+
+@dataclass(frozen=True)
+class Operation:
+    """One node of an expression: the code of its operation, the places of its operands, and its name or value."""
+
+    code: int
+    operands: tuple[int, ...]
+    value: float = 0.0
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class Walk:
+    """The nodes of an expression in the order of evaluation, and the place of each entry by row and column."""
+
+    nodes: tuple[Operation, ...]
+    entries: tuple[tuple[int, ...], ...]
+
+
+@door
+def walk(expression: ca.SX, *, cse: bool = False) -> Walk:
+    """The operations of a matrix (n, m) of expressions, each after its operands; with `cse`, equal ones become one."""
+    matrix = ca.densify(ca.SX(expression))
+    if matrix.numel() == 0:
+        raise ValueError(f"An expression to be read must have entries; this one has shape {matrix.shape}.")
+    symbols = ca.symvar(matrix)
+    names = [symbol.name() for symbol in symbols]
+    if twice := sorted(name for name, times in Counter(names).items() if times > 1):
+        raise ValueError(f"Symbols are told apart by name, but two different ones are called {twice[0]!r}.")
+    function = ca.Function("walk", [ca.vertcat(*symbols)], [matrix], {"cse": cse, "allow_free": False})
+    nodes, places = _nodes(function, names)
+    n, m = matrix.shape
+    return Walk(tuple(nodes), tuple(tuple(places[i + n * j] for j in range(m)) for i in range(n)))
+
+
+def _nodes(function: ca.Function, names: list[str]) -> tuple[list[Operation], dict[int, int]]:
+    """The instructions of a function, with its work registers resolved; outputs by their number."""
+    nodes: list[Operation] = []
+    registers: dict[int, int] = {}
+    outputs: dict[int, int] = {}
+    for k in range(function.n_instructions()):
+        code = function.instruction_id(k)
+        reads, writes = function.instruction_input(k), function.instruction_output(k)
+        if code == ca.OP_OUTPUT:
+            outputs[writes[1]] = registers[reads[0]]
+            continue
+        if code == ca.OP_INPUT:
+            node = Operation(code, (), name=names[reads[1]])
+        elif code == ca.OP_CONST:
+            node = Operation(code, (), value=function.instruction_constant(k))
+        else:
+            node = Operation(code, tuple(registers[read] for read in reads))
+        registers[writes[0]] = len(nodes)
+        nodes.append(node)
+    return nodes, outputs
 
 
 @dataclass(frozen=True)

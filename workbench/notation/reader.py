@@ -10,14 +10,19 @@ import casadi as ca
 
 from workbench.notation import build
 from workbench.notation.build import ONE, ZERO, number
-from workbench.notation.formula import Cases, Formula, Matrix, Number, Relation, Symbol, printed
-from workbench.notation.walk import NAMES, Operation, Walk, walk
+from workbench.notation.formula import Cases, Formula, Matrix, Number, Relation, Symbol, children, symbol, symbols_of
+from workbench.notation.normal_form import NotInClass, to_formula
+from workbench.notation.program import NAMES, Operation, Walk, walk
+from workbench.notation.writer import measure
 from workbench.validation.signatures import door
 
 # A longer formula tells a reader nothing, and takes too long to typeset.
 MOST_SYMBOLS, DEEPEST = 20_000, 150
 # A shared part is worth a name of its own when it holds at least so many symbols and operations.
 WORTH_A_NAME = 5
+# A textbook form is expanded, so it is tried on small expressions only, and printed if no entry takes more than some
+# five lines of a page, in widths of a digit.
+MOST_NODES_OF_TEXTBOOKS, LONGEST_ENTRY = 2_000, 400.0
 
 TWO = Number(Fraction(2))
 OPERATIONS: dict[int, Callable[..., Formula]] = {
@@ -81,7 +86,7 @@ def read_shared(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) 
     """
     steps = walk(expression, cse=True)
     shared = _shared(steps)
-    table = printed(_names(steps), symbols)
+    table = symbols_of(_names(steps), symbols)
     taken = {symbol.letter for symbol in table.values()}
     letter = next((letter for letter in "wzvua" if letter not in taken), "shared")
     names = {place: Symbol(letter, str(i)) for i, place in enumerate(shared, start=1)}
@@ -89,6 +94,42 @@ def read_shared(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) 
     formula = _formulas(steps, symbols, names)
     definitions = tuple(Relation(names[place], "=", formula(place)) for place in shared)
     return definitions, _matrix(steps, lambda place: names[place] if place in names else formula(place))
+
+
+def formula_of(expression: ca.SX, names: Mapping[str, str]) -> Formula:
+    """An expression as a formula, in its textbook form if it has one."""
+    symbols = {name: symbol(symbols_of) for name, symbols_of in names.items()}
+    try:
+        return to_formula(expression, symbols)
+    except NotInClass:
+        return read(expression, symbols)
+
+
+def equations_of(
+    matrices: Mapping[str, ca.SX], names: Mapping[str, str]
+) -> tuple[tuple[Relation, ...], list[Relation]]:
+    """Matrices with equal numbers of rows in print: definitions of shared parts, and an equation for each matrix.
+
+    If no entry in its textbook form is longer than `LONGEST_ENTRY`, that form is taken, and nothing is defined.
+    """
+    symbols = {name: symbol(symbols_of) for name, symbols_of in names.items()}
+    together = ca.horzcat(*matrices.values())
+    if ca.n_nodes(together) <= MOST_NODES_OF_TEXTBOOKS:
+        try:
+            formulas = [to_formula(matrix, symbols) for matrix in matrices.values()]
+        except NotInClass:
+            formulas = []
+        entries = (entry for formula in formulas for entry in (children(formula) or (formula,)))
+        if formulas and max(map(measure, entries)) <= LONGEST_ENTRY:
+            return (), [Relation(symbol(letter), "=", x) for letter, x in zip(matrices, formulas, strict=True)]
+    definitions, formula = read_shared(together, symbols)
+    rows = formula.rows if isinstance(formula, Matrix) else ((formula,),)
+    equations, start = [], 0
+    for letter, matrix in matrices.items():
+        stop = start + matrix.shape[1]
+        equations.append(Relation(symbol(letter), "=", Matrix(tuple(row[start:stop] for row in rows))))
+        start = stop
+    return definitions, equations
 
 
 def _names(steps: Walk) -> list[str]:
@@ -104,7 +145,7 @@ def _formulas(
     steps: Walk, symbols: Mapping[str, Symbol] | None, names: Mapping[int, Symbol]
 ) -> Callable[[int], Formula]:
     """The formula of every node by its place, in which other nodes that have a name are written by it."""
-    table = printed(_names(steps), symbols)
+    table = symbols_of(_names(steps), symbols)
     formulas: list[Formula] = []
 
     @cache

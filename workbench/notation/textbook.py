@@ -27,7 +27,7 @@ Polynomial: TypeAlias = dict[Monomial, Fraction]
 FIRST = ("m", "g", "l")
 
 
-def formula_of(terms: Mapping[Key, Fraction], symbols: Mapping[str, Symbol]) -> Formula:
+def textbook_form(terms: Mapping[Key, Fraction], symbols: Mapping[str, Symbol]) -> Formula:
     """The formula of a normal form, over the given symbol of each name."""
     page = _Page({name: _rank(symbol) for name, symbol in symbols.items()}, symbols)
     if all(wave != PLAIN for _, wave in terms):

@@ -19,14 +19,7 @@ FENCES = {"sqrt", "abs", "floor", "ceil"}
 
 @door
 def emit(formula: Formula, *, width: float = 80) -> str:
-    """A formula for an equation, without the dollars around it.
-
-    Parameters
-    ----------
-    width
-        The room on the page in widths of a digit: 80 are 15.5 cm at 11 pt. What is wider is broken
-        into aligned lines, for Typst does not break an equation by itself.
-    """
+    """A formula for an equation, broken into lines of `width` digits (80 are 15.5 cm at 11 pt)."""
     lines = rows(formula, TYPST, width)
     if len(lines) == 1:
         return TYPST.row([lines[0].left, lines[0].right])

@@ -9,10 +9,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.show import formula_of
 from workbench.notation import text
 from workbench.notation.formula import Sum
 from workbench.notation.normal_form import NormalForm, NotInClass
+from workbench.notation.reader import formula_of
 from workbench.printed.comparison import EntryVerdict
 from workbench.printed.digits import agrees_to_its_digits
 from workbench.printed.factorisation import misprints

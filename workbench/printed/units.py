@@ -11,10 +11,10 @@ from fractions import Fraction
 import casadi as ca
 
 from workbench.core import Dynamics
-from workbench.core.show import formula_of
 from workbench.notation import text
 from workbench.notation.build import parts
 from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters
+from workbench.notation.reader import formula_of
 from workbench.printed.given import symbols_of
 from workbench.printed.names import PI
 from workbench.printed.sheet import Place, refuse_place

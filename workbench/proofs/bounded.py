@@ -14,7 +14,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.notation.walk import walk
+from workbench.notation.program import walk
 from workbench.proofs.bounds import Extreme, NoBound, box_of, by_intervals, largest_norm, shown
 from workbench.proofs.interval import Interval, evaluate, jumps
 from workbench.proofs.spectrum import nominal, of_joints

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.notation.normal_form import NotInClass, normal_forms
-from workbench.notation.walk import Walk, walk
+from workbench.notation.program import Walk, walk
 from workbench.proofs.identity import Kind
 from workbench.proofs.interval import Interval, NoBound, evaluate
 from workbench.validation.refusals import Array

@@ -10,7 +10,7 @@ from typing import TypeAlias
 
 import casadi as ca
 
-from workbench.notation.walk import NAMES, Operation, walk
+from workbench.notation.program import NAMES, Operation, walk
 from workbench.validation.signatures import door
 
 Rational: TypeAlias = Fraction

@@ -20,7 +20,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.notation.normal_form import NotInClass, normal_forms
-from workbench.notation.walk import Walk, walk
+from workbench.notation.program import Walk, walk
 from workbench.proofs.elementary import at_points
 from workbench.proofs.interval import Interval, evaluate, jumps
 from workbench.validation.refusals import Array

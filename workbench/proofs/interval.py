@@ -18,7 +18,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.notation.walk import NAMES, Walk
+from workbench.notation.program import NAMES, Walk
 from workbench.proofs.elementary import at_points
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door

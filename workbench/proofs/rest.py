@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
-from workbench.notation.walk import walk
+from workbench.notation.program import walk
 from workbench.proofs.bounds import Enclosure, NoBound, enclose, extreme_eigenvalue
 from workbench.proofs.exact import characteristic_polynomial, exact_values, unstable_modes
 from workbench.proofs.interval import jumps

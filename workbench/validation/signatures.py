@@ -8,7 +8,7 @@ import re
 import types
 from collections.abc import Callable, Mapping
 from dataclasses import Field, fields, is_dataclass
-from typing import Annotated, Any, NamedTuple, TypeVar, Union, cast, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin, get_type_hints
 
 import casadi as ca
 
@@ -28,17 +28,6 @@ PORTS = {  # of a block, each a layout
 AXIS = re.compile(r"(\d*)([a-z]*)")
 
 
-class Plan(NamedTuple):
-    """The arguments of a function: by place, by name, beyond the last place, and the axes that hints declare."""
-
-    call: str
-    names: list[str]
-    places: list[tuple[str, Fit]]
-    named: dict[str, tuple[str, Fit]]
-    rest: tuple[str, Fit]
-    axes: list[tuple[str, str]]
-
-
 def door(thing: Door) -> Door:
     """The same function, or dataclass below `@dataclass`, whose arguments must fit its type hints.
 
@@ -50,19 +39,22 @@ def door(thing: Door) -> Door:
 
     @functools.wraps(thing)
     def opened(*args: Any, **kwargs: Any) -> Any:
-        plan = _plan(thing)
-        rest = len(args) - len(plan.places)
-        fitting = [_fit(*place, value) for place, value in zip(plan.places + [plan.rest] * rest, args, strict=False)]
-        kwargs = {name: _fit(*plan.named[name], v) if name in plan.named else v for name, v in kwargs.items()}
-        if plan.axes:
-            given = dict(zip(plan.names, fitting, strict=False)) | kwargs
-            _refuse_misshapen(plan.call, given.get("self"), plan.axes, given)
-        return thing(*fitting, **kwargs)
+        call, signature, fits, axes = _plan(thing)
+        try:
+            bound = signature.bind(*args, **kwargs)
+        except TypeError:
+            return thing(*args, **kwargs)  # whose own error names the function
+        given = bound.arguments
+        for name in given:
+            given[name] = fits[name](given[name])
+        if axes:
+            _refuse_misshapen(call, given.get("self"), axes, given)
+        return thing(*bound.args, **bound.kwargs)
 
     return cast(Door, opened)
 
 
-def fitted(owner: Any, field: Field[Any]) -> Any:
+def fit_field(owner: Any, field: Field[Any]) -> Any:
     """The value of a field, made to fit the field's type, or a refusal."""
     value = getattr(owner, field.name)
     default, call, fit = _fits(cast(Any, type(owner)))[field.name]
@@ -125,20 +117,20 @@ def _fits(cls: Any) -> dict[str, tuple[Any, str, Fit]]:
 
 
 @functools.cache
-def _plan(function: Any) -> Plan:
+def _plan(function: Any) -> tuple[str, inspect.Signature, dict[str, Fit], list[tuple[str, str]]]:
+    """The name of a function in messages, its signature, the fit of each argument, and the axes that hints declare."""
     hints, call = _hints(function), function.__qualname__.rpartition("<locals>.")[2].removesuffix(".__init__")
-    plan = Plan(call, [], [], {}, ("", fit_of(Any)), [])
-    for name, parameter in inspect.signature(function).parameters.items():
-        fit = (f"{call}({name}=...)", fit_of(hints.get(name, Any)))
+    signature, axes = inspect.signature(function), []
+    fits: dict[str, Fit] = {}
+    for name, parameter in signature.parameters.items():
+        hint = hints.get(name, Any)
         if parameter.kind is parameter.VAR_POSITIONAL:
-            plan = plan._replace(rest=fit)
-        elif parameter.kind is not parameter.VAR_KEYWORD:
-            plan.named[name] = fit
-        if parameter.kind in (parameter.POSITIONAL_ONLY, parameter.POSITIONAL_OR_KEYWORD):
-            plan.places.append(fit)
-            plan.names.append(name)
-        plan.axes.extend((name, axis) for axis in _axes(hints.get(name, Any)))
-    return plan
+            hint = tuple[hint, ...]  # type: ignore[valid-type]
+        fits[name] = functools.partial(_fit, f"{call}({name}=...)", fit_of(hint))
+        if parameter.kind is parameter.VAR_KEYWORD:
+            fits[name] = fit_of(Any)
+        axes += [(name, axis) for axis in _axes(hint)]
+    return call, signature, fits, axes
 
 
 @functools.cache

@@ -6,7 +6,7 @@ from typing import Any
 
 import casadi as ca
 
-from workbench.notation import formula, latex, mathml, normal_form, program, reader, text, typst_math, walk
+from workbench.notation import formula, latex, mathml, normal_form, program, reader, text, typst_math
 from workbench.notation.formula import Matrix, Number, Relation, Sum, Symbol
 from workbench.printed import plain_text as plain
 from workbench.printed import statements, tex
@@ -50,7 +50,7 @@ def calls() -> dict[str, Any]:
         "to_formula": partial(normal_form.to_formula, expression, {"q": x}),
         "straight_line": partial(program.straight_line, {"M": expression}, {"q": "q_1"}, dialect),
         "Dialect": partial(program.Dialect, {"fabs": "abs"}, frozenset({"while"}), 100),
-        "walk": partial(walk.walk, expression, cse=True),
+        "walk": partial(program.walk, expression, cse=True),
         "plain.tokens": partial(plain.tokens, "M = x_1^2 + sin(q)"),
         "tex.tokens": partial(tex.tokens, r"M = \frac{x_1}{2}"),
         "statements": partial(statements.statements, "M = x_1^2 + 2", "text"),

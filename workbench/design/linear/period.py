@@ -12,7 +12,7 @@ from workbench.core.step import runge_kutta
 from workbench.design.certificates import Refused
 from workbench.design.linear.arguments import jacobians, places_of
 from workbench.design.linear.smoothness import refuse_jump_at
-from workbench.notation.walk import walk
+from workbench.notation.program import walk
 from workbench.proofs.interval import jumps
 from workbench.validation.refusals import MOST, Array
 

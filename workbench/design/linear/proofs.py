@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
-from workbench.notation.walk import Walk, walk
+from workbench.notation.program import Walk, walk
 from workbench.proofs.interval import Interval, NoBound, evaluate, jumps
 from workbench.validation.refusals import Array
 

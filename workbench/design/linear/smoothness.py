@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.core import Layout, Ode
 from workbench.design.linear.arguments import inputs_of, places_of
-from workbench.notation.walk import walk
+from workbench.notation.program import walk
 from workbench.proofs.interval import jumps
 from workbench.validation.refusals import Array
 

@@ -23,7 +23,7 @@ from workbench.core import Dynamics
 from workbench.core.dynamics import solve_definite
 from workbench.design.observer_gains.region import Region
 from workbench.notation.normal_form import NotInClass, normal_forms
-from workbench.notation.walk import Walk, walk
+from workbench.notation.program import Walk, walk
 from workbench.proofs.interval import Interval, evaluate, jumps
 from workbench.proofs.spectrum import nominal
 from workbench.validation.refusals import Array, require
