@@ -132,13 +132,12 @@ class Dynamics:
             )
         if not set(self.motors) <= set(range(n)):
             raise ValueError(f"`Dynamics(motors=...)` must be joints counted from 0 to {n - 1}; got {self.motors}.")
-        accelerations = self.recursion or (ca.SX.sym("qdd", n), ca.SX(n, 1))
-        qdd, tau = accelerations
-        shapes = {"qd": (n, 1), "M": (n, n), "C": (n, n), "G": (n, 1), "symbols": (self.p.size, 1)}
+        qdd, tau = self.recursion or (ca.SX.sym("qdd", n), ca.SX(n, 1))
+        shapes = {"q": (n, 1), "qd": (n, 1), "M": (n, n), "C": (n, n), "G": (n, 1), "symbols": (self.p.size, 1)}
         for name, shape in shapes.items():
             refuse_misfit("Dynamics", name, getattr(self, name), *shape)
-        for part in (self.q, qdd, tau):
-            refuse_misfit("Dynamics", "q" if part is self.q else "recursion", part, n, 1)
+        for part in (qdd, tau):
+            refuse_misfit("Dynamics", "recursion", part, n, 1)
         symbols = {"q": self.q, "qd": self.qd, "symbols": self.symbols}
         refuse_unknown("Dynamics", symbols, M=self.M, C=self.C, G=self.G)
         refuse_unknown("Dynamics", {**symbols, "qdd": qdd}, recursion=tau)

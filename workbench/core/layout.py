@@ -69,7 +69,7 @@ class Entry:
 @dataclass(frozen=True, eq=False)
 @door
 class Layout:
-    """Where each named quantity lies in a flat vector. Matrices lie column by column, as in CasADi.
+    """The place of each named quantity in a flat vector. Matrices lie column by column, as in CasADi.
 
     Examples
     --------
@@ -129,7 +129,7 @@ class Layout:
         return table_to_html("Layout", ("name", "value", "unit", "bounds"), rows)
 
     def slice(self, name: str) -> slice:
-        """Where the quantity lies in the flat vector."""
+        """The slice of a quantity in the flat vector."""
         return self._slices[self._known(name)]
 
     def _known(self, name: str) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import groupby
 from typing import Annotated, Any
 
 import casadi as ca
@@ -125,33 +126,18 @@ class LinearSystem:
 
 
 def layout_of(labels: Sequence[str]) -> Layout:
-    """The layout that has these labels in this order, with as few entries as that allows."""
+    """The layout that has these labels in this order, in which q[0] and q[1] are one quantity q."""
     entries: list[Entry] = []
-    rest = list(labels)
-    while rest:
-        entry = _first(rest)
-        entries.append(entry)
-        rest = rest[entry.size :]
+    for base, group in groupby(labels, lambda label: label.partition("[")[0]):
+        own = list(group)
+        last = re.fullmatch(r"\[(\d+)(?:,(\d+))?\]", own[-1].removeprefix(base))
+        shape = tuple(int(place) + 1 for place in last.groups() if place is not None) if last else ()
+        whole = Entry(base, np.zeros(shape)) if last and np.prod(shape) == len(own) else None
+        if whole is not None and whole.labels() == own:
+            entries.append(whole)
+        else:
+            entries += [Entry(label, np.zeros(())) for label in own]
     return Layout(tuple(entries))
-
-
-def _first(labels: Sequence[str]) -> Entry:
-    """The largest quantity whose numbers come first among the labels."""
-    base, bracket, _ = labels[0].partition("[")
-    places: list[tuple[int, ...]] = []
-    for label in labels if bracket else ():
-        match = re.fullmatch(rf"{re.escape(base)}\[(\d+)(?:,(\d+))?\]", label)
-        if not match:
-            break
-        places.append(tuple(int(place) for place in match.groups() if place is not None))
-    while places:
-        if len({len(place) for place in places}) == 1:
-            shape = tuple(int(n) + 1 for n in np.max(places, axis=0))
-            entry = Entry(base, np.zeros(shape)) if np.prod(shape) == len(places) else None
-            if entry is not None and entry.labels() == list(labels[: len(places)]):
-                return entry
-        places.pop()
-    return Entry(labels[0], np.zeros(()))
 
 
 def _is_transfer(value: object) -> bool:
