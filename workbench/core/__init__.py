@@ -11,8 +11,7 @@ from workbench.core.layout import Entry, Layout
 from workbench.core.lift import Lifted, lift
 from workbench.core.linear import LinearSystem
 from workbench.core.ode import Ode, with_quadrature, with_sensitivity
-from workbench.core.port import Signals, layout
-from workbench.core.roles import Roles, grouped
+from workbench.core.port import Roles, Signals, grouped, layout
 from workbench.core.sampled import Sampled
 from workbench.core.stabilised import rkc, stepper
 from workbench.core.step import Rule, Step, rk4

@@ -11,7 +11,7 @@ import casadi as ca
 
 from workbench.core import AbstractArm, Layout, Signals, lift
 from workbench.core.block import Column, is_block
-from workbench.core.roles import Roles, Way
+from workbench.core.port import Roles, Way
 from workbench.loop.contracts import AbstractController, AbstractPlant, is_recursion
 from workbench.loop.wiring import Blocks
 from workbench.validation.refusals import refusal
