@@ -37,7 +37,7 @@ def calls() -> dict[str, Any]:
         "System": partial(formula.System, (relation, relation)),
         "symbol": partial(formula.symbol, "q_ref_1"),
         "name_of": partial(formula.name_of, x),
-        "printed": partial(formula.printed, ["a", "b"], {"a": x}),
+        "symbols_of": partial(formula.symbols_of, ["a", "b"], {"a": x}),
         "equations": partial(formula.equations, x, matrix),
         "entry_symbol": partial(formula.entry_symbol, x, "12"),
         **{f"{name}.emit": partial(emit, matrix, width=80) for name, emit in markups.items()},
