@@ -21,9 +21,9 @@ import numpy as np
 
 from studies.paper.printed_arm import PrintedArm
 from workbench.core import Dynamics
-from workbench.core.show import formula_of
 from workbench.notation import text
 from workbench.notation.formula import Formula, Number, Power, Product, Relation, Sum, Symbol, entry_symbol, symbol
+from workbench.notation.reader import formula_of
 from workbench.printed.comparison import EntryVerdict, compare
 from workbench.proofs.bounds import shown
 from workbench.proofs.properties import (

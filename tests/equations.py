@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Step
-from workbench.core.layout import Bounds
+from workbench.core.numbers import Bounds
 
 
 def oscillator() -> Ode:

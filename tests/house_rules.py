@@ -60,7 +60,20 @@ SEEDED = {"Generator", "BitGenerator", "SeedSequence", "PCG64", "PCG64DXSM", "Ph
 # Participles and riddles that have stood for the noun of a file.
 NO_NAMES = {
     *("accumulated", "adjusted", "answered", "asked", "bounded", "found", "frozen", "given", "held", "kept", "listed"),
-    *("located", "made", "measured", "merged", "prepared", "read", "ready", "said", "shown", "tuned", "waiting", "written"),
+    *(
+        "located",
+        "made",
+        "measured",
+        "merged",
+        "prepared",
+        "read",
+        "ready",
+        "said",
+        "shown",
+        "tuned",
+        "waiting",
+        "written",
+    ),
 }
 NO_OPENINGS = ("What", "Who", "Whether", "How")
 

@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
-from workbench.core.layout import Bounds
+from workbench.core.numbers import Bounds
 from workbench.metrics import iae, ise
 from workbench.study.run import Run
 from workbench.study.sweep import Sweep

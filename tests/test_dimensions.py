@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.core.dimensions import gain, per_second
+from workbench.core.port import gain, per_second
 
 
 @pytest.mark.parametrize(

@@ -39,7 +39,7 @@ def test_matrices_and_odd_labels_keep_their_order():
     system = control.ss(-np.eye(6), np.ones((6, 1)), np.ones((1, 6)), 0, states=labels)
     ode = from_control(system)
     assert list(ode.states.labels) == labels
-    assert ode.states.names == ("K", "a[1]", "a")
+    assert ode.states.names == ("K", "a[1]", "a[0]")
 
 
 def test_the_step_response_is_python_controls():

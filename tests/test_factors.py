@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from workbench.core.layout import Bounds, Entry, Layout
+from workbench.core.layout import Entry, Layout
+from workbench.core.numbers import Bounds
 from workbench.study.provenance import assumed, stated
 from workbench.study.uncertainty.distributions import LogNormal, LogUniform, Normal, Uniform
 from workbench.study.uncertainty.factors import Factor, Space

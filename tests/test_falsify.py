@@ -9,7 +9,7 @@ from workbench.claims.falsify import Budget, Hunt
 from workbench.claims.margins import violation
 from workbench.core import Claim, Entry, Layout, Ode
 from workbench.core.claim import Declared
-from workbench.core.layout import Bounds
+from workbench.core.numbers import Bounds
 from workbench.metrics import ise, peak_error, rmse
 from workbench.metrics.integral import Integral
 from workbench.proofs.box import Box

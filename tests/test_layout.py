@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.core import Entry, Layout, Signals
-from workbench.core.layout import Bounds
+from workbench.core.numbers import Bounds
 
 FINITE = st.floats(-1e6, 1e6)
 SHAPES = st.sampled_from([(), (1,), (3,), (2, 2), (2, 3), (1, 4)])
@@ -185,7 +185,7 @@ def test_values_without_names_are_refused():
 
 
 def test_definiteness_is_asked_of_symmetric_matrices_only():
-    with pytest.raises(ValueError, match=r"`Bounds\(definite=...\)` is one of"):
+    with pytest.raises(ValueError, match=r"`Bounds\(definite='semi'\)` is for `symmetric` matrices"):
         Bounds(definite="semi")
     with pytest.raises(ValueError, match="got 'negative'"):
         Bounds(symmetric=True, definite="negative")

@@ -145,7 +145,10 @@ REFUSED = [
     (lambda: LinearLaw(one(dt=True)), r"must be the period in s of 'one', a discrete system that says none"),
     (lambda: LinearSystem.of(one(), dt=0.1), r"'one' is continuous: sample it by `control.c2d\(system, dt\)`; got 0.1"),
     (lambda: LinearSystem.of(one(dt=0.2), dt=0.1), "'one' has 0.2 s"),
-    (lambda: LinearPlant(control.ss(np.inf, 1, 1, 0, name="odd", inputs="v", outputs="w")), "A of 'odd' is not"),
+    (
+        lambda: LinearPlant(control.ss(np.inf, 1, 1, 0, name="odd", inputs="v", outputs="w")),
+        "`LinearSystem\\(A=...\\)` must be finite",
+    ),
     (lambda: LinearPlant(control.tf([np.nan], [1, 1], name="odd", inputs="v", outputs="w")), "finite coefficients"),
     (
         lambda: LinearLaw(control.tf([1, 0], [2], inputs="omega", outputs="v", name="D")),

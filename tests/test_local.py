@@ -7,7 +7,7 @@ from equations import decay, explosion, oscillator
 
 from workbench.controllers import PID
 from workbench.core import Entry, Layout, Ode
-from workbench.core.layout import Bounds
+from workbench.core.numbers import Bounds
 from workbench.loop import ClosedLoop
 from workbench.metrics import effort, iae, ise, late_error, measured, peak_error, rmse, settling_time, total_variation
 from workbench.metrics.final import final_values

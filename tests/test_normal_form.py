@@ -8,14 +8,13 @@ import time
 from fractions import Fraction
 
 import casadi as ca
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.notation import python, text
+from workbench.notation import text
 from workbench.notation.formula import Matrix, Number, symbol
-from workbench.notation.normal_form import NormalForm, NotInClass, normal_forms, simplify, to_formula
+from workbench.notation.normal_form import NormalForm, NotInClass, normal_forms, to_formula
 
 NAMES = ("q_1", "q_2", "qd_1", "m_1", "l_1")
 SYMBOLS = {name: ca.SX.sym(name) for name in NAMES}
@@ -73,24 +72,24 @@ def test_a_normal_form_has_the_value_of_its_expression(expression, state):
     form = NormalForm.of(expression)
     # Some hundred roundings, each relative to the terms; cancellation within the expression itself can
     # lift the scale of its own terms above that of the form, for which three decades are allowed.
-    assert form.evaluate(state) == pytest.approx(value(expression, state), abs=1e-11 * size(form, state))
+    assert value(form.to_casadi(SYMBOLS), state) == pytest.approx(
+        value(expression, state), abs=1e-11 * size(form, state)
+    )
 
 
 @given(expressions, expressions)
 def test_the_normal_form_of_a_sum_difference_product_is_that_of_the_forms(a, b):
     A, B = NormalForm.of(a), NormalForm.of(b)
     assert NormalForm.of(a + b) == A + B == B + A
-    assert NormalForm.of(a - b) == A - B == -(B - A)
+    assert NormalForm.of(a - b) == A - B
     assert NormalForm.of(a * b) == A * B == B * A
-    assert hash(A * B) == hash(B * A)
 
 
 @given(expressions)
 def test_the_printed_formula_says_exactly_what_the_expression_says(expression):
-    """Read back from Python text into CasADi, the textbook form has the same normal form."""
+    """Read back from plain text into CasADi, the textbook form has the same normal form."""
     form = NormalForm.of(expression)
-    variables = SYMBOLS | {"np": ca}
-    back = ca.SX(eval(python.emit(form.to_formula()), variables))
+    back = ca.SX(eval(text.emit(form.to_formula(), width=1e9).replace("^", "**"), SYMBOLS | vars(ca)))
     assert NormalForm.of(back) == form
 
 
@@ -256,16 +255,6 @@ def test_four_links_are_expanded_in_well_under_a_second():
     to_formula(ca.horzcat(M, C, G))
     # Measured at 0.4 s; the bound is for a machine that is busy with other tests.
     assert time.perf_counter() - start < 5
-
-
-def test_simplify_leaves_what_does_not_cancel():
-    M, *_ = arm(*columns(2))
-    simple = simplify(M)
-    assert {s.name() for s in ca.symvar(simple[1, 1])} == {"m_2", "l_2"}
-    symbols = ca.vertcat(*ca.symvar(M))
-    difference = ca.Function("difference", [symbols], [simple - M])
-    # Some ten terms of size 10 cancel.
-    assert np.abs(np.array(difference(np.linspace(0.3, 1.7, symbols.numel())))).max() < 1e-13
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,6 @@ from studies.a1_paper_tables.repairs import with_two_repairs
 from studies.paper.card import CARD, PUBLISHED
 from studies.paper.laws import ARM, proposed_as_printed, proposed_repaired
 from workbench.controllers import AosmcRgs
-from workbench.core.layout import Array
 from workbench.metrics import measured, rmse, sampled_rmse
 from workbench.metrics.final import final_values
 from workbench.robots import paper_arm
@@ -17,6 +16,7 @@ from workbench.simulate import simulate, step_limit
 from workbench.study.run import Run
 from workbench.study.runner import run
 from workbench.study.study import Case, Study
+from workbench.validation.refusals import Array
 
 H = 1e-3 / 12  # s, below the limit of 0.094 ms that the gains of the repaired law set
 

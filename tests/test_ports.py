@@ -410,7 +410,7 @@ def test_signals_are_read_by_item_and_attribute_and_cannot_be_changed():
     assert ("a" in both, "c" in both, both.get("c")) == (True, False, None)
     assert list(both | {"c": a}) == ["a", "b", "c"]
     assert list(both.only(layout(b="m"))) == ["b"]
-    with pytest.raises(AttributeError, match="There is no signal 'omgea' among omega. Did you mean 'omega'?"):
+    with pytest.raises(AttributeError, match="There is no 'omgea' among the 1 signals. Did you mean 'omega'?"):
         _ = Signals(omega=a).omgea
     with pytest.raises(LookupError, match="There is no 'c' among the 2 signals"):
         _ = both["c"]

@@ -8,7 +8,7 @@ from scipy.linalg import expm
 
 from workbench.controllers import AosmcRgs
 from workbench.core import Entry, Layout, Ode, rk4
-from workbench.core.layout import Bounds
+from workbench.core.numbers import Bounds
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState
 from workbench.plants import Manipulator

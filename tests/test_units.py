@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from workbench.core import Dynamics, Entry, Layout
-from workbench.core.show import formula_of
+from workbench.notation.reader import formula_of
 from workbench.printed.given import narrowed
 from workbench.printed.sheet import read_sheet
 from workbench.printed.units import KG, METRE, NONE, SECOND, read_unit, units_of

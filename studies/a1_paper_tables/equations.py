@@ -9,9 +9,9 @@ import numpy as np
 from studies.paper.laws import RIVALS, proposed_repaired
 from workbench.controllers import AosmcRgs, RuleBase
 from workbench.core import AbstractArm, Layout, Signals, lift
-from workbench.core.show import formula_of
 from workbench.loop import AbstractArmController
 from workbench.notation.formula import Formula, Relation, Symbol, symbol
+from workbench.notation.reader import formula_of
 from workbench.study.document.document import Equation, Paragraph, Section
 
 NAMES = {"q": "q_hat", "qd": "qd_hat", "d": "D_hat", "q_ref": "q_d", "qd_ref": "qd_d", "qdd_ref": "qdd_d"}

@@ -11,9 +11,8 @@ from studies.paper.figures import GAINS
 from studies.paper.laws import ARM, PRINTED_ARM, proposed_as_printed
 from workbench.controllers.aosmc_rgs import SHAPES
 from workbench.core import Dynamics, Signals
-from workbench.core.show import formula_of
 from workbench.notation.formula import Formula, Relation, Symbol, symbol
-from workbench.notation.reader import read
+from workbench.notation.reader import formula_of, read
 from workbench.study.document.document import (
     Cell,
     Column,

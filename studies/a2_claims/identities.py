@@ -8,8 +8,8 @@ from studies.a2_claims.unit_mass_arm import UnitMassArm
 from studies.paper.card import CARD
 from studies.paper.laws import ARM
 from workbench.core import Dynamics, Signals
-from workbench.core.layout import Array
 from workbench.plants import Manipulator
+from workbench.validation.refusals import Array
 
 Sides = tuple[ca.SX, ca.SX]
 NAMES = ("q_hat", "qd_hat", "q", "q_d", "qd_d", "qdd_d", "D", "D_hat", "tau", "s")

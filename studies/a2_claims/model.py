@@ -11,11 +11,11 @@ from studies.paper.card import CARD
 from studies.paper.laws import plant
 from workbench.claims.verdicts import Finding
 from workbench.core import Claim
-from workbench.core.layout import Array
 from workbench.proofs.bounded import disturbance
 from workbench.proofs.bounds import guarantee, shown
 from workbench.proofs.properties import PropertyVerdict
 from workbench.proofs.witness import Witness
+from workbench.validation.refusals import Array
 
 PERIOD = 6.3  # s, just above 2 pi, the period of sines of 3 and 4 rad/s
 

@@ -15,7 +15,6 @@ from studies.a2_claims.searches import PRINTED, REACH, SEED, found, hunt
 from studies.a2_claims.statements import D_MAX, L_D
 from workbench.claims.verdicts import BROKEN, Kind, Ledger, Line
 from workbench.core import Claim, rk4
-from workbench.core.layout import Array
 from workbench.notation.formula import symbol
 from workbench.proofs.bounds import guarantee
 from workbench.simulate import simulate
@@ -35,6 +34,7 @@ from workbench.study.document.document import (
     Verdict,
     parts,
 )
+from workbench.validation.refusals import Array
 
 OUTCOME: Mapping[Kind, Literal["holds", "fails", "open", "depends"]] = {
     "proved": "holds",

@@ -30,7 +30,6 @@ from workbench.claims.margins import SignalsOf, derivative, violation, watching
 from workbench.controllers.promises import K_STAYS_DEFINITE
 from workbench.core import Dynamics, Entry, Layout, Ode, rk4
 from workbench.core.claim import Declared
-from workbench.core.layout import Array
 from workbench.design.riccati import care
 from workbench.metrics import Measurement, late_error, measure
 from workbench.metrics.integral import Integral
@@ -40,6 +39,7 @@ from workbench.reference import reference
 from workbench.simulate import simulate
 from workbench.study.contract import equations_of
 from workbench.study.runner import measurement
+from workbench.validation.refusals import Array
 
 __all__ = [
     "I",

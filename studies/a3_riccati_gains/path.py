@@ -10,11 +10,10 @@ from scipy.interpolate import CubicSpline
 
 from studies.paper.card import CARD
 from studies.paper.laws import ARM
-from workbench.core.layout import Array
 from workbench.design.riccati import care
 from workbench.design.riccati_flow import RiccatiFlow, fpre, rde
 from workbench.study.study import Outcome
-from workbench.validation.words import Integers
+from workbench.validation.refusals import Array, Integers
 
 WINDOW = 2.5  # s: the approach, and in the second scenario one jump
 EVENLY = 10_001  # evenly spaced times, of which a median over time is taken

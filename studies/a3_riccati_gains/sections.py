@@ -8,12 +8,12 @@ from studies.a3_riccati_gains.loops import ALGEBRAIC, AT_START, FORWARD, LQR, NO
 from studies.a3_riccati_gains.path import RTOL, WINDOW, Compared, compared, distance, median_in_time, rise, symmetric
 from studies.paper.card import CARD
 from studies.paper.comparison import BOLD, MARGIN, SCENARIOS
-from workbench.core.layout import Array
 from workbench.notation.formula import symbol
 from workbench.study.comparison import order, side_by_side
 from workbench.study.document.cells import raised
 from workbench.study.document.document import Cell, Column, Figure, Panel, Paragraph, Section, Series, Table, Verdict
 from workbench.study.study import Results
+from workbench.validation.refusals import Array
 
 SETTLED = 0.05  # s: several times the time in which (34) forgets P(0)
 SHOWN = ("RMSE (43)", "RMSE", "IAE", "peak error", "effort", "peak torque", "TV")

@@ -8,7 +8,6 @@ import numpy as np
 from studies.paper.card import CARD
 from studies.paper.laws import ARM
 from workbench.core import Dynamics
-from workbench.core.layout import Array
 from workbench.design.observer_gains import (
     Audit,
     Frozen,
@@ -28,6 +27,7 @@ from workbench.design.observer_gains import (
     over,
 )
 from workbench.study.document.cells import raised
+from workbench.validation.refusals import Array
 
 I, REST = np.eye(2), np.zeros(2)
 DYNAMICS = Dynamics.of(ARM)

@@ -15,7 +15,6 @@ from studies.a4_observer_gains.candidates import (
 )
 from studies.a4_observer_gains.figures import along_the_path, errors, noise_and_rate, poles
 from studies.a4_observer_gains.findings import BOX, SCENARIOS
-from workbench.core.layout import Array
 from workbench.notation.formula import Formula, Number, Product, Relation, Sum, Symbol, symbol
 from workbench.proofs.bounds import guarantee
 from workbench.study.document.document import (
@@ -30,6 +29,7 @@ from workbench.study.document.document import (
     Table,
 )
 from workbench.study.study import Outcome, Results
+from workbench.validation.refusals import Array
 
 SHOWN = ("late error", "RMS qd_error", "peak torque")
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from studies.paper.laws import ARM
 from workbench.core import Ode
-from workbench.core.layout import Array
 from workbench.design.linear import (
     Equilibria,
     LyapunovExponents,
@@ -22,6 +21,7 @@ from workbench.design.linear import (
 from workbench.loop import open_loop
 from workbench.plants import Manipulator
 from workbench.study.document.document import Cell, Column, Paragraph, Section, Table
+from workbench.validation.refusals import Array
 
 NAMES = {
     (0.0, 0.0): "hanging",

@@ -4,10 +4,10 @@ import numpy as np
 
 from studies.a1_paper_tables.study import STYLES
 from studies.paper.linear_loops import PROPOSED, SEVEN, at_rest, on_path
-from workbench.core.layout import Array
 from workbench.design.linear import frequency_response, one_loop, sensitivity
 from workbench.study.document.document import Figure, Panel, Series
 from workbench.study.study import Results
+from workbench.validation.refusals import Array
 
 FREQUENCIES = np.geomspace(0.01, 1e5, 300)
 DRAWN = (PROPOSED, "RBF-ASMC", "PID", "SMC")

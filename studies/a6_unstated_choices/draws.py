@@ -20,7 +20,6 @@ from studies.a6_unstated_choices.loops import (
     searched,
 )
 from studies.paper.card import CARD, LAWS
-from workbench.core.layout import Array
 from workbench.metrics import sampled_rmse
 from workbench.study.run import Run
 from workbench.study.sample import Sample
@@ -30,7 +29,7 @@ from workbench.study.uncertainty import AbstractDesign, MonteCarlo, SobolDesign
 from workbench.study.uncertainty.design import span
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor
-from workbench.validation.words import Integers
+from workbench.validation.refusals import Array, Integers
 
 Scale: TypeAlias = Literal["linear", "log"]
 RMSE = sampled_rmse(CARD["sample time of (43)"])

@@ -9,13 +9,12 @@ import numpy as np
 from studies.a6_unstated_choices.draws import LONGEST, RMSE, SHORTEST, factors_of, slug
 from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, STEPS, loop, searched
 from studies.paper.card import CARD, PUBLISHED
-from workbench.core.layout import Array
 from workbench.study.run import Run
 from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Trial, Tuned, Tuning
 from workbench.study.uncertainty import Listed
-from workbench.validation.words import Integers
+from workbench.validation.refusals import Array, Integers
 
 CLOSE = 0.01
 AGAIN = 3  # points that are run again for a target, the nearest, and as many from all of the search

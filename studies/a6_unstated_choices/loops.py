@@ -10,11 +10,11 @@ from studies.paper.card import CARD, INERTIA, LAWS, POLES
 from studies.paper.laws import ARM, PRINTED_ARM, REFERENCES, RIVALS, plant
 from workbench.controllers.aosmc_rgs import SHAPES
 from workbench.core import Sampled
-from workbench.core.layout import Array
 from workbench.loop import AbstractController, ClosedLoop
 from workbench.observers import Luenberger
 from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor
+from workbench.validation.refusals import Array
 
 PROPOSED, PID = "AOSMC-RGS", "PID"
 SCENARIOS = {"FS": "first scenario", "SS": "second scenario"}

@@ -9,9 +9,9 @@ import numpy as np
 from studies.a6_unstated_choices.draws import at_draws, factors_of, slug
 from studies.a6_unstated_choices.fits import CLOSE, TARGETS, Fit, fit, nearest, runs
 from studies.a6_unstated_choices.loops import SCENARIOS, Reading
-from workbench.core.layout import Array
 from workbench.study.study import Results
 from workbench.study.uncertainty.factors import Factor
+from workbench.validation.refusals import Array
 
 WIDE = 0.5  # of a range: what is found over more of it is not determined
 

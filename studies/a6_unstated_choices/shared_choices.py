@@ -14,7 +14,6 @@ from studies.a6_unstated_choices.fits import CLOSE, EVALUATIONS, EVERY, FINE, FI
 from studies.a6_unstated_choices.loops import MEASURED, PROPOSED, SQUARE, STEPS, loop, relayed
 from studies.a6_unstated_choices.results import in_words
 from studies.paper.card import LAWS
-from workbench.core.layout import Array
 from workbench.loop import ClosedLoop
 from workbench.study.document.document import Column, Table, Verdict
 from workbench.study.run import Run
@@ -24,7 +23,7 @@ from workbench.study.sweep import Sweep
 from workbench.study.tuning import Trial, Tuned, Tuning
 from workbench.study.uncertainty import Listed
 from workbench.study.uncertainty.factors import Factor
-from workbench.validation.words import Integers
+from workbench.validation.refusals import Array, Integers
 
 FOUND = 0.8162, 0.3741  # rad: by the search by hand
 AMPLITUDES, FREQUENCY = (0.82, 0.373), 0.7278  # rad, Hz

@@ -9,9 +9,9 @@ from studies.a6_unstated_choices.fits import CLOSE, EVALUATIONS, FINE, SECOND, S
 from studies.a6_unstated_choices.loops import PROPOSED, SQUARE, Reading
 from studies.a6_unstated_choices.results import Found, said, words
 from studies.paper.card import LAWS, PUBLISHED
-from workbench.core.layout import Array
 from workbench.study.document.document import Cell, Column, Measured, Paragraph, Section, Table
 from workbench.study.uncertainty.factors import Factor
+from workbench.validation.refusals import Array
 
 CELLS = tuple(target for target in TARGETS if "q" in target)
 COUNTED = (

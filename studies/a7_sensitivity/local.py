@@ -7,9 +7,9 @@ import numpy as np
 
 from studies.a7_sensitivity.sweeps import METRICS, STEPS, UNTIL, free, loop
 from workbench.core import Ode
-from workbench.core.layout import Array
 from workbench.study.uncertainty.factors import Factor
 from workbench.study.uncertainty.local import LocalSensitivities, local_sensitivities
+from workbench.validation.refusals import Array
 
 
 @dataclass(frozen=True, eq=False)

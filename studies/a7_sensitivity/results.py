@@ -9,7 +9,6 @@ import numpy as np
 
 from studies.a7_sensitivity.sweeps import EVERY, called, kinds, metrics
 from studies.a7_sensitivity.words import GROUPS, group_of, percent
-from workbench.core.layout import Array
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.uncertainty import (
@@ -22,6 +21,7 @@ from workbench.study.uncertainty import (
     sobol,
     tornado,
 )
+from workbench.validation.refusals import Array
 
 LEVELS = (0.05, 0.5, 0.95)
 FLOOR = 1e-4  # rad: what smaller errors add to an integral that holds the start is lost in its rounding

@@ -11,7 +11,6 @@ from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, Computed, S
 from studies.a8_fair_comparison.entrants import Entrant
 from studies.a8_fair_comparison.laws import PROPOSED, Numbers
 from studies.a8_fair_comparison.objective import TERMS, Term, both, cost, metrics
-from workbench.core.layout import Array
 from workbench.study.causes import Causes, causes_in_sweep
 from workbench.study.evidence import (
     Judgement,
@@ -32,6 +31,7 @@ from workbench.study.study import Results
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned
 from workbench.study.uncertainty import MonteCarlo
+from workbench.validation.refusals import Array
 
 ABLATED = ("paper", "payload")  # the scenarios in which AOSMC-RGS loses its parts
 CARD = "_card"  # a kind of sweeps

@@ -9,10 +9,10 @@ import casadi as ca
 import numpy as np
 
 from studies.a8_fair_comparison.conditions import HORIZON, LEVEL, Scenario
-from workbench.core.layout import Array
 from workbench.metrics import AbstractMetric, effort, rmse, total_variation
 from workbench.metrics.integral import Integral
 from workbench.study.sample import Sample
+from workbench.validation.refusals import Array
 
 LATE = "late RMSE"
 HALF = 0.5  # of the time, that counts as late

@@ -13,10 +13,10 @@ from studies.a9_sampling.safe_periods import Longest, exact_limit, frozen, longe
 from studies.paper.card import LAWS, PUBLISHED
 from studies.paper.comparison import MARGIN
 from studies.paper.linear_loops import PROPOSED, SEVEN
-from workbench.core.layout import Array
 from workbench.study.causes import Causes
 from workbench.study.comparison import order
 from workbench.study.study import Outcome, Results
+from workbench.validation.refusals import Array
 
 APART = (5e-3, 1e-2)  # s, the periods at which integrator and law are told apart
 SOME = (2e-4, 1e-3, 5e-3)  # s, the periods at which the other ways to switch are looked at

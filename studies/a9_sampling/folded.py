@@ -7,7 +7,6 @@ import numpy as np
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, RIVALS
 from workbench.core import Step
-from workbench.core.layout import Array
 from workbench.design.chattering import (
     Cycle,
     Measured,
@@ -23,6 +22,7 @@ from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.signals import Hold
 from workbench.simulate import simulate
+from workbench.validation.refusals import Array
 
 PERIODS = (1e-3, 2e-3, 5e-3, 1e-2)  # s
 FOLDED = np.array([0.0, np.pi])  # M is diagonal here

@@ -10,13 +10,12 @@ from studies.a9_sampling.card import CARD, LATE, NOISY, SEED
 from studies.paper.card import CARD as PAPER
 from studies.paper.linear_loops import PROPOSED, SEVEN, loop_of
 from workbench.core import Sampled
-from workbench.core.layout import Array
 from workbench.loop import ClosedLoop
 from workbench.metrics import AbstractMetric, late_error, measured, sampled_rmse, total_variation
 from workbench.metrics.final import final_values
 from workbench.plants import ArmInstruments
 from workbench.simulate import simulate
-from workbench.validation.words import Integers
+from workbench.validation.refusals import Array, Integers
 
 RMSE, TV, LATE_ERROR = "RMSE (43)", "TV", "late error"
 SCENARIOS = ("FS", "SS")

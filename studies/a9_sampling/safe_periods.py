@@ -13,11 +13,11 @@ from studies.paper.card import CARD as PAPER
 from studies.paper.laws import ARM
 from studies.paper.linear_loops import cut, loop_of, states
 from workbench.core import Ode, Signals
-from workbench.core.layout import Array
 from workbench.design.linear import along
 from workbench.design.linear.paths import LinearPath
 from workbench.loop import ClosedLoop
 from workbench.study.study import Outcome
+from workbench.validation.refusals import Array
 
 GRID = 1e-2  # s, that of (43), which every period divides
 PARTS = (500, 200, 100, 50, 20, 10, 5, 2, 1)  # of the grid: the periods where a search begins

@@ -7,10 +7,10 @@ import numpy as np
 from studies.a9_sampling.loops import TV, switched
 from studies.paper.linear_loops import PROPOSED
 from workbench.core import Step
-from workbench.core.layout import Array
 from workbench.metrics import measured, total_variation
 from workbench.metrics.final import final_values
 from workbench.simulate import simulate
+from workbench.validation.refusals import Array
 
 LAWS = ("SMC", PROPOSED)
 UNTIL, PERIOD = 10.0, 1e-3  # s, of the first scenario

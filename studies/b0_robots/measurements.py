@@ -17,10 +17,10 @@ import numpy as np
 
 from studies.b0_robots import mujoco_arm, sympy_chain
 from workbench.core import Dynamics, Entry, Layout, lift
-from workbench.core.layout import Array
-from workbench.notation.walk import walk
+from workbench.notation.program import walk
 from workbench.robots import CATALOGUE, PlanarArm, SpatialArm, lagrange
 from workbench.robots.catalogue import planar
+from workbench.validation.refusals import Array
 
 Arm = PlanarArm | SpatialArm
 REPETITIONS, STATES, SEED = 5, 50, 4

@@ -6,11 +6,11 @@ import numpy as np
 
 from studies.b3_any_plant.loops import COMPUTER, LAWS, LQG, LQR, PID, called, cut, margins
 from studies.b3_any_plant.settings import EASY, HARD, SETTINGS, Setting
-from workbench.core.layout import Array
 from workbench.design.linear import sensitivity
 from workbench.study import Results, Section, Verdict, sobol
 from workbench.study.comparison import order
 from workbench.study.uncertainty import SobolIndices
+from workbench.validation.refusals import Array
 
 BY_NAME = {setting.name: setting for setting in SETTINGS}
 COUNT = len(SETTINGS)

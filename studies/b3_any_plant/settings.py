@@ -11,7 +11,6 @@ import numpy as np
 
 from workbench.controllers import PID2, Cascade, LinearLaw
 from workbench.core import Entry, Layout, LinearSystem, Ode
-from workbench.core.layout import Array
 from workbench.design.linear import OperatingPoint, linearize, operating_point
 from workbench.design.riccati import Lqg, lqg
 from workbench.loop import AbstractController, AbstractPlant, open_loop
@@ -25,6 +24,7 @@ from workbench.plants import (
     StirredTank,
     TwoMasses,
 )
+from workbench.validation.refusals import Array
 
 INF = float("inf")
 SENSOR = 0.50  # V/cm: gains of the four tanks are published for the voltages of its sensors

@@ -10,7 +10,6 @@ import numpy as np
 from studies.paper.card import CARD, LAWS
 from studies.paper.laws import ARM, proposed_repaired, rival
 from workbench.core import Ode
-from workbench.core.layout import Array
 from workbench.design.linear import (
     DiskMargin,
     LoopMargins,
@@ -29,6 +28,7 @@ from workbench.observers import Luenberger
 from workbench.plants import Manipulator
 from workbench.signals import Hold
 from workbench.study.study import Outcome
+from workbench.validation.refusals import Array
 
 SEVEN = (*LAWS, "super-twisting")
 PROPOSED = "AOSMC-RGS"

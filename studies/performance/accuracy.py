@@ -13,8 +13,8 @@ from studies.performance.peers.contract import Peer, Runner
 from studies.performance.row import Row
 from studies.performance.workload import STATES, loop, rmse
 from workbench.core import Step, stepper
-from workbench.core.layout import Array
 from workbench.simulate import Schedule, choose, pilot_rows, run
+from workbench.validation.refusals import Array
 
 TOLERANCES, OURS = (1e-9, 1e-2), (1e-7, 1e-1)  # of CVODES and of our pilot, where the one of an error is looked for
 STEPS_A_DECADE = 24

@@ -8,10 +8,11 @@ from statistics import median
 from time import process_time
 
 import numpy as np
+from workbench.bench.workload import HORIZON, H, draw, rmse, workload
 
 from studies.performance.workload import HORIZON, H, draw, rmse, workload
-from workbench.core.layout import Array
 from workbench.simulate import simulate
+from workbench.validation.refusals import Array
 
 SEED = 20  # of all parameters that are drawn
 

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.core import Step
-from workbench.core.layout import Array
 from workbench.simulate.kernel import llvm
 from workbench.simulate.kernel.lowering import lower
 from workbench.simulate.kernel.plan import Plan
+from workbench.validation.refusals import Array
 
 COSTS = {"@llvm.fma": 2, "@llvm.sqrt": 1, "fadd": 1, "fsub": 1, "fmul": 1, "fdiv": 1}
 OPERATION = re.compile(r" = (?:call [^@]*)?(@llvm\.[a-z]+|f[a-z]+)\b")

@@ -7,8 +7,8 @@ from time import process_time
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.simulate.kernel import llvm
+from workbench.validation.refusals import Array
 
 CHAINS = (
     12  # of operations that need each other: more than any processor's latency times its units, less than registers

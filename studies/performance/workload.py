@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Step, rk4
-from workbench.core.layout import Array
+from workbench.validation.refusals import Array
 
 H, HORIZON = 1e-3, 10.0  # s
 

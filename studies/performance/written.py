@@ -6,9 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from workbench.bench.workload import PARAMETERS
 
 from studies.performance.workload import PARAMETERS
-from workbench.core.layout import Array
+from workbench.validation.refusals import Array
 
 
 def _arm(q: Array, qd: Array, mass: Array, length: Array, gravity: float) -> tuple[Array, Array, Array]:

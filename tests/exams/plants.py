@@ -11,13 +11,13 @@ import numpy as np
 
 from workbench.core import Layout, Ode, Sampled, Signals, block, layout, parameter
 from workbench.core.block import Matrix, Vector
-from workbench.core.layout import Array
 from workbench.design.linear import linearize, operating_point
 from workbench.design.riccati import lqr
 from workbench.loop import AbstractController, ClosedLoop, open_loop
 from workbench.plants import OdePlant
 from workbench.reference import reference
 from workbench.simulate import simulate
+from workbench.validation.refusals import Array
 
 from .graders import Grader, Loaded
 

@@ -7,12 +7,11 @@ import numpy as np
 
 from workbench.claims.margins import Largest
 from workbench.core import Ode, rk4, with_quadrature, with_sensitivity
-from workbench.core.layout import Array
 from workbench.metrics import AbstractMetric
 from workbench.proofs.box import Box
 from workbench.simulate import Trajectories, simulate
-from workbench.validation.doors import door
-from workbench.validation.words import multiple, seconds, vector
+from workbench.validation.refusals import Array, multiple, seconds, vector
+from workbench.validation.signatures import door
 
 ROWS = 400  # of the run at which the worst instant is looked for
 

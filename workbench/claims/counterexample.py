@@ -14,12 +14,12 @@ import numpy as np
 from workbench.claims.margins import Largest, violation, watching
 from workbench.core import Ode
 from workbench.core.claim import Declared
-from workbench.core.layout import Array, Layout
+from workbench.core.layout import Layout
 from workbench.metrics import AbstractMetric, measure
 from workbench.reference import reference
 from workbench.simulate import StepLimit
-from workbench.validation.doors import door
-from workbench.validation.words import described, known, nearest, refusal
+from workbench.validation.refusals import Array, described, known, nearest, refusal
+from workbench.validation.signatures import door
 
 LARGEST_FILE = 1_000_000  # bytes; one with a hundred parameters has ten thousand
 # A run counts if its error of the step is no more than this share of its value, and one that diverges if it does so

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array
-from workbench.validation.doors import door
-from workbench.validation.words import described, refusal, require, whole
+from workbench.validation.refusals import Array, described, refusal, require, whole
+from workbench.validation.signatures import door
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 

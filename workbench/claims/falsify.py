@@ -15,14 +15,13 @@ from workbench.claims.evolution import Judged, evolve
 from workbench.claims.margins import UNDEFINED, Largest, violation, watching
 from workbench.core import Ode, Step
 from workbench.core.claim import Declared
-from workbench.core.layout import Array
 from workbench.metrics import AbstractMetric, measured
 from workbench.metrics.final import final_values
 from workbench.proofs.box import Box
 from workbench.simulate import simulate
-from workbench.validation.doors import door
-from workbench.validation.words import known, multiple, seconds, whole
-from workbench.validation.words import seed as key
+from workbench.validation.refusals import Array, known, multiple, seconds, whole
+from workbench.validation.refusals import seed as key
+from workbench.validation.signatures import door
 
 Kind = Literal["refuted", "not refuted", "not checkable"]
 ROWS = 20  # of states kept, so that of a run that diverges little is lost

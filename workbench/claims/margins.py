@@ -10,10 +10,9 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Ode
 from workbench.core.claim import Claim, Declared
-from workbench.core.layout import Array
 from workbench.metrics.contract import AbstractMetric, Parts
-from workbench.validation.doors import door
-from workbench.validation.words import known, require, whole
+from workbench.validation.refusals import Array, known, require, whole
+from workbench.validation.signatures import door
 
 PRIME = "'"
 # Below and above any violation, in the loop's arithmetic, where an infinity would become NaN; the second stands for a

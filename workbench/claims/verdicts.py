@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 from workbench.core.claim import Claim
-from workbench.validation.doors import door
-from workbench.validation.words import described, known, require
+from workbench.validation.refusals import described, known, require
+from workbench.validation.signatures import door
 
 # How it stands with a claim. A finite simulation can refute one, and never proves one.
 Kind = Literal[

@@ -22,8 +22,8 @@ from workbench.study.study import Study
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import kept
 from workbench.study.tuning.ready import ready
-from workbench.validation.doors import door
-from workbench.validation.words import described, nearest, whole
+from workbench.validation.refusals import described, nearest, whole
+from workbench.validation.signatures import door
 
 Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
 COUNTS = ("runs", "base", "trajectories")  # the names by which designs have the number that `--samples` sets

@@ -22,7 +22,7 @@ from workbench.study.sample import table_of
 from workbench.study.study import Results, Study
 from workbench.study.tuning import Tuned, kept
 from workbench.study.tuning.ready import Ready, ready
-from workbench.validation.words import whole
+from workbench.validation.refusals import whole
 
 
 class Stopped(KeyboardInterrupt):

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import casadi as ca
 
 from workbench.core import Dynamics
-from workbench.core.show import formula_of
 from workbench.handover import as_text
 from workbench.notation import text
+from workbench.notation.reader import formula_of
 from workbench.printed.comparison import EntryVerdict, Sameness, compare_sheet
 from workbench.printed.diagnosis import Diagnosis, diagnose, in_common
 from workbench.printed.digits import told_apart
@@ -21,7 +21,7 @@ from workbench.printed.given import narrowed
 from workbench.printed.sheet import Sheet, read_sheet
 from workbench.printed.statements import Language
 from workbench.printed.tokens import MOST_CHARACTERS
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 TORQUE = {
     "proved": "C qd is right all the same: another factorisation of it",

@@ -10,8 +10,7 @@ from abc import ABC, abstractmethod
 import casadi as ca
 
 from workbench.core import block, parameter
-from workbench.core.block import Scalar, Vector
-from workbench.validation.shapes import Column
+from workbench.core.block import Column, Scalar, Vector
 
 
 class AbstractAdaptation(ABC):

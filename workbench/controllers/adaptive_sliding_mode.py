@@ -14,11 +14,10 @@ from workbench.controllers.promises import GAINS_STAY_POSITIVE, SURFACE_PULLS_TH
 from workbench.controllers.sliding_mode import SlidingMode
 from workbench.controllers.switching import SWITCHINGS, layered, matrices, sliding, switched
 from workbench.core import AbstractArm, Layout, block, initial, option, parameter
-from workbench.core.block import Scalar, Vector
+from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
-from workbench.validation.shapes import Number
 
 
 @block

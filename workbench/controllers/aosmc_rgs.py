@@ -13,13 +13,12 @@ from workbench.controllers.checks import symmetric
 from workbench.controllers.promises import K_STAYS_DEFINITE, P_STAYS_DEFINITE
 from workbench.controllers.switching import SATURATIONS, layered, matrices, saturation, sliding
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
-from workbench.core.block import Matrix, Scalar, Vector
+from workbench.core.block import Matrix, Number, Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.core.dimensions import gain
 from workbench.core.dynamics import solve_definite
+from workbench.core.port import gain
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import EULER, Follows, Parts, Reads, euler
-from workbench.validation.shapes import Number
 
 VELOCITIES = {
     "printed": "(28) as printed: qdd_d and qd_d, which leaves Lambda e2 uncancelled in (30)",

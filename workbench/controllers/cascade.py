@@ -9,10 +9,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Signals, block
+from workbench.core.block import Number
 from workbench.core.port import misfits
 from workbench.loop.contracts import AbstractController, Follows, Parts, Reads, is_recursion
-from workbench.validation.shapes import Number
-from workbench.validation.words import whole
+from workbench.validation.refusals import whole
 
 OUTER, INNER, HELD = "outer.", "inner.", "held."
 

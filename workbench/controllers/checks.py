@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Entry
-from workbench.core.layout import ROUNDING, Array, Bounds
-from workbench.validation.words import as_array, refusal
+from workbench.core.numbers import ROUNDING, Bounds
+from workbench.validation.refusals import Array, as_array, refusal
 
 
 def gains_that_start_at(law: str, K: Array, unit: str) -> Entry:

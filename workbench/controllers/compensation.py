@@ -8,9 +8,9 @@ from typing import ClassVar
 import casadi as ca
 
 from workbench.core import Layout, Signals, block
+from workbench.core.block import Number
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
-from workbench.validation.shapes import Number
 
 LAW = "law."
 

@@ -9,11 +9,10 @@ import casadi as ca
 from workbench.controllers.promises import ERROR_IS_LINEAR
 from workbench.controllers.switching import matrices
 from workbench.core import AbstractArm, block, parameter
-from workbench.core.block import Vector
+from workbench.core.block import Number, Vector
 from workbench.core.claim import Claim
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
-from workbench.validation.shapes import Number
 
 
 @block

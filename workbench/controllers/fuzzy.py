@@ -6,8 +6,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import block, parameter
-from workbench.core.block import Matrix, Scalar, Vector
-from workbench.validation.shapes import Column
+from workbench.core.block import Column, Matrix, Scalar, Vector
 
 
 @block

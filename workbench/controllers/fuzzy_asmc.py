@@ -16,12 +16,11 @@ from workbench.controllers.fuzzy import RuleBase
 from workbench.controllers.promises import GAINS_STAY_POSITIVE, SURFACE_PULLS_THE_ERROR
 from workbench.controllers.switching import SWITCHINGS, layered, matrices, sliding, switched
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
-from workbench.core.block import Scalar, Vector
+from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.core.dimensions import per_second
+from workbench.core.port import per_second
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
-from workbench.validation.shapes import Number
 
 
 @block

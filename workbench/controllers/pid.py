@@ -9,11 +9,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import AbstractArm, Entry, Layout, block, parameter
-from workbench.core.block import Vector
-from workbench.core.dimensions import gain
+from workbench.core.block import Number, Vector
+from workbench.core.port import gain
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
-from workbench.validation.shapes import Number
 
 
 @block

@@ -9,11 +9,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Signals, block, option, parameter
-from workbench.core.block import Scalar, Vector
-from workbench.core.dimensions import gain
-from workbench.core.port import joined
+from workbench.core.block import Number, Scalar, Vector
+from workbench.core.port import gain, one_entry
 from workbench.loop.contracts import AbstractController, Follows, Parts, Reads
-from workbench.validation.shapes import Number
 
 
 @block
@@ -122,12 +120,12 @@ class PID2(AbstractController):
     @property
     def unit_of_u(self) -> str:
         """That of the input."""
-        return joined(self.drives, "u").unit
+        return one_entry(self.drives, "u").unit
 
     @property
     def unit_of_y(self) -> str:
         """That of the output."""
-        return joined(self.reads, "y").unit
+        return one_entry(self.reads, "y").unit
 
     @property
     def unit_of_Kp(self) -> str:

@@ -15,11 +15,10 @@ from workbench.controllers.checks import gains_that_start_at
 from workbench.controllers.promises import GAINS_STAY_POSITIVE, SURFACE_PULLS_THE_ERROR
 from workbench.controllers.switching import SWITCHINGS, layered, matrices, sliding, switched
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
-from workbench.core.block import Matrix, Scalar, Vector
+from workbench.core.block import Matrix, Number, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import EULER, Follows, Parts, Reads, euler
-from workbench.validation.shapes import Number
 
 
 @block

@@ -8,11 +8,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Signals, block, parameter
-from workbench.core.block import Matrix, Vector
+from workbench.core.block import Matrix, Number, Vector
 from workbench.core.port import ANY
 from workbench.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
-from workbench.validation.shapes import Number
-from workbench.validation.words import known, matrix, vector
+from workbench.validation.refusals import known, matrix, vector
 
 
 @block

@@ -9,11 +9,10 @@ import numpy as np
 
 from workbench.controllers.checks import halves
 from workbench.core import AbstractArm, block, option, parameter
-from workbench.core.block import Matrix, Scalar
+from workbench.core.block import Matrix, Number, Scalar
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
-from workbench.validation.shapes import Number
-from workbench.validation.words import numbers, refusal
+from workbench.validation.refusals import numbers, refusal
 
 SERIES = {
     "chebyshev": "sum of c_k T_k(2 t / horizon - 1), k = 0, 1, ...; from the horizon on, its value there",

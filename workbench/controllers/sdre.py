@@ -10,11 +10,10 @@ from workbench.controllers.algebraic import doubled, norm, residual
 from workbench.controllers.checks import symmetric
 from workbench.controllers.switching import matrices
 from workbench.core import AbstractArm, block, parameter
-from workbench.core.block import Matrix
+from workbench.core.block import Matrix, Number
 from workbench.core.dynamics import solve_definite
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
-from workbench.validation.shapes import Number
 
 DOUBLINGS = 9
 

@@ -11,11 +11,10 @@ import casadi as ca
 from workbench.controllers.promises import SURFACE_PULLS_THE_ERROR
 from workbench.controllers.switching import SWITCHINGS, layered, matrices, sliding, switched
 from workbench.core import AbstractArm, block, option, parameter
-from workbench.core.block import Scalar, Vector
+from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
-from workbench.validation.shapes import Number
 
 
 @block

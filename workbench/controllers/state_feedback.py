@@ -9,10 +9,9 @@ import numpy as np
 
 from workbench.controllers.checks import halves
 from workbench.core import AbstractArm, Layout, block, parameter
-from workbench.core.block import Matrix
+from workbench.core.block import Matrix, Number
 from workbench.loop.arm import AbstractArmController, motors
 from workbench.loop.contracts import Follows, Parts, Reads
-from workbench.validation.shapes import Number
 
 
 @block

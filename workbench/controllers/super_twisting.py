@@ -13,12 +13,11 @@ from workbench.controllers.promises import SWITCHED_RATE_IS_BOUNDED
 from workbench.controllers.relay import clip
 from workbench.controllers.switching import SWITCHINGS, layered, matrices, sampling_period, saturation, sliding
 from workbench.core import AbstractArm, Entry, Layout, block, option, parameter
-from workbench.core.block import Scalar, Vector
+from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.core.dimensions import per_second
+from workbench.core.port import per_second
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import EULER, Follows, Parts, Reads
-from workbench.validation.shapes import Number
 
 TINY = np.finfo(float).tiny
 

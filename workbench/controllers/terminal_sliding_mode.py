@@ -12,11 +12,10 @@ import numpy as np
 from workbench.controllers.promises import TERMINAL_SURFACE_MOVES_THE_ERROR
 from workbench.controllers.switching import SATURATIONS, layered, matrices, saturation
 from workbench.core import AbstractArm, block, option, parameter
-from workbench.core.block import Scalar, Vector
+from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
-from workbench.validation.shapes import Number
 
 TINY = np.finfo(float).tiny
 

@@ -1,8 +1,4 @@
-"""Blocks: frozen dataclasses of plain numbers, each with its unit and its bounds.
-
-`parameter` declares a number of the equations, `parameters` a layout of them, `initial` the start of a block's memory,
-`option` a named choice among readings. `block` makes the frozen class and checks what its user gives it.
-"""
+"""Blocks: frozen dataclasses of plain numbers, each with its unit and its bounds."""
 
 from __future__ import annotations
 
@@ -10,23 +6,27 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
 from types import FunctionType
-from typing import Any, Literal, TypeVar, dataclass_transform
+from typing import Annotated, Any, Literal, TypeVar, dataclass_transform
 
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Bounds, Entry, Layout
-from workbench.core.numbers import shaped
+from workbench.core.layout import Entry, Layout
+from workbench.core.numbers import Bounds, shaped
 from workbench.core.port import ANY
-from workbench.core.show import letters
-from workbench.validation.doors import door, fitted
-from workbench.validation.views import Markup, show, table_to_html
-from workbench.validation.words import numbers, one_of, refusal
+from workbench.validation.refusals import numbers, one_of, refusal
+from workbench.validation.signatures import door, fit_field
+from workbench.validation.views import cell, show, table_to_html
 
-# What the user gives is a float or an array; in the lifted twin the same field holds an SX.
+# The user gives a float or an array; in the lifted twin the same field holds an SX.
 Scalar = Any
 Vector = Any
 Matrix = Any
+# Arguments of a block's methods: one number, one number for each joint, the whole memory, all states.
+Number = Annotated[ca.SX, "1"]
+Column = Annotated[ca.SX, "n"]
+Memory = Annotated[Mapping[str, ca.SX], "memory"]
+States = Annotated[Mapping[str, ca.SX], "states"]
 
 T = TypeVar("T")
 MADE_IN_PYTHON = 1 << 9  # of a class's flags: others take no new attributes
@@ -35,7 +35,7 @@ PLACE = re.compile(r"\{(\w+)\}")  # of a text in a unit
 
 @dataclass(frozen=True)
 class Quantity:
-    """What a field of a block says of its number."""
+    """The declaration of a number: its unit, bounds, axes and letter, and whether `lift` makes it a symbol."""
 
     unit: str
     bounds: Bounds
@@ -60,9 +60,8 @@ def parameter(
     """A number, vector or matrix of the equations: `lift` turns it into symbols keyed by its path.
 
     `shape` names its axes, as in ("n",) or ("n", "n"), where `n` is the block's `dof`, or counts them, as in
-    ("3",), or is ("*",) for one number or a vector of them; `symbol` is how it is printed. With `strict` the bounds
-    themselves are refused, with `symmetric` any other matrix; `definite` is that of `Bounds`. A default of None
-    declares a number that may be left out.
+    ("3",), or is ("*",) for one number or a vector; `symbol` is its printed letter. `strict` excludes the bounds
+    themselves; `symmetric` and `definite` are those of `Bounds`. A number with the default None may be left out.
 
     Examples
     --------
@@ -111,12 +110,12 @@ def option(choices: Mapping[str, str], default: str) -> Any:
 
 
 def parameters(*, init: Literal[False] = False) -> Any:
-    """A layout of numbers of the equations, which `__post_init__` sets; `lift` turns each into symbols as well."""
+    """A layout of numbers of the equations, which `__post_init__` sets; `lift` turns them into symbols as well."""
     return field(init=init, default=Layout(), metadata={"parameters": True})
 
 
 def socket(convert: Callable[[Any], Any], default: Any = MISSING) -> Any:
-    """A part of a block, or what `convert` makes one of."""
+    """A part of a block, which `convert` makes of the value given."""
     return field(default=default, metadata={"convert": convert})
 
 
@@ -128,15 +127,14 @@ def _quantity(default: Any, quantity: Quantity) -> Any:
 
 
 def quantities(owner: Any) -> list[tuple[Field[Any], Quantity]]:
-    """The fields of a block that hold numbers, with what they say of themselves."""
+    """The fields of a block that hold numbers, with their declarations."""
     return [(f, f.metadata["quantity"]) for f in fields(owner) if "quantity" in f.metadata]
 
 
 def unit_of(owner: Any, quantity: Quantity) -> str:
     """The unit of a number, in which `{name}` stands for the text of an attribute: the unit of a signal, say.
 
-    A text of several units, "m, rad", makes several, one for each number; one number that stands for all is in "m or
-    rad".
+    A text of several units, "m, rad", gives a vector several units, and a single number "m or rad".
     """
     texts = {name: str(getattr(owner, name)).split(", ") for name in PLACE.findall(quantity.unit)}
     units = [quantity.unit] * max(map(len, texts.values()), default=1)
@@ -147,16 +145,10 @@ def unit_of(owner: Any, quantity: Quantity) -> str:
     return ", ".join(units) if quantity.shape else " or ".join(dict.fromkeys(units))
 
 
-def starts(block: object) -> Layout:
+def initial_states(block: object) -> Layout:
     """The fields that a block declares by `initial`, as the layout of its states."""
     held = ((f.name, np.asarray(getattr(block, f.name), dtype=float), q) for f, q in quantities(block) if not q.lifted)
     return Layout(tuple(Entry(name, x, unit_of(block, q), symbol=q.symbol) for name, x, q in held))
-
-
-def options(owner: Any) -> dict[str, tuple[str, str]]:
-    """The named choices of a block: field to (choice, what it means)."""
-    chosen = {f.name: (getattr(owner, f.name), f.metadata["option"]) for f in fields(owner) if "option" in f.metadata}
-    return {name: (choice, meaning[choice]) for name, (choice, meaning) in chosen.items()}
 
 
 @dataclass_transform(
@@ -186,8 +178,7 @@ def block(cls: type[T]) -> type[T]:
     own: Callable[[T], None] | None = cls.__dict__.get("__post_init__")
 
     def __post_init__(self: T) -> None:
-        _check_sockets(self)
-        _check_options(self)
+        _check_fields(self)
         _check_quantities(self)
         if own is not None:
             own(self)
@@ -205,39 +196,14 @@ def block(cls: type[T]) -> type[T]:
 
 
 def _repr_html_(self: Any) -> str:
-    """What a notebook shows of a block: its numbers, its choices, and the blocks it is made of."""
-    rows: list[tuple[object, ...]] = [
-        (f.name, letters(q.symbol or f.name), _plain(getattr(self, f.name)), unit_of(self, q))
-        for f, q in quantities(self)
-    ]
-    named = [getattr(self, f.name) for f in fields(self) if "parameters" in f.metadata]
-    rows += [
-        (e.name, letters(e.symbol or e.name), _plain(e.default), e.unit)
-        for held in named
-        if isinstance(held, Layout)  # of a lifted twin they are symbols without units
-        for e in held.entries
-    ]
-    rows += [(f.name, "", getattr(self, f.name), "") for f in _sockets(self) if _is_plain(getattr(self, f.name))]
-    rows += [(name, "", choice, meaning) for name, (choice, meaning) in options(self).items()]
-    for f in fields(self):
-        value = getattr(self, f.name)
-        for part in value if isinstance(value, tuple) else (value,):
-            if is_block(part):
-                rows.append((f.name, "", Markup(part._repr_html_()), ""))
-    return table_to_html(type(self).__name__, ("name", "letter", "value", "unit"), rows)
-
-
-def _plain(value: Any) -> object:
-    """A number as text: of a lifted twin the symbols."""
-    return str(value) if isinstance(value, ca.SX) else np.asarray(value).tolist()
-
-
-def _is_plain(value: Any) -> bool:
-    return isinstance(value, bool | int | float | str)
+    """A table of the fields of a block with their units, for a notebook."""
+    units = {f.name: unit_of(self, quantity) for f, quantity in quantities(self)}
+    rows = [(f.name, cell(getattr(self, f.name)), units.get(f.name, "")) for f in fields(self)]
+    return table_to_html(type(self).__name__, ("name", "value", "unit"), rows)
 
 
 def _restore(self: Any, state: Mapping[str, Any]) -> None:
-    """What copying and unpickling build a block with: NumPy's copies of its arrays can be written to."""
+    """The state of a copied or unpickled block, whose arrays become read-only again."""
     for value in state.values():
         if isinstance(value, np.ndarray):
             value.flags.writeable = False
@@ -245,56 +211,42 @@ def _restore(self: Any, state: Mapping[str, Any]) -> None:
 
 
 def is_block(thing: Any) -> bool:
-    """Whether `thing` is an instance of a class made by `block`."""
+    """True for an instance of a class made by `block`."""
     return getattr(type(thing), "__block__", False)
 
 
-def _sockets(owner: Any) -> list[Field[Any]]:
-    """The fields of a block that hold neither a number of its equations nor a named choice."""
-    return [f for f in fields(owner) if f.init and not f.metadata.keys() & {"quantity", "option"}]
-
-
-def _check_sockets(owner: Any) -> None:
-    for f in _sockets(owner):
-        if "convert" in f.metadata:
-            object.__setattr__(owner, f.name, f.metadata["convert"](getattr(owner, f.name)))
-        object.__setattr__(owner, f.name, fitted(owner, f))
-
-
-def _check_options(owner: Any) -> None:
+def _check_fields(owner: Any) -> None:
+    """Convert and check the parts of a block, and check its named choices."""
     for f in fields(owner):
+        value = getattr(owner, f.name)
         if (choices := f.metadata.get("option")) is not None:
-            one_of(f"{type(owner).__name__}({f.name}=...)", getattr(owner, f.name), choices)
+            one_of(f"{type(owner).__name__}({f.name}=...)", value, choices)
+        elif f.init and "quantity" not in f.metadata:
+            if "convert" in f.metadata:
+                object.__setattr__(owner, f.name, f.metadata["convert"](value))
+            object.__setattr__(owner, f.name, fit_field(owner, f))
 
 
 def _check_quantities(owner: Any) -> None:
-    """Turn every number into a read-only float array of its declared shape, or say what is wrong with it."""
-    sizes: dict[str, int] = {}
-    dof = _dof(owner)
-    if dof is not None:
-        sizes["n"] = dof
+    """Turn every number into a read-only array of doubles in its declared shape, or refuse it."""
+    sizes = _sizes(owner)
     for f, quantity in quantities(owner):
         if f.default is None and getattr(owner, f.name) is None:
             continue
-        value = numbers(f"{type(owner).__name__}({f.name}=...)", getattr(owner, f.name))
-        value = shaped(f"{type(owner).__name__}({f.name}=...)", value, quantity.shape, sizes)
+        call = f"{type(owner).__name__}({f.name}=...)"
+        value = shaped(call, numbers(call, getattr(owner, f.name)), quantity.shape, sizes)
         value.flags.writeable = False
         object.__setattr__(owner, f.name, float(value) if value.ndim == 0 else value)
         if not quantity.bounds.allow(value).all():
-            held = unit_of(owner, quantity)
-            unit = f" [{held}]" if held and ANY not in held else ""
-            raise ValueError(
-                f"`{type(owner).__name__}({f.name}=...)` must be {quantity.bounds}{unit}; got {_show(value)}."
-            )
+            unit = unit_of(owner, quantity)
+            unit = f" [{unit}]" if unit and ANY not in unit else ""
+            shown = f"{float(value):g}" if value.ndim == 0 else np.array2string(value, separator=", ")
+            raise ValueError(f"`{call}` must be {quantity.bounds}{unit}; got {shown}.")
 
 
-def _dof(owner: Any) -> int | None:
-    """The number of joints, unless what it is counted from is not yet known to be right."""
+def _sizes(owner: Any) -> dict[str, int]:
+    """The number of joints as the size of axis n, unless the parts that it is counted from are yet unchecked."""
     try:
-        return int(owner.dof)
-    except Exception:  # whatever an object says of itself when it is asked for its size
-        return None
-
-
-def _show(value: np.ndarray[Any, Any]) -> str:
-    return f"{float(value):g}" if value.ndim == 0 else np.array2string(value, separator=", ")
+        return {"n": int(owner.dof)}
+    except Exception:  # a part of a wrong type may raise anything when it is counted
+        return {}

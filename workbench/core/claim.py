@@ -1,19 +1,17 @@
-"""Claim: what an equation is said to promise, on which hypotheses, by which source."""
+"""Claim: a promise of an equation, with its hypotheses and its source."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from typing import Any
 
 import casadi as ca
 
 from workbench.core.block import is_block
-from workbench.validation.doors import door
-from workbench.validation.words import text
+from workbench.validation.refusals import text
+from workbench.validation.signatures import door
 
 Signals = Mapping[str, ca.SX]
-# From signals by name to an expression (k, 1) that is nowhere negative where the claim holds.
 Margin = Callable[[Signals], ca.SX]
 
 
@@ -25,9 +23,9 @@ class Claim:
     Attributes
     ----------
     name
-        How other claims, tables and witnesses call it.
+        Its name in other claims, tables and witnesses.
     hypotheses
-        What it rests on: claims in their turn.
+        The claims that it rests on.
     margin
         From signals by name to an expression (k, 1) that is >= 0 at every instant of a run for which the
         claim holds; None where no instant can tell. The claim of a block sees its own parameters and
@@ -48,12 +46,12 @@ class Claim:
 
     def __post_init__(self) -> None:
         for field in ("name", "statement", "source"):
-            text(f"Claim({field}=...)", getattr(self, field), empty=False)
+            text(f"Claim({field}=...)", getattr(self, field))
 
 
 @dataclass(frozen=True)
 class Declared:
-    """A claim that a block of some kind makes at a `path` (`controller.`): its own names are to be read below it."""
+    """A claim of a block, with the `path` of the block (`controller.`) and the name of its class, `kind`."""
 
     claim: Claim
     path: str = ""
@@ -62,16 +60,11 @@ class Declared:
 
 def declared(block: object, path: str = "") -> tuple[Declared, ...]:
     """The claims that `block` and the blocks within it declare in their class attribute `claims`, outermost first."""
-    return tuple(_declared(block, path))
-
-
-def _declared(thing: Any, path: str) -> Iterator[Declared]:
-    for claim in getattr(type(thing), "claims", ()):
-        yield Declared(claim, path, type(thing).__name__)
-    for field in fields(thing) if is_block(thing) else ():
-        value = getattr(thing, field.name)
-        if is_block(value):
-            yield from _declared(value, f"{path}{field.name}.")
-        elif isinstance(value, tuple):
-            for i, part in enumerate(value):
-                yield from _declared(part, f"{path}{field.name}[{i}].") if is_block(part) else ()
+    claims = [Declared(claim, path, type(block).__name__) for claim in getattr(type(block), "claims", ())]
+    for field in fields(block) if is_block(block) else ():  # type: ignore[arg-type]
+        value = getattr(block, field.name)
+        several = isinstance(value, tuple)
+        for i, part in enumerate(value if several else (value,)):
+            if is_block(part):
+                claims += declared(part, f"{path}{field.name}{f'[{i}]' if several else ''}.")
+    return tuple(claims)

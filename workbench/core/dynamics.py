@@ -10,19 +10,21 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core.block import is_block
-from workbench.core.layout import Array, Entry, Layout, vector
+from workbench.core.block import Column, is_block
+from workbench.core.expressions import refuse_misfit, refuse_unknown
+from workbench.core.layout import Entry, Layout
 from workbench.core.lift import Lifted, lift
-from workbench.core.show import matrices_to_html
-from workbench.core.symbols import refuse_misfit, refuse_unknown
-from workbench.validation.doors import door
-from workbench.validation.shapes import Column
+from workbench.notation import mathml
+from workbench.notation.formula import Formula, System
+from workbench.notation.reader import equations_of
+from workbench.validation.refusals import Array, vector
+from workbench.validation.signatures import door
 
 MOST_JOINTS = 1_000  # of a block; the equations of far fewer take minutes
 
 
 class AbstractArm(ABC):
-    """A block that can say its mass matrix, Coriolis matrix and gravity vector as expressions."""
+    """A block with a mass matrix, a Coriolis matrix and a gravity vector as expressions."""
 
     @property
     @abstractmethod
@@ -91,7 +93,7 @@ def solve_definite(S: ca.SX, b: ca.SX) -> ca.SX:
 @dataclass(frozen=True, eq=False)
 @door
 class Dynamics:
-    """The matrices of one arm over symbols q, qd and p: what a user of models sees of a robot.
+    """The matrices of one arm over symbols q, qd and p.
 
     Attributes
     ----------
@@ -130,13 +132,12 @@ class Dynamics:
             )
         if not set(self.motors) <= set(range(n)):
             raise ValueError(f"`Dynamics(motors=...)` must be joints counted from 0 to {n - 1}; got {self.motors}.")
-        accelerations = self.recursion or (ca.SX.sym("qdd", n), ca.SX(n, 1))
-        qdd, tau = accelerations
-        shapes = {"qd": (n, 1), "M": (n, n), "C": (n, n), "G": (n, 1), "symbols": (self.p.size, 1)}
+        qdd, tau = self.recursion or (ca.SX.sym("qdd", n), ca.SX(n, 1))
+        shapes = {"q": (n, 1), "qd": (n, 1), "M": (n, n), "C": (n, n), "G": (n, 1), "symbols": (self.p.size, 1)}
         for name, shape in shapes.items():
             refuse_misfit("Dynamics", name, getattr(self, name), *shape)
-        for part in (self.q, qdd, tau):
-            refuse_misfit("Dynamics", "q" if part is self.q else "recursion", part, n, 1)
+        for part in (qdd, tau):
+            refuse_misfit("Dynamics", "recursion", part, n, 1)
         symbols = {"q": self.q, "qd": self.qd, "symbols": self.symbols}
         refuse_unknown("Dynamics", symbols, M=self.M, C=self.C, G=self.G)
         refuse_unknown("Dynamics", {**symbols, "qdd": qdd}, recursion=tau)
@@ -144,13 +145,7 @@ class Dynamics:
     @staticmethod
     @door
     def of(arm: AbstractArm, name: str = "", symbolic: bool = True) -> Dynamics:
-        """The dynamics of an arm, each of its numbers a symbol if it is a block and unless `symbolic` is False.
-
-        Raises
-        ------
-        ValueError
-            If `arm` is none.
-        """
+        """The dynamics of an arm; the numbers of a block become symbols unless `symbolic` is False."""
         lifted = lift(arm) if symbolic and is_block(arm) else Lifted(arm, Layout(), ca.SX(0, 1))
         q, qd, qdd = (Layout((Entry(letter, np.zeros(arm.dof)),)).symbols() for letter in ("q", "qd", "qdd"))
         M = ca.densify(lifted.block.mass_matrix(q))
@@ -185,7 +180,7 @@ class Dynamics:
 
     @cached_property
     def _shared(self) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
-        """M, C, G and tau with each common subexpression once: what is differentiated or compiled starts here."""
+        """M, C, G and tau with each common subexpression once."""
         M, C, G, tau = ca.cse([self.M, self.C, self.G, self.tau])
         return M, C, G, tau
 
@@ -214,51 +209,34 @@ class Dynamics:
         return ca.Function("forward_dynamics", [self.q, self.qd, tau, self.symbols], [qdd, *ca.horzsplit(solved, n)])
 
     def _at(self, call: str, p: Array | None, **state: Any) -> list[Array]:
-        """The vectors of a state, and the parameters, each of its length."""
-        found = [vector(f"{call}({name}=...)", value, self.dof, "joints") for name, value in state.items()]
-        last = self.p.default if p is None else vector(f"{call}(p=...)", p, self.p.size, "parameters")
-        return [*found, last]
+        """The vectors of a state, then the parameters, each of its length."""
+        vectors = [vector(f"{call}({name}=...)", value, self.dof, "joints") for name, value in state.items()]
+        return [*vectors, self.p.default if p is None else vector(f"{call}(p=...)", p, self.p.size, "parameters")]
 
     def matrices(self, q: Any, qd: Any, p: Array | None = None) -> tuple[Array, Array, Array]:
-        """M (n, n), C (n, n) and G (n,) as numbers at a state, at nominal parameters unless p (np,) is given.
-
-        Raises
-        ------
-        ValueError
-            If q, qd or p is no vector of that many numbers.
-        """
+        """M (n, n), C (n, n) and G (n,) as numbers at a state, at nominal parameters unless p (np,) is given."""
         M, C, G = self._function(*self._at("Dynamics.matrices", p, q=q, qd=qd))
         return np.array(M), np.array(C), np.array(G).ravel()
 
     def torque(self, q: Any, qd: Any, qdd: Any, p: Array | None = None) -> Array:
-        """tau (n,) that an acceleration qdd (n,) takes at a state.
-
-        Raises
-        ------
-        ValueError
-            If q, qd, qdd or p is no vector of that many numbers.
-        """
+        """tau (n,) that an acceleration qdd (n,) takes at a state."""
         return np.array(self.inverse_dynamics(*self._at("Dynamics.torque", p, q=q, qd=qd, qdd=qdd))[0]).ravel()
 
     def acceleration(self, q: Any, qd: Any, tau: Any, p: Array | None = None) -> Array:
-        """qdd (n,) that the torque tau (n,) gives at a state.
-
-        Raises
-        ------
-        ValueError
-            If q, qd, tau or p is no vector of that many numbers.
-        """
+        """qdd (n,) that the torque tau (n,) gives at a state."""
         return np.array(self.forward_dynamics(*self._at("Dynamics.acceleration", p, q=q, qd=qd, tau=tau))[0]).ravel()
 
     def __repr__(self) -> str:
-        """One line: a notebook should not print the equations by accident."""
+        """One line, without the equations."""
         return f"<Dynamics of '{self.name}': {self.dof} joints, {self.p.size} parameters>"
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: the matrices as equations."""
-        return matrices_to_html({"M": self.M, "C": self.C, "G": self.G}, self.names())
+        """The matrices as equations, for a notebook."""
+        definitions, equations = equations_of({"M": self.M, "C": self.C, "G": self.G}, self.names())
+        blocks: list[Formula] = [System(definitions), *equations] if definitions else [*equations]
+        return "\n".join(mathml.emit(block) for block in blocks)
 
     def names(self) -> dict[str, str]:
-        """How each symbol of the expressions is printed: the name of the SX to that of the book."""
+        """The printed name of each symbol of the expressions, by the name of the SX."""
         joints = {f"{v}[{i}]": f"{v}_{i + 1}" for v in ("q", "qd") for i in range(self.dof)}
         return joints | self.p.printed()

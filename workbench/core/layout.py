@@ -1,4 +1,4 @@
-"""Names to slices of a flat vector: with shape, unit, default and bounds."""
+"""Layout: where each named quantity lies in a flat vector, with its shape, unit, default and bounds."""
 
 from __future__ import annotations
 
@@ -11,25 +11,20 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core.numbers import ROUNDING, Bounds, numbers, refuse_unsymmetric
-from workbench.core.symbols import refuse_misfit
-from workbench.validation.doors import door
-from workbench.validation.views import listed, table_to_html
-from workbench.validation.words import Array, as_array, described, known, nearest, refusal, vector
-from workbench.validation.words import name as check_name
-
-ROWS_AT_ONCE = 65_536  # that are looked at together, so that a look needs little memory
-
-__all__ = ["ROUNDING", "Array", "Bounds", "Entry", "Layout", "nearest", "numbers", "vector"]
+from workbench.core.expressions import refuse_misfit
+from workbench.core.numbers import Bounds
+from workbench.notation import mathml
+from workbench.notation.formula import symbol
+from workbench.validation.refusals import Array, as_array, described, known, refusal
+from workbench.validation.refusals import name as check_name
+from workbench.validation.signatures import door
+from workbench.validation.views import Markup, listed, table_to_html
 
 
 @dataclass(frozen=True, eq=False)
 @door
 class Entry:
-    """One named quantity of a vector: its shape is that of its default.
-
-    `symbol` is how the quantity is printed in an equation, in the words of `workbench.notation`.
-    """
+    """One named quantity of a vector, in the shape of its default; equations print it as `symbol`."""
 
     name: str
     default: Array
@@ -44,7 +39,7 @@ class Entry:
         self.__setstate__({**self.__dict__, "default": self.default.copy()})
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
-        state["default"].flags.writeable = False  # a copy, by whatever way, is as frozen as what it copies
+        state["default"].flags.writeable = False  # NumPy's copies of an array can be written to
         self.__dict__.update(state)
 
     @property
@@ -54,7 +49,7 @@ class Entry:
 
     @property
     def size(self) -> int:
-        """How many numbers the quantity takes in the flat vector."""
+        """The count of its numbers in the flat vector."""
         return int(self.default.size)
 
     @property
@@ -74,7 +69,7 @@ class Entry:
 @dataclass(frozen=True, eq=False)
 @door
 class Layout:
-    """Where each named quantity lies in a flat vector. Matrices lie column by column, as in CasADi.
+    """The place of each named quantity in a flat vector. Matrices lie column by column, as in CasADi.
 
     Examples
     --------
@@ -125,7 +120,7 @@ class Layout:
         return self.entries[self.names.index(self._known(name))]
 
     def __repr__(self) -> str:
-        """One line: the names with their units, and how many numbers there are of each."""
+        """One line: the names with their units and sizes."""
         return f"<Layout {listed([_short(entry) for entry in self.entries]) or 'without names'}>"
 
     def _repr_html_(self) -> str:
@@ -134,7 +129,7 @@ class Layout:
         return table_to_html("Layout", ("name", "value", "unit", "bounds"), rows)
 
     def slice(self, name: str) -> slice:
-        """Where the quantity lies in the flat vector."""
+        """The slice of a quantity in the flat vector."""
         return self._slices[self._known(name)]
 
     def _known(self, name: str) -> str:
@@ -147,17 +142,16 @@ class Layout:
 
     def indices(self, name: str) -> list[int]:
         """The places of a quantity, or of one of its numbers (`K[0,1]`), in the flat vector."""
-        if not isinstance(name, str) or name in self._slices:
-            place = self.slice(name)
-            return list(range(place.start, place.stop))
-        if name in self.labels:
+        if isinstance(name, str) and name not in self._slices and name in self.labels:
             return [self.labels.index(name)]
-        base = re.sub(r"\[[\d,]*\]$", "", name)
-        known(base, self.names, "entries of this layout")
-        raise LookupError(f"'{base}' has shape {self[base].shape}: there is no {described(name)}.")
+        base = re.sub(r"\[[\d,]*\]$", "", name) if isinstance(name, str) else name
+        place = self.slice(base)
+        if base != name:
+            raise LookupError(f"'{base}' has shape {self[base].shape}: there is no {described(name)}.")
+        return list(range(place.start, place.stop))
 
     def pack(self, values: Mapping[str, Any] | None = None) -> Array:
-        """Rows (B, size) from names: what is not named takes its default, what is out of bounds is refused.
+        """Rows (B, size) from values by name; the other quantities take their defaults.
 
         Parameters
         ----------
@@ -197,7 +191,7 @@ class Layout:
         return np.stack([row.ravel(order="F") for row in array])
 
     def printed(self) -> dict[str, str]:
-        """How each number is printed in an equation: `links[0].mass` as m_1, `Lambda[1]` as Lambda_2."""
+        """The name of each number in a printed equation: of `links[0].mass` m_1, of `Lambda[1]` Lambda_2."""
         names = {}
         for entry in self.entries:
             symbol = entry.symbol or entry.name.rpartition(".")[2]
@@ -211,9 +205,6 @@ class Layout:
         """Refuse rows (B, size) with a number that is not finite or out of its bounds, by name."""
         if rows.ndim != 2 or rows.shape[1] != self.size:
             raise ValueError(f"`check(rows)` takes rows (B, {self.size}); got shape {rows.shape}.")
-        parts = (rows[i : i + ROWS_AT_ONCE] for i in range(0, len(rows), ROWS_AT_ONCE))
-        if not any(entry.bounds.symmetric for entry in self.entries) and all(map(self._allows, parts)):
-            return
         for entry in self.entries:
             block = rows[:, self._slices[entry.name]]
             bad = np.argwhere(np.logical_not(entry.bounds.allow(block)))
@@ -225,33 +216,21 @@ class Layout:
                     f"{f' [{entry.unit}]' if entry.unit else ''}; got {block[run, place]:g}{where}."
                 )
             if entry.bounds.symmetric:
-                refuse_unsymmetric(entry.name, entry.bounds.definite, _unflatten(block, entry.shape))
-
-    def _allows(self, rows: Array) -> bool:
-        """Whether all numbers are finite and within their bounds."""
-        low, high, strict = self._bounds
-        within = np.where(strict, (rows > low) & (rows < high), (rows >= low) & (rows <= high))
-        return bool(within.all() and np.isfinite(rows).all())
-
-    @cached_property
-    def _bounds(self) -> tuple[Array, Array, Array]:
-        """Lower and upper bounds of all numbers, and whether they are off limits themselves."""
-        held = [entry.bounds for entry in self.entries for _ in range(entry.size)]
-        return np.array([b.low for b in held]), np.array([b.high for b in held]), np.array([b.strict for b in held])
+                entry.bounds.refuse_unsymmetric(entry.name, _unflatten(block, entry.shape))
 
     @door
     def unpack(self, rows: Array) -> dict[str, Array]:
-        """Names to values of shape (..., *shape) from vectors (..., size)."""
+        """Values of shape (..., *shape) by name, from vectors (..., size)."""
         if rows.shape[-1:] != (self.size,):
             raise ValueError(f"`unpack(rows)` takes vectors of {self.size} numbers; got shape {rows.shape}.")
         return {e.name: _unflatten(rows[..., self._slices[e.name]], e.shape) for e in self.entries}
 
     def symbols(self) -> ca.SX:
-        """One SX symbol a number, (size, 1), named by its label."""
+        """A symbol for each number, (size, 1), named by its label."""
         return ca.vertcat(*[ca.SX.sym(label) for label in self.labels]) if self.size else ca.SX(0, 1)
 
     def view(self, vector: ca.SX) -> dict[str, ca.SX]:
-        """Names to the parts of a CasADi vector (size, 1), each in the shape of its quantity."""
+        """The parts of a CasADi vector (size, 1) by name, each in the shape of its quantity."""
         if not isinstance(vector, ca.SX | ca.DM):
             raise refusal("Layout.view(vector=...)", "an `SX`", vector)
         refuse_misfit("Layout.view", "vector", vector, self.size, 1, "one number for each label")
@@ -263,7 +242,7 @@ class Layout:
 
     @door
     def flatten(self, parts: Mapping[str, ca.SX]) -> ca.SX:
-        """The CasADi vector (size, 1) of named parts; each must be there in its shape, and no other."""
+        """The CasADi vector (size, 1) of named parts: all of them, each in its shape, and no other."""
         if odd := set(parts) ^ set(self.names):
             raise LookupError(f"`flatten(parts)` needs exactly {list(self.names)}; differs in {sorted(odd)}.")
         columns = []
@@ -285,3 +264,18 @@ def _unflatten(columns: Array, shape: tuple[int, ...]) -> Array:
     """The last axis, laid column by column, back into `shape`."""
     parts = columns.reshape(columns.shape[:-1] + shape[::-1])
     return np.swapaxes(parts, -1, -2) if len(shape) == 2 else parts
+
+
+def layouts_to_html(title: str, layouts: Mapping[str, Layout]) -> str:
+    """One table of names, letters, values and units for each layout."""
+    rows = [
+        (kind, entry.name, letters(entry.symbol or entry.name.rpartition(".")[2]), entry.default.tolist(), entry.unit)
+        for kind, layout in layouts.items()
+        for entry in layout.entries
+    ]
+    return table_to_html(title, ("kind", "name", "letter", "value", "unit"), rows)
+
+
+def letters(name: str) -> Markup:
+    """A name of the code as the book's letter, in MathML within a line."""
+    return Markup(mathml.emit(symbol(name), display=False))

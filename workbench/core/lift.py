@@ -1,4 +1,4 @@
-"""Lift: from a block of numbers to its twin of symbols, keyed by path."""
+"""Lift: the twin of a block, with symbols in the place of its numbers, keyed by path."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ import numpy as np
 
 from workbench.core.block import Quantity, is_block, unit_of
 from workbench.core.layout import Entry, Layout
-from workbench.core.signals import Signals
-from workbench.validation.doors import door
-from workbench.validation.words import refusal
+from workbench.core.port import Signals
+from workbench.validation.refusals import refusal
+from workbench.validation.signatures import door
 
 T = TypeVar("T")
 
@@ -20,7 +20,7 @@ T = TypeVar("T")
 @dataclass(frozen=True, eq=False)
 @door
 class Lifted(Generic[T]):
-    """A block whose parameters are symbols, and where each symbol lies in the parameter vector."""
+    """A block whose parameters are symbols, and the place of each symbol in the parameter vector."""
 
     block: T
     layout: Layout
@@ -38,7 +38,7 @@ def lift(block: T, prefix: str = "") -> Lifted[T]:
     Raises
     ------
     ValueError
-        If `block` is none, so that nothing says what its numbers are.
+        If `block` is no instance of a class made by `@block`.
     """
     if not is_block(block):
         raise refusal("lift(block=...)", "a block, an instance of a class made by `@block`", block)

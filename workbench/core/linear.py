@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import groupby
 from typing import Annotated, Any
 
 import casadi as ca
@@ -13,8 +14,8 @@ import numpy as np
 from workbench.core.block import Matrix, block, parameter
 from workbench.core.layout import Entry, Layout
 from workbench.core.port import ANY
+from workbench.validation.refusals import described, known, refusal, seconds
 from workbench.validation.views import listed
-from workbench.validation.words import described, known, refusal, seconds
 
 States = Annotated[ca.SX, "nx"]
 Inputs = Annotated[ca.SX, "nu"]
@@ -59,7 +60,7 @@ class LinearSystem:
                 )
 
     def __repr__(self) -> str:
-        """One line: the names of its ports, and its period."""
+        """One line: the names of its ports and its period."""
         ways = " to ".join(listed(port.names) for port in (self.inputs, self.outputs))
         period = "" if self.dt is None else f", every {self.dt:g} s"
         return f"<LinearSystem from {ways}: {self.states.size} states{period}>"
@@ -89,8 +90,7 @@ class LinearSystem:
         Raises
         ------
         ValueError
-            If it is no such system, a transfer function is improper, a number is not finite, an input or an output has
-            no name but python-control's own (u[0], y[0]), or a discrete system has no period.
+            If it is no such system, is improper, not finite, or lacks a name or a period.
         LookupError
             If a unit is given to a name that the system has not.
         """
@@ -102,22 +102,16 @@ class LinearSystem:
             "outputs": _labels("outputs", outputs, space.output_labels, system),
             "states": list(space.state_labels),
         }
-        ports = {port: layout_of(own) for port, own in labels.items()}
+        ports = {port: _in_units(layout_of(own), units or {}) for port, own in labels.items()}
         for name in units or {}:
             known(name, [n for port in ports.values() for n in port.names], "states, inputs and outputs")
-        ports = {port: _in_units(layout, units or {}) for port, layout in ports.items()}
         matrices = {letter: np.asarray(getattr(space, letter), dtype=float) for letter in "ABCD"}
-        for letter, matrix in matrices.items():
-            if not np.isfinite(matrix).all():
-                raise ValueError(
-                    f"`LinearSystem.of(system)` must have finite matrices; {letter} of '{system.name}' is not."
-                )
-        held: dict[str, Any] = {letter: m for letter, m in matrices.items() if letter == "D" or ports["states"].size}
-        return LinearSystem(**ports, **held, dt=_period(system, dt))
+        parts: dict[str, Any] = {letter: m for letter, m in matrices.items() if letter == "D" or ports["states"].size}
+        return LinearSystem(**ports, **parts, dt=_period(system, dt))
 
     @staticmethod
     def recognises(value: object) -> bool:
-        """Whether a value is a linear system of any kind: this one, or one of python-control."""
+        """True for a linear system of any kind: this one, or one of python-control."""
         by_matrices = all(hasattr(value, name) for name in ("A", "B", "C", "D", "dt", "state_labels"))
         return isinstance(value, LinearSystem) or by_matrices or _is_transfer(value)
 
@@ -132,33 +126,18 @@ class LinearSystem:
 
 
 def layout_of(labels: Sequence[str]) -> Layout:
-    """The layout that has these labels in this order, with as few entries as that allows."""
+    """The layout that has these labels in this order, in which q[0] and q[1] are one quantity q."""
     entries: list[Entry] = []
-    rest = list(labels)
-    while rest:
-        entry = _first(rest)
-        entries.append(entry)
-        rest = rest[entry.size :]
+    for base, group in groupby(labels, lambda label: label.partition("[")[0]):
+        own = list(group)
+        last = re.fullmatch(r"\[(\d+)(?:,(\d+))?\]", own[-1].removeprefix(base))
+        shape = tuple(int(place) + 1 for place in last.groups() if place is not None) if last else ()
+        whole = Entry(base, np.zeros(shape)) if last and np.prod(shape) == len(own) else None
+        if whole is not None and whole.labels() == own:
+            entries.append(whole)
+        else:
+            entries += [Entry(label, np.zeros(())) for label in own]
     return Layout(tuple(entries))
-
-
-def _first(labels: Sequence[str]) -> Entry:
-    """The largest quantity whose numbers come first among the labels."""
-    base, bracket, _ = labels[0].partition("[")
-    places: list[tuple[int, ...]] = []
-    for label in labels if bracket else ():
-        match = re.fullmatch(rf"{re.escape(base)}\[(\d+)(?:,(\d+))?\]", label)
-        if not match:
-            break
-        places.append(tuple(int(place) for place in match.groups() if place is not None))
-    while places:
-        if len({len(place) for place in places}) == 1:
-            shape = tuple(int(n) + 1 for n in np.max(places, axis=0))
-            entry = Entry(base, np.zeros(shape)) if np.prod(shape) == len(places) else None
-            if entry is not None and entry.labels() == list(labels[: len(places)]):
-                return entry
-        places.pop()
-    return Entry(labels[0], np.zeros(()))
 
 
 def _is_transfer(value: object) -> bool:

@@ -1,22 +1,21 @@
-"""Ode: x' = f(t, x, p), y = h(t, x, p), with exact Jacobians and a fingerprint of its equations."""
+"""Ode: x' = f(t, x, p), y = h(t, x, p), with exact Jacobians, a fingerprint, quadratures and sensitivities."""
 
 from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Array, Entry, Layout, vector
-from workbench.core.show import layouts_to_html
-from workbench.core.symbols import refuse_misfit, refuse_unknown
-from workbench.validation.doors import door
-from workbench.validation.words import finite
+from workbench.core.expressions import instructions, refuse_misfit, refuse_unknown
+from workbench.core.layout import Entry, Layout, layouts_to_html
+from workbench.validation.refusals import Array, finite, vector
+from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,13 +34,13 @@ class Ode:
     inputs
         The parameters that an outside signal may drive (the torque of an open loop, say).
     notes
-        What a reader must know of these equations: an estimate that uses the truth, say.
+        Warnings for a reader of reports: an estimate that uses the truth, say.
     follows, drives
         Of a loop, the outputs that follow a reference, each beside what is wanted of it (`x_ref`), and the commands.
     horizon
         The last time at which the equations hold, in s: that of the last row of a table, say.
     counts
-        What the numbers of its vectors count: 'joint' of an arm; empty where they go by their indices.
+        The thing that each number of a vector belongs to: 'joint' of an arm; empty where indices do.
 
     Raises
     ------
@@ -123,7 +122,7 @@ class Ode:
     @cached_property
     def A(self) -> ca.Function:
         """The exact Jacobian df/dx as a function (t, x, p) -> (nx, nx)."""
-        # what its operations share is a fifth, and takes as long to find as five thousand values take to compute
+        # a search for shared operations takes as long as five thousand values, and saves a fifth of them
         return self._function("A", ca.densify(ca.jacobian(self.rate, self.x)), cse=False)
 
     @cached_property
@@ -150,27 +149,15 @@ class Ode:
         return ca.vertcat(*[self.p[self.parameters.slice(name)] for name in self.inputs])
 
     def rate_at(self, t: float, x: Array, p: Array | None = None) -> Array:
-        """f(t, x, p) as numbers (nx,), at default parameters unless p is given.
-
-        Raises
-        ------
-        ValueError
-            If t is no single number, or x (nx,) or p (np,) no vector of that many.
-        """
+        """f(t, x, p) as numbers (nx,), at default parameters unless p is given."""
         return np.array(self.f(*self._point("rate_at", t, x, p))).ravel()
 
     def outputs_at(self, t: float, x: Array, p: Array | None = None) -> dict[str, Array]:
-        """The outputs by name at one state.
-
-        Raises
-        ------
-        ValueError
-            If t is no single number, or x (nx,) or p (np,) no vector of that many.
-        """
+        """The outputs by name at one state, at default parameters unless p is given."""
         return self.outputs.unpack(np.array(self.h(*self._point("outputs_at", t, x, p))).ravel())
 
     def _point(self, call: str, t: float, x: Array, p: Array | None) -> tuple[float, Array, Array]:
-        """The arguments as vectors, none of them repeated to fill its place, as CasADi would have it."""
+        """The arguments as vectors of the right length, which CasADi would fill by repetition."""
         return (
             finite(f"{call}(t=...)", t, " of seconds"),
             vector(f"{call}(x=...)", x, self.states.size, "states"),
@@ -179,11 +166,7 @@ class Ode:
 
     @cached_property
     def fingerprint(self) -> str:
-        """A name of the equations (64 hexadecimal digits), the same in every process.
-
-        It changes with any operation, constant, name or unit, and with no default value: numbers
-        belong to a run, not to the equations.
-        """
+        """A name of the equations (64 hexadecimal digits), the same in every process, whatever the default values."""
         digest = hashlib.sha256()
         for layout in (self.states, self.parameters, self.outputs):
             for entry in layout.entries:
@@ -195,7 +178,7 @@ class Ode:
 
     @door
     def refuse_beyond(self, call: str, until: float) -> None:
-        """Refuse a time in s that lies behind the horizon."""
+        """Refuse a time in s beyond the horizon."""
         # 1e-9: what the rounding of a count of steps may add to a time
         if until > self.horizon + 1e-9 * abs(self.horizon):
             raise ValueError(
@@ -204,25 +187,72 @@ class Ode:
             )
 
     def __repr__(self) -> str:
-        """One line: a notebook should not print the equations by accident."""
+        """One line, without the equations."""
         return f"<Ode '{self.name}': {self.sizes}>"
 
     @property
     def sizes(self) -> str:
-        """How many numbers its states, parameters and outputs have, in words."""
+        """The numbers of its states, parameters and outputs, in words."""
         counts = {"state": self.states, "parameter": self.parameters, "output": self.outputs}
         return ", ".join(f"{port.size} {word}{'' if port.size == 1 else 's'}" for word, port in counts.items())
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: the names, units and values of states and parameters."""
+        """The names, units and values of states and parameters, for a notebook."""
         return layouts_to_html(self.name, {"state": self.states, "parameter": self.parameters})
 
 
-def instructions(function: ca.Function) -> list[tuple[Any, ...]]:
-    """The operations of an SX function in order, as plain tuples that print the same everywhere."""
-    lines: list[tuple[Any, ...]] = []
-    for k in range(function.n_instructions()):
-        op = function.instruction_id(k)
-        value = function.instruction_constant(k).hex() if op == ca.OP_CONST else ""
-        lines.append((op, tuple(function.instruction_input(k)), tuple(function.instruction_output(k)), value))
-    return lines
+@door
+def with_quadrature(ode: Ode, integrands: Mapping[str, ca.SX], units: Mapping[str, str] | None = None) -> Ode:
+    """The same equation with one more state per integrand g(t, x, p): z' = g, z(0) = 0.
+
+    Parameters
+    ----------
+    integrands
+        A name per integrand, each an expression (k, 1) in the symbols of `ode`.
+    """
+    entries = tuple(Entry(name, np.zeros(g.numel()), (units or {}).get(name, "")) for name, g in integrands.items())
+    extra = Layout(entries)
+    z = extra.symbols()
+    return replace(
+        ode,
+        states=ode.states + extra,
+        x=ca.vertcat(ode.x, z),
+        rate=ca.vertcat(ode.rate, *[ca.vec(g) for g in integrands.values()]),
+    )
+
+
+@door
+def with_sensitivity(ode: Ode, names: Sequence[str]) -> Ode:
+    """The same equation with S = dx/dtheta carried along: S' = (df/dx) S + df/dtheta.
+
+    Each name is a parameter, a state (its initial value) or one number of either (`plant.q[0]`).
+    S is a state 'S' of shape (nx, k), the columns in the order of the names. Where f has a corner
+    (saturation, |s|), S is that of the smooth pieces, which is exact but for the corners' instants.
+
+    Raises
+    ------
+    ValueError
+        If no name is given.
+    LookupError
+        If a name is neither a parameter's nor a state's; the message names the nearest.
+    """
+    if not names:
+        raise ValueError("`with_sensitivity(names=...)` needs at least one parameter or state; got none.")
+    nx, columns, starts = ode.states.size, [], []
+    known = {entry.name: entry for entry in ode.parameters.entries + ode.states.entries}
+    for name in names:
+        Layout(tuple(known.values())).indices(name)  # refuses a name of neither
+        of_parameter = name in ode.parameters or name in ode.parameters.labels
+        for i in (ode.parameters if of_parameter else ode.states).indices(name):
+            columns.append(ca.jacobian(ode.rate, ode.p[i]) if of_parameter else ca.SX(nx, 1))
+            starts.append(np.zeros(nx) if of_parameter else np.eye(nx)[i])
+    extra = Layout((Entry("S", np.stack(starts, axis=1)),))
+    s = extra.symbols()
+    S = ca.reshape(s, nx, len(columns))
+    rate = ca.jacobian(ode.rate, ode.x) @ S + ca.horzcat(*columns)
+    return replace(
+        ode,
+        states=ode.states + extra,
+        x=ca.vertcat(ode.x, s),
+        rate=ca.vertcat(ode.rate, ca.vec(ca.densify(rate))),
+    )

@@ -1,20 +1,104 @@
-"""Ports: what a block reads, gives and drives, as layouts, and what makes one of them fit another."""
+"""Ports: layouts of what a block reads, gives and drives, their signals and units, and the signals a law acts on."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, NoReturn, TypeAlias
 
 import casadi as ca
 import numpy as np
 
 from workbench.core.layout import Entry, Layout
-from workbench.core.signals import Signals
-from workbench.validation.doors import door
-from workbench.validation.words import as_text, described, nearest, numbers, refusal
+from workbench.validation.refusals import as_text, described, known, nearest, numbers, refusal
+from workbench.validation.signatures import door
+from workbench.validation.views import LINE, table_to_html
 
 ANY = "?"  # the unit of a signal whose block was told none, as a system of python-control is
-METHODS = {name for name in dir(Signals) if not name.startswith("_")}  # of which `y.name` is none of the signals
+Way: TypeAlias = Literal["read", "filtered", "estimated"]
+Information: TypeAlias = tuple[tuple[tuple[str, tuple[Way, ...]], ...], bool, bool, bool]
+SECONDS = re.compile(r"/s(?:\^(\d+))?$")
+
+
+class NoSignalError(AttributeError, LookupError):
+    """The error of a missing signal, asked for as an item or as an attribute."""
+
+
+@door
+class Signals(Mapping[str, ca.SX]):
+    """A read-only mapping from names to columns of symbols, whose names are attributes too: `y["q"]` is `y.q`.
+
+    Parameters
+    ----------
+    parts, named
+        An expression for each name; a number stands for itself.
+
+    Examples
+    --------
+    >>> y = wb.Signals(omega=3.0, v=12.0)
+    >>> y.omega, y["v"], list(y)
+    (3.0, 12.0, ['omega', 'v'])
+    """
+
+    __slots__ = ("_parts",)
+    _parts: dict[str, ca.SX]
+
+    def __init__(self, parts: Mapping[str, ca.SX] | None = None, /, **named: ca.SX) -> None:
+        if not isinstance(parts, Mapping | None):
+            raise refusal("Signals(parts)", "a mapping from names to expressions, as a dict is", parts)
+        object.__setattr__(self, "_parts", {**(parts or {}), **named})
+
+    def __getitem__(self, name: str) -> ca.SX:
+        try:
+            return self._parts[known(name, self._parts, "signals")]
+        except LookupError as error:
+            raise NoSignalError(str(error)) from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._parts
+
+    @door
+    def get(self, name: str, default: Any = None) -> Any:
+        """The signal of a name, or a default if there is none."""
+        return self._parts.get(name, default)
+
+    def __getattr__(self, name: str) -> ca.SX:
+        if name.startswith("__") or name == "_parts":  # Python's own questions, those of `copy` among them
+            raise AttributeError(name)
+        return self[name]
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"Signals are read-only: '{name}' cannot be set. Take `signals | {{'{name}': ...}}`.")
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._parts)
+
+    def __len__(self) -> int:
+        return len(self._parts)
+
+    def __or__(self, other: Mapping[str, ca.SX]) -> Signals:
+        return Signals({**self._parts, **other})
+
+    def __reduce__(self) -> tuple[type[Signals], tuple[dict[str, ca.SX]]]:
+        return Signals, (self._parts,)
+
+    def __repr__(self) -> str:
+        return f"<Signals {', '.join(self._parts) or 'without names'}>"
+
+    def _repr_html_(self) -> str:
+        """A table of names and expressions."""
+        texts = {name: str(part) for name, part in self.items()}
+        rows = [(name, text if len(text) <= LINE else f"{text[:LINE]}...") for name, text in texts.items()]
+        return table_to_html("Signals", ("name", "expression"), rows)
+
+    @door
+    def only(self, names: Layout) -> Signals:
+        """The signals that a port has."""
+        return Signals({name: self[name] for name in names.names})
+
+
+METHODS = {name for name in dir(Signals) if not name.startswith("_")}  # `y.name` would be one of these
 
 
 @door
@@ -48,14 +132,14 @@ def _entry(name: str, value: Any) -> Entry:
     raise refusal(call, "a unit, as 'rad/s' is, or a unit and the numbers at the start", value)
 
 
-def joined(port: Layout, name: str) -> Entry:
-    """All signals of a port as one column, which keeps the unit of each number."""
+def one_entry(port: Layout, name: str) -> Entry:
+    """All signals of a port as one column with the unit of each number."""
     units = [unit for entry in port.entries for unit in entry.units]
     return Entry(name, np.zeros(port.size), units[0] if len(set(units)) == 1 else ", ".join(units))
 
 
 def misfits(wanted: Layout, offered: Layout) -> list[str]:
-    """What keeps an offered port from serving a wanted one, a clause for each signal; more may be offered.
+    """The reasons why an offered port cannot serve a wanted one, a clause for each signal that does not fit.
 
     In a clause '{gives}' stands for the block that offers and its verb.
     """
@@ -69,31 +153,18 @@ def misfits(wanted: Layout, offered: Layout) -> list[str]:
             continue
         other = offered[entry.name]
         if entry.size != other.size:
-            clauses.append(f"'{entry.name}' as {_size(entry)}, where {{gives}} it as {_size(other)}")
+            want, got = ("one number" if e.size == 1 else f"{e.size} numbers" for e in (entry, other))
+            clauses.append(f"'{entry.name}' as {want}, where {{gives}} it as {got}")
         elif any(a != b and ANY not in (a, b) for a, b in zip(entry.units, other.units, strict=True)):
-            clauses.append(f"'{entry.name}' in {_unit(entry)}, where {{gives}} it in {_unit(other)}")
+            want, got = (e.unit or "1" for e in (entry, other))
+            clauses.append(f"'{entry.name}' in [{want}], where {{gives}} it in [{got}]")
     return clauses
 
 
-def _size(entry: Entry) -> str:
-    return "one number" if entry.size == 1 else f"{entry.size} numbers"
-
-
-def _unit(entry: Entry) -> str:
-    return f"[{entry.unit or '1'}]"
-
-
-def fitting(call: str, port: Layout, parts: object) -> Signals:
-    """What a block of the user's own returns for a port: every name of it, each in its shape, and no other name.
-
-    A number stands for a signal of one number; nothing is spread over several.
-
-    Raises
-    ------
-    ValueError
-        If it is no mapping, if a name is missing or is none of the port's, or if a part has another shape.
-    """
-    must = f"return {_listed(port)}"
+def signals_of(call: str, port: Layout, parts: object) -> Signals:
+    """The signals that a block returns for a port: every name of it, each in its shape, and no other name."""
+    shapes = [f"'{e.name}'" if e.size == 1 else f"'{e.name}' {(e.shape + (1, 1))[:2]}" for e in port.entries]
+    must = f"return {', '.join(shapes) or 'an empty mapping'}"
     if not isinstance(parts, Mapping):
         raise ValueError(f"`{call}` must {must}; it returned {described(parts)}.")
     for name in port.names:
@@ -109,7 +180,7 @@ def fitting(call: str, port: Layout, parts: object) -> Signals:
 
 
 def column(call: str, name: str, shape: tuple[int, ...], value: Any) -> ca.SX:
-    """An expression of the shape of a signal, or a refusal that says what a method returned."""
+    """The expression that a method returned for a signal, in the signal's shape."""
     want = (shape + (1, 1))[:2]
     try:
         part: ca.SX = ca.SX(value)
@@ -122,6 +193,91 @@ def column(call: str, name: str, shape: tuple[int, ...], value: Any) -> ca.SX:
     return part
 
 
-def _listed(port: Layout) -> str:
-    names = [f"'{e.name}'" if e.size == 1 else f"'{e.name}' {(e.shape + (1, 1))[:2]}" for e in port.entries]
-    return ", ".join(names) or "an empty mapping"
+def per_second(unit: str, order: int = 1) -> str:
+    """The unit of a derivative: of 'rad' 'rad/s', of 'm/s' with order 2 'm/s^3', of 'm, rad' 'm/s, rad/s'."""
+    return ", ".join(each if each == ANY else _derivative(each, order) for each in unit.split(", "))
+
+
+def _derivative(unit: str, order: int) -> str:
+    base, power = _split(unit)
+    return f"{base or '1'}/{_power(power + order)}"
+
+
+def gain(out: str, of: str, seconds: int = 0) -> str:
+    """The unit of a gain from signals in `of` to signals in `out`, times a power of s: 'V' of 'rad/s' is 'V s/rad'."""
+    outs, ofs = out.split(", "), of.split(", ")
+    count = max(len(outs), len(ofs))
+    return ", ".join(_gain(outs[i % len(outs)], ofs[i % len(ofs)], seconds) for i in range(count))
+
+
+def _gain(out: str, of: str, seconds: int) -> str:
+    if ANY in (out, of):
+        return ANY
+    base, order = _split(of)
+    power = order + seconds
+    top = " ".join(filter(None, (out, _power(power) if power > 0 else "")))
+    below = [f"({base})" if "/" in base else base, _power(-power) if power < 0 else ""]
+    bottom = " ".join(filter(None, below))
+    return f"{top or '1'}/{f'({bottom})' if ' ' in bottom else bottom}" if bottom else top
+
+
+def _split(unit: str) -> tuple[str, int]:
+    """A unit without the seconds that it ends in, and their power."""
+    match = SECONDS.search(unit)
+    base = unit[: match.start()] if match else unit
+    return "" if base == "1" else base, int(match[1] or 1) if match else 0
+
+
+def _power(order: int) -> str:
+    return "s" if order == 1 else f"s^{order}"
+
+
+@dataclass(frozen=True)
+@door
+class Roles:
+    """The information that the command of a loop depends on, directly or through any memory.
+
+    Attributes
+    ----------
+    law, observer
+        What they are called; '' where there is no observer.
+    readings
+        By the name of each output of the plant: 'read' where a reading acts at its own instant, 'filtered'
+        where it acts by a memory of that output alone, and 'estimated' where an estimate from other readings, too,
+        stands for it; nothing where it does not act.
+    reference
+        Of the wanted signals, 'q_ref' for that of q, those that the command depends on.
+    models
+        By the path of each model of the arm, which of its 'M', 'C' and 'G' the command depends on, and by that of a
+        model of any other plant 'f', its equations, where it does: none of them where a model is given and not used.
+    unread
+        The signals which no instrument gives, a disturbance among them, of which an estimate acts.
+    truths
+        Of those, the ones that act themselves.
+    law_states, observer_states
+        How many numbers each remembers.
+    """
+
+    law: str
+    observer: str
+    readings: Mapping[str, tuple[Way, ...]]
+    reference: tuple[str, ...]
+    models: Mapping[str, tuple[str, ...]]
+    unread: tuple[str, ...]
+    truths: tuple[str, ...]
+    law_states: int
+    observer_states: int
+
+    @property
+    def information(self) -> Information:
+        """The way of each output, and the use of a model, an estimated disturbance or the truth."""
+        return tuple(self.readings.items()), any(self.models.values()), bool(self.unread), bool(self.truths)
+
+
+@door
+def grouped(roles: Mapping[str, Roles]) -> tuple[tuple[str, ...], ...]:
+    """The laws in classes of equal information, within which a comparison is fair."""
+    classes: dict[Information, list[str]] = {}
+    for law, held in roles.items():
+        classes.setdefault(held.information, []).append(law)
+    return tuple(map(tuple, classes.values()))

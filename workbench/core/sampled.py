@@ -1,4 +1,4 @@
-"""Sampled: an equation that flows, and jumps once a period, as a plant in a sampled-data loop does."""
+"""Sampled: an equation that flows and jumps once a period, as a plant under a digital law does."""
 
 from __future__ import annotations
 
@@ -8,14 +8,12 @@ from functools import cached_property
 
 import casadi as ca
 
-from workbench.core.layout import Layout
-from workbench.core.ode import Ode, instructions
-from workbench.core.rule import RK4_AMPLIFICATION, Rule, runge_kutta
-from workbench.core.show import layouts_to_html
-from workbench.core.step import Step
-from workbench.core.symbols import refuse_misfit, refuse_unknown
-from workbench.validation.doors import door
-from workbench.validation.words import MOST, seconds, whole
+from workbench.core.expressions import instructions, refuse_misfit, refuse_unknown
+from workbench.core.layout import Layout, layouts_to_html
+from workbench.core.ode import Ode
+from workbench.core.step import RK4_AMPLIFICATION, Rule, Step, runge_kutta
+from workbench.validation.refusals import MOST, seconds, whole
+from workbench.validation.signatures import door
 
 MOST_SUBSTEPS = 10_000  # each is written out, so that more take minutes to be derived
 
@@ -28,7 +26,7 @@ class Sampled:
     Attributes
     ----------
     flow
-        f, over all states. Its outputs are what is watched; at t_k they are taken after the jump.
+        f, over all states, and the outputs; at t_k they are taken after the jump.
     period
         In s.
     k, w
@@ -37,7 +35,7 @@ class Sampled:
         g as an expression (m, 1) in k, `flow.x`, `flow.p` and w, for the first m states. The others,
         integrals that were added to the flow, say, do not jump.
     methods
-        How the computer steps the memory of each block, in words.
+        The methods by which the memory of each block is stepped, in words.
 
     Raises
     ------
@@ -79,37 +77,31 @@ class Sampled:
 
     @property
     def name(self) -> str:
-        """That of the flow."""
+        """The name of the flow."""
         return self.flow.name
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Those of the flow."""
+        """The notes of the flow."""
         return self.flow.notes
 
     @property
     def states(self) -> Layout:
-        """Those of the flow."""
+        """The states of the flow."""
         return self.flow.states
 
     @property
     def parameters(self) -> Layout:
-        """Those of the flow."""
+        """The parameters of the flow."""
         return self.flow.parameters
 
     @property
     def outputs(self) -> Layout:
-        """Those of the flow."""
+        """The outputs of the flow."""
         return self.flow.outputs
 
     def substeps(self, h: float) -> int:
-        """How many steps of h [s] make up the period.
-
-        Raises
-        ------
-        ValueError
-            If h is no positive finite number, or the period no multiple of it.
-        """
+        """The number of steps of h [s] in the period; refused if they do not fill it."""
         count = self.period / seconds("substeps(h=...)", h)
         if not round(min(count, MOST)) >= 1 or abs(count - round(min(count, MOST))) > 1e-6:
             raise ValueError(
@@ -119,13 +111,7 @@ class Sampled:
         return round(count)
 
     def step(self, substeps: int = 1) -> Step:
-        """One period as a `Step`: the jump at t_k, then `substeps` Runge-Kutta steps of the flow.
-
-        Raises
-        ------
-        ValueError
-            If `substeps` is no positive whole number.
-        """
+        """One period as a `Step`: the jump at t_k, then `substeps` Runge-Kutta steps of the flow."""
         substeps = whole("Sampled.step(substeps=...)", substeps, most=MOST_SUBSTEPS)
         flow, h = self.flow, self.period / substeps
         f = ca.Function("f", [flow.t, flow.x, flow.p], [flow.rate])
@@ -147,10 +133,10 @@ class Sampled:
         return digest.hexdigest()
 
     def __repr__(self) -> str:
-        """One line: a notebook should not print the equations by accident."""
+        """One line, without the equations."""
         return f"<Sampled '{self.name}': every {self.period:g} s, {self.flow.sizes}>"
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: the names, units and values of states and parameters."""
+        """The names, units and values of states and parameters, for a notebook."""
         name = f"{self.name}, sampled every {self.period:g} s"
         return layouts_to_html(name, {"state": self.states, "parameter": self.parameters})

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
 from workbench.core.ode import Ode
-from workbench.core.rule import Rule
-from workbench.core.step import Step, checked, rk4
-from workbench.validation.words import Array, described, whole
+from workbench.core.step import Rule, Step, checked, rk4
+from workbench.validation.refusals import Array, described, whole
 
 DAMPING = 2 / 13
 MOST_STAGES = 12  # beyond, the powers of z in R(z) cancel more digits than a stability limit may lose

@@ -1,18 +1,116 @@
-"""Step: x+ = F(k, x, p, w), y = h(k, x, p, w): all that a simulator knows."""
+"""Step: x+ = F(k, x, p, w), y = h(k, x, p, w), all that a simulator knows; its `Rule` is the same for any length."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
 import casadi as ca
 
+from workbench.core.expressions import refuse_misfit, refuse_unknown
 from workbench.core.layout import Layout
 from workbench.core.ode import Ode
-from workbench.core.rule import RK4_AMPLIFICATION, Rule
-from workbench.validation.doors import door
-from workbench.validation.words import require, seconds, whole
+from workbench.validation.refusals import require, seconds, whole
+from workbench.validation.signatures import door
+
+Held = TypeVar("Held")  # what an equation is given beside its state, the same at each stage
+
+# The classical Runge-Kutta method: its nodes c_j, the part of h k_j that leads from x to the next stage, and the
+# weights of k_j in x+, in parts of DIVISOR.
+NODES = (0.0, 0.5, 0.5, 1.0)
+AHEAD = (0.5, 0.5, 1.0, 0.0)
+WEIGHTS = (1.0, 2.0, 2.0, 1.0)
+DIVISOR = 6.0
+# Its amplification on x' = lambda x: R(z) = 1 + z + z^2/2 + z^3/6 + z^4/24, highest power first.
+RK4_AMPLIFICATION = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Rule:
+    """x+ and y of a step of any length, as expressions in its symbols.
+
+    Attributes
+    ----------
+    h, k, t, x, p, w
+        Symbols: the length (1, 1) in s, the number of the step (1, 1), the time k h (1, 1) in s, the state (nx, 1),
+        the parameters (np, 1), and standard normal numbers (nw, 1), fresh ones at every step of every run.
+    rate
+        (n, 1): dx/dt of the first n entries in t, x and p, which take a classical Runge-Kutta step; n may be 0.
+    update
+        (nx - n, 1): the next value of the other entries, in all the symbols; the rate knows none of them.
+    output
+        y, (ny, 1), in h, k, t, x and p, from t_k on.
+
+    Raises
+    ------
+    ValueError
+        If rate and update together are not as many as the entries of x.
+    """
+
+    h: ca.SX
+    k: ca.SX
+    t: ca.SX
+    x: ca.SX
+    p: ca.SX
+    w: ca.SX
+    rate: ca.SX
+    update: ca.SX
+    output: ca.SX
+
+    def __post_init__(self) -> None:
+        for name in ("h", "k", "t"):
+            refuse_misfit("Rule", name, getattr(self, name), 1, 1)
+        for name in ("x", "p", "w", "rate", "update", "output"):
+            refuse_misfit("Rule", name, getattr(self, name), getattr(self, name).numel(), 1, "a column")
+        symbols = {name: getattr(self, name) for name in ("h", "k", "t", "x", "p", "w")}
+        refuse_unknown("Rule", symbols, rate=self.rate, update=self.update, output=self.output)
+        if self.rate.numel() + self.update.numel() != self.x.numel():
+            raise ValueError(
+                f"`Rule(rate=..., update=...)` must together have one entry for each of the {self.x.numel()} states; "
+                f"got {self.rate.numel()} and {self.update.numel()}."
+            )
+
+    @cached_property
+    def parts(self) -> ca.Function:
+        """Rate and update as a CasADi function (h, k, t, x, p, w) -> (n, 1), (nx - n, 1)."""
+        symbols = [self.h, self.k, self.t, self.x, self.p, self.w]
+        return ca.Function("workbench_parts", symbols, [ca.densify(self.rate), ca.densify(self.update)])
+
+    @cached_property
+    def next(self) -> ca.SX:
+        """x+, (nx, 1), in h, k, x, p and w."""
+        n, t = self.rate.numel(), self.k * self.h
+        update = ca.substitute(self.update, self.t, t)
+        if not n:
+            return update
+        f = ca.Function("f", [self.t, self.x[:n], self.p], [self.rate])
+        return ca.vertcat(runge_kutta(f, t, self.x[:n], self.p, self.h), update)
+
+    @cached_property
+    def F(self) -> ca.Function:
+        """x+ as a CasADi function (h, k, x, p, w) -> (nx, 1)."""
+        symbols = [self.h, self.k, self.x, self.p, self.w]
+        return ca.Function("workbench_rule", symbols, [ca.densify(self.next)])
+
+    @property
+    def operations(self) -> int:
+        """The number of operations of a step, roughly."""
+        return int(self.parts.n_instructions()) * (len(NODES) if self.rate.numel() else 1)
+
+    @property
+    def written_out(self) -> Rule:
+        """The same rule as one update that contains every stage of its Runge-Kutta step."""
+        return replace(self, rate=ca.SX(0, 1), update=self.next)
+
+    @door
+    def extended(self, symbols: ca.SX, update: ca.SX) -> Rule:
+        """The same rule with entries z behind those of x: z+ = update(h, k, t, x, z, p, w)."""
+        refuse_misfit("Rule.extended", "symbols", symbols, symbols.numel(), 1, "a column")
+        refuse_misfit("Rule.extended", "update", update, symbols.numel(), 1, "one entry for each symbol")
+        return replace(self, x=ca.vertcat(self.x, symbols), update=ca.vertcat(self.update, update))
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,9 +125,8 @@ class Step:
     rule
         x+ and y as expressions.
     flow, amplification, substeps
-        The differential equation that the step approximates, the polynomial R(z) by which a substep of
-        h / `substeps` multiplies a mode exp(lambda t), with z = lambda h / `substeps`: what the stability
-        limit is made of.
+        The differential equation that the step approximates, and the polynomial R(z) by which a substep of
+        h / `substeps` multiplies a mode exp(lambda t), with z = lambda h / `substeps`.
     """
 
     h: float
@@ -52,18 +149,18 @@ class Step:
         whole("Step(substeps=...)", self.substeps)
 
     def __repr__(self) -> str:
-        """One line: a notebook should not print the equations by accident."""
+        """One line, without the equations."""
         noise = f", {self.noises} normal numbers" if self.noises else ""
         return f"<Step of '{self.flow.name}': h = {self.h:g} s, {self.states.size} states{noise}>"
 
     @property
     def noises(self) -> int:
-        """How many normal numbers it takes, nw."""
+        """The number of normal numbers it takes, nw."""
         return int(self.rule.w.numel())
 
     @property
     def operations(self) -> int:
-        """About how many operations one step takes: what it costs."""
+        """The number of operations of one step, roughly."""
         return self.rule.operations
 
     @cached_property
@@ -110,12 +207,21 @@ def rk4(ode: Ode, h: float) -> Step:
 
 
 def checked(call: str, ode: object, h: object) -> tuple[Ode, float]:
-    """An equation and the length of a step in s."""
+    """The equation and the length [s] of a step, or a refusal."""
     return require(f"{call}(ode=...)", ode, Ode), seconds(f"{call}(h=...)", h)
 
 
 @lru_cache(maxsize=64)
 def _rk4(ode: Ode) -> Rule:
-    """The rule of the steps for one equation, of whatever length."""
+    """The rule of the steps of any length for one equation."""
     h, k = ca.SX.sym("h"), ca.SX.sym("k")
     return Rule(h, k, ode.t, ode.x, ode.p, ca.SX(0, 1), ode.rate, ca.SX(0, 1), ode.output)
+
+
+def runge_kutta(f: Callable[[ca.SX, ca.SX, Held], ca.SX], t: ca.SX, x: ca.SX, p: Held, h: ca.SX | float) -> ca.SX:
+    """x(t + h) from x(t) by the classical Runge-Kutta method, for x' = f(t, x, p)."""
+    stage, total = x, ca.SX(0)
+    for node, ahead, weight in zip(NODES, AHEAD, WEIGHTS, strict=True):
+        rate = f(t + node * h, stage, p)
+        stage, total = x + ahead * h * rate, total + weight * rate
+    return x + h / DIVISOR * total

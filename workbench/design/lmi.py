@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.certificates import Refused
+from workbench.validation.refusals import Array
 
 
 def common_lyapunov(A: Array, rate: float) -> Array:

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array
-from workbench.validation.words import as_array, described
+from workbench.validation.refusals import Array, as_array, described
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 EPS = float(np.finfo(float).eps)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from workbench.core import Dynamics
 from workbench.handover.code import RESERVED, Routine, about, matrices_of, nominal, torque_of
 from workbench.notation.program import Dialect
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 C99 = Dialect({}, RESERVED, width=70)
 

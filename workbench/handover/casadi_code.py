@@ -5,7 +5,7 @@ from __future__ import annotations
 from workbench.core import Dynamics
 from workbench.handover.code import RESERVED, Routine, about, matrices_of, nominal, torque_of
 from workbench.notation.program import CALLED, Dialect
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 CASADI = Dialect({name: f"ca.{name}" for name in CALLED.split()} | {"pow": "ca.power"}, RESERVED, width=84)
 

@@ -8,9 +8,9 @@ from fractions import Fraction
 import casadi as ca
 
 from workbench.core import AbstractArm, Dynamics
-from workbench.core.show import MOST_NODES_OF_TEXTBOOKS
 from workbench.notation.normal_form import NormalForm, NotInClass, normal_forms
-from workbench.validation.doors import door
+from workbench.notation.reader import MOST_NODES_OF_TEXTBOOKS
+from workbench.validation.signatures import door
 
 SHORT = 2**26  # the denominator of a constant that is meant as it stands: a whole number, a half
 LAST_DIGITS = 2**51

@@ -10,11 +10,12 @@ from collections.abc import Iterator
 from html import escape
 
 from workbench.core import Dynamics
-from workbench.core.show import letters, written
+from workbench.core.layout import letters
 from workbench.handover.letters import harmless, has_friction, letters_of, title
 from workbench.notation import latex, mathml, text, typst_math
 from workbench.notation.formula import Matrix, Symbol, System, equations
-from workbench.validation.doors import door
+from workbench.notation.reader import equations_of
+from workbench.validation.signatures import door
 from workbench.validation.views import table_to_html
 
 
@@ -62,7 +63,7 @@ def _head(dynamics: Dynamics) -> list[str]:
 
 def _blocks(dynamics: Dynamics) -> Iterator[System]:
     """The definitions, if there are any, then M, C and G entry by entry."""
-    definitions, matrices = written({"M": dynamics.M, "C": dynamics.C, "G": dynamics.G}, dynamics.names())
+    definitions, matrices = equations_of({"M": dynamics.M, "C": dynamics.C, "G": dynamics.G}, dynamics.names())
     if definitions:
         yield System(definitions)
     for relation in matrices:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from workbench.core import Dynamics
 from workbench.handover.code import RESERVED, Routine, about, matrices_of, nominal, torque_of
 from workbench.notation.program import Dialect
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 # The sines of `math` are those of the C library, as CasADi's are; NumPy's differ in the last bit on some machines.
 PYTHON = Dialect({"fmin": "min", "fmax": "max"}, RESERVED, width=84)

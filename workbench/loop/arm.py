@@ -10,9 +10,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import AbstractArm, Entry, Layout, Signals
+from workbench.core.block import Number
 from workbench.core.port import ANY
 from workbench.loop.contracts import AbstractController, AbstractObserver, Follows, Parts, Reads
-from workbench.validation.shapes import Number
 
 ORDERS = {"q": "", "qd": "/s", "qdd": "/s^2"}
 

@@ -34,8 +34,8 @@ from workbench.loop.wiring import (
     split,
     wanted,
 )
-from workbench.validation.doors import door
-from workbench.validation.words import one_of, refusal, seconds
+from workbench.validation.refusals import one_of, refusal, seconds
+from workbench.validation.signatures import door
 
 
 @block

@@ -16,10 +16,9 @@ from typing import Annotated, Self
 import casadi as ca
 
 from workbench.core import Layout, Signals
-from workbench.core.block import starts
-from workbench.validation.doors import door
-from workbench.validation.shapes import Memory, Number, States
-from workbench.validation.words import seconds
+from workbench.core.block import Memory, Number, States, initial_states
+from workbench.validation.refusals import seconds
+from workbench.validation.signatures import door
 
 EULER, RECURSION = "explicit Euler", "its own recursion in discrete time"
 
@@ -68,7 +67,7 @@ class AbstractPlant(ABC):
     @property
     def states(self) -> Layout:
         """The states, each with its start: the fields that are declared by `initial`."""
-        return starts(self)
+        return initial_states(self)
 
     @property
     @abstractmethod
@@ -149,7 +148,7 @@ class AbstractObserver(ABC):
     @property
     def memory(self) -> Layout:
         """Its own states: the fields that are declared by `initial`."""
-        return starts(self)
+        return initial_states(self)
 
     @abstractmethod
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
@@ -228,7 +227,7 @@ class AbstractController(ABC):
     @property
     def memory(self) -> Layout:
         """Its own states: the fields that are declared by `initial`."""
-        return starts(self)
+        return initial_states(self)
 
     @abstractmethod
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from workbench.core import Layout, Signals, block
+from workbench.core.block import Number
 from workbench.loop.contracts import AbstractObserver, Parts, Reads
 from workbench.loop.surroundings import AbstractReference
-from workbench.validation.shapes import Number
 
 
 @block

@@ -10,10 +10,10 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Scalar, Vector
-from workbench.core.symbols import refuse_misfit
+from workbench.core.expressions import refuse_misfit
 from workbench.loop.contracts import AbstractPlant
 from workbench.loop.surroundings import AbstractInstruments
-from workbench.validation.words import known, numbers, refusal
+from workbench.validation.refusals import known, numbers, refusal
 
 
 @block

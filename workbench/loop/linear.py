@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, LinearSystem, Signals, block, initial, parameter
-from workbench.core.block import Vector, socket
+from workbench.core.block import Number, States, Vector, socket
 from workbench.core.port import ANY
 from workbench.loop.contracts import (
     AbstractController,
@@ -20,8 +20,7 @@ from workbench.loop.contracts import (
     Parts,
     Reads,
 )
-from workbench.validation.shapes import Number, States
-from workbench.validation.words import vector
+from workbench.validation.refusals import vector
 
 WANTED = "_ref"  # an input of a law by this ending is a wanted signal
 

@@ -7,11 +7,10 @@ from dataclasses import replace
 import casadi as ca
 
 from workbench.core import Layout, LinearSystem, Signals, block
-from workbench.core.block import socket
+from workbench.core.block import Number, socket
 from workbench.loop.contracts import AbstractObserver, AbstractPlant, Inputs, Parts, Reads
 from workbench.loop.linear import refuse_feedthrough
-from workbench.validation.shapes import Number
-from workbench.validation.words import known
+from workbench.validation.refusals import known
 
 
 @block

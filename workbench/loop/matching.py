@@ -7,7 +7,7 @@ from workbench.core.port import misfits
 from workbench.loop.defaults import Readings, Rest
 from workbench.loop.surroundings import AbstractInstruments
 from workbench.loop.wiring import Blocks, names
-from workbench.validation.words import nearest, refusal
+from workbench.validation.refusals import nearest, refusal
 
 PORTS = {
     "plant": ("states", "inputs", "outputs", "truths"),

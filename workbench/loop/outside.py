@@ -8,10 +8,10 @@ from dataclasses import dataclass, field
 import casadi as ca
 
 from workbench.core import Entry, Layout, Signals
-from workbench.core.port import joined
+from workbench.core.port import one_entry
 from workbench.loop.contracts import is_recursion
 from workbench.loop.wiring import Blocks
-from workbench.validation.words import known, several
+from workbench.validation.refusals import known, several
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ def cut(call: str, loop: Blocks, at: str | tuple[str, ...] | None) -> Outside:
     for name in names:
         known(name, ports.names, "inputs and outputs of the plant")
     at_cut = Layout(tuple(ports[name] for name in names))
-    layout = Layout((joined(at_cut, "drive"),))
+    layout = Layout((one_entry(at_cut, "drive"),))
     symbols = layout.symbols()
     values = at_cut.view(symbols)
     parts = {

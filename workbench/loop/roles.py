@@ -10,13 +10,12 @@ from typing import Any
 import casadi as ca
 
 from workbench.core import AbstractArm, Layout, Signals, lift
-from workbench.core.block import is_block
-from workbench.core.roles import Roles, Way
+from workbench.core.block import Column, is_block
+from workbench.core.port import Roles, Way
 from workbench.loop.contracts import AbstractController, AbstractPlant, is_recursion
 from workbench.loop.wiring import Blocks
-from workbench.validation.doors import door
-from workbench.validation.shapes import Column
-from workbench.validation.words import refusal
+from workbench.validation.refusals import refusal
+from workbench.validation.signatures import door
 
 SOCKETS = ("plant", "observer", "controller", "reference")
 PERIOD = 1.0  # s: a law that only a computer can run needs one; which does not matter here

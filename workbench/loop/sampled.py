@@ -32,7 +32,7 @@ from workbench.loop.wiring import (
     split,
     wanted,
 )
-from workbench.validation.words import MOST
+from workbench.validation.refusals import MOST
 
 FINE = 16  # steps of Runge-Kutta a period: stable up to 44 / period, where (34) at 500 N m and 4 ms has 23
 

@@ -8,7 +8,7 @@ from abc import ABC, abstractmethod
 import casadi as ca
 
 from workbench.core import Layout, Signals
-from workbench.validation.shapes import Number
+from workbench.core.block import Number
 
 
 class AbstractReference(ABC):

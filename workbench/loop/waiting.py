@@ -9,8 +9,8 @@ from functools import cached_property
 import casadi as ca
 
 from workbench.core import Layout, Signals
-from workbench.core.port import joined
-from workbench.validation.words import as_number, known, refusal
+from workbench.core.port import one_entry
+from workbench.validation.refusals import as_number, known, refusal
 
 NEXT = "hold.next"  # the commands that wait for the next instant; 'hold.next.2' those for the one behind it
 MOST_PERIODS = 1000  # each is a state for every input
@@ -57,7 +57,7 @@ class Queue:
     @property
     def memory(self) -> Layout:
         """A state for each place, which starts as the inputs of the plant do."""
-        return Layout(tuple(replace(joined(held, name), default=held.default) for name, held in self.places.items()))
+        return Layout(tuple(replace(one_entry(held, name), default=held.default) for name, held in self.places.items()))
 
     def last(self, x: Mapping[str, ca.SX]) -> dict[str, ca.SX]:
         """What was commanded last to each input that waits."""

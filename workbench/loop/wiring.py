@@ -12,12 +12,11 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Signals
 from workbench.core.block import is_block
-from workbench.core.port import fitting
-from workbench.core.signals import NoSignalError
-from workbench.core.symbols import SymbolError, symbols_are_no_numbers
+from workbench.core.expressions import SymbolError, symbols_are_no_numbers
+from workbench.core.port import NoSignalError, signals_of
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Parts, is_recursion
 from workbench.loop.surroundings import AbstractReference
-from workbench.validation.words import described
+from workbench.validation.refusals import described
 
 SOCKETS = ("plant", "observer", "controller")  # those with a memory
 
@@ -70,7 +69,7 @@ def asked(block: Any, method: str, port: Layout, *arguments: Any) -> Signals:
             f"`{call}` must compute with symbols in place of numbers, as it is read once, derived and compiled; "
             f"{error}: take `ca.sin` of CasADi in place of `math.sin`, and `ca.if_else(c, a, b)` in place of `if`."
         ) from error
-    return fitting(call, port, parts)
+    return signals_of(call, port, parts)
 
 
 def wanted(loop: Blocks, t: ca.SX) -> Signals:

@@ -13,8 +13,8 @@ import numpy as np
 from workbench.core import Layout, Ode, Sampled, Step, stepper, with_quadrature
 from workbench.metrics.contract import AbstractMetric, watches
 from workbench.metrics.signals import refuse_unknown
-from workbench.validation.doors import door
-from workbench.validation.words import MOST, multiple, seconds, text
+from workbench.validation.refusals import MOST, multiple, seconds, text
+from workbench.validation.signatures import door
 
 LARGEST_RATIO = 1000  # in the ratio of two sample times that have a common divisor
 
@@ -99,7 +99,7 @@ def resolved(
 ) -> tuple[AbstractMetric, ...]:
     """The metrics of `equation`, with the units and labels of what they watch, each of which means something for it."""
     ode = _flow(equation)
-    names = [text("metric(name=...)", metric.name, empty=False) for metric in metrics]
+    names = [text("metric(name=...)", metric.name) for metric in metrics]
     if len(set(names)) < len(names):
         raise ValueError(f"`measured(metrics=...)` needs distinct names; got {names}.")
     bound = tuple(m.of(ode) for m in metrics)

@@ -18,8 +18,8 @@ from workbench.metrics.sampled import Peak, SampledRms, TotalVariation
 from workbench.metrics.signals import Choice
 from workbench.metrics.step_response import Overshoot, SettlingTime
 from workbench.metrics.units import product, work
-from workbench.validation.doors import door
-from workbench.validation.words import Array, described, finite, numbers, positive, refusal, seconds, vector
+from workbench.validation.refusals import Array, described, finite, numbers, positive, refusal, seconds, vector
+from workbench.validation.signatures import door
 
 
 def _whole(integral: Array, horizon: float) -> Array:

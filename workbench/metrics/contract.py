@@ -13,9 +13,9 @@ import casadi as ca
 
 from workbench.core import Layout, Ode
 from workbench.metrics.signals import Signal, watched
-from workbench.validation.doors import answer, door
-from workbench.validation.kinds import KindError, fit_of
-from workbench.validation.words import Array, described, several
+from workbench.validation.refusals import Array, described, several
+from workbench.validation.signatures import answer, door
+from workbench.validation.type_hints import KindError, fit_of
 
 # Outputs of a loop, or the memory of a metric, by name.
 Parts = Mapping[str, ca.SX]

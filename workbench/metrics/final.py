@@ -10,8 +10,8 @@ from workbench.core import Layout, Step
 from workbench.metrics.contract import AbstractMetric
 from workbench.simulate import Trajectories
 from workbench.simulate.marches import continued
-from workbench.validation.doors import door
-from workbench.validation.words import Array, whole
+from workbench.validation.refusals import Array, whole
+from workbench.validation.signatures import door
 
 
 @door

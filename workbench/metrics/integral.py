@@ -11,9 +11,9 @@ import casadi as ca
 from workbench.core import Layout, Ode
 from workbench.metrics.contract import AbstractMetric, Parts, bound, expression
 from workbench.metrics.signals import Signal, column, names_of, watched
-from workbench.validation.doors import answer, door
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import answer, door
 from workbench.validation.views import show
-from workbench.validation.words import Array
 
 
 @dataclass(frozen=True)

@@ -24,8 +24,8 @@ from workbench.simulate.stepping.cells import COUNT
 from workbench.simulate.stepping.pilot import RUNS, Choice, pilot_runs
 from workbench.simulate.stepping.single import HALVINGS, single_step
 from workbench.simulate.stepping.stability import POINTS, schedule_limits, tightest
-from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers, positive, seconds
+from workbench.validation.refusals import Array, Integers, positive, seconds
+from workbench.validation.signatures import door
 
 SUBSTEPS = 7  # halvings of a sampling period at most: all substeps of a period are written out
 

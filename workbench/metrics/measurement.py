@@ -11,9 +11,9 @@ from workbench.metrics.contract import AbstractMetric
 from workbench.simulate import StepLimit, Trajectories
 from workbench.simulate.stepping.accuracy import Check
 from workbench.simulate.stepping.pilot import Choice
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array, Integers
+from workbench.validation.signatures import door
 from workbench.validation.views import listed, table_to_html
-from workbench.validation.words import Array, Integers
 
 HEAD = ("metric", "of", "unit", "least", "mean", "largest", "error")
 

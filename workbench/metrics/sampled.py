@@ -12,8 +12,8 @@ from workbench.core import Entry, Layout, Ode
 from workbench.metrics.contract import AbstractMetric, Parts, bound
 from workbench.metrics.signals import Signal, column, names_of, watched
 from workbench.metrics.units import product
-from workbench.validation.doors import door
-from workbench.validation.words import Array, finite, seconds
+from workbench.validation.refusals import Array, finite, seconds
+from workbench.validation.signatures import door
 
 
 def on_grid(k: ca.SX, h: ca.SX, sample: float) -> ca.SX:

@@ -10,8 +10,8 @@ from typing import Literal
 import casadi as ca
 
 from workbench.core import Ode
-from workbench.validation.doors import door
-from workbench.validation.words import described, nearest
+from workbench.validation.refusals import described, nearest
+from workbench.validation.signatures import door
 
 ERROR = re.compile(r"ed?(_hat)?|e_.+|.+_error")  # what loops call errors, which are from 0 anyway
 

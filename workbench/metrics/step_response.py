@@ -11,9 +11,9 @@ import numpy as np
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics.contract import AbstractMetric, Parts, bound
 from workbench.metrics.signals import Choice, Signal, Watched, levels, names_of, watched
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array, positive
+from workbench.validation.signatures import door
 from workbench.validation.views import show
-from workbench.validation.words import Array, positive
 
 NEVER = 1e30  # in the loop's arithmetic, where 0 times infinity would be NaN
 LEVELS = Choice("level")  # all that is followed

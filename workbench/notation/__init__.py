@@ -1,5 +1,5 @@
-"""Equations on paper: CasADi expressions read, proved equal, and written in five markups.
+"""Equations on paper: expressions of CasADi read as formulas, proved equal, and written in four markups.
 
-What a report prints comes from the very expressions that are simulated, so that it cannot disagree with
-them; what two expressions claim to share is decided by exact rational arithmetic.
+The room knows expressions and formulas, but no model. Read `formula` first, then `reader` (from CasADi to a formula),
+`normal_form` (exact proofs of equality) and `writer` (signs and parentheses for every markup).
 """

@@ -1,11 +1,8 @@
-"""Formulas put together as one writes them: no double signs, no nested sums, no x x for x^2.
-
-Each function takes and gives formulas of equal value; it only chooses how the value is written.
-"""
+"""Formulas built as one writes them: no double signs, no nested sums, no x x for x^2; the value stays the same."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 
 from workbench.notation.formula import (
@@ -19,6 +16,7 @@ from workbench.notation.formula import (
     Relation,
     Sum,
     Symbol,
+    children,
 )
 
 ZERO, ONE = Number(Fraction(0)), Number(Fraction(1))
@@ -27,13 +25,7 @@ MIRRORED = {"==": "==", "!=": "!=", "<": ">", ">": "<", "<=": ">=", ">=": "<="}
 
 
 def number(value: Fraction | float) -> Number:
-    """A number as one writes it: 1/2, 3, 9.81, 0.1; it rounds to the double it came from.
-
-    Raises
-    ------
-    ValueError
-        If the number is not finite: there is no formula for it.
-    """
+    """A finite number as one writes it: 1/2, 3, 9.81, 0.1; it rounds to the double it came from."""
     try:
         exact = Fraction(value)
         double = float(exact)
@@ -51,7 +43,7 @@ def number(value: Fraction | float) -> Number:
 
 
 def split_sign(term: Formula) -> tuple[bool, Formula]:
-    """Whether a term is subtracted, and what then is."""
+    """True and the rest if a term is subtracted, else False and the term."""
     match term:
         case Number(value) if value < 0:
             return True, Number(-value)
@@ -78,7 +70,7 @@ def negative(formula: Formula) -> Formula:
 
 
 def total(terms: Iterable[Formula]) -> Formula:
-    """A sum, flat, without its zeros; two halves of an if-else find each other."""
+    """A flat sum without its zeros, in which the two halves of an if-else are joined."""
     flat: list[Formula] = []
     for term in terms:
         flat.extend(term.terms if isinstance(term, Sum) else [term] if term != ZERO else [])
@@ -102,7 +94,7 @@ def collected(formula: Formula) -> Formula:
 
 
 def _if_else(one: Formula, other: Formula) -> Formula | None:
-    """CasADi keeps `a if c else b` as (c ? a : 0) + (not c ? b : 0)."""
+    """The if-else that CasADi keeps as (c ? a : 0) + (not c ? b : 0), if two terms are one."""
     match one, other:
         case Cases(((a, c),), rest), Cases(((b, d),), tail) if rest == tail == ZERO and negation(c) == d:
             if isinstance(b, Cases):
@@ -112,9 +104,9 @@ def _if_else(one: Formula, other: Formula) -> Formula | None:
 
 
 def product(factors: Iterable[Formula]) -> Formula:
-    """A product, flat: one number in front, equal bases gathered, sines and cosines last, one fraction.
+    """A flat product: one number in front, equal bases gathered, sines and cosines last, one fraction.
 
-    What is multiplied by a condition is that product where the condition holds.
+    A product with a condition as a factor becomes a product that holds where the condition does.
     """
     coefficient: Fraction = Fraction(1)
     above: list[Formula] = []
@@ -148,7 +140,7 @@ def product(factors: Iterable[Formula]) -> Formula:
 
 
 def _is_oscillation(factor: Formula) -> bool:
-    """Whether a factor is written at the end, where `sin q` needs no parentheses."""
+    """True if a factor belongs at the end, where `sin q` needs no parentheses."""
     base = factor.base if isinstance(factor, Power) else factor
     return isinstance(base, Call) and base.function in ("sin", "cos", "tan")
 
@@ -255,12 +247,12 @@ def condition(left: Formula, sign: str, right: Formula) -> Formula:
 
 
 def truth(formula: Formula) -> Formula:
-    """A formula where a condition is wanted: a number holds unless it is zero."""
+    """A formula as a condition: a number holds unless it is zero."""
     return formula if isinstance(formula, Relation) else Relation(formula, "!=", ZERO)
 
 
 def value(formula: Formula) -> Formula:
-    """A formula where a number is wanted: a condition is 1 where it holds."""
+    """A formula as a number: a condition is 1 where it holds."""
     return Cases(((ONE, formula),), ZERO) if isinstance(formula, Relation) else formula
 
 
@@ -277,3 +269,30 @@ def negation(formula: Formula) -> Formula:
 def monomial(powers: Iterable[tuple[Symbol, int]]) -> Formula:
     """A product of powers of symbols, in the order given."""
     return product(power(letter, Number(Fraction(exponent))) for letter, exponent in powers)
+
+
+def parts(formula: Formula) -> Iterator[Formula]:
+    """A formula and all its parts, from the outside in."""
+    yield formula
+    for part in children(formula):
+        yield from parts(part)
+
+
+def substitute(formula: Formula, meanings: Mapping[Symbol, Formula]) -> Formula:
+    """The formula with each symbol that has a meaning replaced by it."""
+    if isinstance(formula, Symbol):
+        return meanings.get(formula, formula)
+    return rebuilt(formula, [substitute(part, meanings) for part in children(formula)])
+
+
+def rebuilt(formula: Formula, among: Sequence[Formula]) -> Formula:
+    """A formula of the same kind with other parts; of a sum or a product there may be more or fewer."""
+    rules: dict[type, Callable[..., Formula]] = {
+        Sum: lambda *terms: total(terms),
+        Product: lambda *factors: product(factors),
+        Quotient: quotient,
+        Power: power,
+    }
+    if isinstance(formula, Call):
+        return call(formula.function, *among)
+    return rules[type(formula)](*among) if type(formula) in rules else formula

@@ -1,4 +1,4 @@
-"""A formula as a tree: what stands on the page, and nothing of how it is typeset."""
+"""A formula as a tree of what stands on the page, without its typesetting."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TypeAlias
 
-from workbench.validation.doors import door
-from workbench.validation.words import described, one_of
+from workbench.validation.refusals import described, one_of
+from workbench.validation.signatures import door
 
 _NAMES = (
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi chi psi "
@@ -144,9 +144,8 @@ _NAME = re.compile(
 def symbol(name: str) -> Symbol:
     """The symbol that a name of the code stands for.
 
-    The name is a letter or a Greek letter's name, then words set apart by underscores. The words
-    hat, tilde and bar go over the letter, star behind it, all others into the index; so do digits
-    behind the letter.
+    The name is a letter or a Greek letter's name, then words set apart by underscores. The words hat, tilde and bar
+    go over the letter, star behind it; all others go into the index, as do digits behind the letter.
 
         m_1, m1          m with index 1           q_ref_1     q with index ref,1
         Lambda_1         Greek, index 1           tau_max1    Greek, index max,1
@@ -189,29 +188,16 @@ def _index(parts: list[str]) -> str:
 
 @door
 def name_of(symbol: Symbol) -> str:
-    """The name that `symbol` reads as this symbol: the way back."""
+    """The name that `symbol` reads as this symbol."""
     mark = "_star" if symbol.mark == "*" else f"_{symbol.mark}" if symbol.mark else ""
     index = symbol.index.replace(",", "_")
-    return "".join(
-        [
-            symbol.letter,
-            "d" * symbol.dots,
-            f"_{symbol.accent}" if symbol.accent else "",
-            mark,
-            f"_{index}" if index else "",
-        ]
-    )
+    head = symbol.letter + "d" * symbol.dots + (f"_{symbol.accent}" if symbol.accent else "")
+    return head + mark + (f"_{index}" if index else "")
 
 
 @door
-def printed(names: Iterable[str], symbols: Mapping[str, Symbol] | None) -> dict[str, Symbol]:
-    """How each name of an expression is printed: as `symbols` has it, else as `symbol` reads it.
-
-    Raises
-    ------
-    ValueError
-        If two names would be printed alike, for then nobody could tell them apart on the page.
-    """
+def symbols_of(names: Iterable[str], symbols: Mapping[str, Symbol] | None) -> dict[str, Symbol]:
+    """The symbol of each name of an expression: from `symbols`, else as `symbol` reads it; none may be shared."""
     known = symbols or {}
     table = {name: known[name] if name in known else symbol(name) for name in names}
     owners: dict[Symbol, str] = {}
@@ -225,7 +211,7 @@ def printed(names: Iterable[str], symbols: Mapping[str, Symbol] | None) -> dict[
 
 
 def children(formula: Formula) -> tuple[Formula, ...]:
-    """The parts a formula is made of, one level down."""
+    """The parts of a formula, one level down."""
     match formula:
         case Number() | Symbol():
             return ()
@@ -249,10 +235,7 @@ def letters(formula: Formula) -> Iterator[Symbol]:
 
 @door
 def equations(name: Symbol, matrix: Matrix) -> list[Relation]:
-    """One equation for each entry of a matrix, row by row; an entry met before is said to be equal to it.
-
-    So a symmetric matrix prints each of its long entries once: `M_21 = M_12`.
-    """
+    """One equation for each entry of a matrix, row by row; a long entry that came before is named: `M_21 = M_12`."""
     columns = max((len(row) for row in matrix.rows), default=0)
     comma = "," if max(len(matrix.rows), columns) > 9 else ""
     first: dict[Formula, Symbol] = {}
@@ -269,6 +252,6 @@ def equations(name: Symbol, matrix: Matrix) -> list[Relation]:
 
 @door
 def entry_symbol(name: Symbol, place: str) -> Symbol:
-    """The symbol of one entry: the matrix's own, with the place behind its index."""
+    """The symbol of one entry of a matrix: the matrix's own, with the place behind its index."""
     index = f"{name.index},{place}" if name.index else place
     return Symbol(name.letter, index, name.dots, name.accent, name.mark)

@@ -6,9 +6,9 @@ from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 from workbench.notation.formula import Formula, Relation, Symbol, System
-from workbench.notation.layout import Row, rows
+from workbench.notation.line_breaking import Row, rows
 from workbench.notation.markup import KNOWN, PRINTED, AbstractMarkup, Space, runs, scientific, style, visible
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 SPECIAL = {c: f"\\{c}" for c in "{}$#%&_"} | {
     "\\": r"\textbackslash{}",
@@ -24,14 +24,7 @@ FENCES = {"abs": ("|", "|"), "floor": (r"\lfloor", r"\rfloor"), "ceil": (r"\lcei
 
 @door
 def emit(formula: Formula, *, width: float = 80) -> str:
-    r"""A formula for display mathematics, without the dollars around it.
-
-    Parameters
-    ----------
-    width
-        The room on the page in widths of a digit: 80 are 15.5 cm at 11 pt. What is wider is broken
-        into the lines of an `aligned`.
-    """
+    r"""A formula for display mathematics, broken into lines of `width` digits (80 are 15.5 cm at 11 pt)."""
     lines = rows(formula, LATEX, width)
     if len(lines) == 1:
         return LATEX.row([lines[0].left, lines[0].right])
@@ -54,7 +47,6 @@ def _aligned(lines: Sequence[Row]) -> str:
 
 class _Latex(AbstractMarkup):
     flat = False
-    names_entries = True
 
     def number(self, value: Fraction | float) -> str:
         if isinstance(value, Fraction):

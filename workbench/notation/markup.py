@@ -1,4 +1,4 @@
-"""What a language for formulas must be able to say."""
+"""The contract of a language for formulas, and the style of letters, words and numbers that all of them share."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import ClassVar, Literal, TypeAlias
 
 from workbench.notation.formula import GREEK, Symbol
 
-# Between two factors: nothing to be seen, a thin space beside the name of a function, or a sign.
+# Between two factors: nothing, a thin space beside the name of a function, or a sign.
 Space: TypeAlias = Literal["none", "thin", "dot"]
-# How a run of characters is set: a number, a slanted letter, a Greek letter by name, or upright words.
+# A run of characters: a number, a slanted letter, a Greek letter by name, or an upright word.
 Style: TypeAlias = Literal["number", "letter", "greek", "word"]
 
 # Names of functions as they are printed, where that is not the name in the code.
@@ -28,15 +28,13 @@ PRINTED = {
 }
 # Functions for which LaTeX and Typst have a name of their own.
 KNOWN = {"sin", "cos", "tan", "sinh", "cosh", "tanh", "arcsin", "arccos", "arctan", "exp", "ln", "min", "max"}
+HIDDEN = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})  # categories of Unicode
 
 
 class AbstractMarkup(ABC):
-    """A language for formulas: how each part is written, given its own parts already written."""
+    """A language for formulas: each method gives the text of one part from the texts of its own parts."""
 
-    # In a flat language a formula is one line of characters, fractions and powers too.
-    flat: ClassVar[bool]
-    # Whether the entries of a matrix that is too wide become equations of their own.
-    names_entries: ClassVar[bool]
+    flat: ClassVar[bool]  # True if a formula is one line of characters, with its fractions and powers
 
     @abstractmethod
     def number(self, value: Fraction | float) -> str:
@@ -52,7 +50,7 @@ class AbstractMarkup(ABC):
 
     @abstractmethod
     def times(self, space: Space) -> str:
-        """What stands between two factors."""
+        """The space or sign between two factors."""
 
     @abstractmethod
     def row(self, parts: Sequence[str]) -> str:
@@ -92,7 +90,7 @@ class AbstractMarkup(ABC):
 
 
 def style(text: str) -> Style:
-    """How a letter or a word is set."""
+    """The style of a letter or a word."""
     if text in GREEK:
         return "greek"
     if text.isdecimal() and text.isascii():
@@ -101,18 +99,15 @@ def style(text: str) -> Style:
 
 
 def runs(index: str) -> list[tuple[Style, str]]:
-    """An index as runs that are set alike: `max,1` is a word, a comma and a number, `c1` a letter and a number."""
+    """An index as runs of one style: `max,1` is a word, a comma and a number, `c1` a letter and a number."""
     if not re.fullmatch(r"[A-Za-z0-9,*]+", index):
         return [("word", visible(index))]
     return [(style(run), run) for run in re.findall(r"[A-Za-z]+|\d+|[,*]", index)]
 
 
 def visible(text: str) -> str:
-    """A name without the characters that are not there to be seen: controls, directions, line ends, lone halves."""
+    """A name with a sign in the place of invisible characters: controls, directions, line ends, surrogates."""
     return "".join("\ufffd" if unicodedata.category(c) in HIDDEN else c for c in text)
-
-
-HIDDEN = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
 
 
 def scientific(value: float) -> tuple[str, str]:

@@ -7,9 +7,9 @@ from fractions import Fraction
 from html import escape
 
 from workbench.notation.formula import GREEK, Formula, Symbol
-from workbench.notation.layout import Row, rows
+from workbench.notation.line_breaking import Row, rows
 from workbench.notation.markup import PRINTED, AbstractMarkup, Space, runs, scientific, style, visible
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 SIGNS = {"-": "−", "==": "=", "!=": "≠", "<=": "≤", ">=": "≥", "and": "∧", "or": "∨"}
 # Spacing marks of their own, not combining ones: browsers misplace those.
@@ -26,14 +26,7 @@ FENCES = {"abs": ("|", "|"), "floor": ("⌊", "⌋"), "ceil": ("⌈", "⌉")}
 
 @door
 def emit(formula: Formula, *, width: float = 80, display: bool = True) -> str:
-    """A formula as a `<math>` element, on a line of its own unless `display` is False.
-
-    Parameters
-    ----------
-    width
-        The room on the page in widths of a digit (half an em). What is wider is broken into aligned
-        lines; within running text (`display` False) nothing is.
-    """
+    """A formula as a `<math>` element, on lines of its own of `width` digits unless `display` is False."""
     lines = rows(formula, MATHML, width if display else float("inf"))
     block = ' display="block"' if display else ""
     if len(lines) == 1:
@@ -51,7 +44,6 @@ def _line(line: Row, later: bool) -> str:
 
 class _MathMl(AbstractMarkup):
     flat = False
-    names_entries = True
 
     def number(self, value: Fraction | float) -> str:
         if isinstance(value, Fraction):

@@ -25,10 +25,10 @@ from fractions import Fraction
 import casadi as ca
 
 from workbench.notation import textbook, waves
-from workbench.notation.formula import Formula, Matrix, Symbol, printed
-from workbench.notation.walk import NAMES, Operation, walk
+from workbench.notation.formula import Formula, Matrix, Symbol, symbols_of
+from workbench.notation.program import NAMES, Operation, walk
 from workbench.notation.waves import Key, Terms
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 # Beyond so many products at once, terms in all, or such a power, an expansion would take minutes; it is given up.
 MOST_PRODUCTS, MOST_TERMS, HIGHEST_POWER = 500_000, 200_000, 64
@@ -39,31 +39,18 @@ class NotInClass(ValueError):  # noqa: N818
     """An expression that has no normal form here; the message names the operation."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True)
 class NormalForm:
     """One expression in normal form: its coefficients, keyed by monomial and sine or cosine.
 
-    Symbols are known by their names, so that forms of expressions over different CasADi symbols can
-    be compared. Two forms are equal (`==`) if and only if the expressions are.
+    Symbols are known by their names. Two forms are equal (`==`) if and only if the expressions are.
     """
 
     terms: Mapping[Key, Fraction]
 
     @staticmethod
     def of(expression: ca.SX) -> NormalForm:
-        """The normal form of one expression.
-
-        Known are + - *, squares and whole powers, division by a number or by a product of symbols,
-        and sin and cos of polynomials.
-
-        Raises
-        ------
-        NotInClass
-            If the expression is not of the class (the operation is named), if two of its symbols
-            bear one name, or if it expands to too many terms.
-        ValueError
-            If it is a matrix.
-        """
+        """The normal form of one expression; `NotInClass` if it is not of the class, or expands to too many terms."""
         if ca.SX(expression).numel() != 1:
             raise ValueError(
                 f"`NormalForm.of(expression)` takes one expression; got shape {ca.SX(expression).shape}. "
@@ -73,14 +60,8 @@ class NormalForm:
 
     @property
     def is_zero(self) -> bool:
-        """Whether the expression is zero identically: a proof, by exact arithmetic."""
+        """True if the expression is zero identically: a proof, by exact arithmetic."""
         return not self.terms
-
-    def __eq__(self, other: object) -> bool:
-        return self.terms == other.terms if isinstance(other, NormalForm) else NotImplemented
-
-    def __hash__(self) -> int:
-        return hash(frozenset(self.terms.items()))
 
     def __add__(self, other: NormalForm) -> NormalForm:
         return NormalForm(waves.added(dict(self.terms), dict(other.terms)))
@@ -91,27 +72,12 @@ class NormalForm:
     def __mul__(self, other: NormalForm) -> NormalForm:
         return NormalForm(_multiply(dict(self.terms), dict(other.terms)))
 
-    def __neg__(self) -> NormalForm:
-        return NormalForm(waves.scaled(dict(self.terms), Fraction(-1)))
-
     @property
     def names(self) -> tuple[str, ...]:
         """The names of the symbols that are left, in alphabetical order."""
         found = {name for monomial, (_, angle) in self.terms for name, _ in monomial}
         found |= {name for _, (_, angle) in self.terms for monomial, _ in angle for name, _ in monomial}
         return tuple(sorted(found))
-
-    def evaluate(self, values: Mapping[str, float]) -> float:
-        """The value at the given values of the symbols, in floating point."""
-
-        def power(monomial: waves.Monomial) -> float:
-            return math.prod(float(values[name]) ** exponent for name, exponent in monomial)
-
-        def oscillation(kind: str, angle: waves.Angle) -> float:
-            total = math.fsum(float(c) * power(monomial) for monomial, c in angle)
-            return math.cos(total) if kind == "cos" else math.sin(total)
-
-        return math.fsum(float(c) * power(m) * oscillation(*wave) for (m, wave), c in self.terms.items())
 
     def to_casadi(self, symbols: Mapping[str, ca.SX]) -> ca.SX:
         """The expression again, expanded, in the given CasADi symbols (by name)."""
@@ -127,33 +93,17 @@ class NormalForm:
         return total
 
     def to_formula(self, symbols: Mapping[str, Symbol] | None = None) -> Formula:
-        """The form in which a textbook would print it, the same in every process.
-
-        Raises
-        ------
-        ValueError
-            If two names would be printed alike.
-        """
-        return textbook.written(self.terms, printed(self.names, symbols))
+        """The formula that a textbook would print, the same in every process."""
+        return textbook.textbook_form(self.terms, symbols_of(self.names, symbols))
 
 
 @door
 def normal_forms(
     matrix: ca.SX, numbers: Mapping[str, Fraction] | None = None, constant: Callable[[float], Fraction] = Fraction
 ) -> list[list[NormalForm]]:
-    """The normal form of each entry of a matrix, row by row.
+    """The normal form of each entry of a matrix, row by row, with `numbers` in the place of some symbols.
 
-    Parameters
-    ----------
-    numbers
-        Symbols, by name, that stand for a number; it is put in without rounding.
-    constant
-        The fraction that a constant of the expression is taken for: the one that it exactly is.
-
-    Raises
-    ------
-    NotInClass
-        As `NormalForm.of`.
+    `constant` gives the fraction for a constant of the expression; `NotInClass` names what has no normal form.
     """
     if matrix.numel() > MOST_ENTRIES:
         raise NotInClass(f"A matrix of {matrix.numel()} entries is not expanded; {MOST_ENTRIES} are the most.")
@@ -176,32 +126,11 @@ def normal_forms(
 
 @door
 def to_formula(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> Formula:
-    """The textbook form of an expression, or of a matrix of them.
-
-    Raises
-    ------
-    NotInClass
-        As `NormalForm.of`.
-    ValueError
-        If two names would be printed alike.
-    """
+    """The textbook form of an expression, or of a matrix of them; `NotInClass` if one has no normal form."""
     forms = normal_forms(expression)
-    printed({name for row in forms for form in row for name in form.names}, symbols)
+    symbols_of({name for row in forms for form in row for name in form.names}, symbols)
     rows = tuple(tuple(form.to_formula(symbols) for form in row) for row in forms)
     return rows[0][0] if len(rows) == len(rows[0]) == 1 else Matrix(rows)
-
-
-@door
-def simplify(matrix: ca.SX) -> ca.SX:
-    """The same matrix, each entry rebuilt from its normal form: what cancels identically is gone.
-
-    Raises
-    ------
-    NotInClass
-        As `NormalForm.of`.
-    """
-    symbols = {symbol.name(): symbol for symbol in ca.symvar(matrix)}
-    return ca.blockcat([[form.to_casadi(symbols) for form in row] for row in normal_forms(matrix)])
 
 
 def _terms(node: Operation, operands: list[Terms], constant: Callable[[float], Fraction]) -> Terms:

@@ -1,11 +1,13 @@
-"""Expressions as a program without branches: each operation once, in the order and grouping in which CasADi does it.
+"""Expressions as lists of operations, and as programs without branches in the text of a language.
 
-What computes the same operations in the same order rounds alike; a formula, which is tidied for the eye, does not.
+A program keeps CasADi's order and grouping, so that it rounds alike; a formula, which is tidied for the eye, does not.
 """
 
 from __future__ import annotations
 
+import keyword
 import math
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,14 +16,13 @@ from typing import TypeVar
 
 import casadi as ca
 
-from workbench.notation.formula import symbol
-from workbench.notation.python import identifier
-from workbench.notation.walk import NAMES, Operation, Walk, walk
-from workbench.validation.doors import door
+from workbench.notation.formula import Symbol, name_of, symbol
+from workbench.validation.signatures import door
 
 T = TypeVar("T")
+NAMES = {int(getattr(ca, name)): name.removeprefix("OP_") for name in dir(ca) if name.startswith("OP_")}
 
-# How tightly a text holds together: a looser one in a tighter place gets parentheses.
+# The tightness of a text: a looser one in a tighter place gets parentheses.
 SUM, PRODUCT, ATOM = range(3)
 # Of a + (b + c) and of a*(b*c) the parentheses stay, for without them other numbers would be rounded.
 SIGNS = {
@@ -36,16 +37,72 @@ SIGNS = {
     # As numbers, for the difference of two truths is refused by NumPy.
     ca.OP_SIGN: ("(1.0*({0} > 0.0) - 1.0*({0} < 0.0))", ATOM, (ATOM,)),
 }
-WRITTEN_TWICE = {ca.OP_SQ, ca.OP_SIGN}  # so what they take has a variable
+WRITTEN_TWICE = {ca.OP_SQ, ca.OP_SIGN}  # so their operand has a variable
 # Functions, by the names that they have in C.
 CALLED = "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt fabs fmin fmax pow"
 FUNCTIONS = {getattr(ca, f"OP_{name.upper()}"): name for name in CALLED.split()} | {ca.OP_CONSTPOW: "pow"}
 
 
 @dataclass(frozen=True)
+class Operation:
+    """One node of an expression: the code of its operation, the places of its operands, and its name or value."""
+
+    code: int
+    operands: tuple[int, ...]
+    value: float = 0.0
+    name: str = ""
+
+
+@dataclass(frozen=True)
+class Walk:
+    """The nodes of an expression in the order of evaluation, and the place of each entry by row and column."""
+
+    nodes: tuple[Operation, ...]
+    entries: tuple[tuple[int, ...], ...]
+
+
+@door
+def walk(expression: ca.SX, *, cse: bool = False) -> Walk:
+    """The operations of a matrix (n, m) of expressions, each after its operands; with `cse`, equal ones become one."""
+    matrix = ca.densify(ca.SX(expression))
+    if matrix.numel() == 0:
+        raise ValueError(f"An expression to be read must have entries; this one has shape {matrix.shape}.")
+    symbols = ca.symvar(matrix)
+    names = [symbol.name() for symbol in symbols]
+    if twice := sorted(name for name, times in Counter(names).items() if times > 1):
+        raise ValueError(f"Symbols are told apart by name, but two different ones are called {twice[0]!r}.")
+    function = ca.Function("walk", [ca.vertcat(*symbols)], [matrix], {"cse": cse, "allow_free": False})
+    nodes, places = _nodes(function, names)
+    n, m = matrix.shape
+    return Walk(tuple(nodes), tuple(tuple(places[i + n * j] for j in range(m)) for i in range(n)))
+
+
+def _nodes(function: ca.Function, names: list[str]) -> tuple[list[Operation], dict[int, int]]:
+    """The instructions of a function, with its work registers resolved; outputs by their number."""
+    nodes: list[Operation] = []
+    registers: dict[int, int] = {}
+    outputs: dict[int, int] = {}
+    for k in range(function.n_instructions()):
+        code = function.instruction_id(k)
+        reads, writes = function.instruction_input(k), function.instruction_output(k)
+        if code == ca.OP_OUTPUT:
+            outputs[writes[1]] = registers[reads[0]]
+            continue
+        if code == ca.OP_INPUT:
+            node = Operation(code, (), name=names[reads[1]])
+        elif code == ca.OP_CONST:
+            node = Operation(code, (), value=function.instruction_constant(k))
+        else:
+            node = Operation(code, tuple(registers[read] for read in reads))
+        registers[writes[0]] = len(nodes)
+        nodes.append(node)
+    return nodes, outputs
+
+
+@dataclass(frozen=True)
 @door
 class Dialect:
-    """How a language spells functions whose name is not that of C, which words it keeps, and how long a line may be."""
+    """A language: its spelling of functions that C calls otherwise, its reserved words, and the length of a line."""
 
     spelled: Mapping[str, str]
     reserved: frozenset[str]
@@ -56,16 +113,8 @@ class Dialect:
 class Program:
     """Assignments in order, and the entries of matrices in their terms.
 
-    Attributes
-    ----------
-    inputs
-        Each symbol that is read: its variable, and the name of its symbol in CasADi.
-    lines
-        Variables and what they are assigned.
-    entries
-        For each matrix its rows of variables and numbers.
-    functions
-        The functions that are called, as they are spelled.
+    `inputs` pairs variables with the names of their symbols, `lines` variables with the text that they are assigned;
+    `entries` holds the rows of each matrix, `functions` the spelling of the functions that are called.
     """
 
     inputs: tuple[tuple[str, str], ...]
@@ -85,19 +134,10 @@ class _Text:
 
 @door
 def straight_line(matrices: Mapping[str, ca.SX], letters: Mapping[str, str], dialect: Dialect) -> Program:
-    """The program that computes matrices with equal numbers of rows.
+    """The program that computes matrices with equal numbers of rows; an operation that is a branch is refused by name.
 
-    What is used more than once has a variable of its own, and so have the parts of what would be too long a line.
-
-    Parameters
-    ----------
-    letters
-        The letter of each symbol of the expressions, by its name in CasADi.
-
-    Raises
-    ------
-    ValueError
-        If an operation is a branch, or has no name in C (it is named), or if a constant is not finite.
+    A part that is used more than once has a variable, and so have the parts of too long a line. `letters` holds the
+    letter of each symbol, by its name in CasADi.
     """
     steps = walk(ca.horzcat(*matrices.values()), cse=True)
     taken = set(dialect.reserved)
@@ -129,8 +169,17 @@ def straight_line(matrices: Mapping[str, ca.SX], letters: Mapping[str, str], dia
     return Program(tuple((v, name) for name, v in inputs.items()), tuple(lines), entries, tuple(sorted(called)))
 
 
+@door
+def identifier(symbol: Symbol) -> str:
+    """The variable for a symbol: its name, with what no variable may hold spelt out in hexadecimal."""
+    name = re.sub(r"[^A-Za-z0-9_]", lambda match: f"_x{ord(match[0]):x}_", name_of(symbol))
+    if not name or name[0].isdigit():
+        name = f"_{name}"
+    return f"{name}_" if keyword.iskeyword(name) else name
+
+
 def _free(name: str, taken: set[str]) -> str:
-    """The variable for a name that is given out once."""
+    """A variable for a name, different from all that are taken."""
     variable = identifier(symbol(name))
     while variable in taken:
         variable += "_"
@@ -139,7 +188,7 @@ def _free(name: str, taken: set[str]) -> str:
 
 
 def _entry_names(steps: Walk, matrices: Mapping[str, ca.SX], taken: set[str]) -> dict[int, str]:
-    """The name of each computed entry: that of the first place where it stands."""
+    """The name of each computed entry, after the first place at which it stands."""
     named: dict[int, str] = {}
     for letter, rows in _split(matrices, steps.entries).items():
         between = "_" if max(matrices[letter].shape) > 9 else ""

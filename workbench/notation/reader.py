@@ -10,14 +10,19 @@ import casadi as ca
 
 from workbench.notation import build
 from workbench.notation.build import ONE, ZERO, number
-from workbench.notation.formula import Cases, Formula, Matrix, Number, Relation, Symbol, printed
-from workbench.notation.walk import NAMES, Operation, Walk, walk
-from workbench.validation.doors import door
+from workbench.notation.formula import Cases, Formula, Matrix, Number, Relation, Symbol, children, symbol, symbols_of
+from workbench.notation.normal_form import NotInClass, to_formula
+from workbench.notation.program import NAMES, Operation, Walk, walk
+from workbench.notation.writer import measure
+from workbench.validation.signatures import door
 
-# A formula beyond these says nothing to a reader, and would take for ever to typeset.
+# A longer formula tells a reader nothing, and takes too long to typeset.
 MOST_SYMBOLS, DEEPEST = 20_000, 150
 # A shared part is worth a name of its own when it holds at least so many symbols and operations.
 WORTH_A_NAME = 5
+# A textbook form is expanded, so it is tried on small expressions only, and printed if no entry takes more than some
+# five lines of a page, in widths of a digit.
+MOST_NODES_OF_TEXTBOOKS, LONGEST_ENTRY = 2_000, 400.0
 
 TWO = Number(Fraction(2))
 OPERATIONS: dict[int, Callable[..., Formula]] = {
@@ -62,20 +67,10 @@ OPERATIONS |= {getattr(ca, f"OP_{name.upper()}"): _function(name) for name in FU
 
 @door
 def read(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> Formula:
-    """The formula of an expression (a number, or a matrix of them), in the order in which the code has it.
+    """The formula of an expression or a matrix of them, in the order of the code.
 
-    Parameters
-    ----------
-    symbols
-        How the symbols of the expression are printed, by their names; what it lacks is read by
-        `workbench.notation.formula.symbol`.
-
-    Raises
-    ------
-    ValueError
-        If an operation has no way to be written (it is named), if a constant is not finite, if two
-        names would be printed alike, or if the formula would be too long for any page: for those
-        there is `read_shared`.
+    `symbols` holds the printed symbols by name; others are read by `formula.symbol`. An operation that cannot be
+    written, a constant that is not finite, two names printed alike and an endless formula are refused.
     """
     steps = walk(expression)
     _refuse_endless(steps)
@@ -88,15 +83,10 @@ def read_shared(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) 
 
     Gives the definitions `w_1 = ...`, each after those it uses, and the formula in their terms. The
     letter is the first of w, z, v, u, a that is not taken.
-
-    Raises
-    ------
-    ValueError
-        As for `read`.
     """
     steps = walk(expression, cse=True)
     shared = _shared(steps)
-    table = printed(_names(steps), symbols)
+    table = symbols_of(_names(steps), symbols)
     taken = {symbol.letter for symbol in table.values()}
     letter = next((letter for letter in "wzvua" if letter not in taken), "shared")
     names = {place: Symbol(letter, str(i)) for i, place in enumerate(shared, start=1)}
@@ -104,6 +94,42 @@ def read_shared(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) 
     formula = _formulas(steps, symbols, names)
     definitions = tuple(Relation(names[place], "=", formula(place)) for place in shared)
     return definitions, _matrix(steps, lambda place: names[place] if place in names else formula(place))
+
+
+def formula_of(expression: ca.SX, names: Mapping[str, str]) -> Formula:
+    """An expression as a formula, in its textbook form if it has one."""
+    symbols = {name: symbol(symbols_of) for name, symbols_of in names.items()}
+    try:
+        return to_formula(expression, symbols)
+    except NotInClass:
+        return read(expression, symbols)
+
+
+def equations_of(
+    matrices: Mapping[str, ca.SX], names: Mapping[str, str]
+) -> tuple[tuple[Relation, ...], list[Relation]]:
+    """Matrices with equal numbers of rows in print: definitions of shared parts, and an equation for each matrix.
+
+    If no entry in its textbook form is longer than `LONGEST_ENTRY`, that form is taken, and nothing is defined.
+    """
+    symbols = {name: symbol(symbols_of) for name, symbols_of in names.items()}
+    together = ca.horzcat(*matrices.values())
+    if ca.n_nodes(together) <= MOST_NODES_OF_TEXTBOOKS:
+        try:
+            formulas = [to_formula(matrix, symbols) for matrix in matrices.values()]
+        except NotInClass:
+            formulas = []
+        entries = (entry for formula in formulas for entry in (children(formula) or (formula,)))
+        if formulas and max(map(measure, entries)) <= LONGEST_ENTRY:
+            return (), [Relation(symbol(letter), "=", x) for letter, x in zip(matrices, formulas, strict=True)]
+    definitions, formula = read_shared(together, symbols)
+    rows = formula.rows if isinstance(formula, Matrix) else ((formula,),)
+    equations, start = [], 0
+    for letter, matrix in matrices.items():
+        stop = start + matrix.shape[1]
+        equations.append(Relation(symbol(letter), "=", Matrix(tuple(row[start:stop] for row in rows))))
+        start = stop
+    return definitions, equations
 
 
 def _names(steps: Walk) -> list[str]:
@@ -119,7 +145,7 @@ def _formulas(
     steps: Walk, symbols: Mapping[str, Symbol] | None, names: Mapping[int, Symbol]
 ) -> Callable[[int], Formula]:
     """The formula of every node by its place, in which other nodes that have a name are written by it."""
-    table = printed(_names(steps), symbols)
+    table = symbols_of(_names(steps), symbols)
     formulas: list[Formula] = []
 
     @cache
@@ -166,7 +192,7 @@ def _shared(steps: Walk) -> list[int]:
 
 
 def _refuse_endless(steps: Walk, named: frozenset[int] = frozenset()) -> None:
-    """Refuse what would be written at forbidding length, before it is."""
+    """Refuse a formula that would be too long or too deep, before it is built."""
     sizes: list[int] = []
     depths: list[int] = []
     largest = deepest = 0
@@ -184,7 +210,7 @@ def _refuse_endless(steps: Walk, named: frozenset[int] = frozenset()) -> None:
 
 
 def _flat(steps: Walk, node: Operation, k: int) -> bool:
-    """Whether operand number k stands on the same level of the page: sums in a sum, products in a product."""
+    """True if operand number k stands on the same level of the page: sums in a sum, products in a product."""
     inner = steps.nodes[node.operands[k]].code
     if node.code == ca.OP_MUL:
         return inner == ca.OP_MUL

@@ -20,15 +20,15 @@ from typing import Any, TypeAlias
 
 from workbench.notation.build import ONE, call, monomial, negative, number, product, total
 from workbench.notation.formula import GREEK, Formula, Symbol
-from workbench.notation.waves import PLAIN, Angle, Key, Monomial, Wave
+from workbench.notation.waves import PLAIN, Key, Monomial, Wave
 
 Polynomial: TypeAlias = dict[Monomial, Fraction]
 # Factors that come first in mechanics: m g l, m l^2. Greek letters go before Latin ones: omega t.
 FIRST = ("m", "g", "l")
 
 
-def written(terms: Mapping[Key, Fraction], symbols: Mapping[str, Symbol]) -> Formula:
-    """The formula of a normal form, its names printed as `symbols` has them."""
+def textbook_form(terms: Mapping[Key, Fraction], symbols: Mapping[str, Symbol]) -> Formula:
+    """The formula of a normal form, over the given symbol of each name."""
     page = _Page({name: _rank(symbol) for name, symbol in symbols.items()}, symbols)
     if all(wave != PLAIN for _, wave in terms):
         return page.by_wave(terms)
@@ -36,7 +36,7 @@ def written(terms: Mapping[Key, Fraction], symbols: Mapping[str, Symbol]) -> For
 
 
 def _rank(symbol: Symbol) -> tuple[Any, ...]:
-    """Where a symbol stands among others: parameters before velocities, then by letter and index."""
+    """The sort key of a symbol: parameters before velocities, then by letter and index."""
     first = FIRST.index(symbol.letter) if symbol.letter in FIRST else len(FIRST)
     greek = symbol.letter not in GREEK
     index = tuple((0, int(run), "") if run.isdecimal() else (1, 0, run) for run in re.findall(r"\d+|\D+", symbol.index))
@@ -74,12 +74,10 @@ class _Page:
         return total(self.group({key: terms[key] for key in group}, linear) for group in groups)
 
     def linear(self, terms: Iterable[Key]) -> list[str]:
-        """The symbols that occur to no other power than the first, in their order; none if there is no other."""
-        exponents: dict[str, set[int]] = {}
-        for powers, _ in terms:
-            for name, exponent in powers:
-                exponents.setdefault(name, set()).add(exponent)
-        return sorted((name for name, found in exponents.items() if found == {1}), key=self.rank.__getitem__)
+        """The symbols that occur to the first power only, in their order."""
+        powers = {power for monomial, _ in terms for power in monomial}
+        nonlinear = {name for name, exponent in powers if exponent != 1}
+        return sorted({name for name, _ in powers} - nonlinear, key=self.rank.__getitem__)
 
     def group(self, terms: dict[Key, Fraction], linear: list[str]) -> Formula:
         """Terms with the linear symbols that they share, and their common number, taken out."""
@@ -133,11 +131,11 @@ class _Page:
         return [first, scale]
 
     def lead(self, first: Monomial) -> tuple[Any, ...]:
-        """Where a sum stands among other factors: where a symbol of its first term would, else last."""
+        """The sort key of a sum among factors: that of the first symbol of its first term, else last."""
         return min((self.rank[name] for name, _ in first), default=(math.inf,))
 
     def sum(self, polynomial: Polynomial) -> Formula:
-        """A polynomial in descending order, as it stands."""
+        """A polynomial in descending order, not factored."""
         powers = sorted(polynomial, key=self.monomial_order)
         return total(product([number(polynomial[p]), self.monomial(p)]) for p in powers)
 
@@ -165,11 +163,8 @@ class _Page:
     def wave_order(self, wave: Wave) -> tuple[Any, ...]:
         """1, then angles of few symbols before angles of many, cosine before sine."""
         kind, angle = wave
-        return len(angle), self.angle_order(angle), kind
-
-    def angle_order(self, angle: Angle) -> tuple[Any, ...]:
-        """Angles by their monomials."""
-        return tuple(sorted((self.monomial_order(powers), coefficient) for powers, coefficient in angle))
+        terms = sorted((self.monomial_order(powers), coefficient) for powers, coefficient in angle)
+        return len(angle), tuple(terms), kind
 
     def term_order(self, key: Key) -> tuple[Any, ...]:
         """The order of terms in a sum: those without sine or cosine first."""
@@ -177,10 +172,7 @@ class _Page:
 
 
 def _content(coefficients: list[Fraction]) -> Fraction:
-    """The number that a sum may be divided by for smaller coefficients, with the sign of the first.
-
-    Only numbers that one would call fractions have a common factor worth seeing: 9.81 and 0.1 do not.
-    """
+    """The common factor of the coefficients of a sum, with the sign of the first; 1 if any is no short fraction."""
     sign = -1 if coefficients[0] < 0 else 1
     if len(coefficients) == 1:
         return coefficients[0]

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from fractions import Fraction
 
 from workbench.notation.formula import Formula, Symbol
-from workbench.notation.layout import rows
+from workbench.notation.line_breaking import rows
 from workbench.notation.markup import KNOWN, PRINTED, AbstractMarkup, Space, runs, scientific, style, visible
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 SIGNS = {"==": "=", "and": "and", "or": "or"}
 GREEK = {"phi": "phi.alt"}
@@ -19,14 +19,7 @@ FENCES = {"sqrt", "abs", "floor", "ceil"}
 
 @door
 def emit(formula: Formula, *, width: float = 80) -> str:
-    """A formula for an equation, without the dollars around it.
-
-    Parameters
-    ----------
-    width
-        The room on the page in widths of a digit: 80 are 15.5 cm at 11 pt. What is wider is broken
-        into aligned lines, for Typst does not break an equation by itself.
-    """
+    """A formula for an equation, broken into lines of `width` digits (80 are 15.5 cm at 11 pt)."""
     lines = rows(formula, TYPST, width)
     if len(lines) == 1:
         return TYPST.row([lines[0].left, lines[0].right])
@@ -39,7 +32,6 @@ def emit(formula: Formula, *, width: float = 80) -> str:
 
 class _Typst(AbstractMarkup):
     flat = False
-    names_entries = True
 
     def number(self, value: Fraction | float) -> str:
         if isinstance(value, Fraction):

@@ -1,8 +1,7 @@
 """Sums of rational coefficient x monomial x sine or cosine, as dictionaries; products become sums.
 
-A key is (monomial, wave): the monomial a sorted tuple of (name, exponent), the wave a pair of "cos" or
-"sin" and its angle, which is a polynomial with rational coefficients as a sorted tuple. The number 1 is
-the cosine of the angle 0, so that every term has the same form.
+A key is (monomial, wave): the monomial a sorted tuple of (name, exponent), the wave "cos" or "sin" with its angle, a
+rational polynomial as a sorted tuple. The number 1 is the cosine of the angle 0, so that all terms have one form.
 """
 
 from __future__ import annotations
@@ -104,7 +103,7 @@ def combined(a: Angle, b: Angle, sign: int) -> Angle:
 
 
 def _pairs(kind: Literal["cos", "sin"], angle: Angle, factor: Fraction) -> list[tuple[Wave, Fraction]]:
-    """A sine or cosine in the one form in which it is kept: its angle begins with a positive coefficient."""
+    """A sine or cosine in its one form, whose angle begins with a positive coefficient."""
     if not angle:
         return [(PLAIN, factor)] if kind == "cos" else []
     # The constant, if any, has the empty monomial and so comes first; the sign is that of a symbol if it can be.

@@ -1,4 +1,4 @@
-"""A formula on one line: where signs and parentheses fall, decided once for every markup."""
+"""A formula on one line: the signs and parentheses for every markup, and an estimate of the width on the page."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import assert_never
 
 from workbench.notation.build import split_sign
 from workbench.notation.formula import (
+    GREEK,
     Call,
     Cases,
     Formula,
@@ -22,13 +23,17 @@ from workbench.notation.formula import (
     System,
 )
 from workbench.notation.markup import AbstractMarkup, Space
-from workbench.notation.measure import SIGN, measure
 
-# How tightly the parts of a formula hold together: what is looser than its place demands gets parentheses.
+# The tightness of the parts of a formula: a part that is looser than its place demands gets parentheses.
 LOOSE, SUM, PRODUCT, POWER, ATOM = range(5)
 
-# Functions that are written before a lone symbol without parentheses, and to a power as sin^2 q.
+# Functions that need no parentheses before a lone symbol, and take a power as in sin^2 q.
 BARE = {"sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "log"}
+
+# A plus, minus or equals sign with the space round it; a pair of parentheses; a small space; the size of an index.
+SIGN, PARENTHESES, THIN, SMALL = 2.5, 1.6, 0.4, 0.75
+
+WIDE = {"m", "w", "M", "W", "omega"}
 
 
 @dataclass(frozen=True)
@@ -49,8 +54,7 @@ class Writer:
     def write(self, formula: Formula, least: int = LOOSE, *, last: bool = True) -> str:
         """A formula on one line, in parentheses if it binds more loosely than `least`.
 
-        `last` tells that nothing follows it that could be taken for part of it: `sin q` may stand
-        without parentheses.
+        With `last` nothing follows that could be taken for a part of it: `sin q` needs no parentheses.
         """
         text = self._write(formula, last)
         return self.markup.group(text) if self._tightness(formula) < least else text
@@ -65,7 +69,7 @@ class Writer:
         return self.write(factor, least, last=last)
 
     def space(self, before: Formula, after: Formula) -> Space:
-        """What to put between two factors."""
+        """The space between two factors."""
         if _starts_with_digit(after):
             return "dot"
         return "thin" if _is_call(before) or _is_call(after) else "none"
@@ -160,7 +164,7 @@ class Writer:
 
 
 def _is_call(formula: Formula) -> bool:
-    """Whether a formula begins with the name of a function."""
+    """True if a formula begins with the name of a function."""
     match formula:
         case Power(base, exponent):
             return isinstance(base, Call) and base.function in BARE and _is_whole(exponent)
@@ -170,15 +174,64 @@ def _is_call(formula: Formula) -> bool:
 
 
 def _is_whole(exponent: Formula) -> bool:
-    """Whether an exponent is 2, 3, ...: sin^-1 q would be taken for the inverse function."""
+    """True for the exponents 2, 3, ...: sin^-1 q would be taken for the inverse function."""
     return isinstance(exponent, Number) and exponent.value > 1 and exponent.value == int(exponent.value)
 
 
 def _starts_with_digit(factor: Formula) -> bool:
-    """Whether a factor would run together with what stands before it."""
+    """True if a factor would run together with a number before it."""
     match factor:
         case Number() | Power(Number()):
             return True
         case Product((first, *_)):
             return _starts_with_digit(first)
     return False
+
+
+def measure(formula: Formula) -> float:
+    """The width of an unbroken formula in widths of a digit (half an em): an estimate that errs upward."""
+    minus, size = split_sign(formula)
+    if minus:
+        return SIGN + measure(size)
+    match size:
+        case Number(value):
+            return _number(value)
+        case Symbol():
+            return _symbol(size)
+        case Sum(terms):
+            return sum(SIGN * (i > 0) + measure(split_sign(term)[1]) for i, term in enumerate(terms))
+        case Product(factors):
+            inner = sum(measure(f) + PARENTHESES * isinstance(f, Sum | Cases | Relation) for f in factors)
+            return inner + 2 * THIN * sum(isinstance(f.base if isinstance(f, Power) else f, Call) for f in factors)
+        case Quotient(above, below):
+            return 0.5 + max(measure(above), measure(below))
+        case Power(base, exponent):
+            loose = isinstance(base, Sum | Product | Quotient)
+            return measure(base) + PARENTHESES * loose + SMALL * measure(exponent)
+        case Call(function, arguments):
+            bare = len(arguments) == 1 and isinstance(arguments[0], Symbol)
+            return 0.9 * len(function) + (THIN if bare else PARENTHESES) + sum(map(measure, arguments)) + len(arguments)
+        case Matrix(rows):
+            columns = [max(map(measure, column)) for column in zip(*rows, strict=True)]
+            return PARENTHESES + sum(2 + column for column in columns)
+        case Cases(branches, otherwise):
+            values = [measure(otherwise), *(measure(value) for value, _ in branches)]
+            return PARENTHESES + 4 + max(values) + max(9.0, *(measure(c) for _, c in branches))
+        case Relation(left, _, right):
+            return measure(left) + 1.5 * SIGN + measure(right)
+        case System(relations):
+            return max(map(measure, relations))
+
+
+def _number(value: Fraction | float) -> float:
+    if isinstance(value, Fraction):
+        parts = [len(str(abs(value.numerator))), len(str(value.denominator)) if value.denominator > 1 else 0]
+        return 0.5 * (value.denominator > 1) + max(parts)
+    return len(repr(value))
+
+
+def _symbol(symbol: Symbol) -> float:
+    letter = 2.0 if symbol.letter in WIDE else 1.55 if symbol.letter[:1].isupper() else 1.15
+    if len(symbol.letter) > 1 and symbol.letter not in GREEK:
+        letter = 1.1 * len(symbol.letter)
+    return letter + SMALL * max(len(symbol.index), len(symbol.mark)) + 0.1

@@ -10,11 +10,10 @@ from typing import ClassVar
 import casadi as ca
 
 from workbench.core import Layout, Signals, block
-from workbench.core.block import starts
+from workbench.core.block import Number, initial_states
 from workbench.core.port import ANY
 from workbench.loop.arm import AbstractArmObserver, known, motors, torques, unit, units_of
 from workbench.loop.contracts import EULER, Inputs, Parts, Reads, euler
-from workbench.validation.shapes import Number
 
 STATE, DISTURBANCE = "state.", "disturbance."
 
@@ -35,7 +34,7 @@ class AbstractDisturbanceObserver(ABC):
     @property
     def memory(self) -> Layout:
         """Its own states: the fields that are declared by `initial`."""
-        return starts(self)
+        return initial_states(self)
 
     @property
     def force(self) -> str:

@@ -8,14 +8,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Signals, block, parameter
-from workbench.core.block import Scalar
+from workbench.core.block import Number, Scalar
 from workbench.core.claim import Claim
 from workbench.core.dynamics import MOST_JOINTS
 from workbench.loop.contracts import Inputs, Parts, Reads
 from workbench.observers.disturbance import AbstractDisturbanceObserver
 from workbench.observers.promises import ORACLE_FOLLOWS, PRINTED_FOLLOWS
-from workbench.validation.shapes import Number
-from workbench.validation.words import whole
+from workbench.validation.refusals import whole
 
 
 @block

@@ -7,12 +7,11 @@ from typing import ClassVar
 import casadi as ca
 
 from workbench.core import AbstractArm, Signals, block, initial, parameter
-from workbench.core.block import Scalar, Vector
+from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.loop.contracts import Inputs, Parts, Reads
 from workbench.observers.disturbance import AbstractDisturbanceObserver
 from workbench.observers.promises import CHEN_DISSIPATES, MOMENTUM_FOLLOWS
-from workbench.validation.shapes import Number
 
 
 @block

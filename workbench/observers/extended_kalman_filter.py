@@ -10,7 +10,7 @@ import casadi as ca
 from workbench.core import Signals, block, initial, parameter
 from workbench.core.block import Matrix
 from workbench.core.port import ANY
-from workbench.core.rule import runge_kutta
+from workbench.core.step import runge_kutta
 from workbench.loop.contracts import AbstractPlant
 from workbench.observers.kalman_filter import AbstractKalmanFilter, gain, refuse_unfit_filter, symmetric
 from workbench.observers.model import jacobian

@@ -9,13 +9,12 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Signals, block, parameter
-from workbench.core.block import Scalar
+from workbench.core.block import Number, Scalar
 from workbench.core.port import ANY
 from workbench.loop.contracts import AbstractObserver, Inputs, Parts, Reads
 from workbench.observers.exponential import phi
 from workbench.observers.model import HAT, with_hats
-from workbench.validation.shapes import Number
-from workbench.validation.words import name as checked_name
+from workbench.validation.refusals import name as checked_name
 
 
 @block

@@ -7,11 +7,11 @@ from typing import ClassVar
 import casadi as ca
 
 from workbench.core import Signals, block
+from workbench.core.block import Number
 from workbench.core.dynamics import MOST_JOINTS
 from workbench.loop.arm import AbstractArmObserver
 from workbench.loop.contracts import Parts, Reads
-from workbench.validation.shapes import Number
-from workbench.validation.words import whole
+from workbench.validation.refusals import whole
 
 
 @block

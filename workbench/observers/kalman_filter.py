@@ -9,14 +9,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Signals
-from workbench.core.block import Matrix
-from workbench.core.layout import Bounds
+from workbench.core.block import Matrix, Number
+from workbench.core.numbers import Bounds
 from workbench.core.port import ANY
 from workbench.loop.contracts import Inputs, Parts, Reads
 from workbench.observers.model import AbstractModelObserver, refuse_unfit, stacked, with_hats
-from workbench.validation.doors import door
-from workbench.validation.shapes import Number
-from workbench.validation.words import known, seconds, whole
+from workbench.validation.refusals import known, seconds, whole
+from workbench.validation.signatures import door
 
 COVARIANCE, PIVOT = "P", "pivot"  # beside the estimated states in the memory
 MOST_SUBSTEPS = 1000  # each is written out

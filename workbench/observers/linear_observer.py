@@ -5,12 +5,11 @@ from __future__ import annotations
 import casadi as ca
 
 from workbench.core import Signals, block, parameter
-from workbench.core.block import Matrix, Vector
+from workbench.core.block import Matrix, Number, Vector
 from workbench.core.port import ANY
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts, Reads
 from workbench.observers.exponential import phi
 from workbench.observers.model import AbstractModelObserver, jacobian, refuse_unfit, stacked
-from workbench.validation.shapes import Number
 
 
 @block

@@ -8,11 +8,11 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Signals
+from workbench.core.block import Number
 from workbench.loop.contracts import AbstractObserver, AbstractPlant, Inputs, Parts, Reads, is_recursion
 from workbench.loop.wiring import asked
-from workbench.validation.doors import door
-from workbench.validation.shapes import Number
-from workbench.validation.words import known
+from workbench.validation.refusals import known
+from workbench.validation.signatures import door
 
 HAT = "_hat"  # of a state in the memory of an observer
 

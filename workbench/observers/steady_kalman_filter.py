@@ -5,14 +5,13 @@ from __future__ import annotations
 import casadi as ca
 
 from workbench.core import Signals, block, parameter
-from workbench.core.block import Matrix
+from workbench.core.block import Matrix, Number
 from workbench.core.port import ANY
-from workbench.core.rule import runge_kutta
+from workbench.core.step import runge_kutta
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts, Reads
 from workbench.observers.kalman_filter import MOST_SUBSTEPS
 from workbench.observers.model import AbstractModelObserver, refuse_unfit, stacked
-from workbench.validation.shapes import Number
-from workbench.validation.words import seconds, whole
+from workbench.validation.refusals import seconds, whole
 
 
 @block

@@ -8,15 +8,14 @@ from typing import ClassVar
 import casadi as ca
 
 from workbench.core import Signals, block, initial, parameter
-from workbench.core.block import Scalar, Vector
+from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.dynamics import MOST_JOINTS
 from workbench.loop.arm import AbstractArmObserver
 from workbench.loop.contracts import Inputs, Parts, Reads
 from workbench.observers.full_state import FullState
 from workbench.observers.promises import FILTER_FOLLOWS
-from workbench.validation.shapes import Number
-from workbench.validation.words import whole
+from workbench.validation.refusals import whole
 
 
 @block

@@ -9,13 +9,12 @@ from typing import Self
 import casadi as ca
 
 from workbench.core import Layout, block, parameter
-from workbench.core.block import Scalar, Vector
+from workbench.core.block import Column, Scalar, Vector
 from workbench.core.dynamics import MOST_JOINTS
 from workbench.loop.arm import torques
 from workbench.loop.contracts import Parts
-from workbench.validation.doors import door
-from workbench.validation.shapes import Column
-from workbench.validation.words import whole
+from workbench.validation.refusals import whole
+from workbench.validation.signatures import door
 
 
 class AbstractAtJoints:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from workbench.core import Layout, block, initial, layout, option, parameter
-from workbench.core.block import Scalar, starts
+from workbench.core.block import Number, Scalar, States, initial_states
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts
-from workbench.validation.shapes import Number, States
 
 
 @block
@@ -53,7 +52,7 @@ class DCMotor(AbstractPlant):
     @property
     def states(self) -> Layout:
         """The angle where it is measured, the speed and the current."""
-        held = starts(self).entries
+        held = initial_states(self).entries
         return Layout(held if self.measured == "position" else held[1:])
 
     @property

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from workbench.core import Entry, Layout, Signals, block
+from workbench.core.block import Number, States
 from workbench.core.port import misfits
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts, is_recursion
 from workbench.loop.surroundings import AbstractReference
-from workbench.validation.shapes import Number, States
 
 TRUTH = "d_"
 

@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, block, initial, parameter
-from workbench.core.block import Vector, starts
+from workbench.core.block import Vector, initial_states
 from workbench.core.port import ANY
 from workbench.loop.instruments import quantised
 
@@ -44,7 +44,7 @@ class AbstractElement(ABC):
 
     def memory(self, entry: Entry) -> Layout:
         """The element's own states in the way of a signal, one for each of its numbers."""
-        return Layout(tuple(replace(own, default=spread(own.default, entry)) for own in starts(self).entries))
+        return Layout(tuple(replace(own, default=spread(own.default, entry)) for own in initial_states(self).entries))
 
     @abstractmethod
     def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:

@@ -11,13 +11,12 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Signals, block
-from workbench.core.block import quantities
-from workbench.core.port import column, fitting
+from workbench.core.block import Number, States, quantities
+from workbench.core.port import column, signals_of
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts, is_recursion
 from workbench.loop.wiring import asked
 from workbench.plants.elements import AbstractElement
-from workbench.validation.shapes import Number, States
-from workbench.validation.words import known, refusal
+from workbench.validation.refusals import known, refusal
 
 
 @block
@@ -142,7 +141,7 @@ class Equipped(AbstractPlant):
                 continue
             kind, v = type(element).__name__, signals[element.signal]
             z = Signals({own: x[here] for own, here in names.items()})
-            rates = fitting(f"{kind}.rate(...)", memory, element.rate(z, v))
+            rates = signals_of(f"{kind}.rate(...)", memory, element.rate(z, v))
             moves |= {names[own]: rate for own, rate in rates.items()}
             y = column(f"{kind}.output(...)", element.signal, v.shape, element.output(z, v))
             signals = signals | {element.signal: y}

@@ -14,9 +14,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Signals
+from workbench.core.expressions import symbols_are_no_numbers
 from workbench.core.port import ANY
-from workbench.core.symbols import symbols_are_no_numbers
-from workbench.validation.words import Array, described, raised, vector
+from workbench.validation.refusals import Array, described, raised, vector
 
 PLAIN = """
 sin cos tan asin acos atan atan2 arcsin arccos arctan arctan2 sinh cosh tanh arcsinh arccosh arctanh

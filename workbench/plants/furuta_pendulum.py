@@ -5,9 +5,8 @@ from __future__ import annotations
 import casadi as ca
 
 from workbench.core import block, initial, layout, parameter
-from workbench.core.block import Scalar
+from workbench.core.block import Number, Scalar, States
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts
-from workbench.validation.shapes import Number, States
 
 
 @block

@@ -7,12 +7,11 @@ from collections.abc import Mapping
 import casadi as ca
 
 from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial
-from workbench.core.block import Vector, quantities
+from workbench.core.block import Number, States, Vector, quantities
 from workbench.loop.arm import motion, motors, torques
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts
 from workbench.loop.surroundings import AbstractDisturbance
 from workbench.plants.actuator import AbstractActuator, DirectDrive, Friction
-from workbench.validation.shapes import Number, States
 
 
 @block

@@ -8,11 +8,10 @@ from typing import Any
 import casadi as ca
 
 from workbench.core import Layout, Ode, Signals, block
-from workbench.core.block import parameters
+from workbench.core.block import Number, States, parameters
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts
 from workbench.plants.functions import Arguments, port, read, with_defaults
-from workbench.validation.shapes import Number, States
-from workbench.validation.words import Array, text
+from workbench.validation.refusals import Array, text
 
 Port = Layout | tuple[str, ...]
 
@@ -116,7 +115,7 @@ class OdePlant(AbstractPlant):
         rate = read("f", f, given.of_rate(), known)
         watched, output = _read_outputs(h, outputs, given)
         own, symbols = given.parameters + driven, (given.t, given.x, ca.vertcat(given.p, given.u))
-        called = text("OdePlant.of(name=...)", name, empty=False)
+        called = text("OdePlant.of(name=...)", name)
         return OdePlant(Ode(called, known, own, watched, *symbols, rate, output, inputs=driven.names))
 
     @property

@@ -10,9 +10,9 @@ import numpy as np
 
 from workbench.core import Entry, Layout, block, initial, parameter
 from workbench.core.block import Scalar, Vector
-from workbench.core.symbols import refuse_misfit
+from workbench.core.expressions import refuse_misfit
 from workbench.plants.elements import AbstractElement, spread
-from workbench.validation.words import whole
+from workbench.validation.refusals import whole
 
 MOST_ORDER = 50  # each is a state
 

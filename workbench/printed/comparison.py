@@ -18,8 +18,8 @@ from workbench.printed.names import PI
 from workbench.printed.sheet import Place, Sheet, refuse_place
 from workbench.proofs.identity import Judgement, Kind, judge_zero
 from workbench.proofs.witness import Witness, held, search
-from workbench.validation.doors import door
-from workbench.validation.words import nearest
+from workbench.validation.refusals import nearest
+from workbench.validation.signatures import door
 
 Sameness = Literal["same", "differs", "not refuted"]
 SAMENESS: dict[Kind, Sameness] = {"proved": "same", "refuted": "differs", "not refuted": "not refuted"}

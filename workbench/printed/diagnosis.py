@@ -9,11 +9,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.layout import Array
-from workbench.core.show import formula_of
 from workbench.notation import text
 from workbench.notation.formula import Sum
 from workbench.notation.normal_form import NormalForm, NotInClass
+from workbench.notation.reader import formula_of
 from workbench.printed.comparison import EntryVerdict
 from workbench.printed.digits import agrees_to_its_digits
 from workbench.printed.factorisation import misprints
@@ -21,7 +20,8 @@ from workbench.printed.sheet import Place, Sheet
 from workbench.printed.slips import Editor, Slip
 from workbench.printed.units import units_of
 from workbench.printed.values import nominal_values, varied_values
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 
 LONGEST_TO_EXPAND = 300  # operations of an entry; to multiply out a longer one takes seconds
 ROUNDED = Slip("rounded", "agrees with the right value to the digits printed, at the nominal parameters")

@@ -7,10 +7,10 @@ from fractions import Fraction
 
 import numpy as np
 
-from workbench.core.layout import Array
+from workbench.notation.build import parts, rebuilt
 from workbench.notation.formula import Formula, Number, Power, children
-from workbench.notation.rewrite import parts, rebuilt
 from workbench.printed.slips import LONGEST, Editor
+from workbench.validation.refusals import Array
 
 SHORT, FULL = 6, 17  # significant digits: what one reads at a glance, and what tells any two doubles apart
 MOST_DECIMALS = 15

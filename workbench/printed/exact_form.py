@@ -13,7 +13,7 @@ from workbench.notation.formula import Call, Formula, Number, Power, Product, Qu
 from workbench.notation.normal_form import NormalForm, NotInClass
 from workbench.notation.waves import Terms
 from workbench.printed.names import PI
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 MOST_PRODUCTS = 20_000  # of terms at once; a sheet's entries have a thousand terms at most
 PI_NAME = "π"  # the number stands in monomials as a symbol does; no symbol of an arm is so called

@@ -10,7 +10,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.layout import Bounds, Entry, Layout
+from workbench.core.layout import Entry, Layout
+from workbench.core.numbers import Bounds
 from workbench.notation.formula import Formula, Matrix, Symbol, letters, symbol
 from workbench.notation.normal_form import NotInClass
 from workbench.printed.exact_form import constant, normal_form
@@ -18,8 +19,8 @@ from workbench.printed.grammar import parse
 from workbench.printed.names import Names, key_of
 from workbench.printed.statements import Statement
 from workbench.printed.tokens import refusal
-from workbench.validation.doors import door
-from workbench.validation.words import finite, known, nearest
+from workbench.validation.refusals import finite, known, nearest
+from workbench.validation.signatures import door
 
 LARGEST = 10**99  # and one over it: sizes of numbers that a sheet may give
 

@@ -19,7 +19,7 @@ from workbench.notation.formula import Formula, Matrix, Number, Symbol
 from workbench.printed.assembly import HIGHEST_POWER, bounded, matrix, number, product, total
 from workbench.printed.names import PI, Names
 from workbench.printed.tokens import DEEPEST, FUNCTIONS, OPENING, FormulaError, Token, refusal
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 STARTS = {"number", "name", "function", "frac", "begin", *"([{"}
 MINUS_ONE = Number(Fraction(-1))

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from workbench.notation.formula import GREEK
 from workbench.printed.tokens import FUNCTIONS, OPENING, FormulaError, Token, checked, refusal, refuse_size
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 _LETTERS = "A-Za-z_Α-Ωα-ωϕ"
 _PATTERN = re.compile(

@@ -23,8 +23,8 @@ from fractions import Fraction
 from graphlib import CycleError, TopologicalSorter
 
 from workbench.core import Dynamics
+from workbench.notation.build import parts, substitute
 from workbench.notation.formula import Formula, Matrix, Number, Symbol, letters, name_of
-from workbench.notation.rewrite import parts, substitute
 from workbench.printed.assembly import bounded
 from workbench.printed.evaluate import expanded_size
 from workbench.printed.given import is_bound, numbers_given, refuse_half_bound, unnamed_zeros
@@ -33,8 +33,8 @@ from workbench.printed.names import Key, Names, key_of, spelled
 from workbench.printed.rates import names_of, rate_of
 from workbench.printed.statements import Language, Statement, statements
 from workbench.printed.tokens import FormulaError, Token, refusal
-from workbench.validation.doors import door
-from workbench.validation.words import described
+from workbench.validation.refusals import described
+from workbench.validation.signatures import door
 
 # Beyond these an entry is no equation that a paper prints, and would take minutes to judge.
 MOST_SYMBOLS, MOST_TERMS, MOST_TERMS_IN_ALL = 5_000, 1_000, 4_000

@@ -14,11 +14,11 @@ from functools import cached_property
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.notation import build, text
+from workbench.notation.build import parts, substitute
 from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters
-from workbench.notation.rewrite import parts, substitute
 from workbench.printed.evaluate import NUMPY, evaluate
+from workbench.validation.refusals import Array
 
 CLOSE = 1e-9  # of the larger value: far above rounding, far below what any edit changes
 LONGEST = 600  # parts of a formula; in a longer one the search would take seconds

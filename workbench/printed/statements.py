@@ -14,7 +14,7 @@ from typing import Literal
 from workbench.printed import plain_text as plain
 from workbench.printed import tex
 from workbench.printed.tokens import OPENING, Token, refusal
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 Language = Literal["text", "latex"]
 SEPARATORS = {",", ";"}

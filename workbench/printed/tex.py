@@ -20,7 +20,7 @@ from workbench.printed.macros import (
     UPRIGHT,
 )
 from workbench.printed.tokens import DEEPEST, FUNCTIONS, Token, checked, cut, refusal, refuse_size
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 _SPACE = re.compile(r"[ \t\r\f\n~]+|(?<!\\)%[^\n]*|\{\s*\}")
 _COMMAND = re.compile(r"\\([A-Za-z]+|.|\n)", re.DOTALL)

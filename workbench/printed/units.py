@@ -11,14 +11,14 @@ from fractions import Fraction
 import casadi as ca
 
 from workbench.core import Dynamics
-from workbench.core.show import formula_of
 from workbench.notation import text
+from workbench.notation.build import parts
 from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters
-from workbench.notation.rewrite import parts
+from workbench.notation.reader import formula_of
 from workbench.printed.given import symbols_of
 from workbench.printed.names import PI
 from workbench.printed.sheet import Place, refuse_place
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 MOST_JOINTS = 6  # each may turn or slide: so many guesses are made, and one fits
 MOST_OPERATIONS = 1_500  # of the diagonal of M, as written out

@@ -9,11 +9,11 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.layout import Array
 from workbench.notation.formula import Symbol
 from workbench.printed.given import symbols_of
 from workbench.printed.sheet import Place
 from workbench.proofs.witness import Witness, candidates
+from workbench.validation.refusals import Array
 
 STATES = 8  # two equations agree by chance at one, not at so many
 

@@ -14,14 +14,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.layout import Array
-from workbench.notation.walk import walk
+from workbench.notation.program import walk
 from workbench.proofs.bounds import Extreme, NoBound, box_of, by_intervals, largest_norm, shown
 from workbench.proofs.interval import Interval, evaluate, jumps
 from workbench.proofs.spectrum import nominal, of_joints
 from workbench.proofs.witness import exact
-from workbench.validation.doors import door
-from workbench.validation.words import refusal, seconds
+from workbench.validation.refusals import Array, refusal, seconds
+from workbench.validation.signatures import door
 
 # A limit that is nearer to what is seen, as a share, is not sought to be proved: rounding is about as large.
 FINEST = 1e-12

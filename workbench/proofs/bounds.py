@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.proofs import branch
 from workbench.proofs.branch import Proof, prove
 from workbench.proofs.elementary import guarantee
@@ -21,8 +20,8 @@ from workbench.proofs.extreme import Enclosure, Extreme
 from workbench.proofs.forms import UNIT, AbstractForm, form_of
 from workbench.proofs.interval import NoBound
 from workbench.proofs.seek import Seen, least_seen
-from workbench.validation.doors import door
-from workbench.validation.words import as_array, described, positive, refusal, whole
+from workbench.validation.refusals import Array, as_array, described, positive, refusal, whole
+from workbench.validation.signatures import door
 
 __all__ = [
     "TOLERANCE",

@@ -9,9 +9,8 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.layout import Array
-from workbench.validation.doors import door
-from workbench.validation.words import as_array, described, matrix, nearest, vector
+from workbench.validation.refusals import Array, as_array, described, matrix, nearest, vector
+from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)

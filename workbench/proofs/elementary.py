@@ -16,7 +16,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from workbench.core.layout import Array
+from workbench.validation.refusals import Array
 
 ARB = find_spec("flint") is not None  # the extra `rigorous`
 if ARB:

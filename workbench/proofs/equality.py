@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.notation.normal_form import NotInClass, normal_forms
-from workbench.notation.walk import Walk, walk
+from workbench.notation.program import Walk, walk
 from workbench.proofs.identity import Kind
 from workbench.proofs.interval import Interval, NoBound, evaluate
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 
 POINTS = 64
 # A difference counts from this share of the larger side: far above rounding, far below any slip.

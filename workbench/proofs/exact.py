@@ -10,8 +10,8 @@ from typing import TypeAlias
 
 import casadi as ca
 
-from workbench.notation.walk import NAMES, Operation, walk
-from workbench.validation.doors import door
+from workbench.notation.program import NAMES, Operation, walk
+from workbench.validation.signatures import door
 
 Rational: TypeAlias = Fraction
 Matrix: TypeAlias = list[list[Fraction]]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.layout import Array
+from workbench.validation.refusals import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,11 +19,11 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.notation.normal_form import NotInClass, normal_forms
-from workbench.notation.walk import Walk, walk
+from workbench.notation.program import Walk, walk
 from workbench.proofs.elementary import at_points
 from workbench.proofs.interval import Interval, evaluate, jumps
+from workbench.validation.refusals import Array
 
 UNIT = 2.0**-53
 # Beyond so many waves their products with U, each by itself, cost more than they save.

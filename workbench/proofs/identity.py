@@ -12,8 +12,8 @@ import casadi as ca
 from workbench.core import Dynamics
 from workbench.notation.normal_form import NotInClass, normal_forms
 from workbench.proofs.witness import Search, search
-from workbench.validation.doors import door
-from workbench.validation.words import finite
+from workbench.validation.refusals import finite
+from workbench.validation.signatures import door
 
 Kind = Literal["proved", "refuted", "not refuted"]
 

@@ -18,10 +18,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Array
-from workbench.notation.walk import NAMES, Walk
+from workbench.notation.program import NAMES, Walk
 from workbench.proofs.elementary import at_points
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 
 
 class NoBound(ValueError):  # noqa: N818

@@ -8,13 +8,12 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.layout import Array
 from workbench.proofs.bounds import TOLERANCE, box_of, by_intervals, extreme_eigenvalue, shown
 from workbench.proofs.identity import Kind, judge_zero, zero_at
 from workbench.proofs.spectrum import Joints, eigenvalues, free_joints, nominal, of_joints
 from workbench.proofs.witness import Witness
-from workbench.validation.doors import door
-from workbench.validation.words import numbers
+from workbench.validation.refusals import Array, numbers
+from workbench.validation.signatures import door
 
 RANK: dict[Kind, int] = {"proved": 0, "not refuted": 1, "refuted": 2}
 

@@ -11,13 +11,12 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.layout import Array
-from workbench.notation.walk import walk
+from workbench.notation.program import walk
 from workbench.proofs.bounds import Enclosure, NoBound, enclose, extreme_eigenvalue
 from workbench.proofs.exact import characteristic_polynomial, exact_values, unstable_modes
 from workbench.proofs.interval import jumps
-from workbench.validation.doors import door
-from workbench.validation.words import known, vector
+from workbench.validation.refusals import Array, known, vector
+from workbench.validation.signatures import door
 
 NEWTON_STEPS = 60
 # Half-widths of boxes about a zero, as shares of its size, of which the first that maps into itself is taken; how far

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.proofs.witness import sequence
+from workbench.validation.refusals import Array
 
 # Grid points in all, and how often the grid is halved round its best point: 2^-40 of a cell is 1e-13 rad.
 GRID, HALVINGS = 20_000, 40

@@ -8,9 +8,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.layout import Array
-from workbench.validation.doors import door
-from workbench.validation.words import matrix
+from workbench.validation.refusals import Array, matrix
+from workbench.validation.signatures import door
 
 Joints = np.ndarray[Any, np.dtype[np.intp]]
 

@@ -14,9 +14,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.layout import Array
-from workbench.validation.doors import door
-from workbench.validation.words import numbers
+from workbench.validation.refusals import Array, numbers
+from workbench.validation.signatures import door
 
 STATES = 200
 MOST_ENTRIES = 20_000  # two matrices of a hundred joints

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.reference.modes import Modes, determined
 from workbench.reference.pieces import ROUNDING, Mode, Piece
 from workbench.reference.variable_step import Leg, Rule
+from workbench.validation.refusals import Array
 
 CONTRACTS = 0.98  # the share by which the gap between switchings shrinks, from one to the next but one
 # Gaps in units of the time. The way between two switchings takes steps down to a millionth of it, and a step a

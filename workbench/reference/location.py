@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from workbench.core.layout import Array
 from workbench.reference.pieces import SAMPLES, Piece
+from workbench.validation.refusals import Array
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 SHORTEST = 16 * float(np.finfo(float).eps)  # a step of this share of the horizon is an instant

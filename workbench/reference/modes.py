@@ -11,10 +11,10 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.reference.numeric import Numeric
 from workbench.reference.pieces import Guard, Mode, Piece
 from workbench.reference.switching import Switched
+from workbench.validation.refusals import Array
 
 MOST = 3**5  # continuations from one state that are looked at: five relays at once
 FLAT = 1e5  # a derivative this many times beyond its rounding has a sign

@@ -7,8 +7,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Array
-from workbench.core.rows import memory
+from workbench.core.expressions import memory
+from workbench.validation.refusals import Array
 
 
 class Numeric:

@@ -8,9 +8,9 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.reference.numeric import Numeric
 from workbench.reference.switching import Switched
+from workbench.validation.refusals import Array
 
 # How far rounding may take a value from zero, in units of its terms' sizes.
 ROUNDING = 64 * np.finfo(float).eps

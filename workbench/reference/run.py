@@ -14,8 +14,8 @@ from workbench.reference.numeric import Numeric
 from workbench.reference.switched_run import Event, Run, follow
 from workbench.reference.switching import Switched
 from workbench.reference.variable_step import Effort, Flow, Rule, StoppedError, travel
-from workbench.validation.doors import door
-from workbench.validation.words import Array, as_array, one_of, raised, refusal, vector, whole
+from workbench.validation.refusals import Array, as_array, one_of, raised, refusal, vector, whole
+from workbench.validation.signatures import door
 
 METHODS = ("auto", "explicit", "implicit")
 TIGHTEST = 3e-13  # what double precision resolves, with room for a tighter run

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.reference.accumulation import Streak, stalled
 from workbench.reference.location import SHORTEST
 from workbench.reference.modes import Modes, turned
 from workbench.reference.pieces import Mode, Piece
 from workbench.reference.variable_step import Effort, Flow, Leg, Rule, StoppedError, tighter, travel
+from workbench.validation.refusals import Array
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.layout import Array
+from workbench.validation.refusals import Array
 
 NAMES = {getattr(ca, name): name.removeprefix("OP_").lower() for name in dir(ca) if name.startswith("OP_")}
 REFUSED = (ca.OP_EQ, ca.OP_NE, ca.OP_FMOD, ca.OP_REMAINDER, ca.OP_COPYSIGN)

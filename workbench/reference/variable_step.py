@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from scipy.integrate import DOP853, Radau
 
-from workbench.core.layout import Array
 from workbench.reference.location import Flags, Look, armed_at, look, polished
 from workbench.reference.pieces import SAMPLES, Guard, Piece
+from workbench.validation.refusals import Array
 
 STIFF = 3.0  # h |lambda| beyond which stability, not accuracy, bounds an explicit step; it ends at about 6
 WORTH = 5_000  # explicit steps still to take, from which on the implicit method is worth its price

@@ -8,9 +8,9 @@ from typing import Any, Protocol
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.robots import composite, lagrange, newton_euler, poses
 from workbench.robots.newton_euler import Body
+from workbench.validation.refusals import Array
 
 STATES, SEED = 3, 2021
 AGREED = 1e-10  # of the largest torque; the roads differ by some hundred roundings, a wrong term by far more

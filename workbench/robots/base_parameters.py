@@ -14,9 +14,9 @@ import numpy as np
 
 from workbench.robots.regressor import names, regressor
 from workbench.robots.spatial import SpatialArm
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array, Integers
+from workbench.validation.signatures import door
 from workbench.validation.views import show
-from workbench.validation.words import Array, Integers
 
 ROWS = 4  # of torque for each entry of theta
 CLEAR = 1e10  # how many times the last kept singular value must stand above the first dropped one

@@ -11,7 +11,7 @@ from workbench.robots.description import Link, PlanarArm, PointMass
 from workbench.robots.industrial import panda, ur5
 from workbench.robots.link import SpatialLink
 from workbench.robots.spatial import SpatialArm
-from workbench.validation.words import known, whole
+from workbench.validation.refusals import known, whole
 
 
 def paper_arm() -> PlanarArm:

@@ -5,10 +5,9 @@ from __future__ import annotations
 import casadi as ca
 
 from workbench.core import AbstractArm, block, option, parameter
-from workbench.core.block import Scalar
+from workbench.core.block import Column, Scalar
 from workbench.robots import kinematics, lagrange
-from workbench.validation.shapes import Column
-from workbench.validation.words import whole
+from workbench.validation.refusals import whole
 
 
 @block

@@ -8,9 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
-from workbench.validation.doors import door
-from workbench.validation.words import Array, described, known, matrix, vector
-from workbench.validation.words import name as check_name
+from workbench.validation.refusals import Array, described, known, matrix, vector
+from workbench.validation.refusals import name as check_name
+from workbench.validation.signatures import door
 
 ORTHONORMAL = 1e-12  # what rounding leaves of a rotation
 

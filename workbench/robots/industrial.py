@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.robots.motion import from_angles
 from workbench.robots.spatial import SpatialArm
 from workbench.robots.tree import Joint, Solid, arm_of
+from workbench.validation.refusals import Array
 
 UP, ACROSS, RIGHT = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0]), np.pi / 2
 

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.robots.motion import skew, sparse
+from workbench.validation.refusals import Array
 
 ROUNDED = 1e-6  # of the sum of the other two: how far printed digits may take a flat body beyond the triangle
 ORDER = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))  # of the six moments: xx, xy, xz, yy, yz, zz

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array
-from workbench.validation.doors import door
-from workbench.validation.words import numbers
+from workbench.validation.refusals import Array, numbers
+from workbench.validation.signatures import door
 
 Numbers = tuple[float | None, ...]
 

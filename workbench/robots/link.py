@@ -8,15 +8,14 @@ from typing import Any
 import casadi as ca
 
 from workbench.core import block, option, parameter
-from workbench.core.block import Scalar, Vector
+from workbench.core.block import Number, Scalar, Vector
 from workbench.robots import poses
 from workbench.robots.frames import refuse_skewed
 from workbench.robots.inertia import about_origin, refuse_impossible, spatial, tensor
 from workbench.robots.limits import NO_LIMITS, JointLimits
 from workbench.robots.motion import sparse, transform
 from workbench.robots.newton_euler import Body
-from workbench.validation.shapes import Number
-from workbench.validation.words import Array, described, matrix, name, vector
+from workbench.validation.refusals import Array, described, matrix, name, vector
 
 UNIT = 1e-12  # what rounding leaves of a unit axis
 

@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core.layout import Array
+from workbench.validation.refusals import Array
 
 
 def _made_of(blocks: Sequence[Array]) -> ca.SX:

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple, Protocol
 
 import casadi as ca
 
-from workbench.core.layout import Array
 from workbench.robots import motion
 from workbench.robots.inertia import tensor
+from workbench.validation.refusals import Array
 
 
 class Jointed(Protocol):

@@ -15,12 +15,12 @@ from typing import Any
 
 import casadi as ca
 
+from workbench.core.block import Column
 from workbench.robots import newton_euler
 from workbench.robots.inertia import ORDER, about_origin, spatial, tensor
 from workbench.robots.link import SpatialLink
 from workbench.robots.spatial import SpatialArm
-from workbench.validation.doors import door
-from workbench.validation.shapes import Column
+from workbench.validation.signatures import door
 
 OF_A_BODY = ("m", "mc_x", "mc_y", "mc_z", "I_xx", "I_xy", "I_xz", "I_yy", "I_yz", "I_zz")
 

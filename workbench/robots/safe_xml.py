@@ -11,7 +11,7 @@ from pathlib import Path
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
-from workbench.validation.words import described
+from workbench.validation.refusals import described
 
 LARGEST = 2_000_000  # bytes of a file
 DEEPEST = 64  # elements within each other

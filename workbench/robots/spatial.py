@@ -6,15 +6,14 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import AbstractArm, block, parameter
-from workbench.core.block import Scalar
+from workbench.core.block import Column, Scalar
 from workbench.robots import agreement, composite, newton_euler, poses
 from workbench.robots.frames import Frame, frame_named
 from workbench.robots.limits import Limits
 from workbench.robots.link import SpatialLink
 from workbench.robots.motion import sparse
 from workbench.robots.newton_euler import Body
-from workbench.validation.shapes import Column
-from workbench.validation.words import Array, known
+from workbench.validation.refusals import Array, known
 
 
 @block

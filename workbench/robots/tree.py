@@ -7,15 +7,14 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from workbench.core.layout import Array, nearest
 from workbench.robots.frames import Frame, refuse_skewed
 from workbench.robots.inertia import Lump, merged, moments, refuse_impossible, tensor
 from workbench.robots.limits import NO_LIMITS, JointLimits
 from workbench.robots.link import SpatialLink
 from workbench.robots.spatial import SpatialArm
-from workbench.validation.doors import door
-from workbench.validation.words import name as check_name
-from workbench.validation.words import vector
+from workbench.validation.refusals import Array, nearest, vector
+from workbench.validation.refusals import name as check_name
+from workbench.validation.signatures import door
 
 EXACT = 1e-15  # of an entry of a rotation: the cosine of a rounded pi / 2 is meant to be zero
 

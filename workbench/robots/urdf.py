@@ -19,14 +19,13 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.robots.limits import JointLimits
 from workbench.robots.motion import from_angles
 from workbench.robots.safe_xml import LONGEST_PATH, element_in, element_of
 from workbench.robots.spatial import SpatialArm
 from workbench.robots.tree import Joint, Solid, arm_of
-from workbench.validation.doors import door
-from workbench.validation.words import described, positive
+from workbench.validation.refusals import Array, described, positive
+from workbench.validation.signatures import door
 
 MOST_JOINTS = 64  # that move; the equations of more take minutes
 MOST_LINKS = 2_000

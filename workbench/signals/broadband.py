@@ -6,10 +6,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import block, option, parameter
-from workbench.core.block import Scalar, Vector
+from workbench.core.block import Number, Scalar, Vector
 from workbench.signals.signal import AbstractSignal, Motion, count
-from workbench.validation import words
-from workbench.validation.shapes import Number
+from workbench.validation import refusals
 
 MOST_SINES = 1000
 
@@ -109,8 +108,8 @@ class ColouredNoise(AbstractSignal):
     sines: int = 64
 
     def __post_init__(self) -> None:
-        words.seed("ColouredNoise(seed=...)", self.seed)
-        words.whole("ColouredNoise(sines=...)", self.sines, most=MOST_SINES)
+        refusals.seed("ColouredNoise(seed=...)", self.seed)
+        refusals.whole("ColouredNoise(sines=...)", self.sines, most=MOST_SINES)
 
     @property
     def dof(self) -> int:

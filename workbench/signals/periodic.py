@@ -6,9 +6,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import block, parameter
-from workbench.core.block import Scalar, Vector
+from workbench.core.block import Number, Scalar, Vector
 from workbench.signals.signal import AbstractSignal, Motion, clock, count
-from workbench.validation.shapes import Number
 
 
 @block

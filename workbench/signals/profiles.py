@@ -6,9 +6,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import block, parameter
-from workbench.core.block import Matrix, Scalar, Vector
+from workbench.core.block import Matrix, Number, Scalar, Vector
 from workbench.signals.signal import AbstractSignal, Motion, count, shape_of
-from workbench.validation.shapes import Number
 
 TINY = float(np.finfo(float).tiny)  # where there is no way to go, nothing is divided by 0
 

@@ -10,9 +10,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Signals, block
-from workbench.core.dimensions import per_second
+from workbench.core.block import Number
+from workbench.core.port import per_second
 from workbench.loop.surroundings import AbstractReference
-from workbench.validation.shapes import Number
 
 Motion = tuple[ca.SX, ca.SX, ca.SX]  # a signal, its first and its second derivative, each (n, 1)
 ROUNDING = 2.0**-50  # more than k h may lack of the decimal number that is meant: 30 times 0.03 is less than 0.9

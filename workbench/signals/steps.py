@@ -5,9 +5,8 @@ from __future__ import annotations
 import casadi as ca
 
 from workbench.core import block, parameter
-from workbench.core.block import Vector
+from workbench.core.block import Number, Vector
 from workbench.signals.signal import AbstractSignal, Motion, clock, count
-from workbench.validation.shapes import Number
 
 
 @block

@@ -11,10 +11,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from workbench.core import block, option
+from workbench.core.block import Number
 from workbench.signals.profiles import refuse_times
 from workbench.signals.signal import AbstractSignal, Motion, clock
-from workbench.validation.shapes import Number
-from workbench.validation.words import Array, known, refusal
+from workbench.validation.refusals import Array, known, refusal
 
 MOST_ROWS = 2000  # each is a comparison at each evaluation, and a part of what is compiled
 

@@ -7,9 +7,8 @@ import math
 import casadi as ca
 
 from workbench.core import block, parameter
-from workbench.core.block import Vector
+from workbench.core.block import Number, Vector
 from workbench.loop.surroundings import AbstractDisturbance
-from workbench.validation.shapes import Number
 
 
 @block

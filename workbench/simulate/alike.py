@@ -20,8 +20,8 @@ from workbench.simulate.kernel.stages import stepped
 from workbench.simulate.marches import arithmetic_of, march_of_pairs
 from workbench.simulate.request import keys_of, plan_of, rows_of, told
 from workbench.simulate.trajectories import Trajectories
-from workbench.validation.doors import door
-from workbench.validation.words import Array
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 
 LARGEST = 2**28  # bytes of the states of all; what is larger runs one after the other
 

@@ -18,8 +18,8 @@ import casadi as ca
 from workbench.core import Step
 from workbench.simulate.job import March
 from workbench.simulate.kernel.plan import pass_of
-from workbench.validation.doors import door
-from workbench.validation.words import one_of
+from workbench.validation.refusals import one_of
+from workbench.validation.signatures import door
 
 FUSED, PORTABLE, CASADI = NAMES = ("fused", "portable", "casadi")
 # Counts up with whatever can change a bit of the first two: the reading and rewriting of graphs, the stages of a step,

@@ -13,8 +13,8 @@ from workbench.simulate.job import Job, March, Progress
 from workbench.simulate.marches import arithmetic_of, march_of, march_of_pairs
 from workbench.simulate.request import keys_of, plan_of, rows_of, told
 from workbench.simulate.trajectories import Trajectories
-from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers
+from workbench.validation.refusals import Array, Integers
+from workbench.validation.signatures import door
 
 
 @door

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.simulate.job import NUMBERS_OF_A_STAGE, Job, March
-from workbench.validation.words import Array, Integers
+from workbench.validation.refusals import Array, Integers
 
 ROWS = 64  # of states kept in one look: ten thousand steps take three looks
 

@@ -17,7 +17,7 @@ from workbench.core import Step
 from workbench.simulate.kernel.merging import Merged
 from workbench.simulate.kernel.noise import normals
 from workbench.simulate.kernel.plan import Plan, planned
-from workbench.validation.words import Array, Integers
+from workbench.validation.refusals import Array, Integers
 
 # Told the share that is done, now and then.
 Progress = Callable[[float], None]

@@ -12,7 +12,7 @@ from workbench.simulate.arithmetic import CASADI, FUSED, PORTABLE
 from workbench.simulate.job import PAIRS, Job, March
 from workbench.simulate.kernel import numpy_kernel, virtual_machine
 from workbench.simulate.kernel.plan import pass_of
-from workbench.validation.words import Array, one_of
+from workbench.validation.refusals import Array, one_of
 
 FEW_RUNS = 64  # up to so many, CasADi's machine is faster than NumPy
 ENGINES = {"native": (FUSED, PORTABLE), "numpy": (PORTABLE, FUSED), "casadi": (CASADI,)}  # the first if none is named

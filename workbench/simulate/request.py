@@ -8,9 +8,9 @@ from workbench.core import Layout, Step
 from workbench.simulate.job import Progress
 from workbench.simulate.kernel import virtual_machine
 from workbench.simulate.kernel.noise import STEP_BITS
-from workbench.validation import words
-from workbench.validation.doors import answer
-from workbench.validation.words import Array, Integers
+from workbench.validation import refusals
+from workbench.validation.refusals import Array, Integers
+from workbench.validation.signatures import answer
 
 LARGEST_COPY = 64 * 2**20  # bytes of rows that are copied; larger ones are taken as they are, for want of room
 LARGEST = 4 * 2**30  # bytes of trajectories, and of what is needed beside them, that are not refused
@@ -20,12 +20,12 @@ SECONDS_PER_OPERATION = 1e-10  # of one run in the compiled march, to be told be
 
 def keys_of(seed: int, runs: Integers | None, count: int) -> tuple[int, Integers]:
     """The keys of the noise, one for each of `count` runs."""
-    seed = words.seed("simulate(seed=...)", seed)
+    seed = refusals.seed("simulate(seed=...)", seed)
     if runs is None:
         return seed, np.arange(count)
     if runs.shape != (count,) or (runs < 0).any():
         must = f"{count} whole numbers from 0 on, one to name each run, below 2^63"
-        raise words.refusal("simulate(runs=...)", must, runs.tolist())
+        raise refusals.refusal("simulate(runs=...)", must, runs.tolist())
     return seed, runs
 
 
@@ -70,12 +70,14 @@ def told(call: str, progress: Progress | None) -> Progress:
 
 def plan_of(step: Step, p_rows: Array, until: float, every: float | None) -> tuple[int, int]:
     """How many steps lie between two kept times, and how many such times there are; refused if they do not fit."""
-    until = words.seconds("simulate(until=...)", until)
+    until = refusals.seconds("simulate(until=...)", until)
     step.flow.refuse_beyond("simulate(until=...)", until)
-    count = words.multiple("simulate(until=...)", until, step.h, "the step")
+    count = refusals.multiple("simulate(until=...)", until, step.h, "the step")
     stride = 1
     if every is not None:
-        stride = words.multiple("simulate(every=...)", words.seconds("simulate(every=...)", every), step.h, "the step")
+        stride = refusals.multiple(
+            "simulate(every=...)", refusals.seconds("simulate(every=...)", every), step.h, "the step"
+        )
     if count % stride:
         raise ValueError(
             f"`simulate(until=...)` must be a multiple of `every` = {stride * step.h:g} s; got {until:g} s."

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Step
-from workbench.core.rows import rows
+from workbench.core.expressions import rows
 from workbench.simulate.divergence import Divergence
 from workbench.simulate.job import Job
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array, described, whole
+from workbench.validation.signatures import door
 from workbench.validation.views import table_to_html
-from workbench.validation.words import Array, described, whole
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,9 +10,9 @@ import numpy as np
 
 from workbench.core import Layout, Ode, Sampled
 from workbench.study.contract import Loop, check_loop, equations_of
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array, nearest
+from workbench.validation.signatures import door
 from workbench.validation.views import show
-from workbench.validation.words import Array, nearest
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,8 +12,8 @@ from workbench.simulate import simulate
 from workbench.study.contract import Loop, equations_of
 from workbench.study.preparation import prepared
 from workbench.study.sweep import Sweep
-from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers, require
+from workbench.validation.refusals import Array, Integers, require
+from workbench.validation.signatures import door
 
 FINE = "fine"
 

@@ -9,8 +9,8 @@ from itertools import combinations
 from workbench.metrics import AbstractMetric
 from workbench.study.document.document import Cell, Column, Diverged, Emphasis, Measured, Table
 from workbench.study.study import Outcome
-from workbench.validation.doors import door
-from workbench.validation.words import described, finite, nearest
+from workbench.validation.refusals import described, finite, nearest
+from workbench.validation.signatures import door
 
 
 @door

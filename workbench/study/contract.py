@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any, Protocol
 
 from workbench.core import Ode, Sampled
-from workbench.validation.words import described, refusal
+from workbench.validation.refusals import described, refusal
 
 LONGEST = 300  # letters of what an author's error says
 

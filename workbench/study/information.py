@@ -8,8 +8,8 @@ from typing import Any
 
 from workbench.core import Roles, grouped
 from workbench.study.document.cells import Cell, Column, Phrase, Table
-from workbench.validation.doors import door
-from workbench.validation.words import described, refusal, whole
+from workbench.validation.refusals import described, refusal, whole
+from workbench.validation.signatures import door
 
 HEADS = ("law", "class", "observer", "state", "model", "D", "memory")
 NOTE = (

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers
+from workbench.validation.refusals import Array, Integers
+from workbench.validation.signatures import door
 
 
 @door

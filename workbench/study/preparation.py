@@ -17,7 +17,7 @@ from workbench.study.run import Run
 from workbench.study.sweep import Sweep
 from workbench.study.uncertainty.design import AbstractDesign
 from workbench.study.uncertainty.factors import Space
-from workbench.validation.words import Array, multiple
+from workbench.validation.refusals import Array, multiple
 
 
 def prepared(

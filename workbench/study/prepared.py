@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from workbench.core import Ode, Sampled, Step
-from workbench.core.ode import instructions
+from workbench.core.expressions import instructions
 from workbench.metrics import AbstractMetric
 from workbench.metrics.final import accumulated, accumulators, values
 from workbench.simulate import Trajectories, simulate
@@ -25,7 +25,7 @@ from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep, again
 from workbench.study.uncertainty.design import AbstractDesign
 from workbench.study.uncertainty.factors import Space
-from workbench.validation.words import Array, Integers
+from workbench.validation.refusals import Array, Integers
 
 SECONDS = 2.0  # of one processor, by the cautious estimate of the engine, that a chunk takes: in truth about a third
 BYTES = 64 * 2**20  # of kept states that a chunk may hold

@@ -10,8 +10,8 @@ import numpy as np
 
 from workbench.study.document.cells import raised
 from workbench.study.document.document import Column, Phrase, Table
-from workbench.validation.doors import door
-from workbench.validation.words import Array, as_array, described, finite, known
+from workbench.validation.refusals import Array, as_array, described, finite, known
+from workbench.validation.signatures import door
 
 Mark = Literal["stated", "derived", "assumed"]
 

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.study.sample import Sample
 from workbench.study.sweep import COLUMNS
+from workbench.validation.refusals import Array
 
 if TYPE_CHECKING:
     import pandas as pd

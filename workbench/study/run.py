@@ -8,8 +8,8 @@ from typing import ClassVar
 from workbench.core import Ode, Sampled
 from workbench.metrics import AbstractMetric
 from workbench.study.contract import Loop, check_loop
-from workbench.validation.doors import door
-from workbench.validation.words import multiple, positive, seconds, seed
+from workbench.validation.refusals import multiple, positive, seconds, seed
+from workbench.validation.signatures import door
 
 TOLERANCE = 1e-3
 

@@ -16,8 +16,8 @@ from workbench.metrics import Measurement, measure, measure_alike
 from workbench.study.contract import equations_of
 from workbench.study.run import Run
 from workbench.study.study import Case, Outcome, Results, Study
-from workbench.validation.doors import door
-from workbench.validation.words import whole
+from workbench.validation.refusals import whole
+from workbench.validation.signatures import door
 
 FULL = 4  # cases and their half steps fill one of the widest vectors
 FEW_WORKERS = 4  # up to so many gain more by two vectors of one kernel than by another kernel beside it

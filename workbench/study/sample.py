@@ -11,8 +11,8 @@ from workbench.study.document.cells import check_name, raised
 from workbench.study.ledger.chunk import Chunk, chunk_of
 from workbench.study.ledger.store import TABLE, LedgerError
 from workbench.study.uncertainty.design import AbstractDesign
-from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers, described, nearest
+from workbench.validation.refusals import Array, Integers, described, nearest
+from workbench.validation.signatures import door
 
 SAID = (  # in a table, and beside them
     "name",

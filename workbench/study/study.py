@@ -18,8 +18,8 @@ from workbench.study.run import Run
 from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned, Tuning
-from workbench.validation.doors import door
-from workbench.validation.words import Array, described, known, multiple, refusal, seed, several
+from workbench.validation.refusals import Array, described, known, multiple, refusal, seed, several
+from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import pandas as pd

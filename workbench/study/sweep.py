@@ -10,8 +10,8 @@ from workbench.study.document.cells import check_name
 from workbench.study.run import Run
 from workbench.study.uncertainty.design import AbstractDesign
 from workbench.study.uncertainty.factors import Factor
-from workbench.validation.doors import door
-from workbench.validation.words import Integers, whole
+from workbench.validation.refusals import Integers, whole
+from workbench.validation.signatures import door
 
 HALVED = 16
 COLUMNS = ("run", "t [s]", "diverged at [s]")  # of a table of runs, beside factors and metrics

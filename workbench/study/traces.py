@@ -10,7 +10,7 @@ import numpy as np
 from workbench.study.document.curves import STYLES
 from workbench.study.document.document import Figure, Label, Panel, Phrase, Series, Style
 from workbench.study.study import Outcome
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True)

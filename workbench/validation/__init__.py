@@ -1,7 +1,5 @@
-"""What an argument must be, in one vocabulary for all rooms: the ground floor, which knows none of them.
+"""The ground floor: checks of arguments for all rooms, each refusal one sentence in one vocabulary.
 
-words    a clean value of each kind, or its refusal in one sentence
-kinds    what a type hint takes, and the words for it
-shapes   how many entries an expression has, declared where its type is
-doors    the decorator that holds the arguments of a public function or class against its hints
+It knows type hints, numbers, names and shapes, and no room. Read `refusals` first; `signatures` holds the decorator
+`@door`, `type_hints` what a hint takes, `views` the line and the table by which any object shows itself.
 """

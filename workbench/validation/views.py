@@ -1,4 +1,4 @@
-"""How any object of the workbench shows itself: in one line of text, and as a table in a notebook."""
+"""Views of any object of the workbench: one line of text, and a table for a notebook."""
 
 from __future__ import annotations
 
@@ -31,10 +31,11 @@ def show(cls: type[T]) -> type[T]:
 
 
 def one_line(thing: Any) -> str:
-    """The class of a dataclass with its fields that hold something, and dots for what one line does not hold."""
-    held = [(name, value) for name, value in _fields(thing) if not _is_empty(value)]
+    """The class of a dataclass with the fields that are not empty, shortened to one line."""
+    full = [(name, value) for name, value in _fields(thing) if value is not None]
+    full = [(name, value) for name, value in full if not isinstance(value, str | tuple | Mapping) or len(value)]
     for most in range(3 * PART // 2, PART // 2 - 1, -PART // 4):
-        parts = [f"{name}={brief(value, most)}" for name, value in held]
+        parts = [f"{name}={brief(value, most)}" for name, value in full]
         line = f"{type(thing).__name__}({', '.join(parts)})"
         if len(line) <= LINE:
             return line
@@ -44,7 +45,7 @@ def one_line(thing: Any) -> str:
 
 
 def listed(parts: Sequence[str]) -> str:
-    """As many of the parts as a line holds, and how many there are where that is not all."""
+    """As many of the parts as fit in a line, and their count if that is not all."""
     text, held = "", 0
     while held < len(parts) and len(text) + len(parts[held]) <= LINE - PART // 2:
         text += f"{', ' if held else ''}{parts[held]}"
@@ -53,7 +54,7 @@ def listed(parts: Sequence[str]) -> str:
 
 
 def brief(value: Any, most: int = PART) -> str:
-    """A value in at most so many letters, or a few more: of large arrays the shape, of large objects the class."""
+    """A value in about `most` letters: of large arrays the shape, of large objects the class."""
     if isinstance(value, str):
         return repr(value) if len(value) <= most else f"{value[: most - 3]!r}..."
     if isinstance(value, bool | None):
@@ -78,13 +79,13 @@ def brief(value: Any, most: int = PART) -> str:
 
 def fields_to_html(thing: Any) -> Markup:
     """A table of the fields of a dataclass: numbers in full, objects in a line."""
-    rows = [(name, _whole(value)) for name, value in _fields(thing)]
+    rows = [(name, cell(value)) for name, value in _fields(thing)]
     return table_to_html(type(thing).__name__, ("name", "value"), rows)
 
 
 def table_to_html(title: str, head: Sequence[str], rows: Iterable[Sequence[object]]) -> Markup:
     """A table whose cells are text, escaped, or markup that already is."""
-    body = "".join(f"<tr>{''.join(f'<td>{_cell(cell)}</td>' for cell in row)}</tr>" for row in rows)
+    body = "".join(f"<tr>{''.join(f'<td>{_escaped(part)}</td>' for part in row)}</tr>" for row in rows)
     top = "".join(f"<th>{escape(word)}</th>" for word in head)
     return Markup(f"<table><caption>{escape(title)}</caption><tr>{top}</tr>{body}</table>")
 
@@ -93,32 +94,27 @@ def _fields(thing: Any) -> list[tuple[str, Any]]:
     return [(f.name, getattr(thing, f.name)) for f in fields(thing) if f.repr]
 
 
-def _is_empty(value: Any) -> bool:
-    return value is None or (isinstance(value, str | tuple | Mapping) and not len(value))
-
-
 def _array(array: np.ndarray[Any, Any], most: int) -> str:
-    """Its numbers where they are few and short, else its shape."""
+    """The numbers of an array if they are few and short, else its shape."""
     if array.ndim == 0:
         return brief(array.item())
     text = f"[{', '.join(_array(row, most) for row in array)}]" if array.size <= FEW else ""
     return text if 0 < len(text) <= most else f"<{' x '.join(map(str, array.shape))}>"
 
 
-def _whole(value: Any) -> object:
+def cell(value: Any) -> object:
     """A value as a cell of a table, with a line for each of its first parts."""
     if isinstance(value, np.ndarray) and FEW < value.size <= FEW**2:
         return Markup(f"<pre>{escape(np.array2string(value, precision=6))}</pre>")
-    lines = [f"{brief(key)}: {brief(part, LINE)}" for key, part in value.items()] if isinstance(value, Mapping) else []
-    if isinstance(value, list | tuple):
-        lines = [brief(part, LINE) for part in value]
-    more = [f"... {len(lines)} in all"] if len(lines) > FEW else []
-    return Markup("<br/>".join(map(escape, lines[:FEW] + more))) if lines else _text(value)
-
-
-def _text(value: Any) -> str:
+    if isinstance(value, Mapping):
+        lines = [f"{brief(key)}: {brief(part, LINE)}" for key, part in value.items()]
+    else:
+        lines = [brief(part, LINE) for part in value] if isinstance(value, list | tuple) else []
+    if lines:
+        more = [f"... {len(lines)} in all"] if len(lines) > FEW else []
+        return Markup("<br/>".join(map(escape, lines[:FEW] + more)))
     return value if isinstance(value, str) else repr(value) if is_dataclass(value) else brief(value, LINE)
 
 
-def _cell(cell: object) -> str:
-    return cell if isinstance(cell, Markup) else escape(str(cell))
+def _escaped(part: object) -> str:
+    return part if isinstance(part, Markup) else escape(str(part))

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 
-from workbench.core.layout import Array
+from workbench.validation.refusals import Array
 
 # Parameters (B, 40) of B runs to the RMSE (B, 2) of their joints at the horizon.
 Runner = Callable[[Array], Array]

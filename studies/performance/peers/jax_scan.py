@@ -8,11 +8,14 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
+from workbench.bench.peers.contract import Runner
+from workbench.bench.workload import STATES, H, rmse
+from workbench.bench.written import in_scalars
 
 from studies.performance.peers.contract import Runner
 from studies.performance.workload import STATES, H, rmse
 from studies.performance.written import in_scalars
-from workbench.core.layout import Array
+from workbench.validation.refusals import Array
 
 
 def runner(horizon: float) -> Runner:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from workbench.bench.peers.contract import Runner
+from workbench.bench.workload import STATES, rmse
+from workbench.bench.written import in_matrices
 
 from studies.performance.peers.contract import Runner
 from studies.performance.workload import STATES, rmse
 from studies.performance.written import in_matrices
-from workbench.core.layout import Array
+from workbench.validation.refusals import Array
 
 TOLERANCE = 1e-6
 

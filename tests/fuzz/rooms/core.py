@@ -10,8 +10,8 @@ import numpy as np
 from workbench import core
 from workbench.core import Entry, Layout
 from workbench.core.block import initial, option, parameter
-from workbench.core.layout import Bounds
-from workbench.core.rows import rows
+from workbench.core.expressions import rows
+from workbench.core.numbers import Bounds
 
 from ..parts import ARM, LAW, LOOP, ODE, PLANT, signals
 
@@ -66,7 +66,6 @@ def calls() -> dict[str, Any]:
         "layout": partial(core.layout, x="m", v=("V", 1.0)),
         "Roles": partial(core.Roles, **vars(ROLES)),
         "grouped": partial(core.grouped, {"a": ROLES, "b": ROLES}),
-        "same_information": partial(core.same_information, ROLES, ROLES),
         "Rule": partial(core.Rule, rule.h, rule.k, rule.t, rule.x, rule.p, rule.w, rule.rate, rule.update, rule.output),
         "Sampled": partial(core.Sampled, ode, 0.1, K, W, 0.5 * X),
         "Step": partial(

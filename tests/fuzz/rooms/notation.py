@@ -6,7 +6,7 @@ from typing import Any
 
 import casadi as ca
 
-from workbench.notation import formula, latex, mathml, normal_form, program, python, reader, text, typst_math, walk
+from workbench.notation import formula, latex, mathml, normal_form, program, reader, text, typst_math
 from workbench.notation.formula import Matrix, Number, Relation, Sum, Symbol
 from workbench.printed import plain_text as plain
 from workbench.printed import statements, tex
@@ -37,22 +37,20 @@ def calls() -> dict[str, Any]:
         "System": partial(formula.System, (relation, relation)),
         "symbol": partial(formula.symbol, "q_ref_1"),
         "name_of": partial(formula.name_of, x),
-        "printed": partial(formula.printed, ["a", "b"], {"a": x}),
+        "symbols_of": partial(formula.symbols_of, ["a", "b"], {"a": x}),
         "equations": partial(formula.equations, x, matrix),
         "entry_symbol": partial(formula.entry_symbol, x, "12"),
         **{f"{name}.emit": partial(emit, matrix, width=80) for name, emit in markups.items()},
         **{f"{name}.emit a relation": partial(emit, relation, width=80) for name, emit in markups.items()},
-        "python.emit": partial(python.emit, total, width=80, module="np"),
-        "python.identifier": partial(python.identifier, x),
+        "identifier": partial(program.identifier, x),
         "latex.display": partial(latex.display, [relation], width=80),
         "read": partial(reader.read, expression, {"q": x}),
         "read_shared": partial(reader.read_shared, expression, {"q": x}),
         "normal_forms": partial(normal_form.normal_forms, expression, {"q": Fraction(1)}),
         "to_formula": partial(normal_form.to_formula, expression, {"q": x}),
-        "simplify": partial(normal_form.simplify, expression),
         "straight_line": partial(program.straight_line, {"M": expression}, {"q": "q_1"}, dialect),
         "Dialect": partial(program.Dialect, {"fabs": "abs"}, frozenset({"while"}), 100),
-        "walk": partial(walk.walk, expression, cse=True),
+        "walk": partial(program.walk, expression, cse=True),
         "plain.tokens": partial(plain.tokens, "M = x_1^2 + sin(q)"),
         "tex.tokens": partial(tex.tokens, r"M = \frac{x_1}{2}"),
         "statements": partial(statements.statements, "M = x_1^2 + 2", "text"),

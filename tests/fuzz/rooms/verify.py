@@ -22,7 +22,7 @@ from workbench.cli import verification
 from workbench.core import Claim, Dynamics
 from workbench.core.claim import Declared
 from workbench.metrics.integral import Integral
-from workbench.notation.walk import walk
+from workbench.notation.program import walk
 from workbench.printed import comparison as printed  # fmt: skip
 from workbench.printed import (
     diagnosis,  # fmt: skip

@@ -10,9 +10,9 @@ from scipy.optimize import brentq
 
 from workbench.design.chattering.linear_part import ROUNDING, LinearPart
 from workbench.design.chattering.switch import AbstractSwitch, BoundaryLayer, SuperTwist
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array, require
+from workbench.validation.signatures import door
 from workbench.validation.views import show
-from workbench.validation.words import Array, require
 
 POINTS, DECADES = 6000, 4  # of the grid of frequencies, beyond the slowest and the fastest pole
 TURN = np.sinh(np.linspace(-12, 12, 401))  # times its distance from the axis, about the frequency of a corner

@@ -10,8 +10,8 @@ import numpy as np
 from workbench.core import Ode, Step
 from workbench.design.certificates import Refused
 from workbench.design.chattering.linear_part import LinearPart
-from workbench.validation.doors import door
-from workbench.validation.words import Array, known, positive, require, vector
+from workbench.validation.refusals import Array, known, positive, require, vector
+from workbench.validation.signatures import door
 
 REST = 1e-8  # how far from rest a state may be, by the rate at which the linear loop would move it
 INSTANTS = (0, 1009)  # at which a rest is asked for; nothing may depend on time

@@ -11,8 +11,8 @@ from scipy.linalg import eig, eigvals, expm
 
 from workbench.design.certificates import Refused
 from workbench.design.matrices import square
-from workbench.validation.doors import door
-from workbench.validation.words import Array, described, finite, seconds, vector
+from workbench.validation.refusals import Array, described, finite, seconds, vector
+from workbench.validation.signatures import door
 
 FASTEST = 1e100  # a frequency in rad/s
 ROUNDING = 1e-6  # a threefold integrator has computed poles as far from zero as the cube root of rounding

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.certificates import Refused
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 from workbench.validation.views import show
 
 FEWEST = 5  # periods from which a frequency is taken

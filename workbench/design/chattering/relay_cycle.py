@@ -10,9 +10,9 @@ from scipy.optimize import brentq
 
 from workbench.design.certificates import Refused
 from workbench.design.chattering.linear_part import ROUNDING, LinearPart, flow
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array, positive, whole
+from workbench.validation.signatures import door
 from workbench.validation.views import show
-from workbench.validation.words import Array, positive, whole
 
 HALF_PERIODS, DECADES = 1200, 3  # tried, and how far beyond the slowest and the fastest pole
 DENSE = 2001  # instants of a half period at which the sign of s is looked at

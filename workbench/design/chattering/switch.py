@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from scipy.optimize import brentq
 
-from workbench.validation.doors import door
-from workbench.validation.words import finite, positive
+from workbench.validation.refusals import finite, positive
+from workbench.validation.signatures import door
 
 # The first and third Fourier coefficients of |sin|^(1/2) sign(sin), by the beta function.
 ROOT_FIRST = 2 * math.gamma(5 / 4) / (math.sqrt(math.pi) * math.gamma(7 / 4))

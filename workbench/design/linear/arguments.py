@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Layout, Ode
-from workbench.core.layout import Array
 from workbench.design.matrices import LARGEST
-from workbench.validation.words import as_array, described, require
+from workbench.validation.refusals import Array, as_array, described, require
 
 
 def names_of(ode: Ode) -> dict[str, list[str]]:

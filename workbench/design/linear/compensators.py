@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.linear.modes import controllability
 from workbench.design.matrices import EPS, Complex
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array, described, finite, raised, refusal
+from workbench.validation.signatures import door
 from workbench.validation.views import show
-from workbench.validation.words import described, finite, raised, refusal
 
 if TYPE_CHECKING:
     import control

@@ -10,12 +10,11 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode
-from workbench.core.layout import Array
 from workbench.design.linear.arguments import row_of
 from workbench.design.linear.proofs import proved
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array, whole
+from workbench.validation.signatures import door
 from workbench.validation.views import show
-from workbench.validation.words import whole
 
 NEWTON_STEPS, HALVINGS = 40, 12
 CONVERGED = 1e-12  # the last step, relative to the state

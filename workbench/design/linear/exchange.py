@@ -9,11 +9,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
-from workbench.core.layout import Array
 from workbench.core.linear import layout_of
 from workbench.design.linear.arguments import names_of, places_of, row_of, time_of, vector_of
-from workbench.validation.doors import door
-from workbench.validation.words import described
+from workbench.validation.refusals import Array, described
+from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

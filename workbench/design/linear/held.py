@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 
 @door

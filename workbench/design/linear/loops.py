@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.layout import Array
 from workbench.design.linear.arguments import finite, names_of
 from workbench.design.linear.gain import Realisation
 from workbench.design.linear.paths import LinearPath
 from workbench.design.linear.points import linearize
 from workbench.design.matrices import Complex
-from workbench.validation.doors import door
-from workbench.validation.words import described, refusal
+from workbench.validation.refusals import Array, described, refusal
+from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

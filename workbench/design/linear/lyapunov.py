@@ -9,12 +9,11 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode, rk4, with_quadrature, with_sensitivity
-from workbench.core.layout import Array
 from workbench.design.linear.arguments import row_of, vector_of
 from workbench.design.linear.smoothness import refuse_jumps
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array, multiple, positive, seconds
+from workbench.validation.signatures import door
 from workbench.validation.views import show
-from workbench.validation.words import multiple, positive, seconds
 
 BATCHES = 10
 STEPS_BETWEEN = 10  # steps of Runge and Kutta from one QR factorisation to the next

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.linear.gain import (
     Realisation,
@@ -20,7 +19,8 @@ from workbench.design.linear.gain import (
 )
 from workbench.design.linear.loops import alone, closed, matrices_of
 from workbench.design.matrices import Complex
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 from workbench.validation.views import show
 
 if TYPE_CHECKING:

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.matrices import Complex
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array, described
+from workbench.validation.signatures import door
 from workbench.validation.views import show
-from workbench.validation.words import described
 
 if TYPE_CHECKING:
     import control

@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Ode, with_sensitivity
-from workbench.core.layout import Array
 from workbench.design.linear.arguments import inputs_of, jacobians, row_of, vector_of
 from workbench.design.linear.smoothness import refuse_jumps
 from workbench.design.matrices import LARGEST, Complex
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array, as_array, described, numbers
+from workbench.validation.signatures import door
 from workbench.validation.views import show
-from workbench.validation.words import as_array, described, numbers
 
 
 @dataclass(frozen=True, eq=False)

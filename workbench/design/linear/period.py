@@ -8,14 +8,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode, Sampled
-from workbench.core.layout import Array
-from workbench.core.rule import runge_kutta
+from workbench.core.step import runge_kutta
 from workbench.design.certificates import Refused
 from workbench.design.linear.arguments import jacobians, places_of
 from workbench.design.linear.smoothness import refuse_jump_at
-from workbench.notation.walk import walk
+from workbench.notation.program import walk
 from workbench.proofs.interval import jumps
-from workbench.validation.words import MOST
+from workbench.validation.refusals import MOST, Array
 
 CONVERGED = 1e-12  # between a number of steps and twice as many, relative
 FEWEST, MOST_STEPS = 8, 2**14

@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Ode, Sampled
-from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.linear.arguments import inputs_of, jacobians, names_of, places_of, row_of, time_of, vector_of
 from workbench.design.linear.period import Period, one_period
 from workbench.design.linear.smoothness import refuse_jump_at
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array, as_array, described, require
+from workbench.validation.signatures import door
 from workbench.validation.views import show
-from workbench.validation.words import as_array, described, require
 
 if TYPE_CHECKING:
     import control

@@ -9,9 +9,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.layout import Array
-from workbench.notation.walk import Walk, walk
+from workbench.notation.program import Walk, walk
 from workbench.proofs.interval import Interval, NoBound, evaluate, jumps
+from workbench.validation.refusals import Array
 
 # Half-widths of boxes about a point, the widest that serves, as shares of its size; and what stands for the rounding
 # of a few sums and quotients of positive numbers, generously.

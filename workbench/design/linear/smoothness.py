@@ -8,10 +8,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode
-from workbench.core.layout import Array
 from workbench.design.linear.arguments import inputs_of, places_of
-from workbench.notation.walk import walk
+from workbench.notation.program import walk
 from workbench.proofs.interval import jumps
+from workbench.validation.refusals import Array
 
 ON_IT = 1e-12  # a switching function smaller than this share of the state counts as zero
 JUMP = 1e-9  # the least difference of two rates, relative to their size, that counts as a jump

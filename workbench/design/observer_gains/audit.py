@@ -13,9 +13,9 @@ from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.proposals import lyapunov_matrix
 from workbench.design.observer_gains.region import Region
 from workbench.design.observer_gains.response import Noise, noise, peaking, tolerated
-from workbench.validation.doors import door
+from workbench.validation.refusals import positive
+from workbench.validation.signatures import door
 from workbench.validation.views import show
-from workbench.validation.words import positive
 
 # How often the share of a region with a P is halved, and the fractions of it of which the first to be proved counts.
 HALVINGS, SURE = 6, (1.0, 0.9, 0.8, 0.6)

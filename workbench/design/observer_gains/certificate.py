@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.matrices import symmetric
 from workbench.design.observer_gains.exactly import definite
@@ -20,9 +19,9 @@ from workbench.design.observer_gains.gains import Gains
 from workbench.design.observer_gains.inequality import Inequality, prove
 from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.region import Region
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array, positive
+from workbench.validation.signatures import door
 from workbench.validation.views import show
-from workbench.validation.words import positive
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from workbench.core.layout import Array
 from workbench.proofs.exact import Matrix, characteristic_polynomial
+from workbench.validation.refusals import Array
 
 
 def definite(S: Array) -> bool:

@@ -9,15 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.observer_gains.certificate import refuse_unfit
 from workbench.design.observer_gains.gains import Gains
 from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.region import Region
 from workbench.proofs.witness import sequence
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array, whole
+from workbench.validation.signatures import door
 from workbench.validation.views import show
-from workbench.validation.words import whole
 
 SAMPLES = 20_000
 

@@ -15,12 +15,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.region import Region
 from workbench.proofs.branch import definite
 from workbench.proofs.forms import UNIT
+from workbench.validation.refusals import Array
 from workbench.validation.views import show
 
 Mask = np.ndarray[Any, np.dtype[np.bool_]]

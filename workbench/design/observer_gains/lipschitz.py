@@ -11,14 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.observer_gains.certificate import refuse_unfit
 from workbench.design.observer_gains.inequality import Inequality, prove
 from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.region import Region
 from workbench.proofs.witness import sequence
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 from workbench.validation.views import show
 
 # Shares above the largest norm that is known, of which the first that can be proved is taken; samples of states.

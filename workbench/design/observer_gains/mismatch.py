@@ -21,15 +21,14 @@ import numpy as np
 
 from workbench.core import Dynamics
 from workbench.core.dynamics import solve_definite
-from workbench.core.layout import Array
 from workbench.design.observer_gains.region import Region
 from workbench.notation.normal_form import NotInClass, normal_forms
-from workbench.notation.walk import Walk, walk
+from workbench.notation.program import Walk, walk
 from workbench.proofs.interval import Interval, evaluate, jumps
 from workbench.proofs.spectrum import nominal
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array, require
+from workbench.validation.signatures import door
 from workbench.validation.views import show
-from workbench.validation.words import require
 
 MOST = 4  # joints
 # Bernstein's coefficients of s and s^2, of degree two, on [-1, 0] and [0, 1] together.

@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.lmi import common_lyapunov, least_noise_observer
 from workbench.design.observer_gains.gains import Gains
 from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.region import Region
+from workbench.validation.refusals import Array
 
 # Positions of a grid a joint, rounds of adding Jacobians and how many at a time, and the room, as a share of the
 # observer's speed, that the rate of a proposal keeps for what lies between the samples.

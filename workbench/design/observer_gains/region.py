@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.layout import Array
-from workbench.validation.doors import door
-from workbench.validation.words import described, finite
+from workbench.validation.refusals import Array, described, finite
+from workbench.validation.signatures import door
 
 MOST_SHARE = 1e6  # of speeds and torques
 

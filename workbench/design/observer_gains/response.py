@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
-from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.matrices import matrix
 from workbench.design.observer_gains.exactly import bears_mismatch
 from workbench.design.observer_gains.gains import Gains
 from workbench.design.riccati import lyapunov
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 from workbench.validation.views import show
 
 # Instants at which a transient is looked at, from a thousandth of the fastest time constant to ten of the slowest:

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.core.layout import Array, vector
 from workbench.design.certificates import Refused
 from workbench.design.lmi import require
 from workbench.design.observer_gains.certificate import RateCertificate, check
@@ -16,9 +15,9 @@ from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.proposals import least_noise, lyapunov_matrix
 from workbench.design.observer_gains.region import Region
 from workbench.design.riccati import lqe
-from workbench.validation.doors import door
-from workbench.validation.words import positive, whole
-from workbench.validation.words import require as socket
+from workbench.validation.refusals import Array, positive, vector, whole
+from workbench.validation.refusals import require as socket
+from workbench.validation.signatures import door
 
 # The least double pole is found to this factor, and sought up to so many times the rate.
 FINE, FARTHEST = 1.05, 1000.0

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.certificates import Certificate
+from workbench.validation.refusals import Array
 from workbench.validation.views import show
 
 Poles = np.ndarray[Any, np.dtype[np.complex128]]

@@ -16,9 +16,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from scipy import linalg
 
-from workbench.core.layout import Array
 from workbench.design.riccati.equation import Data
 from workbench.design.riccati.hamiltonian import hamiltonian, plain, quadratic
+from workbench.validation.refusals import Array
 
 MOST_ROUNDS = 60  # of an iteration that squares or doubles
 

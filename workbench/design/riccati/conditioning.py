@@ -25,12 +25,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from workbench.core.layout import Array
 from workbench.design.matrices import EPS
 from workbench.design.riccati.equation import AbstractEquation, Continuous, Data, size
 from workbench.design.riccati.hamiltonian import hamiltonian
 from workbench.design.riccati.newton import Refined
 from workbench.design.riccati.units import Units
+from workbench.validation.refusals import Array
 
 ENOUGH = 0.25  # x = h + x^2 has a real solution up to h = 1/4
 MOST_POLES = 12  # whose frequencies are looked at: each asks for singular values

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from workbench.core.layout import Array
 from workbench.design.matrices import Complex
 from workbench.design.riccati.equation import Data, norm
 from workbench.design.riccati.hamiltonian import hamiltonian
+from workbench.validation.refusals import Array
 
 NEAR = 1e-7  # half the digits and a little more: eigenvalues that meet on the boundary are found no better
 LOST = 1e-12  # a relative distance from a loss of rank that rounding may have made

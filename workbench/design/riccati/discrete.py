@@ -9,7 +9,7 @@ from workbench.design.riccati.candidates import discrete
 from workbench.design.riccati.equation import Discrete
 from workbench.design.riccati.given import data
 from workbench.design.riccati.synthesis import stabilising
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 
 @door

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
-from workbench.core.layout import Array
 from workbench.design.riccati.double_double import Twice, twice
 from workbench.design.riccati.operators import AbstractOperator, lyapunov_operator, stein_operator
+from workbench.validation.refusals import Array
 
 REFINEMENTS = 3  # of a gain: each gains as many digits as the condition of R + B'XB leaves
 

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.certificates import Certificate
 from workbench.design.riccati.answers import Lqg, Riccati
 from workbench.design.riccati.equation import norm
 from workbench.design.riccati.given import is_discrete, is_system
 from workbench.design.riccati.regulators import lqe, lqr
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 
 
 @door

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.matrices import definite, invertible, matrix, square, symmetric
 from workbench.design.riccati.equation import Data
+from workbench.validation.refusals import Array
 
 
 def data(call: str, A: Any, B: Any, Q: Any, R: Any, S: Any, E: Any, positive: bool = True) -> Data:

@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.riccati.equation import Data
+from workbench.validation.refusals import Array
 
 
 def plain(d: Data) -> Data:

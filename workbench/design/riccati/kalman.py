@@ -10,13 +10,12 @@ import numpy as np
 import scipy.linalg
 
 from workbench.core import Ode
-from workbench.core.layout import Array
 from workbench.design.linear.arguments import jacobians, row_of, vector_of
 from workbench.design.matrices import definite, semidefinite
 from workbench.design.riccati.answers import Riccati
 from workbench.design.riccati.regulators import lqe
-from workbench.validation.doors import door
-from workbench.validation.words import seconds
+from workbench.validation.refusals import Array, seconds
+from workbench.validation.signatures import door
 
 
 @door

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from scipy import linalg
 
-from workbench.core.layout import Array
 from workbench.design.certificates import Certificate, Refused
 from workbench.design.matrices import EPS, Complex, invertible, square, symmetric
 from workbench.design.riccati.answers import Lyapunov
@@ -32,7 +31,8 @@ from workbench.design.riccati.synthesis import (
     WORTH_A_WARNING,
 )
 from workbench.design.riccati.units import Exponents, balance, in_range, nearest, times
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 
 MOST_STEPS = 40  # each gains about as many digits as the first solution has
 POWER_STEPS = 12  # of the iteration for the norm of the inverse, which soon has its first digit

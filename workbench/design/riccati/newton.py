@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from workbench.core.layout import Array
 from workbench.design.matrices import EPS
 from workbench.design.riccati.equation import AbstractEquation, Point, norm
 from workbench.design.riccati.operators import AbstractOperator
+from workbench.validation.refusals import Array
 
 MOST_STEPS = 30  # near a solution a step doubles the digits, far from it or at the edge of stability it halves the way
 

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from scipy import linalg
 
-from workbench.core.layout import Array
 from workbench.design.matrices import EPS, Complex
+from workbench.validation.refusals import Array
 
 
 class AbstractOperator(ABC):

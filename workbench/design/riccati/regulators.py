@@ -12,7 +12,7 @@ from workbench.design.riccati.diagnosis import ESTIMATOR, REGULATOR, Words
 from workbench.design.riccati.equation import Continuous, Data, Discrete
 from workbench.design.riccati.given import data, is_discrete, is_system, joint
 from workbench.design.riccati.synthesis import stabilising
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 
 @door

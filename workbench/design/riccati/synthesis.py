@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.certificates import Certificate, Refused
 from workbench.design.matrices import EPS, indefinite
 from workbench.design.riccati.answers import Riccati
@@ -19,6 +18,7 @@ from workbench.design.riccati.equation import AbstractEquation, Data, Discrete, 
 from workbench.design.riccati.newton import Refined, refine
 from workbench.design.riccati.one_thread import one_thread
 from workbench.design.riccati.units import Units, good_units, in_range
+from workbench.validation.refusals import Array
 
 WORST_RESIDUAL = 1e-11
 WORST_ERROR = 1e-4  # four digits of X for the data as given

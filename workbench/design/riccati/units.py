@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from scipy import linalg
 
-from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.riccati.equation import Data, norm
+from workbench.validation.refusals import Array
 
 Exponents = np.ndarray[Any, np.dtype[np.int64]]
 LEAST = float(np.finfo(float).tiny / np.finfo(float).eps)  # below it the digits of a sum get lost

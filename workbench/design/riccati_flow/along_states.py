@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.certificates import Certificate, Refused
 from workbench.design.matrices import answer
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 from workbench.validation.views import show
 
 Factors = Callable[[Array], tuple[Any, Any]]

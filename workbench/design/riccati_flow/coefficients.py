@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.matrices import answer, definite, matrix, square, symmetric
 from workbench.design.riccati_flow.moebius import hamiltonian
+from workbench.validation.refusals import Array
 
 Coefficient = Array | Callable[[float], Array]
 

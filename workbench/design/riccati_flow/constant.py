@@ -8,9 +8,9 @@ from functools import partial
 import numpy as np
 import scipy.linalg
 
-from workbench.core.layout import Array
 from workbench.design.riccati_flow.escape import LARGEST, Escape, bracketed
 from workbench.design.riccati_flow.moebius import Moebius, applied, composed, hamiltonian, of_transition
+from workbench.validation.refusals import Array
 
 SHORT = 1.0  # |H| h of the shortest piece, whose exponential loses nothing
 LOSS = 1e4  # a long piece that magnifies its own rounding by more is gone through in halves

@@ -6,15 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.matrices import symmetric
 from workbench.design.riccati_flow import constant, varying
 from workbench.design.riccati_flow.coefficients import Coefficient, Coefficients
 from workbench.design.riccati_flow.escape import LARGEST, Escape
 from workbench.design.riccati_flow.result import RiccatiFlow
-from workbench.validation.doors import door
-from workbench.validation.words import as_array, described
+from workbench.validation.refusals import Array, as_array, described
+from workbench.validation.signatures import door
 
 EPS = float(np.finfo(float).eps)
 GRIDS = (0, 1)  # halvings beyond need: two ways to cut time, whose answers differ by what rounding does

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 import scipy.linalg
 
-from workbench.core.layout import Array
+from workbench.validation.refusals import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from workbench.core.layout import Array
+from workbench.validation.refusals import Array
 from workbench.validation.views import show
 
 

@@ -8,13 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.matrices import EPS, answer
 from workbench.design.riccati.one_thread import one_thread
-from workbench.validation.doors import door
+from workbench.validation.refusals import Array, as_array, described
+from workbench.validation.signatures import door
 from workbench.validation.views import show
-from workbench.validation.words import as_array, described
 
 MOST_TERMS = 1025
 OTHERS, GOLDEN = 13, (np.sqrt(5) - 1) / 2  # times that lie on no grid, for a series to be held against

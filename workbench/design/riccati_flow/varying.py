@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.design.riccati_flow.escape import LARGEST, Escape
 from workbench.design.riccati_flow.moebius import Moebius, applied, of_transition
+from workbench.validation.refusals import Array
 
 STAGES = 4
 ORDER = 2 * STAGES

@@ -13,8 +13,8 @@ from workbench.simulate import Trajectories
 from workbench.study.document.curves import STYLES, Array, Series
 from workbench.study.document.document import Figure
 from workbench.study.document.panel import Panel
-from workbench.validation.doors import door
-from workbench.validation.words import described, nearest, whole
+from workbench.validation.refusals import described, nearest, whole
+from workbench.validation.signatures import door
 
 
 @door

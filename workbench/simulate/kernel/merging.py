@@ -14,7 +14,7 @@ import numpy as np
 
 from workbench.simulate.kernel.graph import COMMUTATIVE, Graph, Node, Nodes
 from workbench.simulate.kernel.rewriting import ordered
-from workbench.validation.words import Array, Integers
+from workbench.validation.refusals import Array, Integers
 
 FUSED = {"fma", "fms", "fnma"}  # of which the first two operands may change places
 WORTH = 0.65  # of all nodes: if no more are left, the graphs are alike

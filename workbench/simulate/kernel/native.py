@@ -11,11 +11,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.simulate.job import BLOCKS_OF_A_LOT, PAIRS, Job, Piece, Progress, crew, lots, stages
 from workbench.simulate.kernel import llvm, pairs
 from workbench.simulate.kernel.lowering import lower
 from workbench.simulate.kernel.plan import Plan
+from workbench.validation.refusals import Array
 
 FEW = 2 * PAIRS
 WORTH_COMPILING = 400_000  # steps of blocks, done and to be done, in which better code gains what it costs

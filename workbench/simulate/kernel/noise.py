@@ -25,7 +25,7 @@ import numpy as np
 from workbench.simulate.kernel.arrays import Arrays
 from workbench.simulate.kernel.functions import COSINE, SINE
 from workbench.simulate.kernel.machine import Machine, Number, Value, Word, select
-from workbench.validation.words import Array, Integers
+from workbench.validation.refusals import Array, Integers
 
 ARRAYS = Arrays(fused=False)
 Words = tuple[Word, Word, Word, Word]

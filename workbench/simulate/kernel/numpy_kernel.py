@@ -12,11 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.core.layout import Array
 from workbench.simulate.job import Job, Piece, Progress, crew, pieces
 from workbench.simulate.kernel.arrays import FUNCTIONS, Arrays, Note, Tape
 from workbench.simulate.kernel.evaluation import Evaluation
 from workbench.simulate.kernel.plan import Plan
+from workbench.validation.refusals import Array
 
 RUNS_AT_ONCE = 8192  # the calls of an operation, which threads make one at a time, then cost little beside its work
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from workbench.core.rule import AHEAD, DIVISOR, NODES, WEIGHTS
+from workbench.core.step import AHEAD, DIVISOR, NODES, WEIGHTS
 from workbench.simulate.kernel.graph import Graph, Nodes
 
 

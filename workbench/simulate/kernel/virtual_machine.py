@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Step
-from workbench.core.layout import Array
 from workbench.simulate.job import Job, Progress
+from workbench.validation.refusals import Array
 
 RUNS_AT_ONCE = 1024  # side by side in one call, each of which holds all its steps
 LONGEST = 512  # steps of a marcher to one time: to build it takes as long as to run it ten times

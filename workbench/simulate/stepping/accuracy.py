@@ -14,9 +14,9 @@ from workbench.simulate.stepping.pilot import NOTHING, pilot_runs
 from workbench.simulate.stepping.schedule import Make, Schedule, run, step_of
 from workbench.simulate.stepping.stability import StepLimit, schedule_limits, tightest
 from workbench.simulate.trajectories import Trajectories
-from workbench.validation.doors import answer, door
-from workbench.validation.kinds import KindError, fit_of
-from workbench.validation.words import Array, positive, whole
+from workbench.validation.refusals import Array, positive, whole
+from workbench.validation.signatures import answer, door
+from workbench.validation.type_hints import KindError, fit_of
 
 # The metrics of each run by name, (B, k), from trajectories that have its state at the horizon.
 Score = Callable[[Trajectories], Mapping[str, Array]]

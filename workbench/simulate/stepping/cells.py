@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.validation.words import multiple, positive, seconds
+from workbench.validation.refusals import multiple, positive, seconds
 
 COUNT = 100  # cells of a horizon, or about that many
 LADDER = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000)

@@ -25,8 +25,8 @@ from workbench.simulate.request import rows_of
 from workbench.simulate.stepping.cells import cells_of, lost
 from workbench.simulate.stepping.schedule import Make, Schedule, march, step_of
 from workbench.simulate.stepping.stability import longest_steps, modes_at
-from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers, several, whole
+from workbench.validation.refusals import Array, Integers, several, whole
+from workbench.validation.signatures import door
 
 METHODS = ("rk4", "rkc3", "rkc5", "rkc10")
 INSTANTS = 50  # at which the Jacobian is looked at, over the horizon

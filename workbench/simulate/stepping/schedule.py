@@ -15,9 +15,9 @@ from workbench.simulate.job import Job, Progress
 from workbench.simulate.marches import arithmetic_of, march_of
 from workbench.simulate.request import afford, rows_of, told
 from workbench.simulate.trajectories import Trajectories
-from workbench.validation.doors import answer, door
-from workbench.validation.kinds import KindError, fit_of
-from workbench.validation.words import Array, Integers, finite, seconds, several, whole
+from workbench.validation.refusals import Array, Integers, finite, seconds, several, whole
+from workbench.validation.signatures import answer, door
+from workbench.validation.type_hints import KindError, fit_of
 
 # (method, h) -> the step of length h [s] by that method, all with the same states and parameters.
 Make = Callable[[str, float], Step]

@@ -12,7 +12,7 @@ from workbench.simulate.stepping.pilot import NOTHING
 from workbench.simulate.stepping.schedule import Make
 from workbench.simulate.stepping.stability import longest_steps, modes_at
 from workbench.simulate.trajectories import Trajectories
-from workbench.validation.words import Array
+from workbench.validation.refusals import Array
 
 HALVINGS = 12
 STATES = 4  # of a run at which its modes are looked at

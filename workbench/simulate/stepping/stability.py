@@ -10,11 +10,11 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.rows import rows
+from workbench.core.expressions import rows
 from workbench.simulate.stepping.schedule import Make, Schedule, run
 from workbench.simulate.trajectories import Trajectories
-from workbench.validation.doors import door
-from workbench.validation.words import Array, whole
+from workbench.validation.refusals import Array, whole
+from workbench.validation.signatures import door
 
 POINTS = 400  # of a run, at which its Jacobian is looked at
 

@@ -8,8 +8,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from workbench.notation.formula import Formula
-from workbench.validation.doors import door
-from workbench.validation.words import Array, described
+from workbench.validation.refusals import Array, described
+from workbench.validation.signatures import door
 
 __all__ = ["STYLES", "Array", "Band", "Label", "Series", "Style", "check_style", "store"]
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from workbench.study.document.curves import Label
 from workbench.study.document.shapes import Bars, HeatMap, Mark, Tiles
-from workbench.validation.doors import door
-from workbench.validation.words import Array, described
+from workbench.validation.refusals import Array, described
+from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,8 @@ from typing import Any, ClassVar, TypeAlias
 import numpy as np
 
 from workbench.study.document.curves import Band, Label, Series, Style, check_style, store
-from workbench.validation.doors import door
-from workbench.validation.words import Array, described, positive, refusal, whole
+from workbench.validation.refusals import Array, described, positive, refusal, whole
+from workbench.validation.signatures import door
 
 Spans: TypeAlias = tuple[tuple[Array, ...], tuple[Array, ...]]
 

@@ -11,8 +11,8 @@ from scipy.special import ndtri
 
 from workbench.study.uncertainty.design import uniforms
 from workbench.study.uncertainty.outputs import check_size
-from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers
+from workbench.validation.refusals import Array, Integers
+from workbench.validation.signatures import door
 
 BLOCK = 2**22  # counts in memory at once
 BEYOND = 2  # resamples above a quantile, below which they cannot tell it

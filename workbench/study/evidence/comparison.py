@@ -13,9 +13,9 @@ from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.estimands import Estimand, Median, Success, blur, flaw, intervals
 from workbench.study.evidence.paired import Paired
 from workbench.study.uncertainty.outputs import LARGEST, Flags, t_quantile
-from workbench.validation.doors import door
-from workbench.validation.words import Array, whole
-from workbench.validation.words import seed as as_seed
+from workbench.validation.refusals import Array, whole
+from workbench.validation.refusals import seed as as_seed
+from workbench.validation.signatures import door
 
 RESAMPLES = 4000
 MEDIAN = Median()

@@ -20,8 +20,8 @@ from workbench.study.evidence.bootstrap import (
 )
 from workbench.study.uncertainty.outputs import LEAST_SPREAD, Flags
 from workbench.study.uncertainty.quantiles import share as share_of
-from workbench.validation.doors import door
-from workbench.validation.words import Array, finite
+from workbench.validation.refusals import Array, finite
+from workbench.validation.signatures import door
 
 BEYOND = 10  # draws on each side of a quantile, below which no interval of it or of a tail holds what it says
 

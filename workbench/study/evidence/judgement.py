@@ -11,7 +11,7 @@ import numpy as np
 from workbench.study.evidence.comparison import RESAMPLES, Comparison, compare
 from workbench.study.evidence.estimands import Estimand, Success, unit_of, words_of
 from workbench.study.evidence.paired import Paired
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)

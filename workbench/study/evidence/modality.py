@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.study.uncertainty.design import uniforms
-from workbench.validation.words import Array, Integers
+from workbench.validation.refusals import Array, Integers
 
 RESAMPLES = 2000
 BESIDE = 10  # draws on each side of a gap that are held against it

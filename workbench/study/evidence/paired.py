@@ -11,8 +11,8 @@ import numpy as np
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.monte_carlo import LatinHypercube, MonteCarlo
 from workbench.study.uncertainty.outputs import as_outputs, check_size
-from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers, described, known
+from workbench.validation.refusals import Array, Integers, described, known
+from workbench.validation.signatures import door
 
 LEAST = 20  # draws, below which no interval here holds what it says
 

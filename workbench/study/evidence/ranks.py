@@ -10,7 +10,7 @@ from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.paired import Paired
 from workbench.study.uncertainty.outputs import Flags, t_quantile
 from workbench.study.uncertainty.quantiles import share
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from workbench.study.evidence.judgement import Judgement, least_of
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from workbench.study.evidence.comparison import Comparison
 from workbench.study.evidence.estimands import Success, unit_of, words_of
 from workbench.study.evidence.judgement import Judgement, listed
 from workbench.study.evidence.ranks import Ranks
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 BOLD = "Bold: significantly better than each other law."
 HALF = "in brackets the half-width of its interval, in units of the last digits"

@@ -14,9 +14,9 @@ from workbench.study.evidence.modality import RESAMPLES, dip, gap, least_dip
 from workbench.study.evidence.paired import Paired
 from workbench.study.uncertainty.design import uniforms
 from workbench.study.uncertainty.outputs import Flags, t_quantile
-from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers
-from workbench.validation.words import seed as as_seed
+from workbench.validation.refusals import Array, Integers
+from workbench.validation.refusals import seed as as_seed
+from workbench.validation.signatures import door
 
 WORST = 0.1  # part of the draws whose part of the total tells a heavy tail
 

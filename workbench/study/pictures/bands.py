@@ -13,7 +13,7 @@ from workbench.study.document.curves import STYLES, Array
 from workbench.study.document.document import Band, Figure, Label, Panel, Series
 from workbench.study.pictures.parts import by_law, captioned, number, scale_of, stretches, times_of
 from workbench.study.uncertainty.quantiles import Quantiles
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 TOGETHER = 3  # laws whose bands still can be told apart in one panel
 

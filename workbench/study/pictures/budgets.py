@@ -10,7 +10,7 @@ from workbench.study.document.cells import Column, Phrase, Table
 from workbench.study.document.curves import STYLES, Array
 from workbench.study.document.document import Band, Figure, Label, Panel, Series
 from workbench.study.pictures.parts import by_law, captioned, require_array, scale_of, stretches
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 
 @door

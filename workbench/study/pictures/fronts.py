@@ -10,8 +10,8 @@ from workbench.study.document.cells import Column, Phrase, Table
 from workbench.study.document.curves import STYLES, Array
 from workbench.study.document.document import Figure, Label, Panel, Series
 from workbench.study.pictures.parts import by_law, captioned, require_array, scale_of
-from workbench.validation.doors import door
-from workbench.validation.words import Integers
+from workbench.validation.refusals import Integers
+from workbench.validation.signatures import door
 
 MARKED = 15  # points of a front, at most, so that marks do not cover one another
 SOME = f"Of a front of more points {MARKED} are marked."

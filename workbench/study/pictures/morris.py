@@ -14,7 +14,7 @@ from workbench.study.document.document import Figure, Panel, Points, Series
 from workbench.study.pictures.parts import BEYOND, DECADE, Labels, captioned, each, number, refusals, with_unit, written
 from workbench.study.uncertainty.effects import MorrisEffects
 from workbench.study.uncertainty.outputs import Estimate
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 MU_STAR, SIGMA = Symbol("mu", mark="*"), Symbol("sigma")
 LEAST = 0.02  # of the other axis that an axis spans: below lies rounding

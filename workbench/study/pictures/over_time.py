@@ -12,7 +12,7 @@ from workbench.study.document.document import Band, Figure, Panel, Series
 from workbench.study.pictures.parts import Labels, captioned, number, scale_of_shares, stretches, times_of, written
 from workbench.study.uncertainty.indices import SobolIndices
 from workbench.study.uncertainty.outputs import Estimate
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 BEYOND = "An interval that reaches the edge goes on beyond the axes."
 FEW_BANDS = "Intervals are drawn of the three factors with the largest ST alone, so that they can be told apart."

@@ -13,7 +13,7 @@ from workbench.study.uncertainty.effects import MorrisEffects
 from workbench.study.uncertainty.indices import SobolIndices
 from workbench.study.uncertainty.outputs import Estimate, check_size
 from workbench.study.uncertainty.tornado import Tornado
-from workbench.validation.words import Integers
+from workbench.validation.refusals import Integers
 
 Labels: TypeAlias = Mapping[str, Label] | None
 DECADE = 10.0  # the ratio of the largest number to the least from which on an axis is logarithmic

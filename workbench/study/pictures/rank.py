@@ -9,8 +9,8 @@ import numpy as np
 from workbench.study.document.cells import Column, Phrase, Table
 from workbench.study.document.document import Bars, Figure, Panel
 from workbench.study.pictures.parts import by_law, captioned, require_array
-from workbench.validation.doors import door
-from workbench.validation.words import Array
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 
 ORDER = "Laws stand in the order of their mean ranks."
 ROUNDING = 1e-9  # by which probabilities may miss a sum of 1

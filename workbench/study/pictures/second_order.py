@@ -9,7 +9,7 @@ from workbench.study.document.document import Figure, HeatMap, Panel
 from workbench.study.pictures.parts import Labels, captioned, each, number, refusals, written
 from workbench.study.uncertainty.indices import SobolIndices
 from workbench.study.uncertainty.outputs import Estimate
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 DARKEST = 0.1  # the least index whose cell may be as dark as can be
 ALONE = "Grey: the interval holds 0, so that these runs are too few to tell it from 0."

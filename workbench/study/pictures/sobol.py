@@ -8,8 +8,8 @@ from workbench.study.document.cells import Column, Phrase, Table
 from workbench.study.document.document import Bars, Figure, Panel
 from workbench.study.pictures.parts import BEYOND, Labels, captioned, each, number, refusals, scale_of_shares, written
 from workbench.study.uncertainty.indices import SobolIndices
-from workbench.validation.doors import door
-from workbench.validation.words import Integers
+from workbench.validation.refusals import Integers
+from workbench.validation.signatures import door
 
 UNKNOWN = "Where a bar has no interval, it is not known."
 BAR = 0.36  # of a row: the thickness of the bar of one index

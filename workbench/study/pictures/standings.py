@@ -11,8 +11,8 @@ from workbench.study.document.cells import Cell, Column, Phrase, Table, check_ph
 from workbench.study.document.document import Figure, Panel, Tiles
 from workbench.study.evidence import Comparison, Intervals, Success
 from workbench.study.pictures.parts import captioned, number
-from workbench.validation.doors import door
-from workbench.validation.words import Array, known
+from workbench.validation.refusals import Array, known
+from workbench.validation.signatures import door
 
 Text: TypeAlias = tuple[str, ...]
 BEYOND = 4.0  # times the best level of a column: the end of the scale

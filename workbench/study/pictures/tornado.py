@@ -9,7 +9,7 @@ from workbench.study.document.curves import STYLES
 from workbench.study.document.document import Bars, Figure, Panel, Series
 from workbench.study.pictures.parts import Labels, captioned, each, number, refusals, with_unit, written
 from workbench.study.uncertainty.tornado import Tornado
-from workbench.validation.doors import door
+from workbench.validation.signatures import door
 
 LEVEL = 0.36  # of a row: the thickness of the bar of one level
 

@@ -7,8 +7,8 @@ from math import ceil
 
 from workbench.study.tuning.contract import Objective, Trial, Tuning
 from workbench.study.uncertainty.factors import Factor
-from workbench.validation.doors import door
-from workbench.validation.words import known, positive
+from workbench.validation.refusals import known, positive
+from workbench.validation.signatures import door
 
 WIDTH = 8  # runs of one vector of the widest processors: a population is a multiple of it
 

@@ -12,8 +12,8 @@ from workbench.study.document.cells import check_name
 from workbench.study.run import Run
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.factors import Factor
-from workbench.validation.doors import door
-from workbench.validation.words import Array, described, finite, known, multiple, seed, text, whole
+from workbench.validation.refusals import Array, described, finite, known, multiple, seed, text, whole
+from workbench.validation.signatures import door
 
 LEAST = 4  # members of a population, of which a new point is made
 GAIN = 0.01  # of the objective: a search that gains no more in a window has settled
@@ -134,7 +134,7 @@ class Tuning:
         for (name, end), why in self.physical.items():
             known(name, ranges, f"factors of `Tuning({self.name!r}, physical=...)`")
             known(end, ENDS, "ends of a range")
-            text(f"Tuning({self.name!r}, physical=...) at the {end} end of '{name}'", why, empty=False)
+            text(f"Tuning({self.name!r}, physical=...) at the {end} end of '{name}'", why)
 
     def _check_budget(self) -> None:
         call = f"Tuning({self.name!r}"

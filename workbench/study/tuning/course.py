@@ -10,8 +10,8 @@ import numpy as np
 from workbench.claims.evolution import Flags
 from workbench.study.sample import Sample
 from workbench.study.tuning.contract import GAIN, Tuning
-from workbench.validation.doors import door
-from workbench.validation.words import Array
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from workbench.study.sweep import Sweep
 from workbench.study.tuning.contract import Trial, Tuning
 from workbench.study.uncertainty.design import AbstractDesign
 from workbench.study.uncertainty.distributions import AbstractDistribution
-from workbench.validation.words import Array
+from workbench.validation.refusals import Array
 
 # Points of a search that are run again at half the step: as many as one vector of the widest processors holds.
 FINALISTS = 8

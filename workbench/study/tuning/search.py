@@ -18,8 +18,8 @@ from workbench.study.tuning.course import Course, have_values, reasons_of
 from workbench.study.tuning.ready import FINALISTS, Ready, ready
 from workbench.study.tuning.tuned import Tuned
 from workbench.study.uncertainty.explicit import Listed
-from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers, several, vector
+from workbench.validation.refusals import Array, Integers, several, vector
+from workbench.validation.signatures import door
 
 ROUNDING = 1e-9  # relative, of an objective that sums in another order
 

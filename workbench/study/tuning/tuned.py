@@ -15,8 +15,8 @@ from workbench.study.sample import Sample
 from workbench.study.tuning.contract import NOISES, Tuning
 from workbench.study.tuning.course import Course, courses, percent, reasons_of, share
 from workbench.study.uncertainty.factors import Space
-from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers, known, vector, whole
+from workbench.validation.refusals import Array, Integers, known, vector, whole
+from workbench.validation.signatures import door
 
 # Beyond these a search is said to be in doubt.
 EDGE = 0.01  # of a range, from its end: of the range of logarithms, if that is what is searched

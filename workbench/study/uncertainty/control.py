@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.study.uncertainty.saltelli import SCRAMBLES, SobolDesign
-from workbench.validation.words import Array
+from workbench.validation.refusals import Array
 
 EACH = 4  # runs for each coefficient, below which a fit follows the runs instead of the function
 

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
-from workbench.validation.words import Array, whole
+from workbench.validation.refusals import Array, whole
 
 # No random point comes nearer to a face of the cube, where a normal number would be infinite: the middle of the outer
 # one of 2^30 cells, which is all that a Sobol sequence of 30 bits can tell apart.

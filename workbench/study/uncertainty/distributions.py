@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from workbench.study.uncertainty.design import MARGIN
-from workbench.validation.doors import door
-from workbench.validation.words import Array, finite, numbers
+from workbench.validation.refusals import Array, finite, numbers
+from workbench.validation.signatures import door
 
 LEAST_SHARE = 1e-9  # of a bell between its cuts
 

@@ -19,8 +19,8 @@ from workbench.study.uncertainty.outputs import (
     refuse_all,
     t_quantile,
 )
-from workbench.validation.doors import door
-from workbench.validation.words import Array
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.study.uncertainty.control import exact, polynomials
 from workbench.study.uncertainty.outputs import Estimate, Flags
 from workbench.study.uncertainty.saltelli import SCRAMBLES, SobolDesign
-from workbench.validation.words import Array
+from workbench.validation.refusals import Array
 
 Means = dict[str, Array]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from workbench.study.uncertainty.design import AbstractDesign, span
-from workbench.validation.doors import door
-from workbench.validation.words import Array
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)

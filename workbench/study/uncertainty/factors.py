@@ -13,8 +13,8 @@ from workbench.study.document.cells import raised
 from workbench.study.document.document import Cell, Column, Table
 from workbench.study.provenance import Given, Mark
 from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
-from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers, nearest, numbers
+from workbench.validation.refusals import Array, Integers, nearest, numbers
+from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from workbench.core import Ode, Step
 from workbench.metrics import AbstractMetric
 from workbench.metrics.final import final_values
 from workbench.simulate import simulate
-from workbench.validation.words import Array
+from workbench.validation.refusals import Array
 
 
 def slopes(

@@ -13,7 +13,7 @@ from workbench.metrics import AbstractMetric
 from workbench.metrics.final import final_values
 from workbench.simulate import simulate
 from workbench.simulate.marches import continued
-from workbench.validation.words import Array
+from workbench.validation.refusals import Array
 
 SHIFTS = 1e-3 * np.array([-2.0, -1.0, 1.0, 2.0])  # of a difference of fourth order through the last formula of a metric
 WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12e-3

@@ -23,8 +23,8 @@ from workbench.study.uncertainty.outputs import (
     t_quantile,
 )
 from workbench.study.uncertainty.saltelli import SCRAMBLES, SobolDesign
-from workbench.validation.doors import door
-from workbench.validation.words import Array, known
+from workbench.validation.refusals import Array, known
+from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import pandas as pd

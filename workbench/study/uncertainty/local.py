@@ -10,13 +10,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode, Sampled
-from workbench.core.ode import instructions
+from workbench.core.expressions import instructions
 from workbench.metrics import AbstractMetric, measured
 from workbench.metrics.accumulated import resolved
 from workbench.study.uncertainty.finite_differences import slopes
 from workbench.study.uncertainty.gradients import gradients
-from workbench.validation.doors import door
-from workbench.validation.words import Array, described, known, seconds, vector
+from workbench.validation.refusals import Array, described, known, seconds, vector
+from workbench.validation.signatures import door
 
 # Widths of differences, relative to the number, and how far, relative to the slope, a gradient may be from them: over
 # the narrow one truncation and rounding are about 1e-8, over the wide one it must be of use to a designer.

@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from workbench.study.uncertainty.design import AbstractDesign, span, uniforms
-from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers, seed, whole
+from workbench.validation.refusals import Array, Integers, seed, whole
+from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.study.uncertainty.design import AbstractDesign, span, uniforms
-from workbench.validation.doors import door
-from workbench.validation.words import Array, seed, whole
+from workbench.validation.refusals import Array, seed, whole
+from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True)

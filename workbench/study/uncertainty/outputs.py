@@ -10,8 +10,8 @@ import numpy as np
 from scipy.special import stdtrit
 
 from workbench.study.uncertainty.design import AbstractDesign
-from workbench.validation.doors import door
-from workbench.validation.words import Array, as_array, described, known
+from workbench.validation.refusals import Array, as_array, described, known
+from workbench.validation.signatures import door
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 

@@ -11,8 +11,8 @@ from scipy.special import bdtr, betaincinv
 
 from workbench.study.uncertainty.monte_carlo import LatinHypercube, MonteCarlo
 from workbench.study.uncertainty.outputs import as_outputs, check_shape, columns_of, t_quantile
-from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers, described
+from workbench.validation.refusals import Array, Integers, described
+from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)

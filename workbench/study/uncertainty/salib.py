@@ -11,9 +11,9 @@ import numpy as np
 from workbench.study.uncertainty.indices import SobolIndices, sobol
 from workbench.study.uncertainty.outputs import Estimate, columns_of
 from workbench.study.uncertainty.saltelli import SobolDesign
-from workbench.validation.doors import door
-from workbench.validation.words import Array, whole
-from workbench.validation.words import seed as as_seed
+from workbench.validation.refusals import Array, whole
+from workbench.validation.refusals import seed as as_seed
+from workbench.validation.signatures import door
 
 
 @door

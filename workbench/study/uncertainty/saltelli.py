@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.study.uncertainty.design import MARGIN, AbstractDesign, span
-from workbench.validation.doors import door
-from workbench.validation.words import Array, seed, whole
+from workbench.validation.refusals import Array, seed, whole
+from workbench.validation.signatures import door
 
 SCRAMBLES = 4  # see SobolDesign
 MOST_DIMENSIONS = 21_201 // 2  # of which SciPy has direction numbers, half for A and half for B

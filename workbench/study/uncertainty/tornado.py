@@ -10,8 +10,8 @@ import numpy as np
 
 from workbench.study.uncertainty.one_at_a_time import OneAtATime
 from workbench.study.uncertainty.outputs import check_shape, columns_of, factor_names, outputs_of, place_of, refuse_all
-from workbench.validation.doors import door
-from workbench.validation.words import Array, Integers
+from workbench.validation.refusals import Array, Integers
+from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)

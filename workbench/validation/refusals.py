@@ -1,7 +1,7 @@
-"""The one vocabulary of refusals: each function returns a clean value, or says in one sentence what does not fit.
+"""The vocabulary of refusals: each function returns a clean value, or raises one sentence that says what does not fit.
 
-`call` names the argument as its user wrote it, as in "Run(h=...)"; `of` says what is counted: " of seconds". What is
-refused is a `ValueError`, a name that nothing has a `LookupError`.
+`call` names the argument as its user wrote it, as in "Run(h=...)"; `of` says what is counted: " of seconds". A value is
+refused by a `ValueError`, an unknown name by a `LookupError`.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from __future__ import annotations
 import difflib
 import inspect
 import reprlib
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ WORDS = {int: "a whole number", float: "a number", bool: "True or False", str: "
 
 
 def refusal(call: str, must: str, value: object, advice: str = "") -> ValueError:
-    """The refusal of a value: what the argument must be, and what came."""
+    """The error that says what an argument must be, and what came."""
     return ValueError(f"`{call}` must be {must}; got {described(value)}{advice}.")
 
 
@@ -36,26 +36,18 @@ def require(call: str, value: object, kind: type, advice: str = "") -> Any:
 
 
 def way(kind: type, value: object) -> str:
-    """How a value becomes one of a kind, for a message: `WAYS` of the kind says it by the name of the value's class."""
+    """The advice that the table `WAYS` of a class has for a value of another class; empty if it has none."""
     known = getattr(kind, "WAYS", {}).get(type(value).__name__, "")
     return known and f": {known}"
 
 
 def raised(error: BaseException) -> str:
-    """What a function of the user's own raised, on one short line."""
+    """The class and the message of an error of the user's own function, on one short line."""
     try:
-        said = " ".join(str(error).split())
-    except Exception:  # whatever an error says when it is asked for itself
-        said = ""
-    said = "".join(c if c.isprintable() else " " for c in said)
-    return f"{type(error).__name__}{said and f': {said[: 4 * LONGEST]}'}"
-
-
-def function(call: str, value: object, of: str = "") -> Callable[..., Any]:
-    """A function, or anything else that can be called; `of` says of what it is one: " of signals"."""
-    if not callable(value):
-        raise refusal(call, f"a function{of}", value)
-    return value
+        message = "".join(c if c.isprintable() else " " for c in " ".join(str(error).split()))
+    except Exception:  # an error may raise another one when it is asked for its text
+        message = ""
+    return f"{type(error).__name__}{message and f': {message[: 4 * LONGEST]}'}"
 
 
 def several(call: str, value: object, kind: type, least: int = 0) -> tuple[Any, ...]:
@@ -71,18 +63,16 @@ def several(call: str, value: object, kind: type, least: int = 0) -> tuple[Any, 
     return tuple(value)
 
 
-def text(call: str, value: object, *, empty: bool = True) -> str:
-    """Text that can be written to a file, and unless `empty` says something."""
+def text(call: str, value: object) -> str:
+    """Text that can be written to a file and is not blank."""
     clean = as_text(value)
-    if clean is None or not (empty or clean.strip()):
-        surrogates = isinstance(value, str) and clean is None
-        must = "text in characters that can be written, no lone surrogates" if surrogates else "text"
-        raise refusal(call, must if empty else f"{must} that says something", value)
+    if clean is None or not clean.strip():
+        raise refusal(call, "text that says something, in characters that can be written", value)
     return clean
 
 
 def name(call: str, value: object) -> str:
-    """A name: text that can be printed in one line, as messages and tables print it."""
+    """Text that messages and tables can print in one line."""
     clean = as_text(value)
     if not clean or not clean.isprintable() or len(clean) > LONGEST_NAME:
         raise refusal(call, f"a name, at most {LONGEST_NAME} characters that can be printed in a line", value)
@@ -93,13 +83,13 @@ def one_of(call: str, value: object, choices: Iterable[str]) -> str:
     """One of a few words."""
     known = list(choices)
     if not isinstance(value, str) or value not in known:
-        near = nearest(value, known) if isinstance(value, str) else ""
-        raise ValueError(f"`{call}` is one of {', '.join(map(repr, known))}; got {described(value)}.{near}")
+        all_of_them = ", ".join(map(repr, known))
+        raise ValueError(f"`{call}` is one of {all_of_them}; got {described(value)}.{nearest(value, known)}")
     return str(value)
 
 
 def known(name: object, names: Iterable[str], of: str) -> str:
-    """A name of those known, where `of` says what they name ("parameters of this loop"), or a `LookupError`."""
+    """One of the known names, where `of` says what they name ("parameters of this loop"); else a `LookupError`."""
     held = list(names)
     if isinstance(name, str) and name in held:
         return str(name)
@@ -110,7 +100,7 @@ def known(name: object, names: Iterable[str], of: str) -> str:
 
 
 def whole(call: str, value: object, least: int = 1, most: int | None = None, of: str = "", why: str = "") -> int:
-    """A whole number from `least` to `most`, which is 2^53 where it is not told; `why` is said behind a comma."""
+    """A whole number from `least` to `most`, by default 2^53; `why` is a clause that gives the reason."""
     clean, top = as_whole(value), MOST if most is None else most
     if clean is None or not least <= clean <= top:
         beyond = most is not None or (clean is not None and clean > top)
@@ -152,7 +142,7 @@ def seconds(call: str, value: object) -> float:
 
 
 def multiple(call: str, span: float, unit: float, of: str) -> int:
-    """How many units make up a span, both in s; `of` names the unit."""
+    """The number of units in a span, both in s; `of` names the unit."""
     count = span / unit
     if count > MOST:
         raise ValueError(f"`{call}` must be at most 2^53 times {of} {unit:g} s, to be counted; got {span:g} s.")
@@ -163,16 +153,16 @@ def multiple(call: str, span: float, unit: float, of: str) -> int:
 
 
 def numbers(call: str, value: object, ndim: int | None = None) -> Array:
-    """A new array of doubles, of `ndim` axes if told; no text, truths, complex numbers, objects or ragged lists."""
+    """A new array of doubles, of `ndim` axes if that is given."""
     array = as_array(value)
     if array is None or (ndim is not None and array.ndim != ndim):
-        must = {None: "a number or an array of numbers", 0: "a single number", 1: "a vector of numbers"}
-        raise refusal(call, must.get(ndim, "a matrix of numbers" if ndim == 2 else f"numbers on {ndim} axes"), value)
+        kinds = {0: "a single number", 1: "a vector of numbers", 2: "a matrix of numbers"}
+        raise refusal(call, "a number or an array of numbers" if ndim is None else kinds[ndim], value)
     return array
 
 
 def vector(call: str, value: object, size: int, of: str) -> Array:
-    """A vector (size,), or a row or a column, of which nothing is repeated; `of` says what is counted."""
+    """A vector (size,), also from a row or a column; `of` says what its numbers belong to."""
     array = as_array(value)
     if array is None:
         raise refusal(call, "a vector of numbers", value)
@@ -182,7 +172,7 @@ def vector(call: str, value: object, size: int, of: str) -> Array:
 
 
 def matrix(call: str, value: object, rows: int | None = None, columns: int | None = None) -> Array:
-    """A matrix of finite numbers, with so many rows and columns where that is told."""
+    """A matrix of finite numbers, with so many rows and columns if they are given."""
     array = numbers(call, value, 2)
     if (rows, columns) != (rows if rows is None else array.shape[0], columns if columns is None else array.shape[1]):
         want = tuple("any" if size is None else size for size in (rows, columns))
@@ -194,14 +184,14 @@ def matrix(call: str, value: object, rows: int | None = None, columns: int | Non
 
 
 def as_whole(value: object) -> int | None:
-    """Python's whole number of any kind of whole number; None of anything else, such as True."""
+    """A whole number of any type as an `int`; None for anything else, such as True."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
     return int(value) if isinstance(value, int | np.integer) and not isinstance(value, bool) else None
 
 
 def as_number(value: object) -> float | None:
-    """Python's float of any kind of real number; None of anything else, such as True or 10**400."""
+    """A real number of any type as a `float`; None for anything else, such as True or 10**400."""
     if type(value) is float:
         return value
     array = as_array(value)
@@ -209,7 +199,7 @@ def as_number(value: object) -> float | None:
 
 
 def as_text(value: object) -> str | None:
-    """Text in characters that can be written; None of anything else."""
+    """Text in characters that can be written; None for anything else."""
     if not isinstance(value, str):
         return None
     try:
@@ -220,22 +210,22 @@ def as_text(value: object) -> str | None:
 
 
 def as_array(value: object) -> Array | None:
-    """A new array of doubles; None of what is none, or becomes infinite, or hides a number behind a mask."""
+    """A new array of doubles; None for what is no array of numbers, overflows, or is masked in part."""
     try:
         array = np.array(value)
         if array.dtype.kind not in "iuf" or np.ma.is_masked(value):
             return None
         with np.errstate(over="raise"):
             return array.astype(np.float64)
-    except Exception:  # whatever an object says of itself when it is asked for its numbers
+    except Exception:  # an object of the user's may raise anything when it is asked for its numbers
         return None
 
 
 def described(value: object, longest: int = LONGEST) -> str:
-    """What a value is, short and without control characters: `a PID, which is an AbstractController`."""
+    """A value in a few printable words: `a PID, which is an AbstractController`."""
     try:
         return "".join(c if c.isprintable() else " " for c in _described(value, longest))
-    except Exception:  # whatever an object says when it is asked for itself
+    except Exception:  # an object of the user's may raise anything when it is asked for its text
         return a(type(value))
 
 
@@ -248,8 +238,8 @@ def _described(value: Any, longest: int) -> str:
         return f"an array of shape {value.shape}" + ("" if value.dtype.kind in "iuf" else f" and kind {value.dtype}")
     if value is None or isinstance(value, bool | int | float | complex | str | bytes | np.generic):
         plain = value.item() if isinstance(value, np.generic) else value
-        shown = repr(plain[:longest] if isinstance(plain, str | bytes) else plain)
-        return shown if len(shown) <= longest else f"{shown[:longest]}..."
+        short = repr(plain[:longest] if isinstance(plain, str | bytes) else plain)
+        return short if len(short) <= longest else f"{short[:longest]}..."
     if type(value) in (list, tuple, dict, set):
         return _SHORT.repr(value)
     bases = [base for base in type(value).__mro__[1:] if inspect.isabstract(base)]
@@ -260,7 +250,6 @@ class _Short(reprlib.Repr):
     """Containers with their first items, each as a message describes it."""
 
     def repr_instance(self, x: Any, level: int) -> str:
-        del level
         return described(x)
 
 
@@ -279,6 +268,6 @@ def name_of(kind: Any) -> str:
 
 
 def nearest(name: object, names: Iterable[str]) -> str:
-    """A question that names the known name nearest to a misspelt one; empty if none is near."""
+    """The question "Did you mean ...?" with the known name nearest to a misspelt one; empty if none is near."""
     close = difflib.get_close_matches(name[:LONGEST], list(names), n=1, cutoff=0.6) if isinstance(name, str) else []
     return f" Did you mean '{close[0]}'?" if close else ""

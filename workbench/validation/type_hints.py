@@ -1,24 +1,24 @@
-"""Kinds: what a type hint takes, and the words for it."""
+"""Type hints: the values that each one takes, made Python's own, and the words for it in a message."""
 
 from __future__ import annotations
 
 import functools
 import types
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 import casadi as ca
 import numpy as np
 
-from workbench.validation.words import WORDS, a, as_array, as_number, as_text, as_whole, described, name_of, way
+from workbench.validation.refusals import WORDS, a, as_array, as_number, as_text, as_whole, described, name_of, way
 
-Fit = Callable[[Any], Any]  # from a value to the same, made to be of the kind, or a `KindError`
-FEW = 3  # kinds that a message names, of more than one beyond them
+Fit = Callable[[Any], Any]  # from a value to the same value in the type of a hint, or a `KindError`
+FEW = 3  # types that a message names, if there are more than four
 SEVERAL = (Sequence, Collection, Iterable, list, tuple)
 
 
 class KindError(Exception):
-    """A value that is not of the kind: what it must be, what came, and where among several."""
+    """A value that does not fit a hint: what it must be, what came, and its place among several."""
 
     def __init__(self, must: str, got: str, place: str = "") -> None:
         self.must, self.got, self.place = must, got, place
@@ -35,22 +35,20 @@ class _Sight(type):
 
 
 class OutOfSight(metaclass=_Sight):
-    """In place of a name that is imported for the type checker alone, or known within a function: it fits anything."""
+    """A stand-in for a name that only the type checker or an inner function knows: it takes any value."""
 
 
 def fit_of(hint: Any) -> Fit:
-    """What makes a value fit a type hint; a type that cannot be asked takes anything."""
+    """The function that makes a value fit a type hint; a type that `isinstance` does not know takes anything."""
     kind, parts = get_origin(hint) or hint, get_args(hint)
     if isinstance(hint, TypeVar):
         return fit_of(hint.__bound__ or Any)
     if kind is Annotated:
         return fit_of(parts[0])
-    if hasattr(kind, "_fields"):
-        return functools.partial(_fit_of_named, kind, tuple(map(fit_of, _hints_of(kind).values())))
     if kind in PLAIN:
         return functools.partial(_plain, PLAIN[kind], words(hint))
     if kind in (Union, types.UnionType):
-        return functools.partial(_fit_of_union, _classes(hint), tuple(map(fit_of, parts)), words(hint))
+        return functools.partial(_union, _classes(hint), tuple(map(fit_of, parts)), words(hint))
     if kind is Literal:
         return functools.partial(_plain, lambda value: value if _among(value, parts) else None, words(hint))
     if kind is np.ndarray:
@@ -58,16 +56,14 @@ def fit_of(hint: Any) -> Fit:
     if kind in SEVERAL and parts:
         several = kind is not tuple or parts[-1] is Ellipsis
         fits = tuple(map(fit_of, parts[:1] if several else parts))
-        return functools.partial(_fit_of_items, kind, _classes(parts[0]) if several else (), fits, several, hint)
+        return functools.partial(_items, kind, _classes(parts[0]) if several else (), fits, several, words(hint))
     if kind in (Mapping, dict) and parts:
-        return functools.partial(_fit_of_mapping, kind, fit_of(parts[0]), fit_of(parts[1]), words(hint))
-    if kind is type and parts:
-        return functools.partial(_plain, lambda value: _class(value, parts[0]), words(hint))
+        return functools.partial(_mapping, kind, fit_of(parts[0]), fit_of(parts[1]), words(hint))
     return functools.partial(_instance, kind, words(hint)) if _can_be_asked(kind) else lambda value: value
 
 
 def words(hint: Any) -> str:
-    """A type as one says it: `an AbstractArm or None`."""
+    """A hint in the words of a message: `an AbstractArm or None`."""
     kind, parts = get_origin(hint) or hint, get_args(hint)
     if kind in (Union, types.UnionType):
         return _or(map(words, parts))
@@ -81,8 +77,6 @@ def words(hint: Any) -> str:
         return f"a tuple of {_kinds(part for part in parts if part is not Ellipsis)}"
     if kind in (Mapping, dict) and parts:
         return f"a mapping from {_kinds(parts[:1])} to {_kinds(parts[1:])}, as a dict is"
-    if kind is type and parts:
-        return f"a class, {name_of(parts[0])} or one made of it"
     return "a function" if kind is Callable else WORDS.get(kind) or a(kind)
 
 
@@ -93,14 +87,14 @@ def _kinds(hints: Iterable[Any]) -> str:
 
 
 def _or(options: Iterable[str]) -> str:
-    """The options in a sentence, of many the first ones."""
+    """The options in a sentence; of many, the first ones and a count of the others."""
     named = list(dict.fromkeys(options))
     rest = [f"{len(named) - FEW} other kinds"] if len(named) > FEW + 1 else []
     return " or ".join(named[:FEW] + rest if rest else named)
 
 
 def _classes(hint: Any) -> tuple[type, ...]:
-    """The classes of a hint whose instances fit as they are."""
+    """The classes of a hint whose instances need no conversion."""
     options = get_args(hint) if _is_union(hint) else (hint,)
     return tuple(k for k in options if isinstance(k, type) and k not in PLAIN and _can_be_asked(k))
 
@@ -110,13 +104,13 @@ def _is_union(hint: Any) -> bool:
 
 
 def _is_whole(parts: tuple[Any, ...]) -> bool:
-    """Whether an array's type is one of whole numbers."""
+    """True for the type of an array of whole numbers."""
     scalar = (get_args(parts[-1]) or (float,))[0] if parts else float
     return issubclass(get_origin(scalar) or scalar, np.integer)
 
 
 def _can_be_asked(kind: Any) -> bool:
-    """Whether `isinstance` takes a kind: no protocol, and nothing that is out of sight."""
+    """True if `isinstance` takes a type: a protocol, say, it does not."""
     try:
         isinstance(None, kind)
     except TypeError:
@@ -142,7 +136,7 @@ def _truth(value: Any) -> bool | None:
 
 
 def _expression(value: Any) -> ca.SX | None:
-    """An expression as it is, numbers as one without symbols."""
+    """An expression unchanged, numbers as an expression without symbols."""
     if isinstance(value, ca.SX):
         return value
     array = as_array(value)
@@ -150,26 +144,22 @@ def _expression(value: Any) -> ca.SX | None:
 
 
 def _array(value: Any) -> Any:
-    """An array of doubles as it is, as it may be large, and others as a new one."""
+    """An array of doubles without a copy, as it may be large; any other one as a new array of doubles."""
     return value if type(value) is np.ndarray and value.dtype == np.float64 else as_array(value)
 
 
 def _whole_array(value: Any) -> Any:
-    """Whole numbers that an `int64` holds, as such."""
+    """An array of whole numbers that an `int64` holds."""
     array = as_array(value)
     if array is None or not (np.isfinite(array) & (array == np.rint(array))).all():
         return None
     given = np.array(value)
-    held = given.size == 0 or (int(given.min()) >= -(2**63) and int(given.max()) < 2**63)
-    return given.astype(int) if held else None
+    fits = given.size == 0 or (int(given.min()) >= -(2**63) and int(given.max()) < 2**63)
+    return given.astype(int) if fits else None
 
 
 def _among(value: Any, choices: tuple[Any, ...]) -> bool:
     return any(type(value) is type(choice) and value == choice for choice in choices)
-
-
-def _class(value: Any, parent: Any) -> Any:
-    return value if isinstance(value, type) and issubclass(value, get_origin(parent) or parent) else None
 
 
 PLAIN: dict[Any, Fit] = {
@@ -182,7 +172,7 @@ PLAIN: dict[Any, Fit] = {
 }
 
 
-def _fit_of_union(asked: tuple[type, ...], fits: tuple[Fit, ...], must: str, value: Any) -> Any:
+def _union(asked: tuple[type, ...], fits: tuple[Fit, ...], must: str, value: Any) -> Any:
     if isinstance(value, asked):
         return value
     misfits = []
@@ -191,40 +181,33 @@ def _fit_of_union(asked: tuple[type, ...], fits: tuple[Fit, ...], must: str, val
             return fit(value)
         except KindError as misfit:
             misfits.append(misfit)
-    most = max(misfits, key=lambda misfit: (len(misfit.place), len(misfit.got)))  # which item, or what is to be done
+    most = max(misfits, key=lambda misfit: (len(misfit.place), len(misfit.got)))  # the one that tells most
     raise KindError(must, most.got, most.place)
 
 
-def _hints_of(kind: Any) -> dict[str, Any]:
-    """The types of a named tuple's fields, of which some have none."""
-    return dict.fromkeys(kind._fields, Any) | get_type_hints(kind)
-
-
-def _fit_of_items(
-    kind: Any, asked: tuple[type, ...], fits: tuple[Fit, ...], several: bool, hint: Any, value: Any
-) -> Any:
-    """A tuple, or the list that is asked for, of items that fit; text is none, though it has letters."""
+def _items(kind: Any, asked: tuple[type, ...], fits: tuple[Fit, ...], several: bool, must: str, value: Any) -> Any:
+    """A tuple, or the list that the hint names, of items that fit; text is refused, though it has letters."""
     if type(value) is tuple and asked and kind is not list and all(isinstance(item, asked) for item in value):
         return value
     try:
         if isinstance(value, str | bytes | Mapping) or (kind is not Iterable and not hasattr(value, "__getitem__")):
             raise TypeError
         items = tuple(value)
-    except Exception:  # whatever an object says when it is asked for its items
-        raise KindError(words(hint), described(value) + (_alone(fits[0], value) if several else "")) from None
+    except Exception:  # an object of the user's may raise anything when it is asked for its items
+        raise KindError(must, described(value) + (_alone(fits[0], value) if several else "")) from None
     if not several and len(items) != len(fits):
-        raise KindError(words(hint), f"{len(items)} of them")
+        raise KindError(must, f"{len(items)} of them")
     fitting = []
     for i, item in enumerate(items):
         try:
             fitting.append(fits[0 if several else i](item))
         except KindError as misfit:
-            raise KindError(words(hint), misfit.got, f"[{i}]{misfit.place}") from None
+            raise KindError(must, misfit.got, f"[{i}]{misfit.place}") from None
     return fitting if kind is list else tuple(fitting)
 
 
 def _alone(fit: Fit, value: Any) -> str:
-    """What is to be done where one item came in place of several."""
+    """The advice for one item that came in place of several."""
     try:
         fit(value)
     except KindError:
@@ -232,20 +215,7 @@ def _alone(fit: Fit, value: Any) -> str:
     return ": one alone is written `(...,)`, with its comma"
 
 
-def _fit_of_named(kind: Any, fits: tuple[Fit, ...], value: Any) -> Any:
-    """A named tuple whose fields fit."""
-    if not isinstance(value, kind):
-        raise KindError(a(kind), described(value))
-    fitting = []
-    for name, item, fit in zip(value._fields, value, fits, strict=True):
-        try:
-            fitting.append(fit(item))
-        except KindError as misfit:
-            raise KindError(f"{a(kind)} whose `{name}` is {misfit.must}", misfit.got, misfit.place) from None
-    return kind(*fitting)
-
-
-def _fit_of_mapping(kind: Any, key_fit: Fit, value_fit: Fit, must: str, value: Any) -> Any:
+def _mapping(kind: Any, key_fit: Fit, value_fit: Fit, must: str, value: Any) -> Any:
     if not isinstance(value, kind):
         raise KindError(must, described(value))
     fitting = {}

@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.core.rows import AT_ONCE, rows
+from workbench.core.expressions import AT_ONCE, rows
 
 X, P = ca.SX.sym("x", 2), ca.SX.sym("p")
 PRODUCTS = ca.Function("products", [X, P], [ca.blockcat([[X[0] * P, 0], [X[1], X[0] * X[1]]])])

@@ -1,4 +1,4 @@
-"""A formula in lines, none of them wider than the page."""
+"""Line breaking: a formula in lines that are no wider than the page."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Piece:
-    """What is not broken: its text and width, and what goes before it within a line or at its start."""
+    """An unbroken part: its text and width, and the texts before it within a line and at its start."""
 
     text: str
     width: float
@@ -45,11 +45,10 @@ class Piece:
 
 
 def rows(formula: Formula, markup: AbstractMarkup, width: float) -> list[Row]:
-    """A formula in as many lines as it takes for none to be wider than `width`.
+    """A formula in lines of at most `width`, but for what cannot be broken: a symbol, a number, cases, a matrix.
 
     Sums are broken before their signs, and products before their factors; the entries of a named
-    matrix that is too wide become equations of their own. What cannot be broken (a symbol, a number,
-    cases, a matrix without a name) may stand out.
+    matrix that is too wide become equations of their own.
     """
     writer = Writer(markup)
     if isinstance(formula, System):
@@ -57,7 +56,7 @@ def rows(formula: Formula, markup: AbstractMarkup, width: float) -> list[Row]:
     if not isinstance(formula, Relation) or formula.sign != "=":
         return [Row("", line) for line in lines(formula, writer, width)]
     match formula.left, formula.right:
-        case Symbol() as name, Matrix() as matrix if markup.names_entries and writer.width(formula) > width:
+        case Symbol() as name, Matrix() as matrix if writer.width(formula) > width:
             return rows(System(tuple(equations(name, matrix))), markup, width)
     first, *later = lines(formula.right, writer, width - writer.width(formula.left) - writer.sign)
     equals = markup.row([markup.sign("="), first])

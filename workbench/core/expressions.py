@@ -1,0 +1,124 @@
+"""Expressions of CasADi: checks of their symbols and shapes, their operations, and their values at many points."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
+
+ONE_AT_A_TIME = threading.RLock()  # for `symbols_are_no_numbers`, which changes CasADi's class for all threads
+AT_ONCE = 64  # points of one call: for thousands CasADi takes longer to write down their pattern than their values
+
+
+class SymbolError(TypeError):
+    """A symbol was taken for a number."""
+
+
+@contextlib.contextmanager
+def symbols_are_no_numbers() -> Iterator[None]:
+    """Within this context a symbol refuses to become a number; else CasADi makes it NaN, in silence."""
+
+    def guard(convert: Callable[[ca.SX], Any]) -> Callable[[ca.SX], Any]:
+        def to_number(symbol: ca.SX) -> Any:
+            if not symbol.is_constant():
+                raise SymbolError(f"the symbol '{symbol}' is no number")
+            return convert(symbol)
+
+        return to_number
+
+    with ONE_AT_A_TIME, warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # of CasADi's, on NumPy's functions of its symbols
+        plain = {name: getattr(ca.SX, name) for name in ("__float__", "__int__", "__bool__")}
+        try:
+            for name, method in plain.items():
+                setattr(ca.SX, name, guard(method))
+            yield
+        finally:
+            for name, method in plain.items():
+                setattr(ca.SX, name, method)
+
+
+def refuse_unknown(owner: str, symbols: Mapping[str, ca.SX], **made: ca.SX) -> None:
+    """Refuse an equation whose `symbols` are no plain symbols, or whose expressions `made` hold any others."""
+    letters = ", ".join(symbols)
+    if not all(part.is_valid_input() for part in symbols.values()):
+        raise ValueError(
+            f"`{owner}({letters})` must be plain symbols, as `Layout.symbols()` makes them; got an expression."
+        )
+    held = ca.symvar(ca.vertcat(*map(ca.vec, symbols.values())))
+    if len(held) < (size := sum(part.numel() for part in symbols.values())):
+        raise ValueError(
+            f"`{owner}({letters})` must be {size} symbols, each with one place; got {len(held)} different ones."
+        )
+    known = {symbol.__hash__() for symbol in held}
+    for name, expression in made.items():
+        for symbol in ca.symvar(expression):
+            if symbol.__hash__() not in known:
+                raise ValueError(
+                    f"`{owner}({name}=...)` must be of {letters} alone, as nothing else gets a value; got the symbol "
+                    f"'{symbol.name()}' beside them."
+                )
+
+
+def refuse_misfit(owner: str, name: str, value: ca.SX, rows: int, columns: int, why: str = "") -> None:
+    """Refuse an expression of another shape than (rows, columns), unless both have no entries."""
+    if value.shape != (rows, columns) and (rows * columns, value.numel()) != (0, 0):
+        raise ValueError(
+            f"`{owner}({name}=...)` must have shape ({rows}, {columns}){f', {why}' if why else ''}; got {value.shape}."
+        )
+
+
+@door
+def rows(function: ca.Function, *arguments: Array) -> Array:
+    """The values (n, size) of a function at n points, each column by column; an argument is (n, size) or one row.
+
+    They go through buffers, which cost a quarter of CasADi's own matrices.
+    """
+    sizes = [function.numel_in(i) for i in range(function.n_in())]
+    n = max((len(a) for a in arguments if a.ndim == 2), default=0)
+    if [a.shape[1:] for a in arguments] != [(size,) for size in sizes] or {len(a) for a in arguments} - {n, 1}:
+        raise ValueError(
+            f"`rows(function, ...)` takes arrays (n, {sizes}), or of a single row; got shapes "
+            f"{[a.shape for a in arguments]}."
+        )
+    if function.nnz_out(0) < function.numel_out(0):  # a buffer would get the entries that are not zero alone
+        symbols = function.sx_in()
+        function = ca.Function(function.name(), symbols, [ca.densify(function(*symbols))])
+    side = min(n, AT_ONCE)
+    if n == 0 or function.numel_out(0) == 0:
+        return np.zeros((n, function.numel_out(0)))
+    places = np.minimum(np.arange(-(-n // side) * side), n - 1)
+    values = np.zeros((len(places), function.numel_out(0)))
+    held = [np.array(np.broadcast_to(a, (n, a.shape[1]))[places], dtype=float, order="C") for a in arguments]
+    buffer: Any
+    buffer, evaluate = function.map(side).buffer()
+    for first in range(0, len(places), side):
+        for i, part in enumerate(held):
+            if part.size:
+                buffer.set_arg(i, memory(part[first : first + side]))
+        buffer.set_res(0, memory(values[first : first + side]))
+        evaluate()
+    return values[:n]
+
+
+def memory(place: Any) -> Any:
+    """An array as CasADi's buffers take it; whoever hands it over must hold it."""
+    return memoryview(place)
+
+
+def instructions(function: ca.Function) -> list[tuple[Any, ...]]:
+    """The operations of an SX function in order, as plain tuples that print the same everywhere."""
+    lines: list[tuple[Any, ...]] = []
+    for k in range(function.n_instructions()):
+        op = function.instruction_id(k)
+        value = function.instruction_constant(k).hex() if op == ca.OP_CONST else ""
+        lines.append((op, tuple(function.instruction_input(k)), tuple(function.instruction_output(k)), value))
+    return lines
