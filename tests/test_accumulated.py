@@ -6,13 +6,13 @@ import casadi as ca
 import numpy as np
 import pytest
 from equations import decay, oscillator, staircase
+from workbench.simulate.stepping.schedule import Schedule, Segment
 
 from workbench.core import Sampled
 from workbench.metrics import ise, measured, sampled_rmse, settling_time, total_variation
 from workbench.metrics.accumulated import common_grid
 from workbench.metrics.final import final_values
 from workbench.simulate import run, simulate
-from workbench.simulate.stepping.schedule import Schedule, Segment
 
 TIME = ca.SX.sym("time")
 

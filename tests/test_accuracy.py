@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from equations import explosion
 from test_schedule import RATES, RELAXATION, STARTS, chosen, maker, relaxed
-
-from workbench.simulate.stepping.accuracy import Accuracy, accuracy, change, check_by_halving
 from workbench.simulate.stepping.schedule import Schedule, Segment, run
+
+from workbench.simulate.step_size import Accuracy, accuracy, change, check_by_halving
 
 
 def score(runs):

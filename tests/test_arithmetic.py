@@ -12,14 +12,14 @@ import casadi as ca
 import numpy as np
 import pytest
 from equations import decay, oscillator
+from workbench.simulate.stepping.schedule import Schedule, Segment
 
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.metrics import measure, rmse
 from workbench.simulate import arithmetic, run, simulate
+from workbench.simulate.arithmetic import continued
 from workbench.simulate.kernel.lowering import lower
 from workbench.simulate.kernel.plan import Plan, graph_of
-from workbench.simulate.marches import continued
-from workbench.simulate.stepping.schedule import Schedule, Segment
 
 GRAPH = ["fused", "portable"]
 

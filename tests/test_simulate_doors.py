@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from equations import decay
+from workbench.simulate.stepping.schedule import Segment
 
 from workbench.core import Layout, Ode, layout, rk4, stepper
 from workbench.reference import reference, reference_of_function
@@ -22,8 +23,7 @@ from workbench.simulate import (
     simulate_both,
     step_limit,
 )
-from workbench.simulate.request import LARGEST_COPY, table_of
-from workbench.simulate.stepping.schedule import Segment
+from workbench.simulate.batch import LARGEST_COPY, table_of
 
 ODE = decay()
 STEP = rk4(ODE, 0.1)

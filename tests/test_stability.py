@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from equations import decay, explosion, oscillator, root
+from workbench.simulate.stepping.schedule import Schedule, Segment, run
 
 from workbench.controllers import SlidingMode
 from workbench.core import rk4, with_quadrature
@@ -14,8 +15,7 @@ from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
 from workbench.simulate import simulate, step_limit
-from workbench.simulate.stepping.schedule import Schedule, Segment, run
-from workbench.simulate.stepping.stability import longest_steps, modes_at, schedule_limit
+from workbench.simulate.stability import longest_steps, modes_at, schedule_limit
 
 RK4 = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
 

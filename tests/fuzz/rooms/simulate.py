@@ -5,14 +5,13 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
+from workbench.simulate.stepping.schedule import Segment
 
 from workbench.core import rk4, stepper
 from workbench.simulate import Schedule, arithmetic
 from workbench.simulate.divergence import Divergence
 from workbench.simulate.job import Job
-from workbench.simulate.stepping.accuracy import Accuracy, Check
-from workbench.simulate.stepping.pilot import Choice
-from workbench.simulate.stepping.schedule import Segment
+from workbench.simulate.step_size import Accuracy, Check, Choice
 
 from ..parts import ODE
 
