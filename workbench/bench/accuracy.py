@@ -89,7 +89,12 @@ def ours_at_equal_accuracy(target: float, effort: Effort) -> tuple[Runner, str]:
             return np.inf
         return error(through(h, p[: effort.samples], effort.horizon), wanted)
 
-    tolerance = coarsest(error_of, target, *OURS)
+    try:
+        tolerance = coarsest(error_of, target, *OURS)
+    except ValueError as error:
+        raise ValueError(
+            f"`ours_at_equal_accuracy(target={target:g})` is reached by no tolerance of pilots."
+        ) from error
     how = f"in calls of {effort.batch:,}, each with pilot runs, whose tolerance is {tolerance:.1e}"
     return runner(tolerance), how
 

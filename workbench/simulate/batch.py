@@ -149,11 +149,11 @@ def _spacing(step: Step, p_rows: Array, until: float, every: float | None) -> tu
             f"`simulate(until=...)` of a noisy step takes at most 2^{STEP_BITS} steps, as its noise would repeat; "
             f"got {count}."
         )
-    _refuse_unaffordable(step, len(p_rows), count, kept)
+    afford(step, len(p_rows), count, kept)
     return stride, kept
 
 
-def _refuse_unaffordable(step: Step, runs: int, count: int, kept: int) -> None:
+def afford(step: Step, runs: int, count: int, kept: int) -> None:
     """Refuse what would not fit into memory, or would not end this week."""
     need = 8 * runs * (kept + 1) * step.states.size
     if need > LARGEST:

@@ -1,4 +1,4 @@
-"""NumPy's arrays as a machine, with the product and sum rounded once that NumPy does not have.
+"""NumPy's arrays as a machine: at once, or as a tape that is played again and again.
 
 References
 ----------
@@ -9,7 +9,7 @@ IEEE Transactions on Computers 57, section 4.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -129,3 +129,57 @@ class Arrays:
     def word(self, value: int) -> Value:
         """64 bits."""
         return np.uint64(value % 2**64)
+
+
+# A place, a function, the places of its operands, and those that nothing behind it needs.
+Line = tuple[int, Callable[..., Any], tuple[int, ...], tuple[int, ...]]
+
+
+class Tape:
+    """A machine that notes what is to be done, each thing once; a value is its place among the values of a play."""
+
+    def __init__(self, fused: bool) -> None:
+        self.fused = fused
+        self.places: dict[object, int] = {}
+        self.notes: dict[int, tuple[Callable[..., Any], tuple[int, ...]]] = {}
+        self.constants: dict[int, Any] = {}
+
+    def do(self, operation: str, *operands: int) -> int:
+        """The place of a result."""
+        place = self.place((operation, operands))
+        self.notes.setdefault(place, (FUNCTIONS[operation], operands))
+        return place
+
+    def constant(self, value: float) -> int:
+        """The place of a double; 0 and -0 are two."""
+        place = self.place(("number", np.float64(value).tobytes()))
+        self.constants[place] = np.float64(value)
+        return place
+
+    def word(self, value: int) -> int:
+        """The place of 64 bits."""
+        place = self.place(("word", value))
+        self.constants[place] = np.uint64(value % 2**64)
+        return place
+
+    def place(self, of: object) -> int:
+        """The place of what comes in under a name of its own."""
+        return self.places.setdefault(of, len(self.places))
+
+    def lines(self, results: Collection[int]) -> list[Line]:
+        """The operations that some results need, each with the values that nothing behind it needs."""
+        needed, kept = set(results), list[Line]()
+        for place, (function, operands) in reversed(self.notes.items()):
+            if place in needed:
+                last = tuple({i for i in operands if i in self.notes and i not in needed})
+                needed.update(operands)
+                kept.append((place, function, operands, last))
+        return kept[::-1]
+
+
+def play(lines: Iterable[Line], values: dict[int, Value]) -> None:
+    """Add what some lines of a tape make to the values that come in; what is needed no longer goes at once."""
+    for place, function, operands, last in lines:
+        values[place] = function(*[values[i] for i in operands])
+        for i in last:
+            del values[i]

@@ -5,14 +5,18 @@ It serves where nothing can be compiled, with the bits of the compiled march, wh
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from workbench.core.layout import Array
 from workbench.simulate.job import Job, Piece, Progress, crew, pieces
-from workbench.simulate.kernel.arrays import Arrays
+from workbench.simulate.kernel.arrays import Arrays, Line, Tape, play
 from workbench.simulate.kernel.evaluation import Evaluation
+from workbench.simulate.kernel.machine import Value
+from workbench.simulate.kernel.plan import Plan
 
 RUNS_AT_ONCE = 8192  # the calls of an operation, which threads make one at a time, then cost little beside its work
 
@@ -29,30 +33,52 @@ def march(job: Job, x: Array, tell: Progress) -> None:
                 tell(min(done / total, 1.0))
 
 
+@lru_cache(maxsize=64)
+def _loop(plan: Plan, fused: bool) -> tuple[list[Line], dict[int, Value], dict[int, int], list[int]]:
+    """The loop of a plan on a tape: its lines, its constants, where the nodes are that come in, and the results."""
+    tape, sources = Tape(fused), dict[int, int]()
+
+    def load(node: int) -> int:
+        return sources.setdefault(node, tape.place(node))
+
+    evaluation = Evaluation(plan.graph, tape, load)
+    evaluation.make(plan.inside)
+    results = [evaluation.value(place) for place in plan.graph.results]
+    return tape.lines(results), tape.constants, sources, results
+
+
 def _advance(job: Job, lot: Any, x: Array, piece: Piece) -> None:
     """Fill the rows of a piece in x for one lot of runs."""
-    plan, graph, part = job.plan, job.plan.graph, job.part(lot, job.stride, job.begin)
-    numbers, p = graph.numbers(job.step.h), np.ascontiguousarray(part.p.T)
-    sources: dict[str, Any] = {"p": p, "x": np.ascontiguousarray(x[lot, piece.start].T)}
+    plan, nodes, part = job.plan, job.plan.graph.nodes, job.part(lot, job.stride, job.begin)
+    lines, constants, sources, results = _loop(plan, job.fused)
+    steps = np.arange(piece.begin, piece.begin + piece.length)
+    per_run = _values(job, plan.per_run, plan.lanes, part.p.T)
+    per_step = _values(job, plan.behind_table + plan.per_step, plan.table, part.p[0], steps.astype(float))
+    values = constants | {place: per_run[node] for node, place in sources.items() if node in per_run}
+    timed = {place: np.broadcast_to(per_step[node], len(steps)) for node, place in sources.items() if node in per_step}
+    moving = {place: nodes[node] for node, place in sources.items() if nodes[node].op in ("x", "w", "k")}
+    state = np.ascontiguousarray(x[lot, piece.start].T)
+    with np.errstate(all="ignore"):
+        for step, k in enumerate(steps):
+            now = {"x": state, "w": part.noise(steps[step : step + 1])[:, 0].T, "k": {0: np.float64(k)}}
+            values |= {place: row[step : step + 1] for place, row in timed.items()}
+            values |= {place: now[node.op][node.entry] for place, node in moving.items()}
+            play(lines, values)
+            state = np.stack([np.broadcast_to(values[place], len(lot)) for place in results])
+            if (step + 1) % piece.steps == 0:
+                x[lot, piece.row + step // piece.steps] = state.T
+
+
+def _values(job: Job, places: Sequence[int], wanted: Sequence[int], p: Array, k: Array | None = None) -> dict[int, Any]:
+    """The values of some of the nodes that are made outside the loop, from the parameters p and the steps k."""
+    numbers, nodes = job.plan.graph.numbers(job.step.h), job.plan.graph.nodes
 
     def load(place: int) -> Any:
-        node = graph.nodes[place]
         if place in numbers:
             return np.float64(numbers[place])
-        return sources["k"] if node.op == "k" else sources[node.op][node.entry]
+        return k if nodes[place].op == "k" else np.ascontiguousarray(p[nodes[place].entry])
 
-    before = Evaluation(graph, Arrays(job.fused), load)
-    loop = sorted(plan.per_step + plan.inside)
+    evaluation = Evaluation(job.plan.graph, Arrays(job.fused), load)
     with np.errstate(all="ignore"):
-        before.make(plan.per_run)
-        for step in range(piece.rows * piece.steps):
-            k = piece.begin + step
-            sources |= {"k": np.float64(k), "w": part.noise(np.array([k]))[:, 0].T}
-            now = Evaluation(graph, before.machine, load)
-            now.numbers |= before.numbers
-            now.truths |= before.truths
-            now.angles |= before.angles
-            now.make(loop)
-            sources["x"] = np.stack([np.broadcast_to(now.value(place), len(lot)) for place in graph.results])
-            if (step + 1) % piece.steps == 0:
-                x[lot, piece.row + step // piece.steps] = sources["x"].T
+        evaluation.make(places)
+        return {place: evaluation.value(place) for place in wanted}

@@ -9,10 +9,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode
-from workbench.reference.modes import Modes
-from workbench.reference.numeric import Numeric
+from workbench.reference.continuation import Modes
+from workbench.reference.pieces import Numeric
+from workbench.reference.surfaces import Switched
 from workbench.reference.switched_run import Event, Run, follow
-from workbench.reference.switching import Switched
 from workbench.reference.variable_step import Effort, Flow, Rule, StoppedError, travel
 from workbench.validation.doors import door
 from workbench.validation.words import Array, as_array, one_of, raised, refusal, vector, whole
@@ -204,7 +204,7 @@ def _certified(
 
 
 def _explained(stopped: StoppedError, labels: Sequence[str], start: Array, rule: Rule) -> str:
-    """Why a solution stopped, in one sentence."""
+    """The reason why a solution stopped, in one sentence."""
     at = f"stops at t = {stopped.t:.12g} s"
     worst = int(np.argmax(np.abs(stopped.x)))
     size = f"'{labels[worst]}' = {stopped.x[worst]:g}"
