@@ -139,7 +139,7 @@ class Piece:
 
     @property
     def second_order(self) -> bool:
-        """Whether some d sigma / dt is zero by itself, and not by a side."""
+        """True if some d sigma / dt is zero by itself, and not by a side."""
         return bool(self.constraints.numel() > self.sides.numel())
 
     @cached_property
@@ -220,7 +220,7 @@ class Piece:
 
     @cached_property
     def drive(self) -> Numeric:
-        """Where a side that switches drives the state, (t, x) -> (nx, k)."""
+        """The push as a function, (t, x) -> (nx, k)."""
         return self._function("drive", self.push)
 
     @cached_property

@@ -193,7 +193,7 @@ def _joined(modes: Modes, slid: list[tuple[float, float, Mode]]) -> tuple[tuple[
 
 
 def stalled(modes: Modes, piece: Piece, t: float, x: Array, rule: Rule) -> tuple[Piece, Array] | None:
-    """Where a surface is reached with no speed: the sliding motion there and its state; else None."""
+    """The sliding motion and its state if a surface is reached with no speed; else None."""
     reach = FINE * t / ROUNDING
     near = {
         guard.surface

@@ -1,4 +1,4 @@
-"""Where a run diverged: the first step whose state is not finite, found by marching again with more states kept."""
+"""Divergence of a run: the first step whose state is not finite, found by marching again with more states kept."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class Evaluation:
             self._make(place, self.graph.nodes[place])
 
     def value(self, place: int) -> Value:
-        """What the machine has for a value."""
+        """The machine's own object for a value."""
         return self.number(place).value
 
     def number(self, place: int) -> Number:

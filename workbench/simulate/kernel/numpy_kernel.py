@@ -60,7 +60,7 @@ def _advance(job: Job, lot: Any, x: Array, piece: Piece) -> None:
     state = np.ascontiguousarray(x[lot, piece.start].T)
     with np.errstate(all="ignore"):
         for step, k in enumerate(steps):
-            now = {"x": state, "w": part.noise(steps[step : step + 1])[:, 0].T, "k": {0: np.float64(k)}}
+            now: dict[str, Any] = {"x": state, "w": part.noise(steps[step : step + 1])[:, 0].T, "k": {0: np.float64(k)}}
             values |= {place: row[step : step + 1] for place, row in timed.items()}
             values |= {place: now[node.op][node.entry] for place, node in moving.items()}
             play(lines, values)

@@ -75,12 +75,12 @@ class Plan:
 
     @cached_property
     def constant_places(self) -> Mapping[int, int]:
-        """Where the value of a node is among `constants`."""
+        """The places of the values of nodes among `constants`."""
         return {place: i for i, place in enumerate(self.numbers)}
 
     @cached_property
     def parameters(self) -> Mapping[int, int]:
-        """Where a parameter, by its index, is among those that a kernel is handed: those that the graph has."""
+        """The places of parameters, by their index, among those that a kernel is handed: those that the graph has."""
         return {i: place for place, i in enumerate(sorted(n.entry for n in self.graph.nodes if n.op == "p"))}
 
 

@@ -135,7 +135,7 @@ def _plus(nodes: Nodes, weight: float, rate: int, so_far: int) -> int:
 
 
 def _put(graph: Graph, results: Sequence[int], nodes: Nodes, node: float, state: Mapping[int, int]) -> list[int]:
-    """Where some results are once their graph is among other nodes, at `node` of a step and with this state."""
+    """The places of some results once their graph is among other nodes, at `node` of a step and with this state."""
     new: dict[int, int] = {}
     for place in graph.before(results):
         op, operands, value, entry = graph.nodes[place]
