@@ -29,7 +29,7 @@ REFUSED = [
         lambda: reference(ODE, times=[1.7e308, -1.7e308]),
         "finite numbers of seconds that increase, from 0 on; got [1.7e+308",
     ),
-    (lambda: arithmetic.has_graph("x"), "`has_graph(step=...)` must be a `Step`; got 'x'."),
+    (lambda: arithmetic.default_for("x"), "`default_for(step=...)` must be a `Step`; got 'x'."),
     (lambda: arithmetic.signature(3), "`simulate(arithmetic=...)` is one of 'fused', 'portable', 'casadi'; got 3."),
     (lambda: reference(STEP, times=[1.0]), "`reference(ode=...)` must be an `Ode`; got a `Step`."),
     (

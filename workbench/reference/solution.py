@@ -1,4 +1,4 @@
-"""The reference mode: one run by variable steps, every switching instant located, with its own error estimate."""
+"""One run by variable steps, every switching instant located, with its own error estimate."""
 
 from __future__ import annotations
 

@@ -60,19 +60,11 @@ def default_for(step: Step) -> str:
     It is that of the compiled march where this can run the step, else that of NumPy, or of CasADi if no graph holds
     the step. `simulate` takes it too, but for few runs of what it cannot compile, which CasADi is fastest with.
     """
-    if not has_graph(step):
-        return CASADI
-    return FUSED if is_compiled(step, FUSED) else PORTABLE
-
-
-@door
-def has_graph(step: Step) -> bool:
-    """True if a graph can hold the step, as all of its operations are known."""
     try:
         pass_of(step)
-    except ValueError:
-        return False
-    return True
+    except ValueError:  # an operation that the graph does not know
+        return CASADI
+    return FUSED if is_compiled(step, FUSED) else PORTABLE
 
 
 @door
@@ -108,15 +100,17 @@ def arithmetic_of(step: Step, runs: int, name: str | None = None, engine: str | 
     """
     if engine is not None:
         one_of("simulate(engine=...)", engine, ENGINES)
-    if name is not None and engine is not None and check(name) not in ENGINES[engine]:
-        raise ValueError(
-            f"`simulate(arithmetic='{name}', engine='{engine}')` must name an arithmetic that the engine has: "
-            f"{' or '.join(map(repr, ENGINES[engine]))}. Leave one of the two names out."
-        )
-    if name is None and engine is None:
+        chosen = ENGINES[engine][0] if name is None else check(name)
+        if chosen not in ENGINES[engine]:
+            raise ValueError(
+                f"`simulate(arithmetic='{name}', engine='{engine}')` must name an arithmetic that the engine has: "
+                f"{' or '.join(map(repr, ENGINES[engine]))}. Leave one of the two names out."
+            )
+    elif name is not None:
+        chosen = check(name)
+    else:
         default = default_for(step)
         return CASADI if runs <= FEW_RUNS and not is_compiled(step, default) else default
-    chosen = ENGINES[engine][0] if name is None and engine is not None else check(name)
     if chosen != CASADI:
         asked = f"engine='{engine}'" if name is None else f"arithmetic='{name}'"
         try:

@@ -38,7 +38,6 @@ def calls() -> dict[str, Any]:
         "check": partial(arithmetic.check, "fused"),
         "signature": partial(arithmetic.signature, "portable"),
         "default_for": partial(arithmetic.default_for, STEP),
-        "has_graph": partial(arithmetic.has_graph, STEP),
         "is_compiled": partial(arithmetic.is_compiled, STEP, "portable"),
         "native": partial(arithmetic.native, "portable"),
     }

@@ -53,16 +53,10 @@ class Native:
     engine: Any
 
     def function(self, name: str, *arguments: type, result: type | None = None) -> Callable[..., Any]:
-        """A function of the module, of arguments and a result of these ctypes; other threads go on while it runs.
-
-        Raises
-        ------
-        LookupError
-            If the module has no function of that name.
-        """
-        address = self.engine.get_function_address(name) if name else 0  # LLVM ends the process on an empty name
+        """A function of the module, of arguments and a result of these ctypes; other threads go on while it runs."""
+        address = self.engine.get_function_address(name)
         if not address:
-            raise LookupError(f"`Native.function({name!r})` must name a function of the module; there is none.")
+            raise LookupError(f"The compiled module has no function '{name}'.")
         made = ctypes.CFUNCTYPE(result, *arguments)(address)
         vars(made)["engine"] = self.engine  # else the code would go when the module goes
         return made
