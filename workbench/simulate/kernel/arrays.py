@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.simulate.kernel.functions import halves
+from workbench.simulate.kernel.elementary_functions import halves
 from workbench.simulate.kernel.machine import Value
 
 # Within these sizes no part of a product is lost below the range of a double, and none beyond it.

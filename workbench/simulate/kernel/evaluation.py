@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 
-from workbench.simulate.kernel import functions as f
+from workbench.simulate.kernel import elementary_functions as f
 from workbench.simulate.kernel.graph import Graph, Node
 from workbench.simulate.kernel.machine import Machine, Number, Truth, Value, fma, select
 from workbench.simulate.kernel.plan import PLAIN

@@ -22,7 +22,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.simulate.kernel.arrays import Arrays
-from workbench.simulate.kernel.functions import COSINE, SINE
+from workbench.simulate.kernel.elementary_functions import COSINE, SINE
 from workbench.simulate.kernel.machine import Machine, Number, Value, Word, select
 from workbench.validation.words import Array, Integers
 
