@@ -91,10 +91,10 @@ def ours_at_equal_accuracy(target: float, effort: Effort) -> tuple[Runner, str]:
 
     try:
         tolerance = coarsest(error_of, target, *OURS)
-    except ValueError as error:
+    except ValueError as refusal:
         raise ValueError(
             f"`ours_at_equal_accuracy(target={target:g})` is reached by no tolerance of pilots."
-        ) from error
+        ) from refusal
     how = f"in calls of {effort.batch:,}, each with pilot runs, whose tolerance is {tolerance:.1e}"
     return runner(tolerance), how
 
