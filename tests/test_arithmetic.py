@@ -15,11 +15,10 @@ from equations import decay, oscillator
 
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.metrics import measure, rmse
-from workbench.simulate import arithmetic, run, simulate
+from workbench.simulate import arithmetic, simulate
+from workbench.simulate.arithmetic import continued
 from workbench.simulate.kernel.lowering import lower
 from workbench.simulate.kernel.plan import Plan, graph_of
-from workbench.simulate.marches import continued
-from workbench.simulate.stepping.schedule import Schedule, Segment
 
 GRAPH = ["fused", "portable"]
 
@@ -174,10 +173,6 @@ def test_a_browser_needs_no_library_for_the_portable_arithmetic():
 def test_what_follows_a_run_has_its_arithmetic(name):
     runs = simulate(STEP, arithmetic=name, **SPAN)
     np.testing.assert_array_equal(continued(runs.job, runs.x[:, 2], 20, 20), runs.x[:, -1])
-    x0, h = STARTS[:, :3], STEP.h / 2
-    gone = run(Schedule(STEP.h, (Segment("rk4", 2, 10),)), lambda _, h: rk4(zoo(), h), None, x0, 1, arithmetic=name)
-    np.testing.assert_array_equal(gone.x, simulate(rk4(zoo(), h), x0=x0, until=20 * h, every=2 * h, arithmetic=name).x)
-    assert gone.arithmetic == name
 
 
 @pytest.mark.parametrize("name", ["portable", "casadi"])

@@ -7,7 +7,7 @@ import pytest
 from equations import decay, explosion, oscillator
 
 from workbench.core import rk4
-from workbench.simulate import arithmetic, job, marches, request, simulate
+from workbench.simulate import arithmetic, batch, job, simulate
 from workbench.simulate.kernel import numpy_kernel, virtual_machine
 
 
@@ -152,15 +152,6 @@ def test_a_call_of_casadis_machine_is_as_small_as_its_runs_are_many(runs):
     np.testing.assert_array_equal(together.x[0], alone.x[0])
 
 
-def test_the_working_set_counts_towards_the_limit_of_memory(monkeypatch):
-    step = rk4(oscillator(), 1.0)
-    simulate(step, until=1.0)
-    # 48 bytes of states, and a call of 20,000 steps beside them
-    monkeypatch.setattr(request, "LARGEST", 100_000)
-    with pytest.raises(ValueError, match=r"would need 0\.0\d+ GB of memory .* Keep fewer times with `every`"):
-        simulate(step, until=1.0)
-
-
 def test_casadis_machine_hands_back_no_parameter_at_a_kept_time():
     marcher = virtual_machine._marcher(rk4(decay(), 0.1), 2, 5, 3)
     assert marcher.size_out(0) == (1 + 1, 5 * 3)
@@ -170,10 +161,10 @@ def test_a_billion_runs_are_refused_with_their_time_and_memory_before_the_start(
     step = rk4(oscillator(), 1e-3)
     starts = np.broadcast_to(step.states.default, (10**9, 2))
     with pytest.raises(ValueError, match=r"would need 29\.8 GB of memory for its states; the limit is 4 GB"):
-        request.afford("simulate", step, starts, 10_000, 1)
+        batch.afford(step, len(starts), 10_000, 1)
     few = np.broadcast_to(step.states.default, (10**5, 2))
     with pytest.raises(ValueError, match=r"would take about \d+ hours of one processor for 100000 runs of 10000000000"):
-        request.afford("simulate", step, few, 10**10, 1)
+        batch.afford(step, len(few), 10**10, 1)
 
 
 def test_the_memory_of_a_run_that_keeps_its_end_alone_does_not_grow_with_the_horizon():
@@ -227,11 +218,11 @@ def test_a_step_of_very_many_operations_is_compiled_only_when_asked(monkeypatch)
     step = rk4(oscillator(), 0.01)
     p = np.tile(step.parameters.default, (2, 1))
     asked = job.Job(step, p, 1, 0, np.arange(2), arithmetic="fused")
-    compiled = marches.march_of(asked, "native")
-    assert marches.march_of(asked) is compiled
+    compiled = arithmetic.march_of(asked, "native")
+    assert arithmetic.march_of(asked) is compiled
     assert simulate(step, p, until=0.1).arithmetic == arithmetic.default_for(step) == "fused"
     monkeypatch.setattr(arithmetic, "MOST_COMPILED", step.operations - 1)
     assert simulate(step, p, until=0.1).arithmetic == "casadi"
     assert arithmetic.default_for(step) == "portable"
-    assert marches.march_of(asked) is numpy_kernel.march
-    assert marches.march_of(asked, "native") is compiled
+    assert arithmetic.march_of(asked) is numpy_kernel.march
+    assert arithmetic.march_of(asked, "native") is compiled

@@ -281,7 +281,7 @@ def test_what_a_pilot_chooses_for_an_error_has_that_error_in_the_runs_of_a_call(
     found = runner(rows_of(effort.batch))
     assert found.shape == (12, 2)
     assert accuracy.error(found, wanted) <= 1e-4
-    assert "in calls of 12, each with a pilot" in how
+    assert "in calls of 12, each with pilot runs" in how
     monkeypatch.setattr(accuracy, "OURS", (1e-2, 1e-1))  # a search that finds nothing tries all there is
     with pytest.raises(ValueError, match=r"`ours_at_equal_accuracy\(target=1e-15\)` is reached by no tolerance"):
         accuracy.ours_at_equal_accuracy(1e-15, effort)

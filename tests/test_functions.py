@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from workbench.simulate.kernel import functions as f
+from workbench.simulate.kernel import elementary_functions as f
 from workbench.simulate.kernel.arrays import Arrays
 from workbench.simulate.kernel.machine import Number
 

@@ -85,9 +85,9 @@ def test_a_module_has_several_functions_each_with_its_own_arguments(kernels):
     assert scaled(module) == RIGHT
 
 
-@pytest.mark.parametrize("name", ["test_scales", "step", "printf", ""])
+@pytest.mark.parametrize("name", ["test_scales", "step", "printf"])
 def test_a_function_that_the_module_has_not_is_refused_even_if_the_process_has_it(kernels, name):
-    with pytest.raises(LookupError, match=f"`Native.function\\('{name}'\\)` must name a function of the module"):
+    with pytest.raises(LookupError, match=f"has no function '{name}'"):
         llvm.compiled(SCALE).function(name, POINTER)
 
 

@@ -12,7 +12,7 @@ import pytest
 from equations import decay
 
 from workbench.core import Entry, Layout, rk4
-from workbench.metrics import AbstractMetric, late_error, measure, measure_alike, measured, rmse, total_variation
+from workbench.metrics import AbstractMetric, late_error, measure, measured, rmse, total_variation
 from workbench.metrics.accumulated import common_grid
 from workbench.metrics.integral import Integral
 from workbench.simulate import simulate
@@ -153,7 +153,6 @@ REFUSED = [
     (lambda: late_error(-1.0), "`late_error(after=...)` must be a finite number of seconds, at least 0; got -1.0."),
     (lambda: replace(total_variation(0.1), sample=0), "`TotalVariation(sample=...)` must be a positive"),
     (lambda: common_grid([total_variation(1e-300)], 1.0), "at most 2^53 of the shortest; got 1e-300 s and 1 s."),
-    (lambda: measure_alike([ODE], [[rmse()]], until=[1.0], h="x"), "`measure_alike(h=...)` must be a number; got 'x'."),
 ]
 
 

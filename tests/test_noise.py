@@ -156,29 +156,3 @@ def test_neighbours_by_any_index_are_independent(million, axis, lag):
         assert stats.pearsonr(here**power, there**power).pvalue > SIGNIFICANCE
     cells = (special.ndtr(here) * 32).astype(int) * 32 + (special.ndtr(there) * 32).astype(int)
     assert stats.chisquare(np.bincount(cells, minlength=1024)).pvalue > SIGNIFICANCE
-
-
-# What is refused
-
-
-@pytest.mark.parametrize(
-    ("wrong", "said"),
-    [
-        ({"seed": -1}, r"`normals\(seed=...\)` must be a whole number from 0 to 18446744073709551615"),
-        ({"seed": 2**64}, "got 18446744073709551616"),
-        ({"seed": 1.0}, r"seed=.*got 1\.0"),
-        ({"seed": True}, "seed=.*got True"),
-        ({"entries": -1}, r"`normals\(entries=...\)` must be a whole number from 0"),
-        ({"entries": 2**33 + 1}, "entries="),
-        ({"runs": np.array([0, -1])}, r"`normals\(runs=...\)` must lie from 0 to 2\^63 - 1.*got -1"),
-        ({"runs": np.array([2**63], dtype=np.uint64)}, "runs=.*got 9223372036854775808"),
-        ({"runs": np.array([0.0])}, r"`normals\(runs=...\)` must be one row of whole numbers"),
-        ({"runs": 3}, "must be one row of whole numbers.*got 3"),
-        ({"runs": [[1], [2, 3]]}, "must be one row of whole numbers"),
-        ({"steps": np.array([2**32])}, r"`normals\(steps=...\)` must lie from 0 to 2\^32 - 1.*got 4294967296"),
-        ({"steps": np.array([[0]])}, "steps="),
-    ],
-)
-def test_what_has_no_number_is_refused(wrong, said):
-    with pytest.raises(ValueError, match=said):
-        normals(**({"seed": 0, "runs": np.arange(2), "steps": np.arange(3), "entries": 2} | wrong))

@@ -101,7 +101,7 @@ def test_a_tuning_without_a_step_has_one_chosen_at_the_ends_of_its_ranges():
 
 def test_a_tolerance_that_no_step_keeps_is_refused_with_what_is_left():
     loop = LOOPS["a computer"]
-    with pytest.raises(ValueError, match=r"`choose\(tolerance=1e-18\)` is not reached: the step .* still changes"):
+    with pytest.raises(ValueError, match=r"No step `h` keeps the tolerance of 1e-18: that of .* still changes"):
         measure(loop, METRICS, until=UNTIL, tolerance=1e-18)
 
 

@@ -6,7 +6,7 @@ from equations import decay, explosion, oscillator, root
 
 from workbench.controllers import SlidingMode
 from workbench.core import rk4, with_quadrature
-from workbench.core.stabilised import amplification, stepper
+from workbench.core.stabilised import amplification
 from workbench.loop import ClosedLoop
 from workbench.metrics import effort, energy, measure, rmse
 from workbench.observers import FullState
@@ -14,8 +14,7 @@ from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
 from workbench.simulate import simulate, step_limit
-from workbench.simulate.stepping.schedule import Schedule, Segment, run
-from workbench.simulate.stepping.stability import longest_steps, modes_at, schedule_limit
+from workbench.simulate.stability import longest_steps, modes_at
 
 RK4 = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
 
@@ -92,29 +91,3 @@ def test_the_modes_of_an_oscillator_are_its_frequency_and_an_integral_adds_none(
     ode = with_quadrature(ode, {"ise": ode.x[0] ** 2})
     modes = modes_at(ode, np.zeros(2), np.ones((2, 3)), np.array([[2.0], [5.0]]))
     np.testing.assert_allclose(np.sort_complex(modes), [[-2j, 2j], [-5j, 5j]], atol=1e-14)
-
-
-@pytest.mark.parametrize(("late", "holds"), [(3, True), (2, False)])
-def test_the_limit_of_a_schedule_is_that_of_its_tightest_step(late, holds):
-    def make(method, h):
-        return stepper(method)(decay(100.0), h)
-
-    # 2.785 / 100 s for rk4, 16.6 / 100 s for rkc5: the second segment takes a cell of 0.08 s in 3 or in 2 steps
-    schedule = Schedule(0.08, (Segment("rkc5", 1, 3), Segment("rk4", late, 2), Segment("rkc5", 2, 1)))
-    limit = schedule_limit(schedule, make, run(schedule, make, np.array([[100.0]]), np.ones((1, 1)), every=1))
-    assert limit.holds == holds
-    assert limit.h == 0.08 / late
-    assert limit.limit == pytest.approx(0.02785, rel=1e-3)
-    assert limit.at == pytest.approx(0.24)
-    assert limit.eigenvalue == pytest.approx(-100)
-    assert limit.checked == 6
-
-
-def test_a_schedule_without_a_single_jacobian_does_not_hold():
-    def make(method, h):
-        return stepper(method)(root(), h)
-
-    schedule = Schedule(0.1, (Segment("rk4", 1, 3),))
-    limit = schedule_limit(schedule, make, run(schedule, make, np.zeros((1, 0)), np.zeros((1, 1)), every=1))
-    assert limit.checked == 0
-    assert not limit.holds

@@ -7,19 +7,19 @@ from functools import cache, lru_cache
 
 import numpy as np
 
-from studies.performance.effort import Effort, alternated, cpu_seconds, our_rate, ours, rate, rows_of
+from studies.performance.effort import Effort, alternated, our_rate, ours, rate, rows_of
 from studies.performance.peers import casadi_cvodes
 from studies.performance.peers.contract import Peer, Runner
 from studies.performance.row import Row
 from studies.performance.workload import STATES, loop, rmse
 from workbench.core import Step, stepper
-from workbench.simulate import Schedule, choose, pilot_rows, run
+from workbench.simulate import simulate
+from workbench.simulate.step_size import pilot_runs, step_for_tolerance
 from workbench.validation.refusals import Array
 
 TOLERANCES, OURS = (1e-9, 1e-2), (1e-7, 1e-1)  # of CVODES and of our pilot, where the one of an error is looked for
 STEPS_A_DECADE = 24
-TRIALS = 3  # calls, of which the fastest tells how fast a setting is
-CELLS = (40, 100)  # of the horizon, for which a pilot chooses: the faster of them is taken
+CELLS = 100  # of the horizon: the longest steps
 
 
 @lru_cache(maxsize=4)
@@ -55,49 +55,48 @@ def stepped(method: str, h: float) -> Step:
     return stepper(method)(loop(), h)
 
 
-def chosen(p: Array, horizon: float, tolerance: float, cells: int) -> Schedule:
-    """The schedule that a pilot chooses for the runs p (B, 40), in so many cells."""
+def chosen(p: Array, horizon: float, tolerance: float) -> float:
+    """The step that pilot runs of p (B, 40) choose for a tolerance, in s."""
     x0 = np.broadcast_to(STATES.default, (len(p), STATES.size))
-    return choose(stepped, *pilot_rows(p, x0), horizon, tolerance, cell=horizon / cells).schedule
+    few = pilot_runs(p, x0)
+    return step_for_tolerance(stepped, p[few], x0[few], horizon, tolerance, horizon / CELLS)
 
 
-def through(schedule: Schedule, p: Array) -> Array:
-    """The RMSE (B, 2) of runs that go through a schedule."""
-    return rmse(run(schedule, stepped, p, None).x[:, -1], schedule.until)
-
-
-def setting_of(target: float, effort: Effort, cells: int) -> tuple[float, float, int] | None:
-    """CPU seconds of a call with that error, and its pilot's tolerance and cells; None if no tolerance reaches it."""
-    wanted = reference(effort.horizon, effort.fine, effort.samples)
-    p = rows_of(effort.batch)
-
-    def found(tolerance: float, runs: int) -> Array:
-        return through(chosen(p, effort.horizon, tolerance, cells), p[:runs])
-
-    try:
-        tolerance = coarsest(lambda tolerance: error(found(tolerance, effort.samples), wanted), target, *OURS)
-    except ValueError:  # a pilot, or the search, that reaches no such error
-        return None
-    return min(cpu_seconds(lambda: found(tolerance, len(p))) for _ in range(TRIALS)), tolerance, cells
+def through(h: float, p: Array, horizon: float) -> Array:
+    """The RMSE (B, 2) of runs at a step of h [s]."""
+    return rmse(simulate(stepped("rk4", h), p, until=horizon, every=horizon).x[:, -1], horizon)
 
 
 def ours_at_equal_accuracy(target: float, effort: Effort) -> tuple[Runner, str]:
     """What runs W as fast as we can with that error of the RMSE, and how it does: by a pilot in each call.
 
-    Its tolerance is looked for with the runs of a timed call, which it will see there, in the numbers of cells
-    that are tried; the faster of those is taken.
+    Its tolerance is looked for with the runs of a timed call, which it will see there.
 
     Raises
     ------
     ValueError
         If no tolerance reaches that error.
     """
-    settings = [setting for cells in CELLS if (setting := setting_of(target, effort, cells))]
-    if not settings:
-        raise ValueError(f"`ours_at_equal_accuracy(target={target:g})` is reached by no tolerance of the pilot.")
-    _, tolerance, cells = min(settings)
-    how = f"in calls of {effort.batch:,}, each with a pilot, whose tolerance is {tolerance:.1e} in {cells} cells"
-    return lambda p: through(chosen(p, effort.horizon, tolerance, cells), p), how
+    wanted, p = reference(effort.horizon, effort.fine, effort.samples), rows_of(effort.batch)
+
+    def runner(tolerance: float) -> Runner:
+        return lambda p: through(chosen(p, effort.horizon, tolerance), p, effort.horizon)
+
+    def error_of(tolerance: float) -> float:
+        try:
+            h = chosen(p, effort.horizon, tolerance)
+        except ValueError:  # no step keeps it
+            return np.inf
+        return error(through(h, p[: effort.samples], effort.horizon), wanted)
+
+    try:
+        tolerance = coarsest(error_of, target, *OURS)
+    except ValueError as refusal:
+        raise ValueError(
+            f"`ours_at_equal_accuracy(target={target:g})` is reached by no tolerance of pilots."
+        ) from refusal
+    how = f"in calls of {effort.batch:,}, each with pilot runs, whose tolerance is {tolerance:.1e}"
+    return runner(tolerance), how
 
 
 def cvodes_row(target: float, bar: float, effort: Effort) -> Row:

@@ -8,7 +8,6 @@ from statistics import median
 from time import process_time
 
 import numpy as np
-from workbench.bench.workload import HORIZON, H, draw, rmse, workload
 
 from studies.performance.workload import HORIZON, H, draw, rmse, workload
 from workbench.simulate import simulate

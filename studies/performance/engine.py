@@ -13,10 +13,6 @@ from time import perf_counter
 from typing import NamedTuple
 
 import numpy as np
-from workbench.bench import processes
-from workbench.bench.effort import Effort, cpu_seconds, our_rate, ours, rows_of
-from workbench.bench.row import Row
-from workbench.bench.workload import HORIZON, H, workload
 
 from studies.performance import processes
 from studies.performance.effort import Effort, cpu_seconds, our_rate, ours, rows_of

@@ -6,14 +6,6 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
-from workbench.bench.accuracy import cvodes_name, cvodes_row, peer_row
-from workbench.bench.effort import Effort
-from workbench.bench.engine import TARGETS
-from workbench.bench.machine import machine
-from workbench.bench.peers import PEERS, Peer
-from workbench.bench.peers.contract import ABSENT
-from workbench.bench.row import Row, lines
-
 from studies.performance.accuracy import cvodes_name, cvodes_row, peer_row
 from studies.performance.effort import Effort
 from studies.performance.engine import TARGETS

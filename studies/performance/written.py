@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from workbench.bench.workload import PARAMETERS
 
 from studies.performance.workload import PARAMETERS
 from workbench.validation.refusals import Array

@@ -20,7 +20,7 @@ from workbench.metrics.catalogue import (
     violation,
 )
 from workbench.metrics.contract import AbstractMetric
-from workbench.metrics.measure import measure, measure_alike
+from workbench.metrics.measure import measure
 from workbench.metrics.measurement import Measurement, Score
 
 __all__ = [
@@ -34,7 +34,6 @@ __all__ = [
     "itae",
     "late_error",
     "measure",
-    "measure_alike",
     "measured",
     "observer_error",
     "overshoot",

@@ -9,7 +9,7 @@ import numpy as np
 from workbench.core import Layout, Step
 from workbench.metrics.contract import AbstractMetric
 from workbench.simulate import Trajectories
-from workbench.simulate.marches import continued
+from workbench.simulate.arithmetic import continued
 from workbench.validation.refusals import Array, whole
 from workbench.validation.signatures import door
 

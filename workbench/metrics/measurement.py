@@ -9,8 +9,7 @@ import numpy as np
 
 from workbench.metrics.contract import AbstractMetric
 from workbench.simulate import StepLimit, Trajectories
-from workbench.simulate.stepping.accuracy import Check
-from workbench.simulate.stepping.pilot import Choice
+from workbench.simulate.step_size import Check
 from workbench.validation.refusals import Array, Integers
 from workbench.validation.signatures import door
 from workbench.validation.views import listed, table_to_html
@@ -66,8 +65,6 @@ class Measurement:
     check
         Whether each metric changed by no more than the tolerance, and the tightest of the limits; None if no
         tolerance was asked for.
-    choice
-        What the pilot chose, of which the values are at the half of every step; None if the step was given.
     """
 
     trajectories: Trajectories
@@ -76,7 +73,6 @@ class Measurement:
     looked_at: Integers
     coarse_diverged_at: Array
     check: Check | None = None
-    choice: Choice | None = None
 
     def __repr__(self) -> str:
         """One line: the runs and the metrics."""
@@ -89,7 +85,5 @@ class Measurement:
 
     @property
     def h(self) -> float:
-        """The step at which the values were taken, in s; of a sampled loop the substep, of a schedule the longest."""
-        if self.choice is not None:
-            return self.choice.schedule.halved.longest
+        """The step at which the values were taken, in s; of a sampled loop the substep."""
         return self.trajectories.step.h / self.trajectories.step.substeps

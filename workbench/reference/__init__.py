@@ -1,5 +1,9 @@
-"""One run, exactly: variable steps, every switch located, and sliding along surfaces."""
+"""One run of an equation by variable steps, every switch located: the oracle of the simulator.
 
-from workbench.reference.run import Reference, reference, reference_of_function
+The room knows one `Ode` or one function and its surfaces, follows sliding motion along them, and gives each number with
+its error; it knows no batch and no step. Read `solution.py` first, then `switched_run.py` and `pieces.py`.
+"""
+
+from workbench.reference.solution import Reference, reference, reference_of_function
 
 __all__ = ["Reference", "reference", "reference_of_function"]

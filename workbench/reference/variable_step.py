@@ -1,15 +1,15 @@
-"""Variable steps along one smooth piece, up to the instant at which one of its guards ends it."""
+"""Variable steps along one smooth piece, up to the instant at which one of its guards ends it: event location."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.integrate import DOP853, Radau
+from scipy.optimize import brentq
 
-from workbench.reference.location import Flags, Look, armed_at, look, polished
 from workbench.reference.pieces import SAMPLES, Guard, Piece
 from workbench.validation.refusals import Array
 
@@ -17,11 +17,14 @@ STIFF = 3.0  # h |lambda| beyond which stability, not accuracy, bounds an explic
 WORTH = 5_000  # explicit steps still to take, from which on the implicit method is worth its price
 RESOLVED = 1e-3  # how closely a step follows the companions
 LOOK = 25  # steps between two looks at stiffness
+SHORTEST = 16 * float(np.finfo(float).eps)  # a step of this share of the horizon is an instant
+
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 
 @dataclass(frozen=True, eq=False)
 class Rule:
-    """How exact, by which method ("auto", "explicit", "implicit"), and after how many steps to give up."""
+    """Tolerances, the method ("auto", "explicit", "implicit"), and the number of steps after which to give up."""
 
     rtol: float
     atol: Array
@@ -30,7 +33,7 @@ class Rule:
 
 
 class Effort:
-    """What a run has cost so far."""
+    """The cost of a run so far."""
 
     def __init__(self) -> None:
         self.steps = 0
@@ -42,7 +45,7 @@ class Effort:
 class Flow:
     """A smooth differential equation as numbers: y' = field(t, y), where y begins with the nx states.
 
-    `valid` says whether the equation as written has a finite rate at (t, x); `companions` gives the values and
+    `valid` is true where the equation as written has a finite rate at (t, x); `companions` gives the values and
     rates (nz, 2) of what is integrated beside the state; `piece` holds the guards.
     """
 
@@ -56,9 +59,8 @@ class Flow:
     @staticmethod
     def of(piece: Piece, valid: Callable[[float, Array], bool]) -> Flow:
         """The flow of a piece, its companions beside the state."""
-        field = piece.field
-        states = piece.x.numel()
-        return Flow(states, lambda t, y: field(t, y).ravel(), piece.jacobian, valid, piece.companions, piece)
+        field, nx = piece.field, piece.x.numel()
+        return Flow(nx, lambda t, y: field(t, y).ravel(), piece.jacobian, valid, piece.companions, piece)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,29 +99,23 @@ def travel(flow: Flow, t: float, x: Array, end: float, times: Array, rule: Rule,
         begin, y = solver.t, solver.y
         if not _step(flow, solver, rule, effort):
             return Leg(float(begin), _projected(flow, begin, y[: flow.nx]), None, 0.0, _rows(kept, flow.nx), True)
-        met = _met(flow, solver, begin, armed)
+        met = look(flow, solver, begin, armed)
         if met.again:
             solver = _solver(flow, begin, y[: flow.nx], end, rule, effort, (solver.t - begin) / SAMPLES)
             continue
         armed, here = met.armed, (solver.t, solver.y[: flow.nx])
         if met.found and flow.piece:
-            here = polished(flow.piece, *_within(flow, begin, y, met.found.t, rule, effort), met.found.place)
+            at, place = met.found
+            here = polished(flow.piece, *_within(flow, begin, y, at, rule, effort), place)
         x = _projected(flow, *here)
         while len(kept) < len(times) and times[len(kept)] <= here[0]:
             at = times[len(kept)]
             kept.append(x if at == here[0] else _projected(flow, *_within(flow, begin, y, at, rule, effort)))
         if met.found and flow.piece:
-            slope = float(flow.piece.watch(here[0], x)[met.found.place, 2])
-            return Leg(float(here[0]), x, flow.piece.guards[met.found.place], slope, _rows(kept, flow.nx))
+            slope = float(flow.piece.watch(here[0], x)[place, 2])
+            return Leg(float(here[0]), x, flow.piece.guards[place], slope, _rows(kept, flow.nx))
         solver = _kept_up(flow, solver, x, end, rule, effort)
     return Leg(float(solver.t), _projected(flow, solver.t, solver.y[: flow.nx]), None, 0.0, _rows(kept, flow.nx))
-
-
-def _met(flow: Flow, solver: Any, begin: float, armed: Flags) -> Look:
-    if flow.piece is None or len(armed) == 0:
-        return Look(None, False, armed)
-    between = solver.dense_output()
-    return look(flow.piece, begin, solver.t, lambda at: between(at)[: flow.nx], armed, solver.t_bound)
 
 
 def _rows(states: list[Array], nx: int) -> Array:
@@ -200,6 +196,104 @@ def _projected(flow: Flow, t: float, x: Array) -> Array:
     return x
 
 
-def tighter(rule: Rule, share: float) -> Rule:
-    """The same rule with its absolute tolerance multiplied by `share`."""
-    return replace(rule, atol=rule.atol * share)
+class Look(NamedTuple):
+    """When and which guard a step has met, if any; `again` if it is to be taken shorter; and the guards armed now.
+
+    The instant has the accuracy of the step's interpolant. A guard that is within rounding of its end has just been
+    passed, and is armed once it is clear of it.
+    """
+
+    found: tuple[float, int] | None
+    again: bool
+    armed: Flags
+
+
+def armed_at(piece: Piece | None, t: float, x: Array) -> Flags:
+    """The guards that are clear of their ends."""
+    if piece is None or not piece.guards:
+        return np.zeros(0, dtype=bool)
+    g = piece.watch(t, x)
+    return np.asarray(g[:, 0] > np.nan_to_num(g[:, 1], posinf=0.0))
+
+
+def look(flow: Flow, solver: Any, begin: float, armed: Flags) -> Look:
+    """The first guard that the solver's last step, from `begin` on, has met."""
+    piece, end = flow.piece, solver.t
+    if piece is None or len(armed) == 0:
+        return Look(None, False, armed)
+    interpolant = solver.dense_output()
+
+    def between(at: Any) -> Array:
+        return np.asarray(interpolant(at)[: flow.nx])
+
+    at = np.linspace(begin, end, SAMPLES + 1)
+    states = between(at)
+    rows = piece.samples(at[1:], states[:, 1:]).reshape(len(armed), SAMPLES, 4)
+    rows = np.concatenate([piece.watch(begin, states[:, 0])[:, np.newaxis], rows], axis=1)
+    found, after = [], armed.copy()
+    for j in range(len(armed)):
+        g, noise, slope = rows[j, :, 0], np.nan_to_num(rows[j, :, 1], posinf=0.0), rows[j, :, 2]
+        first = 1
+        while not after[j] and first <= SAMPLES:
+            if g[first] < -noise[first]:  # it left its end and came back within the step, or went the wrong way
+                if end - begin > SHORTEST * solver.t_bound:
+                    return Look(None, True, armed)
+                return Look((begin, j), False, armed)
+            after[j] = g[first] > noise[first]
+            first += 1
+        if after[j] and (t := _crossing(piece, j, at, g, slope, noise, first, between)) is not None:
+            found.append((t, j))
+    return Look(min(found, default=None), False, after)
+
+
+def _crossing(
+    piece: Piece,
+    j: int,
+    at: Array,
+    g: Array,
+    slope: Array,
+    noise: Array,
+    first: int,
+    between: Callable[[Any], Array],
+) -> float | None:
+    """The first zero of a guard behind sample `first` - 1, also one of two that lie between two samples."""
+
+    def value(t: float, column: int = 0) -> float:
+        return float(piece.watch(t, between(t))[j, column])
+
+    for i in range(first, len(at)):
+        low, last = g[i], at[i]
+        dips = slope[i - 1] < 0 < slope[i] and value(at[i - 1], 2) < 0 < value(at[i], 2)  # one by one as side by side
+        if g[i - 1] > 0 and g[i] > 0 and dips:
+            last = brentq(value, at[i - 1], at[i], args=(2,))  # the lowest point of a dip
+            low = value(last)
+            if low >= -noise[i]:
+                continue
+        if low <= 0:
+            inside = value(at[i - 1]) > 0 > value(last)
+            return float(brentq(value, at[i - 1], last, xtol=1e-300)) if inside else float(at[i - 1])
+    return None
+
+
+def polished(piece: Piece, t: float, x: Array, index: int) -> tuple[float, Array]:
+    """The instant and state moved onto the end of a guard, to rounding: Newton in time, each move one step of RK4."""
+    reach = np.inf
+    for _ in range(10):
+        g, noise, slope, _ = piece.watch(t, x)[index]
+        if abs(g) <= noise / 8 or slope == 0 or not np.isfinite(slope):
+            break
+        h = float(-g / slope)
+        if not abs(h) < reach or t + h == t:
+            break
+        reach = abs(h)
+        t, x = t + h, _rk4(piece, t, x, h)
+    return t, x
+
+
+def _rk4(piece: Piece, t: float, x: Array, h: float) -> Array:
+    y = piece.with_companions(t, x)
+    a = piece.field(t, y).ravel()
+    b = piece.field(t + h / 2, y + h / 2 * a).ravel()
+    c = piece.field(t + h / 2, y + h / 2 * b).ravel()
+    d = piece.field(t + h, y + h * c).ravel()
+    return np.asarray((y + h / 6 * (a + 2 * b + 2 * c + d))[: len(x)])

@@ -1,26 +1,12 @@
-"""Many runs of one `Step`: trajectories, divergence and the limit on the step.
+"""Many runs of one `Step`: trajectories, divergence, the limit on the step, and the step for a stated tolerance.
 
-The variable-step reference mode for one run of an `Ode` is `workbench.reference`.
+The room knows steps and numbers; it does not know what a plant or a law is. `kernel` turns a step into a loop of
+machine code. Read `batch.py` first, then `arithmetic.py` and `kernel/plan.py`; one run with every switch located is
+`workbench.reference`.
 """
 
-from workbench.simulate.alike import simulate_alike
-from workbench.simulate.batch import simulate, simulate_both
-from workbench.simulate.stepping.accuracy import check_by_halving
-from workbench.simulate.stepping.pilot import choose, pilot_rows
-from workbench.simulate.stepping.schedule import Schedule, run
-from workbench.simulate.stepping.stability import StepLimit, step_limit
+from workbench.simulate.batch import simulate
+from workbench.simulate.stability import StepLimit, step_limit
 from workbench.simulate.trajectories import Trajectories
 
-__all__ = [
-    "Schedule",
-    "StepLimit",
-    "Trajectories",
-    "check_by_halving",
-    "choose",
-    "pilot_rows",
-    "run",
-    "simulate",
-    "simulate_alike",
-    "simulate_both",
-    "step_limit",
-]
+__all__ = ["StepLimit", "Trajectories", "simulate", "step_limit"]

@@ -1,24 +1,29 @@
-"""An arithmetic is a name for how the operations of a step are rounded: runs of a step in one have the same bits.
+"""Arithmetics and engines: how the operations of a step are rounded, and which march computes them.
+
+An arithmetic is a name for how operations are rounded: runs of a step in one have the same bits.
 
     fused       a product is rounded once, together with the sum that it is for
     portable    every product and every sum is rounded by itself
     casadi      as CasADi's machine does it, with the elementary functions of this platform's library
 
-The first two are those of a step's graph. Their operations are those that IEEE 754 rounds in one way, so that they
-have the same bits on every machine, compiled or in NumPy. They know no sine of more than 1e12 rad and no remainder of
-a quotient beyond 2^52: a run that comes to need one has diverged. The third is for steps that no graph can hold.
+The first two are those of a step's graph: IEEE 754 rounds their operations in one way, so they have the same bits on
+every machine, compiled or in NumPy. They know no sine of more than 1e12 rad and no remainder of a quotient beyond
+2^52: a run that comes to need one has diverged. The third is for steps that no graph can hold.
 """
 
 from __future__ import annotations
 
 import platform
+from dataclasses import replace
 
 import casadi as ca
+import numpy as np
 
 from workbench.core import Step
-from workbench.simulate.job import March
+from workbench.simulate.job import Job, March
+from workbench.simulate.kernel import numpy_kernel, virtual_machine
 from workbench.simulate.kernel.plan import pass_of
-from workbench.validation.refusals import one_of
+from workbench.validation.refusals import Array, one_of
 from workbench.validation.signatures import door
 
 FUSED, PORTABLE, CASADI = NAMES = ("fused", "portable", "casadi")
@@ -26,6 +31,8 @@ FUSED, PORTABLE, CASADI = NAMES = ("fused", "portable", "casadi")
 # elementary functions, noise, rounding.
 VERSION = 1
 MOST_COMPILED = 30_000  # operations of a step: LLVM needs minutes for more, and a stack that grows with them
+FEW_RUNS = 64  # up to so many, CasADi's machine is faster than NumPy
+ENGINES = {"native": (FUSED, PORTABLE), "numpy": (PORTABLE, FUSED), "casadi": (CASADI,)}  # the first if none is named
 
 
 def check(name: object) -> str:
@@ -48,29 +55,21 @@ def signature(name: str) -> str:
 
 @door
 def default_for(step: Step) -> str:
-    """The arithmetic in which this machine runs many copies of a step best, whoever else runs it.
+    """The arithmetic in which this machine runs many copies of a step best.
 
     It is that of the compiled march where this can run the step, else that of NumPy, or of CasADi if no graph holds
     the step. `simulate` takes it too, but for few runs of what it cannot compile, which CasADi is fastest with.
     """
-    if not has_graph(step):
+    try:
+        pass_of(step)
+    except ValueError:  # an operation that the graph does not know
         return CASADI
     return FUSED if is_compiled(step, FUSED) else PORTABLE
 
 
 @door
-def has_graph(step: Step) -> bool:
-    """Whether a graph can hold the step: whether all of its operations are known."""
-    try:
-        pass_of(step)
-    except ValueError:
-        return False
-    return True
-
-
-@door
 def is_compiled(step: Step, name: str) -> bool:
-    """Whether this machine compiles the step in this arithmetic without being asked to."""
+    """True if this machine compiles the step in this arithmetic without being asked to."""
     if step.operations > MOST_COMPILED:
         return False
     try:
@@ -89,3 +88,54 @@ def native(name: str) -> March:
     if name == FUSED and not llvm.has_fma():
         raise ImportError("this processor has no fused multiply-add")
     return native.march
+
+
+def arithmetic_of(step: Step, runs: int, name: str | None = None, engine: str | None = None) -> str:
+    """The arithmetic for some runs of a step: the named one, else the engine's, else that of the fastest march.
+
+    Raises
+    ------
+    ValueError
+        If there is none of that name, the engine has not got it, or the step cannot be run in it.
+    """
+    if engine is not None:
+        one_of("simulate(engine=...)", engine, ENGINES)
+        chosen = ENGINES[engine][0] if name is None else check(name)
+        if chosen not in ENGINES[engine]:
+            raise ValueError(
+                f"`simulate(arithmetic='{name}', engine='{engine}')` must name an arithmetic that the engine has: "
+                f"{' or '.join(map(repr, ENGINES[engine]))}. Leave one of the two names out."
+            )
+    elif name is not None:
+        chosen = check(name)
+    else:
+        default = default_for(step)
+        return CASADI if runs <= FEW_RUNS and not is_compiled(step, default) else default
+    if chosen != CASADI:
+        asked = f"engine='{engine}'" if name is None else f"arithmetic='{name}'"
+        try:
+            pass_of(step)
+        except ValueError as error:  # an operation that the graph does not know
+            raise ValueError(f"`simulate({asked})` cannot run this step: {error}") from error
+    return chosen
+
+
+def march_of(job: Job, engine: str | None = None) -> March:
+    """The march of this engine; without a name the compiled one where it has the job's arithmetic, else another."""
+    if job.arithmetic == CASADI:
+        return virtual_machine.march
+    if engine == "native":
+        try:
+            return native(job.arithmetic)
+        except ImportError as error:
+            raise ValueError(f"`simulate(engine='native')` cannot run here: {error}.") from error
+    compiled = engine is None and is_compiled(job.step, job.arithmetic)
+    return native(job.arithmetic) if compiled else numpy_kernel.march
+
+
+def continued(job: Job, x: Array, begin: int, steps: int) -> Array:
+    """The states (B, nx) of a job's runs `steps` steps after those in x (B, nx), which are at step `begin`."""
+    job = replace(job, stride=steps, begin=begin)
+    rows = np.stack([x, x], axis=1)
+    march_of(job)(job, rows, lambda share: None)
+    return np.asarray(rows[:, 1])

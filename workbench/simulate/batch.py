@@ -1,20 +1,23 @@
-"""B runs of a `Step`, each with its own parameters and initial state."""
+"""B runs of a `Step`, each with its own parameters and initial state: what a call may ask for, and what it gives."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import partial
-
 import numpy as np
 
-from workbench.core import Step
+from workbench.core import Layout, Step
+from workbench.simulate.arithmetic import arithmetic_of, march_of
 from workbench.simulate.divergence import find_divergence
-from workbench.simulate.job import Job, March, Progress
-from workbench.simulate.marches import arithmetic_of, march_of, march_of_pairs
-from workbench.simulate.request import keys_of, plan_of, rows_of, told
+from workbench.simulate.job import Job, Progress
+from workbench.simulate.kernel.noise import STEP_BITS
 from workbench.simulate.trajectories import Trajectories
+from workbench.validation import refusals
 from workbench.validation.refusals import Array, Integers
-from workbench.validation.signatures import door
+from workbench.validation.signatures import answer, door
+
+LARGEST_COPY = 64 * 2**20  # bytes of rows that are copied; larger ones are taken as they are, for want of room
+LARGEST = 4 * 2**30  # bytes of trajectories that are not refused
+LONGEST = 100 * 3600.0  # s of one processor's time, by a cautious estimate, that are not refused
+SECONDS_PER_OPERATION = 1e-10  # of one run in the compiled march, to be told before the start
 
 
 @door
@@ -65,67 +68,105 @@ def simulate(
     >>> runs, runs["omega"].shape, runs["omega"][:, -1].round(3)
     (<3 runs of 'plant' at 5001 times to 5 s>, (3, 5001), array([0.1, 0.2, 0.3]))
     """
-    tell = told("simulate", progress)
+    tell = progress_of("simulate", progress)
     p_rows, x_rows = rows_of("simulate", step, p, x0, least=1 if runs is None else max(1, runs.size))
-    stride, kept = plan_of(step, p_rows, until, every)
+    stride, kept = _spacing(step, p_rows, until, every)
     rounding = arithmetic_of(step, len(p_rows), arithmetic, engine)
-    job = Job(step, p_rows, stride, *keys_of(seed, runs, len(p_rows)), arithmetic=rounding)
+    job = Job(step, p_rows, stride, *_keys(seed, runs, len(p_rows)), arithmetic=rounding)
     march = march_of(job, engine)
     x = np.empty((len(x_rows), kept + 1, step.states.size))
     x[:, 0] = x_rows
     march(job, x, tell)
-    return found(job, x, march)
-
-
-@door
-def simulate_both(
-    whole: Step,
-    half: Step,
-    p: Array | None = None,
-    x0: Array | None = None,
-    *,
-    until: float,
-    every: float,
-    seed: int = 0,
-    progress: Progress | None = None,
-    arithmetic: str | None = None,
-) -> tuple[Trajectories, Trajectories]:
-    """What `simulate` makes of a step and of its half; of few runs in one march, which takes as long as the half alone.
-
-    Parameters
-    ----------
-    whole, half
-        The same rule with lengths of h and h / 2.
-
-    Raises
-    ------
-    ValueError
-        If `simulate` refuses.
-    """
-    tell = told("simulate_both", progress)
-    p_rows, x_rows = rows_of("simulate", half, p, x0)
-    stride, kept = plan_of(half, p_rows, until, every)
-    rounding = arithmetic_of(half, len(p_rows), arithmetic)
-    job = Job(half, p_rows, stride, *keys_of(seed, None, len(p_rows)), arithmetic=rounding)
-    march = march_of_pairs(job) if is_pair(whole, half, stride) else None
-    if march is None:
-        # the longer run first: from it the engine sees how good its code should be
-        call = partial(simulate, p=p, x0=x0, until=until, every=every, seed=seed, arithmetic=rounding)
-        fine = call(half, progress=lambda done: tell(2 * done / 3))
-        return call(whole, progress=lambda done: tell((2 + done) / 3)), fine
-    x = np.empty((2 * len(x_rows), kept + 1, half.states.size))
-    x[:, 0] = np.repeat(x_rows, 2, axis=0)
-    pairs = replace(job, p=np.repeat(p_rows, 2, axis=0), runs=np.repeat(job.runs, 2), paired=True)
-    march(pairs, x, tell)
-    return found(replace(job, step=whole, stride=stride // 2), x[1::2], march), found(job, x[::2], march)
-
-
-def is_pair(whole: Step, half: Step, stride: int) -> bool:
-    """Whether a kernel can go through both steps side by side, with states kept every `stride` half steps."""
-    return whole.rule is half.rule and whole.h == 2 * half.h and stride % 2 == 0
-
-
-def found(job: Job, x: Array, march: March) -> Trajectories:
-    """The runs that a march has left in x (B, 1 + kept, nx), with those marked that diverged."""
     divergence = find_divergence(job, x, march)
-    return Trajectories(job, np.asarray(np.arange(x.shape[1]) * job.stride * job.step.h), x, divergence)
+    return Trajectories(job, np.asarray(np.arange(kept + 1) * stride * step.h), x, divergence)
+
+
+def _keys(seed: int, runs: Integers | None, count: int) -> tuple[int, Integers]:
+    """The keys of the noise, one for each of `count` runs."""
+    seed = refusals.seed("simulate(seed=...)", seed)
+    if runs is None:
+        return seed, np.arange(count)
+    if runs.shape != (count,) or (runs < 0).any():
+        must = f"{count} whole numbers from 0 on, one to name each run, below 2^63"
+        raise refusals.refusal("simulate(runs=...)", must, runs.tolist())
+    return seed, runs
+
+
+def table_of(call: str, layout: Layout, rows: Array | None) -> Array:
+    """Rows (B, size) of a layout that nobody else holds, unless they are large; its default where there are none."""
+    rows = np.atleast_2d(layout.default if rows is None else rows)
+    if rows.ndim != 2 or rows.shape[1] != layout.size:
+        raise ValueError(
+            f"`{call}` takes one row per run: (B, {layout.size}). Got {rows.shape}. "
+            "`pack({...})` of the layout makes such rows from names."
+        )
+    if len(rows) == 0:
+        raise ValueError(f"`{call}` needs at least one run; got no rows.")
+    layout.check(rows)
+    return rows if rows.nbytes > LARGEST_COPY else rows.copy()
+
+
+def rows_of(call: str, step: Step, p: Array | None, x0: Array | None, least: int = 1) -> tuple[Array, Array]:
+    """Parameters and initial states, checked in the name of a call, with one row a run each and `least` runs."""
+    if not step.states.size:
+        raise ValueError(
+            f"`{call}(...)` must have a step with at least one state, as nothing else moves; '{step.flow.name}' has "
+            "none: take its `outputs_at(t, x)`."
+        )
+    tables = (table_of(f"{call}(p=...)", step.parameters, p), table_of(f"{call}(x0=...)", step.states, x0))
+    runs = {len(rows) for rows in tables}
+    if len(runs - {1}) > 1:
+        raise ValueError(f"`{call}(...)` got {len(tables[0])} rows of p and {len(tables[1])} rows of x0.")
+    count = max(runs) if max(runs) > 1 else least
+    first, second = (np.broadcast_to(rows, (count, rows.shape[1])) for rows in tables)
+    return first, second
+
+
+def progress_of(call: str, progress: Progress | None) -> Progress:
+    """The function that is told the share that is done; it is told 0 first, so that one that fails costs no run."""
+    if progress is None:
+        return lambda share: None
+    must = "be a function of the share that is done, from 0 to 1"
+    answer(f"{call}(progress=...)", must, lambda: progress(0.0), lambda given: given)
+    return progress
+
+
+def _spacing(step: Step, p_rows: Array, until: float, every: float | None) -> tuple[int, int]:
+    """The number of steps between two kept times, and of such times; refused if they do not fit."""
+    until = refusals.seconds("simulate(until=...)", until)
+    step.flow.refuse_beyond("simulate(until=...)", until)
+    count = refusals.multiple("simulate(until=...)", until, step.h, "the step")
+    stride = 1
+    if every is not None:
+        stride = refusals.multiple(
+            "simulate(every=...)", refusals.seconds("simulate(every=...)", every), step.h, "the step"
+        )
+    if count % stride:
+        raise ValueError(
+            f"`simulate(until=...)` must be a multiple of `every` = {stride * step.h:g} s; got {until:g} s."
+        )
+    kept = count // stride
+    if step.noises and count > 2**STEP_BITS:
+        raise ValueError(
+            f"`simulate(until=...)` of a noisy step takes at most 2^{STEP_BITS} steps, as its noise would repeat; "
+            f"got {count}."
+        )
+    afford(step, len(p_rows), count, kept)
+    return stride, kept
+
+
+def afford(step: Step, runs: int, count: int, kept: int) -> None:
+    """Refuse what would not fit into memory, or would not end this week."""
+    need = 8 * runs * (kept + 1) * step.states.size
+    if need > LARGEST:
+        raise ValueError(
+            f"`simulate(...)` would need {need / 2**30:.3g} GB of memory for its states; "
+            f"the limit is {LARGEST / 2**30:.0f} GB. "
+            "Keep fewer times with `every`, or run fewer at once."
+        )
+    time = SECONDS_PER_OPERATION * runs * count * step.operations
+    if time > LONGEST:
+        raise ValueError(
+            f"`simulate(...)` would take about {time / 3600:.0f} hours of one processor for {runs} runs of {count} "
+            f"steps; the limit is {LONGEST / 3600:.0f}. Take a longer step, fewer runs, or a part of them at a time."
+        )

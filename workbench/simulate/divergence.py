@@ -1,4 +1,4 @@
-"""Where a run diverged: the first step whose state is not finite, found by marching again with more states kept."""
+"""Divergence of a run: the first step whose state is not finite, found by marching again with more states kept."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ROWS = 64  # of states kept in one look: ten thousand steps take three looks
 
 @dataclass(frozen=True, eq=False)
 class Divergence:
-    """When each run diverged, (B,) in s, and the first state that was not finite then, (B,); NaN and -1 for none."""
+    """The time in s at which each run diverged, (B,), and the first state not finite then; NaN and -1 for none."""
 
     at: Array
     state: Integers
@@ -46,7 +46,7 @@ def find_divergence(job: Job, x: Array, march: March) -> Divergence:
 
 
 def _losses(job: Job, x: Array, march: March) -> Iterator[Loss]:
-    """What happened to each run in x that is not finite throughout."""
+    """The loss of each run in x that is not finite throughout."""
     finite = np.asarray(np.isfinite(x).all(axis=2))
     lost = np.flatnonzero(~finite.all(axis=1))
     last = np.argmin(finite[lost], axis=1) - 1

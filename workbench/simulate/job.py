@@ -1,4 +1,4 @@
-"""Job: what a march is asked for, and the pieces that it is cut into."""
+"""Job: what a march is asked for, and the pieces of time and lots of runs that it is cut into."""
 
 from __future__ import annotations
 
@@ -14,9 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.core import Step
-from workbench.simulate.kernel.merging import Merged
 from workbench.simulate.kernel.noise import normals
-from workbench.simulate.kernel.plan import Plan, planned
+from workbench.simulate.kernel.plan import Plan
 from workbench.validation.refusals import Array, Integers
 
 # Told the share that is done, now and then.
@@ -27,27 +26,7 @@ March = Callable[["Job", Array, Progress], None]
 STEPS_AT_ONCE = 2_000  # the length of a table of time, which so stays in a cache
 BLOCKS_OF_A_LOT = 64
 STEPS_OF_A_STAGE = 8_000_000  # of all runs of a lot and 500 operations, between two looks at progress: half a second
-PAIRS = 2  # runs that leave every second lane of the narrowest vector to a step of twice the length
 NUMBERS_OF_A_STAGE = 1_000_000  # of kept states in a lot, which are turned run by run when it is done
-
-
-class Alike(NamedTuple):
-    """Several steps that are run by one graph.
-
-    Attributes
-    ----------
-    varied
-        The parameters of the graph that vary.
-    places
-        Where the states of each step are among those of the graph.
-    which
-        Of which step each run is, (B,).
-    """
-
-    merged: Merged
-    varied: tuple[int, ...]
-    places: tuple[Integers, ...]
-    which: Integers
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,12 +39,6 @@ class Job:
         (B, np).
     seed, runs
         The keys of their noise: a whole number, and one for each run, (B,).
-    paired
-        Whether every second run takes steps of twice the length, of which the stride is a whole number.
-    ahead
-        How many steps are still to come when it is done: the longer, the better its code should be.
-    alike
-        For runs that share their march with those of other steps: how; p may have zeros at its end.
     arithmetic
         How the operations are rounded: 'fused', 'portable' or 'casadi'.
     """
@@ -76,54 +49,32 @@ class Job:
     seed: int
     runs: Integers
     begin: int = 0
-    paired: bool = False
-    alike: Alike | None = None
-    ahead: int = 0
     arithmetic: str = "fused"
 
     @property
     def plan(self) -> Plan:
         """The plan of its kernel."""
-        if self.alike is None:
-            return Plan.of_step(self.step, self.varied)
-        return planned(self.alike.merged.graph, self.alike.varied)
-
-    @property
-    def rows(self) -> Array:
-        """The parameters of its kernel, a row a run."""
-        return self.p if self.alike is None else self.alike.merged.rows(self.p, self.alike.which)
-
-    @property
-    def size(self) -> int:
-        """How many states its kernel has."""
-        return self.step.states.size if self.alike is None else len(self.alike.merged.graph.results)
-
-    @property
-    def places(self) -> Integers:
-        """Where the states of its step are among them, where all runs are of one step."""
-        return np.arange(self.size) if self.alike is None else self.alike.places[self.alike.which[0]]
+        return Plan.of_step(self.step, self.varied)
 
     @property
     def fused(self) -> bool:
-        """Whether a product is rounded together with the sum that it is for."""
+        """True if a product is rounded together with the sum that it is for."""
         return self.arithmetic == "fused"
 
     @cached_property
     def varied(self) -> tuple[int, ...]:
-        """The parameters that are not the same in all runs."""
-        return differing(self.p)
+        """The parameters that have not the same bits in all runs."""
+        bits = self.p.view(np.uint64)  # 0 and -0 are two numbers
+        return tuple(int(i) for i in np.flatnonzero((bits != bits[:1]).any(axis=0)))
 
     def part(self, chosen: Integers, stride: int, begin: int) -> Job:
         """Some of the runs, from another step on."""
-        alike = self.alike and self.alike._replace(which=self.alike.which[chosen])
-        return replace(self, p=self.p[chosen], runs=self.runs[chosen], stride=stride, begin=begin, alike=alike)
+        return replace(self, p=self.p[chosen], runs=self.runs[chosen], stride=stride, begin=begin)
 
     def check(self, x: Array) -> None:
         """Refuse what a march would read or fill beyond its ends."""
         shapes = (self.p.shape, self.runs.shape, x.shape[:1], x.shape[2:])
-        size = self.step.parameters.size if self.alike is None else self.p.shape[1]
-        states = self.size if self.alike is not None and x.shape[2] == self.size else self.step.states.size
-        wanted = ((len(x), size), (len(x),), (len(x),), (states,))
+        wanted = ((len(x), self.step.parameters.size), (len(x),), (len(x),), (self.step.states.size,))
         if shapes != wanted or self.p.dtype != float or x.dtype != float or self.runs.dtype != np.int64:
             raise ValueError(
                 f"`march(job, x)` takes x (B, 1 + kept, {self.step.states.size}) and p (B, "
@@ -136,14 +87,8 @@ class Job:
         return normals(self.seed, self.runs, steps, self.step.noises)
 
 
-def differing(rows: Array) -> tuple[int, ...]:
-    """The columns in which not all rows (B, n) have the same bits."""
-    bits = rows.view(np.uint64)  # 0 and -0 are two numbers
-    return tuple(int(i) for i in np.flatnonzero((bits != bits[:1]).any(axis=0)))
-
-
 class Piece(NamedTuple):
-    """What one table of time serves: `rows` rows of x from `row` on, `steps` steps each, from the step `begin`.
+    """Rows of x that one table of time serves: `rows` of them from `row` on, `steps` steps each, from step `begin`.
 
     It goes on from the states in row `start`: those before its first, or those that a piece before it left there;
     `whole` says whether its last row is done, or left for the next piece.
@@ -158,7 +103,7 @@ class Piece(NamedTuple):
 
     @property
     def length(self) -> int:
-        """How many steps it has."""
+        """The number of its steps."""
         return self.rows * self.steps
 
 
@@ -201,7 +146,7 @@ def lots(job: Job, width: int) -> list[slice]:
 
 @contextmanager
 def crew(blocks: int) -> Iterator[Callable[..., Iterable[Any]]]:
-    """What calls a function for each lot of the blocks: threads side by side, or nobody else for a single block."""
+    """A `map` over so many blocks: by threads side by side, or the plain one for a single block."""
     if blocks == 1:
         yield map
         return
@@ -213,7 +158,7 @@ def crew(blocks: int) -> Iterator[Callable[..., Iterable[Any]]]:
 
 
 def threads() -> int:
-    """How many threads march: one for each processor this process may use, or fewer if that was asked for."""
+    """The number of threads that march: the processors this process may use, or fewer if that was asked for."""
     affinity = getattr(os, "sched_getaffinity", None)
     return _asked.get() or (len(affinity(0)) if affinity else os.cpu_count() or 1)
 

@@ -1,4 +1,4 @@
-"""What a simulation hands back: states over time, run by run, with the runs that diverged marked."""
+"""Trajectories: states over time, run by run, with the runs that diverged marked."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Trajectories:
 
     @property
     def arithmetic(self) -> str:
-        """How their operations were rounded: 'fused', 'portable' or 'casadi'."""
+        """The rounding of their operations: 'fused', 'portable' or 'casadi'."""
         return self.job.arithmetic
 
     @property
@@ -79,7 +79,7 @@ class Trajectories:
 
     @property
     def diverged(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-        """(B,), whether each run diverged."""
+        """(B,), true for each run that diverged."""
         return np.asarray(np.isfinite(self.diverged_at))
 
     def __repr__(self) -> str:

@@ -16,10 +16,10 @@ from workbench.metrics import AbstractMetric
 from workbench.metrics.final import accumulated, accumulators, values
 from workbench.simulate import Trajectories, simulate
 from workbench.simulate.arithmetic import signature
+from workbench.simulate.batch import SECONDS_PER_OPERATION
 from workbench.simulate.job import Progress
-from workbench.simulate.request import SECONDS_PER_OPERATION
-from workbench.simulate.stepping.accuracy import change
-from workbench.simulate.stepping.stability import longest_steps, modes_at
+from workbench.simulate.stability import longest_steps, modes_at
+from workbench.simulate.step_size import change
 from workbench.study.ledger.chunk import Chunk, chunk_of, plain
 from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep, again

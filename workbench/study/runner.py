@@ -3,24 +3,19 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
-from contextlib import suppress
-from dataclasses import fields, is_dataclass
 from functools import partial
 from threading import Lock
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
 from workbench.core import Ode, Sampled
-from workbench.metrics import Measurement, measure, measure_alike
+from workbench.metrics import Measurement, measure
 from workbench.study.contract import equations_of
 from workbench.study.run import Run
 from workbench.study.study import Case, Outcome, Results, Study
 from workbench.validation.refusals import whole
 from workbench.validation.signatures import door
-
-FULL = 4  # cases and their half steps fill one of the widest vectors
-FEW_WORKERS = 4  # up to so many gain more by two vectors of one kernel than by another kernel beside it
 
 Progress = Callable[[float], None]
 T = TypeVar("T")
@@ -55,16 +50,15 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
         raise ValueError("`run(study)` needs the cases themselves, not a function: take `study.resolved(tuned)`.")
     tally = _Tally(cases, progress)
     workers = (os.cpu_count() or 1) if workers is None else whole("run(workers=...)", workers)
-    groups = _in_turns(cases, _groups(cases, 2 * FULL if workers <= FEW_WORKERS else FULL))
+    order = sorted(range(len(cases)), key=lambda i: -_work(cases[i]))  # the longest first
     pool = ThreadPoolExecutor(workers)
     try:
-        futures = {g: pool.submit(_outcomes, [cases[i] for i in g], [tally.of(i) for i in g]) for g in groups}
+        futures = {i: pool.submit(_outcome, cases[i], tally.of(i)) for i in order}
         done, _ = wait(futures.values(), return_when=FIRST_EXCEPTION)
-        failed = [g for g in sorted(futures) if futures[g] in done and futures[g].exception() is not None]
+        failed = [i for i in sorted(futures) if futures[i] in done and futures[i].exception() is not None]
         if failed:
             futures[failed[0]].result()
-        outcomes = {i: outcome for g in groups for i, outcome in zip(g, futures[g].result(), strict=True)}
-        return Results(tuple(outcomes[i] for i in range(len(cases))))
+        return Results(tuple(futures[i].result() for i in range(len(cases))))
     finally:
         tally.stopped = True
         pool.shutdown(cancel_futures=True)
@@ -75,59 +69,10 @@ def _work(case: Case) -> float:
     return case.run.until / (2 * case.run.h if case.run.h else case.run.kept)
 
 
-def _groups(cases: Sequence[Case], most: int) -> list[tuple[int, ...]]:
-    """The numbers of the cases, at most so many together that may be alike: loops of the same blocks, at one step.
-
-    What a loop follows may differ, and so may metrics and horizon.
-    """
-    groups: dict[object, list[int]] = {}
-    for i, case in enumerate(cases):
-        run, loop = case.run, cast(Any, case.run.loop)
-        named = is_dataclass(loop) and not isinstance(loop, Ode | Sampled) and run.h is not None
-        names = [f.name for f in fields(loop)] if named else []
-        blocks: list[object] = [type(getattr(loop, name)) for name in names if name != "reference"] or [i]
-        groups.setdefault((run.h, run.every, run.tolerance, run.seed, *blocks), []).append(i)
-    return [tuple(g[k : k + most]) for g in groups.values() for k in range(0, len(g), most)]
-
-
-def _in_turns(cases: Sequence[Case], groups: Sequence[tuple[int, ...]]) -> list[tuple[int, ...]]:
-    """Longest first, but groups of many spread among those of a few: the former keep the interpreter busy."""
-    shares: list[tuple[float, tuple[int, ...]]] = []
-    for few in (True, False):
-        kind = [group for group in groups if (len(group) <= 2) is few]
-        work = {group: sum(_work(cases[i]) for i in group) for group in kind}
-        done, total = 0.0, sum(work.values()) or 1.0
-        for group in sorted(kind, key=lambda group: -work[group]):
-            shares.append((done / total, group))
-            done += work[group]
-    return [group for _, group in sorted(shares)]
-
-
-def _outcomes(cases: Sequence[Case], tells: Sequence[Progress]) -> list[Outcome]:
-    """The outcomes of cases that may be alike."""
-    odes = [_named(case, partial(_ode, case)) for case in cases]
-    first, found = cases[0].run, None
-    if first.h is not None and len(cases) > 1:
-        with suppress(ValueError, LookupError):  # what is wrong with which of them is told below
-            found = measure_alike(
-                odes,
-                [case.run.metrics for case in cases],
-                until=[case.run.until for case in cases],
-                h=2 * first.h,
-                every=first.every,
-                tolerance=first.tolerance,
-                seed=first.seed,
-                progress=partial(_tell_all, tells),
-            )
-    if found is None:
-        runs = zip(cases, odes, tells, strict=True)
-        found = [_named(case, partial(_measured, case, ode, tell)) for case, ode, tell in runs]
-    return [Outcome(*of) for of in zip(cases, odes, found, strict=True)]
-
-
-def _tell_all(tells: Sequence[Progress], share: float) -> None:
-    for tell in tells:
-        tell(share)
+def _outcome(case: Case, tell: Progress) -> Outcome:
+    """The equations and the measurement of a case."""
+    ode = _named(case, partial(_ode, case))
+    return Outcome(case, ode, _named(case, partial(_measured, case, ode, tell)))
 
 
 def _named(case: Case, call: Callable[[], T]) -> T:

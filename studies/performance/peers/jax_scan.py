@@ -8,9 +8,6 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from workbench.bench.peers.contract import Runner
-from workbench.bench.workload import STATES, H, rmse
-from workbench.bench.written import in_scalars
 
 from studies.performance.peers.contract import Runner
 from studies.performance.workload import STATES, H, rmse

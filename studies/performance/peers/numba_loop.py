@@ -6,9 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from workbench.bench.peers.contract import Runner
-from workbench.bench.workload import PARAMETERS, STATES, H, rmse
-from workbench.bench.written import in_scalars
 
 from studies.performance.peers.contract import Runner
 from studies.performance.workload import PARAMETERS, STATES, H, rmse

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from workbench.bench.peers.contract import Runner
-from workbench.bench.workload import STATES, H, rmse
-from workbench.bench.written import in_matrices
 
 from studies.performance.peers.contract import Runner
 from studies.performance.workload import STATES, H, rmse

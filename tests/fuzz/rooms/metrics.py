@@ -111,7 +111,6 @@ def calls() -> dict[str, Any]:
         "measure_own": partial(measure_own, watched=("y",), sampled=None, checked=None, integrated=None,
                                remembered=Layout(), updated=None, valued=None),
         "measure_integral": partial(measure_integral, g, finish, ("y",)),
-        "measure_alike": partial(room.measure_alike, [ODE, ODE], [[rms], [rms]], until=[1.0, 0.5], **how),
         "measured": partial(room.measured, ODE, [rms], 0.1, "rk4"),
         "maker": partial(maker, ODE, [rms]),
         "resolved": partial(resolved, ODE, [rms], 1.0),

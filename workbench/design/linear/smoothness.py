@@ -19,7 +19,7 @@ JUMP = 1e-9  # the least difference of two rates, relative to their size, that c
 
 def refuse_jumps(call: str, ode: Ode, p: Array) -> None:
     """Refuse an equation whose rate may jump as its states change: a transition matrix would jump with it."""
-    from workbench.reference.switching import Switched
+    from workbench.reference.surfaces import Switched
 
     for surface in Switched.of(ode, p).surfaces:
         if surface.jumps and ca.depends_on(surface.sigma, ode.x):
@@ -65,7 +65,7 @@ def _refuse_jump_nearby(call: str, ode: Ode, both: ca.SX, t: float, x: Array, p:
 
 
 def _refuse_jump_of_states(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
-    from workbench.reference.switching import Switched  # half a second, which few callers need
+    from workbench.reference.surfaces import Switched  # half a second, which few callers need
 
     try:
         switched = Switched.of(_with_outputs(ode), p)

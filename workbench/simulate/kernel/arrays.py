@@ -1,37 +1,87 @@
-"""NumPy's arrays as a machine: at once, or as a tape that is played again and again in buffers of its own."""
+"""NumPy's arrays as a machine: at once, or as a tape that is played again and again.
+
+References
+----------
+Boldo and Melquiond (2008), Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd,
+IEEE Transactions on Computers 57, section 4.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
-from workbench.simulate.kernel.exact import fma
+from workbench.simulate.kernel.elementary_functions import halves
 from workbench.simulate.kernel.machine import Value
 
-
-def _in(make: Callable[..., Any]) -> Callable[..., Any]:
-    """The function that puts what it makes into `out`, if there is one, as NumPy's own do."""
-
-    def made(*operands: Any, out: Any = None) -> Any:
-        result = make(*operands)
-        if out is None:
-            return result
-        out[...] = result
-        return out
-
-    return made
+# Within these sizes no part of a product is lost below the range of a double, and none beyond it.
+LEAST_PRODUCT, MOST_FACTOR, MOST_TERM = 2.0**-960, 2.0**990, 2.0**1000
 
 
-# A result may be written over no operand.
+def fma(a: Any, b: Any, c: Any) -> Any:
+    """a b + c with one rounding, elementwise."""
+    with np.errstate(all="ignore"):
+        product = np.multiply(a, b)
+        result = np.asarray(_by_parts(a, b, c, product))
+        size = np.abs(product)
+        amid = (size >= LEAST_PRODUCT) & (size <= MOST_TERM) & (np.abs(c) <= MOST_TERM)
+        amid &= (np.abs(a) <= MOST_FACTOR) & (np.abs(b) <= MOST_FACTOR)
+        if not amid.all():
+            finite = np.isfinite(a) & np.isfinite(b)
+            plain = np.where(finite & ~np.isfinite(c), c, product + c)  # exact products: of zero, of what is not finite
+            known = amid | ~finite | ~np.isfinite(c) | (a == 0) | (b == 0)
+            result = np.where(amid, result, plain)
+            if not known.all():
+                rare = np.flatnonzero(~known)
+                operands = (np.broadcast_to(part, result.shape).flat[rare].tolist() for part in (a, b, c))
+                result.flat[rare] = [_one(*each) for each in zip(*operands, strict=True)]
+    return result
+
+
+def _by_parts(a: Any, b: Any, c: Any, product: Any) -> Any:
+    """From an exact product and two exact sums, of which the smaller parts are added with rounding to odd."""
+    (ah, al), (bh, bl) = halves(a), halves(b)
+    lacking = al * bl - (((product - ah * bh) - al * bh) - ah * bl)
+    middle, low = _sum(c, lacking)
+    high, rest = _sum(product, middle)
+    return high + _odd(rest, low)
+
+
+def _sum(a: Any, b: Any) -> tuple[Any, Any]:
+    """The rounded sum and what it lacks (Knuth)."""
+    total = a + b
+    other = total - a
+    return total, (a - (total - other)) + (b - other)
+
+
+def _odd(a: Any, b: Any) -> Any:
+    """A sum that is exact or, of the two doubles beside it, the one with an odd last bit."""
+    total, lacking = _sum(a, b)
+    bits = np.asarray(total).view(np.int64)
+    outward = np.where((lacking > 0) == (total > 0), 1, -1)
+    return np.where((lacking != 0) & (bits & 1 == 0), bits + outward, bits).view(np.float64)
+
+
+def _one(a: float, b: float, c: float) -> float:
+    """From fractions; of finite numbers whose product is not zero."""
+    exact = Fraction(a) * Fraction(b) + Fraction(c)
+    try:
+        return float(exact)
+    except OverflowError:
+        return math.inf if exact > 0 else -math.inf
+
+
 FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "add": np.add,
     "sub": np.subtract,
     "mul": np.multiply,
     "div": np.divide,
-    "fma": _in(fma),
+    "fma": fma,
     "neg": np.negative,
     "fabs": np.fabs,
     "sqrt": np.sqrt,
@@ -47,7 +97,7 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "and": np.logical_and,
     "or": np.logical_or,
     "not": np.logical_not,
-    "nonzero": _in(lambda word: word != np.uint64(0)),
+    "nonzero": lambda word: word != np.uint64(0),
     "word_add": np.add,
     "word_mul": np.multiply,
     "word_and": np.bitwise_and,
@@ -55,13 +105,11 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "word_xor": np.bitwise_xor,
     "shl": np.left_shift,
     "lshr": np.right_shift,
-    "select": _in(np.where),
-    "bits": _in(lambda number: np.asarray(number).view(np.uint64)),
-    "number": _in(lambda word: np.asarray(word).view(np.float64)),
-    "signed": _in(lambda word: np.asarray(word).view(np.int64).astype(np.float64)),
+    "select": np.where,
+    "bits": lambda number: np.asarray(number).view(np.uint64),
+    "number": lambda word: np.asarray(word).view(np.float64),
+    "signed": lambda word: np.asarray(word).view(np.int64).astype(np.float64),
 }
-TRUTHS = {"lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "nonzero"}
-WORDS = {"bits", "shl", "lshr"}
 
 
 @dataclass(frozen=True)
@@ -83,57 +131,55 @@ class Arrays:
         return np.uint64(value % 2**64)
 
 
-class Note(NamedTuple):
-    """An operation on the results of earlier notes."""
-
-    operation: str
-    operands: tuple[int, ...]
-
-    @property
-    def kind(self) -> type[Any]:
-        """Of its result."""
-        if self.operation in TRUTHS:
-            return np.bool_
-        return np.uint64 if self.operation in WORDS or self.operation.startswith("word_") else np.float64
+# A place, a function, the places of its operands, and those that nothing behind it needs.
+Line = tuple[int, Callable[..., Any], tuple[int, ...], tuple[int, ...]]
 
 
 class Tape:
-    """Notes what is to be done, each thing once; a value is its place among notes, constants and what comes in."""
+    """A machine that notes what is to be done, each thing once; a value is its place among the values of a play."""
 
     def __init__(self, fused: bool) -> None:
         self.fused = fused
-        self.notes: dict[int, Note] = {}
+        self.places: dict[object, int] = {}
+        self.notes: dict[int, tuple[Callable[..., Any], tuple[int, ...]]] = {}
         self.constants: dict[int, Any] = {}
-        self.known: dict[object, int] = {}
 
     def do(self, operation: str, *operands: int) -> int:
         """The place of a result."""
-        note = Note(operation, operands)
-        place = self.place(note)
-        self.notes.setdefault(place, note)
+        place = self.place((operation, operands))
+        self.notes.setdefault(place, (FUNCTIONS[operation], operands))
         return place
 
     def constant(self, value: float) -> int:
-        """The place of a double."""
-        return self._constant(np.float64(value))
+        """The place of a double; 0 and -0 are two."""
+        place = self.place(("number", np.float64(value).tobytes()))
+        self.constants[place] = np.float64(value)
+        return place
 
     def word(self, value: int) -> int:
         """The place of 64 bits."""
-        return self._constant(np.uint64(value % 2**64))
-
-    def before(self, places: Iterable[int]) -> dict[int, Note]:
-        """The notes that these values need, in their order."""
-        needed = set(places)
-        for place, note in reversed(self.notes.items()):
-            if place in needed:
-                needed.update(note.operands)
-        return {place: note for place, note in self.notes.items() if place in needed}
+        place = self.place(("word", value))
+        self.constants[place] = np.uint64(value % 2**64)
+        return place
 
     def place(self, of: object) -> int:
         """The place of what comes in under a name of its own."""
-        return self.known.setdefault(of, len(self.known))
+        return self.places.setdefault(of, len(self.places))
 
-    def _constant(self, value: Any) -> int:
-        place = self.place((type(value), value.tobytes()))  # 0 and -0 are two, and NaN is one
-        self.constants[place] = value
-        return place
+    def lines(self, results: Collection[int]) -> list[Line]:
+        """The operations that some results need, each with the values that nothing behind it needs."""
+        needed, kept = set(results), list[Line]()
+        for place, (function, operands) in reversed(self.notes.items()):
+            if place in needed:
+                last = tuple({i for i in operands if i in self.notes and i not in needed})
+                needed.update(operands)
+                kept.append((place, function, operands, last))
+        return kept[::-1]
+
+
+def play(lines: Iterable[Line], values: dict[int, Value]) -> None:
+    """Add what some lines of a tape make to the values that come in; what is needed no longer goes at once."""
+    for place, function, operands, last in lines:
+        values[place] = function(*[values[i] for i in operands])
+        for i in last:
+            del values[i]

@@ -92,7 +92,7 @@ def store(key: str, code: bytes) -> None:
 
 
 def _of_the_user() -> Path:
-    """Where this system keeps what a user's programs can make again."""
+    """The folder in which this system keeps what a user's programs can make again."""
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
     if sys.platform == "darwin":
@@ -102,7 +102,7 @@ def _of_the_user() -> Path:
 
 
 def _private(status: os.stat_result) -> bool:
-    """Whether only this user can have written what has this status; Windows keeps its own lists of that."""
+    """True if only this user can have written what has this status; Windows keeps its own lists of that."""
     return os.name != "posix" or (status.st_uid == os.geteuid() and not status.st_mode & 0o022)
 
 

@@ -104,7 +104,7 @@ def instructions(width: int) -> Mapping[str, str]:
 
 
 def declarations(width: int) -> list[str]:
-    """What is said of the intrinsics before they are called."""
+    """The declarations of the intrinsics."""
     vector = f"<{width} x double>"
     return [
         f"declare {vector} @llvm.{name}.v{width}f64({', '.join([vector] * count)})"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 
-from workbench.simulate.kernel import functions as f
+from workbench.simulate.kernel import elementary_functions as f
 from workbench.simulate.kernel.graph import Graph, Node
 from workbench.simulate.kernel.machine import Machine, Number, Truth, Value, fma, select
 from workbench.simulate.kernel.plan import PLAIN
@@ -45,7 +45,7 @@ class Evaluation:
             self._make(place, self.graph.nodes[place])
 
     def value(self, place: int) -> Value:
-        """What the machine has for a value."""
+        """The machine's own object for a value."""
         return self.number(place).value
 
     def number(self, place: int) -> Number:

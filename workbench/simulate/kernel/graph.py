@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 
 class Level(enum.IntEnum):
-    """What a value changes with at most: the length of the step, parameters too, time too, or the state of a run."""
+    """The most variable thing that a value depends on: the length of the step, parameters, time, the state of a run."""
 
     LENGTH = 0
     PARAMETERS = 1
@@ -60,7 +60,7 @@ class Graph:
 
     @cached_property
     def levels(self) -> tuple[Level, ...]:
-        """What each node changes with at most; what Python cannot fold is made with the parameters."""
+        """The level of each node; what Python cannot fold is made with the parameters."""
         found: list[Level] = []
         length, parameters = Level.LENGTH, Level.PARAMETERS
         for op, operands, *_ in self.nodes:

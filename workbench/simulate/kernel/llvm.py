@@ -27,20 +27,20 @@ llvm.initialize_native_asmprinter()
 
 @cache
 def lanes() -> int:
-    """How many doubles a vector register of this processor holds, but at least four."""
+    """The number of doubles that a vector register of this processor holds, but at least four."""
     return 8 if llvm.get_host_cpu_features().get("avx512f") else 4
 
 
 @cache
 def has_fma() -> bool:
-    """Whether this processor multiplies and adds with one rounding in one instruction."""
+    """True if this processor multiplies and adds with one rounding in one instruction."""
     # x86 says so among its features; 64-bit ARM always does, and does not say so
     return bool(llvm.get_host_cpu_features().get("fma", platform.machine().lower() in ("aarch64", "arm64")))
 
 
 @cache
 def processor() -> str:
-    """What machine code depends on besides its IR: the platform, its processor, and the LLVM that wrote it."""
+    """All that machine code depends on besides its IR: the platform, its processor, and the LLVM that wrote it."""
     name, features = _host()
     version = ".".join(map(str, llvm.llvm_version_info))
     return f"{llvm.get_process_triple()} {name} {features} LLVM {version} llvmlite {llvmlite.__version__}"
@@ -53,16 +53,10 @@ class Native:
     engine: Any
 
     def function(self, name: str, *arguments: type, result: type | None = None) -> Callable[..., Any]:
-        """A function of the module, of arguments and a result of these ctypes; other threads go on while it runs.
-
-        Raises
-        ------
-        LookupError
-            If the module has no function of that name.
-        """
-        address = self.engine.get_function_address(name) if name else 0  # LLVM ends the process on an empty name
+        """A function of the module, of arguments and a result of these ctypes; other threads go on while it runs."""
+        address = self.engine.get_function_address(name)
         if not address:
-            raise LookupError(f"`Native.function({name!r})` must name a function of the module; there is none.")
+            raise LookupError(f"The compiled module has no function '{name}'.")
         made = ctypes.CFUNCTYPE(result, *arguments)(address)
         vars(made)["engine"] = self.engine  # else the code would go when the module goes
         return made
@@ -88,7 +82,9 @@ def compiled(ir: str, haste: bool = False) -> Native:
     with _turn:  # LLVM serves one caller at a time; a second one who wants the same module shall find it made
         for level in levels:
             key = disk.key(ir, processor(), f"codegen {level}")
-            module = _modules.get(key) or _on_disk(key)
+            module = _modules.get(key)
+            if module is None and (code := disk.load(key)) is not None:
+                module = _in_memory(code)
             if module is not None:
                 break
         else:
@@ -100,12 +96,6 @@ def compiled(ir: str, haste: bool = False) -> Native:
         if len(_modules) > KEPT:
             _modules.popitem(last=False)
         return module
-
-
-def _on_disk(key: str) -> Native | None:
-    """The module that was kept under a key."""
-    code = disk.load(key)
-    return None if code is None else _in_memory(code)
 
 
 def _in_memory(code: bytes) -> Native:

@@ -12,31 +12,24 @@ other. `p` holds the parameters (blocks, np, width), `runs` and `seed` the keys 
 (blocks, nx, width), which it receives again; `out` receives the rows (blocks, kept, nx, width). `scratch` has
 room for the values made once a run (nl, width), `table` for those made once a step (groups of `width` steps,
 nt, width). It ends with the last piece, or with a done row in which no run is finite, and says how many
-pieces it did. Where lanes are `paired`, as `pairs` tells, there are two sets of constants and two tables.
+pieces it did.
 """
 
 from __future__ import annotations
 
 from functools import reduce
 
-from workbench.simulate.kernel import pairs
 from workbench.simulate.kernel.emission import Emission, declarations
 from workbench.simulate.kernel.machine import Number
 from workbench.simulate.kernel.noise import normals_on
 from workbench.simulate.kernel.plan import Plan
 
 
-def lower(plan: Plan, width: int, fused: bool = True, paired: bool = False) -> str:
-    """The IR of a plan for vectors of `width` runs, or of half as many pairs, with `fused` products or without."""
+def lower(plan: Plan, width: int, fused: bool = True) -> str:
+    """The IR of a plan for vectors of `width` runs, with `fused` products or without."""
     truth = f"declare i1 @llvm.vector.reduce.or.v{width}i1(<{width} x i1>)"
-    tables = [CALL.format(which="")] if plan.table else []
-    if paired:
-        tables.insert(0, pairs.table(plan, width))
-    if paired and plan.table:
-        tables.append(CALL.format(which="wide_"))
-    wide = "%wide_table" if paired else "%table"
-    march = MARCH.format(width=width, less=width - 1, tables="\n".join(tables), wide=wide)
-    functions = [march, _piece(plan, width, fused, paired), *([_table(plan, width, fused)] if plan.table else ())]
+    march = MARCH.format(width=width, less=width - 1, table=CALL if plan.table else "")
+    functions = [march, _piece(plan, width, fused), *([_table(plan, width, fused)] if plan.table else ())]
     return "\n".join([*declarations(width), truth, *functions])
 
 
@@ -60,10 +53,9 @@ piece:
   %steps = mul i64 %rows, %stride
   %more = add i64 %steps, {less}
   %groups = sdiv i64 %more, {width}
-{tables}
+{table}
   %alive = call i1 @workbench_piece(i64 %blocks, i64 %rows, i64 %stride, i64 %begin, i64 %row, i64 %kept, i64 %seed,
-                                    ptr %runs, ptr %constants, ptr %p, ptr %scratch, ptr %table, ptr {wide},
-                                    ptr %x, ptr %out)
+                                    ptr %runs, ptr %constants, ptr %p, ptr %scratch, ptr %table, ptr %x, ptr %out)
   %i1 = add i64 %i, 1
   %left = icmp slt i64 %i1, %count
   %amid = icmp eq i64 %done, 0
@@ -76,7 +68,7 @@ end:
 
 PIECE = """
 define internal i1 @workbench_piece(i64 %blocks, i64 %rows, i64 %stride, i64 %begin, i64 %row, i64 %kept, i64 %seed,
-        ptr %runs, ptr %constants, ptr %p, ptr %scratch, ptr %table, ptr %wide_table, ptr %x, ptr %out)
+        ptr %runs, ptr %constants, ptr %p, ptr %scratch, ptr %table, ptr %x, ptr %out)
         alignstack(64) "stackrealign" {{
 start:
   br label %block
@@ -103,7 +95,11 @@ step:
 {states}
   %here = add i64 %past, %i
   %k = add i64 %here, %begin
-{place}
+  %group = sdiv i64 %here, {width}
+  %member = srem i64 %here, {width}
+  %group_skip = mul i64 %group, {group_size}
+  %time_skip = add i64 %group_skip, %member
+  %time_here = getelementptr double, ptr %table, i64 %time_skip
 {body}
   %i1 = add i64 %i, 1
   %more = icmp slt i64 %i1, %stride
@@ -127,15 +123,8 @@ end:
   ret i1 %alive1
 }}"""
 
-PLACE = """
-  %{which}group = sdiv i64 %{which}here, {width}
-  %{which}member = srem i64 %{which}here, {width}
-  %{which}group_skip = mul i64 %{which}group, {group_size}
-  %{which}time_skip = add i64 %{which}group_skip, %{which}member
-  %{which}time_here = getelementptr double, ptr %{which}table, i64 %{which}time_skip"""
-
 CALL = """
-  call void @workbench_table(i64 %{which}groups, i64 %{which}begin, ptr %{which}constants, ptr %p, ptr %{which}table)"""
+  call void @workbench_table(i64 %groups, i64 %begin, ptr %constants, ptr %p, ptr %table)"""
 
 TABLE = """
 define internal void @workbench_table(i64 %groups, i64 %begin, ptr %constants, ptr %p, ptr %table)
@@ -162,28 +151,25 @@ end:
 }}"""
 
 
-def _piece(plan: Plan, width: int, fused: bool, paired: bool) -> str:
+def _piece(plan: Plan, width: int, fused: bool) -> str:
     nx, graph = len(plan.graph.results), plan.graph
     lane = {place: i for i, place in enumerate(plan.lanes)}
     row = {place: i for i, place in enumerate(plan.table)}
 
     def outside(e: Emission, place: int) -> str:
-        node = graph.nodes[place]
         if place in plan.constant_places:
-            at = plan.constant_places[place]
-            return pairs.constant(e, plan, at) if paired else e.spread("%constants", at)
-        return e.lane("%p_here", plan.parameters[node.entry])
+            return e.spread("%constants", plan.constant_places[place])
+        return e.lane("%p_here", plan.parameters[graph.nodes[place].entry])
 
     def inside(e: Emission, place: int) -> str:
         node = graph.nodes[place]
         if place in lane:
             return e.lane("%scratch", lane[place])
         if place in row:
-            at = row[place] * width
-            return pairs.timed(e, at) if paired else e.spread("%time_here", at)
+            return e.spread("%time_here", row[place] * width)
         if node.op == "x":
             return f"%x{node.entry}"
-        steps = pairs.steps(e) if paired else e.splat("%k", "i64")
+        steps = e.splat("%k", "i64")
         return _noise(e, place, steps) if node.op == "w" else e.do("signed", steps)
 
     before, body = Emission(graph, width, fused, "u", outside), Emission(graph, width, fused, "v", inside)
@@ -191,7 +177,6 @@ def _piece(plan: Plan, width: int, fused: bool, paired: bool) -> str:
     before.store("%scratch", map(before.evaluation.value, plan.lanes))
     body.evaluation.make(plan.inside)
     ends = [body.evaluation.value(place) for place in graph.results]
-    ends = pairs.taken(body, ends) if paired else ends
     enter, keep, last = (Emission(graph, width, fused, prefix, inside) for prefix in ("s", "t", "w"))
     starts = [enter.lane("%x_here", i) for i in range(nx)]
     keep.store("%x_here", ends)
@@ -203,7 +188,7 @@ def _piece(plan: Plan, width: int, fused: bool, paired: bool) -> str:
         integers=body.integers,
         np=len(plan.parameters),
         nx=nx,
-        place=_place(len(plan.table) * width, width, paired),
+        group_size=len(plan.table) * width,
         states="\n".join(f"  %x{i} = phi {body.type} [ {starts[i]}, %enter ], [ {ends[i]}, %step ]" for i in range(nx)),
         prepare=before,
         enter=enter,
@@ -211,12 +196,6 @@ def _piece(plan: Plan, width: int, fused: bool, paired: bool) -> str:
         keep=keep,
         alive=last,
     )
-
-
-def _place(group_size: int, width: int, paired: bool) -> str:
-    """Lines that find a step in the table, or in both."""
-    place = PLACE.format(which="", width=width, group_size=group_size)
-    return place + pairs.PLACE + PLACE.format(which="wide_", width=width, group_size=group_size) if paired else place
 
 
 def _noise(e: Emission, place: int, steps: str) -> str:
@@ -228,7 +207,7 @@ def _noise(e: Emission, place: int, steps: str) -> str:
 
 
 def _any_finite(e: Emission, states: list[str]) -> None:
-    """Whether this or an earlier block has a run with finite states: of a finite number, x - x is 0."""
+    """The line that says if this or an earlier block has a run with finite states: of a finite number, x - x is 0."""
     total = reduce(Number.__add__, [Number(e, x) - Number(e, x) for x in states])
     some = e.line(f"call i1 @llvm.vector.reduce.or.v{e.width}i1({e.flags} {total.compare('eq', total).value})")
     e.lines.append(f"  %alive1 = or i1 %alive, {some}")

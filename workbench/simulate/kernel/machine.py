@@ -1,8 +1,7 @@
 """Machine: the operations that a target has, all of them rounded by IEEE 754 in one way, and numbers that use them.
 
-Elementary functions, noise and the nodes of a graph are written in Python's operators on these numbers. What an
-operator does is up to the machine: one writes LLVM IR, another computes on NumPy's arrays, a third notes down what is
-to be computed later. So there is one definition, and the same bits wherever it runs.
+Elementary functions, noise and the nodes of a graph are written once, in Python's operators on these numbers. A machine
+writes LLVM IR for an operator, computes it on NumPy's arrays, or notes it down for later, with the same bits.
 
     numbers     add sub mul div neg fabs sqrt floor trunc copysign, and fma where products are fused
     truths      lt le gt ge eq ne of numbers; and or not of truths; nonzero of a word
@@ -75,7 +74,7 @@ class Word:
 
     @property
     def nonzero(self) -> Truth:
-        """Whether a bit is set."""
+        """True where a bit is set."""
         return Truth(self.machine, self.machine.do("nonzero", self.value))
 
     @property

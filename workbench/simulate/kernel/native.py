@@ -11,18 +11,18 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from workbench.simulate.job import BLOCKS_OF_A_LOT, PAIRS, Job, Piece, Progress, crew, lots, stages
-from workbench.simulate.kernel import llvm, pairs
+from workbench.simulate.job import BLOCKS_OF_A_LOT, Job, Piece, Progress, crew, lots, stages
+from workbench.simulate.kernel import llvm
 from workbench.simulate.kernel.lowering import lower
 from workbench.simulate.kernel.plan import Plan
 from workbench.validation.refusals import Array
 
-FEW = 2 * PAIRS
+FEW = 4  # runs that are served faster by vectors of so many
 WORTH_COMPILING = 400_000  # steps of blocks, done and to be done, in which better code gains what it costs
 ALIGNMENT = 64  # bytes: what the widest vector loads ask for
 
 
-# How many steps of blocks each plan has marched in this process.
+# The steps of blocks that each plan has marched in this process.
 _marched: WeakKeyDictionary[Plan, int] = WeakKeyDictionary()
 
 
@@ -32,25 +32,22 @@ class Kernel:
 
     plan: Plan
     width: int
-    paired: bool
     march: Callable[..., int]
 
 
 @lru_cache(maxsize=256)
-def kernel(plan: Plan, width: int, haste: bool = False, fused: bool = True, paired: bool = False) -> Kernel:
-    """The kernel of a plan, `width` runs side by side, or half as many pairs, with `fused` products or without.
+def kernel(plan: Plan, width: int, haste: bool = False, fused: bool = True) -> Kernel:
+    """The kernel of a plan, `width` runs side by side, with `fused` products or without.
 
     In `haste` it is slower code with the same results.
     """
-    module = llvm.compiled(_ir(plan, width, fused, paired), haste)
+    module = llvm.compiled(_ir(plan, width, fused), haste)
     number, pointer = ctypes.c_int64, ctypes.c_void_p
     march = module.function("workbench_march", pointer, *[number] * 4, *[pointer] * 7, result=number)
-    return Kernel(plan, width, paired, march)
+    return Kernel(plan, width, march)
 
 
-@lru_cache(maxsize=16)
-def _ir(plan: Plan, width: int, fused: bool, paired: bool) -> str:
-    return lower(plan, width, fused, paired)
+_ir = lru_cache(maxsize=16)(lower)
 
 
 def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
@@ -59,14 +56,7 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
     Vectors of `width` runs are as wide as the processor's unless it is given; few runs are served faster by half.
     """
     job.check(x)
-    if x.shape[2] < job.size:  # one of several steps that are alike: the states that it has not stay zero
-        wide = np.zeros((*x.shape[:2], job.size))
-        wide[:, 0, job.places] = x[:, 0]
-        march(job, wide, tell, width)
-        x[:, 1:] = wide[:, 1:, job.places]
-        return
-    runs = len(x) if job.alike is None else PAIRS * len(job.alike.places)
-    kept, width = x.shape[1] - 1, width or (FEW if runs <= FEW else llvm.lanes())
+    kept, width = x.shape[1] - 1, width or (FEW if len(x) <= FEW else llvm.lanes())
     made, parts = _kernel(job, kept, width), lots(job, width)
     done, total = 0.0, kept * job.stride
     with crew(len(parts)) as each:
@@ -83,49 +73,41 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
 
 
 def _kernel(job: Job, kept: int, width: int) -> Kernel:
-    """The kernel of a job: in haste as long as its plan has not much to march, behind it or ahead.
-
-    Runs that could be pairs get a kernel of pairs, as their step and its half are most often asked for together; so
-    do those of steps that are alike, which are.
-    """
+    """The kernel of a job: in haste as long as its plan has not much to march, behind it or ahead."""
     plan = job.plan
     steps = _marched.get(plan, 0) + -(-len(job.p) // width) * kept * job.stride
     _marched[plan] = steps
-    steps += job.ahead
-    paired = job.paired or job.alike is not None or (len(job.p) <= PAIRS and width >= FEW)
-    return kernel(plan, width, steps < WORTH_COMPILING, job.fused, paired)
+    return kernel(plan, width, steps < WORTH_COMPILING, job.fused)
 
 
 def _advance(made: Kernel, job: Job, lot: slice, x: Array, stage: list[Piece]) -> None:
     """Fill the rows of a stage in x (runs, rows, nx); a block that is not full repeats its last run."""
     runs, _, nx = x.shape
     plan, width, blocks = made.plan, made.width, -(-runs // made.width)
-    idle = made.paired and not job.paired  # the odd lanes, which repeat their neighbours
-    fill = np.minimum(np.arange(blocks * width) // (1 + idle), runs - 1)
+    fill = np.minimum(np.arange(blocks * width), runs - 1)
 
     def lanes(rows: Array) -> Array:
         return _aligned(rows[fill].reshape(blocks, width, -1).transpose(0, 2, 1))
 
     first, end = stage[0].row, stage[-1].row + stage[-1].rows
-    p, state, keys = lanes(job.rows[lot][:, list(plan.parameters)]), lanes(x[:, stage[0].start]), job.runs[lot][fill]
+    p, state, keys = lanes(job.p[lot][:, list(plan.parameters)]), lanes(x[:, stage[0].start]), job.runs[lot][fill]
     times = np.array([(piece.rows, piece.steps, piece.begin, piece.row - first, piece.whole) for piece in stage])
     groups = max(-(-piece.length // width) for piece in stage)
     out = _room(blocks, end - first, nx, width)
-    groups += made.paired * pairs.groups(groups)
     scratch, table = _room(len(plan.lanes), width), _room(groups, len(plan.table), width)
     # all of it is held while the march runs
-    memory = (times, _aligned(keys), _constants(plan, job.step.h, made.paired), p, scratch, table, state, out)
+    memory = (times, _aligned(keys), _constants(plan, job.step.h), p, scratch, table, state, out)
     counts = (len(stage), blocks, end - first, job.seed - (job.seed >> 63 << 64))
     pieces, *places = (array.ctypes.data for array in memory)
     done = made.march(pieces, *counts, *places)
-    x[:, first:end] = out.transpose(0, 3, 1, 2).reshape(-1, end - first, nx)[:: 1 + idle][:runs]
+    x[:, first:end] = out.transpose(0, 3, 1, 2).reshape(-1, end - first, nx)[:runs]
     if done < len(stage):  # no run was finite any more
         x[:, stage[done].row : end] = np.nan
 
 
 @lru_cache(maxsize=256)
-def _constants(plan: Plan, h: float, paired: bool) -> Array:
-    return _aligned(np.array(plan.constants(h) + (plan.constants(2 * h) if paired else ())))
+def _constants(plan: Plan, h: float) -> Array:
+    return _aligned(np.array(plan.constants(h)))
 
 
 def _room(*shape: int, kind: type[Any] = float) -> Array:

@@ -18,19 +18,18 @@ Box and Muller (1958), A note on the generation of random normal deviates, Annal
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from workbench.simulate.kernel.arrays import Arrays
-from workbench.simulate.kernel.functions import COSINE, SINE
+from workbench.simulate.kernel.elementary_functions import COSINE, SINE
 from workbench.simulate.kernel.machine import Machine, Number, Value, Word, select
 from workbench.validation.refusals import Array, Integers
 
 ARRAYS = Arrays(fused=False)
 Words = tuple[Word, Word, Word, Word]
 
-SEED_BITS, RUN_BITS, STEP_BITS = 64, 63, 32  # beyond 2^32 steps a counter would repeat an earlier one
+STEP_BITS = 32  # beyond 2^32 steps a counter would repeat an earlier one
 BLOCK = 2**14  # counters at a time: what is made of them stays in the cache
 
 # Salmon et al. (2011), section 3.3; the key grows by 2^32 times (sqrt(5) - 1) / 2 and sqrt(3) - 1.
@@ -60,6 +59,8 @@ LOGARITHM = (
 def normals(seed: int, runs: Integers, steps: Integers, entries: int) -> Array:
     """Standard normal numbers (B, N, entries), each a function of its seed, run, step and entry only.
 
+    What is out of the ranges below would repeat other numbers: `simulate` refuses it.
+
     Parameters
     ----------
     seed
@@ -68,20 +69,8 @@ def normals(seed: int, runs: Integers, steps: Integers, entries: int) -> Array:
         The indices (B,) of the runs, from 0 to 2^63 - 1, and (N,) of the steps, from 0 to 2^32 - 1.
     entries
         How many numbers there are at each step of a run, up to 2^33. The first ones do not depend on it.
-
-    Raises
-    ------
-    ValueError
-        If one of them is no whole number, or is out of its range.
-
-    References
-    ----------
-    See the head of this file.
     """
-    seed = _whole("seed", seed, 2**SEED_BITS - 1, "it is the generator's key of 64 bits")
-    entries = _whole("entries", entries, 2**33, "two of them share one of 2^32 counters")
-    run_words = _indices("runs", runs, RUN_BITS)
-    step_words = _indices("steps", steps, STEP_BITS)
+    run_words, step_words = np.asarray(runs).astype(np.uint64), np.asarray(steps).astype(np.uint64)
     pairs = np.arange((entries + 1) // 2, dtype=np.uint64)
     out = np.empty((len(runs) * len(steps), len(pairs), 2))
     size = max(1, BLOCK // max(1, len(pairs)))
@@ -158,28 +147,3 @@ def polynomial(x: Number, coefficients: Sequence[float]) -> Number:
     for coefficient in coefficients[2:]:
         result = result * x + coefficient
     return result
-
-
-def _whole(name: str, value: Any, last: int, why: str) -> int:
-    if not isinstance(value, int | np.integer) or isinstance(value, bool) or not 0 <= value <= last:
-        raise ValueError(f"`normals({name}=...)` must be a whole number from 0 to {last}: {why}; got {value!r}.")
-    return int(value)
-
-
-def _indices(name: str, values: Any, bits: int) -> Array:
-    """Indices as unsigned words."""
-    try:
-        indices = np.asarray(values)
-    except ValueError:  # rows of unequal length
-        indices = np.zeros((), dtype=object)
-    if indices.ndim != 1 or indices.dtype.kind not in "iu":
-        raise ValueError(
-            f"`normals({name}=...)` must be one row of whole numbers, each of them an index; got {values!r}. "
-            "`numpy.arange(first, last)` makes such a row."
-        )
-    wrong = indices[(indices < 0) | (indices > 2**bits - 1)]
-    if len(wrong):
-        raise ValueError(
-            f"`normals({name}=...)` must lie from 0 to 2^{bits} - 1, the indices it has bits for; got {wrong[0]}."
-        )
-    return indices.astype(np.uint64)

@@ -1,4 +1,4 @@
-"""Plan: which values of a graph are made once a run, which once a step for all runs, and which in the loop."""
+"""Plan: the values of a graph that are made once a run, once a step for all runs, and in the loop."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ from functools import cached_property, lru_cache
 from workbench.core import Step
 from workbench.simulate.kernel.graph import Graph, Level, Node
 from workbench.simulate.kernel.reading import read
-from workbench.simulate.kernel.rewriting import rewritten
-from workbench.simulate.kernel.stages import stepped
+from workbench.simulate.kernel.rewriting import rewritten, stepped
 
 # Numbers that stand in the code. All others are handed in, so that a step and its half are one kernel.
 PLAIN = (0.0, 1.0, -1.0, 2.0, 0.5)
@@ -40,7 +39,7 @@ class Plan:
     @staticmethod
     def of_step(step: Step, varied: tuple[int, ...]) -> Plan:
         """The plan of a step's graph, made once for all lengths."""
-        return planned(graph_of(step), varied)
+        return _planned(graph_of(step), varied)
 
     @staticmethod
     def of(graph: Graph, varied: Iterable[int]) -> Plan:
@@ -76,12 +75,12 @@ class Plan:
 
     @cached_property
     def constant_places(self) -> Mapping[int, int]:
-        """Where the value of a node is among `constants`."""
+        """The places of the values of nodes among `constants`."""
         return {place: i for i, place in enumerate(self.numbers)}
 
     @cached_property
     def parameters(self) -> Mapping[int, int]:
-        """Where a parameter, by its index, is among those that a kernel is handed: those that the graph has."""
+        """The places of parameters, by their index, among those that a kernel is handed: those that the graph has."""
         return {i: place for place, i in enumerate(sorted(n.entry for n in self.graph.nodes if n.op == "p"))}
 
 
@@ -97,29 +96,16 @@ def graph_of(step: Step) -> Graph:
 
 
 def pass_of(step: Step) -> Graph:
-    """The graph of a step's rates and updates, as every stage of it evaluates them.
-
-    Raises
-    ------
-    ValueError
-        As `graph_of`.
-    """
+    """The graph of a step's rates and updates, as every stage of it evaluates them; refused as by `graph_of`."""
     return _rewritten(read(step))
 
 
-@lru_cache(maxsize=128)
-def _rewritten(graph: Graph) -> Graph:
-    return rewritten(graph)
+_rewritten = lru_cache(maxsize=128)(rewritten)
+_stepped = lru_cache(maxsize=128)(stepped)
 
 
 @lru_cache(maxsize=128)
-def _stepped(graph: Graph, rates: int) -> Graph:
-    return stepped(graph, rates)
-
-
-@lru_cache(maxsize=128)
-def planned(graph: Graph, varied: tuple[int, ...]) -> Plan:
-    """The plan of a graph, made once."""
+def _planned(graph: Graph, varied: tuple[int, ...]) -> Plan:
     return Plan.of(graph, varied)
 
 

@@ -138,7 +138,7 @@ class _Reader:
         return self.nodes.add(OPERATIONS.get(code, f"{UNKNOWN}{NAMES.get(code, code)}"), operands)
 
     def _is_number(self, place: int) -> bool:
-        """Whether a value changes with the length of the step alone, and is so computed once for all."""
+        """True if a value changes with the length of the step alone, and is so computed once for all."""
         op, operands, *_ = self.nodes[place]
         return LEVELS.get(op) is Level.LENGTH or (op in FOLDED and all(map(self._is_number, operands)))
 

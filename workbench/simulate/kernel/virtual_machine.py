@@ -16,12 +16,6 @@ LONGEST = 512  # steps of a marcher to one time: to build it takes as long as to
 STEPS_PER_CALL = 20_000  # of all runs, between two looks at progress and divergence: about a tenth of a second
 
 
-def working_set(step: Step, runs: int) -> int:
-    """The bytes that a march needs beside what it fills: each step of a call leaves all it knows, three times."""
-    size = 1 + step.states.size + step.parameters.size + step.noises
-    return 3 * 8 * size * max(STEPS_PER_CALL, runs)
-
-
 def march(job: Job, x: Array, tell: Progress) -> None:
     """Fill x (B, 1 + kept, nx) behind x[:, 0] with the states every `stride` steps."""
     job.check(x)

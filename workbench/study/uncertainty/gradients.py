@@ -12,7 +12,7 @@ from workbench.core import Entry, Layout, Step
 from workbench.metrics import AbstractMetric
 from workbench.metrics.final import final_values
 from workbench.simulate import simulate
-from workbench.simulate.marches import continued
+from workbench.simulate.arithmetic import continued
 from workbench.validation.refusals import Array
 
 SHIFTS = 1e-3 * np.array([-2.0, -1.0, 1.0, 2.0])  # of a difference of fourth order through the last formula of a metric

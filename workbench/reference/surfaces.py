@@ -142,7 +142,7 @@ class _Reader:
         return _plain(code, *a)
 
     def _floored(self, a: ca.SX, floor: ca.SX) -> bool:
-        """Whether max(a, floor) is a: a size |sigma|, and a floor that is only there for the slope of its root."""
+        """True if max(a, floor) is a: a size |sigma|, and a floor that is only there for the slope of its root."""
         return a.__hash__() in self.sizes and floor.is_constant() and float(floor) <= SMALLEST
 
     def _bends(self, a: ca.SX) -> bool:
@@ -169,7 +169,7 @@ class _Reader:
         return level - 0.5 + sign * side / 2
 
     def _surface(self, a: ca.SX, level: ca.SX | None = None) -> tuple[int, int]:
-        """The place of the surface a = 0, and whether its switching function is a or -a."""
+        """The place of the surface a = 0, and the sign with which a is its switching function."""
         sign, key = (1, ("floor", a.__hash__())) if level is not None else _oriented(a)
         if key not in self.places:
             k = len(self.surfaces)

@@ -1,4 +1,4 @@
-"""The reference mode: one run by variable steps, every switching instant located, with its own error estimate."""
+"""One run by variable steps, every switching instant located, with its own error estimate."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode
-from workbench.reference.modes import Modes
-from workbench.reference.numeric import Numeric
+from workbench.reference.continuation import Modes
+from workbench.reference.pieces import Numeric
+from workbench.reference.surfaces import Switched
 from workbench.reference.switched_run import Event, Run, follow
-from workbench.reference.switching import Switched
 from workbench.reference.variable_step import Effort, Flow, Rule, StoppedError, travel
 from workbench.validation.refusals import Array, as_array, one_of, raised, refusal, vector, whole
 from workbench.validation.signatures import door
@@ -204,7 +204,7 @@ def _certified(
 
 
 def _explained(stopped: StoppedError, labels: Sequence[str], start: Array, rule: Rule) -> str:
-    """Why a solution stopped, in one sentence."""
+    """The reason why a solution stopped, in one sentence."""
     at = f"stops at t = {stopped.t:.12g} s"
     worst = int(np.argmax(np.abs(stopped.x)))
     size = f"'{labels[worst]}' = {stopped.x[worst]:g}"

@@ -1,4 +1,4 @@
-"""Which mode continues a solution from a switching surface: crossing, sliding (Filippov), or none that is unique."""
+"""The mode that continues a solution from a switching surface: crossing, sliding (Filippov), or none that is unique."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from workbench.reference.numeric import Numeric
-from workbench.reference.pieces import Guard, Mode, Piece
-from workbench.reference.switching import Switched
+from workbench.reference.pieces import Guard, Mode, Numeric, Piece
+from workbench.reference.surfaces import Switched
 from workbench.validation.refusals import Array
 
 MOST = 3**5  # continuations from one state that are looked at: five relays at once
@@ -83,7 +82,7 @@ class Modes:
         return (found[True] or found[False])[0]
 
     def _continues(self, piece: Piece, t: float, x: Array, on: list[int]) -> bool | None:
-        """Whether the piece continues from (t, x): with certainty, within rounding (False), or not at all (None)."""
+        """True if the piece continues from (t, x) with certainty, False if within rounding, None if not at all."""
         if piece.mode.sliding:
             held, control = piece.hold(t, x), piece.control(t, x)
             if not determined(control[:, 1:]):
@@ -94,7 +93,10 @@ class Modes:
         certain, second = True, None
         for k, (guard, row) in enumerate(zip(piece.guards, piece.watch(t, x), strict=True)):
             value, noise, slope, slope_noise = row
-            if not (_forced(guard, on) or abs(value) <= max(noise, 1e-9 * (guard.kind == "leave"))):
+            if not (
+                (guard.kind == "cross" and guard.surface in on)
+                or abs(value) <= max(noise, 1e-9 * (guard.kind == "leave"))
+            ):
                 if not value > 0:
                     return None
                 continue
@@ -151,7 +153,7 @@ def turned(mode: Mode, guard: Guard) -> Mode:
 
 
 def determined(gains: Array) -> bool:
-    """Whether the sides in sliding follow from their gains (k, k)."""
+    """True if the sides in sliding follow from their gains (k, k)."""
     if not np.isfinite(gains).all():
         return False
     scaled = gains / np.maximum(np.abs(gains).max(axis=1, keepdims=True), np.finfo(float).tiny)
@@ -160,16 +162,12 @@ def determined(gains: Array) -> bool:
 
 
 def _alike(pieces: list[Piece], looked: list[Piece], t: float, x: Array) -> bool:
-    """Whether pieces have one rate, measured by the largest rate of all that were looked at."""
+    """True if pieces have one rate, measured by the largest rate of all that were looked at."""
     if len(pieces) < 2:
         return True
     rates = [[p.field(t, p.with_companions(t, x)).ravel()[: len(x)] for p in some] for some in (pieces, looked)]
     spread, size = np.ptp(rates[0], axis=0), np.abs(rates[1]).max(axis=0)
     return not (spread > ALIKE * size).any()
-
-
-def _forced(guard: Guard, on: list[int]) -> bool:
-    return guard.kind == "cross" and guard.surface in on
 
 
 def _refused(t: float, what: str) -> ValueError:

@@ -1,4 +1,4 @@
-"""How long a step may be: the stability limit from the exact Jacobian along a run."""
+"""The stability limit of a step, from the exact Jacobian along a run."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ import numpy as np
 
 from workbench.core import Ode
 from workbench.core.expressions import rows
-from workbench.simulate.stepping.schedule import Make, Schedule, run
 from workbench.simulate.trajectories import Trajectories
 from workbench.validation.refusals import Array, whole
 from workbench.validation.signatures import door
@@ -42,7 +41,7 @@ class StepLimit:
 
     @property
     def holds(self) -> bool:
-        """Whether the step is within the limit."""
+        """True if the step is within the limit."""
         return self.h <= self.limit
 
 
@@ -83,40 +82,6 @@ def tightest(limits: Sequence[StepLimit]) -> StepLimit:
     return max(limits, key=lambda limit: np.nan_to_num(limit.h / limit.limit, nan=-1.0))
 
 
-def schedule_limit(schedule: Schedule, make: Make, trajectories: Trajectories, run: int = 0) -> StepLimit:
-    """The stability limit of a schedule along one run with all of its cells kept: that of the tightest step.
-
-    The states are those at the beginning of the cells. As for one step, a state whose Jacobian is not
-    finite is not counted.
-    """
-    t, x, flow = trajectories.t[:-1], trajectories.x[run, :-1], trajectories.step.flow
-    modes = modes_at(flow, t, x, np.repeat(trajectories.p[run][np.newaxis], len(t), axis=0))
-    finite = np.isfinite(modes).all(axis=1)
-    cells, begin = np.arange(len(t)), 0
-    nearest = StepLimit(schedule.h(schedule.segments[0]), np.nan, np.nan, complex(np.nan, np.nan), 0)
-    for segment in schedule.segments:
-        step = make(segment.method, schedule.h(segment))
-        at = np.flatnonzero(finite & (cells >= begin) & (cells < begin + segment.cells))
-        begin += segment.cells
-        if len(at) and modes.shape[1]:
-            limits = longest_steps(modes[at], step.amplification)
-            where = np.unravel_index(np.argmin(limits), limits.shape)
-            if not step.h / limits[where] <= nearest.h / nearest.limit:
-                found = at[where[0]]
-                nearest = StepLimit(
-                    step.h, float(limits[where]), float(t[found]), complex(modes[found, where[1]]), int(finite.sum())
-                )
-    return nearest
-
-
-def schedule_limits(
-    schedule: Schedule, make: Make, p: Array, x0: Array, arithmetic: str | None = None
-) -> tuple[StepLimit, ...]:
-    """The stability limit of a schedule along each of the runs of p (R, np) and x0 (R, nx), which go through it."""
-    runs = run(schedule, make, p, x0, every=1, arithmetic=arithmetic)
-    return tuple(schedule_limit(schedule, make, runs, i) for i in range(len(runs)))
-
-
 def modes_at(flow: Ode, t: Array, x: Array, p: Array) -> Array:
     """The eigenvalues of df/dx at n instants t (n,) and states x (n, >= nx) with parameters p (n, np): (n, m).
 
@@ -155,7 +120,7 @@ def longest_steps(modes: Array, amplification: tuple[float, ...]) -> Array:
 
 @lru_cache
 def _region(amplification: tuple[float, ...]) -> tuple[Array, Array]:
-    """How far the stability region reaches along rays: the first r > 0 with |R(r e^(i angle))| > 1."""
+    """The reach of the stability region along rays: the first r > 0 with |R(r e^(i angle))| > 1."""
     stages = len(amplification) - 1
     angles, r = np.linspace(np.pi / 2, np.pi, 361), np.linspace(0, stages**2 + 2, 2001)[1:]
     excess = np.abs(np.polyval(amplification, r * np.exp(1j * angles[:, np.newaxis]))) - 1 - 1e-9
