@@ -11,7 +11,7 @@ from paper_laws import REFERENCES
 from workbench.core import Sampled
 from workbench.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop
 from workbench.plants import ArmInstruments, Friction, Manipulator
-from workbench.robots.description import PlanarArm, PointMass
+from workbench.robots.planar_arm import PlanarArm, PointMass
 from workbench.signals import Sines, SineTorque, SquareWave
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor

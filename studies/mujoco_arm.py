@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.core.layout import Array
 from workbench.robots import PlanarArm, SpatialArm
-from workbench.robots.kinematics import DIRECTIONS
+from workbench.robots.planar_arm import DIRECTIONS
 
 INSTALLED = importlib.util.find_spec("mujoco") is not None
 # MuJoCo asks for positive moments: those of a point mass are raised to this, far below rounding.

@@ -8,9 +8,8 @@ import numpy as np
 from hypothesis import strategies as st
 
 from workbench.robots import Link, PlanarArm, SpatialArm, SpatialLink
-from workbench.robots.description import PointMass
-from workbench.robots.inertia import moments
-from workbench.robots.motion import from_angles
+from workbench.robots.planar_arm import PointMass
+from workbench.robots.spatial_vectors import from_angles, moments
 
 numbers = st.floats(0.1, 4.0)
 shifts = st.floats(-1.0, 1.0)

@@ -24,7 +24,7 @@ from workbench.bench.workload import PARAMETERS, STATES, VARIED, H, arm, draw, l
 from workbench.bench.written import in_matrices, in_scalars
 from workbench.core import Dynamics, Entry, Layout, Ode, rk4
 from workbench.robots import PlanarArm, paper_arm
-from workbench.robots.description import PointMass
+from workbench.robots.planar_arm import PointMass
 from workbench.simulate import simulate
 from workbench.study.document.document import Strong
 

@@ -12,7 +12,7 @@ from workbench.loop import ClosedLoop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.plants.actuator import FirstOrderLag
-from workbench.robots.description import PlanarArm, PointMass
+from workbench.robots.planar_arm import PlanarArm, PointMass
 from workbench.signals import Hold
 from workbench.simulate import simulate
 

@@ -23,7 +23,7 @@ from workbench.metrics import (
 from workbench.observers import FullState
 from workbench.plants import ArmInstruments, Friction, Manipulator
 from workbench.robots import PlanarArm
-from workbench.robots.description import PointMass
+from workbench.robots.planar_arm import PointMass
 from workbench.signals import Hold
 from workbench.simulate import simulate
 
