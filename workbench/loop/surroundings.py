@@ -84,7 +84,7 @@ class AbstractInstruments(ABC):
 
 
 class AbstractDisturbance(ABC):
-    """Signals D(t) that act from outside, with known bounds (Assumption 4 of the paper, for torques)."""
+    """Signals D(t) that act from outside (the D of the paper's equation (1), for torques)."""
 
     @property
     @abstractmethod
@@ -94,13 +94,3 @@ class AbstractDisturbance(ABC):
     @abstractmethod
     def at(self, t: Number) -> ca.SX:
         """D(t), (n, 1)."""
-
-    @property
-    @abstractmethod
-    def D_max(self) -> float:
-        """A bound on the Euclidean norm of D(t) over all time, in the unit of D."""
-
-    @property
-    @abstractmethod
-    def L_D(self) -> float:
-        """A bound on the Euclidean norm of D'(t) over all time, in the unit of D per second."""
