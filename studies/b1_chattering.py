@@ -31,7 +31,7 @@ from workbench.design.chattering import (
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
-from workbench.plants.actuator import DirectDrive, FirstOrderLag
+from workbench.plants.manipulator import DirectDrive, FirstOrderLag
 from workbench.signals import Hold
 from workbench.simulate import simulate
 from workbench.study.document.document import Cell, Column, Paragraph, Section, Table, Verdict

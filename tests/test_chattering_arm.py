@@ -11,7 +11,7 @@ from workbench.design.chattering import BoundaryLayer, Relay, cut, harmonic_bala
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
-from workbench.plants.actuator import FirstOrderLag
+from workbench.plants.manipulator import FirstOrderLag
 from workbench.robots.planar_arm import PlanarArm, PointMass
 from workbench.signals import Hold
 from workbench.simulate import simulate
