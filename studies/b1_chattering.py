@@ -80,7 +80,7 @@ def sampled(lag: float, period: float, saturation: str) -> Step:
     actuator = FirstOrderLag(lag) if lag else DirectDrive()
     plant = Manipulator(ARM, q=FOLDED, actuator=actuator)
     loop = ClosedLoop(plant, FullState(2), replace(RIVALS["SMC"], saturation=saturation), Hold(FOLDED))
-    return loop.sampled(period, substeps=int(np.ceil(2 * period / lag)) if lag else 1)
+    return loop.digital(period).step(int(np.ceil(2 * period / lag)) if lag else 1)
 
 
 def linear_part(lag: float, period: float) -> LinearPart:

@@ -54,7 +54,7 @@ def test_a_linear_loop_is_its_exact_discretisation_up_to_the_fourth_order_of_the
     theirs = exact(period, 10)
     errors = []
     for substeps in counts:
-        ours = simulate(linear().sampled(period, int(substeps)), until=1.0).x[0, :, :2]
+        ours = simulate(linear().digital(period).step(int(substeps)), until=1.0).x[0, :, :2]
         errors.append(np.abs(ours - theirs).max())
     assert errors[-1] < 1e-8  # (period / 8 * 1.9)^5 / 120, ten times
     assert np.polyfit(np.log(counts), np.log(errors), 1)[0] == pytest.approx(-4, abs=0.1)

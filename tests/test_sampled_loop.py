@@ -119,7 +119,7 @@ def test_with_a_short_period_the_loop_comes_near_to_that_in_continuous_time_at_f
     limit = simulate(rk4(loop(law).ode(), 1e-3), until=1.0, every=1.0)
     periods, errors = np.array([4e-3, 2e-3, 1e-3]), []
     for period in periods:
-        run = simulate(loop(law).sampled(period), until=1.0, every=1.0)
+        run = simulate(loop(law).digital(period).step(), until=1.0, every=1.0)
         errors.append(np.abs(run["plant.q"] - limit["plant.q"])[0, -1].max())
     assert np.polyfit(np.log(periods), np.log(errors), 1)[0] == pytest.approx(1, abs=0.1)
 
@@ -151,7 +151,7 @@ class Clockwork(AbstractArmController):
 
 @pytest.mark.parametrize("delay", [False, True])
 def test_a_delay_holds_each_torque_back_by_one_period(delay):
-    run = simulate(loop(Clockwork()).sampled(0.02, 2, delay=delay), until=0.4)
+    run = simulate(loop(Clockwork()).digital(0.02, delay=delay).step(2), until=0.4)
     t = run.t[:, np.newaxis]
     prompt = np.array([1.0, 0.5]) * np.sin(np.array([2.0, 3.0]) * t)
     theirs = np.vstack([np.zeros((1, 2)), prompt[:-1]]) if delay else prompt
@@ -194,7 +194,7 @@ def test_names_and_outputs_are_those_of_the_loop_in_continuous_time():
     assert [name for name in digital.parameters.names[len(ode.parameters.names) :] if "instruments." not in name] == []
     assert "hold.next" in digital.states
     assert digital.states["hold.q_hat"].unit == "rad"
-    assert loop(law).sampled(1e-3).noises == 0
+    assert loop(law).digital(1e-3).step().noises == 0
     assert digital.step().noises == 4
 
 
@@ -210,7 +210,7 @@ def test_an_observer_that_uses_the_truth_is_told_of_in_a_sampled_loop_too():
 @pytest.mark.parametrize("period", [0.0, -1e-3, np.nan, np.inf])
 def test_a_period_that_is_no_positive_number_is_refused(period):
     with pytest.raises(ValueError, match=r"`ClosedLoop.digital\(period=...\)` must be a positive, finite number"):
-        loop().sampled(period, 2)
+        loop().digital(period).step(2)
 
 
 @pytest.mark.parametrize("period", [None, "1 ms", True, [1e-3]])
@@ -225,7 +225,7 @@ def test_a_period_that_is_no_number_is_refused(period):
 @pytest.mark.parametrize("substeps", [0, -1, 1.5, 2.0, True, None, "2"])
 def test_substeps_that_are_no_positive_whole_number_are_refused(substeps):
     with pytest.raises(ValueError, match=r"substeps=...\)` must be a whole number.*; got "):
-        loop().sampled(1e-3, substeps)
+        loop().digital(1e-3).step(substeps)
 
 
 def test_instruments_for_other_joints_are_refused():
@@ -260,5 +260,5 @@ def test_a_signal_of_a_law_takes_no_name_that_is_the_loops_own(name):
     with pytest.raises(ValueError, match=words):
         odd.ode()
     with pytest.raises(ValueError, match=words):
-        odd.sampled(1e-3, delay=True)
+        odd.digital(1e-3, delay=True).step()
     assert "mine" in loop(Clockwork(extra="mine")).digital(1e-3).outputs

@@ -17,7 +17,7 @@ from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.dimensions import gain
 from workbench.core.dynamics import solve_definite
-from workbench.loop.arm import AbstractArmController
+from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import EULER, Follows, Parts, Reads, euler
 from workbench.validation.shapes import Number
 

@@ -8,7 +8,7 @@ from typing import ClassVar
 import casadi as ca
 
 from workbench.core import Layout, Signals, block
-from workbench.loop.arm import AbstractArmController
+from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
 

@@ -8,7 +8,7 @@ import casadi as ca
 
 from workbench.core import Signals, block
 from workbench.core.dynamics import MOST_JOINTS
-from workbench.loop.arm import AbstractArmObserver
+from workbench.loop.arm_ports import AbstractArmObserver
 from workbench.loop.contracts import Parts, Reads
 from workbench.validation.shapes import Number
 from workbench.validation.words import whole

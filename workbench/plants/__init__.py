@@ -4,7 +4,7 @@ The room knows a plant's equations, its actuators, sensors and disturbances; it 
 simulation. Read `dc_motor.py` first; `manipulator.py` is the arm, `ode_plant.py` makes a plant of functions.
 """
 
-from workbench.loop.linear import LinearPlant
+from workbench.loop.linear_blocks import LinearPlant
 from workbench.plants.arm_instruments import ArmInstruments
 from workbench.plants.buck_converter import BuckConverter
 from workbench.plants.cart_pole import CartPole

@@ -9,7 +9,7 @@ import casadi as ca
 from workbench.core import Layout, Signals, block, parameter
 from workbench.core.block import Vector
 from workbench.core.port import ANY
-from workbench.loop.arm import motion, torques
+from workbench.loop.arm_ports import motion, torques
 from workbench.loop.instruments import quantised
 from workbench.loop.surroundings import AbstractInstruments
 

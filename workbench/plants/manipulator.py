@@ -12,7 +12,7 @@ import casadi as ca
 from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Scalar, Vector, quantities
 from workbench.core.dynamics import MOST_JOINTS
-from workbench.loop.arm import motion, motors, torques
+from workbench.loop.arm_ports import motion, motors, torques
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts
 from workbench.loop.surroundings import AbstractDisturbance
 from workbench.validation.doors import door

@@ -97,23 +97,21 @@ class OdePlant(AbstractPlant):
         Parameters
         ----------
         f, h
-            Each a `casadi.Function` of columns, made of SX or MX, without the argument p where there are no parameters;
-            or a Python function that returns a number for each state or output. That one is called with t, with x and u
-            as vectors of symbols, with `p.R` for the parameter R, if there are parameters, and, if it takes one more
-            argument, with a namespace m of functions: `m.sin`, `m.sqrt`, `m.where(c, a, b)`. It is read once.
+            Each a `casadi.Function` of columns, without the argument p where there are no parameters; or a Python
+            function, read once, that returns a number for each state or output. It is called with t, with vectors x and
+            u, with `p.R` for a parameter R and, if it takes one more argument, with a namespace m: `m.sin`, `m.where`.
         states, inputs, outputs
             Layouts, or a "name:unit" for each number; a name alone has an unknown unit, which fits any. Without h the
             outputs are states, all of them unless they are named.
         p
             The parameters, each with its number: `layout(R=("ohm", 1.0))`.
         x0, u0
-            The start (nx,) and the inputs (nu,) of an open loop; zero, or those of the layouts, if not given.
+            The start (nx,) and the inputs (nu,) of an open loop; those of the layouts, zero in general, if not given.
 
         Raises
         ------
         ValueError
-            If a function takes other arguments or sizes, gives another number of values, or cannot be computed with
-            symbols in place of numbers.
+            If a function takes or gives other sizes, or cannot be computed with symbols in place of numbers.
         LookupError
             If an output without h is no state.
         """
@@ -122,17 +120,18 @@ class OdePlant(AbstractPlant):
         t, x, u, theta = ca.SX.sym("t"), known.symbols(), driven.symbols(), own.symbols()
         numbers: dict[str, ca.SX | Signals] = {"p": Signals(own.view(theta))} if own.size else {}
         rate = _read("f", f, {"t": t, "x": x, "u": u, **numbers}, known)
-        if h is not None and outputs is None:
-            raise ValueError("`OdePlant.of(outputs=...)` must name what h gives, as in ('y:V',); got None.")
-        watched = known if outputs is None else _port("outputs", outputs)
         if h is None:
-            output = ca.vertcat(*(x[known.slice(name)] for name in watched.names))
-            watched = Layout(tuple(known[name] for name in watched.names))
+            names = known.names if outputs is None else _port("outputs", outputs).names
+            watched = Layout(tuple(known[name] for name in names))
+            output = ca.vertcat(*(x[known.slice(name)] for name in names))
+        elif outputs is None:
+            raise ValueError("`OdePlant.of(outputs=...)` must name what h gives, as in ('y:V',); got None.")
         else:
+            watched = _port("outputs", outputs)
             output = _read("h", h, {"t": t, "x": x, **numbers}, watched)
-        called = text("OdePlant.of(name=...)", name, empty=False)
         symbols = (t, x, ca.vertcat(theta, u))
-        return OdePlant(Ode(called, known, own + driven, watched, *symbols, rate, output, inputs=driven.names))
+        text("OdePlant.of(name=...)", name, empty=False)
+        return OdePlant(Ode(name, known, own + driven, watched, *symbols, rate, output, inputs=driven.names))
 
     @property
     def ends(self) -> float:

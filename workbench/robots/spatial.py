@@ -134,7 +134,9 @@ class SpatialLink:
         viscous = ca.SX(1, 1) if self.viscous is None else self.viscous * qd
         if self.coulomb is None:
             return viscous
-        return viscous + self.coulomb * (ca.sign(qd) if self.speed is None else ca.tanh(qd / self.speed))
+        direction = ca.sign(qd) if self.speed is None else ca.tanh(qd / self.speed)
+        friction: ca.SX = viscous + self.coulomb * direction
+        return friction
 
 
 def _frozen(value: Array) -> Array:
