@@ -7,13 +7,13 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
+from arms import arm_instruments
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.metrics import iae, measure, measure_alike, overshoot, rmse, settling_time, total_variation
 from workbench.metrics.accumulated import maker
-from workbench.plants import ArmInstruments
 from workbench.simulate import alike, arithmetic, simulate, simulate_alike, simulate_both
 from workbench.simulate.kernel import merging
 from workbench.simulate.kernel.plan import pass_of
@@ -121,7 +121,7 @@ def test_the_noise_of_a_run_is_its_own_in_company():
 
 
 def test_loops_beneath_a_computer_whose_step_and_half_are_two_rules_run_alone():
-    noisy = ArmInstruments(2, noise_q=1e-4)
+    noisy = arm_instruments(2, noise_q=1e-4)
     pairs = [pair(paper_laws.with_change("FS", change).digital(1e-3, noisy), 5e-4) for change in list(CHANGES)[:2]]
     span = {"until": 0.1, "every": 0.05}
     assert_same_bits(run_alike(pairs, **span), [simulate_both(*each, **span) for each in pairs])

@@ -5,6 +5,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
+from arms import arm_instruments
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -15,7 +16,7 @@ from workbench.controllers.algebraic import stepped
 from workbench.core import Signals
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
-from workbench.plants import ArmInstruments, Manipulator
+from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold, Sines
 from workbench.simulate import simulate
@@ -219,7 +220,7 @@ def test_p_that_is_solved_for_runs_in_a_sampled_loop_too(n):
     closed = ClosedLoop(Manipulator(solved.model, q=q), FullState(n), solved, Hold(q))
     for step in (
         closed.digital(1e-3).step(),
-        closed.digital(1e-3, ArmInstruments(n, noise_q=1e-4), delay=True).step(2),
+        closed.digital(1e-3, arm_instruments(n, noise_q=1e-4), delay=True).step(2),
     ):
         run = simulate(step, until=0.02)
         shown = run["P"][0, -1].reshape(n, n)

@@ -6,11 +6,11 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
+from arms import arm_instruments
 from equations import with_next
 
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.metrics import measured, rmse, total_variation
-from workbench.plants import ArmInstruments
 from workbench.simulate import arithmetic, simulate, simulate_both
 from workbench.simulate.kernel import numpy_kernel
 from workbench.simulate.kernel.plan import Plan
@@ -50,7 +50,7 @@ def test_the_half_step_of_a_pair_and_noise_have_the_same_bits_in_numpy(arithmeti
     span = {"until": 0.01, "every": 0.002, "arithmetic": arithmetic}
     for step, paired in zip((whole, half), simulate_both(whole, half, **span), strict=True):
         same_bits(simulate(step, engine="numpy", **span), paired)
-    noisy = LOOPS["PID"].digital(2e-3, ArmInstruments(2, noise_q=1e-4, noise_qd=1e-2)).step(2)
+    noisy = LOOPS["PID"].digital(2e-3, arm_instruments(2, noise_q=1e-4, noise_qd=1e-2)).step(2)
     same_bits(*(simulate(noisy, until=0.02, arithmetic=arithmetic, engine=e, seed=5) for e in ("numpy", "native")))
 
 

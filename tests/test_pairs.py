@@ -6,11 +6,11 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 import pytest
+from arms import arm_instruments
 
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.metrics import measured, rmse, total_variation
 from workbench.metrics.accumulated import maker
-from workbench.plants import ArmInstruments
 from workbench.simulate import arithmetic, job, simulate, simulate_both
 from workbench.simulate.job import Job
 from workbench.simulate.marches import march_of_pairs
@@ -90,7 +90,7 @@ def test_where_nothing_can_be_compiled_there_are_two_marches(monkeypatch):
 
 
 def test_the_noise_of_a_run_alone_is_that_in_company():
-    sampled = LOOP.digital(5e-3, ArmInstruments(2, noise_q=1e-4))
+    sampled = LOOP.digital(5e-3, arm_instruments(2, noise_q=1e-4))
     step = measured(sampled, (rmse(),), 5e-3)
     together = simulate(step, np.tile(step.parameters.default, (5, 1)), until=0.5, every=0.1, seed=3)
     alone = simulate(step, until=0.5, every=0.1, seed=3, runs=np.array([4]))

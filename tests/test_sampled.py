@@ -3,6 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
+from arms import arm_instruments
 from scipy.integrate import quad
 from scipy.signal import cont2discrete
 
@@ -21,7 +22,7 @@ from workbench.metrics import (
     total_variation,
 )
 from workbench.observers import FullState
-from workbench.plants import ArmInstruments, Friction, Manipulator
+from workbench.plants import Friction, Manipulator
 from workbench.robots import PlanarArm
 from workbench.robots.planar_arm import PointMass
 from workbench.signals import Hold
@@ -146,10 +147,10 @@ def test_the_fingerprint_tells_loops_of_other_periods_instruments_and_delays_apa
         linear().digital(0.1),
         linear().digital(0.2),
         linear().digital(0.1, delay=True),
-        linear().digital(0.1, ArmInstruments(1)),
+        linear().digital(0.1, arm_instruments(1)),
     ]
     assert len({digital.fingerprint for digital in made}) == 4
-    assert linear().digital(0.1, ArmInstruments(1, noise_q=0.1)).fingerprint == made[3].fingerprint
+    assert linear().digital(0.1, arm_instruments(1, noise_q=0.1)).fingerprint == made[3].fingerprint
 
 
 def test_a_flow_of_a_single_state_jumps_and_flows():

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from arms import arm_instruments
 from oracles import closed_loop, pid, sliding_mode, with_disturbance, worst_difference
 from oracles import momentum_observer as momentum_by_hand
 
@@ -11,7 +12,7 @@ from workbench.core import rk4
 from workbench.core.claim import declared
 from workbench.loop import ClosedLoop
 from workbench.observers import DirtyDerivative, FullState, MomentumObserver, VelocityFilter, WithDisturbance
-from workbench.plants import ArmInstruments, Manipulator
+from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold, Sines, SineTorque
 from workbench.simulate import simulate
@@ -92,7 +93,7 @@ def test_noise_of_the_velocity_passes_with_its_share_of_the_variance():
     """tanh(omega h / 2), for an arm that hangs still whatever the law is told."""
     law = PID([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])
     still = ClosedLoop(Manipulator(ARM, q=[0.0, 0.0]), VelocityFilter(2, 100.0), law, Hold([0.0, 0.0]))
-    run = simulate(still.digital(1e-3, instruments=ArmInstruments(2, noise_qd=0.01)).step(), until=20.0, seed=3)
+    run = simulate(still.digital(1e-3, instruments=arm_instruments(2, noise_qd=0.01)).step(), until=20.0, seed=3)
     filtered = run["qd_error"][0, 1000:]
     # of 38,000 samples, correlated over 1 / (omega h) = 10, the variance is known to some 2.5 %
     np.testing.assert_allclose(filtered.var() / 1e-4, np.tanh(0.05), rtol=0.1)

@@ -5,7 +5,6 @@ simulation. Read `dc_motor.py` first; `manipulator.py` is the arm, `ode_plant.py
 """
 
 from workbench.loop.linear_blocks import LinearPlant
-from workbench.plants.arm_instruments import ArmInstruments
 from workbench.plants.buck_converter import BuckConverter
 from workbench.plants.cart_pole import CartPole
 from workbench.plants.dc_motor import DCMotor
@@ -24,7 +23,6 @@ from workbench.plants.vehicle import SingleTrackVehicle
 __all__ = [
     "AbstractActuator",
     "AbstractElement",
-    "ArmInstruments",
     "BuckConverter",
     "CartPole",
     "DCMotor",

@@ -118,20 +118,12 @@ class OdePlant(AbstractPlant):
         known, driven = _port("states", states, "x0", x0), _port("inputs", inputs, "u0", u0)
         own = p or Layout()
         t, x, u, theta = ca.SX.sym("t"), known.symbols(), driven.symbols(), own.symbols()
-        numbers: dict[str, ca.SX | Signals] = {"p": Signals(own.view(theta))} if own.size else {}
+        numbers = {"p": Signals(own.view(theta))} if own.size else {}
         rate = _read("f", f, {"t": t, "x": x, "u": u, **numbers}, known)
-        if h is None:
-            names = known.names if outputs is None else _port("outputs", outputs).names
-            watched = Layout(tuple(known[name] for name in names))
-            output = ca.vertcat(*(x[known.slice(name)] for name in names))
-        elif outputs is None:
-            raise ValueError("`OdePlant.of(outputs=...)` must name what h gives, as in ('y:V',); got None.")
-        else:
-            watched = _port("outputs", outputs)
-            output = _read("h", h, {"t": t, "x": x, **numbers}, watched)
-        symbols = (t, x, ca.vertcat(theta, u))
+        watched, output = _outputs(h, outputs, {"t": t, "x": x, **numbers}, known)
         text("OdePlant.of(name=...)", name, empty=False)
-        return OdePlant(Ode(name, known, own + driven, watched, *symbols, rate, output, inputs=driven.names))
+        ode = Ode(name, known, own + driven, watched, t, x, ca.vertcat(theta, u), rate, output, inputs=driven.names)
+        return OdePlant(ode)
 
     @property
     def ends(self) -> float:
@@ -169,6 +161,20 @@ class OdePlant(AbstractPlant):
         own: Any = self.own  # of the lifted twin the symbols
         held = {e.name: ca.SX(e.default) for e in own.entries} if isinstance(own, Layout) else own
         return self.ode.parameters.flatten({**held, **u})
+
+
+def _outputs(
+    h: Callable[..., Any] | None, outputs: Port | None, given: dict[str, Any], states: Layout
+) -> tuple[Layout, ca.SX]:
+    """The outputs with their expressions (ny, 1): the values of h or, without it, states."""
+    if h is None:
+        names = states.names if outputs is None else _port("outputs", outputs).names
+        parts = (given["x"][states.slice(name)] for name in names)
+        return Layout(tuple(states[name] for name in names)), ca.vertcat(*parts)
+    if outputs is None:
+        raise ValueError("`OdePlant.of(outputs=...)` must name what h gives, as in ('y:V',); got None.")
+    watched = _port("outputs", outputs)
+    return watched, _read("h", h, given, watched)
 
 
 def _port(what: str, given: Port, start: str = "", values: Array | None = None) -> Layout:

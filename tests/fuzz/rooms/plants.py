@@ -29,7 +29,6 @@ def calls() -> dict[str, Any]:
     disturbance = SineTorque([1.0, 1.0], [1.0, 1.0])
     x0 = [0.0, 0.0, 0.0]
     return {
-        "ArmInstruments": partial(plants.ArmInstruments, 2, 0.01, 0.1, 1e-3, 1e-2, [50.0, 20.0]),
         "BuckConverter": partial(plants.BuckConverter, 28.0, 50e-6, 500e-6, 3.0, 1.0, 2.0),
         "CartPole": partial(plants.CartPole, 0.5, 0.2, 0.1, 0.3, 0.006, 9.8, 0.1, 0.2, 0.3, 0.4),
         "DCMotor": partial(plants.DCMotor, 0.01, 0.1, 0.01, 1.0, 0.5, 0.1, 0.2, 0.3, "position"),
