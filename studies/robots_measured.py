@@ -21,7 +21,7 @@ from workbench.core import Dynamics, Entry, Layout, lift
 from workbench.core.layout import Array
 from workbench.notation.walk import walk
 from workbench.robots import CATALOGUE, PlanarArm, SpatialArm, lagrange
-from workbench.robots.catalogue import planar
+from workbench.robots.arm_catalogue import planar
 
 Arm = PlanarArm | SpatialArm
 REPETITIONS, STATES, SEED = 5, 50, 4

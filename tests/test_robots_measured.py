@@ -10,7 +10,7 @@ import pytest
 
 from workbench.core import Dynamics
 from workbench.robots import CATALOGUE, PlanarArm, named
-from workbench.robots.catalogue import planar
+from workbench.robots.arm_catalogue import planar
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,9 @@ import casadi as ca
 from workbench.core import Ode, Roles, Sampled, Signals, block, lift
 from workbench.core.block import socket
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
+from workbench.loop.dependence import roles
 from workbench.loop.linear_blocks import LinearFilter, LinearLaw, LinearPlant, beside, standing_for
 from workbench.loop.outside import Outside, added, cut
-from workbench.loop.roles import roles
 from workbench.loop.sampled_loop import FINE, Queue, digital
 from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
 from workbench.loop.wiring import (

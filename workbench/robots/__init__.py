@@ -5,7 +5,7 @@ loop, no law and no disturbance. Read `planar_arm.py` first, where a book's ener
 """
 
 from workbench.robots import urdf
-from workbench.robots.catalogue import CATALOGUE, named, paper_arm
+from workbench.robots.arm_catalogue import CATALOGUE, named, paper_arm
 from workbench.robots.planar_arm import Link, PlanarArm
 from workbench.robots.spatial import SpatialArm, SpatialLink
 
