@@ -27,7 +27,7 @@ from workbench.design.chattering import (
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
-from workbench.plants.actuator import DirectDrive, FirstOrderLag
+from workbench.plants.manipulator import DirectDrive, FirstOrderLag
 from workbench.signals import Hold
 from workbench.simulate import simulate
 from workbench.study.document.document import Cell, Column, Paragraph, Section, Table, Verdict
@@ -76,7 +76,7 @@ def sampled(lag: float, period: float, saturation: str) -> Step:
     actuator = FirstOrderLag(lag) if lag else DirectDrive()
     plant = Manipulator(ARM, q=FOLDED, actuator=actuator)
     loop = ClosedLoop(plant, FullState(2), replace(RIVALS["SMC"], saturation=saturation), Hold(FOLDED))
-    return loop.sampled(period, substeps=int(np.ceil(2 * period / lag)) if lag else 1)
+    return loop.digital(period).step(int(np.ceil(2 * period / lag)) if lag else 1)
 
 
 def linear_part(lag: float, period: float) -> LinearPart:

@@ -3,10 +3,10 @@
 import numpy as np
 from hypothesis import strategies as st
 
+from workbench.loop.instruments import Instruments, Limit, Sensor
 from workbench.robots import Link, PlanarArm, SpatialArm, SpatialLink
-from workbench.robots.description import PointMass
-from workbench.robots.inertia import moments
-from workbench.robots.motion import from_angles
+from workbench.robots.planar_arm import PointMass
+from workbench.robots.spatial_vectors import from_angles, moments
 
 numbers = st.floats(0.1, 4.0)
 shifts = st.floats(-1.0, 1.0)
@@ -56,3 +56,12 @@ def random_tree(joints: int, rng: np.random.Generator, **extras) -> SpatialArm:
         )
 
     return SpatialArm(tuple(link(i) for i in range(joints)))
+
+
+def arm_instruments(joints, noise_q=0.0, noise_qd=0.0, quantum_q=0.0, quantum_qd=0.0, limit=None) -> Instruments:
+    """Instruments of an arm of hinges: readings of q and qd with noise and steps, and a limit of the torque."""
+    sensors = (("q", "rad", noise_q, quantum_q), ("qd", "rad/s", noise_qd, quantum_qd))
+    each = [(name, unit, *(np.broadcast_to(x, joints) for x in numbers)) for name, unit, *numbers in sensors]
+    most = None if limit is None else np.broadcast_to(limit, joints)
+    bounds = () if most is None else (Limit("tau", "N m", -most, most),)
+    return Instruments(tuple(Sensor(*one) for one in each), bounds)

@@ -76,7 +76,7 @@ def test_smc_stands_half_its_delay_and_not_twice_it():
     ends = {}
     for share in (0.5, 2.0):
         period = share * margin / 1.5
-        sampled = loop.sampled(period, 4, delay=True)
+        sampled = loop.digital(period, delay=True).step(4)
         waiting = {name: linear_loops.holding(POSES[LEVEL]) for name in ("hold.next", "hold.tau")}
         start = sampled.states.pack({name: tau for name, tau in waiting.items() if name in sampled.states})
         run = simulate(sampled, None, start, until=400 * period, every=400 * period)

@@ -67,7 +67,7 @@ def test_all_laws_face_the_same_arm_and_the_same_instruments(scenario):
 
 
 def test_only_the_oracle_uses_the_truth():
-    assert [one.key for one in ALL if one.loop(PAPER, one.card).loop.uses_truth] == [TOLD.key]
+    assert [one.key for one in ALL if one.loop(PAPER, one.card).loop.observer.uses_truth] == [TOLD.key]
 
 
 @pytest.mark.parametrize("given", GIVEN, ids=lambda one: one.key)

@@ -166,9 +166,9 @@ def test_an_estimate_sees_the_truth_only_where_that_is_declared():
     truth = [np.sin(1.2), 2 * np.sin(1.6)]
     np.testing.assert_allclose(honest.ode().outputs_at(0.4, x)["d_error"], truth, rtol=1e-14)
     np.testing.assert_array_equal(oracle.ode().outputs_at(0.4, x)["d_error"], [0, 0])
-    assert not honest.uses_truth
+    assert not honest.observer.uses_truth
     assert honest.ode().notes == ()
-    assert oracle.uses_truth
+    assert oracle.observer.uses_truth
     assert any("the truth (d)" in note for note in oracle.ode().notes)
 
 

@@ -12,7 +12,7 @@ from workbench.loop import ClosedLoop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import Link, PlanarArm, paper_arm
-from workbench.robots.description import PointMass
+from workbench.robots.planar_arm import PointMass
 from workbench.signals import Sines
 from workbench.simulate import simulate
 from workbench.study.run import Run

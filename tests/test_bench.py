@@ -23,7 +23,7 @@ from studies.performance.workload import PARAMETERS, STATES, VARIED, H, arm, dra
 from studies.performance.written import in_matrices, in_scalars
 from workbench.core import Dynamics, Entry, Layout, Ode, rk4
 from workbench.robots import PlanarArm, paper_arm
-from workbench.robots.description import PointMass
+from workbench.robots.planar_arm import PointMass
 from workbench.simulate import simulate
 from workbench.study.document.document import Strong
 

@@ -1,6 +1,5 @@
 """Arms with a name."""
 
-import casadi as ca
 import numpy as np
 import pytest
 
@@ -89,9 +88,3 @@ def test_the_hand_of_the_panda_is_part_of_its_last_link():
     # along the axis: the link's own centre, and hand and fingers beyond the flange at 0.107
     heights = 0.735522 * 0.061597 + 0.73 * (0.107 + 0.03) + 0.03 * (0.107 + 0.0584)
     np.testing.assert_allclose(last.com[2], heights / last.mass, rtol=1e-14)
-
-
-def test_the_tool_of_the_ur5_is_where_its_lengths_say():
-    # stretched out at q = 0, along x: 0.425 + 0.39225; the wrist hangs d5 below the shoulder, d4 + d6 beside it
-    p = np.array(ca.evalf(named("ur5").pose(ca.SX.zeros(6), "tool0").position)).ravel()
-    np.testing.assert_allclose(p, [0.81725, 0.10915 + 0.0823, 0.089159 - 0.09465], atol=1e-15)

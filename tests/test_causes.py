@@ -4,12 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from arms import arm_instruments
 
 from workbench.controllers import PID, AosmcRgs
 from workbench.loop import AbstractController, ClosedLoop
 from workbench.metrics import rmse
 from workbench.observers import FullState
-from workbench.plants import ArmInstruments, Manipulator
+from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold
 from workbench.study.causes import Causes, causes, causes_in_sweep
@@ -36,7 +37,7 @@ class Computed:
 
     def ode(self, name="loop"):
         closed = ClosedLoop(Manipulator(ARM, q=[0.6, -0.8]), FullState(2), self.law, Hold([0.5, -0.7]))
-        return closed.digital(PERIOD, ArmInstruments(2, noise_q=1e-5), integrator=self.integrator, name=name)
+        return closed.digital(PERIOD, arm_instruments(2, noise_q=1e-5), integrator=self.integrator, name=name)
 
 
 def ways_of(**changes):

@@ -11,8 +11,8 @@ from workbench.design.chattering import BoundaryLayer, Relay, cut, harmonic_bala
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
-from workbench.plants.actuator import FirstOrderLag
-from workbench.robots.description import PlanarArm, PointMass
+from workbench.plants.manipulator import FirstOrderLag
+from workbench.robots.planar_arm import PlanarArm, PointMass
 from workbench.signals import Hold
 from workbench.simulate import simulate
 
@@ -46,7 +46,7 @@ def test_the_cut_of_a_joint_is_the_transfer_function_by_hand(lag):
 
 def test_the_cut_of_a_sampled_joint_is_that_of_its_recursion_by_hand():
     period, lag = 2e-3, 5e-3
-    made = loop(lag, gravity=0.0).sampled(period, 8)
+    made = loop(lag, gravity=0.0).digital(period).step(8)
     W = cut(made, made.states.default, alone(made))
     z = np.exp(1j * np.array([3.0, 90.0, 1200.0]) * period)
     # e, e' and the torque of the motor under a held u by exact integration; then the law's own -Lambda e' is closed
@@ -61,9 +61,9 @@ def test_the_cut_of_a_sampled_joint_is_that_of_its_recursion_by_hand():
 
 @pytest.mark.parametrize(("lag", "period"), [(2e-3, 2e-3), (5e-3, 2e-3)])
 def test_the_chattering_of_a_relay_is_one_of_the_exact_cycles_and_near_the_balance(lag, period):
-    made = loop(lag).sampled(period, 4)
+    made = loop(lag).digital(period).step(4)
     W = cut(made, made.states.default, alone(made))
-    run = seen(loop(lag, "sign").sampled(period, 4))
+    run = seen(loop(lag, "sign").digital(period).step(4))
     near = harmonic_balance(W, Relay(K)).oscillations[0]
     half = np.pi / run.frequency / period
     cycles = {c.samples: c for c in relay_cycles(W, K)}
@@ -77,7 +77,7 @@ def test_the_chattering_of_a_relay_is_one_of_the_exact_cycles_and_near_the_balan
 
 @pytest.mark.parametrize(("lag", "period", "chatters"), [(5e-3, 2e-3, False), (2e-2, 5e-3, True)])
 def test_a_layer_chatters_where_it_is_thinner_than_foreseen(lag, period, chatters):
-    made = loop(lag).sampled(period, 4)
+    made = loop(lag).digital(period).step(4)
     W = cut(made, made.states.default, alone(made))
     balance, run = harmonic_balance(W, BoundaryLayer(K, PHI)), seen(made)
     assert bool(balance.oscillations) == chatters == (balance.least_phi > PHI)

@@ -89,7 +89,9 @@ def test_a_constant_push_leaves_no_error_where_the_law_alone_keeps_one():
 def test_a_law_that_only_a_computer_can_run_is_told_the_period():
     """An implicit relay solves over the period of the loop, whether or not D_hat, here zero, is added."""
     relay = replace(SMC, saturation="implicit")
-    runs = [simulate(loop(law, FullState(2)).sampled(1e-3), until=0.3) for law in (relay, WithCompensation(relay))]
+    runs = [
+        simulate(loop(law, FullState(2)).digital(1e-3).step(), until=0.3) for law in (relay, WithCompensation(relay))
+    ]
     np.testing.assert_array_equal(runs[0]["tau"], runs[1]["tau"])
 
 

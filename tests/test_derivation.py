@@ -13,7 +13,7 @@ from arms import random_arm
 from workbench.core import Dynamics
 from workbench.handover import FORMS, in_numbers
 from workbench.robots import SpatialArm, SpatialLink, named, urdf
-from workbench.robots.catalogue import planar
+from workbench.robots.arm_catalogue import planar
 
 PAGE = 80 * 5.5  # pt: 80 widths of a digit at 11 pt
 INDENT = 11.0  # pt: lines after the first stand by one quad to the right

@@ -13,7 +13,7 @@ from arms import random_arm
 from workbench.core import Dynamics
 from workbench.handover import FORMS
 from workbench.robots import SpatialArm, SpatialLink, named, paper_arm
-from workbench.robots.catalogue import planar
+from workbench.robots.arm_catalogue import planar
 
 # The bar: 1e-15 of the largest entry. The operations are the model's own, so in truth no bit differs.
 SCALED = 1e-15

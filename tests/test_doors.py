@@ -13,11 +13,12 @@ import casadi as ca
 import numpy as np
 import pandas as pd
 import pytest
+from arms import arm_instruments
 
 from workbench.controllers import PID
 from workbench.core import Signals
 from workbench.notation.formula import Symbol
-from workbench.plants import ArmInstruments, FirstOrderLag, Friction
+from workbench.plants import FirstOrderLag, Friction
 from workbench.robots import paper_arm
 from workbench.validation import refusals as v
 from workbench.validation.refusals import Array, Integers
@@ -304,7 +305,7 @@ MISSHAPEN = [
     (lambda: LAW.torque(0.0, MEMORY, 3.0, WANTED), ValueError, "must be a `Signals`; got 3.0."),
     (lambda: ARM.mass_matrix(np.longdouble(1)), ValueError, "must have shape (2, 1), one number for each of n = 2"),
     (lambda: Friction([1.0, 1.0], [1.0, 1.0]).torque(THREE), ValueError, "must have shape (2, 1)"),
-    (lambda: ArmInstruments(2).read(Signals(q=TWO, qd=TWO), TWO), ValueError, "must have shape (4, 1)"),
+    (lambda: arm_instruments(2).read(Signals(q=TWO, qd=TWO), TWO), ValueError, "must have shape (4, 1)"),
     (lambda: FirstOrderLag(0.1).applied({}, TWO), LookupError, "got no 'tau_m'"),
 ]  # fmt: skip
 

@@ -63,12 +63,6 @@ def test_the_noise_of_each_number_has_its_own_size_and_no_memory():
     assert (np.abs(np.mean(z[1:] * z[:-1], axis=0)) < 0.03).all()
 
 
-def test_a_bias_moves_all_readings_and_is_rounded_with_them():
-    level, T = readings(until=1.0, bias={"level": 0.04, "T": [1.0, -1.0]}, quantum={"level": 0.25})
-    np.testing.assert_array_equal(level, 0.25)  # 0.34 is nearer to 0.25 than to 0.5
-    np.testing.assert_array_equal(T[0], np.tile([21.0, 29.0], (len(T[0]), 1)))
-
-
 def test_a_command_stays_within_its_limits():
     digital = ClosedLoop(Tank(), controller=Reader()).digital(
         PERIOD, Instruments.of(Tank(), limit={"flow": (0.0, 2.5)})
@@ -76,40 +70,14 @@ def test_a_command_stays_within_its_limits():
     np.testing.assert_array_equal(simulate(digital.step(), until=1.0)["flow"], 2.5)
 
 
-@pytest.mark.parametrize("time", [0.05, 1.0, 20.0])
-def test_a_drift_has_the_covariance_of_ornstein_and_uhlenbeck(time):
-    level, _ = readings(until=2.0, runs=20_000, drift={"level": (0.2, time)})
-    b = level - 0.3
-    k = np.arange(1, 22)  # the drift has moved once at the first reading, from 0
-    variance = 0.2**2 * (1 - np.exp(-2 * k * PERIOD / time))
-    # a variance of 20000 runs is known to 1 %, a correlation to 0.7 %: four times that
-    np.testing.assert_allclose(b.var(axis=0), variance, rtol=0.04)
-    correlation = np.mean(b[:, 10] * b[:, 13]) / np.sqrt(variance[10] * variance[13])
-    want = np.exp(-3 * PERIOD / time) * np.sqrt(variance[10] / variance[13])
-    assert correlation == pytest.approx(want, abs=0.03)
-
-
-def test_a_drift_without_spread_decays_from_the_start_that_is_set():
-    digital = ClosedLoop(Tank(), controller=Reader()).digital(PERIOD, Instruments.of(Tank(), drift={"level": (0, 0.5)}))
-    step = digital.step()
-    assert step.states["drift.level"].unit == "m"
-    run = simulate(step, x0=step.states.pack({"drift.level": 0.1}), until=1.0)
-    k = np.arange(1, 12)
-    np.testing.assert_allclose(-run["level_error"].ravel(), 0.1 * np.exp(-k * PERIOD / 0.5), rtol=1e-13)
-
-
 def test_the_numbers_of_an_instrument_are_parameters_in_the_unit_of_the_signal():
-    options = {"noise": {"level": 0.1}, "bias": {"T": 1.0}, "limit": {"flow": (0, 1)}, "drift": {"T": (1.0, 60.0)}}
+    options = {"noise": {"level": 0.1}, "quantum": {"T": 1.0}, "limit": {"flow": (0, 1)}}
     parameters = lift(Instruments.of(Tank(), **options), "instruments.").layout
     assert {entry.name: (entry.unit, entry.shape) for entry in parameters.entries} == {
         "instruments.sensors[0].noise": ("m", ()),
         "instruments.sensors[0].quantum": ("m", ()),
-        "instruments.sensors[0].bias": ("m", ()),
         "instruments.sensors[1].noise": ("K", (2,)),
         "instruments.sensors[1].quantum": ("K", (2,)),
-        "instruments.sensors[1].bias": ("K", (2,)),
-        "instruments.sensors[1].drift.deviation": ("K", (2,)),
-        "instruments.sensors[1].drift.time": ("s", ()),
         "instruments.bounds[0].low": ("m^3/s", ()),
         "instruments.bounds[0].high": ("m^3/s", ()),
     }
@@ -117,7 +85,7 @@ def test_the_numbers_of_an_instrument_are_parameters_in_the_unit_of_the_signal()
 
 @pytest.mark.parametrize("arithmetic", ["fused", "portable"])
 def test_readings_have_the_same_bits_in_the_compiled_march_and_in_numpy(arithmetic):
-    options = {"noise": {"T": 0.1}, "quantum": {"level": 0.01}, "bias": {"T": 1.0}, "drift": {"level": (0.1, 2.0)}}
+    options = {"noise": {"T": 0.1, "level": 0.1}, "quantum": {"level": 0.01}}
     step = ClosedLoop(Tank(), controller=Reader()).digital(PERIOD, Instruments.of(Tank(), **options)).step(2)
     runs = [simulate(step, until=5.0, seed=3, engine=e, arithmetic=arithmetic) for e in ("native", "numpy")]
     np.testing.assert_array_equal(*(run.x.view(np.uint64) for run in runs))
@@ -127,7 +95,7 @@ def test_readings_have_the_same_bits_in_the_compiled_march_and_in_numpy(arithmet
     ("options", "kind", "says"),
     [
         ({"noise": {"levl": 1}}, LookupError, "no 'levl' among the 2 outputs of the plant. Did you mean 'level'"),
-        ({"drift": {"flow": (1, 1)}}, LookupError, "no 'flow' among the 2 outputs of the plant"),
+        ({"quantum": {"flow": 1}}, LookupError, "no 'flow' among the 2 outputs of the plant"),
         ({"limit": {"level": (0, 1)}}, LookupError, "no 'level' among the 1 inputs of the plant"),
         ({"noise": {"level": -1}}, ValueError, r"`Sensor\(noise=...\)` must be finite, with 0 <= value \[m\]; got -1"),
         ({"quantum": {"T": np.nan}}, ValueError, r"`Sensor\(quantum=...\)` must be finite"),
@@ -137,9 +105,9 @@ def test_readings_have_the_same_bits_in_the_compiled_march_and_in_numpy(arithmet
             r"`Instruments.of\(noise=...\)` must have 2 numbers or one for all of 'T'; got shape \(3,\)",
         ),
         (
-            {"bias": {"level": [1.0]}},
+            {"quantum": {"level": [1.0]}},
             ValueError,
-            r"`Instruments.of\(bias=...\)` must have one number for 'level'; got shape \(1,\)",
+            r"`Instruments.of\(quantum=...\)` must have one number for 'level'; got shape \(1,\)",
         ),
         ({"limit": {"flow": 3}}, ValueError, r"`Instruments.of\(limit=...\)` must be a pair \(low, high\) for 'flow'"),
         (
@@ -147,12 +115,6 @@ def test_readings_have_the_same_bits_in_the_compiled_march_and_in_numpy(arithmet
             ValueError,
             r"`Limit\(low=..., high=...\)` of 'flow' must leave room between them",
         ),
-        (
-            {"drift": {"T": 0.1}},
-            ValueError,
-            r"`Instruments.of\(drift=...\)` must be a pair \(deviation, time\) for 'T'",
-        ),
-        ({"drift": {"T": (0.1, 0)}}, ValueError, r"`Drift\(time=...\)` must be finite, with 0 < value \[s\]; got 0"),
     ],
 )
 def test_instruments_that_fit_no_plant_are_refused(options, kind, says):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
+from arms import arm_instruments
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -15,7 +16,7 @@ from workbench.controllers.algebraic import stepped
 from workbench.core import Signals
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
-from workbench.plants import ArmInstruments, Manipulator
+from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold, Sines
 from workbench.simulate import simulate
@@ -136,7 +137,9 @@ def test_the_step_is_of_second_order():
 def test_where_euler_loses_the_riccati_equation_its_cayley_step_keeps_it(K, period):
     """Its factor at the algebraic solution is 1 - 2 h |a|, as large as -4.0 at 107 N m and 4 ms."""
     ends = {
-        name: simulate(loop(AosmcRgs(**LAW | {"K": K * I}, integrator=name)).sampled(period, 4), until=1.0, every=0.1)
+        name: simulate(
+            loop(AosmcRgs(**LAW | {"K": K * I}, integrator=name)).digital(period).step(4), until=1.0, every=0.1
+        )
         for name in ("euler", "cayley")
     }
     assert ends["euler"].diverged_at[0] < 0.5
@@ -215,7 +218,10 @@ def test_p_that_is_solved_for_runs_in_a_sampled_loop_too(n):
         solved = replace(solved, model=named("planar-3r"), Lambda=[6.0] * 3, K=5 * np.eye(3), Q=np.eye(3), R=np.eye(3))
     q = [0.1] * n
     closed = ClosedLoop(Manipulator(solved.model, q=q), FullState(n), solved, Hold(q))
-    for step in (closed.sampled(1e-3), closed.digital(1e-3, ArmInstruments(n, noise_q=1e-4), delay=True).step(2)):
+    for step in (
+        closed.digital(1e-3).step(),
+        closed.digital(1e-3, arm_instruments(n, noise_q=1e-4), delay=True).step(2),
+    ):
         run = simulate(step, until=0.02)
         shown = run["P"][0, -1].reshape(n, n)
         np.testing.assert_array_equal(shown, shown.T)
@@ -303,5 +309,5 @@ def test_a_law_with_compensation_steps_as_the_law_does():
         "memory of the controller: exact step of W, K by explicit Euler"
         in loop(WithCompensation(law), behind).digital(1e-3).methods
     )
-    alone, summed = (simulate(loop(one).sampled(4e-3), until=0.1)["tau"] for one in (law, WithCompensation(law)))
+    alone, summed = (simulate(loop(one).digital(4e-3).step(), until=0.1)["tau"] for one in (law, WithCompensation(law)))
     np.testing.assert_array_equal(alone, summed)  # beside an observer without a disturbance D_hat = 0

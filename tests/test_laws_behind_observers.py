@@ -3,6 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
+from arms import arm_instruments
 
 from workbench.controllers import (
     PID,
@@ -27,7 +28,7 @@ from workbench.observers import (
     VelocityFilter,
     WithDisturbance,
 )
-from workbench.plants import ArmInstruments, Manipulator
+from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines, SineTorque
 from workbench.simulate import simulate
@@ -62,7 +63,7 @@ STATES = {
 OBSERVERS = STATES | {
     f"{name} and momentum": WithDisturbance(state, MomentumObserver(ARM, 20.0)) for name, state in STATES.items()
 }
-INSTRUMENTS = ArmInstruments(2, noise_q=1e-4, noise_qd=5e-3, limit=[100.0, 50.0])
+INSTRUMENTS = arm_instruments(2, noise_q=1e-4, noise_qd=5e-3, limit=[100.0, 50.0])
 INSTANT = ["readings", "readings and momentum"]  # where a reading of the velocity reaches the law at once
 
 

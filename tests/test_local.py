@@ -3,6 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
+from arms import arm_instruments
 from equations import decay, explosion, oscillator
 
 from workbench.controllers import PID
@@ -12,7 +13,7 @@ from workbench.loop import ClosedLoop
 from workbench.metrics import effort, iae, ise, late_error, measured, peak_error, rmse, settling_time, total_variation
 from workbench.metrics.final import final_values
 from workbench.observers import FullState
-from workbench.plants import ArmInstruments, Manipulator
+from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
 from workbench.simulate import simulate
@@ -77,7 +78,7 @@ def test_gradients_of_a_smooth_loop_are_the_slopes_of_its_runs(digital):
 
 
 def test_neighbouring_runs_have_the_same_noise():
-    noisy = steered().digital(0.01, ArmInstruments(2, noise_q=[1e-3, 1e-3], noise_qd=[1e-2, 1e-2]))
+    noisy = steered().digital(0.01, arm_instruments(2, noise_q=[1e-3, 1e-3], noise_qd=[1e-2, 1e-2]))
     found = local_sensitivities(noisy, [rmse()], ["controller.Kp"], until=0.5, h=0.01)
     # over different noise the slopes of a gain of 300 would be off by the noise of the metric over a step of 0.03
     np.testing.assert_allclose(found.gradient["RMSE"], found.slope["RMSE"], rtol=1e-5, atol=1e-9)

@@ -1,14 +1,13 @@
 """M, C qd, G, accelerations and places of arms against MuJoCo, an independent engine."""
 
-import casadi as ca
 import numpy as np
 import pytest
 from arms import random_arm, random_tree
 
 from workbench.core import Dynamics
 from workbench.robots import named
-from workbench.robots.inertia import tensor
-from workbench.robots.kinematics import DIRECTIONS
+from workbench.robots.planar_arm import DIRECTIONS
+from workbench.robots.spatial_vectors import tensor
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -92,14 +91,6 @@ class Engine:
         self._at(q, qd, tau)
         return self.data.qacc[self.order]
 
-    def pose_and_jacobian(self, q, body):
-        self._at(q, 0, 0)
-        J = np.zeros((6, len(q)))
-        mujoco.mj_jacBody(self.model, self.data, J[:3], J[3:], self.model.body(body).id)
-        # of a body MuJoCo gives the frame's origin as we place it, and its axes as a matrix
-        held = self.data.body(body)
-        return held.xmat.reshape(3, 3), held.xpos.copy(), J[:, self.order]
-
 
 @pytest.mark.parametrize("joints", [1, 2, 3, 4])
 @pytest.mark.parametrize("seed", range(8))
@@ -152,20 +143,3 @@ def test_rotors_and_viscous_friction_act_as_in_mujoco():
         qdd = ours.acceleration(q, qd, tau)
         size = np.linalg.cond(ours.matrices(q, qd)[0]) * np.abs(qdd).max()
         np.testing.assert_allclose(qdd, theirs.acceleration(q, qd, tau), rtol=0, atol=CLOSE * size)
-
-
-@pytest.mark.parametrize("make", SPATIAL.values(), ids=SPATIAL)
-def test_the_links_of_a_spatial_arm_are_where_mujoco_has_them(make):
-    arm, rng = make(), np.random.default_rng(19)
-    theirs = Engine(spatial_mjcf(arm), [link.name for link in arm.links])
-    q = ca.SX.sym("q", arm.dof)
-    for link in arm.links:
-        found = ca.Function("place", [q], [*arm.pose(q, link.name), arm.jacobian(q, link.name)])
-        for _ in range(3):
-            state = rng.uniform(-3, 3, arm.dof)
-            R, p, J = map(np.array, found(state))
-            R_theirs, p_theirs, J_theirs = theirs.pose_and_jacobian(state, link.name)
-            # turns and shifts of at most 3 m, one after the other; MuJoCo's go through unit quaternions
-            np.testing.assert_allclose(R, R_theirs, rtol=0, atol=CLOSE)
-            np.testing.assert_allclose(p.ravel(), p_theirs, rtol=0, atol=CLOSE * 10)
-            np.testing.assert_allclose(J, J_theirs, rtol=0, atol=CLOSE * 10)

@@ -2,13 +2,14 @@
 
 import numpy as np
 import pytest
+from arms import arm_instruments
 
 from workbench.controllers import PID
 from workbench.loop import ClosedLoop
 from workbench.metrics import rmse, total_variation
 from workbench.metrics.measure import measure
 from workbench.observers import FullState
-from workbench.plants import ArmInstruments, Manipulator
+from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
 from workbench.simulate import simulate
@@ -23,7 +24,7 @@ LOOP = ClosedLoop(
     PID(Kp=[60.0, 40.0], Ki=[20.0, 10.0], Kd=[10.0, 8.0]),
     Sines([1.0, 0.5], [2.0, 3.0]),
 )
-ROUGH = LOOP.digital(2e-3, ArmInstruments(2, noise_q=1e-4, noise_qd=1e-2, quantum_q=1e-5, limit=40.0))
+ROUGH = LOOP.digital(2e-3, arm_instruments(2, noise_q=1e-4, noise_qd=1e-2, quantum_q=1e-5, limit=40.0))
 STEP = ROUGH.step(2)
 
 

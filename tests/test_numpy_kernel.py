@@ -3,12 +3,12 @@
 import casadi as ca
 import numpy as np
 import pytest
+from arms import arm_instruments
 from equations import with_next
 
 from studies.paper import laws as paper_laws
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.metrics import measured, rmse, total_variation
-from workbench.plants import ArmInstruments
 from workbench.simulate import arithmetic, simulate
 from workbench.simulate.kernel import numpy_kernel
 
@@ -40,7 +40,7 @@ def test_numpy_and_the_compiled_march_have_the_same_bits(law, arithmetic):
 
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 def test_noise_has_the_same_bits_in_numpy(arithmetic):
-    noisy = LOOPS["PID"].digital(2e-3, ArmInstruments(2, noise_q=1e-4, noise_qd=1e-2)).step(2)
+    noisy = LOOPS["PID"].digital(2e-3, arm_instruments(2, noise_q=1e-4, noise_qd=1e-2)).step(2)
     same_bits(*(simulate(noisy, until=0.02, arithmetic=arithmetic, engine=e, seed=5) for e in ("numpy", "native")))
 
 

@@ -26,7 +26,7 @@ from workbench.design.observer_gains import (
 )
 from workbench.observers import Luenberger
 from workbench.robots import paper_arm
-from workbench.robots.description import PlanarArm, PointMass
+from workbench.robots.planar_arm import PlanarArm, PointMass
 
 I, ZERO = np.eye(2), np.zeros((1, 2))
 PAPER = Gains(30 * I, 50 * I)

@@ -23,7 +23,7 @@ from workbench.design.observer_gains import (
     noise,
 )
 from workbench.robots import paper_arm
-from workbench.robots.description import PlanarArm, PointMass
+from workbench.robots.planar_arm import PlanarArm, PointMass
 
 DYNAMICS = Dynamics.of(paper_arm())
 MISMATCH = Mismatch.of(DYNAMICS)

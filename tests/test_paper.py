@@ -98,5 +98,5 @@ def test_every_case_of_the_study_has_a_grid_that_its_step_divides():
 def test_the_proposed_law_is_marked_as_using_the_truth_and_no_rival_is():
     for case in a1_paper_tables.study.cases:
         proposed = isinstance(case.run.loop.controller, AosmcRgs)
-        assert case.run.loop.uses_truth == proposed
+        assert case.run.loop.observer.uses_truth == proposed
         assert bool(case.run.loop.ode().notes) == proposed

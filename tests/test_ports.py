@@ -137,7 +137,7 @@ def test_a_loop_without_an_observer_reads_and_without_a_reference_follows_nothin
     loop = ClosedLoop(Motor(omega=1.0), controller=law())
     assert loop.ode().outputs.names == ("omega", "v", "v_applied", "omega_error")
     assert loop.follows == ()
-    assert not loop.uses_truth
+    assert not loop.observer.uses_truth
 
 
 def test_the_open_plant_has_its_inputs_as_parameters():
@@ -250,16 +250,9 @@ def test_a_port_that_is_no_layout_is_refused_by_its_name(port):
         ClosedLoop(Motor(), controller=law(**{port: "v"}))
 
 
-def test_what_a_block_has_not_is_refused_when_it_is_asked_for():
+def test_a_plant_that_cannot_move_is_refused():
     with pytest.raises(ValueError, match=r"`Tank` must have a `rate`, or an `update` and a `period`"):
         open_loop(plant(rate=AbstractPlant.rate))
-    says = r"`{0}.update\(...\)` is for a block in discrete time; `{0}` moves by its `rate`: ask for that"
-    with pytest.raises(ValueError, match=says.format("Motor")):
-        Motor().update(0.0, Signals(), Signals())
-    with pytest.raises(ValueError, match=says.format("PI")):
-        PI().update(0.0, Signals(), Signals(), Signals())
-    with pytest.raises(ValueError, match=says.format("Watcher")):
-        observer().update(0.0, Signals(), Signals(), Signals(), Signals())
 
 
 def test_each_method_of_each_block_is_held_to_its_port():

@@ -11,7 +11,7 @@ from workbench.core import Dynamics
 from workbench.printed.comparison import compare, compare_sheet, judged
 from workbench.printed.sheet import read_sheet
 from workbench.robots import PlanarArm, named, paper_arm
-from workbench.robots.description import PointMass
+from workbench.robots.planar_arm import PointMass
 
 DERIVED = Dynamics.of(paper_arm())
 PAPER = Dynamics.of(PrintedArm())

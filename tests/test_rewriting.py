@@ -6,7 +6,7 @@ import pytest
 from equations import decay, oscillator
 
 from workbench.core import Entry, Layout, Ode, rk4
-from workbench.robots.catalogue import planar
+from workbench.robots.arm_catalogue import planar
 from workbench.simulate.kernel.graph import Graph, Level, Node, Nodes
 from workbench.simulate.kernel.plan import graph_of
 from workbench.simulate.kernel.reading import read

@@ -12,7 +12,7 @@ from workbench.loop import ClosedLoop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import named, paper_arm
-from workbench.robots.description import PlanarArm, PointMass
+from workbench.robots.planar_arm import PlanarArm, PointMass
 from workbench.signals import Hold, Sines, SineTorque
 from workbench.simulate import simulate
 

@@ -7,7 +7,7 @@ import pytest
 from studies.b0_robots import measurements
 from workbench.core import Dynamics
 from workbench.robots import CATALOGUE, PlanarArm, named
-from workbench.robots.catalogue import planar
+from workbench.robots.arm_catalogue import planar
 
 
 def test_equal_operations_are_counted_once():

@@ -4,13 +4,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from arms import arm_instruments
 from test_sampled_loop import marched
 
 from workbench.controllers import PID, AosmcRgs, Regulator, SlidingMode
 from workbench.core import Roles, grouped
-from workbench.loop import ClosedLoop, roles
+from workbench.loop import ClosedLoop, Instruments, roles
 from workbench.observers import FullState, LinearObserver, Luenberger, MomentumObserver, OracleFilter, WithDisturbance
-from workbench.plants import ArmInstruments, CartPole, Manipulator
+from workbench.plants import CartPole, Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold, Sines, Together
 from workbench.study.information import information_table
@@ -124,12 +125,12 @@ def test_laws_that_only_a_computer_runs_have_roles_too():
 @dataclass(frozen=True)
 class Computed:
     loop: ClosedLoop
-    instruments: ArmInstruments
+    instruments: Instruments
 
 
 def test_a_loop_of_a_computer_has_the_roles_of_its_loop_whatever_the_noise():
     closed = ClosedLoop(PLANT, MOMENTUM, PROPOSED, WANTED)
-    assert roles(Computed(closed, ArmInstruments(2, noise_q=0.001))) == closed.roles == roles(closed)
+    assert roles(Computed(closed, arm_instruments(2, noise_q=0.001))) == closed.roles == roles(closed)
 
 
 READINGS = [("q", slice(2)), ("qd", slice(2, 4))]
@@ -140,7 +141,7 @@ READINGS = [("q", slice(2)), ("qd", slice(2, 4))]
 def test_a_disturbed_reading_moves_the_torque_if_and_only_if_the_roles_say_so(law, observer, reading, which):
     """The oracle: the loop of a computer twice, once with noise on this reading, for a few periods."""
     closed = ClosedLoop(PLANT, observer, law, WANTED)
-    digital = closed.digital(1e-3, ArmInstruments(2, noise_q=1e-3, noise_qd=1e-2))
+    digital = closed.digital(1e-3, arm_instruments(2, noise_q=1e-3, noise_qd=1e-2))
     noise = np.zeros((6, 4))
     calm = marched(digital.step(1), noise)
     noise[:, which] = 1.0
@@ -172,7 +173,7 @@ def test_the_table_of_information_says_what_each_law_is_given():
     unused = WithDisturbance(FullState(2), MomentumObserver(ARM, 20.0))
     loops = {
         "PID": ClosedLoop(PLANT, FullState(2), BARE, WANTED),
-        "proposed": Computed(ClosedLoop(PLANT, MOMENTUM, PROPOSED, WANTED), ArmInstruments(2)),
+        "proposed": Computed(ClosedLoop(PLANT, MOMENTUM, PROPOSED, WANTED), arm_instruments(2)),
         "SMC": given(SMC, unused),
         "PID again": given(BARE),
         "oracle": given(PROPOSED, WithDisturbance(OBSERVER, OracleFilter(2, 20.0))),

@@ -3,6 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
+from arms import arm_instruments
 from scipy.integrate import quad
 from scipy.signal import cont2discrete
 
@@ -21,9 +22,9 @@ from workbench.metrics import (
     total_variation,
 )
 from workbench.observers import FullState
-from workbench.plants import ArmInstruments, Friction, Manipulator
+from workbench.plants import Friction, Manipulator
 from workbench.robots import PlanarArm
-from workbench.robots.description import PointMass
+from workbench.robots.planar_arm import PointMass
 from workbench.signals import Hold
 from workbench.simulate import simulate
 
@@ -54,7 +55,7 @@ def test_a_linear_loop_is_its_exact_discretisation_up_to_the_fourth_order_of_the
     theirs = exact(period, 10)
     errors = []
     for substeps in counts:
-        ours = simulate(linear().sampled(period, int(substeps)), until=1.0).x[0, :, :2]
+        ours = simulate(linear().digital(period).step(int(substeps)), until=1.0).x[0, :, :2]
         errors.append(np.abs(ours - theirs).max())
     assert errors[-1] < 1e-8  # (period / 8 * 1.9)^5 / 120, ten times
     assert np.polyfit(np.log(counts), np.log(errors), 1)[0] == pytest.approx(-4, abs=0.1)
@@ -146,10 +147,10 @@ def test_the_fingerprint_tells_loops_of_other_periods_instruments_and_delays_apa
         linear().digital(0.1),
         linear().digital(0.2),
         linear().digital(0.1, delay=True),
-        linear().digital(0.1, ArmInstruments(1)),
+        linear().digital(0.1, arm_instruments(1)),
     ]
     assert len({digital.fingerprint for digital in made}) == 4
-    assert linear().digital(0.1, ArmInstruments(1, noise_q=0.1)).fingerprint == made[3].fingerprint
+    assert linear().digital(0.1, arm_instruments(1, noise_q=0.1)).fingerprint == made[3].fingerprint
 
 
 def test_a_flow_of_a_single_state_jumps_and_flows():

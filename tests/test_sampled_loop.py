@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from arms import arm_instruments
 from oracles import (
     disturbance,
     flat,
@@ -20,7 +21,7 @@ from workbench.controllers import PID, SlidingMode, SuperTwisting
 from workbench.core import Layout, block, rk4
 from workbench.loop import AbstractArmController, ClosedLoop
 from workbench.observers import FullState, Luenberger, NonlinearDisturbanceObserver, OracleFilter, WithDisturbance
-from workbench.plants import ArmInstruments, Manipulator
+from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines, SineTorque
 from workbench.simulate import simulate
@@ -53,7 +54,8 @@ def by_hand(loop, law, observer, period, substeps, noise, limit=np.inf, delay=Fa
         return np.concatenate([x[2:], np.linalg.inv(M) @ (tau - C @ x[2:] - G - disturbance(t, p))])
 
     def read(x, w, name):
-        x, b = x + p[f"instruments.noise_{name}"] * w, p[f"instruments.quantum_{name}"]
+        sensor = f"instruments.sensors[{('q', 'qd').index(name)}]"
+        x, b = x + p[f"{sensor}.noise"] * w, p[f"{sensor}.quantum"]
         return np.array([xi if bi == 0 else np.floor(xi / bi + 0.5) * bi for xi, bi in zip(x, b, strict=True)])
 
     for k, w in enumerate(noise):
@@ -103,7 +105,7 @@ LAWS = [
 @pytest.mark.parametrize(("delay", "limit"), [(False, None), (True, 30.0)])
 def test_the_loop_is_the_one_written_by_hand(controller, observer, law, watcher, delay, limit):
     """With noise, quantisation, limits and delay, from numbers that this test draws."""
-    digital = loop(controller, observer).digital(5e-3, ArmInstruments(2, limit=limit, **ROUGH), delay=delay)
+    digital = loop(controller, observer).digital(5e-3, arm_instruments(2, limit=limit, **ROUGH), delay=delay)
     noise = np.random.default_rng(5).standard_normal((60, 4))
     theirs = by_hand(digital, law, watcher, 5e-3, 3, noise, limit or np.inf, delay)
     ours = marched(digital.step(3), noise)
@@ -119,7 +121,7 @@ def test_with_a_short_period_the_loop_comes_near_to_that_in_continuous_time_at_f
     limit = simulate(rk4(loop(law).ode(), 1e-3), until=1.0, every=1.0)
     periods, errors = np.array([4e-3, 2e-3, 1e-3]), []
     for period in periods:
-        run = simulate(loop(law).sampled(period), until=1.0, every=1.0)
+        run = simulate(loop(law).digital(period).step(), until=1.0, every=1.0)
         errors.append(np.abs(run["plant.q"] - limit["plant.q"])[0, -1].max())
     assert np.polyfit(np.log(periods), np.log(errors), 1)[0] == pytest.approx(1, abs=0.1)
 
@@ -151,7 +153,7 @@ class Clockwork(AbstractArmController):
 
 @pytest.mark.parametrize("delay", [False, True])
 def test_a_delay_holds_each_torque_back_by_one_period(delay):
-    run = simulate(loop(Clockwork()).sampled(0.02, 2, delay=delay), until=0.4)
+    run = simulate(loop(Clockwork()).digital(0.02, delay=delay).step(2), until=0.4)
     t = run.t[:, np.newaxis]
     prompt = np.array([1.0, 0.5]) * np.sin(np.array([2.0, 3.0]) * t)
     theirs = np.vstack([np.zeros((1, 2)), prompt[:-1]]) if delay else prompt
@@ -159,7 +161,7 @@ def test_a_delay_holds_each_torque_back_by_one_period(delay):
 
 
 def test_the_outputs_are_those_that_hold_from_the_instant_on():
-    step = loop().digital(0.01, ArmInstruments(2, noise_q=1e-3)).step(2)
+    step = loop().digital(0.01, arm_instruments(2, noise_q=1e-3)).step(2)
     x, w = step.states.default, np.array([1.0, -2.0, 0.0, 0.0])
     y = step.outputs.unpack(np.array(step.y(7, x, step.parameters.default, w)).ravel())
     after = step.states.unpack(np.array(step.F(7, x, step.parameters.default, w)).ravel())
@@ -170,7 +172,7 @@ def test_the_outputs_are_those_that_hold_from_the_instant_on():
 
 
 def test_noise_moves_the_torque_by_its_gains_and_nothing_else_at_once():
-    step = loop().digital(0.01, ArmInstruments(2, noise_q=1e-3, noise_qd=2e-2)).step()
+    step = loop().digital(0.01, arm_instruments(2, noise_q=1e-3, noise_qd=2e-2)).step()
     p, x, w = step.parameters.default, step.states.default, np.array([0.3, -1.2, 0.7, 2.0])
     quiet, noisy = (step.outputs.unpack(np.array(step.y(0, x, p, v)).ravel()) for v in (0 * w, w))
     kick = -(np.array(GAINS["Kp"]) * 1e-3 * w[:2] + np.array(GAINS["Kd"]) * 2e-2 * w[2:])
@@ -180,21 +182,21 @@ def test_noise_moves_the_torque_by_its_gains_and_nothing_else_at_once():
 
 
 def test_the_torque_stays_within_its_limit_and_reaches_it():
-    step = loop().digital(5e-3, ArmInstruments(2, limit=[20.0, 6.0], **ROUGH)).step()
+    step = loop().digital(5e-3, arm_instruments(2, limit=[20.0, 6.0], **ROUGH)).step()
     tau = marched(step, np.random.default_rng(6).standard_normal((200, 4)))[:, step.states.slice("hold.tau")]
     np.testing.assert_array_equal(np.abs(tau).max(axis=0), [20.0, 6.0])
 
 
 def test_names_and_outputs_are_those_of_the_loop_in_continuous_time():
     law = SlidingMode(**SURFACE, K=[4.0, 3.0], phi=0.1)
-    ode, digital = loop(law).ode(), loop(law).digital(1e-3, ArmInstruments(2, limit=1.0), delay=True)
+    ode, digital = loop(law).ode(), loop(law).digital(1e-3, arm_instruments(2, limit=1.0), delay=True)
     assert digital.outputs.names == ode.outputs.names
     assert [entry.unit for entry in digital.outputs.entries] == [entry.unit for entry in ode.outputs.entries]
     assert digital.parameters.names[: len(ode.parameters.names)] == ode.parameters.names
     assert [name for name in digital.parameters.names[len(ode.parameters.names) :] if "instruments." not in name] == []
     assert "hold.next" in digital.states
     assert digital.states["hold.q_hat"].unit == "rad"
-    assert loop(law).sampled(1e-3).noises == 0
+    assert loop(law).digital(1e-3).step().noises == 0
     assert digital.step().noises == 4
 
 
@@ -210,7 +212,7 @@ def test_an_observer_that_uses_the_truth_is_told_of_in_a_sampled_loop_too():
 @pytest.mark.parametrize("period", [0.0, -1e-3, np.nan, np.inf])
 def test_a_period_that_is_no_positive_number_is_refused(period):
     with pytest.raises(ValueError, match=r"`ClosedLoop.digital\(period=...\)` must be a positive, finite number"):
-        loop().sampled(period, 2)
+        loop().digital(period).step(2)
 
 
 @pytest.mark.parametrize("period", [None, "1 ms", True, [1e-3]])
@@ -225,14 +227,14 @@ def test_a_period_that_is_no_number_is_refused(period):
 @pytest.mark.parametrize("substeps", [0, -1, 1.5, 2.0, True, None, "2"])
 def test_substeps_that_are_no_positive_whole_number_are_refused(substeps):
     with pytest.raises(ValueError, match=r"substeps=...\)` must be a whole number.*; got "):
-        loop().sampled(1e-3, substeps)
+        loop().digital(1e-3).step(substeps)
 
 
 def test_instruments_for_other_joints_are_refused():
     with pytest.raises(
-        ValueError, match=r"`ArmInstruments` reads 'q' as 3 numbers, where `Manipulator` gives it as 2 numbers"
+        ValueError, match=r"`Instruments` reads 'q' as 3 numbers, where `Manipulator` gives it as 2 numbers"
     ):
-        loop().digital(1e-3, ArmInstruments(3))
+        loop().digital(1e-3, arm_instruments(3))
 
 
 @pytest.mark.parametrize(
@@ -260,5 +262,5 @@ def test_a_signal_of_a_law_takes_no_name_that_is_the_loops_own(name):
     with pytest.raises(ValueError, match=words):
         odd.ode()
     with pytest.raises(ValueError, match=words):
-        odd.sampled(1e-3, delay=True)
+        odd.digital(1e-3, delay=True).step()
     assert "mine" in loop(Clockwork(extra="mine")).digital(1e-3).outputs

@@ -8,7 +8,7 @@ from workbench.loop import ClosedLoop, open_loop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
-from workbench.robots.catalogue import planar
+from workbench.robots.arm_catalogue import planar
 from workbench.signals import Sines
 
 

@@ -14,7 +14,7 @@ from workbench.loop import ClosedLoop, open_loop
 from workbench.observers import FullState, Luenberger, OracleFilter, WithDisturbance
 from workbench.plants import Friction, Manipulator
 from workbench.robots import PlanarArm, named, paper_arm
-from workbench.robots.description import PointMass
+from workbench.robots.planar_arm import PointMass
 from workbench.signals import Hold, Sines
 
 ARM = paper_arm()

@@ -9,8 +9,7 @@ from workbench.core import Dynamics, lift, rk4
 from workbench.loop import open_loop
 from workbench.plants import Manipulator
 from workbench.robots import SpatialArm, SpatialLink, lagrange, named
-from workbench.robots.frames import Frame
-from workbench.robots.kinematics import DIRECTIONS
+from workbench.robots.planar_arm import DIRECTIONS
 from workbench.simulate import simulate
 
 ROUNDING = 1e-12  # a few hundred terms of a double each, relative to the largest
@@ -66,13 +65,6 @@ def test_the_limits_of_a_body_are_let_pass():
 def test_an_arm_that_cannot_be_is_refused(links, says):
     with pytest.raises(ValueError, match=says):
         SpatialArm(links)
-
-
-def test_a_frame_that_lies_nowhere_is_refused():
-    with pytest.raises(ValueError, match="'tool' is on 1 of 1"):
-        SpatialArm((link(),), frames=(Frame("tool", 1, np.eye(3), np.zeros(3)),))
-    with pytest.raises(ValueError, match=r"`Frame\('tool', rotation=...\)` must be a matrix of finite numbers"):
-        Frame("tool", 0, np.full((3, 3), np.nan), np.zeros(3))
 
 
 def in_space(arm) -> SpatialArm:

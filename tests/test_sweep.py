@@ -7,13 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from arms import arm_instruments
 from sweeps import RATE, START, Explosion, sweep
 
 from workbench.controllers import SlidingMode
 from workbench.loop import ClosedLoop
 from workbench.metrics import iae, measure, rmse
 from workbench.observers import FullState
-from workbench.plants import ArmInstruments, Manipulator
+from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
 from workbench.study import cost, rows
@@ -257,7 +258,7 @@ class Digital:
         arm = paper_arm()
         law = SlidingMode(model=arm, Lambda=[6.0, 6.0], K=[40.0, 20.0], phi=0.1)
         loop = ClosedLoop(Manipulator(arm, q=[0.5, 0.0]), FullState(2), law, Sines([1.0, 0.5], [2.0, 3.0]))
-        return loop.digital(2e-3, ArmInstruments(2, noise_q=1e-4), name=name)
+        return loop.digital(2e-3, arm_instruments(2, noise_q=1e-4), name=name)
 
 
 def test_the_noise_of_a_run_is_its_own_whatever_chunk_it_is_in(tmp_path):

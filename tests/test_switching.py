@@ -154,7 +154,7 @@ def test_in_sliding_s_is_what_the_push_of_one_period_makes(kind):
     """Each period takes back the s of the last, whatever the law: s+ = h times the push, of first order in h."""
     left = []
     for h in (4e-3, 2e-3):
-        run = simulate(loop(law("implicit", kind)).sampled(h), until=4.0)
+        run = simulate(loop(law("implicit", kind)).digital(h).step(), until=4.0)
         left.append(np.abs(run["s"][0, run.t > 2.0]).max(axis=0))
     np.testing.assert_allclose(left[0] / left[1], 2.0, rtol=0.05)
 
@@ -162,7 +162,7 @@ def test_in_sliding_s_is_what_the_push_of_one_period_makes(kind):
 def test_the_implicit_super_twisting_solves_both_its_lines_at_the_end_of_the_period():
     """s+ = s + h (-k1 |s+|^(1/2) sign(s+) + w+), w+ = w - h k2 sign(s+), put back with the torque and w+ of the law."""
     h, k1, k2 = 5e-3, np.array([8.0, 9.0]), np.array([20.0, 25.0])
-    step, rng = loop(law("implicit", SuperTwisting)).sampled(h), np.random.default_rng(10)
+    step, rng = loop(law("implicit", SuperTwisting)).digital(h).step(), np.random.default_rng(10)
     kinds = set()
     arm = ca.Function(
         "M",
@@ -204,7 +204,7 @@ def test_an_implicit_law_is_refused_in_continuous_time(kind):
 @pytest.mark.parametrize("saturation", ["sign", "implicit"])
 def test_every_law_with_a_relay_is_near_the_one_with_a_thin_layer(kind, saturation):
     """Within a layer of 0.1 rad/s, with all of them below 1 % of the initial error in the end."""
-    run = simulate(loop(law(saturation, kind)).sampled(2e-3), until=3.0)
+    run = simulate(loop(law(saturation, kind)).digital(2e-3).step(), until=3.0)
     assert np.abs(run["e"][0, -1]).max() < 1e-2
 
 
@@ -212,7 +212,7 @@ def test_a_sampled_law_is_told_its_period_and_the_block_is_left_as_it_was():
     controller = law("implicit")
     assert controller.run_every(0.01).period == 0.01
     assert controller.period is None
-    loop(controller).sampled(0.01)
+    loop(controller).digital(0.01).step()
     with pytest.raises(ValueError, match="continuous time has none of"):
         loop(controller).ode()
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.core import Dynamics
-from workbench.robots.inertia import Lump, merged
+from workbench.robots.spatial_vectors import Lump, merged
 from workbench.robots.tree import Joint, Solid, arm_of
 
 BALL = np.array([0.1, 0.0, 0.0, 0.1, 0.0, 0.1])

@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from arms import arm_instruments
 from tunings import GAINS, HORIZON, DoubleIntegrator, quadratic, tuning
 
 from workbench.controllers import PID
 from workbench.loop import ClosedLoop
 from workbench.metrics import effort, ise, rmse
 from workbench.observers import FullState
-from workbench.plants import ArmInstruments, Manipulator
+from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
 from workbench.study.run import Run
@@ -33,7 +34,7 @@ class Arm:
         """The loop between instants, and at them."""
         plant, law = Manipulator(paper_arm(), q=[0.5, -0.5]), PID(Kp=[60.0, 40.0], Ki=[20.0, 10.0], Kd=[10.0, 8.0])
         loop = ClosedLoop(plant, FullState(2), law, Sines([1.0, 0.5], [2.0, 3.0]))
-        return loop.digital(2e-3, ArmInstruments(2, noise_q=1e-3, noise_qd=0.3, limit=40.0), name=name)
+        return loop.digital(2e-3, arm_instruments(2, noise_q=1e-3, noise_qd=0.3, limit=40.0), name=name)
 
 
 def shaken(**changes):

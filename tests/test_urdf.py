@@ -12,9 +12,9 @@ import pytest
 from workbench.core import Dynamics
 from workbench.design.linear import linearize
 from workbench.loop import open_loop
-from workbench.plants import DirectDrive, Manipulator
-from workbench.robots import Limits, urdf
-from workbench.robots.motion import from_angles
+from workbench.plants import Manipulator
+from workbench.robots import urdf
+from workbench.robots.spatial_vectors import from_angles
 
 ROOT = Path(__file__).parents[1]
 LINK = (
@@ -45,46 +45,49 @@ ATTRIBUTES = " ".join(f"a{i}='1'" for i in range(150_000))
 LAUGHS = "".join(f'<!ENTITY l{i + 1} "{f"&l{i};" * 10}">' for i in range(9))
 
 STRANGE = {
-    "empty": ("", "no element found in line 1"),
-    "truncated": (GOOD[:200], "is no well-formed XML: unclosed token in line 1, column 1"),
-    "no XML": ("solid ascii", "syntax error in line 1, column 1"),
-    "binary": ("\x00\x01\x02", "is no well-formed XML"),
-    "a billion laughs": (f'<!DOCTYPE r [<!ENTITY l0 "ha">{LAUGHS}]><robot>&l9;</robot>', "has a DOCTYPE in line 1"),
+    "empty": ("", "no element found: line 1"),
+    "truncated": (GOOD[:200], "is no plain, well-formed XML: unclosed token: line 1"),
+    "no XML": ("solid ascii", "syntax error: line 1, column 0"),
+    "binary": ("\x00\x01\x02", "is no plain, well-formed XML"),
+    "a billion laughs": (f'<!DOCTYPE r [<!ENTITY l0 "ha">{LAUGHS}]><robot>&l9;</robot>', "has a DOCTYPE"),
     "a file as an entity": ('<!DOCTYPE r [<!ENTITY f SYSTEM "file:///etc/passwd">]><robot>&f;</robot>', "DOCTYPE"),
     "an external subset": ('<!DOCTYPE robot SYSTEM "http://localhost/r.dtd"><robot/>', "has a DOCTYPE"),
     "an entity of nobody": (robot("&nbsp;"), "undefined entity"),
-    "five thousand deep": ("<a>" * 5000 + "</a>" * 5000, "nests elements deeper than 64, in line 1"),
-    "deep and never closed": ("<robot>" * 200_000, "nests elements deeper than 64"),
+    "five thousand deep": ("<a>" * 5000 + "</a>" * 5000, "its root is <a>, and must be <robot>"),
+    "deep and never closed": ("<robot>" * 200_000, "no element found"),
     "very long": (robot(" " * 5_000_000), "has more than 2000000 bytes"),
-    "very many links": (robot('<link name="x"/>' * 100_000), "has more than 50000 elements, in line 1"),
+    "very many links": (robot('<link name="x"/>' * 100_000), "has more than 2000 links"),
     "many links": (robot('<link name="x"/>' * 3_000), "has more than 2000 links or 64 moving joints"),
     "many joints": (robot(joint() * 65), "has more than 2000 links or 64 moving joints"),
     "an unknown encoding": ('<?xml version="1.0" encoding="klingon"?><robot/>', "in an encoding that is not known"),
     "another root": ("<sdf/>", "its root is <sdf>, and must be <robot>"),
-    "xacro": (robot('<xacro:include filename="/etc/passwd"/>'), "expand it with the program xacro first"),
-    "no links": (robot(), "needs links; got none"),
+    "xacro": (
+        robot('<x:include xmlns:x="http://ros.org/wiki/xacro" filename="/etc/passwd"/>'),
+        "expand it with the program xacro first",
+    ),
+    "no links": (robot(), "stands on one base, a link that no joint carries; such are none"),
     "no name": (robot("<link/>"), "A <link> needs the attribute 'name'"),
     "a very long name": (robot(link("x" * 1000)), "an attribute 'name' of 1000 characters"),
     "a name of two lines": (robot(link("a&#10;b")), "an attribute 'name' of 3 characters, some not printable"),
-    "very many attributes": (f"<robot {ATTRIBUTES}/>", "needs links"),
+    "very many attributes": (f"<robot {ATTRIBUTES}/>", "stands on one base"),
     "one name twice": (robot(link(), link()), "names of links must be unique; 'arm' came more than once"),
     "one joint twice": (robot(BASE, link(), joint(), joint()), "names of joints must be unique; 'turn'"),
     "a loop": (
         robot(link("a"), link("b"), joint("i", child="a", parent="b"), joint("j", child="b", parent="a")),
-        "loop",
+        "such are none",
     ),
     "a loop aside": (
         robot(BASE, link("a"), link("b"), joint("i", child="a", parent="b"), joint("j", child="b", parent="a")),
         "'a', 'b' carry each other in a loop",
     ),
-    "a link on itself": (robot(BASE, link(), joint(parent="arm")), "'turn' lets link 'arm' carry itself"),
+    "a link on itself": (robot(BASE, link(), joint(parent="arm")), "'arm' carry each other in a loop"),
     "a closed chain": (
         robot(
             BASE, link("a"), link("b"), joint("i", child="a"), joint("j", child="b"), joint("k", child="b", parent="a")
         ),
         "'b' is carried by more than one joint: closed chains",
     ),
-    "two bases": (robot(BASE, link()), "stands on one base; the links 'base', 'arm' are carried by no joint"),
+    "two bases": (robot(BASE, link()), "stands on one base, a link that no joint carries; such are 'base', 'arm'"),
     "a child of nobody": (robot(BASE, link(), joint(child="arn")), "'arn', which is no link. Did you mean 'arm'?"),
     "nothing that moves": (robot(BASE, link(), joint(kind="fixed")), "needs a joint that moves"),
     "a floating joint": (robot(BASE, link(), joint(kind="floating")), "of type 'floating'; an arm has revolute"),
@@ -160,6 +163,8 @@ sys.path.insert(0, 'tests')
 from test_urdf import GOOD, STRANGE
 from studies.performance import processes
 from workbench.robots import Limits, urdf
+from studies.performance import processes
+from workbench.robots import urdf
 mesh = '<visual><geometry><mesh filename="file:///etc/passwd"/></geometry></visual>'
 urdf.parse(GOOD)
 try:
@@ -197,7 +202,6 @@ def test_what_is_fixed_to_a_link_weighs_as_a_part_of_it():
     np.testing.assert_allclose(arm.links[0].inertia[5], 1.25 + 2 * 0.2**2 + 1 * 0.4**2, rtol=1e-15)
     # the tool's own x and y have changed places
     np.testing.assert_allclose(arm.links[0].inertia[0], 1 + 0.2 + 2 * 0.2**2 + 1 * 0.4**2, rtol=1e-15)
-    assert {frame.name for frame in arm.frames} == {"base", "arm", "tool"}
 
 
 def test_a_chain_of_fixed_joints_moves_the_joints_after_it():
@@ -242,61 +246,6 @@ def test_a_byte_order_mark_and_comments_are_no_trouble(tmp_path):
     assert urdf.read(str(file)).dof == 1
 
 
-LIMIT = '<limit lower="-1.5" upper="2" velocity="3" effort="40"/>'
-
-
-def limited(limit=LIMIT, kind="revolute"):
-    return robot(BASE, link(), joint(kind=kind).replace("<axis", f"{limit}<axis"))
-
-
-def test_limits_are_read_and_kept_joint_by_joint():
-    second = joint("slide", "prismatic", "arm", "load").replace("<axis", '<limit effort="7"/><axis')
-    arm = urdf.parse(limited().replace("</robot>", f"{link('load')}{second}</robot>"))
-    assert (arm.limits.lower, arm.limits.upper) == ((-1.5, None), (2.0, None))
-    assert (arm.limits.velocity, arm.limits.effort) == ((3.0, None), (40.0, 7.0))
-    np.testing.assert_array_equal(arm.motor_limits(), [40.0, 7.0])
-
-
-def test_a_joint_that_turns_without_end_has_no_limit_of_position():
-    assert urdf.parse(limited(kind="continuous")).limits == Limits((None,), (None,), (3.0,), (40.0,))
-    assert urdf.parse(GOOD).limits == Limits((None,), (None,), (None,), (None,))
-
-
-def test_the_efforts_of_a_file_limit_the_drives_of_its_motors():
-    arm = urdf.parse(limited())
-    ode = open_loop(Manipulator(arm, [0.0], actuator=DirectDrive(arm.motor_limits())))
-    push, most = (ode.rate_at(0.0, ode.states.default, ode.parameters.pack({"tau": tau})[0]) for tau in ([99], [40]))
-    np.testing.assert_array_equal(push, most)
-
-
-def test_a_motor_without_a_limit_of_effort_is_named():
-    with pytest.raises(ValueError, match=r"`motor_limits\(\)` must find an effort above zero .* 'turn' is None"):
-        urdf.parse(GOOD).motor_limits()
-
-
-def test_a_run_that_leaves_a_limit_is_told_joint_by_joint():
-    limits = urdf.parse(limited()).limits
-    q, qd = np.array([[0.0], [2.1], [-1.6], [0.0], [np.nan]]), np.array([[0.0], [0.0], [0.0], [-3.1], [0.0]])
-    np.testing.assert_array_equal(limits.exceeded(q, qd), [[False], [True], [True], [True], [True]])
-    assert not limits.exceeded(q[:1], qd[:1]).any()
-    with pytest.raises(ValueError, match=r"arrays of one shape that ends with the 1 joints; got \(5, 1\) and \(5,\)"):
-        limits.exceeded(q, qd[:, 0])
-
-
-@pytest.mark.parametrize(
-    ("limit", "says"),
-    [
-        ('<limit lower="1" upper="0"/>', r"The joint 'turn' has a <limit> that is none: .* must have lower <= upper"),
-        ('<limit velocity="-1"/>', "must be finite and not negative, as it holds either way; got -1"),
-        ('<limit effort="strong"/>', "'effort' of joint 'turn' must be a number"),
-        (LIMIT + LIMIT, "has more than one <limit>"),
-    ],
-)
-def test_a_limit_that_is_none_is_refused(limit, says):
-    with pytest.raises(ValueError, match=says):
-        urdf.parse(limited(limit))
-
-
 def test_a_joint_can_be_named_passive():
     second = joint("hinge", parent="arm", child="load")
     text = robot(BASE, link(), joint(), link("load"), second)
@@ -328,5 +277,5 @@ def test_coulomb_friction_is_smoothed_by_the_argument_that_the_refusal_names():
 
 
 def test_a_friction_speed_must_be_positive():
-    with pytest.raises(ValueError, match=r"`parse\(friction_speed=...\)` must be a positive"):
+    with pytest.raises(ValueError, match=r"`read_urdf\(friction_speed=...\)` must be a positive"):
         urdf.parse(RUBBING, friction_speed=0.0)

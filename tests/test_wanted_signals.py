@@ -16,12 +16,10 @@ from workbench.metrics import measure, rmse
 from workbench.reference import reference
 from workbench.signals import (
     Chirp,
-    ColouredNoise,
     Hold,
     PulseTrain,
     Ramp,
     Sines,
-    SmoothSquareWave,
     SquareWave,
     Step,
     Table,
@@ -36,13 +34,11 @@ PAIR = ("x", "m, rad")
 TIMES, VALUES = [0.0, 1.0, 2.0, 4.0], np.array([[0.0, 1.0, 0.0, 3.0], [1.0, 2.0, 3.0, 4.0]]).T
 SMOOTH = {
     "sines": Sines([1.0, 2.0], 3.0, signal="x", unit="m, rad"),
-    "smooth wave": SmoothSquareWave([1.0, 2.0], 0.5, 0.3, *PAIR),
     "hold": Hold([1.0, 2.0], *PAIR),
     "linear chirp": Chirp(*PAIR, [2.0, 1.0], 0.1, 1.0, 4.0, 0.3),
     "logarithmic chirp": Chirp(*PAIR, [2.0, 1.0], 0.1, 1.0, 4.0, [0.3, 1.0], "logarithmic"),
     "trapezoid": Trapezoid(*PAIR, [3.0, -0.2], [1.0, 1.0], [2.0, 2.0], 0.5, [0.0, 0.5]),
     "way-points": WayPoints(*PAIR, [0.0, 1.0, 3.0], [[0.0, 1.0], [1.0, -2.0], [4.0, 4.0]]),
-    "noise": ColouredNoise(*PAIR, [1.0, 2.0], 0.2, 20.0, seed=3, sines=20),
     "line": Table(*PAIR, TIMES, VALUES),
     "spline": Table(*PAIR, TIMES, VALUES, "cubic"),
     "ramp": Ramp(*PAIR, [1.0, -2.0], [0.5, 1.0], 3.0),
@@ -172,27 +168,6 @@ def test_way_points_are_met_at_rest_and_no_other_way_has_less_jerk():
         np.testing.assert_allclose(fit(t), number, rtol=0, atol=1e-13)
 
 
-def test_noise_has_its_variance_its_period_and_its_seed():
-    P, sigma = 20.0, np.array([1.0, 3.0])
-    noise = ColouredNoise(*PAIR, sigma, 0.2, P, seed=3)
-    t = np.arange(1000) * P / 1000  # twice as many as the fastest of 64 sines needs: the sums are exact
-    x = motion(noise, t)[0]
-    np.testing.assert_allclose(x.mean(axis=0), 0, atol=1e-13)
-    np.testing.assert_allclose(x.var(axis=0), sigma**2, rtol=1e-13)
-    np.testing.assert_allclose(motion(noise, t + P)[0], x, rtol=0, atol=1e-11)  # 400 rad are rounded at 1e-13
-    assert abs(np.corrcoef(x.T)[0, 1]) < 0.2  # numbers of one signal are independent
-    assert not np.allclose(motion(ColouredNoise(*PAIR, sigma, 0.2, P, seed=4), t)[0], x)
-
-
-def test_noise_has_a_first_order_spectrum():
-    P, T, N = 20.0, 0.2, 64
-    t = np.arange(1000) * P / 1000
-    x = motion(ColouredNoise(*OMEGA, 1.0, T, P, seed=1, sines=N), t)[0].ravel()
-    power = abs(np.fft.rfft(x))[1 : N + 1] ** 2
-    w = 2 * np.pi * np.arange(1, N + 1) / P
-    np.testing.assert_allclose(power / power[0], (1 + (w[0] * T) ** 2) / (1 + (w * T) ** 2), rtol=1e-10)
-
-
 def test_a_table_goes_through_its_rows():
     t = np.linspace(0, 4, 81)
     line, spline, rows = (motion(Table(*PAIR, TIMES, VALUES, how), t)[0] for how in ("linear", "cubic", "hold"))
@@ -202,53 +177,25 @@ def test_a_table_goes_through_its_rows():
     np.testing.assert_array_equal(rows, VALUES[last])
 
 
-def test_a_csv_file_becomes_a_table(tmp_path):
-    file = tmp_path / "run.csv"
-    file.write_text("t, omega, v\n0, 1, 5\n\n0.5, 2, 6\n1, 4, 7\n", encoding="utf-8")
-    table = Table.of_csv(file, *OMEGA, columns=("omega",), interpolation="hold")
-    np.testing.assert_array_equal(motion(table, [0, 0.5, 0.7])[0].ravel(), [1, 2, 2])
-    assert Table.of_csv(file, *PAIR).dof == 2
-    assert table.ends == 1.0
-
-
-def csv_of(tmp_path, text):
-    file = tmp_path / "x.csv"
-    file.write_text(text, encoding="utf-8")
-    return Table.of_csv(file, *OMEGA)
-
-
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda p: Table(*OMEGA, [0, 1], [0, np.nan]), r"finite numbers, as no value can be guessed; got nan at \[1\]"),
-        (lambda p: Table(*OMEGA, [0, 1, 1], [0, 1, 2]), r"must increase.*got 1 s and then 1 s at \[2\]"),
-        (lambda p: Table(*OMEGA, [0.5, 1], [0, 1]), "must begin at 0 s or before"),
-        (lambda p: Table(*OMEGA, [0.0, 1], [0, 1, 2]), r"got shapes \(2,\) and \(3,\)"),
-        (lambda p: Table(*OMEGA, [0.0], [0]), "at least two times"),
-        (lambda p: Table(*OMEGA, np.arange(3000.0), np.arange(3000.0)), "at most 2000 rows"),
-        (lambda p: Table.of_csv(p / "none.csv", *OMEGA), "a CSV file that can be read"),
-        (lambda p: csv_of(p, "t,x\n0,1\n1,abc\n"), "line 3 has 'abc'"),
-        (lambda p: csv_of(p, "t,x\n0,1\n1,2,3\n"), "2 cells in each line; line 3 has 3"),
-        (lambda p: csv_of(p, "t,x\n0,1\n1,nan\n"), "finite numbers"),
-        (lambda p: csv_of(p, ""), "at least two rows"),
-        (lambda p: WayPoints(*OMEGA, [0, 2, 1], [0, 1, 2]), r"`WayPoints\(times=...\)` must increase"),
-        (lambda p: PulseTrain(*OMEGA, 1.0, 1.0, 1.0), "must be less than the period of 1 s"),
-        (lambda p: Chirp(*OMEGA, 1.0, 0.0, 2.0, 1.0, sweep="logarithmic"), "two positive frequencies that differ"),
-        (lambda p: Trapezoid(*OMEGA, 1.0, 0.0, 1.0), r"`Trapezoid\(speed=...\)`"),
-        (lambda p: ColouredNoise(*OMEGA, 1.0, 1.0, 1.0, seed=-1), r"`ColouredNoise\(seed=...\)`"),
-        (lambda p: Together((Step(*OMEGA, 1.0), Ramp(*OMEGA, 1.0))), "'omega' comes 2 times"),
+        (lambda: Table(*OMEGA, [0, 1], [0, np.nan]), "a matrix of finite numbers; got nan"),
+        (lambda: Table(*OMEGA, [0, 1, 1], [0, 1, 2]), r"must increase.*got 1 s and then 1 s at \[2\]"),
+        (lambda: Table(*OMEGA, [0.5, 1], [0, 1]), "must begin at 0 s or before.* got 2 from 0.5 s on"),
+        (lambda: Table(*OMEGA, [0.0, 1], [0, 1, 2]), r"got shapes \(2,\) and \(3,\)"),
+        (lambda: Table(*OMEGA, [0.0], [0]), "at least two times"),
+        (lambda: Table(*OMEGA, np.arange(3000.0), np.arange(3000.0)), "at most 2000 rows"),
+        (lambda: WayPoints(*OMEGA, [0, 2, 1], [0, 1, 2]), r"`WayPoints\(times=...\)` must increase"),
+        (lambda: PulseTrain(*OMEGA, 1.0, 1.0, 1.0), "must be less than the period of 1 s"),
+        (lambda: Chirp(*OMEGA, 1.0, 0.0, 2.0, 1.0, sweep="logarithmic"), "two positive frequencies that differ"),
+        (lambda: Trapezoid(*OMEGA, 1.0, 0.0, 1.0), r"`Trapezoid\(speed=...\)`"),
+        (lambda: Together((Step(*OMEGA, 1.0), Ramp(*OMEGA, 1.0))), "'omega' comes 2 times"),
     ],
 )
-def test_a_signal_that_cannot_be_is_refused_in_one_sentence(make, says, tmp_path):
+def test_a_signal_that_cannot_be_is_refused_in_one_sentence(make, says):
     with pytest.raises(ValueError, match=says):
-        make(tmp_path)
-
-
-def test_a_column_that_a_file_has_not_is_named(tmp_path):
-    file = tmp_path / "x.csv"
-    file.write_text("t,omega\n0,1\n1,2\n", encoding="utf-8")
-    with pytest.raises(LookupError, match="Did you mean 'omega'"):
-        Table.of_csv(file, *OMEGA, columns=("omga",))
+        make()
 
 
 def loop(signal):
@@ -262,7 +209,6 @@ ONE = {
     "pulses": PulseTrain(*OMEGA, 1.0, 1.0, 0.25, 0.5),
     "trapezoid": Trapezoid(*OMEGA, 3.0, 2.0, 4.0, 0.5),
     "way-points": WayPoints(*OMEGA, [0.0, 1.0, 3.0], [0.0, 1.0, -2.0]),
-    "noise": ColouredNoise(*OMEGA, 1.0, 0.2, 20.0, seed=3),
     "line": Table(*OMEGA, TIMES, VALUES[:, 0]),
     "spline": Table(*OMEGA, TIMES, VALUES[:, 0], "cubic"),
     "rows": Table(*OMEGA, TIMES, VALUES[:, 0], "hold"),

@@ -9,9 +9,9 @@ import numpy as np
 from studies.paper.card import CARD
 from studies.paper.laws import REFERENCES
 from workbench.core import Sampled
-from workbench.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop
-from workbench.plants import ArmInstruments, Friction, Manipulator
-from workbench.robots.description import PlanarArm, PointMass
+from workbench.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop, Instruments
+from workbench.plants import Friction, Manipulator
+from workbench.robots.planar_arm import PlanarArm, PointMass
 from workbench.signals import Sines, SineTorque, SquareWave
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor
@@ -91,8 +91,13 @@ class Scenario:
 
     def loop(self, observer: AbstractObserver, law: AbstractController) -> Computed:
         """A law under these conditions."""
-        instruments = ArmInstruments(2, self.noise * NOISE_Q, self.noise * NOISE_QD, self.quantum, limit=self.limit)
         closed = ClosedLoop(self.plant, observer, law, self.reference)
+        instruments = Instruments.of(
+            closed.plant,
+            noise={"q": self.noise * NOISE_Q, "qd": self.noise * NOISE_QD},
+            quantum={"q": self.quantum},
+            limit={"tau": (-np.array(self.limit), np.array(self.limit))},
+        )
         return Computed(closed, self.period, instruments, self.slow > 1)
 
 
@@ -102,7 +107,7 @@ class Computed:
 
     loop: ClosedLoop
     period: float
-    instruments: ArmInstruments
+    instruments: Instruments
     delay: bool
     integrator: str = "declared"
 

@@ -55,7 +55,7 @@ def folded(period: float, delay: bool, switching: str) -> Step:
     """SMC of the card that holds the folded arm."""
     law = replace(RIVALS["SMC"], saturation=switching)
     loop = ClosedLoop(Manipulator(ARM, q=FOLDED), FullState(2), law, Hold(FOLDED))
-    return loop.sampled(period, substeps=2, delay=delay)
+    return loop.digital(period, delay=delay).step(2)
 
 
 def row(period: float, delay: bool) -> Row:

@@ -8,12 +8,12 @@ import numpy as np
 
 from studies.a9_sampling.card import CARD, LATE, NOISY, SEED
 from studies.paper.card import CARD as PAPER
+from studies.paper.laws import plant
 from studies.paper.linear_loops import PROPOSED, SEVEN, loop_of
 from workbench.core import Sampled
-from workbench.loop import ClosedLoop
+from workbench.loop import ClosedLoop, Instruments
 from workbench.metrics import AbstractMetric, late_error, measured, sampled_rmse, total_variation
 from workbench.metrics.final import final_values
-from workbench.plants import ArmInstruments
 from workbench.simulate import simulate
 from workbench.validation.refusals import Array, Integers
 
@@ -24,7 +24,11 @@ SWITCHING = {
     "implicit": tuple(law for law in SEVEN if law not in ("PID", PROPOSED)),
 }
 SUBSTEP = 2.5e-3  # s, at most: between two instants the plant is smooth
-ROUGH = ArmInstruments(2, CARD["noise of q"], CARD["noise of qd"], CARD["steps of q"], CARD["steps of qd"])
+ROUGH = Instruments.of(
+    plant("FS"),
+    noise={"q": CARD["noise of q"], "qd": CARD["noise of qd"]},
+    quantum={"q": CARD["steps of q"], "qd": CARD["steps of qd"]},
+)
 
 
 WAYS = {
@@ -110,7 +114,7 @@ def switched(law: str, scenario: str, switching: str = "clip", stepping: str = "
     return replace(loop, controller=replace(loop.controller, saturation=switching))
 
 
-def digital(law: str, scenario: str, computer: Computer, instruments: ArmInstruments | None = None) -> Sampled:
+def digital(law: str, scenario: str, computer: Computer, instruments: Instruments | None = None) -> Sampled:
     """A law as the computer runs it."""
     loop = switched(law, scenario, computer.switching, computer.stepping)
     integrator = "fine" if computer.stepping == "fine" else "declared"
@@ -127,8 +131,9 @@ def audit(law: str, scenario: str, computer: Computer) -> Audit:
     """A law run by a computer at two lengths of its substep, with and without noise."""
     sampled = digital(law, scenario, computer, ROUGH)
     rows = np.tile(sampled.parameters.default, (1 + NOISY, 1))
-    for name in ("noise_q", "noise_qd", "quantum_q", "quantum_qd"):
-        rows[0, sampled.parameters.slice(f"instruments.{name}")] = 0.0
+    for sensor in (0, 1):
+        for name in ("noise", "quantum"):
+            rows[0, sampled.parameters.slice(f"instruments.sensors[{sensor}].{name}")] = 0.0
     asked = metrics(scenario, computer.period)
     x0, until = start(law, scenario, computer), horizon(scenario)
     fine, lost = ends(sampled, asked, rows, x0, until, 2 * computer.substeps)

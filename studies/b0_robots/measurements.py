@@ -19,7 +19,7 @@ from studies.b0_robots import mujoco_arm, sympy_chain
 from workbench.core import Dynamics, Entry, Layout, lift
 from workbench.notation.program import walk
 from workbench.robots import CATALOGUE, PlanarArm, SpatialArm, lagrange
-from workbench.robots.catalogue import planar
+from workbench.robots.arm_catalogue import planar
 from workbench.validation.refusals import Array
 
 Arm = PlanarArm | SpatialArm

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from workbench.robots import PlanarArm, SpatialArm
-from workbench.robots.kinematics import DIRECTIONS
+from workbench.robots.planar_arm import DIRECTIONS
 from workbench.validation.refusals import Array
 
 INSTALLED = importlib.util.find_spec("mujoco") is not None

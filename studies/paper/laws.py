@@ -22,7 +22,7 @@ from workbench.core import AbstractArm
 from workbench.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop
 from workbench.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
 from workbench.plants import Manipulator
-from workbench.robots.description import PlanarArm, PointMass
+from workbench.robots.planar_arm import PlanarArm, PointMass
 from workbench.signals import Sines, SineTorque, SquareWave
 
 ARM = PlanarArm(tuple(map(PointMass, CARD["masses"], CARD["lengths"])), CARD["gravity"])

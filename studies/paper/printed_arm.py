@@ -10,7 +10,7 @@ import casadi as ca
 
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Scalar
-from workbench.robots.description import PointMass
+from workbench.robots.planar_arm import PointMass
 
 
 @block

@@ -23,7 +23,7 @@ from workbench.printed.sheet import Sheet, read_sheet
 from workbench.printed.statements import statements
 from workbench.proofs.identity import judge_zero
 from workbench.robots import Link, PlanarArm, lagrange
-from workbench.robots.description import PointMass
+from workbench.robots.planar_arm import PointMass
 
 from .graders import Grader, Loaded
 

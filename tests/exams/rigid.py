@@ -11,7 +11,7 @@ import numpy as np
 
 from workbench.core import Dynamics
 from workbench.robots import PlanarArm, SpatialArm, urdf
-from workbench.robots.inertia import moments
+from workbench.robots.spatial_vectors import moments
 from workbench.robots.tree import Joint, Solid, arm_of
 
 from .graders import Loaded

@@ -12,7 +12,7 @@ from workbench.loop import ClosedLoop
 from workbench.observers import FullState
 from workbench.plants import AbstractElement, Manipulator
 from workbench.robots import paper_arm
-from workbench.robots.catalogue import cart_pole
+from workbench.robots.arm_catalogue import cart_pole
 from workbench.signals import Sines
 
 ARM = paper_arm()

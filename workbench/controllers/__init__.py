@@ -19,7 +19,7 @@ from workbench.controllers.sliding_mode import SlidingMode
 from workbench.controllers.state_feedback import StateFeedback
 from workbench.controllers.super_twisting import SuperTwisting
 from workbench.controllers.terminal_sliding_mode import NonsingularTerminalSlidingMode
-from workbench.loop.linear import LinearLaw
+from workbench.loop.linear_blocks import LinearLaw
 
 __all__ = [
     "PID",

@@ -17,7 +17,7 @@ from workbench.core.block import Matrix, Number, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.dynamics import solve_definite
 from workbench.core.port import gain
-from workbench.loop.arm import AbstractArmController
+from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import EULER, Follows, Parts, Reads, euler
 
 VELOCITIES = {

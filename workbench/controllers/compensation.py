@@ -9,7 +9,7 @@ import casadi as ca
 
 from workbench.core import Layout, Signals, block
 from workbench.core.block import Number
-from workbench.loop.arm import AbstractArmController
+from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 
 LAW = "law."

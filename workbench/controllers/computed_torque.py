@@ -11,7 +11,7 @@ from workbench.controllers.switching import matrices
 from workbench.core import AbstractArm, block, parameter
 from workbench.core.block import Number, Vector
 from workbench.core.claim import Claim
-from workbench.loop.arm import AbstractArmController
+from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 
 

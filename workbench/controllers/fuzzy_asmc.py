@@ -19,7 +19,7 @@ from workbench.core import AbstractArm, Entry, Layout, block, initial, option, p
 from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.port import per_second
-from workbench.loop.arm import AbstractArmController
+from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 
 

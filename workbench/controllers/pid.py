@@ -11,7 +11,7 @@ import numpy as np
 from workbench.core import AbstractArm, Entry, Layout, block, parameter
 from workbench.core.block import Number, Vector
 from workbench.core.port import gain
-from workbench.loop.arm import AbstractArmController
+from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 
 

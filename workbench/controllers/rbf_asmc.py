@@ -17,7 +17,7 @@ from workbench.controllers.switching import SWITCHINGS, layered, matrices, slidi
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Number, Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.loop.arm import AbstractArmController
+from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import EULER, Follows, Parts, Reads, euler
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.controllers.checks import halves
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Matrix, Number, Scalar
-from workbench.loop.arm import AbstractArmController
+from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.refusals import numbers, refusal
 

@@ -12,7 +12,7 @@ from workbench.controllers.switching import matrices
 from workbench.core import AbstractArm, block, parameter
 from workbench.core.block import Matrix, Number
 from workbench.core.dynamics import solve_definite
-from workbench.loop.arm import AbstractArmController
+from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 
 DOUBLINGS = 9

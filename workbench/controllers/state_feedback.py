@@ -10,7 +10,7 @@ import numpy as np
 from workbench.controllers.checks import halves
 from workbench.core import AbstractArm, Layout, block, parameter
 from workbench.core.block import Matrix, Number
-from workbench.loop.arm import AbstractArmController, motors
+from workbench.loop.arm_ports import AbstractArmController, motors
 from workbench.loop.contracts import Follows, Parts, Reads
 
 

@@ -16,7 +16,7 @@ from workbench.core import AbstractArm, Entry, Layout, block, option, parameter
 from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.port import per_second
-from workbench.loop.arm import AbstractArmController
+from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import EULER, Follows, Parts, Reads
 
 TINY = np.finfo(float).tiny

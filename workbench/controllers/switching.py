@@ -89,7 +89,7 @@ def sampling_period(law: Switching) -> float:
     if law.period is None:
         raise ValueError(
             f"`{type(law).__name__}(saturation='implicit')` solves its relay over a sampling period, which continuous "
-            "time has none of: take `ClosedLoop.sampled(period)`, or another saturation."
+            "time has none of: take `ClosedLoop.digital(period)`, or another saturation."
         )
     return law.period
 

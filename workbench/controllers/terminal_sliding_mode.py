@@ -14,7 +14,7 @@ from workbench.controllers.switching import SATURATIONS, layered, matrices, satu
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.loop.arm import AbstractArmController
+from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 
 TINY = np.finfo(float).tiny

@@ -141,7 +141,7 @@ class Step:
     WAYS: ClassVar = {
         "Ode": "wrap it in `rk4(ode, h)`",
         "Sampled": "take its `step(substeps)`",
-        "ClosedLoop": "take `rk4(loop.ode(), h)`, or `loop.sampled(period)`",
+        "ClosedLoop": "take `rk4(loop.ode(), h)`, or `loop.digital(period).step()`",
     }
 
     def __post_init__(self) -> None:

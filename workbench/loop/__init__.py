@@ -1,14 +1,22 @@
-"""The sockets of a control loop, and how blocks in them become one `Ode`, or one `Sampled`."""
+"""The closed loop: the contracts of its blocks, their ports, and how they become one `Ode` or one `Sampled`.
 
-from workbench.loop.arm import AbstractArmController, AbstractArmObserver
-from workbench.loop.assemble import ClosedLoop, open_loop
+The room knows plants, observers, laws and references by their contracts alone, and of arms only their ports; it knows
+no simulation and no design. Read `closed_loop.py` first, then `contracts.py`.
+"""
+
+from workbench.loop.arm_ports import AbstractArmController, AbstractArmObserver
+from workbench.loop.closed_loop import ClosedLoop, open_loop
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Follows, Inputs, Parts, Reads
-from workbench.loop.defaults import Readings, Rest
+from workbench.loop.dependence import roles
 from workbench.loop.instruments import Instruments
-from workbench.loop.linear import LinearLaw, LinearPlant
-from workbench.loop.linear_filter import LinearFilter
-from workbench.loop.roles import roles
-from workbench.loop.surroundings import AbstractDisturbance, AbstractInstruments, AbstractReference
+from workbench.loop.linear_blocks import LinearFilter, LinearLaw, LinearPlant
+from workbench.loop.surroundings import (
+    AbstractDisturbance,
+    AbstractInstruments,
+    AbstractReference,
+    Readings,
+    Rest,
+)
 
 __all__ = [
     "AbstractArmController",

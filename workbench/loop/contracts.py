@@ -1,15 +1,14 @@
-"""What each block of a loop must be able to say. Every class below is abstract; every law is final.
+"""The contracts of a plant, an observer and a law: the ports and methods that a loop asks of each block.
 
 A block declares its ports as layouts, and its own states as its `memory`; a plant calls its own states `states`.
 Where a class does not, they are the fields that it declares with `initial`. Its `rate` returns a part for each of them.
-In a computer a block moves its memory over a period by its `advance`: an explicit Euler step unless the block has a
-method of its own, and the `update` of a law or an observer that is a recursion in discrete time.
+A block in discrete time has an `update` of the same arguments in place of a `rate`: the values at the next instant.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from copy import copy
 from typing import Annotated, Self
 
@@ -30,7 +29,7 @@ Inputs = Annotated[Signals, "inputs"]
 
 
 class AbstractPlant(ABC):
-    """What is controlled: driven by its inputs, watched by its outputs.
+    """A plant: driven by its inputs, watched by its outputs.
 
     Attributes
     ----------
@@ -51,6 +50,7 @@ class AbstractPlant(ABC):
     array([[0.5]])
     """
 
+    update: Callable[..., Parts]
     counts: str = ""
     period: float | None = None
 
@@ -72,12 +72,12 @@ class AbstractPlant(ABC):
     @property
     @abstractmethod
     def inputs(self) -> Layout:
-        """What drives it."""
+        """The signals that drive it."""
 
     @property
     @abstractmethod
     def outputs(self) -> Layout:
-        """What instruments read of it."""
+        """The signals that instruments read of it."""
 
     @door
     def measure(self, t: Number, x: States) -> Signals:
@@ -87,7 +87,7 @@ class AbstractPlant(ABC):
 
     @door
     def applied(self, t: Number, x: States, u: Inputs) -> Signals:
-        """What acts in the plant where `u` is commanded."""
+        """The inputs that act in the plant where `u` is commanded."""
         del t, x
         return u
 
@@ -98,10 +98,6 @@ class AbstractPlant(ABC):
             f"`{type(self).__name__}` must have a `rate`, or an `update` and a `period`, as a plant moves by one of "
             "them; it has neither: write one."
         )
-
-    def update(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The states at the next instant, of a plant in discrete time, which has no rate."""
-        raise no_update(self)
 
 
 class AbstractObserver(ABC):
@@ -123,6 +119,7 @@ class AbstractObserver(ABC):
     ('omega',)
     """
 
+    update: Callable[..., Parts]
     period: float | None = None
 
     @property
@@ -132,7 +129,7 @@ class AbstractObserver(ABC):
 
     @property
     def uses_truth(self) -> bool:
-        """Whether it needs what no instrument can give it."""
+        """True if it needs what no instrument can give it."""
         return False
 
     @property
@@ -143,7 +140,7 @@ class AbstractObserver(ABC):
     @property
     @abstractmethod
     def gives(self) -> Layout:
-        """What it estimates."""
+        """The signals that it estimates."""
 
     @property
     def memory(self) -> Layout:
@@ -152,16 +149,12 @@ class AbstractObserver(ABC):
 
     @abstractmethod
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """What the observer believes."""
+        """The estimates."""
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The derivative of each state, when `u` is commanded; nothing where there is no memory."""
         del t, z, y, est, u
         return {}
-
-    def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The memory at the next instant, of an observer that is a recursion in discrete time and has no rate."""
-        raise no_update(self)
 
     @property
     def method(self) -> str:
@@ -202,6 +195,7 @@ class AbstractController(ABC):
     ('omega',)
     """
 
+    update: Callable[..., Parts]
     period: float | None = None
 
     @property
@@ -231,7 +225,7 @@ class AbstractController(ABC):
 
     @abstractmethod
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        """What it commands."""
+        """The commands."""
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The derivative of each state; nothing where there is no memory."""
@@ -239,13 +233,9 @@ class AbstractController(ABC):
         return {}
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """What is worth watching besides the memory: the sliding variable s, say."""
+        """The signals that are worth watching besides the memory: the sliding variable s, say."""
         del z, est, ref
         return {}
-
-    def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The memory at the next instant, of a law that is a recursion in discrete time and has no rate."""
-        raise no_update(self)
 
     @property
     def method(self) -> str:
@@ -271,20 +261,12 @@ class AbstractController(ABC):
         return law
 
 
-def no_update(block: object) -> ValueError:
-    """The refusal of an update by a block that has a rate in its place."""
-    name = type(block).__name__
-    told = f"`{name}.update(...)` is for a block in discrete time; `{name}` moves by its `rate`: ask for that."
-    return ValueError(told)
-
-
 def is_recursion(block: AbstractObserver | AbstractController | AbstractPlant) -> bool:
-    """Whether a block is one in discrete time: it has an `update` of its own in place of a `rate`.
+    """True if a block is one in discrete time: it has an `update` in place of a `rate`.
 
     A block that has both, as what it holds may be of either kind, says which by an attribute `recursion`.
     """
-    own = not any(type(block).update is kind.update for kind in (AbstractObserver, AbstractController, AbstractPlant))
-    return own and getattr(block, "recursion", True)
+    return hasattr(type(block), "update") and getattr(block, "recursion", True)
 
 
 def euler(z: Parts, rates: Parts, period: float) -> dict[str, ca.SX]:

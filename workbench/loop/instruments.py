@@ -1,4 +1,4 @@
-"""What stands between any plant and its computer: sensors with noise, drift and steps, limits of the commands."""
+"""The instruments between any plant and its computer: sensors with noise and steps, limits of the commands."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Signals, block, parameter
-from workbench.core.block import Scalar, Vector
+from workbench.core.block import Vector
 from workbench.core.expressions import refuse_misfit
 from workbench.loop.contracts import AbstractPlant
 from workbench.loop.surroundings import AbstractInstruments
@@ -17,44 +17,10 @@ from workbench.validation.refusals import known, numbers, refusal
 
 
 @block
-class Drift:
-    """A process of Ornstein and Uhlenbeck at the instants of a computer, exactly, with standard normal v:
-
-        b+ = a b + sigma sqrt(1 - a^2) v,    a = exp(-period / T).
-
-    It starts at 0, as after a calibration, unless its state is set.
-
-    Parameters
-    ----------
-    unit
-        That of the output that drifts.
-    deviation
-        The standard deviation sigma after a long time: one number, or (k,).
-    time
-        T, in which the correlation falls to 1/e.
-
-    References
-    ----------
-    Gillespie (1996), Exact numerical simulation of the Ornstein-Uhlenbeck process and its integral, Physical Review E
-    54, 2084-2091.
-    """
-
-    unit: str
-    deviation: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="sigma")
-    time: Scalar = parameter(unit="s", low=0, strict=True, symbol="T")
-
-    def after(self, b: ca.SX, v: ca.SX, period: Scalar) -> ca.SX:
-        """The drift one period after it was b, (k, 1)."""
-        a = ca.exp(-period / self.time)
-        moved: ca.SX = a * b + self.deviation * ca.sqrt(1 - a**2) * v
-        return moved
-
-
-@block
 class Sensor:
-    """One output as a computer reads it, with its drift b and standard normal w, fresh at every reading:
+    """One output as a computer reads it, with standard normal w, fresh at every reading:
 
-        reading = quantised(x + b + bias + noise w, quantum),
+        reading = quantised(x + noise w, quantum),
 
     where quantised(x, q) = floor(x / q + 1/2) q, or x where q = 0.
 
@@ -68,16 +34,12 @@ class Sensor:
         The standard deviation: one number or (k,), one for each number of the output, as below.
     quantum
         The steps in which a reading comes; 0 for a reading without steps.
-    bias
-        What all readings are off by, or None.
     """
 
     output: str
     unit: str
     noise: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="sigma")
     quantum: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="q")
-    bias: Vector | None = parameter(default=None, unit="{unit}", shape=("*",), symbol="beta")
-    drift: Drift | None = None
 
     @property
     def port(self) -> Entry:
@@ -133,43 +95,33 @@ class Instruments(AbstractInstruments):
         noise: Mapping[str, Any] | None = None,
         quantum: Mapping[str, Any] | None = None,
         limit: Mapping[str, Any] | None = None,
-        bias: Mapping[str, Any] | None = None,
-        drift: Mapping[str, Any] | None = None,
     ) -> Instruments:
         """Instruments of a plant, by the names of its outputs and inputs.
 
         Parameters
         ----------
-        noise, quantum, bias
+        noise, quantum
             A number for each output that is named, or one for each of its numbers.
         limit
             The lowest and the highest command for each input that is named, (low, high).
-        drift
-            The standard deviation and the time of correlation in s for each output that is named, (deviation, time).
 
         Raises
         ------
         LookupError
             If a name is no output or no input of the plant.
         ValueError
-            If a number is negative or not finite, a limit is no pair with room between, or a drift no pair.
+            If a number is negative or not finite, or a limit is no pair with room between.
         """
-        given, drifts = {"noise": noise or {}, "quantum": quantum or {}}, drift or {}
-        given |= {"bias": bias} if bias else {}
-        sensors = []
-        for name in dict.fromkeys(name for held in (*given.values(), drifts) for name in held):
+        given, sensors, bounds = {"noise": noise or {}, "quantum": quantum or {}}, [], []
+        for name in dict.fromkeys(name for named in given.values() for name in named):
             entry = plant.outputs[known(name, plant.outputs.names, "outputs of the plant")]
-            own = {key: _each(key, entry, held.get(name, 0.0)) for key, held in given.items()}
-            wander = None
-            if name in drifts:
-                deviation, time = _pair("drift", "(deviation, time)", name, drifts[name])
-                wander = Drift(entry.unit, _each("drift", entry, deviation), time)
-            sensors.append(Sensor(name, entry.unit, **own, drift=wander))
-        bounds = []
+            own = {key: _each(key, entry, named.get(name, 0.0)) for key, named in given.items()}
+            sensors.append(Sensor(name, entry.unit, **own))
         for name, pair in (limit or {}).items():
             entry = plant.inputs[known(name, plant.inputs.names, "inputs of the plant")]
-            ends = (_each("limit", entry, end) for end in _pair("limit", "(low, high)", name, pair))
-            bounds.append(Limit(name, entry.unit, *ends))
+            if not isinstance(pair, tuple | list) or len(pair) != 2:
+                raise refusal("Instruments.of(limit=...)", f"a pair (low, high) for '{name}'", pair)
+            bounds.append(Limit(name, entry.unit, *(_each("limit", entry, end) for end in pair)))
         return Instruments(tuple(sensors), tuple(bounds))
 
     @property
@@ -183,29 +135,17 @@ class Instruments(AbstractInstruments):
         return Layout(tuple(_port(bound.input, bound.unit, bound.low) for bound in self.bounds))
 
     @property
-    def drifts(self) -> Layout:
-        """The outputs whose sensors drift."""
-        return Layout(tuple(sensor.port for sensor in self.sensors if sensor.drift is not None))
-
-    @property
     def noises(self) -> int:
-        """One for each number that is read, then one for each that drifts."""
-        return self.reads.size + self.drifts.size
-
-    def drifted(self, z: Signals, w: ca.SX, period: float) -> Signals:
-        """The drifts."""
-        refuse_misfit("Instruments.drifted", "w", w, self.noises, 1, "a normal number for each")
-        v = self.drifts.view(w[self.reads.size :])
-        each = {sensor.output: sensor.drift for sensor in self.sensors if sensor.drift is not None}
-        return Signals({name: drift.after(z[name], v[name], period) for name, drift in each.items()})
+        """One for each number that is read."""
+        return self.reads.size
 
     def read(self, y: Signals, w: ca.SX) -> Signals:
         """The readings."""
         refuse_misfit("Instruments.read", "w", w, self.noises, 1, "a normal number for each")
-        draws, readings = self.reads.view(w[: self.reads.size]), {}
+        draws, readings = self.reads.view(w), {}
         for sensor in self.sensors:
             x = y[sensor.output] + sensor.noise * draws[sensor.output]
-            readings[sensor.output] = quantised(x if sensor.bias is None else x + sensor.bias, sensor.quantum + 0 * x)
+            readings[sensor.output] = quantised(x, sensor.quantum + 0 * x)
         return Signals(readings)
 
     def limited(self, u: Signals) -> Signals:
@@ -216,12 +156,6 @@ class Instruments(AbstractInstruments):
 def _port(name: str, unit: str, each: Vector) -> Entry:
     size = ca.SX(each).numel()
     return Entry(name, np.zeros(() if size == 1 else size), unit)
-
-
-def _pair(key: str, must: str, name: str, pair: Any) -> Any:
-    if not isinstance(pair, tuple | list) or len(pair) != 2:
-        raise refusal(f"Instruments.of({key}=...)", f"a pair {must} for '{name}'", pair)
-    return pair
 
 
 def _each(key: str, entry: Entry, value: Any) -> Any:

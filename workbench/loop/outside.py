@@ -40,10 +40,7 @@ class Outside:
 
 
 def added(loop: Blocks) -> Outside:
-    """What is added to each wanted signal (`x_ref`), to each input where it acts (`u_load`), and to each reading.
-
-    A noise of the reading of y is called `y_noise`. All are zero unless set.
-    """
+    """Parameters, zero unless set, added to wanted signals (`x_ref`), inputs (`u_load`) and readings (`y_noise`)."""
     plant, law = loop.plant, loop.controller
     ports = {
         "references": ("_ref", [loop.reference.says[name] for name in law.follows.names]),
@@ -65,17 +62,10 @@ def added(loop: Blocks) -> Outside:
 
 
 def cut(call: str, loop: Blocks, at: str | tuple[str, ...] | None) -> Outside:
-    """The parameter 'drive' in the place of inputs or readings of the plant, all inputs unless told.
-
-    Raises
-    ------
-    LookupError
-        If a name is none of an input or an output.
-    """
+    """The parameter 'drive' in the place of inputs or readings of the plant, all inputs unless told."""
     plant = loop.plant
-    names = (
-        plant.inputs.names if at is None else several(f"{call}(at=...)", (at,) if isinstance(at, str) else at, str, 1)
-    )
+    given = plant.inputs.names if at is None else (at,) if isinstance(at, str) else at
+    names = several(f"{call}(at=...)", given, str, 1)
     ports = plant.inputs + plant.outputs
     for name in names:
         known(name, ports.names, "inputs and outputs of the plant")

@@ -1,4 +1,4 @@
-"""What stands around plant, observer and law: wanted signals, disturbances, and the instruments of a computer."""
+"""The surroundings of plant, observer and law: wanted signals, disturbances, instruments, and their defaults."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from abc import ABC, abstractmethod
 
 import casadi as ca
 
-from workbench.core import Layout, Signals
+from workbench.core import Layout, Signals, block
 from workbench.core.block import Number
+from workbench.loop.contracts import AbstractObserver, Parts, Reads
 
 
 class AbstractReference(ABC):
@@ -47,7 +48,7 @@ class AbstractReference(ABC):
 
 
 class AbstractInstruments(ABC):
-    """What stands between a plant and its computer."""
+    """The sensors and limits between a plant and its computer."""
 
     @property
     @abstractmethod
@@ -60,31 +61,21 @@ class AbstractInstruments(ABC):
         """The inputs of the plant that they limit."""
 
     @property
-    def drifts(self) -> Layout:
-        """The outputs whose readings drift, each with its drift at the start."""
-        return Layout()
-
-    @property
     @abstractmethod
     def noises(self) -> int:
-        """How many standard normal numbers one reading takes."""
-
-    def drifted(self, z: Signals, w: ca.SX, period: float) -> Signals:
-        """The drifts at an instant, a period in s after they were z, with w (noises, 1)."""
-        del w, period
-        return z
+        """The count of standard normal numbers that one reading takes."""
 
     @abstractmethod
     def read(self, y: Signals, w: ca.SX) -> Signals:
-        """What the computer reads where y is true, its drift added, with w (noises, 1)."""
+        """The readings of the computer where y is true, with w (noises, 1)."""
 
     @abstractmethod
     def limited(self, u: Signals) -> Signals:
-        """What is asked for where the law commands `u`."""
+        """The commands that are asked for where the law commands `u`."""
 
 
 class AbstractDisturbance(ABC):
-    """Signals D(t) that act from outside, with known bounds (Assumption 4 of the paper, for torques)."""
+    """Signals D(t) that act from outside (the D of the paper's equation (1), for torques)."""
 
     @property
     @abstractmethod
@@ -95,12 +86,47 @@ class AbstractDisturbance(ABC):
     def at(self, t: Number) -> ca.SX:
         """D(t), (n, 1)."""
 
-    @property
-    @abstractmethod
-    def D_max(self) -> float:
-        """A bound on the Euclidean norm of D(t) over all time, in the unit of D."""
+
+@block
+class Readings(AbstractObserver):
+    """No observer: the readings of the instruments as they are.
+
+    Parameters
+    ----------
+    outputs
+        Of the plant, those that are read: `plant.outputs`.
+    """
+
+    noun = ""  # no observer at all
+
+    outputs: Layout
 
     @property
-    @abstractmethod
-    def L_D(self) -> float:
-        """A bound on the Euclidean norm of D'(t) over all time, in the unit of D per second."""
+    def reads(self) -> Layout:
+        """The outputs."""
+        return self.outputs
+
+    @property
+    def gives(self) -> Layout:
+        """The outputs."""
+        return self.outputs
+
+    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
+        """The readings."""
+        del t, z
+        return y
+
+
+@block
+class Rest(AbstractReference):
+    """No wanted signal: for a law that follows none."""
+
+    @property
+    def says(self) -> Layout:
+        """Nothing."""
+        return Layout()
+
+    def at(self, t: Number) -> Signals:
+        """Nothing."""
+        del t
+        return Signals()

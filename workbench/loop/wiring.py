@@ -1,4 +1,4 @@
-"""What a loop in continuous time and a sampled one have in common: sockets, one turn around them, and the outputs."""
+"""One turn around a loop: which ports fit one another, what each block answers, and the signals that a loop shows."""
 
 from __future__ import annotations
 
@@ -13,51 +13,109 @@ import numpy as np
 from workbench.core import Entry, Layout, Signals
 from workbench.core.block import is_block
 from workbench.core.expressions import SymbolError, symbols_are_no_numbers
-from workbench.core.port import NoSignalError, signals_of
-from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Parts, is_recursion
-from workbench.loop.surroundings import AbstractReference
-from workbench.validation.refusals import described
+from workbench.core.port import NoSignalError, misfits, signals_of
+from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Parts
+from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
+from workbench.validation.refusals import described, nearest, refusal
 
 SOCKETS = ("plant", "observer", "controller")  # those with a memory
+PORTS = {
+    "plant": ("states", "inputs", "outputs", "truths"),
+    "observer": ("memory", "inputs", "reads", "gives"),
+    "controller": ("memory", "reads", "follows", "drives"),
+    "reference": ("says",),
+}
 
 
 class Blocks(Protocol):
-    """A loop, as far as its blocks go."""
+    """A loop, as far as its blocks go; `follows` are the outputs of the plant that are to follow the reference."""
 
     @property
-    def plant(self) -> AbstractPlant:
-        """What is controlled."""
-
+    def plant(self) -> AbstractPlant: ...  # noqa: D102
     @property
-    def observer(self) -> AbstractObserver:
-        """What estimates."""
-
+    def observer(self) -> AbstractObserver: ...  # noqa: D102
     @property
-    def controller(self) -> AbstractController:
-        """What commands the inputs of the plant."""
-
+    def controller(self) -> AbstractController: ...  # noqa: D102
     @property
-    def reference(self) -> AbstractReference:
-        """What is wanted."""
-
+    def reference(self) -> AbstractReference: ...  # noqa: D102
     @property
-    def follows(self) -> tuple[str, ...]:
-        """The outputs of the plant that the law is to make follow the reference."""
+    def follows(self) -> tuple[str, ...]: ...  # noqa: D102
 
 
-def own(socket: str, block: Any) -> Layout:
-    """The states of a block, by their own names."""
-    layout: Layout = block.states if socket == "plant" else block.memory
-    return layout
+def refuse_odd_ports(loop: object) -> None:
+    """Refuse a loop one of whose blocks has a port that is no layout."""
+    for socket, ports in PORTS.items():
+        block = getattr(loop, socket)
+        for port in ports if block is not None else ():
+            if not isinstance(held := getattr(block, port), Layout):
+                must = "a `Layout`, as `layout(v='V')` makes one of names and units"
+                raise refusal(f"{_name(block)}.{port}", must, held)
+
+
+def refuse_misfits(loop: Blocks) -> None:
+    """Refuse a loop one of whose blocks asks for what no other gives, in one sentence that names both."""
+    plant, observer, law, reference = loop.plant, loop.observer, loop.controller, loop.reference
+    if not observer.uses_truth:
+        for name in observer.reads.names:
+            if name in plant.truths and name not in plant.outputs:
+                raise ValueError(
+                    f"`{_name(observer)}` reads '{name}', which no instrument of `{_name(plant)}` gives: read one of "
+                    f"{_names(plant.outputs)}, or declare `uses_truth = True`."
+                )
+    shown = names(loop)
+    if twice := next((name for name in shown if shown.count(name) > 1), None):
+        raise ValueError(
+            f"A loop shows each signal by a name of its own, and here '{twice}' would stand for two of them: rename an "
+            f"input or an output of `{_name(plant)}`."
+        )
+    visible = plant.outputs + plant.truths if observer.uses_truth else plant.outputs
+    _refuse(observer, "reads", observer.reads, plant, "gives", visible)
+    _refuse(observer, "counts on", observer.inputs, plant, "has as inputs", plant.inputs)
+    if isinstance(reference, Rest) and law.follows.size:
+        raise ValueError(
+            f"`{_name(law)}` follows {_names(law.follows)}, and the loop has no reference: give "
+            "`ClosedLoop(reference=...)` one that says it, as a `Step` does."
+        )
+    _refuse(law, "reads", law.reads, plant if isinstance(observer, Readings) else observer, "gives", observer.gives)
+    _refuse(law, "follows", law.follows, reference, "says", reference.says)
+    _refuse(law, "drives", law.drives, plant, "has as inputs", plant.inputs)
+    for name in plant.inputs.names:
+        if name not in law.drives:
+            raise ValueError(
+                f"Every input of `{_name(plant)}` must be driven: nothing drives '{name}', as `{_name(law)}` drives "
+                f"{_names(law.drives)}.{nearest(name, law.drives.names)}"
+            )
+
+
+def refuse_instruments(loop: Blocks, instruments: AbstractInstruments) -> None:
+    """Refuse instruments of another plant, in one sentence that names both."""
+    plant = loop.plant
+    _refuse(instruments, "reads", instruments.reads, plant, "gives", plant.outputs)
+    _refuse(instruments, "limits", instruments.limits, plant, "has as inputs", plant.inputs)
+
+
+def _refuse(asks: object, verb: str, wanted: Layout, gives: object, has: str, offered: Layout) -> None:
+    for clause in misfits(wanted, offered):
+        sentence = f"`{_name(asks)}` {verb} {clause.format(gives=f'`{_name(gives)}` {has}')}"
+        raise ValueError(sentence if sentence.endswith("?") else f"{sentence}.")
+
+
+def _names(port: Layout) -> str:
+    return ", ".join(map(repr, port.names)) or "nothing"
+
+
+def _name(block: object) -> str:
+    return type(block).__name__
 
 
 def memory(loop: Blocks) -> Layout:
     """The states of all blocks, each below the name of its socket."""
-    return sum((own(socket, getattr(loop, socket)).prefixed(f"{socket}.") for socket in SOCKETS), Layout())
+    own = {"plant": loop.plant.states, "observer": loop.observer.memory, "controller": loop.controller.memory}
+    return sum((own[socket].prefixed(f"{socket}.") for socket in SOCKETS), Layout())
 
 
 def asked(block: Any, method: str, port: Layout, *arguments: Any) -> Signals:
-    """What a method of a block returns for a port, or a refusal that names the class, the method and the port."""
+    """The answer of a method of a block for a port, or a refusal that names the class, the method and the port."""
     call = f"{type(block).__name__}.{method}(...)"
     try:
         with symbols_are_no_numbers():
@@ -73,7 +131,7 @@ def asked(block: Any, method: str, port: Layout, *arguments: Any) -> Signals:
 
 
 def wanted(loop: Blocks, t: ca.SX) -> Signals:
-    """What the reference says at a time."""
+    """The signals of the reference at a time."""
     return asked(loop.reference, "at", loop.reference.says, t)
 
 
@@ -83,27 +141,15 @@ def measured(loop: Blocks, t: ca.SX, x: Signals) -> Signals:
 
 
 def estimated(loop: Blocks, t: ca.SX, z: Signals, y: Signals) -> tuple[Signals, Signals]:
-    """What the observer reads, which is the truth only where it declares to use it, and what it makes of that."""
+    """The signals that the observer reads, the truth only where it declares to use it, and its estimates."""
     seen = y.only(loop.observer.reads)
     return seen, asked(loop.observer, "estimate", loop.observer.gives, t, z, seen)
 
 
 def commanded(loop: Blocks, t: ca.SX, z: Signals, est: Signals, ref: Signals) -> Signals:
-    """What the law commands."""
+    """The commands of the law."""
     law = loop.controller
     return asked(law, "command", law.drives, t, z, est.only(law.reads), ref.only(law.follows))
-
-
-def rates(
-    loop: Blocks, t: ca.SX, z: Mapping[str, Signals], seen: Signals, est: Signals, u: Signals, ref: Signals
-) -> dict[str, Signals]:
-    """The derivatives of the states of observer and law."""
-    law, observer = loop.controller, loop.observer
-    heard, followed = est.only(law.reads), ref.only(law.follows)
-    return {
-        "observer": asked(observer, "rate", observer.memory, t, z["observer"], seen, est, u.only(observer.inputs)),
-        "controller": asked(law, "rate", law.memory, t, z["controller"], heard, followed),
-    }
 
 
 def split(parts: Mapping[str, ca.SX]) -> dict[str, Signals]:
@@ -114,7 +160,7 @@ def split(parts: Mapping[str, ca.SX]) -> dict[str, Signals]:
 def shown(
     loop: Blocks, y: Signals, ref: Signals, est: Signals, u: Signals, applied: Signals, own: Parts
 ) -> tuple[Layout, dict[str, ca.SX]]:
-    """What is worth watching in any loop, with its layout.
+    """The signals that are worth watching in any loop, with their layout.
 
     Each output, wanted signal, command and truth goes by its own name; `x_ref` is what is wanted of x, `e_x` the error
     x - x_ref, `e_hat_x` that of the estimate where x is wanted for itself, `u_applied` what acts where u is commanded,
@@ -153,13 +199,7 @@ def names(loop: Blocks) -> list[str]:
 
 
 def signals(loop: Blocks, z: Signals, est: Signals, ref: Signals) -> Parts:
-    """What the law shows by itself.
-
-    Raises
-    ------
-    ValueError
-        If it is no mapping, or uses a name that is the loop's own, whose signal it would take the place of.
-    """
+    """The signals that the law shows by itself, by names that are not the loop's own."""
     law = loop.controller
     own: Parts = law.signals(z, est.only(law.reads), ref.only(law.follows))
     if not isinstance(own, Mapping):
@@ -185,20 +225,8 @@ def above(parts: Mapping[str, Mapping[str, ca.SX]]) -> dict[str, ca.SX]:
     return {f"{socket}.{name}": part for socket, own in parts.items() for name, part in own.items()}
 
 
-def methods(loop: Blocks, period: float, fine: int) -> tuple[str, ...]:
-    """How a computer that runs the law once in `period` seconds steps each memory: its method, or `fine` steps."""
-    by = f"{fine} Runge-Kutta steps a period" if fine else ""
-    # as a computer runs them: a law's method may depend on that
-    blocks: dict[str, Any] = {"observer": loop.observer, "controller": loop.controller.run_every(period)}
-    return tuple(
-        f"memory of the {socket}: {own.method if is_recursion(own) or not fine else by}"
-        for socket, own in blocks.items()
-        if own.memory.size
-    )
-
-
 def notes(loop: Blocks, *, continuous: bool = False) -> tuple[str, ...]:
-    """What a reader must know of the loop's equations, in continuous time also of the periods of its blocks."""
+    """The remarks that a reader of the loop's equations needs, in continuous time also of the periods of its blocks."""
     truths = ", ".join(loop.plant.truths.names)
     told = (f"the observer uses the truth ({truths}), which no instrument gives",) if loop.observer.uses_truth else ()
     blocks: tuple[Any, ...] = (loop.observer, loop.controller)

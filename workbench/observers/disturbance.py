@@ -12,7 +12,7 @@ import casadi as ca
 from workbench.core import Layout, Signals, block
 from workbench.core.block import Number, initial_states
 from workbench.core.port import ANY
-from workbench.loop.arm import AbstractArmObserver, known, motors, torques, unit, units_of
+from workbench.loop.arm_ports import AbstractArmObserver, known, motors, torques, unit, units_of
 from workbench.loop.contracts import EULER, Inputs, Parts, Reads, euler
 
 STATE, DISTURBANCE = "state.", "disturbance."

@@ -9,7 +9,7 @@ import casadi as ca
 from workbench.core import Signals, block
 from workbench.core.block import Number
 from workbench.core.dynamics import MOST_JOINTS
-from workbench.loop.arm import AbstractArmObserver
+from workbench.loop.arm_ports import AbstractArmObserver
 from workbench.loop.contracts import Parts, Reads
 from workbench.validation.refusals import whole
 

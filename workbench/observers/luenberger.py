@@ -10,7 +10,7 @@ import casadi as ca
 from workbench.core import AbstractArm, Signals, block, initial, option, parameter
 from workbench.core.block import Matrix, Number, Vector
 from workbench.core.claim import Claim
-from workbench.loop.arm import AbstractArmObserver
+from workbench.loop.arm_ports import AbstractArmObserver
 from workbench.loop.contracts import EULER, Inputs, Parts, Reads, euler
 from workbench.observers.full_state import FullState
 from workbench.observers.promises import THEOREM_1

@@ -11,7 +11,7 @@ from workbench.core import Signals, block, initial, parameter
 from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.dynamics import MOST_JOINTS
-from workbench.loop.arm import AbstractArmObserver
+from workbench.loop.arm_ports import AbstractArmObserver
 from workbench.loop.contracts import Inputs, Parts, Reads
 from workbench.observers.full_state import FullState
 from workbench.observers.promises import FILTER_FOLLOWS

@@ -1,27 +1,18 @@
-"""What is controlled."""
+"""Plants: the arm and ten that are none, each with the source of its numbers, and what stands around any of them.
 
-from workbench.loop.linear import LinearPlant
-from workbench.plants.actuator import AbstractActuator, DirectDrive, FirstOrderLag, Friction
-from workbench.plants.arm_instruments import ArmInstruments
+The room knows a plant's equations, its actuators, sensors and disturbances; it knows no law, no observer and no
+simulation. Read `dc_motor.py` first; `manipulator.py` is the arm, `ode_plant.py` makes a plant of functions.
+"""
+
+from workbench.loop.linear_blocks import LinearPlant
 from workbench.plants.buck_converter import BuckConverter
 from workbench.plants.cart_pole import CartPole
 from workbench.plants.dc_motor import DCMotor
-from workbench.plants.disturbed import Disturbed
-from workbench.plants.elements import (
-    AbstractElement,
-    Backlash,
-    DeadZone,
-    FirstOrder,
-    Quantiser,
-    RateLimit,
-    Saturation,
-    SecondOrder,
-)
-from workbench.plants.equipped import Equipped
+from workbench.plants.elements import AbstractElement, FirstOrder, PadeDelay, RateLimit, Saturation
+from workbench.plants.equipped import Disturbed, Equipped
 from workbench.plants.furuta_pendulum import FurutaPendulum
-from workbench.plants.manipulator import Manipulator
+from workbench.plants.manipulator import AbstractActuator, DirectDrive, FirstOrderLag, Friction, Manipulator
 from workbench.plants.ode_plant import OdePlant
-from workbench.plants.pade import PadeDelay
 from workbench.plants.planar_quadrotor import PlanarQuadrotor
 from workbench.plants.quadrotor import Quadrotor
 from workbench.plants.quadruple_tank import QuadrupleTank
@@ -32,12 +23,9 @@ from workbench.plants.vehicle import SingleTrackVehicle
 __all__ = [
     "AbstractActuator",
     "AbstractElement",
-    "ArmInstruments",
-    "Backlash",
     "BuckConverter",
     "CartPole",
     "DCMotor",
-    "DeadZone",
     "DirectDrive",
     "Disturbed",
     "Equipped",
@@ -52,10 +40,8 @@ __all__ = [
     "PlanarQuadrotor",
     "Quadrotor",
     "QuadrupleTank",
-    "Quantiser",
     "RateLimit",
     "Saturation",
-    "SecondOrder",
     "SingleTrackVehicle",
     "StirredTank",
     "TwoMasses",

@@ -1,4 +1,4 @@
-"""A plant with actuators before its inputs and sensors behind its outputs."""
+"""A plant with actuators before its inputs and sensors behind its outputs, and a plant with disturbances."""
 
 from __future__ import annotations
 
@@ -10,17 +10,41 @@ from itertools import count
 import casadi as ca
 import numpy as np
 
-from workbench.core import Layout, Signals, block
+from workbench.core import Entry, Layout, Signals, block
 from workbench.core.block import Number, States, quantities
-from workbench.core.port import column, signals_of
+from workbench.core.port import column, misfits, signals_of
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts, is_recursion
+from workbench.loop.surroundings import AbstractReference
 from workbench.loop.wiring import asked
 from workbench.plants.elements import AbstractElement
 from workbench.validation.refusals import known, refusal
 
+TRUTH = "d_"  # of a disturbance on x is 'd_x'
+
+
+class AbstractAround(AbstractPlant):
+    """A plant around another one, whose inputs, outputs and labels it has."""
+
+    plant: AbstractPlant
+
+    @property
+    def labels(self) -> Mapping[str, str]:
+        """Those of the plant."""
+        return self.plant.labels
+
+    @property
+    def inputs(self) -> Layout:
+        """Those of the plant."""
+        return self.plant.inputs
+
+    @property
+    def outputs(self) -> Layout:
+        """Those of the plant."""
+        return self.plant.outputs
+
 
 @block
-class Equipped(AbstractPlant):
+class Equipped(AbstractAround):
     """A plant whose inputs pass through actuators, and whose outputs pass through sensors, in their order.
 
     Its states are those of the plant by their names, and those of the elements: `v.lag` of a lag in the way of v, of a
@@ -64,25 +88,10 @@ class Equipped(AbstractPlant):
                 )
 
     @property
-    def inputs(self) -> Layout:
-        """Those of the plant."""
-        return self.plant.inputs
-
-    @property
-    def outputs(self) -> Layout:
-        """Those of the plant."""
-        return self.plant.outputs
-
-    @property
     def truths(self) -> Layout:
         """Those of the plant, and what it gives to the sensors."""
         true = (replace(self.outputs[name], name=f"{name}_true") for name in self._sensed)
         return self.plant.truths + Layout(tuple(true))
-
-    @property
-    def labels(self) -> Mapping[str, str]:
-        """Those of the plant."""
-        return self.plant.labels
 
     @property
     def states(self) -> Layout:
@@ -146,6 +155,97 @@ class Equipped(AbstractPlant):
             y = column(f"{kind}.output(...)", element.signal, v.shape, element.output(z, v))
             signals = signals | {element.signal: y}
         return signals, moves
+
+
+@block
+class Disturbed(AbstractAround):
+    """A plant whose inputs, behind the command, and whose outputs have a signal in time added to them:
+
+        x' = f(t, x, u + d_u(t)),      y = h(t, x) + d_y(t).
+
+    The signals are truths of the plant, `d_v` that on the input v, which no instrument gives.
+
+    Parameters
+    ----------
+    by
+        A reference, or several `Together`, each named as an input or an output of the plant. Derivatives do not count.
+
+    Raises
+    ------
+    ValueError
+        If a signal is neither an input nor an output of the plant, or of another size or unit; or if the plant has a
+        signal of the name of the disturbance, as one that is disturbed already has.
+
+    Examples
+    --------
+    >>> motor = wb.Disturbed(wb.DCMotor(), by=wb.Step("v", "V", 1.0, time=2.0))
+    >>> motor.inputs.names, motor.truths.names
+    (('v',), ('d_v',))
+    """
+
+    plant: AbstractPlant
+    by: AbstractReference
+
+    def __post_init__(self) -> None:
+        for clause in misfits(self._added, self.plant.inputs + self.plant.outputs):
+            held = clause.format(gives=f"`{type(self.plant).__name__}` has")
+            raise ValueError(f"`Disturbed(by=...)` adds {held if held.endswith('?') else f'{held}.'}")
+        for name in self._added.prefixed(TRUTH).names:
+            if name in self.plant.outputs + self.plant.truths:
+                raise ValueError(
+                    f"`Disturbed(by=...)` must leave the name '{name}' to `{type(self.plant).__name__}`, which has it "
+                    "already: where that is a disturbance too, add the two up in one signal."
+                )
+
+    @property
+    def period(self) -> float | None:  # type: ignore[override]
+        """That of the plant, where it moves in discrete time."""
+        return self.plant.period
+
+    @property
+    def recursion(self) -> bool:
+        """True if the plant moves in discrete time."""
+        return is_recursion(self.plant)
+
+    @property
+    def states(self) -> Layout:
+        """Those of the plant."""
+        return self.plant.states
+
+    @property
+    def truths(self) -> Layout:
+        """Those of the plant, and the disturbances."""
+        return self.plant.truths + self._added.prefixed(TRUTH)
+
+    def measure(self, t: Number, x: States) -> Signals:
+        """The disturbed outputs, and the truths."""
+        d, y = self._at(t), Signals(self.plant.measure(t, x))
+        truths = {f"{TRUTH}{name}": part for name, part in d.items()}
+        return y | {name: y[name] + part for name, part in d.items() if name in self.outputs} | truths
+
+    def applied(self, t: Number, x: States, u: Inputs) -> Signals:
+        """What acts in the plant under the disturbed command."""
+        return self.plant.applied(t, x, self._driven(t, u))
+
+    def rate(self, t: Number, x: States, u: Inputs) -> Parts:
+        """That of the plant under the disturbed command."""
+        return self.plant.rate(t, x, self._driven(t, u))
+
+    def update(self, t: Number, x: States, u: Inputs) -> Parts:
+        """That of the plant under the disturbed command."""
+        return self.plant.update(t, x, self._driven(t, u))
+
+    @property
+    def _added(self) -> Layout:
+        return Layout(
+            tuple(Entry(e.name, e.default, e.unit) for e in self.by.says.entries if e.name in self.by.primary)
+        )
+
+    def _at(self, t: Number) -> Signals:
+        return Signals(self.by.at(t)).only(self._added)
+
+    def _driven(self, t: Number, u: Inputs) -> Signals:
+        return u | {name: u[name] + part for name, part in self._at(t).items() if name in self.inputs}
 
 
 def _fitted(field: str, element: AbstractElement, port: Layout, of: str) -> AbstractElement:

@@ -2,30 +2,37 @@
 
 from __future__ import annotations
 
+import inspect
+import math
 from collections.abc import Callable
+from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
-from workbench.core import Layout, Ode, Signals, block
+from workbench.core import Entry, Layout, Ode, Signals, block
 from workbench.core.block import Number, States, parameters
+from workbench.core.expressions import symbols_are_no_numbers
+from workbench.core.port import ANY
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts
-from workbench.plants.functions import Arguments, port, read, with_defaults
-from workbench.validation.refusals import Array, text
+from workbench.validation.refusals import Array, described, raised, text, vector
 
 Port = Layout | tuple[str, ...]
-
-
-def _read_outputs(h: Callable[..., Any] | None, outputs: Port | None, given: Arguments) -> tuple[Layout, ca.SX]:
-    """What is read, and its expression (ny, 1): what h gives or, without it, states."""
-    if h is None:
-        known = given.states
-        names = known.names if outputs is None else port("outputs", outputs).names
-        return Layout(tuple(known[n] for n in names)), ca.vertcat(*(given.x[known.slice(n)] for n in names))
-    if outputs is None:
-        raise ValueError("`OdePlant.of(outputs=...)` must name what h gives, as in ('y:V',); got None.")
-    watched = port("outputs", outputs)
-    return watched, read("h", h, given.of_output(), watched)
+PLAIN = """
+sin cos tan asin acos atan atan2 arcsin arccos arctan arctan2 sinh cosh tanh arcsinh arccosh arctanh
+sqrt exp log log10 log1p expm1 fabs fmax fmin fmod sign floor ceil hypot power if_else
+"""
+# What a Python function finds in its argument m: CasADi's functions, some by NumPy's names too.
+FUNCTIONS = SimpleNamespace(
+    **{name: getattr(ca, name) for name in PLAIN.split()},
+    abs=ca.fabs,
+    maximum=ca.fmax,
+    minimum=ca.fmin,
+    where=ca.if_else,
+    pi=math.pi,
+)
 
 
 @block
@@ -89,34 +96,33 @@ class OdePlant(AbstractPlant):
         Parameters
         ----------
         f, h
-            Each a `casadi.Function` of columns, made of SX or MX, without the argument p where there are no parameters;
-            or a Python function that returns a number for each state or output. That one is called with t, with x and u
-            as vectors of symbols, with `p.R` for the parameter R, if there are parameters, and, if it takes one more
-            argument, with a namespace m of functions: `m.sin`, `m.sqrt`, `m.where(c, a, b)`. It is read once.
+            Each a `casadi.Function` of columns, without the argument p where there are no parameters; or a Python
+            function, read once, that returns a number for each state or output. It is called with t, with vectors x and
+            u, with `p.R` for a parameter R and, if it takes one more argument, with a namespace m: `m.sin`, `m.where`.
         states, inputs, outputs
             Layouts, or a "name:unit" for each number; a name alone has an unknown unit, which fits any. Without h the
             outputs are states, all of them unless they are named.
         p
             The parameters, each with its number: `layout(R=("ohm", 1.0))`.
         x0, u0
-            The start (nx,) and the inputs (nu,) of an open loop; zero, or those of the layouts, if not given.
+            The start (nx,) and the inputs (nu,) of an open loop; those of the layouts, zero in general, if not given.
 
         Raises
         ------
         ValueError
-            If a function takes other arguments or sizes, gives another number of values, or cannot be computed with
-            symbols in place of numbers.
+            If a function takes or gives other sizes, or cannot be computed with symbols in place of numbers.
         LookupError
             If an output without h is no state.
         """
-        known = with_defaults("x0", port("states", states), x0)
-        driven = with_defaults("u0", port("inputs", inputs), u0)
-        given = Arguments(ca.SX.sym("t"), known, driven, p or Layout())
-        rate = read("f", f, given.of_rate(), known)
-        watched, output = _read_outputs(h, outputs, given)
-        own, symbols = given.parameters + driven, (given.t, given.x, ca.vertcat(given.p, given.u))
-        called = text("OdePlant.of(name=...)", name)
-        return OdePlant(Ode(called, known, own, watched, *symbols, rate, output, inputs=driven.names))
+        known, driven = _port("states", states, "x0", x0), _port("inputs", inputs, "u0", u0)
+        own = p or Layout()
+        t, x, u, theta = ca.SX.sym("t"), known.symbols(), driven.symbols(), own.symbols()
+        numbers = {"p": Signals(own.view(theta))} if own.size else {}
+        rate = _read("f", f, {"t": t, "x": x, "u": u, **numbers}, known)
+        watched, output = _outputs(h, outputs, {"t": t, "x": x, **numbers}, known)
+        text("OdePlant.of(name=...)", name)
+        ode = Ode(name, known, own + driven, watched, t, x, ca.vertcat(theta, u), rate, output, inputs=driven.names)
+        return OdePlant(ode)
 
     @property
     def ends(self) -> float:
@@ -154,3 +160,107 @@ class OdePlant(AbstractPlant):
         own: Any = self.own  # of the lifted twin the symbols
         held = {e.name: ca.SX(e.default) for e in own.entries} if isinstance(own, Layout) else own
         return self.ode.parameters.flatten({**held, **u})
+
+
+def _outputs(
+    h: Callable[..., Any] | None, outputs: Port | None, given: dict[str, Any], states: Layout
+) -> tuple[Layout, ca.SX]:
+    """The outputs with their expressions (ny, 1): the values of h or, without it, states."""
+    if h is None:
+        names = states.names if outputs is None else _port("outputs", outputs).names
+        parts = (given["x"][states.slice(name)] for name in names)
+        return Layout(tuple(states[name] for name in names)), ca.vertcat(*parts)
+    if outputs is None:
+        raise ValueError("`OdePlant.of(outputs=...)` must name what h gives, as in ('y:V',); got None.")
+    watched = _port("outputs", outputs)
+    return watched, _read("h", h, given, watched)
+
+
+def _port(what: str, given: Port, start: str = "", values: Array | None = None) -> Layout:
+    """A layout from a "name:unit" for each number, without a colon of an unknown unit, that starts at `values`."""
+    if not isinstance(given, Layout):
+        if not given:
+            raise ValueError(f"`OdePlant.of({what}=...)` must have a name for each number, as 'omega:rad/s'; got none.")
+        parts = (name.partition(":") for name in given)
+        given = Layout(tuple(Entry(name, np.array(0.0), unit if colon else ANY) for name, colon, unit in parts))
+    if values is None:
+        return given
+    column = vector(f"OdePlant.of({start}=...)", values, given.size, "names")
+    given.check(column[np.newaxis])
+    numbers = given.unpack(column)
+    return Layout(tuple(replace(entry, default=numbers[entry.name]) for entry in given.entries))
+
+
+def _read(letter: str, function: Callable[..., Any], given: dict[str, ca.SX | Signals], of: Layout) -> ca.SX:
+    """What a function gives for symbols, a number for each of a layout, (size, 1)."""
+    call = f"OdePlant.of({letter}=...)"
+    if isinstance(function, ca.Function):
+        return _column(call, _of_casadi(call, function, given), of)
+    arguments = [_vector(part) if name in "xu" else part for name, part in given.items()]
+    if _takes(call, function, given) > len(arguments):
+        arguments.append(FUNCTIONS)
+    try:
+        with symbols_are_no_numbers():
+            values = function(*arguments)
+    except Exception as error:  # whatever a function of a user's own does with a symbol
+        raise ValueError(
+            f"`{call}` must compute with symbols in place of numbers, as it is read once, derived and compiled; it "
+            f"raised {raised(error).rstrip('.')}: take `m.sin`, `m.sqrt`, ... of its last argument m in place of "
+            "`math.sin`, and `m.where(c, a, b)` in place of `if`."
+        ) from error
+    return _column(call, values, of)
+
+
+def _of_casadi(call: str, function: ca.Function, given: dict[str, ca.SX | Signals]) -> Any:
+    """What a CasADi function gives for symbols; one of a graph of matrices is expanded into scalar operations."""
+    columns = [
+        ca.vertcat(*map(ca.vec, part.values())) if isinstance(part, Signals) else part for part in given.values()
+    ]
+    sizes = [function.size_in(i) for i in range(function.n_in())]
+    if sizes != [part.shape for part in columns]:
+        wanted = ", ".join(f"{name} {part.shape}" for name, part in zip(given, columns, strict=True))
+        raise ValueError(f"`{call}` must be a function of {wanted}; got one of {sizes}.")
+    if function.n_out() != 1:
+        raise ValueError(f"`{call}` must have one output, a column; got {function.n_out()} of them.")
+    try:
+        return function(*columns)
+    except Exception as error:  # an interpolant or an integrator within it, say
+        raise ValueError(
+            f"`{call}` must consist of operations that CasADi expands; it raised {raised(error)}."
+        ) from error
+
+
+def _vector(symbols: Any) -> Any:
+    """Symbols as a NumPy vector, which can be indexed, unpacked and multiplied as one of numbers can."""
+    entries = np.empty(symbols.numel(), dtype=object)
+    entries[:] = [symbols[i] for i in range(symbols.numel())]
+    return entries
+
+
+def _takes(call: str, function: Callable[..., Any], given: dict[str, Any]) -> int:
+    """How many arguments a Python function must be called with, by its signature: those given, or m beside them."""
+    letters = ", ".join(given)
+    try:
+        named = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):
+        raise ValueError(f"`{call}` must be a Python function of {letters} or of {letters}, m.") from None
+    placed = (part for part in named if part.kind in (part.POSITIONAL_ONLY, part.POSITIONAL_OR_KEYWORD))
+    needed = [part.name for part in placed if part.default is part.empty]
+    if len(needed) not in (len(given), len(given) + 1):
+        raise ValueError(
+            f"`{call}` must be a function of {letters} or of {letters}, m; got one of {', '.join(needed)}."
+        )
+    return len(needed)
+
+
+def _column(call: str, values: Any, of: Layout) -> ca.SX:
+    """Values as a column, one for each number of a layout."""
+    must = f"return {of.size} {'number' if of.size == 1 else 'numbers'}, for {', '.join(of.labels)}"
+    try:
+        parts = [values] if isinstance(values, ca.SX | ca.DM | np.ndarray) else list(map(ca.SX, values))
+        column = ca.densify(ca.vertcat(*(ca.vec(ca.SX(part)) for part in parts)))
+    except Exception:  # whatever it is that came
+        raise ValueError(f"`{call}` must {must}; it returned {described(values)}.") from None
+    if column.numel() != of.size:
+        raise ValueError(f"`{call}` must {must}; it returned {column.numel()}.")
+    return column

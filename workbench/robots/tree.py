@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
-from workbench.robots.frames import Frame, refuse_skewed
-from workbench.robots.inertia import Lump, merged, moments, refuse_impossible, tensor
-from workbench.robots.limits import NO_LIMITS, JointLimits
-from workbench.robots.link import SpatialLink
-from workbench.robots.spatial import SpatialArm
+from workbench.robots.spatial import SpatialArm, SpatialLink
+from workbench.robots.spatial_vectors import Lump, merged, moments, refuse_impossible, refuse_skewed, tensor
 from workbench.validation.refusals import Array, nearest, vector
 from workbench.validation.refusals import name as check_name
 from workbench.validation.signatures import door
@@ -52,14 +51,19 @@ class Joint:
     rotor: float | None = None
     gear: float | None = None
     speed: float | None = None
-    limits: JointLimits = NO_LIMITS
 
     def __post_init__(self) -> None:
-        for end in ("name", "parent", "child"):
-            check_name(f"Joint({end}=...)", getattr(self, end))
+        check_name("Joint(name=...)", self.name)
         vector("Joint(position=...)", self.position, 3, "coordinates")
         refuse_skewed("Joint(rotation=...)", self.rotation)
-        vector("Joint(axis=...)", self.axis, 3, "coordinates")
+
+
+class _Seat(NamedTuple):
+    """A frame on a link by its number, -1 for the base: axes (3, 3) and origin (3,)."""
+
+    link: int
+    rotation: Array
+    position: Array
 
 
 @door
@@ -83,23 +87,23 @@ def arm_of(
     for solid in solids:
         refuse_impossible(f"link '{solid.name}'", solid.mass, tensor(solid.inertia))
     base = _base(held, joints)
-    frames = {base: Frame(base, -1, np.eye(3), np.zeros(3))}
-    moving: list[tuple[Joint, Frame]] = []
+    seats = {base: _Seat(-1, np.eye(3), np.zeros(3))}
+    moving: list[tuple[Joint, _Seat]] = []
     for joint in _outward(base, held, joints):
-        carrier = frames[joint.parent]
+        carrier = seats[joint.parent]
         turned = _tidy(carrier.rotation @ joint.rotation)
-        shifted = carrier.position + carrier.rotation @ joint.position
-        seat = Frame(joint.child, carrier.link, turned, shifted)
-        frames[joint.child] = seat if joint.kind == "fixed" else Frame(joint.child, len(moving), np.eye(3), np.zeros(3))
-        if joint.kind != "fixed":
+        seat = _Seat(carrier.link, turned, carrier.position + carrier.rotation @ joint.position)
+        if joint.kind == "fixed":
+            seats[joint.child] = seat
+        else:
+            seats[joint.child] = _Seat(len(moving), np.eye(3), np.zeros(3))
             moving.append((joint, seat))
     if not moving:
         raise ValueError("An arm needs a joint that moves; this one has none, or fixed ones alone.")
-    lumps: list[list[Lump]] = [[] for _ in moving]
-    for name, frame in frames.items():
-        if frame.link >= 0:
-            lumps[frame.link].append(_seen_from(frame, held[name]))
-    bodies = [merged(lump) for lump in lumps]
+    bodies = [
+        merged([_seen_from(seat, held[name]) for name, seat in seats.items() if seat.link == i])
+        for i in range(len(moving))
+    ]
     carriers = {seat.link for _, seat in moving}
     for i, ((joint, _), body) in enumerate(zip(moving, bodies, strict=True)):
         if body.mass == 0 and i not in carriers and not joint.rotor:
@@ -108,29 +112,19 @@ def arm_of(
                 "and it carries nothing else: M would be singular; give it a mass, or fix the joint."
             )
     links = (_link(joint, seat, body) for (joint, seat), body in zip(moving, bodies, strict=True))
-    return SpatialArm(tuple(links), gravity, tuple(frames.values()), passive)
+    return SpatialArm(tuple(links), gravity, passive)
 
 
-def _link(joint: Joint, seat: Frame, lump: Lump) -> SpatialLink:
-    own = {word: getattr(joint, word) for word in ("viscous", "coulomb", "rotor", "gear", "speed", "limits")}
-    return SpatialLink(
-        joint.name,
-        lump.mass,
-        lump.com,
-        moments(lump.inertia),
-        seat.position,
-        joint.axis,
-        seat.rotation,
-        seat.link,
-        joint.kind,
-        **own,
-    )
+def _link(joint: Joint, seat: _Seat, lump: Lump) -> SpatialLink:
+    own = {word: getattr(joint, word) for word in ("viscous", "coulomb", "rotor", "gear", "speed")}
+    own |= {"axis": joint.axis, "rotation": seat.rotation, "parent": seat.link, "joint": joint.kind}
+    return SpatialLink(joint.name, lump.mass, lump.com, moments(lump.inertia), seat.position, **own)
 
 
-def _seen_from(frame: Frame, solid: Solid) -> Lump:
+def _seen_from(seat: _Seat, solid: Solid) -> Lump:
     """A body as a lump in the frame of the link it belongs to."""
-    R = frame.rotation
-    return Lump(solid.mass, frame.position + R @ solid.com, R @ tensor(solid.inertia) @ R.T)
+    R = seat.rotation
+    return Lump(solid.mass, seat.position + R @ solid.com, R @ tensor(solid.inertia) @ R.T)
 
 
 def _tidy(R: Array) -> Array:
@@ -146,8 +140,6 @@ def _by_name(solids: Sequence[Solid], joints: Sequence[Joint]) -> dict[str, Soli
             raise ValueError(f"The names of {kind}s must be unique; '{twice}' came more than once.")
     held = {solid.name: solid for solid in solids}
     for joint in joints:
-        if joint.parent == joint.child:
-            raise ValueError(f"Joint '{joint.name}' lets link '{joint.child}' carry itself.")
         for end, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in held:
                 raise ValueError(f"Joint '{joint.name}' has the {end} '{name}', which is no link.{nearest(name, held)}")
@@ -158,24 +150,15 @@ def _by_name(solids: Sequence[Solid], joints: Sequence[Joint]) -> dict[str, Soli
 
 def _twice(names: Iterable[str]) -> str | None:
     """The first name that came before."""
-    seen: set[str] = set()
-    for name in names:
-        if name in seen:
-            return name
-        seen.add(name)
-    return None
+    return next((name for name, times in Counter(names).items() if times > 1), None)
 
 
 def _base(held: dict[str, Solid], joints: Sequence[Joint]) -> str:
     """The one body that no joint carries."""
     carried = {joint.child for joint in joints}
     free = [name for name in held if name not in carried]
-    if not held:
-        raise ValueError("An arm needs links; got none.")
-    if not free:
-        raise ValueError("Every link is carried by another one, so there is a loop and no base.")
-    if len(free) > 1:
-        raise ValueError(f"An arm stands on one base; the links {_listed(free)} are carried by no joint.")
+    if len(free) != 1:
+        raise ValueError(f"An arm stands on one base, a link that no joint carries; such are {_names(free)}.")
     return free[0]
 
 
@@ -191,10 +174,10 @@ def _outward(base: str, held: dict[str, Solid], joints: Sequence[Joint]) -> list
         waiting += carried_by[order[-1].child][::-1]
     if len(order) < len(joints):
         lost = {joint.child for joint in joints} - {joint.child for joint in order}
-        raise ValueError(f"The links {_listed(sorted(lost))} carry each other in a loop that hangs on no base.")
+        raise ValueError(f"The links {_names(sorted(lost))} carry each other in a loop that hangs on no base.")
     return order
 
 
-def _listed(names: Sequence[str], most: int = 5) -> str:
+def _names(names: Sequence[str], most: int = 5) -> str:
     more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(f"'{name}'" for name in names[:most]) + more
+    return (", ".join(f"'{name}'" for name in names[:most]) or "none") + more

@@ -1,7 +1,7 @@
 """URDF to an arm: links with inertia, and joints; what is only seen or touched is passed by.
 
-Gravity pulls along -z of the root link. The frames of all links, the fixed ones too, become frames of the arm. Limits
-of position, velocity and effort are kept as `limits` of the arm; the equations know nothing of them.
+Gravity pulls along -z of the root link. Limits of position, velocity and effort are passed by, as the equations know
+nothing of them. XML from strangers is plain: no entity, no other file, nothing huge.
 
 References
 ----------
@@ -14,19 +14,19 @@ import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
-from xml.etree.ElementTree import Element
+from typing import NoReturn
+from xml.etree.ElementTree import Element, ParseError, TreeBuilder, XMLParser
 
 import numpy as np
 
-from workbench.robots.limits import JointLimits
-from workbench.robots.motion import from_angles
-from workbench.robots.safe_xml import LONGEST_PATH, element_in, element_of
 from workbench.robots.spatial import SpatialArm
+from workbench.robots.spatial_vectors import from_angles, tensor
 from workbench.robots.tree import Joint, Solid, arm_of
 from workbench.validation.refusals import Array, described, positive
 from workbench.validation.signatures import door
 
+LARGEST = 2_000_000  # bytes of a file
+LONGEST_PATH = 300  # characters of a path that a message shows
 MOST_JOINTS = 64  # that move; the equations of more take minutes
 MOST_LINKS = 2_000
 UNIT = 1e-3  # how far printed digits may take an axis from length one; it is then made one
@@ -62,39 +62,52 @@ def read(
     >>> arm.dof, arm.links[0].mass
     (1, 1.5)
     """
-    told = _told("read", gravity, passive, friction_speed)
-    return _arm(element_in(Path(file)), described(str(file), LONGEST_PATH), told)
+    name = described(str(file), LONGEST_PATH)
+    try:
+        if not Path(file).is_file():  # a folder, a pipe, which would wait for a writer, or nothing
+            raise LookupError(f"There is no file {name}.")
+        with Path(file).open("rb") as handle:
+            text = handle.read(LARGEST + 1)
+    except (OSError, ValueError) as error:  # of a path with a null character, say
+        raise LookupError(f"{name} cannot be read: {getattr(error, 'strerror', None) or error}.") from None
+    return _arm(text, name, gravity, passive, friction_speed)
 
 
 @door
 def parse(
     text: str, gravity: float = 9.81, *, passive: tuple[str, ...] = (), friction_speed: float | None = None
 ) -> SpatialArm:
-    """The arm that URDF text describes, by the arguments of `read`.
-
-    Raises
-    ------
-    LookupError, ValueError
-        As `read`.
-    """
-    return _arm(element_of(text.encode(), "The text"), "The text", _told("parse", gravity, passive, friction_speed))
+    """The arm that URDF text describes, by the arguments of `read`."""
+    return _arm(text.encode(), "The text", gravity, passive, friction_speed)
 
 
-class _Told(NamedTuple):
-    """What the file does not say."""
+class _PlainTree(TreeBuilder):
+    """Elements and attributes alone."""
 
-    gravity: float
-    passive: tuple[str, ...]
-    friction_speed: float | None
+    def doctype(self, *_: object) -> NoReturn:
+        """Refuse entities and other files."""
+        raise ParseError("it has a DOCTYPE, and entities and other files are never read: take it out")
 
 
-def _told(call: str, gravity: float, passive: tuple[str, ...], friction_speed: float | None) -> _Told:
+def _root(text: bytes, source: str) -> Element:
+    if len(text) > LARGEST:
+        raise ValueError(f"{source} has more than {LARGEST} bytes, the most that is read.")
+    parser = XMLParser(target=_PlainTree())
+    try:
+        parser.feed(text)
+        return parser.close()
+    except ParseError as error:
+        raise ValueError(f"{source} is no plain, well-formed XML: {error}.") from None
+    except (ValueError, LookupError):
+        raise ValueError(f"{source} is in an encoding that is not known; write it in UTF-8.") from None
+
+
+def _arm(
+    text: bytes, source: str, gravity: float, passive: tuple[str, ...], friction_speed: float | None
+) -> SpatialArm:
     if friction_speed is not None:
-        positive(f"{call}(friction_speed=...)", friction_speed, " of rad/s or m/s, over which the jump is spread")
-    return _Told(gravity, passive, friction_speed)
-
-
-def _arm(root: Element, source: str, told: _Told) -> SpatialArm:
+        positive("read_urdf(friction_speed=...)", friction_speed, " of rad/s or m/s, over which the jump is spread")
+    root = _root(text, source)
     if root.tag != "robot":
         raise ValueError(f"{source} is no URDF: its root is <{root.tag[:40]}>, and must be <robot>.")
     if odd := next((e.tag for e in root.iter() if "xacro" in e.tag), None):
@@ -105,8 +118,8 @@ def _arm(root: Element, source: str, told: _Told) -> SpatialArm:
             f"{source} has more than {MOST_LINKS} links or {MOST_JOINTS} moving joints; this is more than is derived."
         )
     try:
-        moved = [_joint(joint, told.friction_speed) for joint in joints]
-        return arm_of([_solid(link) for link in links], moved, told.gravity, told.passive)
+        moved = [_joint(joint, friction_speed) for joint in joints]
+        return arm_of([_solid(link) for link in links], moved, gravity, passive)
     except ValueError as error:
         raise ValueError(f"{source}: {error}") from None
 
@@ -123,8 +136,7 @@ def _solid(link: Element) -> Solid:
     position, R = _origin(inertial, where)
     kg = _numbers(_attribute(mass, "value", f"The <mass> of {where}"), 1, f"the mass of {where}")[0]
     six = [_numbers(_attribute(inertia, k, f"The <inertia> of {where}"), 1, f"'{k}' of {where}")[0] for k in MOMENTS]
-    xx, xy, xz, yy, yz, zz = six
-    turned = R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T
+    turned = R @ tensor(six) @ R.T
     return Solid(name, kg, position, turned[np.triu_indices(3)])
 
 
@@ -146,7 +158,7 @@ def _joint(joint: Element, friction_speed: float | None) -> Joint:
     viscous, coulomb = _friction(joint, where)
     speed = None if coulomb is None else friction_speed
     seat = (position, rotation, _axis(joint, where))
-    return Joint(name, parent, child, kind, *seat, viscous, coulomb, speed=speed, limits=_limits(joint, kind, where))
+    return Joint(name, parent, child, kind, *seat, viscous, coulomb, speed=speed)
 
 
 def _axis(joint: Element, where: str) -> Array:
@@ -164,23 +176,11 @@ def _axis(joint: Element, where: str) -> Array:
 def _friction(joint: Element, where: str) -> tuple[float | None, float | None]:
     """Viscous and Coulomb friction; None where there is none."""
     element = _only(joint, "dynamics", where)
-    found: list[float | None] = []
-    for key in ("damping", "friction"):
-        text = "0" if element is None else element.get(key, "0")
-        found.append(float(_numbers(text, 1, f"'{key}' of {where}")[0]) or None)
-    return found[0], found[1]
-
-
-def _limits(joint: Element, kind: str, where: str) -> JointLimits:
-    """The limits of a joint, None where the file has none; a joint that turns without end has none of position."""
-    element = _only(joint, "limit", where)
-    held = {} if element is None else dict(element.attrib)
-    words = ("velocity", "effort") if kind == "continuous" else ("lower", "upper", "velocity", "effort")
-    found = {word: float(_numbers(held[word], 1, f"'{word}' of {where}")[0]) for word in words if word in held}
-    try:
-        return JointLimits(**found)
-    except ValueError as error:
-        raise ValueError(f"The {where} has a <limit> that is none: {error}") from None
+    if element is None:
+        return None, None
+    words = ((key, element.get(key, "0")) for key in ("damping", "friction"))
+    viscous, coulomb = (float(_numbers(text, 1, f"'{key}' of {where}")[0]) or None for key, text in words)
+    return viscous, coulomb
 
 
 def _origin(element: Element, where: str) -> tuple[Array, Array]:

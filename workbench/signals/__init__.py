@@ -1,23 +1,21 @@
-"""References and disturbances as expressions in time, with their exact derivatives."""
+"""References and disturbances as expressions in time, with their exact derivatives.
 
-from workbench.signals.broadband import Chirp, ColouredNoise
-from workbench.signals.periodic import PulseTrain, Sines, SmoothSquareWave, SquareWave
-from workbench.signals.profiles import Trapezoid, WayPoints
+The room knows time, names and units; it knows no plant and no law. Read `signal.py` first, then `steps.py`.
+"""
+
+from workbench.signals.periodic import Chirp, PulseTrain, Sines, SineTorque, SquareWave
+from workbench.signals.profiles import Table, Trapezoid, WayPoints
 from workbench.signals.signal import AbstractSignal, Together
 from workbench.signals.steps import Hold, Ramp, Step
-from workbench.signals.table import Table
-from workbench.signals.torque import SineTorque
 
 __all__ = [
     "AbstractSignal",
     "Chirp",
-    "ColouredNoise",
     "Hold",
     "PulseTrain",
     "Ramp",
     "SineTorque",
     "Sines",
-    "SmoothSquareWave",
     "SquareWave",
     "Step",
     "Table",

@@ -1,13 +1,14 @@
-"""Signals that repeat."""
+"""Signals that oscillate: sines, a sweep of frequencies, square waves, pulses, and the sine torque of an arm."""
 
 from __future__ import annotations
 
 import casadi as ca
 import numpy as np
 
-from workbench.core import block, parameter
+from workbench.core import block, option, parameter
 from workbench.core.block import Number, Scalar, Vector
-from workbench.signals.signal import AbstractSignal, Motion, clock, count
+from workbench.loop.surroundings import AbstractDisturbance
+from workbench.signals.signal import AbstractSignal, Motion, clock
 
 
 @block
@@ -26,11 +27,6 @@ class Sines(AbstractSignal):
     signal: str = "q"
     unit: str = "rad"
 
-    @property
-    def dof(self) -> int:
-        """How many numbers it has, n."""
-        return count(self.amplitude)
-
     def motion(self, t: Number) -> Motion:
         """The sines and their exact derivatives."""
         a, w = self.amplitude, self.frequency
@@ -39,58 +35,77 @@ class Sines(AbstractSignal):
 
 
 @block
+class Chirp(AbstractSignal):
+    """A sine whose frequency goes from `first` to `last` in the time `duration` T, and stays there:
+
+        x(t) = amplitude sin(2 pi integral f + phase),     f = first + (last - first) t / T,
+                                                      or   f = first (last / first)^(t / T).
+
+    Raises
+    ------
+    ValueError
+        If a logarithmic sweep begins or ends at 0 Hz, or where it begins.
+
+    Examples
+    --------
+    >>> chirp = wb.Chirp("omega", "rad/s", amplitude=1.0, first=0.1, last=10.0, duration=20.0)
+    >>> chirp.says.names, chirp.says["omegad"].unit
+    (('omega', 'omegad', 'omegadd'), 'rad/s^2')
+    """
+
+    signal: str
+    unit: str
+    amplitude: Vector = parameter(unit="{unit}", shape=("n",), symbol="a")
+    first: Scalar = parameter(unit="Hz", low=0, symbol="f_0")
+    last: Scalar = parameter(unit="Hz", low=0, symbol="f_1")
+    duration: Scalar = parameter(unit="s", low=0, strict=True, symbol="T")
+    phase: Vector = parameter(default=0.0, unit="rad", shape=("n",), symbol="theta")
+    sweep: str = option(
+        {"linear": "the frequency grows in proportion to time", "logarithmic": "each octave takes as long"},
+        default="linear",
+    )
+
+    def __post_init__(self) -> None:
+        if self.sweep == "logarithmic" and (min(self.first, self.last) == 0 or self.first == self.last):
+            raise ValueError(
+                "`Chirp(first=..., last=...)` of a logarithmic sweep must be two positive frequencies that differ, as "
+                f"it passes octaves; got {self.first:g} and {self.last:g} Hz."
+            )
+
+    def motion(self, t: Number) -> Motion:
+        """The sine and its derivatives."""
+        T, s = self.duration, ca.fmin(t, self.duration)
+        if self.sweep == "linear":
+            growth = (self.last - self.first) / T
+            f, turns = self.first + growth * s, self.first * s + growth * s**2 / 2
+        else:
+            octaves = ca.log(self.last / self.first) / T
+            f = self.first * ca.exp(octaves * s)
+            growth, turns = octaves * f, (f - self.first) / octaves
+        angle = 2 * np.pi * (turns + self.last * ca.fmax(t - T, 0)) + self.phase
+        w, wd = 2 * np.pi * f, 2 * np.pi * growth * (t < T)
+        sine, cosine = self.amplitude * ca.sin(angle), self.amplitude * ca.cos(angle)
+        return sine, w * cosine, wd * cosine - w**2 * sine
+
+
+@block
 class SquareWave(AbstractSignal):
     """x_i(t) = amplitude_i (square(pi f t) + 1) / 2: up at amplitude for 1/f seconds, down at 0 for the next.
 
     square(x) has the sign of sin(x) and is 1 at x = 0. A jump has no derivative; the derivatives are
-    taken to be zero at all times, as if the jumps were not there. `SmoothSquareWave` has true ones.
+    taken to be zero at all times, as if the jumps were not there.
     """
 
     amplitude: Vector = parameter(unit="{unit}", shape=("n",), symbol="a")
     frequency: Scalar = parameter(unit="Hz", low=0, strict=True, symbol="f")
     signal: str = "q"
     unit: str = "rad"
-
-    @property
-    def dof(self) -> int:
-        """How many numbers it has, n."""
-        return count(self.amplitude)
 
     def motion(self, t: Number) -> Motion:
         """The wave at t, and zeros for its derivatives."""
         down = ca.fmod(ca.floor(self.frequency * t), 2)
         zero = ca.SX.zeros(self.dof)
         return self.amplitude * (1 - down), zero, zero
-
-
-@block
-class SmoothSquareWave(AbstractSignal):
-    """The square wave with each jump spread over a time `rise`, so that it has exact derivatives.
-
-    x_i(t) = amplitude_i (tanh(sin(pi f t) / (pi f rise)) + 1) / 2: near a jump this is a tanh of
-    time over `rise`.
-    """
-
-    amplitude: Vector = parameter(unit="{unit}", shape=("n",), symbol="a")
-    frequency: Scalar = parameter(unit="Hz", low=0, strict=True, symbol="f")
-    rise: Scalar = parameter(unit="s", low=0, strict=True, symbol="t_r")
-    signal: str = "q"
-    unit: str = "rad"
-
-    @property
-    def dof(self) -> int:
-        """How many numbers it has, n."""
-        return count(self.amplitude)
-
-    def motion(self, t: Number) -> Motion:
-        """The wave at t with its derivatives, taken by CasADi."""
-        w = np.pi * self.frequency
-        time = ca.SX.sym("t")
-        q = self.amplitude * (ca.tanh(ca.sin(w * time) / (w * self.rise)) + 1) / 2
-        qd = ca.jacobian(q, time)
-        columns = ca.horzcat(q, qd, ca.jacobian(qd, time))
-        x, xd, xdd = ca.horzsplit(ca.substitute(ca.densify(columns), time, t))
-        return x, xd, xdd
 
 
 @block
@@ -125,14 +140,28 @@ class PulseTrain(AbstractSignal):
                 f"{self.width:g} s."
             )
 
-    @property
-    def dof(self) -> int:
-        """How many numbers it has, n."""
-        return count(self.level)
-
     def motion(self, t: Number) -> Motion:
         """The pulses, and zeros for their derivatives."""
         before = (self.width - self.period) / 2  # amid a gap, where the time waits for the first begin
         s, zero = ca.fmax(clock(t) - self.time, before), ca.SX.zeros(self.dof)
         up = s - self.period * ca.floor(s / self.period) < self.width
         return ca.if_else(up, ca.SX(self.level), ca.SX(self.base)), zero, zero
+
+
+@block
+class SineTorque(AbstractDisturbance):
+    """D_i(t) = amplitude_i sin(frequency_i t + phase_i)."""
+
+    amplitude: Vector = parameter(unit="N m", shape=("n",), symbol="delta")
+    frequency: Vector = parameter(unit="rad/s", shape=("n",), symbol="omega_d")
+    phase: Vector = parameter(default=0.0, unit="rad", shape=("n",), symbol="theta_d")
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+        return int(self.amplitude.shape[0])
+
+    def at(self, t: Number) -> ca.SX:
+        """The sines."""
+        torque: ca.SX = self.amplitude * ca.sin(self.frequency * t + self.phase)
+        return torque

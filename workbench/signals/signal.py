@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Signals, block
-from workbench.core.block import Number
+from workbench.core.block import Number, quantities
 from workbench.core.port import per_second
 from workbench.loop.surroundings import AbstractReference
 
@@ -36,9 +36,9 @@ class AbstractSignal(AbstractReference):
     unit: str
 
     @property
-    @abstractmethod
     def dof(self) -> int:
-        """How many numbers it has, n."""
+        """The count of its numbers, n: those of the first of its fields that has one for each."""
+        return next(count(getattr(self, field.name)) for field, number in quantities(self) if number.shape == ("n",))
 
     @abstractmethod
     def motion(self, t: Number) -> Motion:
@@ -46,12 +46,12 @@ class AbstractSignal(AbstractReference):
 
     @property
     def unit_of_rate(self) -> str:
-        """That of its first derivative."""
+        """The unit of its first derivative."""
         return per_second(self.unit)
 
     @property
     def unit_of_curvature(self) -> str:
-        """That of its second derivative."""
+        """The unit of its second derivative."""
         return per_second(self.unit, 2)
 
     @property
@@ -105,7 +105,7 @@ class Together(AbstractReference):
 
     @property
     def primary(self) -> tuple[str, ...]:
-        """Those that the parts want for themselves."""
+        """The signals that the parts want for themselves."""
         return tuple(name for part in self.parts for name in part.primary)
 
     def at(self, t: Number) -> Signals:
@@ -119,7 +119,7 @@ def clock(t: Number) -> ca.SX:
 
 
 def count(value: Any) -> int:
-    """How many numbers a vector has; one number is a vector of one."""
+    """The length of a vector; one number is a vector of one."""
     shape = shape_of(value)
     return shape[0] if shape else 1
 

@@ -6,7 +6,7 @@ import casadi as ca
 
 from workbench.core import block, parameter
 from workbench.core.block import Number, Vector
-from workbench.signals.signal import AbstractSignal, Motion, clock, count
+from workbench.signals.signal import AbstractSignal, Motion, clock
 
 
 @block
@@ -22,11 +22,6 @@ class Hold(AbstractSignal):
     position: Vector = parameter(unit="{unit}", shape=("n",), symbol="q^*")
     signal: str = "q"
     unit: str = "rad"
-
-    @property
-    def dof(self) -> int:
-        """How many numbers it has, n."""
-        return count(self.position)
 
     def motion(self, t: Number) -> Motion:
         """The value, at rest."""
@@ -53,11 +48,6 @@ class Step(AbstractSignal):
     time: Vector = parameter(default=0.0, unit="s", low=0, shape=("n",), symbol="t_s")
     start: Vector = parameter(default=0.0, unit="{unit}", shape=("n",), symbol="x_0")
 
-    @property
-    def dof(self) -> int:
-        """How many numbers it has, n."""
-        return count(self.level)
-
     def motion(self, t: Number) -> Motion:
         """The step, and zeros for its derivatives."""
         zero = ca.SX.zeros(self.dof)
@@ -79,11 +69,6 @@ class Ramp(AbstractSignal):
     slope: Vector = parameter(unit="{unit_of_rate}", shape=("n",), symbol="v")
     time: Vector = parameter(default=0.0, unit="s", low=0, shape=("n",), symbol="t_s")
     start: Vector = parameter(default=0.0, unit="{unit}", shape=("n",), symbol="x_0")
-
-    @property
-    def dof(self) -> int:
-        """How many numbers it has, n."""
-        return count(self.slope)
 
     def motion(self, t: Number) -> Motion:
         """The ramp and its slope; the second derivative is zero, as if the corner were not there."""

@@ -15,8 +15,8 @@ from workbench.design import chattering, linear, observer_gains, riccati, riccat
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
-from workbench.plants.actuator import FirstOrderLag
-from workbench.robots.description import PlanarArm, PointMass
+from workbench.plants.manipulator import FirstOrderLag
+from workbench.robots.planar_arm import PlanarArm, PointMass
 from workbench.signals import Hold
 
 from ..parts import LOOP, signals

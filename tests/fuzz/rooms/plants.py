@@ -29,7 +29,6 @@ def calls() -> dict[str, Any]:
     disturbance = SineTorque([1.0, 1.0], [1.0, 1.0])
     x0 = [0.0, 0.0, 0.0]
     return {
-        "ArmInstruments": partial(plants.ArmInstruments, 2, 0.01, 0.1, 1e-3, 1e-2, [50.0, 20.0]),
         "BuckConverter": partial(plants.BuckConverter, 28.0, 50e-6, 500e-6, 3.0, 1.0, 2.0),
         "CartPole": partial(plants.CartPole, 0.5, 0.2, 0.1, 0.3, 0.006, 9.8, 0.1, 0.2, 0.3, 0.4),
         "DCMotor": partial(plants.DCMotor, 0.01, 0.1, 0.01, 1.0, 0.5, 0.1, 0.2, 0.3, "position"),
@@ -47,18 +46,14 @@ def calls() -> dict[str, Any]:
         "StirredTank": partial(plants.StirredTank, 100.0, 100.0, 1000.0, 0.239, 5e4, 8750.0, 7.2e10, 5e4, 350.0, 1.0),
         "TwoMasses": partial(plants.TwoMasses, 1.0, 1.0, 1.0, 0.1, 0.2, 0.3, 0.4),
         "AbstractActuator": plants.DirectDrive(),
-        "AbstractElement": plants.DeadZone("v", -1.0, 1.0),
-        "Backlash": partial(plants.Backlash, "v", 0.1, 0.01, 0.0),
-        "DeadZone": partial(plants.DeadZone, "v", -1.0, [1.0, 2.0]),
+        "AbstractElement": plants.Saturation("v", -1.0, 1.0),
         "Equipped": partial(
             plants.Equipped, plants.DCMotor(), (plants.Saturation("v", -1.0, 1.0),), (plants.FirstOrder("omega", 0.1),)
         ),
         "FirstOrder": partial(plants.FirstOrder, "v", 0.1, 0.0),
         "PadeDelay": partial(plants.PadeDelay, "v", 0.1, 2, 0.0),
-        "Quantiser": partial(plants.Quantiser, "v", 0.1),
         "RateLimit": partial(plants.RateLimit, "v", -1.0, 1.0, 0.01, 0.0),
         "Saturation": partial(plants.Saturation, "v", [-1.0, -2.0], 1.0),
-        "SecondOrder": partial(plants.SecondOrder, "v", 10.0, 0.7, 0.0, 0.0),
         "DirectDrive": partial(plants.DirectDrive, [1.0, 2.0]),
         "Disturbed": partial(plants.Disturbed, PLANT, Sines([1.0, 1.0], 1.0, signal="tau", unit="N m")),
         "FirstOrderLag": partial(plants.FirstOrderLag, 0.1, [1.0, 2.0]),

@@ -10,10 +10,7 @@ import numpy as np
 
 from workbench import robots
 from workbench.robots import Link, SpatialLink, urdf
-from workbench.robots.base_parameters import base_parameters
-from workbench.robots.description import PointMass
-from workbench.robots.frames import Frame
-from workbench.robots.regressor import names, parameters, regressor
+from workbench.robots.planar_arm import PointMass
 from workbench.robots.tree import Joint, Solid, arm_of
 
 from ..parts import TREE, signals
@@ -31,24 +28,20 @@ FILE.write_text(TEXT)
 
 
 def calls() -> dict[str, Any]:
-    frame, eye, zero = Frame("tool", 1, np.eye(3), np.zeros(3)), np.eye(3), np.zeros(3)
+    eye, zero = np.eye(3), np.zeros(3)
     body = (0.1, 0.0, 0.0, 0.1, 0.0, 0.1)
-    q = ca.SX.sym("q", 2)
     return {
         "CATALOGUE": robots.CATALOGUE,
         "Link": partial(Link, 1.0, 1.0, 0.5, 0.0, 0.1),
         "PointMass": partial(PointMass, 1.0, 1.0),
         "PlanarArm": partial(robots.PlanarArm, (Link(1.0, 1.0, 0.5), PointMass(1.0, 1.0)), 9.81, "up"),
-        "SpatialArm": partial(robots.SpatialArm, TREE.links, 9.81, (frame,)),
+        "SpatialArm": partial(robots.SpatialArm, TREE.links, 9.81),
         "SpatialLink": partial(
             SpatialLink, "hinge", 1.0, zero, body, zero, (0.0, 0.0, 1.0), eye, -1, "revolute", 0.1, 0.1, 0.1, 2.0
         ),
-        "Frame": partial(Frame, "tool", 0, eye, zero),
         "named": partial(robots.named, "pelican"),
         "paper_arm": partial(robots.paper_arm),
         "urdf": urdf,
-        "JointLimits": partial(robots.JointLimits, -1.0, 1.0, 2.0, 3.0),
-        "Limits": partial(robots.Limits, (-1.0, None), (1.0, None), (2.0, 2.0), (3.0, None)),
         "read": partial(urdf.read, str(FILE), 9.81, friction_speed=0.01),
         "parse": partial(urdf.parse, TEXT, 9.81, friction_speed=0.01),
         "Solid": partial(Solid, "arm", 1.0, zero, np.array(body)),
@@ -59,10 +52,6 @@ def calls() -> dict[str, Any]:
             [Joint("j", "base", "arm", "revolute")],
             9.8,
         ),
-        "names": partial(names, TREE),
-        "parameters": partial(parameters, TREE),
-        "regressor": partial(regressor, TREE, q, q, q),
-        "base_parameters": partial(base_parameters, TREE, np.random.default_rng(1)),
     }
 
 

@@ -1,7 +1,6 @@
 from __future__ import annotations
 
-from functools import cache, partial
-from tempfile import NamedTemporaryFile
+from functools import partial
 from typing import Any
 
 from workbench import signals as room
@@ -16,17 +15,14 @@ def calls() -> dict[str, Any]:
     return {
         "AbstractSignal": room.Step("x", "m", 1.0),
         "Chirp": partial(room.Chirp, *pair, two, 0.1, 2.0, 3.0, two, "logarithmic"),
-        "ColouredNoise": partial(room.ColouredNoise, *pair, two, 0.1, 10.0, 1, 8),
         "Hold": partial(room.Hold, two, *pair),
         "PulseTrain": partial(room.PulseTrain, *pair, two, 1.0, 0.5, 0.1, two),
         "Ramp": partial(room.Ramp, *pair, two, two, two),
         "SineTorque": partial(room.SineTorque, two, two, two),
         "Sines": partial(room.Sines, two, two, two),
-        "SmoothSquareWave": partial(room.SmoothSquareWave, two, 1.0, 0.1),
         "SquareWave": partial(room.SquareWave, two, 1.0),
         "Step": partial(room.Step, *pair, two, two, two),
         "Table": partial(room.Table, *pair, [0.0, 1.0, 2.0], [two, two, two], "cubic"),
-        "Table.of_csv": partial(room.Table.of_csv, _file(), "x", "m", ("x",), "hold"),
         "Together": partial(room.Together, (room.Step("x", "m", 1.0), room.Step("v", "V", 1.0))),
         "Trapezoid": partial(room.Trapezoid, *pair, two, two, two, 0.1, [0.0, 1.0]),
         "WayPoints": partial(room.WayPoints, *pair, [0.0, 1.0], [two, two]),
@@ -34,17 +30,4 @@ def calls() -> dict[str, Any]:
 
 
 def arguments() -> dict[str, Any]:
-    return {
-        **signals(),
-        "path": lambda table: _file(),
-        "signal": lambda table: "x",
-        "unit": lambda table: "m",
-    }
-
-
-@cache
-def _file() -> str:
-    """A file with a table of two rows, which stays for as long as the system keeps it."""
-    with NamedTemporaryFile("w", suffix=".csv", delete=False) as file:
-        file.write("t,x\n0,1\n1,2\n")
-    return file.name
+    return signals()

@@ -1,4 +1,4 @@
-"""Once round the loop: blocks in their sockets become one `Ode`, or a computer's part of them one `Sampled`."""
+"""The closed loop: blocks in their sockets become one `Ode`, or one `Sampled` where a computer closes it."""
 
 from __future__ import annotations
 
@@ -7,18 +7,14 @@ from dataclasses import replace
 
 import casadi as ca
 
-from workbench.core import Ode, Roles, Sampled, Signals, Step, block, lift
+from workbench.core import Ode, Roles, Sampled, Signals, block, lift
 from workbench.core.block import socket
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
-from workbench.loop.defaults import Readings, Rest
-from workbench.loop.linear import LinearLaw, LinearPlant, standing_for
-from workbench.loop.linear_filter import LinearFilter, beside
-from workbench.loop.matching import refuse_misfits, refuse_odd_ports
+from workbench.loop.dependence import roles
+from workbench.loop.linear_blocks import LinearFilter, LinearLaw, LinearPlant, beside, standing_for
 from workbench.loop.outside import Outside, added, cut
-from workbench.loop.roles import roles
-from workbench.loop.sampled import FINE, digital
-from workbench.loop.surroundings import AbstractInstruments, AbstractReference
-from workbench.loop.waiting import Queue
+from workbench.loop.sampled_loop import FINE, Queue, digital
+from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
 from workbench.loop.wiring import (
     above,
     asked,
@@ -28,7 +24,8 @@ from workbench.loop.wiring import (
     measured,
     memory,
     notes,
-    rates,
+    refuse_misfits,
+    refuse_odd_ports,
     shown,
     signals,
     split,
@@ -87,13 +84,8 @@ class ClosedLoop:
         return tuple(name for name in self.reference.primary if name in law and name in outputs)
 
     @property
-    def uses_truth(self) -> bool:
-        """Whether the observer needs what no instrument can give it."""
-        return self.observer.uses_truth
-
-    @property
     def roles(self) -> Roles:
-        """What the law is given, see `roles`."""
+        """The inputs that reach the law's command, see `roles`."""
         return roles(self)
 
     def ablations(self) -> dict[str, ClosedLoop]:
@@ -179,10 +171,9 @@ class ClosedLoop:
         Parameters
         ----------
         instruments
-            Noise, drift ('drift.x' of an output x) and steps of the readings, limits of the commands; without any,
-            readings are exact.
+            Noise and steps of the readings, limits of the commands; without any, readings are exact.
         delay
-            Whether a command waits a period; or how many, a whole number for all inputs, or one for each that is named.
+            True if a command waits a period; or how many, a whole number for all inputs, or one for each that is named.
         integrator
             "declared", or "fine" for 16 Runge-Kutta steps a period through all memories, with readings, estimate,
             reference and command held: near their exact flow, which tells what diverges by its integrator.
@@ -205,24 +196,6 @@ class ClosedLoop:
         queue = Queue.of(self.plant.inputs, delay)
         return digital(self, length, instruments, queue, FINE if fine else 0, name, outside)
 
-    def sampled(
-        self,
-        period: float,
-        substeps: int = 1,
-        instruments: AbstractInstruments | None = None,
-        *,
-        delay: bool | float | Mapping[str, float] = False,
-        name: str = "loop",
-    ) -> Step:
-        """One period of `digital` as a `Step`, in which the plant moves by `substeps` Runge-Kutta steps.
-
-        Raises
-        ------
-        ValueError
-            If `digital` refuses, or `substeps` is no positive whole number.
-        """
-        return self.digital(period, instruments, delay=delay, name=name).step(substeps)
-
 
 def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
     """Once round a loop, and the signals from outside that meet it."""
@@ -234,6 +207,7 @@ def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
             )
     lifted = lift(closed)
     loop, states, inputs = lifted.block, memory(closed), closed.plant.inputs
+    observer, law = loop.observer, loop.controller
     t, x = ca.SX.sym("t"), states.symbols()
     z = split(states.view(x))
 
@@ -243,7 +217,9 @@ def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
     u = commanded(loop, t, z["controller"], est, ref)
     acts = outside.meets("inputs", u)
     moves = {"plant": asked(loop.plant, "rate", closed.plant.states, t, z["plant"], acts)}
-    moves |= rates(loop, t, z, seen, est, u, ref)
+    told, heard, followed = u.only(observer.inputs), est.only(law.reads), ref.only(law.follows)
+    moves["observer"] = asked(observer, "rate", observer.memory, t, z["observer"], seen, est, told)
+    moves["controller"] = asked(law, "rate", law.memory, t, z["controller"], heard, followed)
     if outside.cut.size:
         outputs, watched = outside.cut, dict((y | u).only(outside.cut))
     else:

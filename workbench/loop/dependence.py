@@ -1,4 +1,4 @@
-"""The roles of a loop's blocks, read from its equations: which inputs reach the command, and by which way."""
+"""The roles of a loop's blocks, read from its equations: the inputs that reach the command, and their ways."""
 
 from __future__ import annotations
 
@@ -26,7 +26,6 @@ Edges = dict[str, set[str]]
 class Probe(AbstractArm):
     """An arm whose matrices are symbols, so that it shows in an expression where each of them came in."""
 
-    joints: int
     M: ca.SX
     C: ca.SX
     G: ca.SX
@@ -34,7 +33,7 @@ class Probe(AbstractArm):
     @property
     def dof(self) -> int:
         """The number of joints."""
-        return self.joints
+        return int(self.G.numel())
 
     def mass_matrix(self, q: Column) -> ca.SX:
         """A symbol, and something of q."""
@@ -49,13 +48,13 @@ class Probe(AbstractArm):
         return self.G + ca.sum1(q)
 
     def acceleration(self, q: Column, qd: Column, tau: Column) -> ca.SX:
-        """What depends on all that an acceleration does, without the solution of any equation."""
+        """An expression of all that an acceleration depends on, without the solution of any equation."""
         return self.mass_matrix(q) @ (tau + self.coriolis_matrix(q, qd) @ qd + self.gravity_vector(q))
 
 
 @door
 def roles(loop: Any) -> Roles:
-    """What the law of a loop is given: what its command depends on, at one instant or by way of a memory.
+    """The inputs that the command of a loop's law depends on, at one instant or by way of a memory.
 
     Dependence is that of the equations with the numbers of this loop, so that a term whose gain is 0 does not count.
     It is one of structure: what cancels only after a calculation does count. The torque that the observer is told is
@@ -74,8 +73,11 @@ def roles(loop: Any) -> Roles:
     closed = getattr(loop, "loop", loop)
     if not is_block(closed) or any(not hasattr(closed, socket) for socket in SOCKETS):
         raise refusal("roles(loop)", "a `ClosedLoop`, or what has one as its `loop`", loop)
-    models = dict((*_models(closed.observer, "observer"), *_models(closed.controller, "controller")))
-    plants = [path for path in _plants(closed.observer, "observer") if not any(arm.startswith(path) for arm in models)]
+    models = dict(
+        (*_held(closed.observer, "observer", AbstractArm), *_held(closed.controller, "controller", AbstractArm))
+    )
+    of_plants = (path for path, _ in _held(closed.observer, "observer", AbstractPlant))
+    plants = [path for path in of_plants if not any(arm.startswith(path) for arm in models)]
     edges = _edges(closed, models)
     commands = {f"u.{name}" for name in closed.controller.drives.names}
     at_once, ever = _reached(edges, commands, but="observer."), _reached(edges, commands)
@@ -95,7 +97,7 @@ def roles(loop: Any) -> Roles:
 
 
 def _ways(name: str, edges: Edges, at_once: set[str], ever: set[str]) -> Iterator[Way]:
-    """How an output reaches the commands: read at once, by a memory, or as an estimate of what is not read."""
+    """The ways by which an output reaches the commands: read at once, by a memory, or as an estimate of another."""
     read, given = f"y.{name}", f"est.{name}"
     remembered = {node for node in edges.get(given, ()) if node in edges}
     behind = _reached(edges, remembered)
@@ -108,24 +110,14 @@ def _ways(name: str, edges: Edges, at_once: set[str], ever: set[str]) -> Iterato
         yield "estimated"
 
 
-def _models(block: Any, path: str) -> Iterator[tuple[str, AbstractArm]]:
-    """All models of an arm that a block holds, by their paths."""
+def _held(block: Any, path: str, kind: type) -> Iterator[tuple[str, Any]]:
+    """All models of a kind, an arm or a plant, that a block holds, by their paths."""
     for field in fields(block):
         part, place = getattr(block, field.name), f"{path}.{field.name}"
-        if isinstance(part, AbstractArm):
+        if isinstance(part, kind):
             yield place, part
         elif is_block(part):
-            yield from _models(part, place)
-
-
-def _plants(block: Any, path: str) -> Iterator[str]:
-    """The paths of all models of a plant that a block holds."""
-    for field in fields(block):
-        part, place = getattr(block, field.name), f"{path}.{field.name}"
-        if isinstance(part, AbstractPlant):
-            yield place
-        elif is_block(part):
-            yield from _plants(part, place)
+            yield from _held(part, place, kind)
 
 
 def _probed(block: Any, path: str, probes: Mapping[str, Probe]) -> Any:
@@ -141,7 +133,7 @@ def _probed(block: Any, path: str, probes: Mapping[str, Probe]) -> Any:
 
 
 def _edges(closed: Blocks, models: Mapping[str, AbstractArm]) -> Edges:
-    """For each command, each estimate and each state of observer and controller what they depend on directly."""
+    """The direct dependencies of each command, each estimate and each state of observer and controller."""
     lifted, t = lift(closed), ca.SX.sym("t")
     probes = {path: _probe(arm.dof) for path, arm in models.items()}
     observer = _probed(lifted.block.observer, "observer", probes)
@@ -175,7 +167,7 @@ def _symbols(port: Layout) -> Signals:
 
 
 def _probe(n: int) -> Probe:
-    return Probe(n, ca.SX.sym("M", n, n), ca.SX.sym("C", n, n), ca.SX.sym("G", n))
+    return Probe(ca.SX.sym("M", n, n), ca.SX.sym("C", n, n), ca.SX.sym("G", n))
 
 
 def _inputs_of(part: ca.SX, inputs: Mapping[str, ca.SX]) -> set[str]:
@@ -184,7 +176,7 @@ def _inputs_of(part: ca.SX, inputs: Mapping[str, ca.SX]) -> set[str]:
 
 
 def _reached(edges: Edges, start: set[str], but: str | None = None) -> set[str]:
-    """All that is met on the way from nodes along the edges, but not beyond nodes whose names begin so."""
+    """All nodes on the way from some along the edges, but not beyond nodes whose names begin so."""
     found, new = set(start), set(start)
     while new:
         new = {end for node in new if but is None or not node.startswith(but) for end in edges.get(node, ())} - found
@@ -193,7 +185,7 @@ def _reached(edges: Edges, start: set[str], but: str | None = None) -> set[str]:
 
 
 def _called(block: Any) -> str:
-    """What a block is called: the `noun` of its class or else its name, with the laws or observers that it holds."""
+    """The name of a block: the `noun` of its class or else its name, with the laws or observers that it holds."""
     own = getattr(block, "noun", type(block).__name__)
     parts = (getattr(block, field.name) for field in fields(block))
     held = [_called(part) for part in parts if isinstance(part, AbstractController) or hasattr(part, "uses_truth")]

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from arms import random_tree
 
-from workbench.robots import CATALOGUE, SpatialArm, SpatialLink, agreement, composite, named, newton_euler
+from workbench.robots import CATALOGUE, SpatialArm, SpatialLink, energies, named, recursions
 
 SPATIAL = [name for name in CATALOGUE if isinstance(named(name), SpatialArm)]
 ROUNDING = 1e-12  # a few hundred terms of a double each, relative to the largest
@@ -20,21 +20,21 @@ def states(arm, rng, count=20):
 def test_the_recursion_and_the_energies_give_one_torque(joints, seed):
     rng = np.random.default_rng([joints, seed])
     arm = random_tree(joints, rng)
-    assert agreement.difference(agreement.roads(arm), states(arm, rng)).max() < ROUNDING
+    assert energies.difference(energies.roads(arm), states(arm, rng)).max() < ROUNDING
 
 
 @pytest.mark.parametrize("name", SPATIAL)
 def test_both_roads_agree_for_the_arms_of_the_catalogue(name):
     arm = named(name)
-    assert agreement.difference(agreement.roads(arm), states(arm, np.random.default_rng(5))).max() < ROUNDING
+    assert energies.difference(energies.roads(arm), states(arm, np.random.default_rng(5))).max() < ROUNDING
 
 
 def test_both_energies_are_one():
     rng = np.random.default_rng(3)
     arm = random_tree(5, rng)
     q, qd = (ca.SX.sym(letter, 5) for letter in ("q", "qd"))
-    from_motions = newton_euler.kinetic_energy(arm.bodies(q), qd)
-    from_poses = agreement.poses.kinetic_energy(arm.links, q, qd)
+    from_motions = recursions.kinetic_energy(arm.bodies(q), qd)
+    from_poses = energies.kinetic_energy(arm.links, q, qd)
     both = ca.Function("T", [q, qd], [from_motions, from_poses])
     for state in states(arm, rng):
         ours, theirs = both(*state[:2])
@@ -42,15 +42,15 @@ def test_both_energies_are_one():
 
 
 def test_an_arm_whose_roads_differ_is_refused_when_it_is_made(monkeypatch):
-    cross = newton_euler.cross
-    monkeypatch.setattr(newton_euler, "cross", lambda v: cross(v) * 1.000001)  # a wrong Coriolis term
+    cross = recursions.cross
+    monkeypatch.setattr(recursions, "cross", lambda v: cross(v) * 1.000001)  # a wrong Coriolis term
     with pytest.raises(ValueError, match=r"recursion and Lagrange's equation must give one torque; they differ by"):
         named("scara")
 
 
 def test_an_arm_whose_m_belongs_to_another_is_refused_when_it_is_made(monkeypatch):
-    M = composite.mass_matrix
-    monkeypatch.setattr(composite, "mass_matrix", lambda bodies: 1.000001 * M(bodies))
+    M = recursions.mass_matrix
+    monkeypatch.setattr(recursions, "mass_matrix", lambda bodies: 1.000001 * M(bodies))
     with pytest.raises(ValueError, match=r"must give one torque; they differ by"):
         named("scara")
 

@@ -1,4 +1,4 @@
-"""Linear systems in the sockets of a loop: a plant or a law by its matrices."""
+"""Linear systems in the sockets of a loop: a plant, an observer or a law by its matrices."""
 
 from __future__ import annotations
 
@@ -14,19 +14,36 @@ from workbench.core.block import Number, States, Vector, socket
 from workbench.core.port import ANY
 from workbench.loop.contracts import (
     AbstractController,
+    AbstractObserver,
     AbstractPlant,
     Follows,
     Inputs,
     Parts,
     Reads,
 )
-from workbench.validation.refusals import vector
+from workbench.validation.refusals import known, vector
 
 WANTED = "_ref"  # an input of a law by this ending is a wanted signal
 
 
+class AbstractLinear:
+    """A block that is a linear system."""
+
+    system: LinearSystem
+
+    @property
+    def recursion(self) -> bool:
+        """True if it moves in discrete time."""
+        return self.system.dt is not None
+
+    @property
+    def memory(self) -> Layout:
+        """The states of the system."""
+        return self.system.states
+
+
 @block
-class LinearPlant(AbstractPlant):
+class LinearPlant(AbstractLinear, AbstractPlant):
     """A linear system as a plant, in continuous time, or in discrete time where it has a period:
 
         x' = A x + B u    or    x+ = A x + B u,              y = C x.
@@ -41,8 +58,7 @@ class LinearPlant(AbstractPlant):
     Raises
     ------
     ValueError
-        If `LinearSystem.of` refuses the system, or an output follows an input at once (D is not zero): with a law that
-        does so too, the loop would be an algebraic one.
+        If `LinearSystem.of` refuses the system, or an output follows an input at once (D is not zero).
 
     Examples
     --------
@@ -56,21 +72,17 @@ class LinearPlant(AbstractPlant):
     start: Vector = initial(default=None, unit=ANY, shape=("nx",))
 
     def __post_init__(self) -> None:
-        refuse_feedthrough("LinearPlant", self.system, self.system.inputs.names, "the loop would be an algebraic one")
+        _refuse_feedthrough("LinearPlant", self.system, self.system.inputs.names, "the loop would be an algebraic one")
         if self.start is not None:
             vector("LinearPlant(start=...)", self.start, self.system.states.size, "states")
         object.__setattr__(self, "system", replace(self.system, D=None))  # no number that does nothing
         object.__setattr__(self, "period", self.system.dt)
 
     @property
-    def recursion(self) -> bool:
-        """Whether it moves in discrete time."""
-        return self.system.dt is not None
-
-    @property
     def states(self) -> Layout:
-        """Those of the system."""
-        return _starting_at(self.system.states, self.start)
+        """Those of the system, at their start."""
+        parts = {} if self.start is None else self.system.states.unpack(self.start)
+        return Layout(tuple(replace(e, default=parts.get(e.name, e.default)) for e in self.system.states.entries))
 
     @property
     def inputs(self) -> Layout:
@@ -97,22 +109,21 @@ class LinearPlant(AbstractPlant):
 
 
 @block
-class LinearLaw(AbstractController):
+class LinearLaw(AbstractLinear, AbstractController):
     """A linear system as a law, in continuous time, or in discrete time where it has a period:
 
         z' = A z + B v    or    z+ = A z + B v,              u = u0 + C z + D v,              v = inputs - v0.
 
     An input of the name of an estimate reads that; one called `x_ref` follows what is wanted of x. With `error`, an
     input x is instead what is wanted less what is estimated, x_ref - x: the error of python-control's `feedback(P C)`,
-    so that a compensator with a positive gain makes a stable loop. (Errors that this workbench shows, `e_x`, have the
-    other sign.) A discrete law is exact at its period.
+    whereas the errors that a loop shows, `e_x`, have the other sign. A discrete law is exact at its period.
 
     Parameters
     ----------
     system
         A `LinearSystem`, or a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names.
     error
-        Whether its inputs are fed with errors.
+        True to feed its inputs with errors.
     u0, v0
         (nu,) and (nv,), outputs and inputs at the operating point about which it was designed; zero unless given.
 
@@ -142,13 +153,8 @@ class LinearLaw(AbstractController):
         object.__setattr__(self, "period", self.system.dt)
 
     @property
-    def recursion(self) -> bool:
-        """Whether it is a recursion in discrete time."""
-        return self.system.dt is not None
-
-    @property
     def reads(self) -> Layout:
-        """The inputs of the system that are no wanted signals."""
+        """The inputs of the system, but for wanted signals."""
         return Layout(tuple(entry for entry in self.system.inputs.entries if not entry.name.endswith(WANTED)))
 
     @property
@@ -163,11 +169,6 @@ class LinearLaw(AbstractController):
     def drives(self) -> Layout:
         """The outputs of the system."""
         return self.system.outputs
-
-    @property
-    def memory(self) -> Layout:
-        """The states of the system."""
-        return self.system.states
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         """u0 + C z + D v."""
@@ -208,17 +209,75 @@ class LinearLaw(AbstractController):
         return v if self.v0 is None else v - self.v0
 
 
+@block
+class LinearFilter(AbstractLinear, AbstractObserver):
+    """A linear system as an observer, in continuous time, or in discrete time where it has a period:
+
+        z' = A z + B [y; u]    or    z+ = A z + B [y; u],              estimates = C z + D [y; u].
+
+    Parameters
+    ----------
+    system
+        A `LinearSystem`, or a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names:
+        an input of the name of an output of the plant reads that, and its outputs are estimates.
+    counts_on
+        The inputs of the system that are commands; in a loop, unless told, those that are inputs of the plant.
+
+    Raises
+    ------
+    ValueError
+        If `LinearSystem.of` refuses the system, or an estimate follows a command at once (D): an estimate never sees
+        the command of the same instant.
+    LookupError
+        If a command is no input of the system.
+    """
+
+    system: LinearSystem = socket(LinearSystem.of)
+    counts_on: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for name in self.counts_on:
+            known(name, self.system.inputs.names, "inputs of the system")
+        why = "an estimate never sees the command of the same instant"
+        _refuse_feedthrough("LinearFilter", self.system, self.counts_on, why)
+        object.__setattr__(self, "period", self.system.dt)
+
+    @property
+    def reads(self) -> Layout:
+        """The inputs of the system, but for commands."""
+        return Layout(tuple(e for e in self.system.inputs.entries if e.name not in self.counts_on))
+
+    @property
+    def inputs(self) -> Layout:
+        """The inputs of the system that are commands."""
+        return Layout(tuple(e for e in self.system.inputs.entries if e.name in self.counts_on))
+
+    @property
+    def gives(self) -> Layout:
+        """The outputs of the system."""
+        return self.system.outputs
+
+    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
+        """C z + D [y; 0]."""
+        del t
+        u = {entry.name: ca.SX.zeros(entry.size) for entry in self.inputs.entries}
+        inputs = self.system.inputs.flatten(dict(y) | u)
+        return Signals(self.gives.view(self.system.shown(self.memory.flatten(z), inputs)))
+
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
+        """A z + B [y; u]."""
+        del t, est
+        return self.system.moved(self.memory.flatten(z), self.system.inputs.flatten(dict(y) | dict(u)))
+
+    update = rate
+
+
 def standing_for(block: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """What makes a block of a linear system, and leaves anything else as it is."""
+    """A function that makes a block of a linear system, and leaves anything else as it is."""
     return lambda value: block(value) if LinearSystem.recognises(value) else value
 
 
-def _starting_at(states: Layout, start: Any) -> Layout:
-    parts = {} if start is None else states.unpack(start)
-    return Layout(tuple(replace(entry, default=parts.get(entry.name, entry.default)) for entry in states.entries))
-
-
-def refuse_feedthrough(who: str, system: LinearSystem, names: tuple[str, ...], why: str) -> None:
+def _refuse_feedthrough(who: str, system: LinearSystem, names: tuple[str, ...], why: str) -> None:
     """Refuse a system one of whose outputs follows one of these inputs at once."""
     columns = [place for name in names for place in system.inputs.indices(name)]
     if system.D is None:
@@ -231,3 +290,10 @@ def refuse_feedthrough(who: str, system: LinearSystem, names: tuple[str, ...], w
             f"follows its input '{system.inputs.labels[columns[j]]}' by D = {system.D[i, columns[j]]:g}. Add the lag "
             "of its actuator or its sensor."
         )
+
+
+def beside(plant: AbstractPlant, observer: AbstractObserver) -> AbstractObserver:
+    """The observer, which of a linear system counts on those of its inputs that are inputs of the plant."""
+    if not isinstance(observer, LinearFilter) or observer.counts_on:
+        return observer
+    return replace(observer, counts_on=tuple(n for n in observer.system.inputs.names if n in plant.inputs))

@@ -1,13 +1,23 @@
-"""What an arm is: links with mass, length, centre of mass and inertia, in a vertical plane."""
+"""Arms whose links turn in a vertical plane: their description, and their energies as a book writes them.
+
+Velocities are components along the links' own directions, whose inner products are cosines and sines of relative
+angles, so that the energies come out without squares of sines and cosines that would cancel.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
 
 import casadi as ca
 
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Column, Scalar
-from workbench.robots import kinematics, lagrange
+from workbench.robots import lagrange
 from workbench.validation.refusals import whole
+
+# The direction of the first link at q = 0, as (to the right, upward).
+DIRECTIONS = {"down": (0, -1), "right": (1, 0), "up": (0, 1)}
 
 
 @block
@@ -34,6 +44,9 @@ class Link:
 class PointMass:
     """A massless link of given length with all its mass at the far end (equations (2) to (4) of the paper)."""
 
+    offset = 0.0
+    inertia = 0.0
+
     mass: Scalar = parameter(unit="kg", low=0, strict=True, symbol="m")
     length: Scalar = parameter(unit="m", low=0, strict=True, symbol="l")
 
@@ -41,16 +54,6 @@ class PointMass:
     def com(self) -> Scalar:
         """The centre of mass is the far end."""
         return self.length
-
-    @property
-    def offset(self) -> float:
-        """The mass lies on the line of the link."""
-        return 0.0
-
-    @property
-    def inertia(self) -> float:
-        """A point has no inertia about itself."""
-        return 0.0
 
 
 @block
@@ -107,12 +110,43 @@ class PlanarArm(AbstractArm):
         return tuple(joint for joint in range(self.dof) if joint not in self.passive)
 
     def kinetic_energy(self, q: Column, qd: Column) -> ca.SX:
-        """T(q, qd) in J."""
-        return kinematics.kinetic_energy(self.links, q, qd)
+        """The sum of m v^2 / 2 + I omega^2 / 2, in J."""
+        omegas = [sum((qd[j] for j in range(k + 1)), ca.SX(0)) for k in range(self.dof)]
+        angles = waves(q)
+        bends = [turns(angles[j + 1 :]) for j in range(self.dof)]
+        energy = ca.SX(0)
+        for k, link in enumerate(self.links):
+            square = _speed_squared(self.links[: k + 1], omegas, bends)
+            energy += link.mass * square / 2 + link.inertia * omegas[k] ** 2 / 2
+        return energy
 
     def potential_energy(self, q: Column) -> ca.SX:
-        """U(q) in J, zero with all masses at the height of the base."""
-        return kinematics.potential_energy(self.links, self.gravity, self.zero, q)
+        """The sum of m g times height, in J, zero with all masses at the height of the base."""
+        energy = ca.SX(0)
+        for link, place in zip(self.links, self.centres_of_mass(q), strict=True):
+            energy += link.mass * self.gravity * place[1]
+        return energy
+
+    def directions(self, q: Column) -> list[tuple[ca.SX, ca.SX]]:
+        """The unit vectors along each link and to its left, each (2, 1): to the right and upward."""
+        right, up = DIRECTIONS[self.zero]
+        pairs = []
+        for c, s in turns(waves(q))[1:]:
+            along = ca.vertcat(right * c - up * s, up * c + right * s)
+            pairs.append((along, ca.vertcat(-along[1], along[0])))
+        return pairs
+
+    def joints(self, q: Column) -> list[ca.SX]:
+        """The places of the joints, each (2, 1) in m from the base."""
+        places = [ca.SX(2, 1)]
+        for link, (along, _) in zip(self.links[:-1], self.directions(q), strict=False):
+            places.append(places[-1] + link.length * along)
+        return places
+
+    def centres_of_mass(self, q: Column) -> list[ca.SX]:
+        """The places of the links' centres of mass, each (2, 1) in m from the base."""
+        rows = zip(self.links, self.joints(q), self.directions(q), strict=True)
+        return [place + link.com * along + link.offset * left for link, place, (along, left) in rows]
 
     def mass_matrix(self, q: Column) -> ca.SX:
         """M(q), (n, n), in kg m^2: the Hessian of the kinetic energy in the velocities."""
@@ -126,10 +160,37 @@ class PlanarArm(AbstractArm):
         """G(q), (n, 1), in N m: the gradient of the potential energy."""
         return lagrange.gravity_vector(self.potential_energy, q)
 
-    def tip(self, q: Column) -> ca.SX:
-        """Where the last link ends, (2, 1) in m: to the right of the base, and above it."""
-        return kinematics.positions(self.links, self.zero, q)[-1]
 
-    def tip_jacobian(self, q: Column) -> ca.SX:
-        """d tip / dq, (2, n), in m."""
-        return lagrange.at(q, lambda symbols: ca.jacobian(self.tip(symbols), symbols))
+def waves(q: ca.SX) -> list[tuple[ca.SX, ca.SX]]:
+    """Cosine and sine of each angle."""
+    return [(ca.cos(angle), ca.sin(angle)) for angle in ca.vertsplit(q)]
+
+
+def turns(waves: Sequence[tuple[ca.SX, ca.SX]]) -> list[tuple[ca.SX, ca.SX]]:
+    """Cosine and sine of the sums of the first 0, 1, 2, ... angles, by the addition theorems.
+
+    They keep full accuracy after many turns, where the rounded sum of two large angles does not.
+    """
+    c, s = ca.SX(1), ca.SX(0)
+    sums = [(c, s)]
+    for cos, sin in waves:
+        c, s = c * cos - s * sin, s * cos + c * sin
+        sums.append((c, s))
+    return sums
+
+
+def _speed_squared(links: Sequence[Link | PointMass], omegas: Sequence[ca.SX], bends: Sequence[Sequence[Any]]) -> ca.SX:
+    """The squared speed of the last link's centre of mass, in m^2/s^2.
+
+    Body j turns at omega_j and adds omega_j (a_j left_j - b_j along_j) to the velocity, where
+    (a, b) is (length, 0) for the links before and (com, offset) for the last; bends[j][k] has cosine
+    and sine of the angle from body j to body j + k.
+    """
+    arms = [*((link.length, 0) for link in links[:-1]), (links[-1].com, links[-1].offset)]
+    square = ca.SX(0)
+    for i, (a_i, b_i) in enumerate(arms):
+        square += omegas[i] ** 2 * (a_i**2 + b_i**2)
+        for j in range(i):
+            c, s = bends[j][i - j]
+            square += 2 * omegas[i] * omegas[j] * arms[j][0] * (a_i * c - b_i * s)
+    return square

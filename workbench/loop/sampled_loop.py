@@ -1,21 +1,23 @@
-"""Once round a loop that a computer closes: what it does at an instant, and how the plant moves until the next."""
+"""A loop that a computer closes: what it does at an instant, and how the plant moves until the next."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from copy import copy
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Lifted, Ode, Sampled, Signals, lift
+from workbench.core.port import one_entry
 from workbench.loop.contracts import Parts, euler, is_recursion
-from workbench.loop.matching import refuse_instruments
 from workbench.loop.outside import Outside, refuse_inputs_of_recursion
 from workbench.loop.surroundings import AbstractInstruments
-from workbench.loop.waiting import Queue
 from workbench.loop.wiring import (
+    SOCKETS,
     Blocks,
     above,
     asked,
@@ -25,16 +27,19 @@ from workbench.loop.wiring import (
     horizon,
     measured,
     memory,
-    methods,
     notes,
+    refuse_instruments,
     shown,
     signals,
     split,
     wanted,
 )
-from workbench.validation.refusals import MOST
+from workbench.validation.refusals import MOST, as_number, known, refusal
 
 FINE = 16  # steps of Runge-Kutta a period: stable up to 44 / period, where (34) at 500 N m and 4 ms has 23
+
+NEXT = "hold.next"  # the commands that wait for the next instant; 'hold.next.2' those for the one behind it
+MOST_PERIODS = 1000  # each is a state for every input
 
 
 def digital(
@@ -50,12 +55,10 @@ def digital(
     refuse_inputs_of_recursion(loop, outside)
     if instruments is not None:
         refuse_instruments(loop, instruments)
-    every = {socket: _every(getattr(loop, socket), period) for socket in ("plant", "observer", "controller")}
+    every = {socket: _every(getattr(loop, socket), period) for socket in SOCKETS}
     lifted = lift(loop)
     gauges = Lifted(None, Layout(), ca.SX(0, 1)) if instruments is None else lift(instruments, "instruments.")
     remembers = memory(loop) + _remembered(loop, every, queue)
-    if instruments is not None:
-        remembers += instruments.drifts.prefixed("drift.")
     k, w = ca.SX.sym("k"), ca.SX.sym("w", instruments.noises if instruments is not None else 0)
     x = remembers.symbols()
     computer = Computer(lifted.block, gauges.block, period, every, queue, fine, outside)
@@ -72,11 +75,11 @@ def digital(
     follows = () if outside.cut.size else loop.follows
     flow = replace(flow, notes=notes(loop), horizon=horizon(loop), counts=loop.plant.counts)
     flow = replace(flow, follows=follows, drives=loop.plant.inputs.names)
-    return Sampled(flow, period, k, w, states.flatten(after), methods(loop, every["controller"] * period, fine))
+    return Sampled(flow, period, k, w, states.flatten(after), _methods(loop, every["controller"] * period, fine))
 
 
 def _every(block: Any, period: float) -> int:
-    """How many periods of the computer make one of a block that has its own."""
+    """The count of periods of the computer that make one of a block that has its own."""
     if block.period is None:
         return 1
     count = block.period / period
@@ -90,19 +93,15 @@ def _every(block: Any, period: float) -> int:
 
 
 def _remembered(loop: Blocks, every: Mapping[str, int], queue: Queue) -> Layout:
-    """What a computer holds from one instant to the next beside the memories, as something there reads it."""
+    """The signals that a computer holds from one instant to the next beside the memories, as something reads them."""
     inputs = loop.plant.inputs
     commands = is_recursion(loop.plant) or (every["controller"] > 1 and not all(queue.periods.values()))
-    estimates = Layout(tuple(_renamed(entry, f"{entry.name}_hat") for entry in loop.observer.gives.entries))
+    estimates = Layout(tuple(Entry(f"{e.name}_hat", e.default, e.unit) for e in loop.observer.gives.entries))
     return (
         queue.memory
         + (inputs.prefixed("hold.") if commands else Layout())
         + (estimates.prefixed("hold.") if every["observer"] > 1 else Layout())
     )
-
-
-def _renamed(entry: Entry, name: str) -> Entry:
-    return Entry(name, entry.default, entry.unit)
 
 
 def _units(loop: Blocks) -> dict[str, str]:
@@ -117,18 +116,9 @@ def _units(loop: Blocks) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Computer:
-    """What a computer does at an instant.
+    """A computer at an instant: `every` block runs once in so many periods, `fine` steps move its memory, or its own.
 
-    Attributes
-    ----------
-    every
-        How many periods make one of each block.
-    queue
-        The commands that wait.
-    fine
-        Runge-Kutta steps a period through the memories; 0 for the method that each block declares.
-    outside
-        The signals from outside that meet it.
+    With `fine` = 0 each block moves its memory by the method that it declares.
     """
 
     loop: Blocks
@@ -140,20 +130,18 @@ class Computer:
     outside: Outside
 
     def after(self, k: ca.SX, x: Mapping[str, ca.SX], w: ca.SX) -> dict[str, ca.SX]:
-        """What the states x become at the instant t_k: all that the computer remembers and holds."""
+        """The states x after the instant t_k: all that the computer remembers and holds."""
         loop, z, t = self.loop, split(x), k * self.period
         plant = self._moved_plant(k, t, z["plant"], x)
         ref = self.outside.meets("references", wanted(loop, t))
         y = self.outside.meets("readings", measured(loop, t, plant))
-        drift = Signals()
         if self.instruments is not None:
-            drift = self.instruments.drifted(Signals(below("drift", x)), w, self.period)
-            y = y | {name: y[name] + part for name, part in drift.items()}
             y = y | self.instruments.read(y.only(self.instruments.reads), w)
         seen, est = estimated(loop, t, z["observer"], y)
         est = self._unless("observer", k, est, {n: x.get(f"hold.{n}_hat", part) for n, part in est.items()})
         law = loop.controller.run_every(self.every["controller"] * self.period)
-        twin = Turn(loop.plant, loop.observer, law, loop.reference)
+        twin = copy(loop)  # in which the law runs at its period
+        object.__setattr__(twin, "controller", law)
         u = commanded(twin, t, z["controller"], est, ref)
         if self.instruments is not None:
             u = u | self.instruments.limited(u.only(self.instruments.limits))
@@ -165,14 +153,13 @@ class Computer:
         return {
             **above({"plant": plant, **moved}),
             **waiting,
-            **above({"drift": drift}),
             **above({"hold": held}),
             **above({"hold": {f"{name}_hat": part for name, part in est.items()}}),
             **above({"hold": {name: ca.vec(ca.SX(part)) for name, part in own.items()}}),
         }
 
     def _unless(self, socket: str, k: ca.SX, new: Signals, old: Mapping[str, ca.SX]) -> Signals:
-        """What a block makes anew where this is one of its instants, and what it was elsewhere."""
+        """The new signals of a block where this is one of its instants, and the old ones elsewhere."""
         if self.every[socket] == 1:
             return new
         runs = ca.fmod(k, self.every[socket]) == 0
@@ -190,7 +177,7 @@ class Computer:
 
     def _moved(
         self, loop: Blocks, t: ca.SX, z: Mapping[str, Signals], seen: Signals, est: Signals, u: Signals, ref: Signals
-    ) -> dict[str, Mapping[str, ca.SX]]:
+    ) -> dict[str, Signals]:
         """The memories of observer and law at the end of a period of theirs."""
         observer, law = loop.observer, loop.controller
         told, heard, followed = u.only(observer.inputs), est.only(law.reads), ref.only(law.follows)
@@ -202,35 +189,18 @@ class Computer:
         def adapted(own: Signals) -> Mapping[str, ca.SX]:
             return asked(law, "rate", law.memory, t, own, heard, followed)
 
-        lengths = {socket: self.every[socket] * self.period for socket in ("observer", "controller")}
-        moved: dict[str, Mapping[str, ca.SX]] = {}
-        if self.fine and not is_recursion(observer):
-            moved["observer"] = _refined(observed, z["observer"], lengths["observer"], self.fine)
-        else:
-            moved["observer"] = asked(
-                observer, "advance", observer.memory, t, z["observer"], seen, est, told, lengths["observer"]
-            )
-        if self.fine and not is_recursion(law):
-            moved["controller"] = _refined(adapted, z["controller"], lengths["controller"], self.fine)
-        else:
-            moved["controller"] = asked(
-                law, "advance", law.memory, t, z["controller"], heard, followed, lengths["controller"]
-            )
-        return moved
+        def moved(block: Any, rate: Callable[[Signals], Parts], z: Signals, period: float, *given: Signals) -> Signals:
+            if self.fine and not is_recursion(block):
+                return _refined(rate, z, period, self.fine)
+            return asked(block, "advance", block.memory, t, z, *given, period)
+
+        return {
+            "observer": moved(observer, observed, z["observer"], self.every["observer"] * self.period, seen, est, told),
+            "controller": moved(law, adapted, z["controller"], self.every["controller"] * self.period, heard, followed),
+        }
 
 
-@dataclass(frozen=True)
-class Turn:
-    """The blocks of a loop, of which the law runs at its period."""
-
-    plant: Any
-    observer: Any
-    controller: Any
-    reference: Any
-    follows: tuple[str, ...] = ()
-
-
-def _refined(rate: Callable[[Signals], Parts], z: Signals, period: float, steps: int) -> Mapping[str, ca.SX]:
+def _refined(rate: Callable[[Signals], Parts], z: Signals, period: float, steps: int) -> Signals:
     """A memory after so many classical Runge-Kutta steps of a period together."""
     h = period / steps
     for _ in range(steps):
@@ -259,3 +229,71 @@ def _between(
         return moves, outside.cut, {n: ca.densify(ca.SX(part)) for n, part in (y | u).only(outside.cut).items()}
     outputs, watched = shown(loop, y, ref, est, u, asked(plant, "applied", plant.inputs, t, z, acts), held)
     return moves, outputs, watched
+
+
+def _methods(loop: Blocks, period: float, fine: int) -> tuple[str, ...]:
+    """The method by which each memory is stepped where the law runs once in `period` seconds, or `fine` steps."""
+    by = f"{fine} Runge-Kutta steps a period" if fine else ""
+    # as a computer runs them: a law's method may depend on that
+    blocks: dict[str, Any] = {"observer": loop.observer, "controller": loop.controller.run_every(period)}
+    return tuple(
+        f"memory of the {socket}: {own.method if is_recursion(own) or not fine else by}"
+        for socket, own in blocks.items()
+        if own.memory.size
+    )
+
+
+@dataclass(frozen=True)
+class Queue:
+    """The commands of a computer on their way to the plant, a place for each instant that they still wait.
+
+    The command of each of the plant's inputs waits so many `periods`; 0 for one that acts at once.
+    """
+
+    inputs: Layout
+    periods: Mapping[str, int]
+
+    @staticmethod
+    def of(inputs: Layout, delay: bool | float | Mapping[str, float]) -> Queue:
+        """The queue of `ClosedLoop.digital(delay=...)`: so many periods of all inputs, or of those that are named."""
+        if not isinstance(delay, Mapping):
+            return Queue(inputs, dict.fromkeys(inputs.names, _periods(float(delay))))
+        named = {known(name, inputs.names, "inputs of the plant"): _periods(count) for name, count in delay.items()}
+        return Queue(inputs, dict.fromkeys(inputs.names, 0) | named)
+
+    @cached_property
+    def places(self) -> dict[str, Layout]:
+        """The inputs that have each place, by the name of its state, from the next instant on."""
+        waits = range(1, max(self.periods.values(), default=0) + 1)
+        entries = {i: tuple(e for e in self.inputs.entries if self.periods[e.name] >= i) for i in waits}
+        return {NEXT if i == 1 else f"{NEXT}.{i}": Layout(held) for i, held in entries.items()}
+
+    @property
+    def memory(self) -> Layout:
+        """A state for each place, which starts as the inputs do."""
+        return Layout(tuple(replace(one_entry(held, name), default=held.default) for name, held in self.places.items()))
+
+    def last(self, x: Mapping[str, ca.SX]) -> dict[str, ca.SX]:
+        """The last command to each input that waits."""
+        held: dict[str, ca.SX] = {}
+        for name, inputs in self.places.items():
+            held |= inputs.view(x[name])  # a place further behind holds a later command
+        return held
+
+    def moved(self, x: Mapping[str, ca.SX], u: Signals) -> tuple[Signals, dict[str, ca.SX]]:
+        """The commands that act from this instant on, where u is commanded, and those that wait, by their states."""
+        acts, moved = u, {}
+        for name, inputs in reversed(self.places.items()):
+            moved[name] = ca.vertcat(*(acts[each] for each in inputs.names))
+            acts = acts | inputs.view(x[name])
+        return acts, moved
+
+
+def _periods(count: object) -> int:
+    """A whole number of periods, or a refusal that says what to do."""
+    clean = as_number(count)
+    if clean is None or not (0 <= clean <= MOST_PERIODS and clean == round(clean)):
+        must = f"a whole number of periods from 0 to {MOST_PERIODS}, as a computer commands at its instants"
+        advice = ": take a period that divides the delay, or a `PadeDelay` of `Equipped`"
+        raise refusal("ClosedLoop.digital(delay=...)", must, count, advice)
+    return round(clean)
