@@ -162,8 +162,6 @@ import codecs, sys
 sys.path.insert(0, 'tests')
 from test_urdf import GOOD, STRANGE
 from studies.performance import processes
-from workbench.robots import Limits, urdf
-from studies.performance import processes
 from workbench.robots import urdf
 mesh = '<visual><geometry><mesh filename="file:///etc/passwd"/></geometry></visual>'
 urdf.parse(GOOD)
