@@ -11,7 +11,7 @@ from claims_replay import astray, drift, false_rest, kept_by_drift, mismatch, sh
 
 from workbench.claims.verdicts import Finding
 from workbench.core import Claim
-from workbench.observers.promises import THEOREM_1
+from workbench.observers.luenberger import THEOREM_1
 from workbench.proofs.bounds import guarantee
 from workbench.proofs.rest import RestPoint, growing_modes
 

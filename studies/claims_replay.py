@@ -27,7 +27,7 @@ from paper_laws import ARM, PRINTED_ARM, proposed_as_printed, proposed_repaired
 
 from workbench.claims.counterexample import hypotheses_kept, in_reference_mode
 from workbench.claims.margins import SignalsOf, derivative, violation, watching
-from workbench.controllers.promises import K_STAYS_DEFINITE
+from workbench.controllers.aosmc_rgs import K_STAYS_DEFINITE
 from workbench.core import Dynamics, Entry, Layout, Ode, rk4
 from workbench.core.claim import Declared
 from workbench.core.layout import Array

@@ -25,7 +25,7 @@ from workbench.metrics import (
     total_variation,
     violation,
 )
-from workbench.metrics.units import product, work
+from workbench.metrics.signals import product, work
 from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm

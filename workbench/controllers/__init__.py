@@ -6,8 +6,7 @@ from workbench.controllers.aosmc_rgs import AosmcRgs
 from workbench.controllers.cascade import Cascade
 from workbench.controllers.compensation import WithCompensation
 from workbench.controllers.computed_torque import ComputedTorque
-from workbench.controllers.fuzzy import RuleBase
-from workbench.controllers.fuzzy_asmc import FuzzyAsmc
+from workbench.controllers.fuzzy_asmc import FuzzyAsmc, RuleBase
 from workbench.controllers.pid import PID
 from workbench.controllers.pid2 import PID2
 from workbench.controllers.rbf_asmc import RbfAsmc

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import ClassVar
@@ -9,14 +10,13 @@ from typing import ClassVar
 import casadi as ca
 
 from workbench.controllers.algebraic import residual, stabilising, stepped
-from workbench.controllers.checks import symmetric
-from workbench.controllers.promises import K_STAYS_DEFINITE, P_STAYS_DEFINITE
-from workbench.controllers.switching import SATURATIONS, layered, matrices, saturation, sliding
+from workbench.controllers.switching import SATURATIONS, AbstractSlidingMode, matrices, saturation
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.dimensions import gain
 from workbench.core.dynamics import solve_definite
+from workbench.core.numbers import refuse_unsymmetric
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import EULER, Follows, Parts, Reads, euler
 from workbench.validation.shapes import Number
@@ -52,8 +52,33 @@ INTEGRATORS = {
 DOUBLINGS = 10  # of the algebraic equation for three joints and more
 
 
+def _leading_minors(X: ca.SX) -> ca.SX:
+    """The leading principal minors (n, 1) of the symmetric part: all positive if and only if it is definite.
+
+    X is (n, n), or its columns in one: a matrix that is no state but an output comes so.
+    """
+    n = math.isqrt(X.numel())
+    X = ca.reshape(X, n, n)
+    S = (X + X.T) / 2
+    return ca.vertcat(*(ca.det(S[: k + 1, : k + 1]) for k in range(n)))
+
+
+K_STAYS_DEFINITE = Claim(
+    "K stays positive definite",
+    "The symmetric part of the gain K(t) is positive definite at all times, as (29) asks.",
+    "(29), (33)",
+    margin=lambda y: _leading_minors(y["K"]),
+)
+P_STAYS_DEFINITE = Claim(
+    "P stays positive definite",
+    "P(t) of (34) is positive definite at all times, from such a P(0).",
+    "(34)",
+    margin=lambda y: _leading_minors(y["P"]),
+)
+
+
 @block
-class AosmcRgs(AbstractArmController):
+class AosmcRgs(AbstractSlidingMode):
     """Adaptive observer-based sliding mode control with Riccati gain synthesis, equations (25) to (34):
 
         e1  = q_hat - q_d,   e2 = qd_hat - qd_d,   s = e2 + Lambda e1                    (25), (26)
@@ -103,11 +128,7 @@ class AosmcRgs(AbstractArmController):
     synthesis for robotic manipulators, section 3.3 and 3.4.
     """
 
-    claims: ClassVar[tuple[Claim, ...]] = (
-        K_STAYS_DEFINITE,
-        P_STAYS_DEFINITE,
-    )
-
+    claims: ClassVar[tuple[Claim, ...]] = (K_STAYS_DEFINITE, P_STAYS_DEFINITE)
     estimates: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
 
     model: AbstractArm
@@ -150,8 +171,8 @@ class AosmcRgs(AbstractArmController):
                 f"`AosmcRgs(riccati='{self.riccati}')` {does} (34), which needs both weights Q and R; got "
                 f"Q = {self.Q} and R = {self.R}."
             )
-        symmetric("AosmcRgs(Q=...)", self.Q, "(32) weighs s^T Q s", definite=False)
-        symmetric("AosmcRgs(R=...)", self.R, "(34) divides by it", definite=True)
+        refuse_unsymmetric("AosmcRgs(Q=...)", "semi", self.Q[None])
+        refuse_unsymmetric("AosmcRgs(R=...)", "positive", self.R[None])
 
     def _check_start(self) -> None:
         """P(0) where there is a start, and none where there is none."""
@@ -164,12 +185,7 @@ class AosmcRgs(AbstractArmController):
             return
         if self.P is None:
             raise ValueError(f"`AosmcRgs(riccati='{self.riccati}')` needs P(0), from which P starts; got None.")
-        symmetric("AosmcRgs(P=...)", self.P, "only from such a start does (34) keep P positive", definite=False)
-
-    @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
+        refuse_unsymmetric("AosmcRgs(P=...)", "semi", self.P[None])
 
     @property
     def memory(self) -> Layout:
@@ -179,9 +195,8 @@ class AosmcRgs(AbstractArmController):
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """(27) to (29)."""
-        del t
         M, C, G = matrices(self.model, est)
-        _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
+        _, _, s, qd_r, qdd_r = self.surface(est, ref)
         if self.velocity == "printed":
             qd_r, qdd_r = ref.qd, ref.qdd
         tau_eq = M @ qdd_r + C @ qd_r + G + est.d if self.feedforward == "model" else est.d
@@ -190,8 +205,7 @@ class AosmcRgs(AbstractArmController):
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """(33) and (34)."""
-        del t
-        s = sliding(est, ref, self.Lambda).s
+        s = self.surface(est, ref).s
         algebraic = self.riccati == "algebraic"
         growth = self._growth(self._algebraic(z, est)[0] if algebraic else z["P"], s)
         match self.gain_sign:
@@ -218,7 +232,7 @@ class AosmcRgs(AbstractArmController):
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s, and P with its residual where it is solved for."""
-        s = {"s": sliding(est, ref, self.Lambda).s}
+        s = {"s": self.surface(est, ref).s}
         if self.riccati != "algebraic":
             return s
         P, left = self._algebraic(z, est)
@@ -232,8 +246,7 @@ class AosmcRgs(AbstractArmController):
         adaptation = {"adaptation of K": replace(still, gain_sign="zero")} if self.gain_sign != "zero" else {}
         riccati = {"Riccati equation": still} if still is not self else {}
         model = {"model in the torque": replace(self, feedforward="none")} if self.feedforward == "model" else {}
-        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
-        return adaptation | riccati | model | layer
+        return adaptation | riccati | model | self.without_layer()
 
     def _growth(self, P: ca.SX, s: ca.SX) -> ca.SX:
         """P s sign(s) of (33), (n, n), in the chosen reading."""

@@ -163,12 +163,10 @@ class PID2(AbstractController):
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         """The command within its limits."""
-        del t
         return Signals({self.drives.names[0]: self._limited(self._asked(z, est, ref))})
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The derivatives of integral and filter."""
-        del t
         return {"integral": self._growth(z, est, ref), "filter": self.N * (self._weighted(est, ref) - z["filter"])}
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
@@ -177,7 +175,6 @@ class PID2(AbstractController):
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
         """The forward difference of the integral, and the backward one of the filter."""
-        del t
         share = self.N * period / (1 + self.N * period)
         return {
             "integral": z["integral"] + period * self._growth(z, est, ref),

@@ -4,22 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import ClassVar
 
 import casadi as ca
 
-from workbench.controllers.promises import SURFACE_PULLS_THE_ERROR
-from workbench.controllers.switching import SATURATIONS, layered, saturation, sliding
+from workbench.controllers.switching import SATURATIONS, AbstractSlidingMode, saturation
 from workbench.core import AbstractArm, block, initial, option, parameter
 from workbench.core.block import Scalar, Vector
-from workbench.core.claim import Claim
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
 
 
 @block
-class Rise(AbstractArmController):
+class Rise(AbstractSlidingMode):
     """The robust integral of the sign of the error, which needs no model:
 
         s   = ed + Lambda e,                                        e = q - q_ref
@@ -60,8 +57,6 @@ class Rise(AbstractArmController):
     uncertainties, IEEE Transactions on Control Systems Technology 16(2) (Euler-Lagrange systems, with feedforward).
     """
 
-    claims: ClassVar[tuple[Claim, ...]] = (SURFACE_PULLS_THE_ERROR,)
-
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
     alpha: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="alpha")
     ks: Vector = parameter(unit="{force} s/{position}", low=0, shape=("n",), symbol="k_s")
@@ -85,24 +80,16 @@ class Rise(AbstractArmController):
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """Feedback and integral, and the torque of the reference if there is a model."""
-        del t
-        tau: ca.SX = -(self.ks + 1) * sliding(est, ref, self.Lambda).s - z["w"]
+        tau: ca.SX = -(self.ks + 1) * self.surface(est, ref).s - z["w"]
         return tau if self.model is None else tau + self.model.torque(ref.q, ref.qd, ref.qdd)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The rate of w."""
-        del t, z
-        s = sliding(est, ref, self.Lambda).s
+        s = self.surface(est, ref).s
         return {"w": (self.ks + 1) * self.alpha * s + self.beta * saturation(s, self.phi, self.saturation)}
-
-    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The sliding variable s."""
-        del z
-        return {"s": sliding(est, ref, self.Lambda).s}
 
     def without(self) -> Mapping[str, AbstractArmController]:
         """Less the sign below the integral, less its layer, and less the torque of the reference."""
         sign = {"integral of the sign": replace(self, beta=0 * self.beta)} if self.beta.any() else {}
-        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
         model = {"feedforward": replace(self, model=None)} if self.model is not None else {}
-        return sign | layer | model
+        return sign | self.without_layer() | model

@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.controllers.checks import halves
+from workbench.controllers.state_feedback import halves
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Matrix, Scalar
 from workbench.loop.arm import AbstractArmController
@@ -86,14 +86,8 @@ class ScheduledFeedback(AbstractArmController):
             raise refusal("ScheduledFeedback.of(coefficients=...)", must, numbers("", coefficients))
         return ScheduledFeedback(model, horizon, Kp.reshape(len(Kp), -1), Kd.reshape(len(Kd), -1), series)
 
-    @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
-
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
-        del z
         e, ed = est.q - ref.q, est.qd - ref.qd
         Kp, Kd = self.gains(t)
         tau: ca.SX = self.model.torque(ref.q, ref.qd, ref.qdd) - Kp @ e - Kd @ ed

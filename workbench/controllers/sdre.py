@@ -7,11 +7,11 @@ from typing import NamedTuple
 import casadi as ca
 
 from workbench.controllers.algebraic import doubled, norm, residual
-from workbench.controllers.checks import symmetric
 from workbench.controllers.switching import matrices
 from workbench.core import AbstractArm, block, parameter
 from workbench.core.block import Matrix
 from workbench.core.dynamics import solve_definite
+from workbench.core.numbers import refuse_unsymmetric
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
@@ -69,18 +69,12 @@ class Sdre(AbstractArmController):
     R: Matrix = parameter(unit="1/({force})^2", symmetric=True, definite="positive", shape=("n", "n"), symbol="R")
 
     def __post_init__(self) -> None:
-        symmetric("Sdre(Qp=...)", self.Qp, "a position without weight is not driven home", definite=True)
-        symmetric("Sdre(Qd=...)", self.Qd, "the cost weighs ed' Qd ed", definite=False)
-        symmetric("Sdre(R=...)", self.R, "the Riccati equation divides by it", definite=True)
-
-    @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
+        refuse_unsymmetric("Sdre(Qp=...)", "positive", self.Qp[None])
+        refuse_unsymmetric("Sdre(Qd=...)", "semi", self.Qd[None])
+        refuse_unsymmetric("Sdre(R=...)", "positive", self.R[None])
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
-        del t, z
         M, C, G = matrices(self.model, est)
         x = ca.vertcat(est.q - ref.q, est.qd - ref.qd)
         P = self._solution(self._problem(M, C))
@@ -89,7 +83,6 @@ class Sdre(AbstractArmController):
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """What P leaves of its equation, relative to the equation's terms."""
-        del z, ref
         M, C, _ = matrices(self.model, est)
         problem = self._problem(M, C)
         return {"residual": residual(problem.A, problem.G, problem.Q, self._solution(problem))}

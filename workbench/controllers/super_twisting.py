@@ -9,9 +9,7 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from workbench.controllers.promises import SWITCHED_RATE_IS_BOUNDED
-from workbench.controllers.relay import clip
-from workbench.controllers.switching import SWITCHINGS, layered, matrices, sampling_period, saturation, sliding
+from workbench.controllers.switching import SWITCHINGS, AbstractSlidingMode, clip, matrices, saturation
 from workbench.core import AbstractArm, Entry, Layout, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim
@@ -21,10 +19,16 @@ from workbench.loop.contracts import EULER, Follows, Parts, Reads
 from workbench.validation.shapes import Number
 
 TINY = np.finfo(float).tiny
+SWITCHED_RATE_IS_BOUNDED = Claim(
+    "the integral part has a bounded rate",
+    "|w_i'| <= 1.01 k2_i at all times, k2_i with a slack of 1 %, so that the torque is continuous.",
+    "Levant (1993)",
+    margin=lambda y: 1.01 * y["k2"] - ca.fabs(y["w'"]),
+)
 
 
 @block
-class SuperTwisting(AbstractArmController):
+class SuperTwisting(AbstractSlidingMode):
     """The super-twisting algorithm on each joint of a sliding surface:
 
         s   = ed + Lambda e,                     e = q - q_ref
@@ -78,20 +82,14 @@ class SuperTwisting(AbstractArmController):
     saturation: str = option(SWITCHINGS, default="clip")
 
     @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
-
-    @property
     def memory(self) -> Layout:
         """The integral part of u."""
         return Layout((Entry("w", np.zeros(self.dof), per_second(self.position, 2), symbol="w"),))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
-        del t
         M, C, G = matrices(self.model, est)
-        _, _, s, _, qdd_r = sliding(est, ref, self.Lambda)
+        _, _, s, _, qdd_r = self.surface(est, ref)
         root, sigma, w = self._switched(s, z["w"])
         u = -self.k1 * root * sigma + w
         tau: ca.SX = M @ (qdd_r + u) + C @ est.qd + G
@@ -99,14 +97,8 @@ class SuperTwisting(AbstractArmController):
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The integral part by -k2 sat(s / phi)."""
-        del t
-        _, sigma, _ = self._switched(sliding(est, ref, self.Lambda).s, z["w"])
+        _, sigma, _ = self._switched(self.surface(est, ref).s, z["w"])
         return {"w": -self.k2 * sigma}
-
-    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The sliding variable s."""
-        del z
-        return {"s": sliding(est, ref, self.Lambda).s}
 
     @property
     def method(self) -> str:
@@ -115,15 +107,14 @@ class SuperTwisting(AbstractArmController):
 
     def without(self) -> Mapping[str, AbstractArmController]:
         """Less either line of u, and less its layer."""
-        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
         lines = {"integral part": replace(self, k2=0 * self.k2), "root part": replace(self, k1=0 * self.k1)}
-        return lines | layer
+        return lines | self.without_layer()
 
     def _switched(self, s: ca.SX, w: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
         """|s|^(1/2), sat(s / phi) and the integral part that go into u; "implicit" those at the end of the period."""
         if self.saturation != "implicit":
             return _root(s), saturation(s, self.phi, self.saturation), w
-        h = sampling_period(self)
+        h = self.sampling_period()
         free, least = s + h * w, ca.SX(h**2 * self.k2)  # where s would go by itself, and what sign(s) brings to rest
         sigma = clip(free / ca.fmax(least, TINY), ca.SX(1))
         a, left = h * self.k1, ca.fmax(ca.fabs(free) - least, 0)

@@ -9,11 +9,17 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from workbench.controllers.promises import TERMINAL_SURFACE_MOVES_THE_ERROR
-from workbench.controllers.switching import SATURATIONS, layered, matrices, saturation
+from workbench.controllers.switching import (
+    EXACT_ESTIMATES,
+    ROUNDING,
+    SATURATIONS,
+    AbstractSlidingMode,
+    matrices,
+    saturation,
+)
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Scalar, Vector
-from workbench.core.claim import Claim
+from workbench.core.claim import Claim, Signals
 from workbench.loop.arm import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
@@ -21,8 +27,23 @@ from workbench.validation.shapes import Number
 TINY = np.finfo(float).tiny
 
 
+def _moved_by_the_terminal_surface(y: Signals) -> ca.SX:
+    power = ca.sign(y["e'"]) * ca.fabs(y["e'"]) ** y["gamma"]
+    return ROUNDING - ca.fabs(power - y["beta"] * (y["surface"] - y["e"]))
+
+
+TERMINAL_SURFACE_MOVES_THE_ERROR = Claim(
+    "the terminal surface moves the error",
+    "|e_i'|^gamma sign(e_i') = beta_i (s_i - e_i), to 1e-7 in units of beta_i e_i: while |s_i| <= phi, |e_i| falls to "
+    "phi in finite time.",
+    "Feng, Yu and Man (2002)",
+    (EXACT_ESTIMATES,),
+    _moved_by_the_terminal_surface,
+)
+
+
 @block
-class NonsingularTerminalSlidingMode(AbstractArmController):
+class NonsingularTerminalSlidingMode(AbstractSlidingMode):
     """Computed torque on a terminal sliding surface, joint by joint, with a reaching law:
 
         s   = e + sig(ed)^gamma / beta,                  e = q - q_ref,   1 < gamma < 2
@@ -82,14 +103,8 @@ class NonsingularTerminalSlidingMode(AbstractArmController):
                 "finite time; got 1. The part of the reaching law in proportion to s is k1."
             )
 
-    @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
-
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
-        del t, z
         M, C, G = matrices(self.model, est)
         ed, s = est.qd - ref.qd, self._surface(est, ref)
         u = self.k1 * s + self.k2 * _power(s, self.rho) * saturation(s, self.phi, self.saturation)
@@ -99,15 +114,13 @@ class NonsingularTerminalSlidingMode(AbstractArmController):
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s, which is in rad and so goes by another name than that of a linear surface."""
-        del z
         return {"surface": self._surface(est, ref)}
 
     def without(self) -> Mapping[str, AbstractArmController]:
         """Less either part of the reaching law, and less its layer."""
         linear = {"linear reaching": replace(self, k1=0 * self.k1)} if self.k1.any() else {}
         switched = {"switched reaching": replace(self, k2=0 * self.k2)} if self.k2.any() else {}
-        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
-        return linear | switched | layer
+        return linear | switched | self.without_layer()
 
     def _surface(self, est: Reads, ref: Follows) -> ca.SX:
         e, ed = est.q - ref.q, est.qd - ref.qd

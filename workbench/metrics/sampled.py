@@ -9,15 +9,14 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
-from workbench.metrics.contract import AbstractMetric, Parts, bound
-from workbench.metrics.signals import Signal, column, names_of, watched
-from workbench.metrics.units import product
+from workbench.metrics.contract import AbstractSignalMetric, Parts
+from workbench.metrics.signals import Signal, column, product
 from workbench.validation.doors import door
 from workbench.validation.words import Array, finite, seconds
 
 
 def on_grid(k: ca.SX, h: ca.SX, sample: float) -> ca.SX:
-    """Whether t_k = k h is a multiple of a sample time that is one of h, all in s."""
+    """True if t_k = k h is a multiple of a sample time that is one of h, all in s."""
     return ca.fmod(k, ca.floor(sample / h + 0.5)) == 0
 
 
@@ -29,7 +28,7 @@ def _absolute(e: ca.SX) -> ca.SX:
 
 @dataclass(frozen=True)
 @door
-class Peak(AbstractMetric):
+class Peak(AbstractSignalMetric):
     """The largest absolute value of a signal over all steps, from `after` seconds on.
 
     Attributes
@@ -45,35 +44,13 @@ class Peak(AbstractMetric):
     def __post_init__(self) -> None:
         finite("Peak(after=...)", self.after, " of seconds", low=0)
 
-    @property
-    def watches(self) -> tuple[str, ...]:
-        """Its signal."""
-        return names_of(self.signal)
-
-    @door
-    def of(self, ode: Ode) -> AbstractMetric:
-        """With the signal as this equation has it."""
-        seen = watched(self.name, self.signal, ode)
-        return bound(self, seen, ode, signal=seen)
-
-    @property
-    def grid(self) -> float | None:
-        """None: it looks at every step."""
-        return None
-
     def check(self, ode: Ode, horizon: float) -> None:
         """Some time must be left for it."""
-        del ode
         if self.after > horizon * (1 + 1e-6):
             raise ValueError(
                 f"The metric '{self.name}' needs a horizon beyond the {self.after:g} s after which it begins; "
                 f"got {horizon:g} s."
             )
-
-    def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
-        """None."""
-        del t, y
-        return None
 
     def memory(self, size: int) -> Layout:
         """The largest so far."""
@@ -87,13 +64,12 @@ class Peak(AbstractMetric):
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
         """The largest."""
-        del integral, horizon
         return z["peak"]
 
 
 @dataclass(frozen=True)
 @door
-class TotalVariation(AbstractMetric):
+class TotalVariation(AbstractSignalMetric):
     """The sum of |u(t_j) - u(t_(j-1))| over a grid of `sample` seconds, per second: a measure of chattering.
 
     It depends on the grid, which is why the grid is part of the metric and not of the step.
@@ -105,16 +81,9 @@ class TotalVariation(AbstractMetric):
     def __post_init__(self) -> None:
         seconds("TotalVariation(sample=...)", self.sample)
 
-    @property
-    def watches(self) -> tuple[str, ...]:
-        """Its signal."""
-        return names_of(self.signal)
-
-    @door
-    def of(self, ode: Ode) -> AbstractMetric:
-        """With the signal as this equation has it."""
-        seen = watched(self.name, self.signal, ode)
-        return bound(self, seen, ode, lambda unit: product((unit, 1), ("s", -1)), signal=seen)
+    def measured_in(self, unit: str) -> str:
+        """That of the signal, per second."""
+        return product((unit, 1), ("s", -1))
 
     @property
     def grid(self) -> float | None:
@@ -123,17 +92,11 @@ class TotalVariation(AbstractMetric):
 
     def check(self, ode: Ode, horizon: float) -> None:
         """At least one sample time must pass."""
-        del ode
         if self.sample > horizon * (1 + 1e-6):
             raise ValueError(
                 f"The metric '{self.name}' needs a horizon of one sample time at least, which is {self.sample:g} s; "
                 f"got {horizon:g} s."
             )
-
-    def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
-        """None."""
-        del t, y
-        return None
 
     def memory(self, size: int) -> Layout:
         """The sum so far and the last sample."""
@@ -150,13 +113,12 @@ class TotalVariation(AbstractMetric):
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
         """The sum per second of the time that was sampled: whole sample times only."""
-        del integral
         return z["sum"] / (self.sample * int(horizon / self.sample + 1e-6))
 
 
 @dataclass(frozen=True)
 @door
-class SampledRms(AbstractMetric):
+class SampledRms(AbstractSignalMetric):
     """sqrt(1/N sum of u(t_k)^2) over the N samples t = 0, sample, 2 sample, ... up to the horizon.
 
     A sum over samples is not the integral: an error that starts at u(0) and falls adds about u(0)^2 / 2
@@ -170,29 +132,9 @@ class SampledRms(AbstractMetric):
         seconds("SampledRms(sample=...)", self.sample)
 
     @property
-    def watches(self) -> tuple[str, ...]:
-        """Its signal."""
-        return names_of(self.signal)
-
-    @door
-    def of(self, ode: Ode) -> AbstractMetric:
-        """With the signal as this equation has it."""
-        seen = watched(self.name, self.signal, ode)
-        return bound(self, seen, ode, signal=seen)
-
-    @property
     def grid(self) -> float | None:
         """Its sample time."""
         return self.sample
-
-    def check(self, ode: Ode, horizon: float) -> None:
-        """The first sample is at t = 0: one there always is."""
-        del ode, horizon
-
-    def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
-        """None."""
-        del t, y
-        return None
 
     def memory(self, size: int) -> Layout:
         """The sum of squares and the number of samples so far."""
@@ -208,5 +150,4 @@ class SampledRms(AbstractMetric):
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
         """The root of the mean."""
-        del integral, horizon
         return np.asarray(np.sqrt(z["sum"] / z["count"]))

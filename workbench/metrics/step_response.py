@@ -9,8 +9,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
-from workbench.metrics.contract import AbstractMetric, Parts, bound
-from workbench.metrics.signals import Choice, Signal, Watched, levels, names_of, watched
+from workbench.metrics.contract import AbstractSignalMetric, Parts
+from workbench.metrics.signals import Choice, Signal, Watched, levels
 from workbench.validation.doors import door
 from workbench.validation.views import show
 from workbench.validation.words import Array, positive
@@ -36,50 +36,28 @@ def refuse_moving_reference(name: str, signal: Signal, ode: Ode) -> None:
 
 
 def jump(k: ca.SX, z: Parts, actual: ca.SX, wanted: ca.SX) -> tuple[ca.SX, ca.SX]:
-    """Whether the reference has just jumped, and the level from which it did."""
+    """True if the reference has just jumped, and the level from which it did."""
     first = k == 0
     jumped = ca.logic_or(first, height(z["level"], wanted) != 0)
     return jumped, ca.if_else(first, actual, ca.if_else(jumped, z["level"], z["origin"]))
 
 
 def height(origin: ca.SX, level: ca.SX) -> ca.SX:
-    """How far it is from one level to another, with a sign; zero where only rounding is between them."""
+    """The way from one level to another, with a sign; zero where only rounding is between them."""
     change = level - origin
     return ca.if_else(ca.fabs(change) <= ROUNDING * ca.fmax(1, ca.fabs(level)), 0, change)
 
 
 @dataclass(frozen=True)
 @show
-class Overshoot(AbstractMetric):
+class Overshoot(AbstractSignalMetric):
     """The largest excursion beyond the new level after a jump, as a share of the jump."""
 
     signal: Signal = LEVELS
 
-    @property
-    def watches(self) -> tuple[str, ...]:
-        """The signal and what is wanted of it."""
-        return names_of(self.signal)
-
-    @door
-    def of(self, ode: Ode) -> AbstractMetric:
-        """With the signal as this equation has it."""
-        seen = watched(self.name, self.signal, ode)
-        return bound(self, seen, ode, signal=seen)
-
-    @property
-    def grid(self) -> float | None:
-        """None: it looks at every step."""
-        return None
-
     def check(self, ode: Ode, horizon: float) -> None:
         """The reference must be piecewise constant."""
-        del horizon
         refuse_moving_reference(self.name, self.signal, ode)
-
-    def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
-        """None."""
-        del t, y
-        return None
 
     def memory(self, size: int) -> Layout:
         """The levels of the last jump and the largest excursion so far."""
@@ -87,7 +65,6 @@ class Overshoot(AbstractMetric):
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """The larger of what was and what is."""
-        del h
         actual, level = levels(self.signal, y)
         _, origin = jump(k, z, actual, level)
         size = height(origin, level)
@@ -96,13 +73,12 @@ class Overshoot(AbstractMetric):
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
         """In percent."""
-        del integral, horizon
         return 100 * z["excess"]
 
 
 @dataclass(frozen=True)
 @door
-class SettlingTime(AbstractMetric):
+class SettlingTime(AbstractSignalMetric):
     """The longest time after a jump until the error stays within `band` times the jump; infinite if it never does."""
 
     band: float
@@ -111,31 +87,9 @@ class SettlingTime(AbstractMetric):
     def __post_init__(self) -> None:
         positive("SettlingTime(band=...)", self.band)
 
-    @property
-    def watches(self) -> tuple[str, ...]:
-        """The signal and what is wanted of it."""
-        return names_of(self.signal)
-
-    @door
-    def of(self, ode: Ode) -> AbstractMetric:
-        """With the signal as this equation has it."""
-        seen = watched(self.name, self.signal, ode)
-        return bound(self, seen, ode, signal=seen)
-
-    @property
-    def grid(self) -> float | None:
-        """None: it looks at every step."""
-        return None
-
     def check(self, ode: Ode, horizon: float) -> None:
         """The reference must be piecewise constant."""
-        del horizon
         refuse_moving_reference(self.name, self.signal, ode)
-
-    def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
-        """None."""
-        del t, y
-        return None
 
     def memory(self, size: int) -> Layout:
         """The levels and time of the last jump, when the error was last outside or looked at, the longest so far."""
@@ -163,7 +117,6 @@ class SettlingTime(AbstractMetric):
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
         """The longest over all jumps, the last one included."""
-        del integral
         end = horizon * (1 - 1e-12)
         # outside at the last look, which is at the horizon: the last jump was not settled
         last = np.where(z["outside"] >= end, np.inf, z["outside"] - z["since"])

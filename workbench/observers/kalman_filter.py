@@ -13,13 +13,12 @@ from workbench.core.block import Matrix
 from workbench.core.layout import Bounds
 from workbench.core.port import ANY
 from workbench.loop.contracts import Inputs, Parts, Reads
-from workbench.observers.model import AbstractModelObserver, refuse_unfit, stacked, with_hats
+from workbench.observers.model import MOST_SUBSTEPS, AbstractModelObserver, refuse_unfit, stacked, with_hats
 from workbench.validation.doors import door
 from workbench.validation.shapes import Number
 from workbench.validation.words import known, seconds, whole
 
 COVARIANCE, PIVOT = "P", "pivot"  # beside the estimated states in the memory
-MOST_SUBSTEPS = 1000  # each is written out
 
 
 class AbstractKalmanFilter(AbstractModelObserver):
@@ -59,7 +58,6 @@ class AbstractKalmanFilter(AbstractModelObserver):
     @door
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The states and P before the readings of the next instant."""
-        del est
         x, P, pivot = self._read(t, z, y)
         step = self.period / self.substeps
         for i in range(self.substeps):

@@ -13,8 +13,14 @@ from workbench.core.claim import Claim
 from workbench.loop.arm import AbstractArmObserver
 from workbench.loop.contracts import EULER, Inputs, Parts, Reads, euler
 from workbench.observers.full_state import FullState
-from workbench.observers.promises import THEOREM_1
 from workbench.validation.shapes import Number
+
+THEOREM_1 = Claim(
+    "Theorem 1",
+    "Whatever positive definite L1, L2, zero is a globally exponentially stable error of the observer (10).",
+    "Theorem 1, (23)",
+    (Claim("gains of Theorem 1", "L1 and L2 are symmetric and positive definite, and nothing more.", "Theorem 1"),),
+)
 
 
 @block
@@ -78,19 +84,12 @@ class Luenberger(AbstractArmObserver):
         default="euler",
     )
 
-    @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
-
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         """The memory, and no disturbance."""
-        del t, y
         return Signals(q=z["q_hat"], qd=z["qd_hat"], d=ca.SX.zeros(self.dof))
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """(10), with what is known of the disturbance in `est`."""
-        del t
         q_hat, qd_hat = z["q_hat"], z["qd_hat"]
         tau = self.model.driven(u.tau)
         torque = tau - est.d if self.disturbance == "compensated" else tau
