@@ -13,7 +13,7 @@ import numpy as np
 from workbench.bench.workload import HORIZON, PARAMETERS, VARIED, H
 from workbench.bench.workload import loop as equations
 from workbench.metrics import rmse
-from workbench.metrics.sampled import TotalVariation
+from workbench.metrics.step_metrics import TotalVariation
 from workbench.study.document.document import Column, Section, Table
 from workbench.study.run import Run
 from workbench.study.study import Results, Study

@@ -34,7 +34,7 @@ from workbench.core.layout import Array
 from workbench.design.riccati import care
 from workbench.metrics import Measurement, late_error, measure
 from workbench.metrics.integral import Integral
-from workbench.metrics.sampled import Peak
+from workbench.metrics.step_metrics import Peak
 from workbench.proofs.rest import RestPoint, growing_modes, rest_point
 from workbench.reference import reference
 from workbench.simulate import simulate

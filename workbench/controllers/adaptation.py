@@ -8,7 +8,7 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from workbench.controllers.switching import SURFACE_PULLS_THE_ERROR, AbstractSlidingMode
+from workbench.controllers.sliding_surface import SURFACE_PULLS_THE_ERROR, AbstractSlidingMode
 from workbench.core import AbstractArm, Entry, Layout, block, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim

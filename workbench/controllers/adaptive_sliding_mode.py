@@ -8,7 +8,7 @@ import casadi as ca
 
 from workbench.controllers.adaptation import AbstractAdaptation, AbstractAdaptiveSlidingMode, Plain
 from workbench.controllers.sliding_mode import SlidingMode
-from workbench.controllers.switching import SWITCHINGS, matrices
+from workbench.controllers.sliding_surface import SWITCHINGS, matrices
 from workbench.core import AbstractArm, block, initial, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.loop.arm import AbstractArmController

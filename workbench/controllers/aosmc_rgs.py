@@ -10,7 +10,7 @@ from typing import ClassVar
 import casadi as ca
 
 from workbench.controllers.algebraic import residual, stabilising, stepped
-from workbench.controllers.switching import SATURATIONS, AbstractSlidingMode, matrices, saturation
+from workbench.controllers.sliding_surface import SATURATIONS, AbstractSlidingMode, matrices, saturation
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.claim import Claim
@@ -90,13 +90,9 @@ class AosmcRgs(AbstractSlidingMode):
         P' = A^T P + P A - P B R^-1 B^T P + Q                                                 (34)
 
     with M, C, G of `model` at the estimates q_hat, qd_hat. Each slip of the print is a named option,
-    whose first choice is the print. (33) has no consistent shape: `gain_shape` names its readings.
-    The sign of (33) multiplies P s, so K' jumps with sign(s) in "outer" and "elementwise"; in
-    "diagonal" and "norm" it is continuous, with a corner. A symmetric K stays so in "elementwise"
-    and "norm" only. P stays symmetric and positive definite from such a P(0).
-
-    With riccati "algebraic" P is no state: it is solved for at each instant, in closed form for two joints,
-    and the signals "P" and "residual" show it and what it leaves of its equation relative to the terms.
+    whose first choice is the print. A symmetric K stays so in the shapes "elementwise" and "norm" of (33) only. P stays
+    symmetric and positive definite from such a P(0). With riccati "algebraic" P is no state: it is solved for at each
+    instant, and the signals "P" and "residual" show it and what it leaves of its equation relative to the terms.
 
     A computer steps K and P by `integrator`. Explicit Euler multiplies P by 1 - 2 h |a| for a mode a of A, and so
     loses it where a period h is longer than 1 / |a|; the Cayley step of (34) loses it at none.
@@ -110,17 +106,15 @@ class AosmcRgs(AbstractSlidingMode):
     Lambda
         (n,), the diagonal of Lambda.
     K, P
-        (n, n), K(0) and P(0). Riccati "algebraic" has no use for P(0) and takes none.
+        (n, n), K(0) and P(0); riccati "algebraic" takes no P.
     Q, R
-        (n, n), the weights of (32), in the units that (34) gives them. Riccati "forward" and "algebraic"
-        need both; "frozen" has no use for them and takes neither.
+        (n, n), the weights of (32), in the units that (34) gives them; riccati "frozen" takes neither.
 
     Raises
     ------
     ValueError
-        If a number is out of its bounds or has the wrong shape; if Q or P(0) is not symmetric and
-        positive semidefinite, or R not symmetric and positive definite; if P, Q, R or the integrator do not suit
-        `riccati`.
+        If a number is out of its bounds or has the wrong shape; Q or P(0) is not symmetric and positive semidefinite,
+        or R not symmetric and positive definite; or P, Q, R or the integrator do not suit `riccati`.
 
     References
     ----------
@@ -153,39 +147,22 @@ class AosmcRgs(AbstractSlidingMode):
     integrator: str = option(INTEGRATORS, default="euler")
 
     def __post_init__(self) -> None:
-        self._check_start()
+        takes = {"forward": ("P", "Q", "R"), "frozen": ("P",), "algebraic": ("Q", "R")}[self.riccati]
+        came = tuple(name for name in ("P", "Q", "R") if getattr(self, name) is not None)
+        if came != takes:
+            raise ValueError(
+                f"`AosmcRgs(riccati='{self.riccati}')` must have {' and '.join(takes)} and no other of P, Q and R, as "
+                f"{RICCATIS[self.riccati]}; got {' and '.join(came) or 'none'}."
+            )
         if self.integrator == "cayley" and self.riccati != "forward":
             raise ValueError(
                 f"`AosmcRgs(integrator='cayley')` is a step of (34), which riccati='{self.riccati}' does not "
                 "take: leave it out."
             )
-        if self.riccati == "frozen":
-            if self.Q is not None or self.R is not None:
-                raise ValueError(
-                    "`AosmcRgs(riccati='frozen')` sets P' = 0, where Q and R have no effect: leave both out."
-                )
-            return
-        if self.Q is None or self.R is None:
-            does = "integrates" if self.riccati == "forward" else "solves"
-            raise ValueError(
-                f"`AosmcRgs(riccati='{self.riccati}')` {does} (34), which needs both weights Q and R; got "
-                f"Q = {self.Q} and R = {self.R}."
+        for name in takes:
+            refuse_unsymmetric(
+                f"AosmcRgs({name}=...)", "positive" if name == "R" else "semi", getattr(self, name)[None]
             )
-        refuse_unsymmetric("AosmcRgs(Q=...)", "semi", self.Q[None])
-        refuse_unsymmetric("AosmcRgs(R=...)", "positive", self.R[None])
-
-    def _check_start(self) -> None:
-        """P(0) where there is a start, and none where there is none."""
-        if self.riccati == "algebraic":
-            if self.P is not None:
-                raise ValueError(
-                    "`AosmcRgs(riccati='algebraic')` solves for P at every instant, where P(0) has no effect: "
-                    "leave it out."
-                )
-            return
-        if self.P is None:
-            raise ValueError(f"`AosmcRgs(riccati='{self.riccati}')` needs P(0), from which P starts; got None.")
-        refuse_unsymmetric("AosmcRgs(P=...)", "semi", self.P[None])
 
     @property
     def memory(self) -> Layout:
@@ -208,14 +185,8 @@ class AosmcRgs(AbstractSlidingMode):
         s = self.surface(est, ref).s
         algebraic = self.riccati == "algebraic"
         growth = self._growth(self._algebraic(z, est)[0] if algebraic else z["P"], s)
-        match self.gain_sign:
-            case "raised":
-                K_rate = {"K": growth}
-            case "zero":
-                K_rate = {"K": ca.SX.zeros(growth.shape)}
-            case _:
-                K_rate = {"K": -growth}
-        return K_rate if algebraic else K_rate | {"P": self._riccati(z, est)}
+        K_rate = {"raised": growth, "zero": ca.SX.zeros(growth.shape), "printed": -growth}[self.gain_sign]
+        return {"K": K_rate} if algebraic else {"K": K_rate, "P": self._riccati(z, est)}
 
     @property
     def method(self) -> str:

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.controllers.switching import EXACT_ESTIMATES, ROUNDING, matrices
+from workbench.controllers.sliding_surface import EXACT_ESTIMATES, ROUNDING, matrices
 from workbench.core import AbstractArm, block, parameter
 from workbench.core.block import Vector
 from workbench.core.claim import Claim

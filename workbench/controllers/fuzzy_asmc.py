@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.controllers.adaptation import AbstractAdaptation, AbstractAdaptiveSlidingMode, Plain
 from workbench.controllers.adaptive_sliding_mode import AdaptiveSlidingMode
-from workbench.controllers.switching import SWITCHINGS, matrices
+from workbench.controllers.sliding_surface import SWITCHINGS, matrices
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.dimensions import per_second

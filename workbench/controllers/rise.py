@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import casadi as ca
 
-from workbench.controllers.switching import SATURATIONS, AbstractSlidingMode, saturation
+from workbench.controllers.sliding_surface import SATURATIONS, AbstractSlidingMode, saturation
 from workbench.core import AbstractArm, block, initial, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.loop.arm import AbstractArmController

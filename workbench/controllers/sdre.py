@@ -7,7 +7,7 @@ from typing import NamedTuple
 import casadi as ca
 
 from workbench.controllers.algebraic import doubled, norm, residual
-from workbench.controllers.switching import matrices
+from workbench.controllers.sliding_surface import matrices
 from workbench.core import AbstractArm, block, parameter
 from workbench.core.block import Matrix
 from workbench.core.dynamics import solve_definite

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import casadi as ca
 
-from workbench.controllers.switching import SWITCHINGS, AbstractSlidingMode, matrices
+from workbench.controllers.sliding_surface import SWITCHINGS, AbstractSlidingMode, matrices
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.loop.arm import AbstractArmController

@@ -9,7 +9,7 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from workbench.controllers.switching import SWITCHINGS, AbstractSlidingMode, clip, matrices, saturation
+from workbench.controllers.sliding_surface import SWITCHINGS, AbstractSlidingMode, clip, matrices, saturation
 from workbench.core import AbstractArm, Entry, Layout, block, option, parameter
 from workbench.core.block import Scalar, Vector
 from workbench.core.claim import Claim

@@ -9,7 +9,7 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from workbench.controllers.switching import (
+from workbench.controllers.sliding_surface import (
     EXACT_ESTIMATES,
     ROUNDING,
     SATURATIONS,

@@ -1,7 +1,10 @@
 """One number per run and number of a signal, accumulated inside the loop, with its error from a halved step."""
 
 from workbench.metrics.accumulated import measured
-from workbench.metrics.catalogue import (
+from workbench.metrics.contract import AbstractMetric
+from workbench.metrics.measure import measure, measure_alike
+from workbench.metrics.measurement import Measurement, Score
+from workbench.metrics.metric_catalogue import (
     effort,
     energy,
     iae,
@@ -19,9 +22,6 @@ from workbench.metrics.catalogue import (
     total_variation,
     violation,
 )
-from workbench.metrics.contract import AbstractMetric
-from workbench.metrics.measure import measure, measure_alike
-from workbench.metrics.measurement import Measurement, Score
 
 __all__ = [
     "AbstractMetric",

@@ -12,7 +12,7 @@ import numpy as np
 
 from workbench.core import Layout, Ode, Sampled, Step, stepper, with_quadrature
 from workbench.metrics.contract import AbstractMetric, watches
-from workbench.metrics.signals import refuse_unknown
+from workbench.metrics.signal_choice import refuse_unknown
 from workbench.validation.doors import door
 from workbench.validation.words import MOST, multiple, seconds, text
 

@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import casadi as ca
 
 from workbench.core import Layout, Ode
-from workbench.metrics.signals import Signal, names_of, watched
+from workbench.metrics.signal_choice import Signal, names_of, watched
 from workbench.validation.doors import answer, door
 from workbench.validation.kinds import KindError, fit_of
 from workbench.validation.words import Array, described, several
@@ -101,27 +101,6 @@ class AbstractMetric(ABC):
         """The metric (B, k) from the integral (B, k) and the memory at the horizon."""
 
 
-class AbstractSignalMetric(AbstractMetric):
-    """A metric of one signal, in its unit or in one made of it."""
-
-    signal: Signal
-
-    @property
-    def watches(self) -> tuple[str, ...]:
-        """The signal and, if it is an error, what is wanted of it."""
-        return names_of(self.signal)
-
-    @door
-    def of(self, ode: Ode) -> AbstractMetric:
-        """With the signal as this equation has it."""
-        seen = watched(self.name, self.signal, ode)
-        return bound(self, seen, ode, self.measured_in, signal=seen)
-
-    def measured_in(self, unit: str) -> str:
-        """The unit of the metric of a signal in a unit."""
-        return unit
-
-
 NAMES = fit_of(tuple[str, ...])
 A_COLUMN, PARTS, A_LAYOUT, ROWS, NOTHING = map(fit_of, (ca.SX, Parts, Layout, Array, type(None)))
 
@@ -193,3 +172,24 @@ def _faithful(name: str, own: Callable[..., Any]) -> Callable[..., Any]:
 
     method.__qualname__, method.__doc__ = own.__qualname__, own.__doc__
     return door(method)
+
+
+class AbstractSignalMetric(AbstractMetric):
+    """A metric of one signal, in its unit or in one made of it."""
+
+    signal: Signal
+
+    @property
+    def watches(self) -> tuple[str, ...]:
+        """The signal and, if it is an error, what is wanted of it."""
+        return names_of(self.signal)
+
+    @door
+    def of(self, ode: Ode) -> AbstractMetric:
+        """With the signal as this equation has it."""
+        seen = watched(self.name, self.signal, ode)
+        return bound(self, seen, ode, self.measured_in, signal=seen)
+
+    def measured_in(self, unit: str) -> str:
+        """The unit of the metric of a signal in a unit."""
+        return unit

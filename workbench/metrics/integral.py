@@ -10,7 +10,7 @@ import casadi as ca
 
 from workbench.core import Ode
 from workbench.metrics.contract import AbstractMetric, Parts, bound, expression
-from workbench.metrics.signals import Signal, column, names_of, watched
+from workbench.metrics.signal_choice import Signal, column, names_of, watched
 from workbench.validation.doors import answer, door
 from workbench.validation.views import show
 from workbench.validation.words import Array

@@ -12,8 +12,7 @@ from workbench.core import Layout, Ode
 from workbench.metrics.accumulated import common_grid, maker, resolved
 from workbench.metrics.final import accumulated, accumulators, final_values, values
 from workbench.metrics.integral import Integral
-from workbench.metrics.sampled import Peak, SampledRms, TotalVariation
-from workbench.metrics.step_response import Overshoot, SettlingTime
+from workbench.metrics.step_metrics import Overshoot, Peak, SampledRms, SettlingTime, TotalVariation
 from workbench.simulate import simulate
 
 from ..parts import LOOP, ODE

@@ -1,4 +1,4 @@
-"""Judgement: which law is best by the estimand that was asked, and whether other estimands reverse it."""
+"""Judgement: the law that is best by the estimand that was asked, and the estimands that reverse it."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Literal
 
 import numpy as np
 
-from workbench.study.evidence.comparison import RESAMPLES, Comparison, compare
+from workbench.study.evidence.common_draws import Paired
 from workbench.study.evidence.estimands import Estimand, Success, unit_of, words_of
-from workbench.study.evidence.paired import Paired
+from workbench.study.evidence.pairwise_comparison import RESAMPLES, Comparison, compare
 from workbench.validation.doors import door
 
 
@@ -164,3 +164,30 @@ def _grouped(places: Mapping[str, str]) -> str:
 def listed(names: Sequence[str]) -> str:
     """Names in a row, with "and" before the last."""
     return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Standings:
+    """Judgements of the same laws by the same estimands in several scenarios."""
+
+    judgements: Mapping[str, Judgement]
+
+    def __post_init__(self) -> None:
+        kinds = {(one.paired.laws, tuple(one.by)) for one in self.judgements.values()}
+        if len(kinds) != 1:
+            raise ValueError(
+                "`Standings(judgements=...)` must have the same laws and the same estimands in each scenario; got "
+                f"{len(kinds)} kinds of them."
+            )
+
+    @property
+    def wins(self) -> Mapping[str, Mapping[str, tuple[str, ...]]]:
+        """By the words of each estimand, each law and the scenarios in which it is best by that one; most first."""
+        ((laws, estimands),) = {(one.paired.laws, tuple(one.by)) for one in self.judgements.values()}
+        found = {}
+        for words in estimands:
+            best = {scenario: one.by[words].best for scenario, one in self.judgements.items()}
+            of = {law: tuple(scenario for scenario, first in best.items() if first == law) for law in laws}
+            found[words] = dict(sorted(of.items(), key=lambda pair: -len(pair[1])))
+        return found

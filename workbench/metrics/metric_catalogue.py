@@ -14,9 +14,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.metrics.integral import Integral
-from workbench.metrics.sampled import Peak, SampledRms, TotalVariation
-from workbench.metrics.signals import Choice, product, work
-from workbench.metrics.step_response import Overshoot, SettlingTime
+from workbench.metrics.signal_choice import Choice, product, work
+from workbench.metrics.step_metrics import Overshoot, Peak, SampledRms, SettlingTime, TotalVariation
 from workbench.validation.doors import door
 from workbench.validation.words import Array, described, finite, numbers, positive, seconds, vector
 
