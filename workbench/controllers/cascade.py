@@ -22,8 +22,7 @@ class Cascade(AbstractController):
     """An outer law, and an inner one that follows what the outer commands: a position loop around one of speed, say.
 
     In a computer the inner law runs in every period of the cascade; the outer one runs once in `ratio` of them, from
-    the first on, and its command is held in between. In continuous time both act at every instant, as a rate of
-    computing is none of the laws' own: `ratio` then counts for nothing. It shows the signals of the outer law.
+    the first on, and its command is held in between. In continuous time both act at every instant.
 
     Raises
     ------
@@ -71,17 +70,17 @@ class Cascade(AbstractController):
 
     @property
     def reads(self) -> Layout:
-        """What either law reads."""
+        """The estimates that either law reads."""
         return _union(self.outer.reads, self.inner.reads)
 
     @property
     def follows(self) -> Layout:
-        """What the outer law follows, and what of the inner's the outer does not drive."""
+        """The signals that the outer law follows, and those of the inner that the outer does not drive."""
         return _union(self.outer.follows, self._rest)
 
     @property
     def drives(self) -> Layout:
-        """What the inner law drives."""
+        """The inputs that the inner law drives."""
         return self.inner.drives
 
     @property
@@ -145,7 +144,7 @@ class Cascade(AbstractController):
 
     @property
     def _rest(self) -> Layout:
-        """What the inner law follows and the outer does not drive."""
+        """The signals that the inner law follows and the outer does not drive."""
         return Layout(tuple(entry for entry in self.inner.follows.entries if entry.name not in self.outer.drives))
 
     @property

@@ -25,16 +25,13 @@ class PID2(AbstractController):
         I' = Ki (r - y) + anti-windup,             I(0) = 0
         f' = N (w - f),                            f(0) = 0
 
-    so that without limits u = u0 + Kp (b r - y) + Ki / s (r - y) + Kd s / (1 + s / N) (c r - y), as of MATLAB's `pid2`.
-
+    without limits u = u0 + Kp (b r - y) + Ki / s (r - y) + Kd s / (1 + s / N) (c r - y), as of MATLAB's `pid2`.
     "clamping" stops the integral while v is beyond a limit and Ki (r - y) drives it farther; "back-calculation" adds
     (u - v) / Tt to I'. Limits in `Instruments` are not known to the law: give it the same.
 
-    In a computer that runs it once in h seconds the filter is a backward difference and the integral a forward one,
+    In a computer that runs it once in h seconds the filter is a backward difference and the integral a forward one:
 
-        f_k = (f_(k-1) + N h w_k) / (1 + N h),     I_(k+1) = I_k + h (Ki (r_k - y_k) + anti-windup),
-
-    by either integrator of `digital`.
+        f_k = (f_(k-1) + N h w_k) / (1 + N h),     I_(k+1) = I_k + h (Ki (r_k - y_k) + anti-windup)
 
     Parameters
     ----------
@@ -51,8 +48,7 @@ class PID2(AbstractController):
     Tt
         The tracking time of back-calculation, in s, or None.
     u0, y0
-        (n,), the input and the output where the law takes over: what the integral need not find first, and from where
-        on the derivative counts. With y0 = 0 it takes an output that is elsewhere at the start for a jump.
+        (n,), the input and the output where the law takes over.
 
     Raises
     ------
@@ -116,7 +112,7 @@ class PID2(AbstractController):
 
     @property
     def dof(self) -> int:
-        """How many numbers each port has, n; an empty one counts as one, and is refused."""
+        """The size n of each port; an empty one counts as one, and is refused."""
         return max(self.reads.size, 1)
 
     @property
@@ -146,7 +142,7 @@ class PID2(AbstractController):
 
     @property
     def follows(self) -> Layout:
-        """What is wanted of what it reads."""
+        """The wanted values of the signals that it reads."""
         return self.reads
 
     @property
@@ -158,7 +154,7 @@ class PID2(AbstractController):
 
     @property
     def recursion(self) -> bool:
-        """Whether it has the form in a computer: where it has a period."""
+        """True where it has the form in a computer, and so a period."""
         return self.period is not None
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:

@@ -31,17 +31,13 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
     where o multiplies joint by joint, qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and
     M, C, G are those of `model`: the arm as the designer believes it to be.
 
-    The signs: with f the torque that the true arm and D need beyond the model's along qd_r, the true
-    M s' + C s = W^T h - f - K o sat. Let f = W*^T h + eps, E = W - W* and
-    V = s^T M s / 2 + tr(E^T E) / (2 Gamma). Then V' holds s^T E^T h from the arm and tr(E^T W') / Gamma
+    With f = W*^T h + eps the torque that the true arm and D need beyond the model's along qd_r, E = W - W* and
+    V = s^T M s / 2 + tr(E^T E) / (2 Gamma), V' holds s^T E^T h from the arm and tr(E^T W') / Gamma
     from the network: they cancel for W' = -Gamma h s^T. What is left, eps, is for K. The leak sigma
-    keeps W bounded where eps and the layer keep s from vanishing. What of f depends on more than
-    e and ed (on time, say) is in eps.
+    keeps W bounded where eps and the layer keep s from vanishing.
 
     A computer steps W with its leak by `integrator`, h(x) and s held over a period T: explicit Euler multiplies W by
     1 - sigma T, which is stable for sigma T < 2 only, and "exact" by exp(-sigma T).
-
-    The paper names this rival and prints none of its numbers.
 
     Parameters
     ----------

@@ -25,14 +25,12 @@ class Rise(AbstractSlidingMode):
 
     where tau_ref = 0 or, where a `model` is given, M qdd_ref + C qd_ref + G at q_ref, qd_ref: the arm as the
     designer believes it to be. The authors write e_1 = -e, alpha_1 for Lambda, e_2 = -s and alpha_2 for alpha, and
-    begin at w_0 = -(ks + 1) s(0), so that tau = tau_ref at first. Their proof differentiates the torque, and w_0 is
-    one more initial error to it: zero, the default, answers the first error at once.
+    begin at w_0 = -(ks + 1) s(0), so that tau = tau_ref at first; zero, the default, answers the first error at once.
 
     With sign for sat, where the torque that is left unknown along the reference has a derivative within b1_i and a
     second one within b2_i, beta_i > b1_i + b2_i / alpha_i and ks large enough for the start take e to zero. The torque
-    is continuous for all that: the sign is below the integral. For one joint of inertia M the describing function
-    of the sign tells a least ks: ks + 1 < Lambda M leaves a limit cycle. The layer costs the exactness and spares w
-    its chattering in a computer, h beta from period to period.
+    is continuous for all that: the sign is below the integral. For one joint of inertia M, ks + 1 < Lambda M leaves a
+    limit cycle. The layer costs the exactness and spares w its chattering in a computer, h beta from period to period.
 
     Parameters
     ----------

@@ -29,10 +29,8 @@ class ScheduledFeedback(AbstractArmController):
         tau_ref = M qdd_ref + C qd_ref + G        at q_ref, qd_ref, of `model`
 
     With [Kp Kd](t) = R^-1 B' P(t), P the solution of the differential Riccati equation backward along the
-    reference, this is the time-varying LQR. The gains are a series in time, of which `series` is the kind.
-
-    A series is good for the time that it was made for. A Chebyshev series grows as a power of t beyond, so the
-    gain stays there what it is at the horizon; that is a choice and not optimal. Ask for runs no longer.
+    reference, this is the time-varying LQR. The gains are a series in time, of which `series` is the kind; beyond the
+    horizon a Chebyshev series stays what it is there, which is not optimal.
 
     Parameters
     ----------

@@ -37,15 +37,11 @@ class Sdre(AbstractArmController):
         A = [0, I; 0, -M^-1 C],   B = [0; M^-1]
 
     with M, C, G of `model` at the estimates. With the right model x' = A x + B u exactly, u what is beside the
-    first three terms, so A and B are one of the many factorisations of the error's equation. With them held
-    still u would minimise the integral of e'Qp e + ed'Qd ed + u'R u; as they move with the state it is near the
-    optimum close to rest only, and stability is that of a neighbourhood.
+    first three terms. With A and B held still u would minimise the integral of e'Qp e + ed'Qd ed + u'R u; as they move
+    with the state it is near the optimum close to rest only, and stability is that of a neighbourhood.
 
-    P comes from nine doublings of a Cayley transform: for two joints the torque takes some 11,600 operations,
-    once a period of a sampled loop and four times a step of Runge and Kutta in continuous time. The signal
-    "residual" is what they leave of the equation over the size of its terms: where it is not small, P is not the
-    solution and the run shows another law. That is so where joints turn fast under light weights, as C is then
-    far quicker than the regulator.
+    P comes from nine doublings of a Cayley transform. The signal "residual" is what they leave of the equation over the
+    size of its terms: where it is not small, as where joints turn fast under light weights, P is not the solution.
 
     Parameters
     ----------
@@ -82,7 +78,7 @@ class Sdre(AbstractArmController):
         return M @ ref.qdd + C @ ref.qd + G + u
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """What P leaves of its equation, relative to the equation's terms."""
+        """The residual of P in its equation, relative to the equation's terms."""
         M, C, _ = matrices(self.model, est)
         problem = self._problem(M, C)
         return {"residual": residual(problem.A, problem.G, problem.Q, self._solution(problem))}

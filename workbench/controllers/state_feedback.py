@@ -23,9 +23,7 @@ class StateFeedback(AbstractArmController):
         tau_ref = M qdd_ref + C qd_ref + G        at q_ref, qd_ref, of `model`
 
     where `model` is the arm as the designer believes it to be; of an arm with passive joints tau is that of the motors.
-    With [Kp Kd] = R^-1 B' P of the equations
-    linearised about a rest point this is the LQR: optimal there, and near it almost so. The feedforward
-    needs the derivatives of the reference, and a reference that jumps has none.
+    With [Kp Kd] = R^-1 B' P of the equations linearised about a rest point this is the LQR.
 
     Parameters
     ----------

@@ -37,20 +37,16 @@ class SuperTwisting(AbstractSlidingMode):
         w_i' = -k2_i sat(s_i / phi),             w(0) = 0
 
     where qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and M, C, G are those of `model`.
-    The law has C qd, not C qd_r, and u within M, so that with the right model s' = u - M^-1 D
-    exactly: the joints are uncoupled and the published conditions on k1, k2 apply to each.
+    With the right model s' = u - M^-1 D exactly: the joints are uncoupled and the published conditions on k1, k2 apply
+    to each.
 
     With sign for sat, s reaches zero in finite time and stays there against any perturbation whose
     derivative is bounded by L, if k2 > L and k1 is large enough; only w' switches, so the torque is
-    continuous. The layer costs that exactness: s comes to rest not at zero but where
-    k2 sat(s / phi) balances the derivative of the perturbation, |s| about phi L / k2. It buys a rate
-    w' without jumps. "sign" keeps the exactness and chatters where it is sampled; "implicit" is one
-    backward Euler step of both lines over the sampling period h, with sat, s and w in u those of its end:
+    continuous. With the layer s comes to rest at about phi L / k2. "sign" keeps the exactness and chatters where it is
+    sampled; "implicit" is one backward Euler step of both lines over the sampling period h, with sat, s and w in u
+    those of its end, which does not chatter and leaves s of the order of h, where "sign" leaves the order of h^2:
 
         s+ + h k1 |s+|^(1/2) sign(s+) + h^2 k2 sign(s+) = s + h w.
-
-    Its torque does not chatter. It takes back the s of the last period in the next, and so leaves what
-    the perturbation makes of s in one period, of the order of h; "sign" leaves the order of h^2.
 
     Parameters
     ----------

@@ -51,15 +51,13 @@ class NonsingularTerminalSlidingMode(AbstractSlidingMode):
         u   = k1 s + k2 |s|^rho sat(s / phi),            0 <= rho < 1
 
     where sig(x)^a = |x|^a sign(x), and M, C, G are those of `model`, the arm as the designer believes it to be. The
-    authors write p / q for gamma, with p and q odd; rho = 0 and k1 = 0 make u their relay, and rho > 0 the
-    continuous reaching law of the second source. No power is negative: the torque is finite at ed = 0, where that of
-    s = ed + beta' sig(e)^(1/gamma) is not.
+    authors write p / q for gamma; rho = 0 and k1 = 0 make u their relay, and rho > 0 the continuous reaching law of the
+    second source. No power is negative, so the torque is finite at ed = 0.
 
     With the right model s' = -(gamma / beta) |ed|^(gamma - 1) (u + M^-1 D). On the surface e' = -sig(beta e)^(1/gamma)
-    and e ends after gamma / (gamma - 1) beta^(-1/gamma) |e|^(1 - 1/gamma), which a linear surface never does. Under D
-    a relay needs k2_i > |M^-1 D|_i; with rho > 0 |s_i| falls to (|M^-1 D|_i / k2_i)^(1/rho) at most. The layer costs
-    finite time, as |e| falls to phi only; "sign" keeps it and chatters where it is sampled, less for a larger rho.
-    sig(ed)^(2 - gamma) is infinitely steep at ed = 0: it magnifies small noise of the velocity, which is best filtered.
+    and e ends after gamma / (gamma - 1) beta^(-1/gamma) |e|^(1 - 1/gamma). Under D a relay needs k2_i > |M^-1 D|_i;
+    with rho > 0 |s_i| falls to (|M^-1 D|_i / k2_i)^(1/rho) at most. The layer costs finite time, as |e| falls to phi
+    only. sig(ed)^(2 - gamma) is infinitely steep at ed = 0: a noisy velocity is best filtered.
 
     Parameters
     ----------
@@ -70,7 +68,7 @@ class NonsingularTerminalSlidingMode(AbstractSlidingMode):
     k1, k2
         (n,), one a joint: without D, s is within its layer in finite time for k2 > 0.
     phi
-        The width of the boundary layer: without effect where `saturation` is "sign", which has none.
+        The width of the boundary layer, which "sign" has not.
 
     Raises
     ------

@@ -1,4 +1,8 @@
-"""One number per run and number of a signal, accumulated inside the loop, with its error from a halved step."""
+"""Metrics: one number a run and number of a signal, accumulated inside the loop, with its error from a halved step.
+
+The room knows equations, their outputs and steps; it does not know plants or laws. Read `metric_catalogue.py` first,
+then `contract.py` for a metric of your own.
+"""
 
 from workbench.metrics.accumulated import measured
 from workbench.metrics.contract import AbstractMetric

@@ -39,7 +39,7 @@ def measured(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], h: floa
 
 @door
 def maker(equation: Ode | Sampled, metrics: Sequence[AbstractMetric]) -> Callable[[str, float], Step]:
-    """What makes the steps of `measured` by method and length h [s]: those that differ in h alone share their rule.
+    """The function that makes the steps of `measured` by method and length h [s]; those of one method share their rule.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def common_grid(metrics: Sequence[AbstractMetric], *times: float) -> float | Non
 
 
 def _flow(equation: Ode | Sampled) -> Ode:
-    """What is true between two samples, or always."""
+    """The equation between two samples."""
     return equation if isinstance(equation, Ode) else equation.flow
 
 

@@ -83,12 +83,12 @@ class AbstractMetric(ABC):
 
     @door
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
-        """What is integrated over time, (k, 1), or None."""
+        """The integrand over time, (k, 1), or None."""
         return None
 
     @door
     def memory(self, size: int) -> Layout:
-        """What is updated at each step, of a metric of so many numbers."""
+        """The states that are updated at each step, of a metric of so many numbers."""
         return Layout()
 
     @door

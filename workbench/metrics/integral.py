@@ -39,7 +39,7 @@ class Integral(AbstractMetric):
 
     @property
     def watches(self) -> tuple[str, ...]:
-        """What g looks at."""
+        """The outputs of g."""
         return self.signals if self.signal is None else names_of(self.signal)
 
     @property
@@ -79,5 +79,5 @@ class Integral(AbstractMetric):
         return cast(ca.SX, answer("Integral(g=...)", must, lambda: self.g(t, e), expression))
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
-        """What `finish` makes of the integral."""
+        """The integral as `finish` turns it."""
         return self.finish(integral, horizon)

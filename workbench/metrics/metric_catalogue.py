@@ -165,7 +165,7 @@ def peak_torque() -> Peak:
 
 @door
 def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Integral]:
-    """How far a signal is beyond its limits at worst, and for how many seconds it is: two metrics.
+    """Two metrics: the largest distance of a signal beyond its limits, and the seconds for which it is beyond.
 
     Parameters
     ----------

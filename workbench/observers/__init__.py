@@ -1,4 +1,8 @@
-"""Observers: from measurements to estimates of the state and of the disturbance."""
+"""Observers: from measurements to estimates of the state and of the disturbance.
+
+An observer knows readings, commands and a model of the plant; it does not know the law, nor the command of the same
+instant. Read `luenberger.py` first for an arm, `linear_observer.py` for any plant.
+"""
 
 from workbench.observers.disturbance import AbstractDisturbanceObserver, WithDisturbance
 from workbench.observers.disturbance_observers import (

@@ -106,7 +106,7 @@ class WithDisturbance(AbstractArmObserver):
 
     @property
     def reads(self) -> Layout:
-        """What either of them reads."""
+        """The outputs that either of them reads."""
         return _union(self.state.reads, self.disturbance.reads)
 
     @property

@@ -98,7 +98,7 @@ class ExtendedStateObserver(AbstractObserver):
 
     @property
     def memory(self) -> Layout:
-        """What it gives."""
+        """The estimates as states."""
         return with_hats(self.gives)
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:

@@ -42,11 +42,8 @@ class Luenberger(AbstractArmObserver):
                   (I + h L1 / 2 + h^2 L2 / 4) w = e
 
     Where a is right the errors obey L = [-L1, I; -L2, 0]. Explicit Euler multiplies a mode l of it by 1 + h l, which
-    grows where h |l|^2 > -2 Re l; the Cayley step by (1 + h l / 2) / (1 - h l / 2), which decays where l does. Without
-    an error the Cayley step moves q_hat and v on as an arm of the acceleration a moves.
-
-    The paper's theorem 1 claims global exponential convergence for any positive definite L1, L2. Its proof
-    has no negative term in the velocity error, and the claim fails; so nothing is asked of L1, L2 here.
+    grows where h |l|^2 > -2 Re l; the Cayley step by (1 + h l / 2) / (1 - h l / 2), which decays where l does. The
+    paper's theorem 1 for any positive definite L1, L2 fails, so nothing is asked of L1, L2 here.
 
     Parameters
     ----------

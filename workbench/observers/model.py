@@ -21,15 +21,7 @@ ORDER, SQUARINGS = 15, 6
 
 
 class AbstractModelObserver(AbstractObserver):
-    """An observer that follows a plant by a model of it, which starts at the states of the model.
-
-    Attributes
-    ----------
-    model
-        The plant as the designer believes it to be, which moves in continuous time.
-    outputs
-        The outputs that are read; all of them where none is named.
-    """
+    """An observer of a plant by a model of it in continuous time, which starts at the states of the model."""
 
     model: AbstractPlant
     outputs: tuple[str, ...]
@@ -78,7 +70,7 @@ class AbstractModelObserver(AbstractObserver):
         return self.model.states.flatten(asked(self.model, "rate", self.model.states, t, self._view(x), u))
 
     def _h(self, t: ca.SX, x: ca.SX) -> ca.SX:
-        """What the model lets the observer read, (ny, 1)."""
+        """The outputs of the model that the observer reads, (ny, 1)."""
         return stacked(self._outputs(t, x), self.reads)
 
     def _view(self, x: ca.SX) -> Signals:
@@ -107,18 +99,7 @@ def jacobian(function: Callable[[ca.SX], ca.SX], x: ca.SX) -> tuple[ca.SX, ca.SX
 
 
 def refuse_unfit(observer: AbstractModelObserver, **axes: tuple[Layout, ...]) -> None:
-    """Refuse a model in discrete time, and numbers of an observer that do not fit the ports of its model.
-
-    Parameters
-    ----------
-    axes
-        For each field that holds an array the ports along its axes.
-
-    Raises
-    ------
-    ValueError
-        If the model moves in discrete time, or an array has another shape than its ports.
-    """
+    """Refuse a model in discrete time, and arrays that have not the shape of the ports along their `axes`."""
     name, model = type(observer).__name__, observer.model
     if is_recursion(model):
         raise ValueError(

@@ -1,4 +1,8 @@
-"""What the runs of several laws over the same draws say of who is better, and how surely."""
+"""Evidence of who is better: several laws over the same draws of what is uncertain, with simultaneous intervals.
+
+The room knows values by law and draw, estimands such as a mean or a tail, and tables of them; it does not know loops,
+metrics or how the runs were made. Read `judgement.py` first, then `estimands.py`.
+"""
 
 from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.common_draws import Paired, paired, same_draws

@@ -72,7 +72,7 @@ def statistics_table(name: str, caption: Phrase, judgement: Judgement, notes: tu
 def ablation_table(
     name: str, caption: Phrase, comparisons: Sequence[Comparison], whole: str, notes: tuple[Phrase, ...] = ()
 ) -> Table:
-    """What becomes of each metric as a block is taken out of the law `whole`: the change in percent of the whole law.
+    """The change of each metric, in percent of the law `whole`, as a block is taken out of it.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def _statistics(comparisons: Sequence[Comparison]) -> str:
 
 
 def _said(comparisons: Sequence[Comparison]) -> tuple[str, ...]:
-    """What is to be said of the statistics, of each metric, and once what is to be said of all."""
+    """The notes on the statistics, on each metric, and once those on all."""
     return (*dict.fromkeys(one.said for one in comparisons), *_runs(comparisons))
 
 
@@ -126,7 +126,7 @@ def _runs(comparisons: Sequence[Comparison]) -> tuple[str, ...]:
 
 
 def _reversed(judgement: Judgement) -> Iterator[str]:
-    """What another estimand orders the other way round, a sentence for each."""
+    """A sentence for each estimand that orders laws the other way round."""
     for words in judgement.by:
         pairs = [f"{a} is below {b}" for a, b, _, other in judgement.reversals if other == words]
         if pairs:

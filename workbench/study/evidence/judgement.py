@@ -59,11 +59,7 @@ class Judgement:
 
     @property
     def kind(self) -> Literal["best", "open", "depends"]:
-        """One law is best; none is; or it depends on what is asked.
-
-        It depends where a law that none is below by the asked estimand is above one that it was below by another, and
-        where two estimands have different laws best.
-        """
+        """The verdict: it depends where another estimand reverses a leading law, or two have different laws best."""
         leaders = self._first.leaders
         bests = {one.best for one in self.by.values()} - {None}
         if len(bests) > 1 or any(a in leaders for a, *_ in self.reversals):
@@ -107,9 +103,8 @@ def judge(
 ) -> Judgement:
     """Laws by the estimand asked, and by others that may reverse it.
 
-    The estimand asked is part of the question: it is decided before the runs are made, by what the metric is for, as
-    the mean for what adds up over many uses and a tail for what must not happen. Who is best by one statistic alone is
-    no verdict where another reverses it.
+    The estimand asked is decided before the runs are made, by what the metric is for: the mean for what adds up over
+    many uses, a tail for what must not happen.
 
     Parameters
     ----------
@@ -134,7 +129,7 @@ def judge(
 
 
 def least_of(estimand: Estimand, metric: str) -> str:
-    """What the best law has, in words."""
+    """The words for the value of the best law."""
     return f"{'highest' if isinstance(estimand, Success) else 'least'} {words_of(estimand, metric)}"
 
 
@@ -154,7 +149,7 @@ def _place(one: Comparison) -> str:
 
 
 def _grouped(places: Mapping[str, str]) -> str:
-    """Which law is best by which estimands: those that agree together."""
+    """The law that is best by each estimand: those that agree together."""
     laws: dict[str, list[str]] = {}
     for words, law in places.items():
         laws.setdefault(law, []).append(words)

@@ -52,7 +52,7 @@ class Comparison:
 
     @door
     def order(self, a: str, b: str) -> Literal["below", "above", "undecided"]:
-        """The place of law a significantly below or above law b: by an interval beyond margin and steps' errors.
+        """The place of law a beside law b, significant by an interval beyond the margin and the errors of the steps.
 
         Where all of the interval is infinite, as one of them fails too often, no error of the step counts.
         """
@@ -101,13 +101,13 @@ class Comparison:
 
     @property
     def said(self) -> str:
-        """What must stand below a table beside the runs: the estimand, its intervals, and when a difference counts."""
+        """The note below a table: the estimand, its intervals, and when a difference counts."""
         words = self.estimand.words
         return f"{words[0].upper()}{words[1:]} over the draws; {self.holds}."
 
     @property
     def holds(self) -> str:
-        """What the intervals hold, and when a difference counts."""
+        """The confidence of the intervals, and when a difference counts."""
         of = " of the draws" if isinstance(self.estimand, Success) else ""
         beyond = f", and a difference counts beyond {100 * self.margin:g} %{of}" if self.margin else ""
         return f"intervals hold all at once with {100 * self.confidence:g} %{beyond}"

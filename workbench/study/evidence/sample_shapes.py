@@ -1,4 +1,4 @@
-"""Shapes: which laws have draws apart from the others or a heavy tail, and which factor of the draws predicts them."""
+"""Shapes of samples: two groups of draws, a heavy tail, and the factor of the draws that predicts them."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Predictor:
 @dataclass(frozen=True, eq=False)
 @door
 class Shape:
-    """How the values of a law lie over the draws.
+    """The shape of the values of a law over the draws.
 
     Attributes
     ----------
@@ -209,9 +209,8 @@ def gap(values: Array) -> tuple[float, float]:
 
         P = N max ((s / (g + s))^9)    over the ten draws below the gap g and those above, which span s
 
-    Away from its mode a density falls, so that a gap is no wider, in law, than the nine spacings that come after it:
-    at most g / (g + s) has the law of that of ten equal ones. On one of its sides every gap has no mode; the factor N
-    is for all gaps (Bonferroni).
+    Away from its mode a density falls, so that a gap is no wider, in law, than the nine spacings that come after it; the factor
+    N is for all gaps (Bonferroni).
     """
     x = np.sort(values)
     wide = np.diff(x)
