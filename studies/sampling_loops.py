@@ -13,7 +13,7 @@ from workbench.core import Sampled
 from workbench.core.layout import Array
 from workbench.loop import ClosedLoop
 from workbench.metrics import AbstractMetric, late_error, measured, sampled_rmse, total_variation
-from workbench.metrics.final import final_values
+from workbench.metrics.accumulators import final_values
 from workbench.plants import ArmInstruments
 from workbench.simulate import simulate
 from workbench.validation.words import Integers

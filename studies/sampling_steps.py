@@ -9,7 +9,7 @@ from sampling_loops import TV, switched
 from workbench.core import Step
 from workbench.core.layout import Array
 from workbench.metrics import measured, total_variation
-from workbench.metrics.final import final_values
+from workbench.metrics.accumulators import final_values
 from workbench.simulate import simulate
 
 LAWS = ("SMC", PROPOSED)

@@ -9,8 +9,7 @@ from equations import decay, oscillator, staircase
 
 from workbench.core import Sampled
 from workbench.metrics import ise, measured, sampled_rmse, settling_time, total_variation
-from workbench.metrics.accumulated import common_grid
-from workbench.metrics.final import final_values
+from workbench.metrics.accumulators import common_grid, final_values
 from workbench.simulate import run, simulate
 from workbench.simulate.stepping.schedule import Schedule, Segment
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.metrics import iae, measure, measure_alike, overshoot, rmse, settling_time, total_variation
-from workbench.metrics.accumulated import maker
+from workbench.metrics.accumulators import maker
 from workbench.plants import ArmInstruments
 from workbench.simulate import alike, arithmetic, simulate, simulate_alike, simulate_both
 from workbench.simulate.kernel import merging

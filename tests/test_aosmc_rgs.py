@@ -214,12 +214,12 @@ def test_an_indefinite_start_of_p_is_refused():
 
 
 def test_the_riccati_equation_needs_its_weights():
-    with pytest.raises(ValueError, match="needs both weights Q and R"):
+    with pytest.raises(ValueError, match="must have P and Q and R and no other of P, Q and R, .*; got P and Q"):
         AosmcRgs(**(LAW | {"R": None}))
 
 
 def test_weights_without_effect_are_refused():
-    with pytest.raises(ValueError, match="where Q and R have no effect: leave both out"):
+    with pytest.raises(ValueError, match="must have P and no other of P, Q and R, .*; got P and Q and R"):
         AosmcRgs(**LAW, riccati="frozen")
 
 

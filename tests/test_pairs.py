@@ -9,7 +9,7 @@ import pytest
 
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.metrics import measured, rmse, total_variation
-from workbench.metrics.accumulated import maker
+from workbench.metrics.accumulators import maker
 from workbench.plants import ArmInstruments
 from workbench.simulate import arithmetic, job, simulate, simulate_both
 from workbench.simulate.job import Job

@@ -17,7 +17,7 @@ from paper_repaired import with_two_repairs
 from workbench.controllers import AosmcRgs
 from workbench.core.layout import Array
 from workbench.metrics import measured, rmse, sampled_rmse
-from workbench.metrics.final import final_values
+from workbench.metrics.accumulators import final_values
 from workbench.robots import paper_arm
 from workbench.simulate import simulate, step_limit
 from workbench.study.run import Run

@@ -17,7 +17,7 @@ from workbench.core import Ode, Step
 from workbench.core.claim import Declared
 from workbench.core.layout import Array
 from workbench.metrics import AbstractMetric, measured
-from workbench.metrics.final import final_values
+from workbench.metrics.accumulators import final_values
 from workbench.proofs.box import Box
 from workbench.simulate import simulate
 from workbench.validation.doors import door

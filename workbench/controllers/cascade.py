@@ -16,6 +16,8 @@ from workbench.loop.wiring import above, below
 from workbench.validation.shapes import Number
 from workbench.validation.words import whole
 
+Arguments = tuple[Any, Signals, Signals, Signals]  # time, memory, estimates and wanted signals of a law
+
 
 @block
 class Cascade(AbstractController):
@@ -135,7 +137,7 @@ class Cascade(AbstractController):
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """Those of the outer law."""
-        return self._outer.signals(below("outer", z), est.only(self.outer.reads), ref.only(self.outer.follows))
+        return self._outer.signals(Signals(below("outer", z)), est.only(self.outer.reads), ref.only(self.outer.follows))
 
     def without(self) -> Mapping[str, AbstractController]:
         """The cascade less each part of its laws."""
@@ -156,14 +158,14 @@ class Cascade(AbstractController):
     def _inner(self) -> AbstractController:
         return self.inner if self.period is None else self.inner.run_every(self.period)
 
-    def _arguments(self, t: Number, z: Parts, est: Reads, ref: Follows) -> tuple[Any, Any]:
+    def _arguments(self, t: Number, z: Parts, est: Reads, ref: Follows) -> tuple[Arguments, Arguments]:
         """The time, memory, estimates and wanted signals of the outer law, and those of the inner one."""
-        outer = (t, below("outer", z), est.only(self.outer.reads), ref.only(self.outer.follows))
+        outer = (t, Signals(below("outer", z)), est.only(self.outer.reads), ref.only(self.outer.follows))
         new = Signals(self._outer.command(*outer))
         if self.ratio > 1 and self.period is not None:
             turn = self._is_turn(t, self.period)
             new = Signals({name: ca.if_else(turn, part, z[f"held.{name}"]) for name, part in new.items()})
-        return outer, (t, below("inner", z), est.only(self.inner.reads), (ref | new).only(self.inner.follows))
+        return outer, (t, Signals(below("inner", z)), est.only(self.inner.reads), (ref | new).only(self.inner.follows))
 
     def _is_turn(self, t: Number, period: float) -> ca.SX:
         """True if the outer law runs at this instant of the computer."""

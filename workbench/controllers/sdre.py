@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import casadi as ca
 
 from workbench.controllers.algebraic import doubled, norm, residual
@@ -17,15 +15,6 @@ from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.shapes import Number
 
 DOUBLINGS = 9
-
-
-class Problem(NamedTuple):
-    """The Riccati equation at a state: A, G = B R^-1 B' and Q, each (2n, 2n), and a rate in 1/s amid its poles."""
-
-    A: ca.SX
-    G: ca.SX
-    Q: ca.SX
-    rate: ca.SX
 
 
 @block
@@ -73,17 +62,18 @@ class Sdre(AbstractArmController):
         """The law as it stands above."""
         M, C, G = matrices(self.model, est)
         x = ca.vertcat(est.q - ref.q, est.qd - ref.qd)
-        P = self._solution(self._problem(M, C))
+        P = doubled(*self._problem(M, C), DOUBLINGS)
         u = -ca.solve(self.R, solve_definite(M, P[self.dof :, :] @ x))
         return M @ ref.qdd + C @ ref.qd + G + u
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The residual of P in its equation, relative to the equation's terms."""
         M, C, _ = matrices(self.model, est)
-        problem = self._problem(M, C)
-        return {"residual": residual(problem.A, problem.G, problem.Q, self._solution(problem))}
+        A, G, Q, rate = self._problem(M, C)
+        return {"residual": residual(A, G, Q, doubled(A, G, Q, rate, DOUBLINGS))}
 
-    def _problem(self, M: ca.SX, C: ca.SX) -> Problem:
+    def _problem(self, M: ca.SX, C: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+        """A, G = B R^-1 B' and Q of the Riccati equation at a state, (2n, 2n), and a rate in 1/s amid its poles."""
         n = self.dof
         none, eye = ca.SX.zeros(n, n), ca.SX.eye(n)
         solved = solve_definite(M, ca.horzcat(C, eye))
@@ -94,7 +84,4 @@ class Sdre(AbstractArmController):
         Q = ca.blockcat([[self.Qp, none], [none, self.Qd]])
         # the fourth root of |G| |Qp| is the geometric mean of a joint's two poles, whatever damps it
         rate = norm(N) + ca.sqrt(ca.sqrt(norm(pushed) * norm(self.Qp)))
-        return Problem(A, G, Q, rate)
-
-    def _solution(self, problem: Problem) -> ca.SX:
-        return doubled(*problem, DOUBLINGS)
+        return A, G, Q, rate

@@ -4,7 +4,7 @@ The room knows equations, their outputs and steps; it does not know plants or la
 then `contract.py` for a metric of your own.
 """
 
-from workbench.metrics.accumulated import measured
+from workbench.metrics.accumulators import measured
 from workbench.metrics.contract import AbstractMetric
 from workbench.metrics.measure import measure, measure_alike
 from workbench.metrics.measurement import Measurement, Score

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Ode, Sampled, Step
-from workbench.metrics.accumulated import common_grid, maker, resolved
+from workbench.metrics.accumulators import common_grid, final_values, maker, resolved
 from workbench.metrics.contract import AbstractMetric
-from workbench.metrics.final import final_values
 from workbench.metrics.measurement import Measurement, Score
 from workbench.simulate import StepLimit, Trajectories, choose, run, simulate, simulate_alike, simulate_both, step_limit
 from workbench.simulate.job import Progress

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
@@ -12,32 +12,21 @@ import casadi as ca
 from workbench.core import Layout, Signals, block
 from workbench.core.block import starts
 from workbench.core.port import ANY
-from workbench.loop.arm import AbstractArmObserver, known, motors, torques, unit, units_of
+from workbench.loop.arm import AbstractArmObserver, AbstractJoints, motors, torques
 from workbench.loop.contracts import EULER, Inputs, Parts, Reads, euler
 from workbench.loop.wiring import above, below
 from workbench.validation.shapes import Number
 
 
-class AbstractDisturbanceObserver(ABC):
+class AbstractDisturbanceObserver(AbstractJoints):
     """From measurements and an estimated state to an estimate of D in M qdd + C qd + G + D = tau."""
 
-    model: Any
     uses_truth: ClassVar[bool] = False  # True of one that needs the true disturbance, which no instrument gives
-
-    @property
-    def dof(self) -> int:
-        """The number of joints n: that of the model, unless the block counts its own."""
-        return int(self.model.dof)
 
     @property
     def memory(self) -> Layout:
         """Its own states: the fields that are declared by `initial`."""
         return starts(self)
-
-    @property
-    def force(self) -> str:
-        """The unit of the disturbance, for the units of numbers: N m where there is no model to tell."""
-        return unit(torques("d", known(units_of(self))))
 
     @property
     def reads(self) -> Layout:

@@ -43,26 +43,15 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
 
     Parameters
     ----------
-    Q, R
-        (nx, nx) per second and (ny, ny), in the units of the states and of the outputs that are read.
-    P
-        (nx, nx), the covariance of the start, which is that of `model`, before the first reading.
-    period
-        Between two instants, in s.
-    outputs
-        The outputs y that are read; all where none is named.
-    every
-        For an output that is not read at each instant, after how many it is new: {"p": 10}.
+    Q, R, P, period, outputs, every
+        As of `ExtendedKalmanFilter`.
     substeps
         Steps a period, each of two Runge-Kutta steps.
 
     Raises
     ------
-    LookupError
-        If the model has no such output, or `every` names one that is not read.
-    ValueError
-        If a number has another shape than its ports, Q or P is not symmetric and positive semidefinite, R not
-        symmetric and positive definite, kappa not above -n, or the model moves in discrete time.
+    LookupError, ValueError
+        As `ExtendedKalmanFilter` does; or if kappa is not above -n.
 
     References
     ----------

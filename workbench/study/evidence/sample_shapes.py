@@ -209,8 +209,8 @@ def gap(values: Array) -> tuple[float, float]:
 
         P = N max ((s / (g + s))^9)    over the ten draws below the gap g and those above, which span s
 
-    Away from its mode a density falls, so that a gap is no wider, in law, than the nine spacings that come after it; the factor
-    N is for all gaps (Bonferroni).
+    Away from its mode a density falls, so that a gap is no wider, in law, than the nine spacings that come after it; N
+    is for all gaps (Bonferroni).
     """
     x = np.sort(values)
     wide = np.diff(x)

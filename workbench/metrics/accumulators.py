@@ -1,4 +1,4 @@
-"""The step of an equation with every metric accumulated beside it."""
+"""The accumulators of metrics: the step of an equation with them beside its states, and the values at its end."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import reduce
+from typing import TypeVar
 
 import casadi as ca
 import numpy as np
@@ -13,9 +14,12 @@ import numpy as np
 from workbench.core import Layout, Ode, Sampled, Step, stepper, with_quadrature
 from workbench.metrics.contract import AbstractMetric, watches
 from workbench.metrics.signal_choice import refuse_unknown
+from workbench.simulate import Trajectories
+from workbench.simulate.marches import continued
 from workbench.validation.doors import door
-from workbench.validation.words import MOST, multiple, seconds, text
+from workbench.validation.words import MOST, Array, multiple, seconds, text, whole
 
+T = TypeVar("T")
 LARGEST_RATIO = 1000  # in the ratio of two sample times that have a common divisor
 
 
@@ -149,6 +153,55 @@ def _flow(equation: Ode | Sampled) -> Ode:
     return equation if isinstance(equation, Ode) else equation.flow
 
 
-def _below(z: Mapping[str, ca.SX], metric: AbstractMetric) -> dict[str, ca.SX]:
+def _below(z: Mapping[str, T], metric: AbstractMetric) -> dict[str, T]:
     prefix = f"{metric.name}."
     return {name.removeprefix(prefix): part for name, part in z.items() if name.startswith(prefix)}
+
+
+@door
+def accumulators(step: Step, metrics: Sequence[AbstractMetric]) -> Layout:
+    """The states of a step that belong to its metrics: integrals, and what they keep in mind."""
+    memories = tuple(f"{m.name}." for m in metrics)
+    wanted = (e for e in step.states.entries if e.name in _integrals(metrics) or e.name.startswith(memories))
+    return Layout(tuple(wanted))
+
+
+@door
+def accumulated(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int = -1) -> Array:
+    """The accumulators of each run, (B, a), at a kept time, the last if none is named.
+
+    A memory was last updated one step before that time, so it looks once more.
+    """
+    row = whole("accumulated(row=...)", row, -len(runs.t), len(runs.t) - 1)
+    step, state = runs.step, runs.x[:, row]
+    later = continued(runs.job, state, round(float(runs.t[row]) / step.h), 1)
+    names, integrals = accumulators(step, metrics).names, _integrals(metrics)
+    parts = [(state if name in integrals else later)[:, step.states.slice(name)] for name in names]
+    return np.hstack([np.empty((len(state), 0)), *parts])
+
+
+@door
+def values(metrics: Sequence[AbstractMetric], held: Layout, accumulated: Array, horizon: float) -> Mapping[str, Array]:
+    """Each metric, (B, k), from the accumulators (B, a) of its runs and their horizon in s."""
+    parts, found = held.unpack(accumulated), {}
+    for m in metrics:
+        integral = parts.get(f"integral of {m.name}", np.zeros((len(accumulated), 0)))
+        found[m.name] = m.value(integral, _below(parts, m), horizon)
+    return found
+
+
+@door
+def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int = -1) -> dict[str, Array]:
+    """Each metric of each run, (B, k), from the start to a kept time, the last if none is named.
+
+    NaN for a run that had diverged by then.
+    """
+    row = whole("final_values(row=...)", row, -len(runs.t), len(runs.t) - 1)
+    horizon = float(runs.t[row])
+    lost = (runs.diverged_at <= horizon)[:, np.newaxis]
+    found = values(metrics, accumulators(runs.step, metrics), accumulated(runs, metrics, row), horizon)
+    return {name: np.where(lost, np.nan, value) for name, value in found.items()}
+
+
+def _integrals(metrics: Sequence[AbstractMetric]) -> set[str]:
+    return {f"integral of {m.name}" for m in metrics}
