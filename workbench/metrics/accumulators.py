@@ -43,13 +43,7 @@ def measured(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], h: floa
 
 @door
 def maker(equation: Ode | Sampled, metrics: Sequence[AbstractMetric]) -> Callable[[str, float], Step]:
-    """The function that makes the steps of `measured` by method and length h [s]; those of one method share their rule.
-
-    Raises
-    ------
-    LookupError, ValueError
-        As `measured`, here or where it makes a step.
-    """
+    """The function that makes the steps of `measured` by method and length h [s], which share their rule."""
     metrics = resolved(equation, metrics)
     ode = _flow(equation)
     y = ode.outputs.view(ode.output)
@@ -123,13 +117,7 @@ def _grid(metric: AbstractMetric) -> float | None:
 
 @door
 def common_grid(metrics: Sequence[AbstractMetric], *times: float) -> float | None:
-    """The longest time [s] that divides the sample times of the metrics and `times`; None if no metric samples.
-
-    Raises
-    ------
-    ValueError
-        If there is none.
-    """
+    """The longest time [s] that divides the sample times of the metrics and `times`; None if no metric samples."""
     samples = list(filter(None, map(_grid, metrics)))
     if not samples:
         return None

@@ -24,13 +24,8 @@ POWER_UNITS = ({"N": 1, "m": 1, "s": -1}, {"V": 1, "A": 1}, {"W": 1}, {"N": 1, "
 class Choice:
     """A signal that an equation is still to be asked for: by its name, or all that it follows or drives.
 
-    Attributes
-    ----------
-    of
-        "error": the error of what is followed; "level": what is followed, beside what is wanted of it; "input": what
-        acts on the plant where it is driven.
-    signal
-        Its name; None for all.
+    An "error" is that of what is followed, a "level" what is followed, beside what is wanted of it, an "input" what
+    acts on the plant where it is driven.
     """
 
     of: Literal["error", "level", "input"]
@@ -40,16 +35,9 @@ class Choice:
 @dataclass(frozen=True)
 @door
 class Watched:
-    """Outputs one below the other, less what is wanted of them where that is told.
+    """Outputs one below the other, less what is `wanted` of them, with unit and label of each number.
 
-    Attributes
-    ----------
-    outputs, wanted
-        The names of outputs.
-    units, labels
-        Of each number.
-    words, remark
-        What a description calls the column, and what it adds at its end.
+    A description calls the column by its `words`, and ends with the `remark`.
     """
 
     outputs: tuple[str, ...]
@@ -91,13 +79,7 @@ def levels(signal: Signal, y: Mapping[str, ca.SX]) -> tuple[ca.SX, ca.SX]:
 
 
 def watched(metric: str, signal: Signal, ode: Ode) -> Watched:
-    """A signal of an equation.
-
-    Raises
-    ------
-    LookupError
-        If the equation has no such output; or none is named, and it follows or drives nothing.
-    """
+    """A signal of an equation."""
     if isinstance(signal, Watched):
         return signal
     if isinstance(signal, str):

@@ -158,19 +158,20 @@ class SampledRms(AbstractSignalMetric):
         return np.asarray(np.sqrt(z["sum"] / z["count"]))
 
 
-def refuse_moving_reference(name: str, signal: Signal, ode: Ode) -> None:
-    """Refuse a reference that is not piecewise constant in time.
+class AbstractStepResponse(AbstractSignalMetric):
+    """A metric of what follows a jump of a piecewise constant reference; the start counts as a jump."""
 
-    Its derivative, as an expression, must be zero: floor, sign and comparisons have a derivative of
-    zero, so steps and square waves pass.
-    """
-    _, wanted = levels(signal, ode.outputs.view(ode.output))
-    if ca.sparsify(ca.jacobian(wanted, ca.vertcat(ode.t, ode.x))).nnz():
-        names = ", ".join(signal.wanted if isinstance(signal, Watched) else ())
-        raise ValueError(
-            f"The metric '{name}' needs a piecewise constant reference, as it is measured from one jump to the next; "
-            f"the {names} of '{ode.name}' moves. Use steps or a square wave, or `peak_error()` and `late_error(...)`."
-        )
+    def check(self, ode: Ode, horizon: float) -> None:
+        """Refuse a reference whose derivative, as an expression, is not zero: steps and square waves pass."""
+        signal = self.signal
+        _, wanted = levels(signal, ode.outputs.view(ode.output))
+        if ca.sparsify(ca.jacobian(wanted, ca.vertcat(ode.t, ode.x))).nnz():
+            names = ", ".join(signal.wanted if isinstance(signal, Watched) else ())
+            raise ValueError(
+                f"The metric '{self.name}' needs a piecewise constant reference, as it is measured from one jump to "
+                f"the next; the {names} of '{ode.name}' moves. Use steps or a square wave, or `peak_error()` and "
+                "`late_error(...)`."
+            )
 
 
 def jump(k: ca.SX, z: Parts, actual: ca.SX, wanted: ca.SX) -> tuple[ca.SX, ca.SX]:
@@ -188,14 +189,10 @@ def height(origin: ca.SX, level: ca.SX) -> ca.SX:
 
 @dataclass(frozen=True)
 @show
-class Overshoot(AbstractSignalMetric):
+class Overshoot(AbstractStepResponse):
     """The largest excursion beyond the new level after a jump, as a share of the jump."""
 
     signal: Signal = LEVELS
-
-    def check(self, ode: Ode, horizon: float) -> None:
-        """The reference must be piecewise constant."""
-        refuse_moving_reference(self.name, self.signal, ode)
 
     def memory(self, size: int) -> Layout:
         """The levels of the last jump and the largest excursion so far."""
@@ -216,7 +213,7 @@ class Overshoot(AbstractSignalMetric):
 
 @dataclass(frozen=True)
 @door
-class SettlingTime(AbstractSignalMetric):
+class SettlingTime(AbstractStepResponse):
     """The longest time after a jump until the error stays within `band` times the jump; infinite if it never does."""
 
     band: float
@@ -224,10 +221,6 @@ class SettlingTime(AbstractSignalMetric):
 
     def __post_init__(self) -> None:
         positive("SettlingTime(band=...)", self.band)
-
-    def check(self, ode: Ode, horizon: float) -> None:
-        """The reference must be piecewise constant."""
-        refuse_moving_reference(self.name, self.signal, ode)
 
     def memory(self, size: int) -> Layout:
         """The levels and time of the last jump, when the error was last outside or looked at, the longest so far."""

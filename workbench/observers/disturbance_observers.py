@@ -66,8 +66,24 @@ CHEN_DISSIPATES = Claim(
 )
 
 
+class AbstractOracle(AbstractDisturbanceObserver):
+    """A filter of the true disturbance, which no instrument gives."""
+
+    uses_truth: ClassVar[bool] = True
+    joints: int
+
+    def check_joints(self) -> None:
+        """Refuse what is no number of joints."""
+        whole(f"{type(self).__name__}(joints=...)", self.joints, most=MOST_JOINTS, of=" of joints")
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+        return self.joints
+
+
 @block
-class PrintedFilter(AbstractDisturbanceObserver):
+class PrintedFilter(AbstractOracle):
     """The paper's disturbance observer as printed, equation (24):
 
         eta' = -l (eta - D),    eta(0) = 0
@@ -87,18 +103,11 @@ class PrintedFilter(AbstractDisturbanceObserver):
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (PRINTED_FOLLOWS,)
-    uses_truth: ClassVar[bool] = True
-
     joints: int
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
 
     def __post_init__(self) -> None:
-        whole("PrintedFilter(joints=...)", self.joints, most=MOST_JOINTS, of=" of joints")
-
-    @property
-    def dof(self) -> int:
-        """The number of joints."""
-        return self.joints
+        self.check_joints()
 
     @property
     def memory(self) -> Layout:
@@ -116,7 +125,7 @@ class PrintedFilter(AbstractDisturbanceObserver):
 
 
 @block
-class OracleFilter(AbstractDisturbanceObserver):
+class OracleFilter(AbstractOracle):
     """The smallest repair of equation (24): the filter's state is the estimate,
 
         D_hat' = -l (D_hat - D),    D_hat(0) = 0.
@@ -131,18 +140,11 @@ class OracleFilter(AbstractDisturbanceObserver):
 
     claims: ClassVar[tuple[Claim, ...]] = (ORACLE_FOLLOWS,)
     noun: ClassVar[str] = "oracle"
-    uses_truth: ClassVar[bool] = True
-
     joints: int
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
 
     def __post_init__(self) -> None:
-        whole("OracleFilter(joints=...)", self.joints, most=MOST_JOINTS, of=" of joints")
-
-    @property
-    def dof(self) -> int:
-        """The number of joints."""
-        return self.joints
+        self.check_joints()
 
     @property
     def memory(self) -> Layout:
