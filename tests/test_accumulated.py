@@ -7,8 +7,7 @@ from equations import decay
 
 from workbench.core import Sampled
 from workbench.metrics import ise, measured, sampled_rmse, total_variation
-from workbench.metrics.accumulated import common_grid
-from workbench.metrics.final import final_values
+from workbench.metrics.accumulators import common_grid, final_values
 from workbench.simulate import simulate
 
 TIME = ca.SX.sym("time")

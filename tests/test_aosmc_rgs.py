@@ -194,32 +194,32 @@ def test_the_repaired_law_meets_the_published_errors(filter_of_d):
 
 
 def test_weights_that_are_not_symmetric_are_refused():
-    with pytest.raises(ValueError, match=r"`AosmcRgs\(Q=...\)` must be symmetric: \(32\) weighs s\^T Q s"):
+    with pytest.raises(ValueError, match=r"'AosmcRgs\(Q=...\)' must be symmetric; got"):
         AosmcRgs(**(LAW | {"Q": [[1.0, 1.0], [0.0, 1.0]]}))
 
 
 def test_a_weight_q_that_rewards_errors_is_refused():
-    with pytest.raises(ValueError, match=r"`AosmcRgs\(Q=...\)` must be positive semidefinite.*eigenvalue is -1"):
+    with pytest.raises(ValueError, match=r"'AosmcRgs\(Q=...\)' must be positive semidefinite.*eigenvalue of -1"):
         AosmcRgs(**(LAW | {"Q": np.diag([1.0, -1.0])}))
 
 
 def test_a_singular_weight_r_is_refused():
-    with pytest.raises(ValueError, match=r"`AosmcRgs\(R=...\)` must be positive definite: \(34\) divides by it"):
+    with pytest.raises(ValueError, match=r"'AosmcRgs\(R=...\)' must be positive definite"):
         AosmcRgs(**(LAW | {"R": np.diag([1.0, 0.0])}))
 
 
 def test_an_indefinite_start_of_p_is_refused():
-    with pytest.raises(ValueError, match=r"`AosmcRgs\(P=...\)` must be positive semidefinite"):
+    with pytest.raises(ValueError, match=r"'AosmcRgs\(P=...\)' must be positive semidefinite"):
         AosmcRgs(**(LAW | {"P": np.diag([1.0, -2.0])}))
 
 
 def test_the_riccati_equation_needs_its_weights():
-    with pytest.raises(ValueError, match="needs both weights Q and R"):
+    with pytest.raises(ValueError, match="must have P and Q and R and no other of P, Q and R, .*; got P and Q"):
         AosmcRgs(**(LAW | {"R": None}))
 
 
 def test_weights_without_effect_are_refused():
-    with pytest.raises(ValueError, match="where Q and R have no effect: leave both out"):
+    with pytest.raises(ValueError, match="must have P and no other of P, Q and R, .*; got P and Q and R"):
         AosmcRgs(**LAW, riccati="frozen")
 
 

@@ -14,9 +14,7 @@ from workbench.study.evidence import (
     ablation_table,
     compare,
     comparison_table,
-    difference_table,
     paired,
-    rank_table,
     ranks,
     same_draws,
 )
@@ -155,8 +153,6 @@ def test_a_failed_run_makes_a_mean_and_a_tail_infinite_and_so_worse_than_any_oth
     assert found.order("good", "lost") == "undecided"
     assert not found.alike("good", "lost")
     assert found.best == "twin"
-    assert difference_table("t", "c", found).rows[0][2].cell == "infinite"
-    assert difference_table("t", "c", found).rows[0][4] == "both infinite"
 
 
 @pytest.mark.parametrize("estimand", [Mean(), Tail(0.9)])
@@ -273,19 +269,9 @@ def test_tables_say_what_failed():
     assert "seed 3" in table.notes
 
 
-def test_differences_are_bold_in_both_directions():
-    table = difference_table("t", "c", compare(paired(LAWS, metric="error")))
-    assert isinstance(table.rows[0][3], Emphasis)
-    assert isinstance(table.rows[2][1], Emphasis)
-    assert table.rows[2][1].cell.value == -table.rows[0][3].cell.value
-    assert not isinstance(table.rows[0][2], Emphasis)
-    assert table.rows[1][2] is None
-
-
-def test_a_rank_table_adds_up_to_all_draws():
-    table = rank_table("t", "c", ranks(paired(LAWS, metric="error")))
-    for row in table.rows:
-        assert sum(cell.value for cell in row[1:]) == pytest.approx(100)
+def test_the_ranks_of_a_law_add_up_to_all_draws():
+    found = ranks(paired(LAWS, metric="error"))
+    np.testing.assert_allclose(found.ranks.value.sum(axis=1), 1, rtol=1e-15)  # rounding
 
 
 def test_an_ablation_says_what_a_block_is_worth():
@@ -433,8 +419,6 @@ def test_a_comparison_refuses_what_means_nothing(options, why):
     ("call", "why"),
     [
         (lambda: ranks(paired(LAWS, metric="error"), 2.0), r"`ranks\(confidence=...\)` must be"),
-        (lambda: rank_table("t", "c", 3), r"`rank_table\(ranks=...\)` must be a `Ranks`"),
-        (lambda: difference_table("t", "c", 3), r"`difference_table\(comparison=...\)` must be a `Comparison`"),
         (lambda: same_draws({"a": 3}), r"to `Sample`, as a dict is; got 3 at \['a'\]"),
     ],
 )

@@ -17,7 +17,7 @@ from workbench.observers import (
     SteadyKalmanFilter,
     UnscentedKalmanFilter,
 )
-from workbench.observers.exponential import phi
+from workbench.observers.model import phi
 from workbench.simulate import simulate
 
 A, B, C = np.array([[0.0, 1.0], [-4.0, -0.3]]), np.array([[0.0], [1.0]]), np.eye(1, 2)

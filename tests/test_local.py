@@ -11,7 +11,7 @@ from workbench.core import Entry, Layout, Ode
 from workbench.core.numbers import Bounds
 from workbench.loop import ClosedLoop
 from workbench.metrics import effort, iae, ise, late_error, measured, peak_error, rmse, settling_time, total_variation
-from workbench.metrics.final import final_values
+from workbench.metrics.accumulators import final_values
 from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm

@@ -25,7 +25,7 @@ from workbench.metrics import (
     total_variation,
     violation,
 )
-from workbench.metrics.units import product, work
+from workbench.metrics.signal_choice import product, work
 from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
@@ -209,10 +209,8 @@ def test_limits_that_are_none_are_refused(limits):
 
 
 def test_limits_of_other_shapes_than_a_signal_has_are_refused():
-    with pytest.raises(ValueError, match=r"as many numbers on either side, one for each of the signal; got 2 and 3"):
+    with pytest.raises(ValueError, match="one for all or one for each number of the signal"):
         violation("x", [-1.0, -1.0], [1.0, 1.0, 1.0])
-    with pytest.raises(ValueError, match=r"`violation\(high=...\)` must be a number or a vector of numbers; got"):
-        violation("x", high=[[1.0, 2.0]])
 
 
 def test_what_is_no_number_for_a_while_is_no_number_in_the_end():

@@ -10,7 +10,7 @@ from studies.paper.card import CARD, PUBLISHED
 from studies.paper.laws import ARM, proposed_as_printed, proposed_repaired
 from workbench.controllers import AosmcRgs
 from workbench.metrics import measured, rmse, sampled_rmse
-from workbench.metrics.final import final_values
+from workbench.metrics.accumulators import final_values
 from workbench.robots import paper_arm
 from workbench.simulate import simulate, step_limit
 from workbench.study.run import Run

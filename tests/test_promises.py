@@ -9,7 +9,7 @@ import pytest
 from workbench.claims.falsify import Budget, Hunt
 from workbench.claims.margins import violation, watching
 from workbench.controllers import AdaptiveSlidingMode, AosmcRgs, SlidingMode, SuperTwisting
-from workbench.controllers.promises import K_STAYS_DEFINITE, P_STAYS_DEFINITE
+from workbench.controllers.aosmc_rgs import K_STAYS_DEFINITE, P_STAYS_DEFINITE
 from workbench.core import Claim
 from workbench.core.claim import Declared, declared
 from workbench.loop import ClosedLoop

@@ -111,7 +111,7 @@ def test_a_model_that_acts_on_nothing_is_told():
 
 
 def test_a_velocity_behind_a_filter_is_filtered_and_one_from_positions_estimated():
-    filters = pytest.importorskip("workbench.observers.velocity_filters")
+    filters = pytest.importorskip("workbench.observers.full_state")
     held = given(SMC, filters.VelocityFilter(2, 100.0))
     assert held.readings == {"q": ("read",), "qd": ("filtered",)}
     held = given(SMC, filters.DirtyDerivative(2, 100.0, q_hat=[0.1, 0.2]))

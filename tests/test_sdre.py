@@ -108,9 +108,9 @@ def test_a_state_without_a_solution_is_refused_by_its_place():
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"Qp": np.diag([1.0, 0.0])}, r"`Sdre\(Qp=...\)` must be positive definite"),
-        ({"Qd": np.diag([1.0, -1.0])}, r"`Sdre\(Qd=...\)` must be positive semidefinite"),
-        ({"R": np.array([[1.0, 0.5], [0.0, 1.0]])}, r"`Sdre\(R=...\)` must be symmetric"),
+        ({"Qp": np.diag([1.0, 0.0])}, r"'Sdre\(Qp=...\)' must be positive definite"),
+        ({"Qd": np.diag([1.0, -1.0])}, r"'Sdre\(Qd=...\)' must be positive semidefinite"),
+        ({"R": np.array([[1.0, 0.5], [0.0, 1.0]])}, r"'Sdre\(R=...\)' must be symmetric"),
     ],
 )
 def test_weights_that_are_none_are_refused(change, says):

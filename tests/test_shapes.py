@@ -6,8 +6,7 @@ from scipy import stats
 from scipy.optimize import linprog
 
 from workbench.study.evidence import paired, shapes
-from workbench.study.evidence.modality import dip, gap
-from workbench.study.evidence.tails import _predictor
+from workbench.study.evidence.sample_shapes import _predictor, dip, gap
 
 RUNS = 160
 RNG = np.random.default_rng(8)

@@ -6,7 +6,7 @@ import pytest
 from oracles import closed_loop, disturbance, integrate, matrices, sliding_mode, wanted, worst_difference
 
 from workbench.controllers import SlidingMode
-from workbench.controllers.switching import saturation
+from workbench.controllers.sliding_surface import saturation
 from workbench.core import rk4
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState

@@ -13,7 +13,7 @@ import numpy as np
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import ise
 from workbench.metrics.integral import Integral
-from workbench.metrics.sampled import Peak
+from workbench.metrics.step_metrics import Peak
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor
 from workbench.study.run import Run

@@ -6,8 +6,7 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from workbench.controllers import AdaptiveSlidingMode, AosmcRgs, FuzzyAsmc, RbfAsmc, SlidingMode, SuperTwisting
-from workbench.controllers.relay import relay
-from workbench.controllers.switching import saturation
+from workbench.controllers.sliding_surface import relay, saturation
 from workbench.core import Entry, Layout, Ode, Sampled
 from workbench.loop import ClosedLoop
 from workbench.metrics import measure, total_variation

@@ -20,7 +20,7 @@ from studies.a2_claims.replay import (
 from studies.a2_claims.searches import REACH, SEED
 from workbench.claims.verdicts import Finding
 from workbench.core import Claim
-from workbench.observers.promises import THEOREM_1
+from workbench.observers.luenberger import THEOREM_1
 from workbench.proofs.bounds import guarantee
 from workbench.proofs.rest import RestPoint, growing_modes
 

@@ -31,7 +31,7 @@ from workbench.core import Claim
 from workbench.core.claim import Declared, Signals, declared
 from workbench.metrics import AbstractMetric, late_error, measure
 from workbench.observers import OracleFilter, PrintedFilter
-from workbench.observers.promises import CHEN_DISSIPATES, MOMENTUM_FOLLOWS, ORACLE_FOLLOWS, PRINTED_FOLLOWS
+from workbench.observers.disturbance_observers import CHEN_DISSIPATES, MOMENTUM_FOLLOWS, ORACLE_FOLLOWS, PRINTED_FOLLOWS
 
 WITNESSES = Path(__file__).parent / "witnesses"
 SEED = 1

@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from studies.paper.printed_arm import PrintedArm
-from workbench.controllers.switching import matrices, saturation, sliding
+from workbench.controllers.sliding_surface import matrices, saturation, sliding
 from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.dynamics import solve_definite

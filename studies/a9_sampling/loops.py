@@ -13,7 +13,7 @@ from studies.paper.linear_loops import PROPOSED, SEVEN, loop_of
 from workbench.core import Sampled
 from workbench.loop import ClosedLoop, Instruments
 from workbench.metrics import AbstractMetric, late_error, measured, sampled_rmse, total_variation
-from workbench.metrics.final import final_values
+from workbench.metrics.accumulators import final_values
 from workbench.simulate import simulate
 from workbench.validation.refusals import Array, Integers
 

@@ -8,7 +8,7 @@ from studies.a9_sampling.loops import TV, switched
 from studies.paper.linear_loops import PROPOSED
 from workbench.core import Step
 from workbench.metrics import measured, total_variation
-from workbench.metrics.final import final_values
+from workbench.metrics.accumulators import final_values
 from workbench.simulate import simulate
 from workbench.validation.refusals import Array
 

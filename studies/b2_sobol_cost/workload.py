@@ -10,7 +10,7 @@ import numpy as np
 from studies.performance.workload import HORIZON, PARAMETERS, VARIED, H
 from studies.performance.workload import loop as equations
 from workbench.metrics import rmse
-from workbench.metrics.sampled import TotalVariation
+from workbench.metrics.step_metrics import TotalVariation
 from workbench.study.document.document import Column, Section, Table
 from workbench.study.run import Run
 from workbench.study.study import Results, Study

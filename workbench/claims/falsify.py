@@ -16,7 +16,7 @@ from workbench.claims.margins import UNDEFINED, Largest, violation, watching
 from workbench.core import Ode, Step
 from workbench.core.claim import Declared
 from workbench.metrics import AbstractMetric, measured
-from workbench.metrics.final import final_values
+from workbench.metrics.accumulators import final_values
 from workbench.proofs.box import Box
 from workbench.simulate import simulate
 from workbench.validation.refusals import Array, known, multiple, seconds, whole

@@ -1,4 +1,9 @@
-"""Control laws, one a file."""
+"""Control laws, one a file; each opens with the equations of its book, which the code repeats letter by letter.
+
+A law knows estimates, wanted signals and the model that its designer believes in; it does not know the true plant, the
+observer or the simulator. Read `sliding_mode.py` first, for any plant `regulator.py`; `sliding_surface.py` and
+`adaptation.py` hold what the sliding laws share.
+"""
 
 from workbench.controllers.adaptation import AbstractAdaptation, DeadZone, Frozen, Leakage, Plain
 from workbench.controllers.adaptive_sliding_mode import AdaptiveSlidingMode
@@ -6,8 +11,7 @@ from workbench.controllers.aosmc_rgs import AosmcRgs
 from workbench.controllers.cascade import Cascade
 from workbench.controllers.compensation import WithCompensation
 from workbench.controllers.computed_torque import ComputedTorque
-from workbench.controllers.fuzzy import RuleBase
-from workbench.controllers.fuzzy_asmc import FuzzyAsmc
+from workbench.controllers.fuzzy_asmc import FuzzyAsmc, RuleBase
 from workbench.controllers.pid import PID
 from workbench.controllers.pid2 import PID2
 from workbench.controllers.rbf_asmc import RbfAsmc

@@ -1,28 +1,39 @@
-"""How a switching gain learns: growth by the size of s, and the robust forms that keep it from drifting.
-
-Each form takes what the gain would grow by, `growth` = gamma |s|, and says what it does grow by.
-"""
+"""The growth of a switching gain: by the size of s, and in the robust forms that keep it from drifting."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 import casadi as ca
+import numpy as np
 
-from workbench.core import block, parameter
+from workbench.controllers.sliding_surface import SURFACE_PULLS_THE_ERROR, AbstractSlidingMode
+from workbench.core import AbstractArm, Entry, Layout, block, parameter
 from workbench.core.block import Column, Scalar, Vector
+from workbench.core.claim import Claim
+from workbench.core.numbers import Bounds
+from workbench.validation.signatures import door
+
+GAINS_STAY_POSITIVE = Claim(
+    "no gain turns negative",
+    "K_i >= 0 at all times, from K_i(0) >= 0.",
+    "Plestan et al. (2010)",
+    margin=lambda y: y["K"],
+)
 
 
 class AbstractAdaptation(ABC):
-    """A rule K' = rate(growth, s, K) for the gains K (n, 1)."""
+    """A rule K' = rate(growth, s, K) for the gains K (n, 1), where growth = gamma |s| is that of the plain form."""
 
     @abstractmethod
     def rate(self, growth: Column, s: Column, K: Column) -> ca.SX:
         """K', (n, 1), in N m/s; `growth` (n, 1) in N m/s, `s` (n, 1) in rad/s, `K` (n, 1) in N m."""
 
-    @abstractmethod
+    @door
     def check(self, dof: int) -> None:
         """Refuse, with a `ValueError`, to serve a law of that many joints."""
+        del dof
 
 
 @block
@@ -34,12 +45,7 @@ class Plain(AbstractAdaptation):
 
     def rate(self, growth: Column, s: Column, K: Column) -> ca.SX:
         """The growth."""
-        del s, K
         return growth
-
-    def check(self, dof: int) -> None:
-        """Any number of joints will do."""
-        del dof
 
 
 @block
@@ -47,13 +53,8 @@ class Frozen(AbstractAdaptation):
     """K_i' = 0: the gain stays what it was, to see what learning is worth."""
 
     def rate(self, growth: Column, s: Column, K: Column) -> ca.SX:
-        """Nothing."""
-        del growth, s
+        """Zero."""
         return ca.SX.zeros(K.shape)
-
-    def check(self, dof: int) -> None:
-        """Any number of joints will do."""
-        del dof
 
 
 @block
@@ -68,20 +69,14 @@ class DeadZone(AbstractAdaptation):
 
     def rate(self, growth: Column, s: Column, K: Column) -> ca.SX:
         """The growth outside the zone."""
-        del K
         return ca.if_else(ca.fabs(s) > self.width, growth, 0)
-
-    def check(self, dof: int) -> None:
-        """Any number of joints will do."""
-        del dof
 
 
 @block
 class Leakage(AbstractAdaptation):
     """K_i' = gamma |s_i| - sigma (K_i - level_i): what is not needed is forgotten.
 
-    Where |s_i| <= c a gain that starts there stays below level_i + gamma c / sigma. `level` is meant to be K(0), and
-    is a parameter of its own because the equation needs it after the start.
+    Where |s_i| <= c a gain that starts there stays below level_i + gamma c / sigma. `level` is meant to be K(0).
 
     Parameters
     ----------
@@ -98,14 +93,43 @@ class Leakage(AbstractAdaptation):
 
     def rate(self, growth: Column, s: Column, K: Column) -> ca.SX:
         """The growth less the leak."""
-        del s
         rate: ca.SX = growth - self.sigma * (K - self.level)
         return rate
 
     def check(self, dof: int) -> None:
-        """One level for each joint."""
+        """Refuse a law that has not one gain for each level."""
         if len(self.level) != dof:
             raise ValueError(
                 f"`Leakage(level=...)` must hold one number for each of the {dof} gains it leaks to; "
                 f"got {len(self.level)}."
             )
+
+
+class AbstractAdaptiveSlidingMode(AbstractSlidingMode):
+    """A sliding law whose switching gains K (n,) are states, which grow by a form of adaptation."""
+
+    claims: ClassVar[tuple[Claim, ...]] = (SURFACE_PULLS_THE_ERROR, GAINS_STAY_POSITIVE)
+
+    model: AbstractArm
+    gamma: Scalar
+    K: Vector
+    adaptation: AbstractAdaptation
+
+    def check_gains(self) -> None:
+        """Refuse a K(0) below zero, and a form of adaptation for another number of joints."""
+        if np.any(self.K < 0):
+            raise ValueError(
+                f"`{type(self).__name__}(K=...)` must not be negative: K_i sat(s_i / phi) with K_i < 0 drives s_i "
+                f"away from zero. Got {np.array2string(self.K, separator=', ')}."
+            )
+        self.adaptation.check(self.dof)
+
+    @property
+    def gains(self) -> Layout:
+        """K(0) as a state."""
+        return Layout((Entry("K", self.K, self.force, Bounds(low=0), "K"),))
+
+    @property
+    def memory(self) -> Layout:
+        """The gains."""
+        return self.gains

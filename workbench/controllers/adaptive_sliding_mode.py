@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import ClassVar
 
 import casadi as ca
 
-from workbench.controllers.adaptation import AbstractAdaptation, Plain
-from workbench.controllers.checks import gains_that_start_at
-from workbench.controllers.promises import GAINS_STAY_POSITIVE, SURFACE_PULLS_THE_ERROR
+from workbench.controllers.adaptation import AbstractAdaptation, AbstractAdaptiveSlidingMode, Plain
 from workbench.controllers.sliding_mode import SlidingMode
-from workbench.controllers.switching import SWITCHINGS, layered, matrices, sliding, switched
-from workbench.core import AbstractArm, Layout, block, initial, option, parameter
+from workbench.controllers.sliding_surface import SWITCHINGS, matrices
+from workbench.core import AbstractArm, block, initial, option, parameter
 from workbench.core.block import Number, Scalar, Vector
-from workbench.core.claim import Claim
 from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 
 
 @block
-class AdaptiveSlidingMode(AbstractArmController):
+class AdaptiveSlidingMode(AbstractAdaptiveSlidingMode):
     """Computed torque on a sliding surface, with a switching gain that learns its own size:
 
         s    = ed + Lambda e,                   e = q - q_ref
@@ -55,11 +50,6 @@ class AdaptiveSlidingMode(AbstractArmController):
     control, International Journal of Control 83(9) (gains that grow with |s|, and their drift).
     """
 
-    claims: ClassVar[tuple[Claim, ...]] = (
-        SURFACE_PULLS_THE_ERROR,
-        GAINS_STAY_POSITIVE,
-    )
-
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
     phi: Scalar = parameter(unit="{position}/s", low=0, strict=True, symbol="phi")
@@ -69,38 +59,20 @@ class AdaptiveSlidingMode(AbstractArmController):
     saturation: str = option(SWITCHINGS, default="clip")
 
     def __post_init__(self) -> None:
-        gains_that_start_at("AdaptiveSlidingMode", self.K, self.force)
-        self.adaptation.check(self.dof)
-
-    @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
-
-    @property
-    def memory(self) -> Layout:
-        """The gains."""
-        return Layout((gains_that_start_at("AdaptiveSlidingMode", self.K, self.force),))
+        self.check_gains()
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
-        del t
         M, C, G = matrices(self.model, est)
-        _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
-        return M @ qdd_r + C @ qd_r + G - switched(self, z["K"], s, M)
+        _, _, s, qd_r, qdd_r = self.surface(est, ref)
+        return M @ qdd_r + C @ qd_r + G - self.switched(z["K"], s, M)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """K' by the chosen form of adaptation."""
-        del t
-        s = sliding(est, ref, self.Lambda).s
+        s = self.surface(est, ref).s
         return {"K": self.adaptation.rate(self.gamma * ca.fabs(s), s, z["K"])}
-
-    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The sliding variable s."""
-        del z
-        return {"s": sliding(est, ref, self.Lambda).s}
 
     def without(self) -> Mapping[str, AbstractArmController]:
         """Sliding mode with K(0) for good, and the law less its layer."""
-        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
-        return {"adaptation": SlidingMode(self.model, self.Lambda, self.K, self.phi, self.saturation)} | layer
+        still = SlidingMode(self.model, self.Lambda, self.K, self.phi, self.saturation)
+        return {"adaptation": still} | self.without_layer()

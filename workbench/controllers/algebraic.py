@@ -9,10 +9,7 @@ TINY = float(np.finfo(float).tiny)
 
 
 def stabilising(A: ca.SX, G: ca.SX, Q: ca.SX, doublings: int) -> ca.SX:
-    """P (n, n): in closed form for one or two rows, else by doubling; G and Q symmetric, semidefinite.
-
-    In closed form G must be definite. By doubling the error falls as that of `doubled` does.
-    """
+    """P (n, n): in closed form for one or two rows, for a definite G, else by doubling; G, Q semidefinite."""
     if A.shape[0] <= 2:
         return closed_form(A, G, Q)
     return doubled(A, G, Q, norm(A) + ca.sqrt(norm(G) * norm(Q) + TINY), doublings)
@@ -21,12 +18,9 @@ def stabilising(A: ca.SX, G: ca.SX, Q: ca.SX, doublings: int) -> ca.SX:
 def closed_form(A: ca.SX, G: ca.SX, Q: ca.SX) -> ca.SX:
     """P for one or two rows, without an iteration.
 
-    The Hamiltonian H = [A, -G; -Q, -A'] has the characteristic polynomial l^2 - c0^2, or l^4 + a l^2 + c0^2 with
-    -a = tr A^2 + tr GQ. Its factor p with roots to the left is known by square roots alone, and p(H) [I; P] = 0
-    is linear in P. Both halves of that are solved together by least squares: for a stable A with a small GQ
-    the upper one loses digits, for an unstable A the lower.
-
-    c0^2 = det H is a sum of terms that are not negative, as is c1^2 of p = l^2 + c1 l + c0.
+    The factor p(l) = l + c0 or l^2 + c1 l + c0 of the characteristic polynomial of H = [A, -G; -Q, -A'] with roots to
+    the left is known by square roots alone, and p(H) [I; P] = 0 is linear in P. Both halves of that are solved together
+    by least squares: for a stable A with a small GQ the upper one loses digits, for an unstable A the lower.
 
     References
     ----------
@@ -76,10 +70,9 @@ def stepped(A: ca.SX, G: ca.SX, Q: ca.SX, P: ca.SX, h: float) -> ca.SX:
     """P after h seconds of P' = A'P + PA - PGP + Q, by one Cayley step; symmetric where P is.
 
     With P = X2 X1^-1 the equation is linear, [X1; X2]' = H [X1; X2], H = [-A, G; Q, A']. The step takes
-    X = (I - h H / 2)^-1 (I + h H / 2) for exp(h H), of second order and symplectic as that is, so that
-    P+ = (X21 + X22 P) (X11 + X12 P)^-1. As X is symplectic, this is P+ = P0 + E' P (I + F P)^-1 E, and F, P0 are
-    semidefinite as G, Q are, P0 definite as Q is, for each h but where 2 / h is an eigenvalue of A: a semidefinite P
-    stays so, and becomes definite at once where Q is. Each stationary P of the equation is one of the step.
+    X = (I - h H / 2)^-1 (I + h H / 2) for exp(h H), symplectic and of second order. It is P+ = P0 + E' P (I + F P)^-1 E
+    with F, P0 semidefinite as G, Q are: for each h but where 2 / h is an eigenvalue of A a semidefinite P stays so, and
+    becomes definite at once where Q is. Each stationary P of the equation is one of the step.
 
     References
     ----------

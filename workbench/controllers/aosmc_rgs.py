@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import ClassVar
@@ -9,13 +10,12 @@ from typing import ClassVar
 import casadi as ca
 
 from workbench.controllers.algebraic import residual, stabilising, stepped
-from workbench.controllers.checks import symmetric
-from workbench.controllers.promises import K_STAYS_DEFINITE, P_STAYS_DEFINITE
-from workbench.controllers.switching import SATURATIONS, layered, matrices, saturation, sliding
+from workbench.controllers.sliding_surface import SATURATIONS, AbstractSlidingMode, matrices, saturation
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Number, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.dynamics import solve_definite
+from workbench.core.numbers import Bounds
 from workbench.core.port import gain
 from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import EULER, Follows, Parts, Reads, euler
@@ -51,8 +51,33 @@ INTEGRATORS = {
 DOUBLINGS = 10  # of the algebraic equation for three joints and more
 
 
+def _leading_minors(X: ca.SX) -> ca.SX:
+    """The leading principal minors (n, 1) of the symmetric part: all positive if and only if it is definite.
+
+    X is (n, n), or its columns in one: a matrix that is no state but an output comes so.
+    """
+    n = math.isqrt(X.numel())
+    X = ca.reshape(X, n, n)
+    S = (X + X.T) / 2
+    return ca.vertcat(*(ca.det(S[: k + 1, : k + 1]) for k in range(n)))
+
+
+K_STAYS_DEFINITE = Claim(
+    "K stays positive definite",
+    "The symmetric part of the gain K(t) is positive definite at all times, as (29) asks.",
+    "(29), (33)",
+    margin=lambda y: _leading_minors(y["K"]),
+)
+P_STAYS_DEFINITE = Claim(
+    "P stays positive definite",
+    "P(t) of (34) is positive definite at all times, from such a P(0).",
+    "(34)",
+    margin=lambda y: _leading_minors(y["P"]),
+)
+
+
 @block
-class AosmcRgs(AbstractArmController):
+class AosmcRgs(AbstractSlidingMode):
     """Adaptive observer-based sliding mode control with Riccati gain synthesis, equations (25) to (34):
 
         e1  = q_hat - q_d,   e2 = qd_hat - qd_d,   s = e2 + Lambda e1                    (25), (26)
@@ -64,13 +89,9 @@ class AosmcRgs(AbstractArmController):
         P' = A^T P + P A - P B R^-1 B^T P + Q                                                 (34)
 
     with M, C, G of `model` at the estimates q_hat, qd_hat. Each slip of the print is a named option,
-    whose first choice is the print. (33) has no consistent shape: `gain_shape` names its readings.
-    The sign of (33) multiplies P s, so K' jumps with sign(s) in "outer" and "elementwise"; in
-    "diagonal" and "norm" it is continuous, with a corner. A symmetric K stays so in "elementwise"
-    and "norm" only. P stays symmetric and positive definite from such a P(0).
-
-    With riccati "algebraic" P is no state: it is solved for at each instant, in closed form for two joints,
-    and the signals "P" and "residual" show it and what it leaves of its equation relative to the terms.
+    whose first choice is the print. A symmetric K stays so in the shapes "elementwise" and "norm" of (33) only. P stays
+    symmetric and positive definite from such a P(0). With riccati "algebraic" P is no state: it is solved for at each
+    instant, and the signals "P" and "residual" show it and what it leaves of its equation relative to the terms.
 
     A computer steps K and P by `integrator`. Explicit Euler multiplies P by 1 - 2 h |a| for a mode a of A, and so
     loses it where a period h is longer than 1 / |a|; the Cayley step of (34) loses it at none.
@@ -84,17 +105,15 @@ class AosmcRgs(AbstractArmController):
     Lambda
         (n,), the diagonal of Lambda.
     K, P
-        (n, n), K(0) and P(0). Riccati "algebraic" has no use for P(0) and takes none.
+        (n, n), K(0) and P(0); riccati "algebraic" takes no P.
     Q, R
-        (n, n), the weights of (32), in the units that (34) gives them. Riccati "forward" and "algebraic"
-        need both; "frozen" has no use for them and takes neither.
+        (n, n), the weights of (32), in the units that (34) gives them; riccati "frozen" takes neither.
 
     Raises
     ------
     ValueError
-        If a number is out of its bounds or has the wrong shape; if Q or P(0) is not symmetric and
-        positive semidefinite, or R not symmetric and positive definite; if P, Q, R or the integrator do not suit
-        `riccati`.
+        If a number is out of its bounds or has the wrong shape; Q or P(0) is not symmetric and positive semidefinite,
+        or R not symmetric and positive definite; or P, Q, R or the integrator do not suit `riccati`.
 
     References
     ----------
@@ -102,11 +121,7 @@ class AosmcRgs(AbstractArmController):
     synthesis for robotic manipulators, section 3.3 and 3.4.
     """
 
-    claims: ClassVar[tuple[Claim, ...]] = (
-        K_STAYS_DEFINITE,
-        P_STAYS_DEFINITE,
-    )
-
+    claims: ClassVar[tuple[Claim, ...]] = (K_STAYS_DEFINITE, P_STAYS_DEFINITE)
     estimates: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
 
     model: AbstractArm
@@ -131,44 +146,21 @@ class AosmcRgs(AbstractArmController):
     integrator: str = option(INTEGRATORS, default="euler")
 
     def __post_init__(self) -> None:
-        self._check_start()
+        takes = {"forward": ("P", "Q", "R"), "frozen": ("P",), "algebraic": ("Q", "R")}[self.riccati]
+        came = tuple(name for name in ("P", "Q", "R") if getattr(self, name) is not None)
+        if came != takes:
+            raise ValueError(
+                f"`AosmcRgs(riccati='{self.riccati}')` must have {' and '.join(takes)} and no other of P, Q and R, as "
+                f"{RICCATIS[self.riccati]}; got {' and '.join(came) or 'none'}."
+            )
         if self.integrator == "cayley" and self.riccati != "forward":
             raise ValueError(
                 f"`AosmcRgs(integrator='cayley')` is a step of (34), which riccati='{self.riccati}' does not "
                 "take: leave it out."
             )
-        if self.riccati == "frozen":
-            if self.Q is not None or self.R is not None:
-                raise ValueError(
-                    "`AosmcRgs(riccati='frozen')` sets P' = 0, where Q and R have no effect: leave both out."
-                )
-            return
-        if self.Q is None or self.R is None:
-            does = "integrates" if self.riccati == "forward" else "solves"
-            raise ValueError(
-                f"`AosmcRgs(riccati='{self.riccati}')` {does} (34), which needs both weights Q and R; got "
-                f"Q = {self.Q} and R = {self.R}."
-            )
-        symmetric("AosmcRgs(Q=...)", self.Q, "(32) weighs s^T Q s", definite=False)
-        symmetric("AosmcRgs(R=...)", self.R, "(34) divides by it", definite=True)
-
-    def _check_start(self) -> None:
-        """P(0) where there is a start, and none where there is none."""
-        if self.riccati == "algebraic":
-            if self.P is not None:
-                raise ValueError(
-                    "`AosmcRgs(riccati='algebraic')` solves for P at every instant, where P(0) has no effect: "
-                    "leave it out."
-                )
-            return
-        if self.P is None:
-            raise ValueError(f"`AosmcRgs(riccati='{self.riccati}')` needs P(0), from which P starts; got None.")
-        symmetric("AosmcRgs(P=...)", self.P, "only from such a start does (34) keep P positive", definite=False)
-
-    @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
+        for name in takes:
+            bounds = Bounds(symmetric=True, definite="positive" if name == "R" else "semi")
+            bounds.refuse_unsymmetric(f"AosmcRgs({name}=...)", getattr(self, name)[None])
 
     @property
     def memory(self) -> Layout:
@@ -178,9 +170,8 @@ class AosmcRgs(AbstractArmController):
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """(27) to (29)."""
-        del t
         M, C, G = matrices(self.model, est)
-        _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
+        _, _, s, qd_r, qdd_r = self.surface(est, ref)
         if self.velocity == "printed":
             qd_r, qdd_r = ref.qd, ref.qdd
         tau_eq = M @ qdd_r + C @ qd_r + G + est.d if self.feedforward == "model" else est.d
@@ -189,18 +180,11 @@ class AosmcRgs(AbstractArmController):
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """(33) and (34)."""
-        del t
-        s = sliding(est, ref, self.Lambda).s
+        s = self.surface(est, ref).s
         algebraic = self.riccati == "algebraic"
         growth = self._growth(self._algebraic(z, est)[0] if algebraic else z["P"], s)
-        match self.gain_sign:
-            case "raised":
-                K_rate = {"K": growth}
-            case "zero":
-                K_rate = {"K": ca.SX.zeros(growth.shape)}
-            case _:
-                K_rate = {"K": -growth}
-        return K_rate if algebraic else K_rate | {"P": self._riccati(z, est)}
+        K_rate = {"raised": growth, "zero": ca.SX.zeros(growth.shape), "printed": -growth}[self.gain_sign]
+        return {"K": K_rate} if algebraic else {"K": K_rate, "P": self._riccati(z, est)}
 
     @property
     def method(self) -> str:
@@ -217,7 +201,7 @@ class AosmcRgs(AbstractArmController):
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s, and P with its residual where it is solved for."""
-        s = {"s": sliding(est, ref, self.Lambda).s}
+        s = {"s": self.surface(est, ref).s}
         if self.riccati != "algebraic":
             return s
         P, left = self._algebraic(z, est)
@@ -231,8 +215,7 @@ class AosmcRgs(AbstractArmController):
         adaptation = {"adaptation of K": replace(still, gain_sign="zero")} if self.gain_sign != "zero" else {}
         riccati = {"Riccati equation": still} if still is not self else {}
         model = {"model in the torque": replace(self, feedforward="none")} if self.feedforward == "model" else {}
-        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
-        return adaptation | riccati | model | layer
+        return adaptation | riccati | model | self.without_layer()
 
     def _growth(self, P: ca.SX, s: ca.SX) -> ca.SX:
         """P s sign(s) of (33), (n, n), in the chosen reading."""

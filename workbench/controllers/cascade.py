@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -12,9 +13,10 @@ from workbench.core import Entry, Layout, Signals, block
 from workbench.core.block import Number
 from workbench.core.port import misfits
 from workbench.loop.contracts import AbstractController, Follows, Parts, Reads, is_recursion
+from workbench.loop.wiring import above, below
 from workbench.validation.refusals import whole
 
-OUTER, INNER, HELD = "outer.", "inner.", "held."
+Arguments = tuple[Any, Signals, Signals, Signals]  # time, memory, estimates and wanted signals of a law
 
 
 @block
@@ -22,8 +24,7 @@ class Cascade(AbstractController):
     """An outer law, and an inner one that follows what the outer commands: a position loop around one of speed, say.
 
     In a computer the inner law runs in every period of the cascade; the outer one runs once in `ratio` of them, from
-    the first on, and its command is held in between. In continuous time both act at every instant, as a rate of
-    computing is none of the laws' own: `ratio` then counts for nothing. It shows the signals of the outer law.
+    the first on, and its command is held in between. In continuous time both act at every instant.
 
     Raises
     ------
@@ -71,29 +72,29 @@ class Cascade(AbstractController):
 
     @property
     def reads(self) -> Layout:
-        """What either law reads."""
+        """The estimates that either law reads."""
         return _union(self.outer.reads, self.inner.reads)
 
     @property
     def follows(self) -> Layout:
-        """What the outer law follows, and what of the inner's the outer does not drive."""
+        """The signals that the outer law follows, and those of the inner that the outer does not drive."""
         return _union(self.outer.follows, self._rest)
 
     @property
     def drives(self) -> Layout:
-        """What the inner law drives."""
+        """The inputs that the inner law drives."""
         return self.inner.drives
 
     @property
     def memory(self) -> Layout:
         """That of both laws, and the outer's command where it is held."""
         held = Layout(tuple(Entry(e.name, np.zeros(e.shape), e.unit) for e in self.outer.drives.entries))
-        both = self.outer.memory.prefixed(OUTER) + self.inner.memory.prefixed(INNER)
-        return both + held.prefixed(HELD) if self.ratio > 1 else both
+        both = self.outer.memory.prefixed("outer.") + self.inner.memory.prefixed("inner.")
+        return both + held.prefixed("held.") if self.ratio > 1 else both
 
     @property
     def recursion(self) -> bool:
-        """Whether a law of its is a recursion, or its outer command is held by a computer."""
+        """True if a law of its is a recursion, or its outer command is held by a computer."""
         return is_recursion(self._outer) or is_recursion(self._inner) or (self.ratio > 1 and self.period is not None)
 
     @property
@@ -108,14 +109,14 @@ class Cascade(AbstractController):
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         """The command of the inner law, which follows that of the outer."""
-        return self._inner.command(t, _below(INNER, z), est.only(self.inner.reads), self._wanted(t, z, est, ref))
+        _, inner = self._arguments(t, z, est, ref)
+        return self._inner.command(*inner)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """Those of both laws; what is held stays."""
-        outer = self._outer.rate(t, _below(OUTER, z), est.only(self.outer.reads), ref.only(self.outer.follows))
-        inner = self._inner.rate(t, _below(INNER, z), est.only(self.inner.reads), self._wanted(t, z, est, ref))
-        held = {name: ca.SX.zeros(part.shape) for name, part in z.items() if name.startswith(HELD)}
-        return _above(OUTER, outer) | _above(INNER, inner) | held
+        outer, inner = self._arguments(t, z, est, ref)
+        held = {name: ca.SX.zeros(part.shape) for name, part in below("held", z).items()}
+        return above({"outer": self._outer.rate(*outer), "inner": self._inner.rate(*inner), "held": held})
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The memory after its period."""
@@ -125,20 +126,18 @@ class Cascade(AbstractController):
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
         """The inner law a period on, and the outer one `ratio` periods where this is an instant of its own."""
-        old, wanted = _below(OUTER, z), self._wanted(t, z, est, ref)
-        outer = self._outer.advance(
-            t, old, est.only(self.outer.reads), ref.only(self.outer.follows), self.ratio * period
-        )
-        inner = self._inner.advance(t, _below(INNER, z), est.only(self.inner.reads), wanted, period)
+        outer, inner = self._arguments(t, z, est, ref)
+        moved = self._outer.advance(*outer, self.ratio * period)
+        parts = {"outer": moved, "inner": self._inner.advance(*inner, period)}
         if self.ratio == 1:
-            return _above(OUTER, outer) | _above(INNER, inner)
-        outer = {name: ca.if_else(self._is_turn(t, period), part, old[name]) for name, part in outer.items()}
-        held = {name: wanted[name] for name in self.outer.drives.names}
-        return _above(OUTER, outer) | _above(INNER, inner) | _above(HELD, held)
+            return above(parts)
+        old, wanted = outer[1], inner[3]
+        parts["outer"] = {name: ca.if_else(self._is_turn(t, period), part, old[name]) for name, part in moved.items()}
+        return above(parts | {"held": {name: wanted[name] for name in self.outer.drives.names}})
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """Those of the outer law."""
-        return self._outer.signals(_below(OUTER, z), est.only(self.outer.reads), ref.only(self.outer.follows))
+        return self._outer.signals(Signals(below("outer", z)), est.only(self.outer.reads), ref.only(self.outer.follows))
 
     def without(self) -> Mapping[str, AbstractController]:
         """The cascade less each part of its laws."""
@@ -147,7 +146,7 @@ class Cascade(AbstractController):
 
     @property
     def _rest(self) -> Layout:
-        """What the inner law follows and the outer does not drive."""
+        """The signals that the inner law follows and the outer does not drive."""
         return Layout(tuple(entry for entry in self.inner.follows.entries if entry.name not in self.outer.drives))
 
     @property
@@ -159,27 +158,19 @@ class Cascade(AbstractController):
     def _inner(self) -> AbstractController:
         return self.inner if self.period is None else self.inner.run_every(self.period)
 
-    def _wanted(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        """What the inner law follows."""
-        outer, followed = self._outer, ref.only(self.outer.follows)
-        new = Signals(outer.command(t, _below(OUTER, z), est.only(self.outer.reads), followed))
+    def _arguments(self, t: Number, z: Parts, est: Reads, ref: Follows) -> tuple[Arguments, Arguments]:
+        """The time, memory, estimates and wanted signals of the outer law, and those of the inner one."""
+        outer = (t, Signals(below("outer", z)), est.only(self.outer.reads), ref.only(self.outer.follows))
+        new = Signals(self._outer.command(*outer))
         if self.ratio > 1 and self.period is not None:
             turn = self._is_turn(t, self.period)
-            new = Signals({name: ca.if_else(turn, part, z[HELD + name]) for name, part in new.items()})
-        return (ref | new).only(self.inner.follows)
+            new = Signals({name: ca.if_else(turn, part, z[f"held.{name}"]) for name, part in new.items()})
+        return outer, (t, Signals(below("inner", z)), est.only(self.inner.reads), (ref | new).only(self.inner.follows))
 
     def _is_turn(self, t: Number, period: float) -> ca.SX:
-        """Whether the outer law runs at this instant of the computer."""
+        """True if the outer law runs at this instant of the computer."""
         return ca.fmod(ca.floor(t / period + 0.5), self.ratio) == 0
 
 
 def _union(one: Layout, other: Layout) -> Layout:
     return Layout(one.entries + tuple(entry for entry in other.entries if entry.name not in one))
-
-
-def _below(prefix: str, parts: Parts) -> Signals:
-    return Signals({name.removeprefix(prefix): part for name, part in parts.items() if name.startswith(prefix)})
-
-
-def _above(prefix: str, parts: Parts) -> dict[str, ca.SX]:
-    return {f"{prefix}{name}": part for name, part in parts.items()}

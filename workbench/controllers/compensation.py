@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import casadi as ca
 
@@ -11,8 +11,7 @@ from workbench.core import Layout, Signals, block
 from workbench.core.block import Number
 from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
-
-LAW = "law."
+from workbench.loop.wiring import above, below
 
 
 @block
@@ -65,19 +64,19 @@ class WithCompensation(AbstractArmController):
     @property
     def memory(self) -> Layout:
         """That of the law, below `law.`."""
-        return self.law.memory.prefixed(LAW)
+        return self.law.memory.prefixed("law.")
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The sum."""
-        return self._law.torque(t, _below(z), est, ref) + est.d
+        return self._law.torque(t, below("law", z), est, ref) + est.d
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """That of the law."""
-        return {f"{LAW}{name}": rate for name, rate in self._law.rate(t, _below(z), est, ref).items()}
+        return above({"law": self._law.rate(t, below("law", z), est, ref)})
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """Those of the law."""
-        return self._law.signals(_below(z), est, ref)
+        return self._law.signals(below("law", z), est, ref)
 
     @property
     def method(self) -> str:
@@ -86,23 +85,14 @@ class WithCompensation(AbstractArmController):
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
         """That of the law."""
-        moved = self._law.advance(t, _below(z), est, ref, period)
-        return {f"{LAW}{name}": part for name, part in moved.items()}
+        return above({"law": self._law.advance(t, below("law", z), est, ref, period)})
 
     def without(self) -> Mapping[str, AbstractArmController]:
         """The law alone, and the sum with each part of the law left out."""
-        less = {
-            name: WithCompensation(law)
-            for name, law in self.law.without().items()
-            if isinstance(law, AbstractArmController)
-        }
-        return {"disturbance compensation": self.law} | less
+        less: Mapping[str, Any] = self.law.without()
+        return {"disturbance compensation": self.law} | {name: WithCompensation(law) for name, law in less.items()}
 
     @property
     def _law(self) -> AbstractArmController:
         """The law, run as often as the sum is."""
         return self.law if self.period is None else self.law.run_every(self.period)
-
-
-def _below(z: Parts) -> Parts:
-    return {name.removeprefix(LAW): part for name, part in z.items()}

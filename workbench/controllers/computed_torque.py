@@ -6,13 +6,26 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.controllers.promises import ERROR_IS_LINEAR
-from workbench.controllers.switching import matrices
+from workbench.controllers.sliding_surface import EXACT_ESTIMATES, ROUNDING, matrices
 from workbench.core import AbstractArm, block, parameter
 from workbench.core.block import Number, Vector
 from workbench.core.claim import Claim
 from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
+
+EXACT_DISTURBANCE = Claim(
+    "the exact disturbance",
+    "D_hat = D at all times, to 1e-9 N m.",
+    "`OracleFilter`, or no disturbance",
+    margin=lambda y: 1e-9 - ca.fabs(y["d_error"]),
+)
+ERROR_IS_LINEAR = Claim(
+    "the error is linear",
+    "With the right model e'' + Kd e' + Kp e = 0, to 1e-7 rad/s^2.",
+    "Siciliano et al. (2009), section 8.5.2",
+    (EXACT_ESTIMATES, EXACT_DISTURBANCE),
+    lambda y: ROUNDING - ca.fabs(y["ed'"] + y["Kd"] * y["ed"] + y["Kp"] * y["e"]),
+)
 
 
 @block
@@ -48,21 +61,14 @@ class ComputedTorque(AbstractArmController):
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (ERROR_IS_LINEAR,)
-
     estimates: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
 
     model: AbstractArm
     Kp: Vector = parameter(unit="1/s^2", low=0, shape=("n",), symbol="K_p")
     Kd: Vector = parameter(unit="1/s", low=0, shape=("n",), symbol="K_d")
 
-    @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
-
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
-        del t, z
         M, C, G = matrices(self.model, est)
         e, ed = est.q - ref.q, est.qd - ref.qd
         tau: ca.SX = M @ (ref.qdd - self.Kd * ed - self.Kp * e) + C @ est.qd + G + est.d

@@ -3,28 +3,80 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
-from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
-from workbench.controllers.adaptation import AbstractAdaptation, Plain
+from workbench.controllers.adaptation import AbstractAdaptation, AbstractAdaptiveSlidingMode, Plain
 from workbench.controllers.adaptive_sliding_mode import AdaptiveSlidingMode
-from workbench.controllers.checks import gains_that_start_at
-from workbench.controllers.fuzzy import RuleBase
-from workbench.controllers.promises import GAINS_STAY_POSITIVE, SURFACE_PULLS_THE_ERROR
-from workbench.controllers.switching import SWITCHINGS, layered, matrices, sliding, switched
+from workbench.controllers.sliding_surface import SWITCHINGS, matrices
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
-from workbench.core.block import Number, Scalar, Vector
-from workbench.core.claim import Claim
+from workbench.core.block import Column, Matrix, Number, Scalar, Vector
 from workbench.core.port import per_second
 from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 
 
 @block
-class FuzzyAsmc(AbstractArmController):
+class RuleBase:
+    """The speed of learning by fuzzy rules, from the size x = |s_i| of the sliding variable and its trend v:
+
+        r(x, v) = sum_ab mu_a(x) nu_b(v) scale_ab / sum_ab mu_a(x) nu_b(v)
+        mu_a(x) = exp(-((x - x_a) / w_x)^2 / 2),    nu_b(v) = exp(-((v - v_b) / w_v)^2 / 2)
+
+    Rule (a, b) reads: if x is about x_a and v is about v_b, then r is scale_ab. r always lies between the
+    smallest and the largest consequent. The sets of one input share one width, so that beyond the
+    last centre the last rule wins.
+
+    Parameters
+    ----------
+    sizes, trends
+        (a,) and (b,), the centres of the sets of x and of v.
+    scale
+        (a, b), the consequents; each row one size, each column one trend.
+    """
+
+    sizes: Vector = parameter(default=(0.0, 0.5, 1.0), unit="rad/s", shape=("a",), symbol="x")
+    size_width: Scalar = parameter(default=0.25, unit="rad/s", low=0, strict=True, symbol="w_x")
+    trends: Vector = parameter(default=(-5.0, 0.0, 5.0), unit="rad/s^2", shape=("b",), symbol="v")
+    trend_width: Scalar = parameter(default=2.5, unit="rad/s^2", low=0, strict=True, symbol="w_v")
+    scale: Matrix = parameter(
+        default=((0.0, 0.2, 0.5), (0.2, 1.0, 2.0), (1.0, 2.0, 4.0)),
+        unit="",
+        low=0,
+        shape=("a", "b"),
+        symbol="r",
+    )
+
+    def __post_init__(self) -> None:
+        for name in ("sizes", "trends"):
+            centres = getattr(self, name)
+            if len(centres) == 0 or np.any(centres[1:] <= centres[:-1]):
+                raise ValueError(
+                    f"`RuleBase({name}=...)` must hold at least one centre, in rising order: the rules of "
+                    f"`scale` follow it. Got {np.array2string(centres, separator=', ')}."
+                )
+
+    def strength(self, x: Column, v: Column) -> ca.SX:
+        """r(x, v), elementwise for x and v of shape (n, 1)."""
+        rows: list[ca.SX] = []
+        for x_i, v_i in zip(ca.vertsplit(x), ca.vertsplit(v), strict=True):
+            mu = _weights(x_i, self.sizes, self.size_width)
+            nu = _weights(v_i, self.trends, self.trend_width)
+            rows.append(mu.T @ self.scale @ nu)
+        return ca.vertcat(*rows)
+
+
+def _weights(x: ca.SX, centres: Vector, width: Scalar) -> ca.SX:
+    """Gaussian memberships of a number x in sets of one width, divided by their sum, (m, 1)."""
+    exponents = -(((x - centres) / width) ** 2) / 2
+    mu = ca.exp(exponents - ca.mmax(exponents))  # no 0 / 0 where x is many widths from every centre
+    share: ca.SX = mu / ca.sum1(mu)
+    return share
+
+
+@block
+class FuzzyAsmc(AbstractAdaptiveSlidingMode):
     """Adaptive sliding mode whose gain learns faster or slower as a fuzzy rule base says:
 
         s    = ed + Lambda e,                        e = q - q_ref
@@ -37,10 +89,8 @@ class FuzzyAsmc(AbstractArmController):
 
     The trend d|s_i|/dt would need the acceleration, which nobody measures; v_i is that trend behind a
     first-order lag. As z starts at zero, v_i tells of a rise during the first few lags of a run that
-    starts off the surface. In the plain form the gain never falls, and grows while s_i and r are
-    not zero; the Lyapunov argument of `AdaptiveSlidingMode` takes a constant rate and is not carried over.
-
-    The paper names this rival and prints none of its rules; these are ours.
+    starts off the surface. The Lyapunov argument of `AdaptiveSlidingMode` takes a constant rate and is not carried
+    over. The paper names this rival and prints none of its rules; these are ours.
 
     Parameters
     ----------
@@ -59,11 +109,6 @@ class FuzzyAsmc(AbstractArmController):
     Wang (1997), A Course in Fuzzy Systems and Control (product inference, centre-average defuzzifier).
     """
 
-    claims: ClassVar[tuple[Claim, ...]] = (
-        SURFACE_PULLS_THE_ERROR,
-        GAINS_STAY_POSITIVE,
-    )
-
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
     phi: Scalar = parameter(unit="{position}/s", low=0, strict=True, symbol="phi")
@@ -75,38 +120,30 @@ class FuzzyAsmc(AbstractArmController):
     saturation: str = option(SWITCHINGS, default="clip")
 
     def __post_init__(self) -> None:
-        gains_that_start_at("FuzzyAsmc", self.K, self.force)
-        self.adaptation.check(self.dof)
-
-    @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
+        self.check_gains()
 
     @property
     def memory(self) -> Layout:
         """The gains, and |s| behind the lag."""
         slow = Entry("s_slow", np.zeros(self.dof), per_second(self.position), symbol="z")
-        return Layout((gains_that_start_at("FuzzyAsmc", self.K, self.force), slow))
+        return self.gains + Layout((slow,))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
-        del t
         M, C, G = matrices(self.model, est)
-        _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
-        return M @ qdd_r + C @ qd_r + G - switched(self, z["K"], s, M)
+        _, _, s, qd_r, qdd_r = self.surface(est, ref)
+        return M @ qdd_r + C @ qd_r + G - self.switched(z["K"], s, M)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """K' by the rules and the chosen form of adaptation; z' = v."""
-        del t
-        s = sliding(est, ref, self.Lambda).s
+        s = self.surface(est, ref).s
         v = self._trend(z, s)
         r = self.rules.strength(ca.fabs(s), v)
         return {"K": self.adaptation.rate(self.gamma * r * ca.fabs(s), s, z["K"]), "s_slow": v}
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s, and what the rules say: r."""
-        s = sliding(est, ref, self.Lambda).s
+        s = self.surface(est, ref).s
         return {"s": s, "r": self.rules.strength(ca.fabs(s), self._trend(z, s))}
 
     def without(self) -> Mapping[str, AbstractArmController]:
@@ -114,8 +151,7 @@ class FuzzyAsmc(AbstractArmController):
         plain = AdaptiveSlidingMode(
             self.model, self.Lambda, self.phi, self.gamma, self.K, self.adaptation, self.saturation
         )
-        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
-        return {"fuzzy rules": plain, "adaptation": plain.without()["adaptation"]} | layer
+        return {"fuzzy rules": plain, "adaptation": plain.without()["adaptation"]} | self.without_layer()
 
     def _trend(self, z: Parts, s: ca.SX) -> ca.SX:
         v: ca.SX = (ca.fabs(s) - z["s_slow"]) / self.lag

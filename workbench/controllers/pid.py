@@ -70,14 +70,12 @@ class PID(AbstractArmController):
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """Feedback, and the weight of the model if there is one."""
-        del t
         e, ed = est.q - ref.q, est.qd - ref.qd
         tau: ca.SX = -(self.Kp * e + self.Ki * z["integral"] + self.Kd * ed)
         return tau if self.model is None else tau + self.model.gravity_vector(est.q)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The integral grows by e."""
-        del t, z
         return {"integral": est.q - ref.q}
 
     def without(self) -> Mapping[str, AbstractArmController]:

@@ -23,16 +23,13 @@ class PID2(AbstractController):
         I' = Ki (r - y) + anti-windup,             I(0) = 0
         f' = N (w - f),                            f(0) = 0
 
-    so that without limits u = u0 + Kp (b r - y) + Ki / s (r - y) + Kd s / (1 + s / N) (c r - y), as of MATLAB's `pid2`.
-
+    without limits u = u0 + Kp (b r - y) + Ki / s (r - y) + Kd s / (1 + s / N) (c r - y), as of MATLAB's `pid2`.
     "clamping" stops the integral while v is beyond a limit and Ki (r - y) drives it farther; "back-calculation" adds
     (u - v) / Tt to I'. Limits in `Instruments` are not known to the law: give it the same.
 
-    In a computer that runs it once in h seconds the filter is a backward difference and the integral a forward one,
+    In a computer that runs it once in h seconds the filter is a backward difference and the integral a forward one:
 
-        f_k = (f_(k-1) + N h w_k) / (1 + N h),     I_(k+1) = I_k + h (Ki (r_k - y_k) + anti-windup),
-
-    by either integrator of `digital`.
+        f_k = (f_(k-1) + N h w_k) / (1 + N h),     I_(k+1) = I_k + h (Ki (r_k - y_k) + anti-windup)
 
     Parameters
     ----------
@@ -49,8 +46,7 @@ class PID2(AbstractController):
     Tt
         The tracking time of back-calculation, in s, or None.
     u0, y0
-        (n,), the input and the output where the law takes over: what the integral need not find first, and from where
-        on the derivative counts. With y0 = 0 it takes an output that is elsewhere at the start for a jump.
+        (n,), the input and the output where the law takes over.
 
     Raises
     ------
@@ -114,7 +110,7 @@ class PID2(AbstractController):
 
     @property
     def dof(self) -> int:
-        """How many numbers each port has, n; an empty one counts as one, and is refused."""
+        """The size n of each port; an empty one counts as one, and is refused."""
         return max(self.reads.size, 1)
 
     @property
@@ -144,7 +140,7 @@ class PID2(AbstractController):
 
     @property
     def follows(self) -> Layout:
-        """What is wanted of what it reads."""
+        """The wanted values of the signals that it reads."""
         return self.reads
 
     @property
@@ -156,17 +152,15 @@ class PID2(AbstractController):
 
     @property
     def recursion(self) -> bool:
-        """Whether it has the form in a computer: where it has a period."""
+        """True where it has the form in a computer, and so a period."""
         return self.period is not None
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         """The command within its limits."""
-        del t
         return Signals({self.drives.names[0]: self._limited(self._asked(z, est, ref))})
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The derivatives of integral and filter."""
-        del t
         return {"integral": self._growth(z, est, ref), "filter": self.N * (self._weighted(est, ref) - z["filter"])}
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
@@ -175,7 +169,6 @@ class PID2(AbstractController):
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
         """The forward difference of the integral, and the backward one of the filter."""
-        del t
         share = self.N * period / (1 + self.N * period)
         return {
             "integral": z["integral"] + period * self._growth(z, est, ref),

@@ -4,25 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
-from workbench.controllers.adaptation import AbstractAdaptation, Frozen, Plain
+from workbench.controllers.adaptation import AbstractAdaptation, AbstractAdaptiveSlidingMode, Frozen, Plain
 from workbench.controllers.adaptive_sliding_mode import AdaptiveSlidingMode
-from workbench.controllers.checks import gains_that_start_at
-from workbench.controllers.promises import GAINS_STAY_POSITIVE, SURFACE_PULLS_THE_ERROR
-from workbench.controllers.switching import SWITCHINGS, layered, matrices, sliding, switched
+from workbench.controllers.sliding_surface import SWITCHINGS, matrices
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Number, Scalar, Vector
-from workbench.core.claim import Claim
 from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import EULER, Follows, Parts, Reads, euler
 
 
 @block
-class RbfAsmc(AbstractArmController):
+class RbfAsmc(AbstractAdaptiveSlidingMode):
     """Adaptive sliding mode with a Gaussian network for the torque that the model leaves out:
 
         s    = ed + Lambda e,                        e = q - q_ref
@@ -34,17 +30,13 @@ class RbfAsmc(AbstractArmController):
     where o multiplies joint by joint, qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and
     M, C, G are those of `model`: the arm as the designer believes it to be.
 
-    The signs: with f the torque that the true arm and D need beyond the model's along qd_r, the true
-    M s' + C s = W^T h - f - K o sat. Let f = W*^T h + eps, E = W - W* and
-    V = s^T M s / 2 + tr(E^T E) / (2 Gamma). Then V' holds s^T E^T h from the arm and tr(E^T W') / Gamma
+    With f = W*^T h + eps the torque that the true arm and D need beyond the model's along qd_r, E = W - W* and
+    V = s^T M s / 2 + tr(E^T E) / (2 Gamma), V' holds s^T E^T h from the arm and tr(E^T W') / Gamma
     from the network: they cancel for W' = -Gamma h s^T. What is left, eps, is for K. The leak sigma
-    keeps W bounded where eps and the layer keep s from vanishing. What of f depends on more than
-    e and ed (on time, say) is in eps.
+    keeps W bounded where eps and the layer keep s from vanishing.
 
     A computer steps W with its leak by `integrator`, h(x) and s held over a period T: explicit Euler multiplies W by
     1 - sigma T, which is stable for sigma T < 2 only, and "exact" by exp(-sigma T).
-
-    The paper names this rival and prints none of its numbers.
 
     Parameters
     ----------
@@ -69,11 +61,6 @@ class RbfAsmc(AbstractArmController):
     Nonlinear Systems (weights tuned by h s^T with leakage).
     """
 
-    claims: ClassVar[tuple[Claim, ...]] = (
-        SURFACE_PULLS_THE_ERROR,
-        GAINS_STAY_POSITIVE,
-    )
-
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
     phi: Scalar = parameter(unit="{position}/s", low=0, strict=True, symbol="phi")
@@ -90,8 +77,7 @@ class RbfAsmc(AbstractArmController):
     )
 
     def __post_init__(self) -> None:
-        gains_that_start_at("RbfAsmc", self.K, self.force)
-        self.adaptation.check(self.dof)
+        self.check_gains()
         nodes, inputs = np.shape(self.centres)
         if inputs != 2 * self.dof or nodes == 0:
             raise ValueError(
@@ -100,28 +86,21 @@ class RbfAsmc(AbstractArmController):
             )
 
     @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
-
-    @property
     def memory(self) -> Layout:
         """The gains and the weights of the network."""
         W = Entry("W", np.zeros((self.centres.shape[0], self.dof)), self.force, symbol="W")
-        return Layout((gains_that_start_at("RbfAsmc", self.K, self.force), W))
+        return self.gains + Layout((W,))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
-        del t
         M, C, G = matrices(self.model, est)
-        e, ed, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
+        e, ed, s, qd_r, qdd_r = self.surface(est, ref)
         learned = z["W"].T @ self._h(e, ed)
-        return M @ qdd_r + C @ qd_r + G + learned - switched(self, z["K"], s, M)
+        return M @ qdd_r + C @ qd_r + G + learned - self.switched(z["K"], s, M)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """K' by the chosen form of adaptation; W' with its leak."""
-        del t
-        e, ed, s, _, _ = sliding(est, ref, self.Lambda)
+        e, ed, s, _, _ = self.surface(est, ref)
         return {
             "K": self.adaptation.rate(self.gamma * ca.fabs(s), s, z["K"]),
             "W": -self.Gamma * self._h(e, ed) @ s.T - self.sigma * z["W"],
@@ -145,7 +124,7 @@ class RbfAsmc(AbstractArmController):
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s, and the torque that the network has learned: W^T h(x)."""
-        e, ed, s, _, _ = sliding(est, ref, self.Lambda)
+        e, ed, s, _, _ = self.surface(est, ref)
         return {"s": s, "learned": z["W"].T @ self._h(e, ed)}
 
     def without(self) -> Mapping[str, AbstractArmController]:
@@ -153,8 +132,7 @@ class RbfAsmc(AbstractArmController):
         plain = AdaptiveSlidingMode(
             self.model, self.Lambda, self.phi, self.gamma, self.K, self.adaptation, self.saturation
         )
-        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
-        return {"network": plain, "adaptation": replace(self, adaptation=Frozen())} | layer
+        return {"network": plain, "adaptation": replace(self, adaptation=Frozen())} | self.without_layer()
 
     def _h(self, e: ca.SX, ed: ca.SX) -> ca.SX:
         x = ca.vertcat(e, ed)

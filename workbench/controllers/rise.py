@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import ClassVar
 
 import casadi as ca
 
-from workbench.controllers.promises import SURFACE_PULLS_THE_ERROR
-from workbench.controllers.switching import SATURATIONS, layered, saturation, sliding
+from workbench.controllers.sliding_surface import SATURATIONS, AbstractSlidingMode, saturation
 from workbench.core import AbstractArm, block, initial, option, parameter
 from workbench.core.block import Number, Scalar, Vector
-from workbench.core.claim import Claim
 from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 
 
 @block
-class Rise(AbstractArmController):
+class Rise(AbstractSlidingMode):
     """The robust integral of the sign of the error, which needs no model:
 
         s   = ed + Lambda e,                                        e = q - q_ref
@@ -27,14 +24,12 @@ class Rise(AbstractArmController):
 
     where tau_ref = 0 or, where a `model` is given, M qdd_ref + C qd_ref + G at q_ref, qd_ref: the arm as the
     designer believes it to be. The authors write e_1 = -e, alpha_1 for Lambda, e_2 = -s and alpha_2 for alpha, and
-    begin at w_0 = -(ks + 1) s(0), so that tau = tau_ref at first. Their proof differentiates the torque, and w_0 is
-    one more initial error to it: zero, the default, answers the first error at once.
+    begin at w_0 = -(ks + 1) s(0), so that tau = tau_ref at first; zero, the default, answers the first error at once.
 
     With sign for sat, where the torque that is left unknown along the reference has a derivative within b1_i and a
     second one within b2_i, beta_i > b1_i + b2_i / alpha_i and ks large enough for the start take e to zero. The torque
-    is continuous for all that: the sign is below the integral. For one joint of inertia M the describing function
-    of the sign tells a least ks: ks + 1 < Lambda M leaves a limit cycle. The layer costs the exactness and spares w
-    its chattering in a computer, h beta from period to period.
+    is continuous for all that: the sign is below the integral. For one joint of inertia M, ks + 1 < Lambda M leaves a
+    limit cycle. The layer costs the exactness and spares w its chattering in a computer, h beta from period to period.
 
     Parameters
     ----------
@@ -59,8 +54,6 @@ class Rise(AbstractArmController):
     uncertainties, IEEE Transactions on Control Systems Technology 16(2) (Euler-Lagrange systems, with feedforward).
     """
 
-    claims: ClassVar[tuple[Claim, ...]] = (SURFACE_PULLS_THE_ERROR,)
-
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
     alpha: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="alpha")
     ks: Vector = parameter(unit="{force} s/{position}", low=0, shape=("n",), symbol="k_s")
@@ -84,24 +77,16 @@ class Rise(AbstractArmController):
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """Feedback and integral, and the torque of the reference if there is a model."""
-        del t
-        tau: ca.SX = -(self.ks + 1) * sliding(est, ref, self.Lambda).s - z["w"]
+        tau: ca.SX = -(self.ks + 1) * self.surface(est, ref).s - z["w"]
         return tau if self.model is None else tau + self.model.torque(ref.q, ref.qd, ref.qdd)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The rate of w."""
-        del t, z
-        s = sliding(est, ref, self.Lambda).s
+        s = self.surface(est, ref).s
         return {"w": (self.ks + 1) * self.alpha * s + self.beta * saturation(s, self.phi, self.saturation)}
-
-    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The sliding variable s."""
-        del z
-        return {"s": sliding(est, ref, self.Lambda).s}
 
     def without(self) -> Mapping[str, AbstractArmController]:
         """Less the sign below the integral, less its layer, and less the torque of the reference."""
         sign = {"integral of the sign": replace(self, beta=0 * self.beta)} if self.beta.any() else {}
-        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
         model = {"feedforward": replace(self, model=None)} if self.model is not None else {}
-        return sign | layer | model
+        return sign | self.without_layer() | model

@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.controllers.checks import halves
+from workbench.controllers.state_feedback import halves
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Matrix, Number, Scalar
 from workbench.loop.arm_ports import AbstractArmController
@@ -28,10 +28,8 @@ class ScheduledFeedback(AbstractArmController):
         tau_ref = M qdd_ref + C qd_ref + G        at q_ref, qd_ref, of `model`
 
     With [Kp Kd](t) = R^-1 B' P(t), P the solution of the differential Riccati equation backward along the
-    reference, this is the time-varying LQR. The gains are a series in time, of which `series` is the kind.
-
-    A series is good for the time that it was made for. A Chebyshev series grows as a power of t beyond, so the
-    gain stays there what it is at the horizon; that is a choice and not optimal. Ask for runs no longer.
+    reference, this is the time-varying LQR. The gains are a series in time, of which `series` is the kind; beyond the
+    horizon a Chebyshev series stays what it is there, which is not optimal.
 
     Parameters
     ----------
@@ -85,14 +83,8 @@ class ScheduledFeedback(AbstractArmController):
             raise refusal("ScheduledFeedback.of(coefficients=...)", must, numbers("", coefficients))
         return ScheduledFeedback(model, horizon, Kp.reshape(len(Kp), -1), Kd.reshape(len(Kd), -1), series)
 
-    @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
-
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
-        del z
         e, ed = est.q - ref.q, est.qd - ref.qd
         Kp, Kd = self.gains(t)
         tau: ca.SX = self.model.torque(ref.q, ref.qd, ref.qdd) - Kp @ e - Kd @ ed

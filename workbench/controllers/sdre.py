@@ -2,29 +2,18 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import casadi as ca
 
 from workbench.controllers.algebraic import doubled, norm, residual
-from workbench.controllers.checks import symmetric
-from workbench.controllers.switching import matrices
+from workbench.controllers.sliding_surface import matrices
 from workbench.core import AbstractArm, block, parameter
 from workbench.core.block import Matrix, Number
 from workbench.core.dynamics import solve_definite
+from workbench.core.numbers import Bounds
 from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 
 DOUBLINGS = 9
-
-
-class Problem(NamedTuple):
-    """The Riccati equation at a state: A, G = B R^-1 B' and Q, each (2n, 2n), and a rate in 1/s amid its poles."""
-
-    A: ca.SX
-    G: ca.SX
-    Q: ca.SX
-    rate: ca.SX
 
 
 @block
@@ -36,15 +25,11 @@ class Sdre(AbstractArmController):
         A = [0, I; 0, -M^-1 C],   B = [0; M^-1]
 
     with M, C, G of `model` at the estimates. With the right model x' = A x + B u exactly, u what is beside the
-    first three terms, so A and B are one of the many factorisations of the error's equation. With them held
-    still u would minimise the integral of e'Qp e + ed'Qd ed + u'R u; as they move with the state it is near the
-    optimum close to rest only, and stability is that of a neighbourhood.
+    first three terms. With A and B held still u would minimise the integral of e'Qp e + ed'Qd ed + u'R u; as they move
+    with the state it is near the optimum close to rest only, and stability is that of a neighbourhood.
 
-    P comes from nine doublings of a Cayley transform: for two joints the torque takes some 11,600 operations,
-    once a period of a sampled loop and four times a step of Runge and Kutta in continuous time. The signal
-    "residual" is what they leave of the equation over the size of its terms: where it is not small, P is not the
-    solution and the run shows another law. That is so where joints turn fast under light weights, as C is then
-    far quicker than the regulator.
+    P comes from nine doublings of a Cayley transform. The signal "residual" is what they leave of the equation over the
+    size of its terms: where it is not small, as where joints turn fast under light weights, P is not the solution.
 
     Parameters
     ----------
@@ -68,32 +53,27 @@ class Sdre(AbstractArmController):
     R: Matrix = parameter(unit="1/({force})^2", symmetric=True, definite="positive", shape=("n", "n"), symbol="R")
 
     def __post_init__(self) -> None:
-        symmetric("Sdre(Qp=...)", self.Qp, "a position without weight is not driven home", definite=True)
-        symmetric("Sdre(Qd=...)", self.Qd, "the cost weighs ed' Qd ed", definite=False)
-        symmetric("Sdre(R=...)", self.R, "the Riccati equation divides by it", definite=True)
-
-    @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
+        positive, semi = Bounds(symmetric=True, definite="positive"), Bounds(symmetric=True, definite="semi")
+        positive.refuse_unsymmetric("Sdre(Qp=...)", self.Qp[None])
+        semi.refuse_unsymmetric("Sdre(Qd=...)", self.Qd[None])
+        positive.refuse_unsymmetric("Sdre(R=...)", self.R[None])
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
-        del t, z
         M, C, G = matrices(self.model, est)
         x = ca.vertcat(est.q - ref.q, est.qd - ref.qd)
-        P = self._solution(self._problem(M, C))
+        P = doubled(*self._problem(M, C), DOUBLINGS)
         u = -ca.solve(self.R, solve_definite(M, P[self.dof :, :] @ x))
         return M @ ref.qdd + C @ ref.qd + G + u
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """What P leaves of its equation, relative to the equation's terms."""
-        del z, ref
+        """The residual of P in its equation, relative to the equation's terms."""
         M, C, _ = matrices(self.model, est)
-        problem = self._problem(M, C)
-        return {"residual": residual(problem.A, problem.G, problem.Q, self._solution(problem))}
+        A, G, Q, rate = self._problem(M, C)
+        return {"residual": residual(A, G, Q, doubled(A, G, Q, rate, DOUBLINGS))}
 
-    def _problem(self, M: ca.SX, C: ca.SX) -> Problem:
+    def _problem(self, M: ca.SX, C: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+        """A, G = B R^-1 B' and Q of the Riccati equation at a state, (2n, 2n), and a rate in 1/s amid its poles."""
         n = self.dof
         none, eye = ca.SX.zeros(n, n), ca.SX.eye(n)
         solved = solve_definite(M, ca.horzcat(C, eye))
@@ -104,7 +84,4 @@ class Sdre(AbstractArmController):
         Q = ca.blockcat([[self.Qp, none], [none, self.Qd]])
         # the fourth root of |G| |Qp| is the geometric mean of a joint's two poles, whatever damps it
         rate = norm(N) + ca.sqrt(ca.sqrt(norm(pushed) * norm(self.Qp)))
-        return Problem(A, G, Q, rate)
-
-    def _solution(self, problem: Problem) -> ca.SX:
-        return doubled(*problem, DOUBLINGS)
+        return A, G, Q, rate

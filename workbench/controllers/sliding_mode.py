@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import ClassVar
 
 import casadi as ca
 
-from workbench.controllers.promises import SURFACE_PULLS_THE_ERROR
-from workbench.controllers.switching import SWITCHINGS, layered, matrices, sliding, switched
+from workbench.controllers.sliding_surface import SWITCHINGS, AbstractSlidingMode, matrices
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Number, Scalar, Vector
-from workbench.core.claim import Claim
 from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 
 
 @block
-class SlidingMode(AbstractArmController):
+class SlidingMode(AbstractSlidingMode):
     """Computed torque on a sliding surface, and a switching torque that outweighs the unknown:
 
         s   = ed + Lambda e,                    e = q - q_ref
@@ -28,9 +25,8 @@ class SlidingMode(AbstractArmController):
     arm as the designer believes it to be, not the arm that is simulated.
 
     With the right model M s' + C s = -K sat(s / phi) - D. Where K_i > |D_i|, V = s^T M s / 2
-    falls while every joint is outside its layer |s_i| <= phi; within, s_i comes to rest where
-    K_i sat(s_i / phi) balances D_i. While |s_i| <= phi, |e_i| falls to phi / Lambda_i at most: the price
-    of a torque that does not chatter.
+    falls while every joint is outside its layer |s_i| <= phi. While |s_i| <= phi, |e_i| falls to phi / Lambda_i at
+    most: the price of a torque that does not chatter.
 
     Parameters
     ----------
@@ -58,33 +54,18 @@ class SlidingMode(AbstractArmController):
     ('q',)
     """
 
-    claims: ClassVar[tuple[Claim, ...]] = (SURFACE_PULLS_THE_ERROR,)
-
     model: AbstractArm
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
     K: Vector = parameter(unit="{force}", low=0, shape=("n",), symbol="K")
     phi: Scalar = parameter(unit="{position}/s", low=0, strict=True, symbol="phi")
     saturation: str = option(SWITCHINGS, default="clip")
 
-    @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
-
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
-        del t, z
         M, C, G = matrices(self.model, est)
-        _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
-        tau: ca.SX = M @ qdd_r + C @ qd_r + G - switched(self, self.K, s, M)
-        return tau
-
-    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The sliding variable s."""
-        del z
-        return {"s": sliding(est, ref, self.Lambda).s}
+        _, _, s, qd_r, qdd_r = self.surface(est, ref)
+        return M @ qdd_r + C @ qd_r + G - self.switched(self.K, s, M)
 
     def without(self) -> Mapping[str, AbstractArmController]:
         """Less the switching torque, and less its layer."""
-        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
-        return {"switching torque": replace(self, K=0 * self.K)} | layer
+        return {"switching torque": replace(self, K=0 * self.K)} | self.without_layer()

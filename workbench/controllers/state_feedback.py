@@ -7,11 +7,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.controllers.checks import halves
 from workbench.core import AbstractArm, Layout, block, parameter
 from workbench.core.block import Matrix, Number
 from workbench.loop.arm_ports import AbstractArmController, motors
 from workbench.loop.contracts import Follows, Parts, Reads
+from workbench.validation.refusals import Array, as_array, refusal
 
 
 @block
@@ -22,9 +22,7 @@ class StateFeedback(AbstractArmController):
         tau_ref = M qdd_ref + C qd_ref + G        at q_ref, qd_ref, of `model`
 
     where `model` is the arm as the designer believes it to be; of an arm with passive joints tau is that of the motors.
-    With [Kp Kd] = R^-1 B' P of the equations
-    linearised about a rest point this is the LQR: optimal there, and near it almost so. The feedforward
-    needs the derivatives of the reference, and a reference that jumps has none.
+    With [Kp Kd] = R^-1 B' P of the equations linearised about a rest point this is the LQR.
 
     Parameters
     ----------
@@ -84,11 +82,6 @@ class StateFeedback(AbstractArmController):
         return StateFeedback(model, *halves("StateFeedback.of(K=...)", K, model.dof, len(model.motors)))
 
     @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
-
-    @property
     def drives(self) -> Layout:
         """The torques of the motors, (m,)."""
         return motors(self.model)
@@ -109,8 +102,18 @@ class StateFeedback(AbstractArmController):
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
-        del t, z
         e, ed = est.q - ref.q, est.qd - ref.qd
         along = self.model.torque(ref.q, ref.qd, ref.qdd)[list(self.model.motors)]
         tau: ca.SX = along - self.Kp @ e - self.Kd @ ed
         return tau
+
+
+def halves(call: str, K: Any, dof: int, rows: int) -> tuple[Array, Array]:
+    """The gains of e and of ed from K (..., rows, 2n), or a refusal."""
+    gain = as_array(K)
+    if gain is None:
+        raise refusal(call, "a matrix of numbers", K)
+    if gain.ndim < 2 or gain.shape[-2:] != (rows, 2 * dof):
+        count = f"{rows} row{'s' if rows > 1 else ''}, one a {'joint' if rows == dof else 'motor'}"
+        raise ValueError(f"`{call}` must have {count}, and {2 * dof} columns, for [e; ed]; got shape {gain.shape}.")
+    return gain[..., :dof], gain[..., dof:]

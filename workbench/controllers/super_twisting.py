@@ -9,9 +9,7 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from workbench.controllers.promises import SWITCHED_RATE_IS_BOUNDED
-from workbench.controllers.relay import clip
-from workbench.controllers.switching import SWITCHINGS, layered, matrices, sampling_period, saturation, sliding
+from workbench.controllers.sliding_surface import SWITCHINGS, AbstractSlidingMode, clip, matrices, saturation
 from workbench.core import AbstractArm, Entry, Layout, block, option, parameter
 from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
@@ -20,10 +18,16 @@ from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import EULER, Follows, Parts, Reads
 
 TINY = np.finfo(float).tiny
+SWITCHED_RATE_IS_BOUNDED = Claim(
+    "the integral part has a bounded rate",
+    "|w_i'| <= 1.01 k2_i at all times, k2_i with a slack of 1 %, so that the torque is continuous.",
+    "Levant (1993)",
+    margin=lambda y: 1.01 * y["k2"] - ca.fabs(y["w'"]),
+)
 
 
 @block
-class SuperTwisting(AbstractArmController):
+class SuperTwisting(AbstractSlidingMode):
     """The super-twisting algorithm on each joint of a sliding surface:
 
         s   = ed + Lambda e,                     e = q - q_ref
@@ -32,20 +36,16 @@ class SuperTwisting(AbstractArmController):
         w_i' = -k2_i sat(s_i / phi),             w(0) = 0
 
     where qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and M, C, G are those of `model`.
-    The law has C qd, not C qd_r, and u within M, so that with the right model s' = u - M^-1 D
-    exactly: the joints are uncoupled and the published conditions on k1, k2 apply to each.
+    With the right model s' = u - M^-1 D exactly: the joints are uncoupled and the published conditions on k1, k2 apply
+    to each.
 
     With sign for sat, s reaches zero in finite time and stays there against any perturbation whose
     derivative is bounded by L, if k2 > L and k1 is large enough; only w' switches, so the torque is
-    continuous. The layer costs that exactness: s comes to rest not at zero but where
-    k2 sat(s / phi) balances the derivative of the perturbation, |s| about phi L / k2. It buys a rate
-    w' without jumps. "sign" keeps the exactness and chatters where it is sampled; "implicit" is one
-    backward Euler step of both lines over the sampling period h, with sat, s and w in u those of its end:
+    continuous. With the layer s comes to rest at about phi L / k2. "sign" keeps the exactness and chatters where it is
+    sampled; "implicit" is one backward Euler step of both lines over the sampling period h, with sat, s and w in u
+    those of its end, which does not chatter and leaves s of the order of h, where "sign" leaves the order of h^2:
 
         s+ + h k1 |s+|^(1/2) sign(s+) + h^2 k2 sign(s+) = s + h w.
-
-    Its torque does not chatter. It takes back the s of the last period in the next, and so leaves what
-    the perturbation makes of s in one period, of the order of h; "sign" leaves the order of h^2.
 
     Parameters
     ----------
@@ -77,20 +77,14 @@ class SuperTwisting(AbstractArmController):
     saturation: str = option(SWITCHINGS, default="clip")
 
     @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
-
-    @property
     def memory(self) -> Layout:
         """The integral part of u."""
         return Layout((Entry("w", np.zeros(self.dof), per_second(self.position, 2), symbol="w"),))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
-        del t
         M, C, G = matrices(self.model, est)
-        _, _, s, _, qdd_r = sliding(est, ref, self.Lambda)
+        _, _, s, _, qdd_r = self.surface(est, ref)
         root, sigma, w = self._switched(s, z["w"])
         u = -self.k1 * root * sigma + w
         tau: ca.SX = M @ (qdd_r + u) + C @ est.qd + G
@@ -98,14 +92,8 @@ class SuperTwisting(AbstractArmController):
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The integral part by -k2 sat(s / phi)."""
-        del t
-        _, sigma, _ = self._switched(sliding(est, ref, self.Lambda).s, z["w"])
+        _, sigma, _ = self._switched(self.surface(est, ref).s, z["w"])
         return {"w": -self.k2 * sigma}
-
-    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The sliding variable s."""
-        del z
-        return {"s": sliding(est, ref, self.Lambda).s}
 
     @property
     def method(self) -> str:
@@ -114,15 +102,14 @@ class SuperTwisting(AbstractArmController):
 
     def without(self) -> Mapping[str, AbstractArmController]:
         """Less either line of u, and less its layer."""
-        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
         lines = {"integral part": replace(self, k2=0 * self.k2), "root part": replace(self, k1=0 * self.k1)}
-        return lines | layer
+        return lines | self.without_layer()
 
     def _switched(self, s: ca.SX, w: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
         """|s|^(1/2), sat(s / phi) and the integral part that go into u; "implicit" those at the end of the period."""
         if self.saturation != "implicit":
             return _root(s), saturation(s, self.phi, self.saturation), w
-        h = sampling_period(self)
+        h = self.sampling_period()
         free, least = s + h * w, ca.SX(h**2 * self.k2)  # where s would go by itself, and what sign(s) brings to rest
         sigma = clip(free / ca.fmax(least, TINY), ca.SX(1))
         a, left = h * self.k1, ca.fmax(ca.fabs(free) - least, 0)

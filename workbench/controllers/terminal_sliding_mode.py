@@ -9,19 +9,40 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from workbench.controllers.promises import TERMINAL_SURFACE_MOVES_THE_ERROR
-from workbench.controllers.switching import SATURATIONS, layered, matrices, saturation
+from workbench.controllers.sliding_surface import (
+    EXACT_ESTIMATES,
+    ROUNDING,
+    SATURATIONS,
+    AbstractSlidingMode,
+    matrices,
+    saturation,
+)
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Number, Scalar, Vector
-from workbench.core.claim import Claim
+from workbench.core.claim import Claim, Signals
 from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 
 TINY = np.finfo(float).tiny
 
 
+def _moved_by_the_terminal_surface(y: Signals) -> ca.SX:
+    power = ca.sign(y["e'"]) * ca.fabs(y["e'"]) ** y["gamma"]
+    return ROUNDING - ca.fabs(power - y["beta"] * (y["surface"] - y["e"]))
+
+
+TERMINAL_SURFACE_MOVES_THE_ERROR = Claim(
+    "the terminal surface moves the error",
+    "|e_i'|^gamma sign(e_i') = beta_i (s_i - e_i), to 1e-7 in units of beta_i e_i: while |s_i| <= phi, |e_i| falls to "
+    "phi in finite time.",
+    "Feng, Yu and Man (2002)",
+    (EXACT_ESTIMATES,),
+    _moved_by_the_terminal_surface,
+)
+
+
 @block
-class NonsingularTerminalSlidingMode(AbstractArmController):
+class NonsingularTerminalSlidingMode(AbstractSlidingMode):
     """Computed torque on a terminal sliding surface, joint by joint, with a reaching law:
 
         s   = e + sig(ed)^gamma / beta,                  e = q - q_ref,   1 < gamma < 2
@@ -29,15 +50,13 @@ class NonsingularTerminalSlidingMode(AbstractArmController):
         u   = k1 s + k2 |s|^rho sat(s / phi),            0 <= rho < 1
 
     where sig(x)^a = |x|^a sign(x), and M, C, G are those of `model`, the arm as the designer believes it to be. The
-    authors write p / q for gamma, with p and q odd; rho = 0 and k1 = 0 make u their relay, and rho > 0 the
-    continuous reaching law of the second source. No power is negative: the torque is finite at ed = 0, where that of
-    s = ed + beta' sig(e)^(1/gamma) is not.
+    authors write p / q for gamma; rho = 0 and k1 = 0 make u their relay, and rho > 0 the continuous reaching law of the
+    second source. No power is negative, so the torque is finite at ed = 0.
 
     With the right model s' = -(gamma / beta) |ed|^(gamma - 1) (u + M^-1 D). On the surface e' = -sig(beta e)^(1/gamma)
-    and e ends after gamma / (gamma - 1) beta^(-1/gamma) |e|^(1 - 1/gamma), which a linear surface never does. Under D
-    a relay needs k2_i > |M^-1 D|_i; with rho > 0 |s_i| falls to (|M^-1 D|_i / k2_i)^(1/rho) at most. The layer costs
-    finite time, as |e| falls to phi only; "sign" keeps it and chatters where it is sampled, less for a larger rho.
-    sig(ed)^(2 - gamma) is infinitely steep at ed = 0: it magnifies small noise of the velocity, which is best filtered.
+    and e ends after gamma / (gamma - 1) beta^(-1/gamma) |e|^(1 - 1/gamma). Under D a relay needs k2_i > |M^-1 D|_i;
+    with rho > 0 |s_i| falls to (|M^-1 D|_i / k2_i)^(1/rho) at most. The layer costs finite time, as |e| falls to phi
+    only. sig(ed)^(2 - gamma) is infinitely steep at ed = 0: a noisy velocity is best filtered.
 
     Parameters
     ----------
@@ -48,7 +67,7 @@ class NonsingularTerminalSlidingMode(AbstractArmController):
     k1, k2
         (n,), one a joint: without D, s is within its layer in finite time for k2 > 0.
     phi
-        The width of the boundary layer: without effect where `saturation` is "sign", which has none.
+        The width of the boundary layer, which "sign" has not.
 
     Raises
     ------
@@ -81,14 +100,8 @@ class NonsingularTerminalSlidingMode(AbstractArmController):
                 "finite time; got 1. The part of the reaching law in proportion to s is k1."
             )
 
-    @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
-
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The law as it stands above."""
-        del t, z
         M, C, G = matrices(self.model, est)
         ed, s = est.qd - ref.qd, self._surface(est, ref)
         u = self.k1 * s + self.k2 * _power(s, self.rho) * saturation(s, self.phi, self.saturation)
@@ -98,15 +111,13 @@ class NonsingularTerminalSlidingMode(AbstractArmController):
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s, which is in rad and so goes by another name than that of a linear surface."""
-        del z
         return {"surface": self._surface(est, ref)}
 
     def without(self) -> Mapping[str, AbstractArmController]:
         """Less either part of the reaching law, and less its layer."""
         linear = {"linear reaching": replace(self, k1=0 * self.k1)} if self.k1.any() else {}
         switched = {"switched reaching": replace(self, k2=0 * self.k2)} if self.k2.any() else {}
-        layer = {"boundary layer": replace(self, saturation="sign")} if layered(self) else {}
-        return linear | switched | layer
+        return linear | switched | self.without_layer()
 
     def _surface(self, est: Reads, ref: Follows) -> ca.SX:
         e, ed = est.q - ref.q, est.qd - ref.qd

@@ -51,10 +51,12 @@ def _entry(name: str, units: Iterable[str]) -> Entry:
 class AbstractJoints(ABC):
     """A block that counts joints, and has their units from its model."""
 
+    model: Any
+
     @property
-    @abstractmethod
     def dof(self) -> int:
-        """The number of joints n."""
+        """The number of joints n: that of the model, unless the block counts its own."""
+        return int(self.model.dof)
 
     @property
     def units(self) -> tuple[str, ...]:

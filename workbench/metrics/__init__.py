@@ -1,7 +1,14 @@
-"""One number per run and number of a signal, accumulated inside the loop, with its error from a halved step."""
+"""Metrics: one number a run and number of a signal, accumulated inside the loop, with its error from a halved step.
 
-from workbench.metrics.accumulated import measured
-from workbench.metrics.catalogue import (
+The room knows equations, their outputs and steps; it does not know plants or laws. Read `metric_catalogue.py` first,
+then `contract.py` for a metric of your own.
+"""
+
+from workbench.metrics.accumulators import measured
+from workbench.metrics.contract import AbstractMetric
+from workbench.metrics.measure import measure
+from workbench.metrics.measurement import Measurement, Score
+from workbench.metrics.metric_catalogue import (
     effort,
     energy,
     iae,
@@ -19,9 +26,6 @@ from workbench.metrics.catalogue import (
     total_variation,
     violation,
 )
-from workbench.metrics.contract import AbstractMetric
-from workbench.metrics.measure import measure
-from workbench.metrics.measurement import Measurement, Score
 
 __all__ = [
     "AbstractMetric",

@@ -1,4 +1,4 @@
-"""What a metric must say of itself."""
+"""The contract of a metric, and how its methods are held to it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 import casadi as ca
 
 from workbench.core import Layout, Ode
-from workbench.metrics.signals import Signal, watched
+from workbench.metrics.signal_choice import Signal, names_of, watched
 from workbench.validation.refusals import Array, described, several
 from workbench.validation.signatures import answer, door
 from workbench.validation.type_hints import KindError, fit_of
@@ -26,7 +26,8 @@ Parts = Mapping[str, ca.SX]
 class AbstractMetric(ABC):
     """A number per run and number of a signal, with its name and unit.
 
-    What its methods are given, and what they give, is held to the types and shapes stated here.
+    What its methods are given, and what they give, is held to the types and shapes stated here. A metric has a `value`
+    and tells what it `watches`; the other methods are for what it accumulates, and say by default: nothing.
 
     Attributes
     ----------
@@ -57,7 +58,7 @@ class AbstractMetric(ABC):
 
     @property
     def is_time(self) -> bool:
-        """Whether it is a time, which is known to one step at best."""
+        """True of a time, which is known to one step at best."""
         return self.unit == "s"
 
     @door
@@ -71,25 +72,29 @@ class AbstractMetric(ABC):
         """The outputs that the metric looks at; the size of the first is that of the metric."""
 
     @property
-    @abstractmethod
     def grid(self) -> float | None:
         """The sample time [s] of a grid of its own, which every step must divide; None without one."""
+        return None
 
-    @abstractmethod
+    @door
     def check(self, ode: Ode, horizon: float) -> None:
         """Refuse an equation or a horizon [s] for which the metric means nothing."""
+        del ode, horizon
 
-    @abstractmethod
+    @door
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
-        """What is integrated over time, (k, 1), or None."""
+        """The integrand over time, (k, 1), or None."""
+        return None
 
-    @abstractmethod
+    @door
     def memory(self, size: int) -> Layout:
-        """What is updated at each step, of a metric of so many numbers."""
+        """The states that are updated at each step, of a metric of so many numbers."""
+        return Layout()
 
-    @abstractmethod
+    @door
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """The memory after looking at the outputs y at time k h; with a grid of its own, h divides it."""
+        return {}
 
     @abstractmethod
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
@@ -167,3 +172,24 @@ def _faithful(name: str, own: Callable[..., Any]) -> Callable[..., Any]:
 
     method.__qualname__, method.__doc__ = own.__qualname__, own.__doc__
     return door(method)
+
+
+class AbstractSignalMetric(AbstractMetric):
+    """A metric of one signal, in its unit or in one made of it."""
+
+    signal: Signal
+
+    @property
+    def watches(self) -> tuple[str, ...]:
+        """The signal and, if it is an error, what is wanted of it."""
+        return names_of(self.signal)
+
+    @door
+    def of(self, ode: Ode) -> AbstractMetric:
+        """With the signal as this equation has it."""
+        seen = watched(self.name, self.signal, ode)
+        return bound(self, seen, ode, self.measured_in, signal=seen)
+
+    def measured_in(self, unit: str) -> str:
+        """The unit of the metric of a signal in a unit."""
+        return unit

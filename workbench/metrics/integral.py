@@ -8,9 +8,9 @@ from typing import Any, cast
 
 import casadi as ca
 
-from workbench.core import Layout, Ode
+from workbench.core import Ode
 from workbench.metrics.contract import AbstractMetric, Parts, bound, expression
-from workbench.metrics.signals import Signal, column, names_of, watched
+from workbench.metrics.signal_choice import Signal, column, names_of, watched
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import answer, door
 from workbench.validation.views import show
@@ -39,12 +39,12 @@ class Integral(AbstractMetric):
 
     @property
     def watches(self) -> tuple[str, ...]:
-        """What g looks at."""
+        """The outputs of g."""
         return self.signals if self.signal is None else names_of(self.signal)
 
     @property
     def is_time(self) -> bool:
-        """Whether it is a time; the integral of what has no unit is none."""
+        """True of a time; the integral of what has no unit is none."""
         return self.unit == "s" and self.measure is None
 
     @door
@@ -72,32 +72,12 @@ class Integral(AbstractMetric):
         units = dict.fromkeys(map(self.measure, *(seen.units for seen in (first, *others))))
         return replace(bound(self, first, ode), unit=", ".join(units))
 
-    @property
-    def grid(self) -> float | None:
-        """None: the integrator sees to it."""
-        return None
-
-    def check(self, ode: Ode, horizon: float) -> None:
-        """An integral is one of any equation."""
-        del ode, horizon
-
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
         """g."""
         e = y if self.signal is None else column(self.signal, y)
         must = f"be a function of (t, y) that gives an expression (k, 1), for the metric '{self.name}'"
         return cast(ca.SX, answer("Integral(g=...)", must, lambda: self.g(t, e), expression))
 
-    def memory(self, size: int) -> Layout:
-        """None."""
-        del size
-        return Layout()
-
-    def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
-        """Nothing to remember."""
-        del k, h, z, y
-        return {}
-
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
-        """What `finish` makes of the integral."""
-        del z
+        """The integral as `finish` turns it."""
         return self.finish(integral, horizon)

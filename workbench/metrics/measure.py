@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Ode, Sampled, Step, rk4
-from workbench.metrics.accumulated import common_grid, maker, resolved
+from workbench.metrics.accumulators import common_grid, final_values, maker, resolved
 from workbench.metrics.contract import AbstractMetric
-from workbench.metrics.final import final_values
 from workbench.metrics.measurement import Measurement, Score
 from workbench.simulate import StepLimit, Trajectories, simulate, step_limit
 from workbench.simulate.batch import progress_of, rows_of, table_of

@@ -1,45 +1,31 @@
-"""Observers of the disturbance, and how one of them joins an observer of the state."""
+"""The contract of a disturbance observer, and the pair that it makes with an observer of the state."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import casadi as ca
 
 from workbench.core import Layout, Signals, block
 from workbench.core.block import Number, initial_states
 from workbench.core.port import ANY
-from workbench.loop.arm_ports import AbstractArmObserver, known, motors, torques, unit, units_of
+from workbench.loop.arm_ports import AbstractArmObserver, AbstractJoints, motors, torques
 from workbench.loop.contracts import EULER, Inputs, Parts, Reads, euler
+from workbench.loop.wiring import above, below
 
-STATE, DISTURBANCE = "state.", "disturbance."
 
-
-class AbstractDisturbanceObserver(ABC):
+class AbstractDisturbanceObserver(AbstractJoints):
     """From measurements and an estimated state to an estimate of D in M qdd + C qd + G + D = tau."""
 
-    @property
-    @abstractmethod
-    def dof(self) -> int:
-        """The number of joints n."""
-
-    @property
-    @abstractmethod
-    def uses_truth(self) -> bool:
-        """Whether it needs the true disturbance, which no instrument gives."""
+    uses_truth: ClassVar[bool] = False  # True of one that needs the true disturbance, which no instrument gives
 
     @property
     def memory(self) -> Layout:
         """Its own states: the fields that are declared by `initial`."""
         return initial_states(self)
-
-    @property
-    def force(self) -> str:
-        """The unit of the disturbance, for the units of numbers: N m where there is no model to tell."""
-        return unit(torques("d", known(units_of(self))))
 
     @property
     def reads(self) -> Layout:
@@ -93,13 +79,13 @@ class WithDisturbance(AbstractArmObserver):
 
     @property
     def uses_truth(self) -> bool:
-        """Whether either of them does."""
+        """True if either of them does."""
         return self.state.uses_truth or self.disturbance.uses_truth
 
     @property
     def memory(self) -> Layout:
         """The states of both, below `state.` and `disturbance.`."""
-        return self.state.memory.prefixed(STATE) + self.disturbance.memory.prefixed(DISTURBANCE)
+        return self.state.memory.prefixed("state.") + self.disturbance.memory.prefixed("disturbance.")
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -108,26 +94,26 @@ class WithDisturbance(AbstractArmObserver):
 
     @property
     def reads(self) -> Layout:
-        """What either of them reads."""
-        return _both(self.state.reads, self.disturbance.reads)
+        """The outputs that either of them reads."""
+        return _union(self.state.reads, self.disturbance.reads)
 
     @property
     def inputs(self) -> Layout:
         """The torques that either of them counts on."""
-        return _both(self.state.inputs, self.disturbance.inputs)
+        return _union(self.state.inputs, self.disturbance.inputs)
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         """The estimated state, with D_hat."""
-        est = self.state.estimate(t, _below(STATE, z), y.only(self.state.reads))
+        est = self.state.estimate(t, below("state", z), y.only(self.state.reads))
         seen = y.only(self.disturbance.reads)
-        return est | {"d": self.disturbance.estimate(t, _below(DISTURBANCE, z), seen, est)}
+        return est | {"d": self.disturbance.estimate(t, below("disturbance", z), seen, est)}
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The rates of both."""
-        one, other = self.state, self.disturbance
-        state = one.rate(t, _below(STATE, z), y.only(one.reads), est, u.only(one.inputs))
-        disturbance = other.rate(t, _below(DISTURBANCE, z), y.only(other.reads), est, u.only(other.inputs))
-        return _above(STATE, state) | _above(DISTURBANCE, disturbance)
+        parts: dict[str, Any] = {"state": self.state, "disturbance": self.disturbance}
+        return above(
+            {name: o.rate(t, below(name, z), y.only(o.reads), est, u.only(o.inputs)) for name, o in parts.items()}
+        )
 
     @property
     def method(self) -> str:
@@ -137,27 +123,15 @@ class WithDisturbance(AbstractArmObserver):
     def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
         """The state by its own method, the disturbance by explicit Euler."""
         moved, one = euler(z, self.rate(t, z, y, est, u), period), self.state
-        state = one.advance(t, _below(STATE, z), y.only(one.reads), est, u.only(one.inputs), period)
-        return moved | _above(STATE, state)
+        state = one.advance(t, below("state", z), y.only(one.reads), est, u.only(one.inputs), period)
+        return moved | above({"state": state})
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
         """The observer of the state alone, and both with each part of that one left out."""
-        less = {
-            name: replace(self, state=state)
-            for name, state in self.state.without().items()
-            if isinstance(state, AbstractArmObserver)
-        }
-        return {"disturbance estimate": self.state} | less
+        less: Mapping[str, Any] = self.state.without()
+        return {"disturbance estimate": self.state} | {name: replace(self, state=one) for name, one in less.items()}
 
 
-def _above(prefix: str, parts: Parts) -> dict[str, ca.SX]:
-    return {f"{prefix}{name}": part for name, part in parts.items()}
-
-
-def _below(prefix: str, z: Parts) -> Parts:
-    return {name.removeprefix(prefix): part for name, part in z.items() if name.startswith(prefix)}
-
-
-def _both(a: Layout, b: Layout) -> Layout:
+def _union(a: Layout, b: Layout) -> Layout:
     """The signals of two ports, each once."""
     return a + Layout(tuple(entry for entry in b.entries if entry.name not in a))

@@ -1,17 +1,162 @@
-"""Disturbance observers that can be built: from the torque, the model and the estimated state."""
+"""Disturbance observers: of the true disturbance, the paper's and its repair; of torque and model, two that exist."""
 
 from __future__ import annotations
 
 from typing import ClassVar
 
 import casadi as ca
+import numpy as np
 
-from workbench.core import AbstractArm, Signals, block, initial, parameter
+from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
+from workbench.core.claim import Signals as Run
+from workbench.core.dynamics import MOST_JOINTS
 from workbench.loop.contracts import Inputs, Parts, Reads
 from workbench.observers.disturbance import AbstractDisturbanceObserver
-from workbench.observers.promises import CHEN_DISSIPATES, MOMENTUM_FOLLOWS
+from workbench.validation.refusals import whole
+
+ROUNDING = 1e-7  # of rates that are exact but for the last digits
+
+
+def _follows(y: Run) -> ca.SX:
+    """|E_i| |D_i'| - l E_i^2 - E_i E_i': >= 0, but for rounding, where E' = D' - l E."""
+    E = y["d_error"]
+    return ca.fabs(E) * ca.fabs(y["d'"]) - y["l"] * E**2 - E * y["d_error'"] + ROUNDING
+
+
+def _dissipates(y: Run) -> ca.SX:
+    """E^T (D' - E') = l E^T M^-1 E: >= 0, but for rounding."""
+    E = y["d_error"]
+    return ca.dot(E, y["d'"] - y["d_error'"]) + ROUNDING
+
+
+TRUE_STATE = Claim(
+    "the true state",
+    "q_hat = q and qd_hat = qd at all times, to 1e-7 rad and rad/s.",
+    "`FullState`",
+    margin=lambda y: ROUNDING - ca.fabs(ca.vertcat(y["q_error"], y["qd_error"])),
+)
+PRINTED_FOLLOWS = Claim(
+    "D_hat follows D",
+    "E = D - D_hat has E_i E_i' <= |E_i| |D_i'| - l E_i^2 + 1e-7 N^2 m^2/s, so that D_hat -> D where D settles.",
+    "(24)",
+    margin=_follows,
+)
+ORACLE_FOLLOWS = Claim(
+    "D_hat = eta follows D",
+    "E = D - D_hat has E_i E_i' <= |E_i| |D_i'| - l E_i^2 + 1e-7 N^2 m^2/s: |E_i| falls to |D_i'| / l.",
+    "(24), repaired",
+    margin=_follows,
+)
+MOMENTUM_FOLLOWS = Claim(
+    "the momentum observer follows D",
+    "With the right model, E = D - D_hat has E_i E_i' <= |E_i| |D_i'| - l E_i^2 + 1e-7 N^2 m^2/s.",
+    "De Luca and Mattone (2003)",
+    (TRUE_STATE,),
+    _follows,
+)
+CHEN_DISSIPATES = Claim(
+    "the nonlinear disturbance observer dissipates",
+    "With the right model, E = D - D_hat has E^T E' <= E^T D' + 1e-7 N^2 m^2/s at all times.",
+    "Mohammadi et al. (2013)",
+    (TRUE_STATE,),
+    _dissipates,
+)
+
+
+class AbstractOracle(AbstractDisturbanceObserver):
+    """A filter of the true disturbance, which no instrument gives."""
+
+    uses_truth: ClassVar[bool] = True
+    joints: int
+
+    def check_joints(self) -> None:
+        """Refuse what is no number of joints."""
+        whole(f"{type(self).__name__}(joints=...)", self.joints, most=MOST_JOINTS, of=" of joints")
+
+    @property
+    def dof(self) -> int:
+        """The number of joints."""
+        return self.joints
+
+
+@block
+class PrintedFilter(AbstractOracle):
+    """The paper's disturbance observer as printed, equation (24):
+
+        eta' = -l (eta - D),    eta(0) = 0
+        D_hat = integral of eta from 0 to t
+
+    It needs the unknown D itself; and as eta follows D, D_hat follows the integral of D, not D.
+
+    Parameters
+    ----------
+    joints
+        The number of joints.
+
+    References
+    ----------
+    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain
+    synthesis for robotic manipulators, section 3.2.
+    """
+
+    claims: ClassVar[tuple[Claim, ...]] = (PRINTED_FOLLOWS,)
+    joints: int
+    l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
+
+    def __post_init__(self) -> None:
+        self.check_joints()
+
+    @property
+    def memory(self) -> Layout:
+        """The filter's eta and its integral, in the units that (24) would have them."""
+        zero = np.zeros(self.joints)
+        return Layout((Entry("eta", zero, "N m", symbol="eta"), Entry("D_hat", zero, "N m s")))
+
+    def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
+        """The integral of eta."""
+        return z["D_hat"]
+
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
+        """(24)."""
+        return {"eta": -self.l * (z["eta"] - y.d), "D_hat": z["eta"]}
+
+
+@block
+class OracleFilter(AbstractOracle):
+    """The smallest repair of equation (24): the filter's state is the estimate,
+
+        D_hat' = -l (D_hat - D),    D_hat(0) = 0.
+
+    An oracle still: it is told the true D, and shows what a perfect instrument would be worth.
+
+    Parameters
+    ----------
+    joints
+        The number of joints.
+    """
+
+    claims: ClassVar[tuple[Claim, ...]] = (ORACLE_FOLLOWS,)
+    noun: ClassVar[str] = "oracle"
+    joints: int
+    l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
+
+    def __post_init__(self) -> None:
+        self.check_joints()
+
+    @property
+    def memory(self) -> Layout:
+        """The estimate."""
+        return Layout((Entry("D_hat", np.zeros(self.joints), "N m"),))
+
+    def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
+        """The memory."""
+        return z["D_hat"]
+
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
+        """The filter."""
+        return {"D_hat": -self.l * (z["D_hat"] - y.d)}
 
 
 @block
@@ -21,18 +166,13 @@ class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
         D_hat = z - l qd
         z'    = l M^-1 (tau - C qd - G - D_hat)
 
-    with M, C, G of `model` at the estimated state. As M qdd = tau - C qd - G - D,
+    with M, C, G of `model` at the estimated state. With the right model and a true velocity the error E = D - D_hat
+    obeys E' = D' - l M^-1(q) E: no acceleration is needed, a constant D is found at the rate l / max eig M at least,
+    and otherwise |E| comes within (max eig M / l) times the bound of |D'|. What the model leaves out counts as D.
 
-        D_hat' = z' - l qdd = l M^-1 (D - D_hat),
-
-    so with the right model and a true velocity the error E = D - D_hat obeys E' = D' - l M^-1(q) E:
-    no acceleration is needed, a constant D is found at the rate l / max eig M at least, and
-    otherwise |E| comes within (max eig M / l) times the bound of |D'|. What the model leaves out counts as D.
-
-    Beside `Luenberger` qd_hat is not the derivative of q_hat's arm but of its copy, whose disturbance is
-    -M L2 (q - q_hat), less D_hat where it is compensated: this is what D_hat follows. Ignored, that is D
-    behind the observer; compensated, D_hat' = -l L2 (q - q_hat) is one more integrator in the
-    observer's loop, which a large l makes unstable.
+    Beside `Luenberger` qd_hat is that of a copy of the arm, whose disturbance is -M L2 (q - q_hat), less D_hat where it
+    is compensated: this is what D_hat follows. Ignored, that is D behind the observer; compensated, D_hat' = -l L2 (q -
+    q_hat) is one more integrator in the observer's loop, which a large l makes unstable.
 
     Parameters
     ----------
@@ -53,25 +193,13 @@ class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
     l: Scalar = parameter(unit="kg m^2/s", low=0, strict=True, symbol="l")
     z: Vector = initial(default=0.0, unit="{force}", shape=("n",), symbol="z")
 
-    @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
-
-    @property
-    def uses_truth(self) -> bool:
-        """No."""
-        return False
-
     def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
         """D_hat = z - l qd."""
-        del t, y
         d: ca.SX = z["z"] - self.l * est.qd
         return d
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The rate of z, l M^-1 (tau - C qd - G - D_hat)."""
-        del t, z, y
         return {"z": self.l * self.model.acceleration(est.q, est.qd, self.model.driven(u.tau) - est.d)}
 
 
@@ -107,25 +235,13 @@ class MomentumObserver(AbstractDisturbanceObserver):
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
     p_hat: Vector = initial(default=0.0, unit="{force} s", shape=("n",))
 
-    @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
-
-    @property
-    def uses_truth(self) -> bool:
-        """No."""
-        return False
-
     def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
         """D_hat = l (p_hat - M qd)."""
-        del t, y
         p = self.model.mass_matrix(est.q) @ est.qd
         d: ca.SX = self.l * (z["p_hat"] - p)
         return d
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The rate of p_hat, tau + C^T qd - G - D_hat."""
-        del t, z, y
         C, G = self.model.coriolis_matrix(est.q, est.qd), self.model.gravity_vector(est.q)
         return {"p_hat": self.model.driven(u.tau) + C.T @ est.qd - G - est.d}

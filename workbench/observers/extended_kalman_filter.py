@@ -25,13 +25,11 @@ class ExtendedKalmanFilter(AbstractKalmanFilter):
         to t_(k+1)    x_hat' = f(t, x_hat, u),                       P' = A P + P A' + Q
 
     where A and H are the exact Jacobians of f and h at x_hat, w is white noise of intensity Q and v_k a noise of
-    covariance R. It runs in a computer, which holds u; the law is given x_hat+ at t_k. Beside a linear plant whose
-    noises are normal no filter has a smaller covariance.
+    covariance R. It runs in a computer, which holds u; the law is given x_hat+ at t_k.
 
-    Joseph's form of P+ keeps P symmetric and positive semidefinite whatever K; Runge-Kutta steps that are too long
-    for the model may not. The state `observer.pivot` is the least pivot of P and of H P H' + R so far as a share of
-    the variance: one below zero by more than rounding (1e-12) says that P was lost, and nothing that came later is to
-    be trusted. Where H P H' + R is no covariance, nothing is corrected.
+    The state `observer.pivot` is the least pivot of P and of H P H' + R so far as a share of the variance: one below
+    zero by more than rounding (1e-12) says that P was lost, as in Runge-Kutta steps that are too long for the model,
+    and nothing that came later is to be trusted. Where H P H' + R is no covariance, nothing is corrected.
 
     Parameters
     ----------

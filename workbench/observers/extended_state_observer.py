@@ -12,8 +12,7 @@ from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Number, Scalar
 from workbench.core.port import ANY
 from workbench.loop.contracts import AbstractObserver, Inputs, Parts, Reads
-from workbench.observers.exponential import phi
-from workbench.observers.model import HAT, with_hats
+from workbench.observers.model import HAT, phi, with_hats
 from workbench.validation.refusals import name as checked_name
 
 
@@ -98,17 +97,15 @@ class ExtendedStateObserver(AbstractObserver):
 
     @property
     def memory(self) -> Layout:
-        """What it gives."""
+        """The estimates as states."""
         return with_hats(self.gives)
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         """The memory."""
-        del t, y
         return Signals({name: z[f"{name}{HAT}"] for name in self.gives.names})
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The observer as it stands above."""
-        del t, est
         names, error = self.memory.names, y[self.chain[0]] - z[f"{self.chain[0]}{HAT}"]
         rates = {name: l * error for name, l in zip(names, self._gains(), strict=True)}
         for name, after in pairwise(names):

@@ -1,27 +1,59 @@
-"""Full state: the instruments are believed."""
+"""Full state: the instruments believed as they are, behind a filter of the velocity, or with one made of positions."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar
 
 import casadi as ca
 
-from workbench.core import Signals, block
-from workbench.core.block import Number
+from workbench.core import Signals, block, initial, parameter
+from workbench.core.block import Number, Scalar, Vector
+from workbench.core.claim import Claim
+from workbench.core.claim import Signals as Run
 from workbench.core.dynamics import MOST_JOINTS
 from workbench.loop.arm_ports import AbstractArmObserver
-from workbench.loop.contracts import Parts, Reads
+from workbench.loop.contracts import Inputs, Parts, Reads
 from workbench.validation.refusals import whole
 
 
+def _filtered(y: Run) -> ca.SX:
+    """|E_i| |qdd_i| - omega E_i^2 - E_i E_i': >= 0, but for rounding, where E' = qdd - omega E."""
+    E = y["qd_error"]
+    return ca.fabs(E) * ca.fabs(y["qd'"]) - y["omega"] * E**2 - E * y["qd_error'"] + 1e-7
+
+
+FILTER_FOLLOWS = Claim(
+    "the filter follows qd",
+    "E = qd - qd_hat has E_i E_i' <= |E_i| |qdd_i| - omega E_i^2 + 1e-7 rad^2/s^3: |E_i| falls to |qdd_i| / omega.",
+    "the equation of a low-pass filter of first order",
+    margin=_filtered,
+)
+
+
+class AbstractJointCounter(AbstractArmObserver):
+    """An observer without a model, which is told the number of joints."""
+
+    joints: int
+
+    def check_joints(self) -> None:
+        """Refuse what is no number of joints."""
+        whole(f"{type(self).__name__}(joints=...)", self.joints, most=MOST_JOINTS, of=" of joints")
+
+    @property
+    def dof(self) -> int:
+        """The number of joints; a negative one counts as none, which is refused."""
+        return max(self.joints, 0)
+
+
 @block
-class FullState(AbstractArmObserver):
+class FullState(AbstractJointCounter):
     """Positions and velocities as they are measured, and no disturbance: q_hat = q, qd_hat = qd, D_hat = 0.
 
     Parameters
     ----------
     joints
-        How many there are.
+        The number of joints.
 
     Raises
     ------
@@ -39,14 +71,119 @@ class FullState(AbstractArmObserver):
     joints: int
 
     def __post_init__(self) -> None:
-        whole("FullState(joints=...)", self.joints, most=MOST_JOINTS, of=" of joints")
-
-    @property
-    def dof(self) -> int:
-        """The number of joints."""
-        return self.joints
+        self.check_joints()
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """What the instruments say."""
-        del t, z
+        """The readings."""
         return Signals(q=y.q, qd=y.qd, d=ca.SX.zeros(self.dof))
+
+
+@block
+class VelocityFilter(AbstractJointCounter):
+    """Positions as they are read, velocities through a low-pass filter of first order, and no disturbance:
+
+        qd_hat' = omega (qd - qd_hat),        q_hat = q,        D_hat = 0
+
+    With exact readings the error E = qd - qd_hat obeys E' = qdd - omega E: it falls to |qdd| / omega. A computer steps
+    it exactly, by exp(-omega h) over a period h in which the reading is held; noise of independent readings passes
+    with the share tanh(omega h / 2) of its variance.
+
+    Parameters
+    ----------
+    joints
+        The number of joints.
+    omega
+        The cut-off frequency.
+    qd_hat
+        (n,), the estimate at time 0.
+
+    Raises
+    ------
+    ValueError
+        If `joints` is not a positive whole number, or omega is not positive.
+    """
+
+    claims: ClassVar[tuple[Claim, ...]] = (FILTER_FOLLOWS,)
+
+    joints: int
+    omega: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="omega")
+    qd_hat: Vector = initial(default=0.0, unit="rad/s", shape=("n",))
+
+    def __post_init__(self) -> None:
+        self.check_joints()
+
+    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
+        """The reading of the positions, and the memory."""
+        return Signals(q=y.q, qd=z["qd_hat"], d=ca.SX.zeros(self.dof))
+
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
+        """The filter."""
+        return {"qd_hat": self.omega * (y.qd - z["qd_hat"])}
+
+    @property
+    def method(self) -> str:
+        """Exact for a reading that is held."""
+        return "exact step of the filter"
+
+    def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
+        """The filter over a period in which the reading is held."""
+        return {"qd_hat": y.qd + (z["qd_hat"] - y.qd) * ca.exp(-self.omega * period)}
+
+    def without(self) -> Mapping[str, AbstractArmObserver]:
+        """The instruments themselves."""
+        return {"velocity filter": FullState(self.dof)}
+
+
+@block
+class DirtyDerivative(AbstractJointCounter):
+    """Positions as they are read, velocities from them by omega s / (s + omega), and no disturbance:
+
+        q_hat' = omega (q - q_hat),        qd_hat = q_hat',        D_hat = 0
+
+    The law is given q and qd_hat; q_hat is the filter's own. With exact readings E = qd - qd_hat obeys
+    E' = qdd - omega E, as that of `VelocityFilter` does, but without a reading of the velocity: noise of the
+    positions comes through about omega times as large. Where a computer steps it by explicit Euler with the period
+    h, the filter is stable for omega h < 2 and rises without overshoot for omega h <= 1.
+
+    Parameters
+    ----------
+    joints
+        The number of joints.
+    omega
+        The cut-off frequency.
+    q_hat
+        (n,), the filter's position at time 0: with the first reading qd_hat(0) = 0; each rad beside it makes a
+        velocity of omega that is not there.
+
+    Raises
+    ------
+    ValueError
+        If `joints` is not a positive whole number, or omega is not positive.
+
+    References
+    ----------
+    Loria (2016), Observers are unnecessary for output-feedback control of Lagrangian systems, IEEE Transactions on
+    Automatic Control 61(4).
+    """
+
+    claims: ClassVar[tuple[Claim, ...]] = (FILTER_FOLLOWS,)
+    measured: ClassVar[tuple[str, ...]] = ("q",)
+
+    joints: int
+    omega: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="omega")
+    q_hat: Vector = initial(unit="rad", shape=("n",))
+
+    def __post_init__(self) -> None:
+        self.check_joints()
+
+    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
+        """The reading of the positions, and the rate of the memory."""
+        return Signals(q=y.q, qd=self.omega * (y.q - z["q_hat"]), d=ca.SX.zeros(self.dof))
+
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
+        """The filter."""
+        return {"q_hat": self.omega * (y.q - z["q_hat"])}
+
+    def without(self) -> Mapping[str, AbstractArmObserver]:
+        """The instruments themselves, with a velocity that is measured too."""
+        return {"velocity filter": FullState(self.dof)}

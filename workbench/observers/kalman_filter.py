@@ -1,4 +1,4 @@
-"""What Kalman filters of any plant have in common: a covariance, readings of several rates, steps between readings."""
+"""The base of the Kalman filters of any plant: a covariance, readings of several rates, steps between readings."""
 
 from __future__ import annotations
 
@@ -13,29 +13,15 @@ from workbench.core.block import Matrix, Number
 from workbench.core.numbers import Bounds
 from workbench.core.port import ANY
 from workbench.loop.contracts import Inputs, Parts, Reads
-from workbench.observers.model import AbstractModelObserver, refuse_unfit, stacked, with_hats
+from workbench.observers.model import MOST_SUBSTEPS, AbstractModelObserver, refuse_unfit, stacked, with_hats
 from workbench.validation.refusals import known, seconds, whole
 from workbench.validation.signatures import door
 
 COVARIANCE, PIVOT = "P", "pivot"  # beside the estimated states in the memory
-MOST_SUBSTEPS = 1000  # each is written out
 
 
 class AbstractKalmanFilter(AbstractModelObserver):
-    """An observer that corrects x_hat and P at each instant by the readings that are new, and moves both to the next.
-
-    Attributes
-    ----------
-    Q, R, P
-        The intensity of the noise in the states (nx, nx), the covariance of one reading (ny, ny), and the covariance
-        of the estimate before the first reading (nx, nx).
-    period
-        Between two instants, in s.
-    every
-        For an output that is not read at each instant, after how many instants it is new: at 0, every, 2 every, ...
-    substeps
-        Runge-Kutta steps from one instant to the next.
-    """
+    """An observer that corrects x_hat and P at each instant by the new readings, and moves both to the next."""
 
     Q: Matrix
     R: Matrix
@@ -58,7 +44,6 @@ class AbstractKalmanFilter(AbstractModelObserver):
     @door
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """The states and P before the readings of the next instant."""
-        del est
         x, P, pivot = self._read(t, z, y)
         step = self.period / self.substeps
         for i in range(self.substeps):
@@ -67,7 +52,7 @@ class AbstractKalmanFilter(AbstractModelObserver):
         return {**self._parts(x), COVARIANCE: P, PIVOT: ca.fmin(ca.fmin(z[PIVOT], pivot), cholesky(P)[1])}
 
     def _read(self, t: ca.SX, z: Parts, y: Signals) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """What `_corrected` gives of a memory. A reading that is not new has no row: it is left out exactly."""
+        """The correction of a memory by `_corrected`. A reading that is not new has no row: it is left out exactly."""
         new = self._new(t)
         R = ca.SX(self.R) * (new @ new.T) + ca.diag(1 - new)
         x, P, pivot = self._corrected(t, self._column(z), symmetric(z[COVARIANCE]), stacked(y, self.reads), R, new)
@@ -125,21 +110,12 @@ def gain(across: ca.SX, S: ca.SX) -> tuple[ca.SX, ca.SX]:
 
 
 def refuse_unfit_filter(observer: AbstractKalmanFilter) -> None:
-    """Refuse numbers of a filter that do not fit its model, and a P that is no covariance.
-
-    Raises
-    ------
-    LookupError
-        If `every` names no output that is read.
-    ValueError
-        If a number has another shape or sign than it must have.
-    """
+    """Refuse numbers of a filter that do not fit its model, and a P that is no covariance."""
     name, states = type(observer).__name__, observer.model.states
     refuse_unfit(observer, Q=(states, states), R=(observer.reads, observer.reads), P=(states, states))
     for letter, definite in (("Q", "semi"), ("R", "positive"), ("P", "semi")):
-        bounds = Bounds(symmetric=True, definite=definite)  # type: ignore[arg-type]
-        held = Layout((Entry(f"{name}({letter}=...)", getattr(observer, letter), bounds=bounds),))
-        held.check(held.default[np.newaxis])
+        bounds = Bounds(symmetric=True, definite=definite)
+        bounds.refuse_unsymmetric(f"{name}({letter}=...)", getattr(observer, letter)[np.newaxis])
     seconds(f"{name}(period=...)", observer.period)
     whole(f"{name}(substeps=...)", observer.substeps, most=MOST_SUBSTEPS)
     for output, count in observer.every.items():

@@ -13,7 +13,13 @@ from workbench.core.claim import Claim
 from workbench.loop.arm_ports import AbstractArmObserver
 from workbench.loop.contracts import EULER, Inputs, Parts, Reads, euler
 from workbench.observers.full_state import FullState
-from workbench.observers.promises import THEOREM_1
+
+THEOREM_1 = Claim(
+    "Theorem 1",
+    "Whatever positive definite L1, L2, zero is a globally exponentially stable error of the observer (10).",
+    "Theorem 1, (23)",
+    (Claim("gains of Theorem 1", "L1 and L2 are symmetric and positive definite, and nothing more.", "Theorem 1"),),
+)
 
 
 @block
@@ -35,11 +41,8 @@ class Luenberger(AbstractArmObserver):
                   (I + h L1 / 2 + h^2 L2 / 4) w = e
 
     Where a is right the errors obey L = [-L1, I; -L2, 0]. Explicit Euler multiplies a mode l of it by 1 + h l, which
-    grows where h |l|^2 > -2 Re l; the Cayley step by (1 + h l / 2) / (1 - h l / 2), which decays where l does. Without
-    an error the Cayley step moves q_hat and v on as an arm of the acceleration a moves.
-
-    The paper's theorem 1 claims global exponential convergence for any positive definite L1, L2. Its proof
-    has no negative term in the velocity error, and the claim fails; so nothing is asked of L1, L2 here.
+    grows where h |l|^2 > -2 Re l; the Cayley step by (1 + h l / 2) / (1 - h l / 2), which decays where l does. The
+    paper's theorem 1 for any positive definite L1, L2 fails, so nothing is asked of L1, L2 here.
 
     Parameters
     ----------
@@ -77,19 +80,12 @@ class Luenberger(AbstractArmObserver):
         default="euler",
     )
 
-    @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
-
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         """The memory, and no disturbance."""
-        del t, y
         return Signals(q=z["q_hat"], qd=z["qd_hat"], d=ca.SX.zeros(self.dof))
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         """(10), with what is known of the disturbance in `est`."""
-        del t
         q_hat, qd_hat = z["q_hat"], z["qd_hat"]
         tau = self.model.driven(u.tau)
         torque = tau - est.d if self.disturbance == "compensated" else tau

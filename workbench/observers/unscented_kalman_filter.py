@@ -31,40 +31,27 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
         to t_(k+1)    X_i' = f(t, X_i, u),    x_hat = sum W_i X_i,    P = sum W_i (X_i - x_hat)(X_i - x_hat)' + noise
 
     where w is white noise of intensity Q and v_k a noise of covariance R. In each of the `substeps` the points move by
-    a Runge-Kutta step to its middle and, drawn anew, by another to its end; of the noise Q h a sixth comes in before,
-    two thirds in the middle and a sixth behind, by Simpson's rule. So P stays positive semidefinite where no weight is
-    negative, and x_hat and P tend to the solution of Sarkka's equations as the steps get shorter. No Jacobian is
-    taken; beside a linear plant it is the Kalman filter.
+    a Runge-Kutta step to its middle and, drawn anew, by another to its end; the noise Q h comes in by Simpson's rule.
+    So P stays positive semidefinite where no weight is negative, and x_hat and P tend to the solution of Sarkka's
+    equations as the steps get shorter.
 
     alpha = 1, beta = 0, kappa = 0 is the cubature rule, which has no negative weight; alpha = 1, beta = 0,
     kappa = 3 - n is Julier and Uhlmann's, alpha = 1e-3, beta = 2, kappa = 0 Wan and van der Merwe's.
 
-    It runs in a computer, which holds u; the law is given x_hat+ at t_k. The state `observer.pivot` is the least pivot
-    of P and S so far as a share of the variance: one below zero by more than rounding (1e-12) says that P was lost,
-    and nothing that came later is to be trusted. Where S is no covariance, nothing is corrected.
+    It runs in a computer, which holds u; the law is given x_hat+ at t_k. The state `observer.pivot` is that of
+    `ExtendedKalmanFilter`, of P and S. Where S is no covariance, nothing is corrected.
 
     Parameters
     ----------
-    Q, R
-        (nx, nx) per second and (ny, ny), in the units of the states and of the outputs that are read.
-    P
-        (nx, nx), the covariance of the start, which is that of `model`, before the first reading.
-    period
-        Between two instants, in s.
-    outputs
-        The outputs y that are read; all where none is named.
-    every
-        For an output that is not read at each instant, after how many it is new: {"p": 10}.
+    Q, R, P, period, outputs, every
+        As of `ExtendedKalmanFilter`.
     substeps
         Steps a period, each of two Runge-Kutta steps.
 
     Raises
     ------
-    LookupError
-        If the model has no such output, or `every` names one that is not read.
-    ValueError
-        If a number has another shape than its ports, Q or P is not symmetric and positive semidefinite, R not
-        symmetric and positive definite, kappa not above -n, or the model moves in discrete time.
+    LookupError, ValueError
+        As `ExtendedKalmanFilter` does; or if kappa is not above -n.
 
     References
     ----------

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.core import Ode, Sampled, Step
-from workbench.metrics.accumulated import maker, resolved
+from workbench.metrics.accumulators import maker, resolved
 from workbench.metrics.measure import chosen_step
 from workbench.simulate.arithmetic import default_for
 from workbench.study.contract import equations_of

@@ -13,7 +13,7 @@ import numpy as np
 from workbench.core import Ode, Sampled, Step
 from workbench.core.expressions import instructions
 from workbench.metrics import AbstractMetric
-from workbench.metrics.final import accumulated, accumulators, values
+from workbench.metrics.accumulators import accumulated, accumulators, values
 from workbench.simulate import Trajectories, simulate
 from workbench.simulate.arithmetic import signature
 from workbench.simulate.batch import SECONDS_PER_OPERATION

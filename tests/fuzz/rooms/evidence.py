@@ -29,7 +29,6 @@ TORNADO = sensitivity.tornado(ALONE, outputs(ALONE), NAMES, factors=FACTORS)
 PAIRED = evidence.paired(dict(zip(NAMES, outputs(RANDOM).T, strict=True)), metric="error", unit="rad")
 COMPARISON = evidence.compare(PAIRED, resamples=100)
 JUDGEMENT = evidence.judge(PAIRED, evidence.Mean(), (evidence.Median(),), resamples=100)
-RANKS = evidence.ranks(PAIRED)
 
 
 def calls() -> dict[str, Any]:
@@ -72,7 +71,6 @@ def calls() -> dict[str, Any]:
             evidence.compare, PAIRED, evidence.Tail(0.6), confidence=0.9, margin=0.02, resamples=100, seed=1
         ),
         "comparison_table": partial(evidence.comparison_table, "t", "c", (COMPARISON,), ("a note",)),
-        "difference_table": partial(evidence.difference_table, "t", "c", COMPARISON, ("a note",)),
         "judge": partial(
             evidence.judge,
             PAIRED,
@@ -94,7 +92,6 @@ def calls() -> dict[str, Any]:
         ),
         "paired": partial(evidence.paired, told, metric="error", unit="rad", errors={"a": 0.1, "b": 0.0}, note="n"),
         "quantiles": partial(sensitivity.quantiles, RANDOM, outputs(RANDOM), NAMES, levels=(0.1, 0.9), confidence=0.9),
-        "rank_table": partial(evidence.rank_table, "t", "c", RANKS, ("a note",)),
         "ranks": partial(evidence.ranks, PAIRED, 0.9),
         "same_draws": partial(evidence.same_draws, {"a": sample(), "b": sample()}),
         "share": partial(sensitivity.share, [1.0, 0.0, np.nan], 0.9),

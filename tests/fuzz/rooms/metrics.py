@@ -9,11 +9,9 @@ import numpy as np
 
 from workbench import metrics as room
 from workbench.core import Layout, Ode
-from workbench.metrics.accumulated import common_grid, maker, resolved
-from workbench.metrics.final import accumulated, accumulators, final_values, values
+from workbench.metrics.accumulators import accumulated, accumulators, common_grid, final_values, maker, resolved, values
 from workbench.metrics.integral import Integral
-from workbench.metrics.sampled import Peak, SampledRms, TotalVariation
-from workbench.metrics.step_response import Overshoot, SettlingTime
+from workbench.metrics.step_metrics import Overshoot, Peak, SampledRms, SettlingTime, TotalVariation
 from workbench.simulate import simulate
 
 from ..parts import LOOP, ODE

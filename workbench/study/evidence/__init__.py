@@ -1,20 +1,16 @@
-"""What the runs of several laws over the same draws say of who is better, and how surely."""
+"""Evidence of who is better: several laws over the same draws of what is uncertain, with simultaneous intervals.
+
+The room knows values by law and draw, estimands such as a mean or a tail, and tables of them; it does not know loops,
+metrics or how the runs were made. Read `judgement.py` first, then `estimands.py`.
+"""
 
 from workbench.study.evidence.bootstrap import Intervals
-from workbench.study.evidence.comparison import Comparison, compare
+from workbench.study.evidence.common_draws import Paired, paired, same_draws
+from workbench.study.evidence.comparison_tables import ablation_table, comparison_table, statistics_table
 from workbench.study.evidence.estimands import Mean, Median, Quantile, Success, Tail
-from workbench.study.evidence.judgement import Judgement, judge
-from workbench.study.evidence.paired import Paired, paired, same_draws
-from workbench.study.evidence.ranks import Ranks, ranks
-from workbench.study.evidence.standings import Standings
-from workbench.study.evidence.tables import (
-    ablation_table,
-    comparison_table,
-    difference_table,
-    rank_table,
-    statistics_table,
-)
-from workbench.study.evidence.tails import Predictor, Shape, shapes
+from workbench.study.evidence.judgement import Judgement, Standings, judge
+from workbench.study.evidence.pairwise_comparison import Comparison, Ranks, compare, ranks
+from workbench.study.evidence.sample_shapes import Predictor, Shape, shapes
 
 __all__ = [
     "Comparison",
@@ -33,10 +29,8 @@ __all__ = [
     "ablation_table",
     "compare",
     "comparison_table",
-    "difference_table",
     "judge",
     "paired",
-    "rank_table",
     "ranks",
     "same_draws",
     "shapes",

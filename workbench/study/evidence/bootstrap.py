@@ -114,11 +114,10 @@ def percentiles(value: Array, resampled: Array, confidence: float) -> Intervals:
 
 
 def likely_quantiles(columns: Array, share: float, resamples: int, seed: int) -> Array:
-    """Where the quantiles of columns (N, k) may lie, (R, k): the middle of y_(B*) and y_(B*+1) in each resample *.
+    """The places where quantiles of columns (N, k) may lie, (R, k): the middle of y_(B*) and y_(B*+1) in a resample *.
 
-    B*_k is as in `order_statistics`, and the percentile interval of one column is about the one there; the sample's
-    quantile in each resample instead would miss more often on the side where the draws are few. Of several columns the
-    resamples know how they move together.
+    B*_k is as in `order_statistics`; the sample's quantile in each resample instead would miss more often on the side
+    where the draws are few.
     """
     below, expected, lower, ordered = _halves(columns, share)
     beyond = np.full((1, columns.shape[1]), np.inf)
@@ -196,7 +195,7 @@ def _balanced(t: Array, confidence: float) -> Array:
 
 
 def _held(runs: int, order: Integers, resamples: int, seed: int) -> Iterator[tuple[slice, Integers]]:
-    """How many of the draws up to each, in an order, come in each resample: (N, some) at a time."""
+    """The number of the draws up to each, in an order, that come in each resample: (N, some) at a time."""
     for first, last in _blocks(runs, resamples):
         held = _across(runs, first, last, seed)[order]
         for row, before in zip(held[1:], held, strict=False):
@@ -205,7 +204,7 @@ def _held(runs: int, order: Integers, resamples: int, seed: int) -> Iterator[tup
 
 
 def _counts(runs: int, resamples: int, seed: int) -> Iterator[Array]:
-    """How often each of N draws comes in a resample, (some, N) at a time: each resample from its own numbers."""
+    """The times that each of N draws comes in a resample, (some, N) at a time: each resample from its own numbers."""
     for first, last in _blocks(runs, resamples):
         yield _drawn(runs, first, last, seed)
 

@@ -1,4 +1,4 @@
-"""Estimands: which number of a law's runs a comparison asks for, with intervals of it and of its differences."""
+"""Estimands: the number of a law's runs that a comparison asks for, with intervals of it and of its differences."""
 
 from __future__ import annotations
 
@@ -84,9 +84,8 @@ class Tail:
 
         CVaR = min_q q + mean(max(y - q, 0)) / (1 - share),   least at the quantile q
 
-    An interval holds the studentised one of that mean at the sample's q, which sees how long the tail is, and the
-    percentile one of the resampled minima, which sees that q may lie in the other part of a bimodal sample. In 160
-    draws it held 94 % for 95 % asked with a lognormal tail, and 92 % where the third moment is infinite.
+    An interval holds the studentised one of that mean at the sample's q and the percentile one of the resampled minima.
+    In 160 draws it held 94 % for 95 % asked with a lognormal tail, and 92 % where the third moment is infinite.
     """
 
     share: float
@@ -158,7 +157,7 @@ def flaw(estimand: Estimand, runs: int) -> str:
 
 
 def blur(estimand: Estimand, values: Array, errors: Array) -> Array:
-    """How far an estimand may be off, (L,), as values (N, L) may be off by errors (L,); NaN where these are not known.
+    """The error of an estimand, (L,), as values (N, L) may be off by errors (L,); NaN where these are not known.
 
     No mean and no quantile moves farther than the values that it is made of; a share by those that may cross the limit.
     """
@@ -244,7 +243,7 @@ def _between(columns: Array, pairs: Pairs | None) -> Array:
 
 
 def _rounding(values: Array, pairs: Pairs | None) -> Array:
-    """By how much columns, or differences of pairs of them, may vary by rounding alone."""
+    """The variation of columns, or of differences of pairs of them, by rounding alone."""
     size = LEAST_SPREAD * np.abs(values).max(axis=0)
     return size if pairs is None else np.array([max(size[i], size[j]) for i, j in pairs])
 

@@ -1,4 +1,4 @@
-"""Judgement: which law is best by the estimand that was asked, and whether other estimands reverse it."""
+"""Judgement: the law that is best by the estimand that was asked, and the estimands that reverse it."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Literal
 
 import numpy as np
 
-from workbench.study.evidence.comparison import RESAMPLES, Comparison, compare
+from workbench.study.evidence.common_draws import Paired
 from workbench.study.evidence.estimands import Estimand, Success, unit_of, words_of
-from workbench.study.evidence.paired import Paired
+from workbench.study.evidence.pairwise_comparison import RESAMPLES, Comparison, compare
 from workbench.validation.signatures import door
 
 
@@ -59,11 +59,7 @@ class Judgement:
 
     @property
     def kind(self) -> Literal["best", "open", "depends"]:
-        """One law is best; none is; or it depends on what is asked.
-
-        It depends where a law that none is below by the asked estimand is above one that it was below by another, and
-        where two estimands have different laws best.
-        """
+        """The verdict: it depends where another estimand reverses a leading law, or two have different laws best."""
         leaders = self._first.leaders
         bests = {one.best for one in self.by.values()} - {None}
         if len(bests) > 1 or any(a in leaders for a, *_ in self.reversals):
@@ -107,9 +103,8 @@ def judge(
 ) -> Judgement:
     """Laws by the estimand asked, and by others that may reverse it.
 
-    The estimand asked is part of the question: it is decided before the runs are made, by what the metric is for, as
-    the mean for what adds up over many uses and a tail for what must not happen. Who is best by one statistic alone is
-    no verdict where another reverses it.
+    The estimand asked is decided before the runs are made, by what the metric is for: the mean for what adds up over
+    many uses, a tail for what must not happen.
 
     Parameters
     ----------
@@ -134,7 +129,7 @@ def judge(
 
 
 def least_of(estimand: Estimand, metric: str) -> str:
-    """What the best law has, in words."""
+    """The words for the value of the best law."""
     return f"{'highest' if isinstance(estimand, Success) else 'least'} {words_of(estimand, metric)}"
 
 
@@ -154,7 +149,7 @@ def _place(one: Comparison) -> str:
 
 
 def _grouped(places: Mapping[str, str]) -> str:
-    """Which law is best by which estimands: those that agree together."""
+    """The law that is best by each estimand: those that agree together."""
     laws: dict[str, list[str]] = {}
     for words, law in places.items():
         laws.setdefault(law, []).append(words)
@@ -164,3 +159,30 @@ def _grouped(places: Mapping[str, str]) -> str:
 def listed(names: Sequence[str]) -> str:
     """Names in a row, with "and" before the last."""
     return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Standings:
+    """Judgements of the same laws by the same estimands in several scenarios."""
+
+    judgements: Mapping[str, Judgement]
+
+    def __post_init__(self) -> None:
+        kinds = {(one.paired.laws, tuple(one.by)) for one in self.judgements.values()}
+        if len(kinds) != 1:
+            raise ValueError(
+                "`Standings(judgements=...)` must have the same laws and the same estimands in each scenario; got "
+                f"{len(kinds)} kinds of them."
+            )
+
+    @property
+    def wins(self) -> Mapping[str, Mapping[str, tuple[str, ...]]]:
+        """By the words of each estimand, each law and the scenarios in which it is best by that one; most first."""
+        ((laws, estimands),) = {(one.paired.laws, tuple(one.by)) for one in self.judgements.values()}
+        found = {}
+        for words in estimands:
+            best = {scenario: one.by[words].best for scenario, one in self.judgements.items()}
+            of = {law: tuple(scenario for scenario, first in best.items() if first == law) for law in laws}
+            found[words] = dict(sorted(of.items(), key=lambda pair: -len(pair[1])))
+        return found

@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.core import Ode, Step
 from workbench.metrics import AbstractMetric
-from workbench.metrics.final import final_values
+from workbench.metrics.accumulators import final_values
 from workbench.simulate import simulate
 from workbench.validation.refusals import Array
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Step
 from workbench.metrics import AbstractMetric
-from workbench.metrics.final import final_values
+from workbench.metrics.accumulators import final_values
 from workbench.simulate import simulate
 from workbench.simulate.arithmetic import continued
 from workbench.validation.refusals import Array

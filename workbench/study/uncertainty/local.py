@@ -12,7 +12,7 @@ import numpy as np
 from workbench.core import Layout, Ode, Sampled
 from workbench.core.expressions import instructions
 from workbench.metrics import AbstractMetric, measured
-from workbench.metrics.accumulated import resolved
+from workbench.metrics.accumulators import resolved
 from workbench.study.uncertainty.finite_differences import slopes
 from workbench.study.uncertainty.gradients import gradients
 from workbench.validation.refusals import Array, described, known, seconds, vector

@@ -7,11 +7,9 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from workbench.study.document.document import Cell, Column, Emphasis, Measured, Phrase, Table, Value
-from workbench.study.evidence.bootstrap import Intervals
-from workbench.study.evidence.comparison import Comparison
 from workbench.study.evidence.estimands import Success, unit_of, words_of
 from workbench.study.evidence.judgement import Judgement, listed
-from workbench.study.evidence.ranks import Ranks
+from workbench.study.evidence.pairwise_comparison import Comparison
 from workbench.validation.signatures import door
 
 BOLD = "Bold: significantly better than each other law."
@@ -71,52 +69,10 @@ def statistics_table(name: str, caption: Phrase, judgement: Judgement, notes: tu
 
 
 @door
-def difference_table(name: str, caption: Phrase, comparison: Comparison, notes: tuple[Phrase, ...] = ()) -> Table:
-    """The law of the row minus the law of the column, for all pairs; what is significant is bold.
-
-    Raises
-    ------
-    ValueError
-        If this is no comparison.
-    """
-    paired = comparison.paired
-    rows: list[tuple[Cell, ...]] = []
-    for i, law in enumerate(paired.laws):
-        cells: list[Cell] = []
-        for j, other in enumerate(paired.laws):
-            shown = None if i == j else _apart(comparison, i, j)
-            cells.append(Emphasis(shown) if comparison.order(law, other) != "undecided" else shown)
-        rows.append((law, *cells))
-    heads = (Column(f"- {law}", unit_of(comparison.estimand, paired.unit), "right") for law in paired.laws)
-    bold = f"Bold: significant. A number is a difference of {_statistics((comparison,))}, {HALF}."
-    return Table(name, caption, (Column("law"), *heads), tuple(rows), (bold, comparison.said, *notes))
-
-
-@door
-def rank_table(name: str, caption: Phrase, ranks: Ranks, notes: tuple[Phrase, ...] = ()) -> Table:
-    """In how many of a hundred draws each law has each rank.
-
-    Raises
-    ------
-    ValueError
-        If these are no ranks.
-    """
-    laws = ranks.paired.laws
-    places = range(len(laws))
-    rows: list[tuple[Cell, ...]] = [(law, *(_percent(ranks.ranks, i, j) for j in places)) for i, law in enumerate(laws)]
-    columns = (Column("law"), *(Column(f"rank {rank}", "%", "right") for rank in range(1, len(laws) + 1)))
-    how = (
-        f"Share of the draws, in brackets half of its own {100 * ranks.confidence:g} % interval (Clopper and Pearson). "
-        "Equal laws share the worse rank; a failed run ranks last."
-    )
-    return Table(name, caption, columns, tuple(rows), (how, ranks.paired.said, *notes))
-
-
-@door
 def ablation_table(
     name: str, caption: Phrase, comparisons: Sequence[Comparison], whole: str, notes: tuple[Phrase, ...] = ()
 ) -> Table:
-    """What becomes of each metric as a block is taken out of the law `whole`: the change in percent of the whole law.
+    """The change of each metric, in percent of the law `whole`, as a block is taken out of it.
 
     Raises
     ------
@@ -130,7 +86,7 @@ def ablation_table(
     if any(isinstance(one.estimand, Success) for one in comparisons):
         raise ValueError(
             "`ablation_table(comparisons=...)` tells changes in percent of a level, which is not what a "
-            "share of successes is compared by; got `Success`: take `difference_table`."
+            "share of successes is compared by; got `Success`."
         )
     failed = np.max([one.paired.failed for one in comparisons], axis=0)
     rows: list[tuple[Cell, ...]] = [(whole, *(_shown(one, at) for one in comparisons), int(failed[at]))]
@@ -160,7 +116,7 @@ def _statistics(comparisons: Sequence[Comparison]) -> str:
 
 
 def _said(comparisons: Sequence[Comparison]) -> tuple[str, ...]:
-    """What is to be said of the statistics, of each metric, and once what is to be said of all."""
+    """The notes on the statistics, on each metric, and once those on all."""
     return (*dict.fromkeys(one.said for one in comparisons), *_runs(comparisons))
 
 
@@ -170,7 +126,7 @@ def _runs(comparisons: Sequence[Comparison]) -> tuple[str, ...]:
 
 
 def _reversed(judgement: Judgement) -> Iterator[str]:
-    """What another estimand orders the other way round, a sentence for each."""
+    """A sentence for each estimand that orders laws the other way round."""
     for words in judgement.by:
         pairs = [f"{a} is below {b}" for a, b, _, other in judgement.reversals if other == words]
         if pairs:
@@ -191,17 +147,6 @@ def _shown(one: Comparison, i: int) -> Value:
         return _percents(1 - value, 1 - high, 1 - low)
     wide = WIDE * abs(value) < max(high - value, value - low) < np.inf  # brackets would leave no digit of the value
     return f"{value:.3g} ({low:.3g} to {high:.3g})" if wide else _measured(value, low, high)
-
-
-def _apart(one: Comparison, i: int, j: int) -> Value:
-    """The difference of two laws, of successes in percent of the draws."""
-    d = one.difference
-    value, low, high = (float(part[i, j]) for part in (d.value, d.low, d.high))
-    if np.isnan(value):
-        return "both infinite"
-    if np.isinf(value):
-        return "infinite" if value > 0 else "−infinite"
-    return _percents(-value, -high, -low) if isinstance(one.estimand, Success) else _measured(value, low, high)
 
 
 def _measured(value: float, low: float, high: float) -> Value:
@@ -238,7 +183,3 @@ def _text(numbers: Iterable[float], unit: str) -> str:
 def _short(number: float, sign: str) -> str:
     """Three digits, or all of them before the point."""
     return f"{number:{sign},.0f}" if abs(number) >= 1000 else f"{number:{sign}.3g}"
-
-
-def _percent(found: Intervals, i: int, j: int) -> Value:
-    return _percents(*(float(part[i, j]) for part in (found.value, found.low, found.high)))

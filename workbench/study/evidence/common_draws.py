@@ -63,7 +63,7 @@ class Paired:
 
     @property
     def said(self) -> str:
-        """The note, with the failed runs and the largest error of the step."""
+        """The note below a table: the failed runs and the largest error of the step."""
         failed = ", ".join(f"{law} in {count:,}" for law, count in zip(self.laws, self.failed, strict=True) if count)
         lost = f"failed runs: {failed}, each taken as worse than any other" if failed else "no run failed"
         known = self.errors[~np.isnan(self.errors)]
@@ -122,7 +122,7 @@ def _errors(given: Mapping[str, float], columns: Mapping[str, Array]) -> Array:
 
 @door
 def same_draws(samples: Mapping[str, Sample]) -> str:
-    """The note of the samples of several laws, one draw a row, or a refusal where rows are not the same draws.
+    """The note of the samples of several laws, one draw a row, which must be the same draws.
 
     Raises
     ------

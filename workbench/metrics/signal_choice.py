@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -14,6 +15,8 @@ from workbench.validation.refusals import described, nearest
 from workbench.validation.signatures import door
 
 ERROR = re.compile(r"ed?(_hat)?|e_.+|.+_error")  # what loops call errors, which are from 0 anyway
+FACTOR = re.compile(r"([^\W\d_]+|%|1)(?:\^(-?\d+))?")
+POWER_UNITS = ({"N": 1, "m": 1, "s": -1}, {"V": 1, "A": 1}, {"W": 1}, {"N": 1, "m": 1, "rad": 1, "s": -1})
 
 
 @dataclass(frozen=True)
@@ -21,13 +24,8 @@ ERROR = re.compile(r"ed?(_hat)?|e_.+|.+_error")  # what loops call errors, which
 class Choice:
     """A signal that an equation is still to be asked for: by its name, or all that it follows or drives.
 
-    Attributes
-    ----------
-    of
-        "error": the error of what is followed; "level": what is followed, beside what is wanted of it; "input": what
-        acts on the plant where it is driven.
-    signal
-        Its name; None for all.
+    An "error" is that of what is followed, a "level" what is followed, beside what is wanted of it, an "input" what
+    acts on the plant where it is driven.
     """
 
     of: Literal["error", "level", "input"]
@@ -37,16 +35,9 @@ class Choice:
 @dataclass(frozen=True)
 @door
 class Watched:
-    """Outputs one below the other, less what is wanted of them where that is told.
+    """Outputs one below the other, less what is `wanted` of them, with unit and label of each number.
 
-    Attributes
-    ----------
-    outputs, wanted
-        The names of outputs.
-    units, labels
-        Of each number.
-    words, remark
-        What a description calls the column, and what it adds at its end.
+    A description calls the column by its `words`, and ends with the `remark`.
     """
 
     outputs: tuple[str, ...]
@@ -88,13 +79,7 @@ def levels(signal: Signal, y: Mapping[str, ca.SX]) -> tuple[ca.SX, ca.SX]:
 
 
 def watched(metric: str, signal: Signal, ode: Ode) -> Watched:
-    """A signal of an equation.
-
-    Raises
-    ------
-    LookupError
-        If the equation has no such output; or none is named, and it follows or drives nothing.
-    """
+    """A signal of an equation."""
     if isinstance(signal, Watched):
         return signal
     if isinstance(signal, str):
@@ -137,7 +122,7 @@ def _error(metric: str, name: str | None, ode: Ode) -> Watched:
 
 
 def _is_error(y: Mapping[str, ca.SX], error: str, name: str) -> bool:
-    """Whether an output is the difference of another and what is wanted of it."""
+    """True of an output that is the difference of another and what is wanted of it."""
     if error not in y or y[error].shape != y[name].shape:
         return False
     pairs = zip(ca.vertsplit(y[error]), ca.vertsplit(y[name] - y[f"{name}_ref"]), strict=True)
@@ -196,3 +181,45 @@ def _nothing(metric: str, ode: Ode, does: str) -> LookupError:
         f"The metric {described(metric)} without a signal is of what a loop {does}, and '{ode.name}' {does} nothing: "
         f"name a signal. It has: {', '.join(ode.outputs.names) or 'none'}."
     )
+
+
+def product(*units: tuple[str, int]) -> str:
+    """The product of units, each with its power: ("rad", 2), ("s", 1) is "rad^2 s", and ("N m", 1), ("s", -1) "N m/s".
+
+    What is no product of words, as "V/sqrt(Hz)" is none, stands in brackets; what is not known stays so.
+    """
+    if any(unit == "?" for unit, _ in units):
+        return "?"
+    powers: Counter[str] = Counter()
+    for unit, power in units:
+        words = _factors(unit)
+        for word, n in ({f"({unit})": 1} if words is None else words).items():
+            powers[word] += n * power
+    above = [_power(word, n) for word, n in powers.items() if n > 0]
+    below = [_power(word, -n) for word, n in powers.items() if n < 0]
+    if not below:
+        return " ".join(above)
+    divisor = below[0] if len(below) == 1 else f"({' '.join(below)})"
+    return f"{' '.join(above) or '1'}/{divisor}"
+
+
+def work(effort: str, flow: str) -> str:
+    """The unit of effort times flow times seconds: J where that is an energy."""
+    power = product((effort, 1), (flow, 1))
+    return "J" if _factors(power) in POWER_UNITS else product((power, 1), ("s", 1))
+
+
+def _power(word: str, n: int) -> str:
+    return word if n == 1 else f"{word}^{n}"
+
+
+def _factors(unit: str) -> dict[str, int] | None:
+    """The words of a unit with their powers; None of what is no product of words."""
+    over, _, under = unit.partition("/")
+    powers: Counter[str] = Counter()
+    for part, sign in ((over, 1), (under.removeprefix("(").removesuffix(")"), -1)):
+        for word in part.split():
+            if (read := FACTOR.fullmatch(word)) is None:
+                return None
+            powers[read[1]] += sign * int(read[2] or 1)
+    return {word: n for word, n in powers.items() if word != "1" and n}

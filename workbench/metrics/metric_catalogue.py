@@ -14,16 +14,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.metrics.integral import Integral
-from workbench.metrics.sampled import Peak, SampledRms, TotalVariation
-from workbench.metrics.signals import Choice
-from workbench.metrics.step_response import Overshoot, SettlingTime
-from workbench.metrics.units import product, work
-from workbench.validation.refusals import Array, described, finite, numbers, positive, refusal, seconds, vector
+from workbench.metrics.signal_choice import Choice, product, work
+from workbench.metrics.step_metrics import Overshoot, Peak, SampledRms, SettlingTime, TotalVariation
+from workbench.validation.refusals import Array, described, finite, numbers, positive, seconds, vector
 from workbench.validation.signatures import door
 
 
 def _whole(integral: Array, horizon: float) -> Array:
-    del horizon
     return integral
 
 
@@ -32,7 +29,6 @@ def _root_mean(integral: Array, horizon: float) -> Array:
 
 
 def _square(t: ca.SX, e: ca.SX) -> ca.SX:
-    del t
     return e**2
 
 
@@ -169,7 +165,7 @@ def peak_torque() -> Peak:
 
 @door
 def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Integral]:
-    """How far a signal is beyond its limits at worst, and for how many seconds it is: two metrics.
+    """Two metrics: the largest distance of a signal beyond its limits, and the seconds for which it is beyond.
 
     Parameters
     ----------
@@ -182,15 +178,11 @@ def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Int
         If there is no limit, one is no number, or no number lies between them.
     """
     least, most = _limit("low", low, -np.inf), _limit("high", high, np.inf)
-    if least.size != most.size and 1 not in (least.size, most.size):
+    sizes = {limit.size for limit in (least, most)} - {1}
+    if len(sizes) > 1 or not np.all(least < most) or np.isinf([*least, *most]).all():
         raise ValueError(
-            "`violation(low=..., high=...)` must have as many numbers on either side, one for each of the signal; got "
-            f"{least.size} and {most.size}."
-        )
-    if not np.all(least < most) or np.isinf([*least, *most]).all():
-        raise ValueError(
-            "`violation(low=..., high=...)` must be numbers with room between them, at least one of them finite, as "
-            f"nothing else can be left; got {described(low)} and {described(high)}."
+            "`violation(low=..., high=...)` must be numbers with room between them, at least one of them finite, and "
+            f"one for all or one for each number of the signal; got {described(low)} and {described(high)}."
         )
 
     def beyond(e: ca.SX) -> ca.SX:
@@ -200,7 +192,6 @@ def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Int
         return ca.if_else(above > below, above, below)
 
     def outside(t: ca.SX, e: ca.SX) -> ca.SX:
-        del t
         far = beyond(e)
         return ca.if_else(far > 0, 1, ca.if_else(far <= 0, 0, far))  # which is no number where e is none
 
@@ -213,10 +204,7 @@ def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Int
 
 
 def _limit(side: str, given: Any, none: float) -> Array:
-    value = np.array(none) if given is None else numbers(f"violation({side}=...)", given)
-    if value.ndim > 1:
-        raise refusal(f"violation({side}=...)", "a number or a vector of numbers", value)
-    return np.atleast_1d(value)
+    return np.atleast_1d(numbers(f"violation({side}=...)", none if given is None else given).squeeze())
 
 
 @door

@@ -1,4 +1,4 @@
-"""The step of an equation with every metric accumulated beside it."""
+"""The accumulators of metrics: the step of an equation with them beside its states, and the values at its end."""
 
 from __future__ import annotations
 
@@ -6,16 +6,20 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import reduce
+from typing import TypeVar
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode, Sampled, Step, stepper, with_quadrature
 from workbench.metrics.contract import AbstractMetric, watches
-from workbench.metrics.signals import refuse_unknown
-from workbench.validation.refusals import MOST, multiple, seconds, text
+from workbench.metrics.signal_choice import refuse_unknown
+from workbench.simulate import Trajectories
+from workbench.simulate.arithmetic import continued
+from workbench.validation.refusals import MOST, Array, multiple, seconds, text, whole
 from workbench.validation.signatures import door
 
+T = TypeVar("T")
 LARGEST_RATIO = 1000  # in the ratio of two sample times that have a common divisor
 
 
@@ -39,13 +43,7 @@ def measured(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], h: floa
 
 @door
 def maker(equation: Ode | Sampled, metrics: Sequence[AbstractMetric]) -> Callable[[str, float], Step]:
-    """What makes the steps of `measured` by method and length h [s]: those that differ in h alone share their rule.
-
-    Raises
-    ------
-    LookupError, ValueError
-        As `measured`, here or where it makes a step.
-    """
+    """The function that makes the steps of `measured` by method and length h [s], which share their rule."""
     metrics = resolved(equation, metrics)
     ode = _flow(equation)
     y = ode.outputs.view(ode.output)
@@ -119,13 +117,7 @@ def _grid(metric: AbstractMetric) -> float | None:
 
 @door
 def common_grid(metrics: Sequence[AbstractMetric], *times: float) -> float | None:
-    """The longest time [s] that divides the sample times of the metrics and `times`; None if no metric samples.
-
-    Raises
-    ------
-    ValueError
-        If there is none.
-    """
+    """The longest time [s] that divides the sample times of the metrics and `times`; None if no metric samples."""
     samples = list(filter(None, map(_grid, metrics)))
     if not samples:
         return None
@@ -145,10 +137,59 @@ def common_grid(metrics: Sequence[AbstractMetric], *times: float) -> float | Non
 
 
 def _flow(equation: Ode | Sampled) -> Ode:
-    """What is true between two samples, or always."""
+    """The equation between two samples."""
     return equation if isinstance(equation, Ode) else equation.flow
 
 
-def _below(z: Mapping[str, ca.SX], metric: AbstractMetric) -> dict[str, ca.SX]:
+def _below(z: Mapping[str, T], metric: AbstractMetric) -> dict[str, T]:
     prefix = f"{metric.name}."
     return {name.removeprefix(prefix): part for name, part in z.items() if name.startswith(prefix)}
+
+
+@door
+def accumulators(step: Step, metrics: Sequence[AbstractMetric]) -> Layout:
+    """The states of a step that belong to its metrics: integrals, and what they keep in mind."""
+    memories = tuple(f"{m.name}." for m in metrics)
+    wanted = (e for e in step.states.entries if e.name in _integrals(metrics) or e.name.startswith(memories))
+    return Layout(tuple(wanted))
+
+
+@door
+def accumulated(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int = -1) -> Array:
+    """The accumulators of each run, (B, a), at a kept time, the last if none is named.
+
+    A memory was last updated one step before that time, so it looks once more.
+    """
+    row = whole("accumulated(row=...)", row, -len(runs.t), len(runs.t) - 1)
+    step, state = runs.step, runs.x[:, row]
+    later = continued(runs.job, state, round(float(runs.t[row]) / step.h), 1)
+    names, integrals = accumulators(step, metrics).names, _integrals(metrics)
+    parts = [(state if name in integrals else later)[:, step.states.slice(name)] for name in names]
+    return np.hstack([np.empty((len(state), 0)), *parts])
+
+
+@door
+def values(metrics: Sequence[AbstractMetric], held: Layout, accumulated: Array, horizon: float) -> Mapping[str, Array]:
+    """Each metric, (B, k), from the accumulators (B, a) of its runs and their horizon in s."""
+    parts, found = held.unpack(accumulated), {}
+    for m in metrics:
+        integral = parts.get(f"integral of {m.name}", np.zeros((len(accumulated), 0)))
+        found[m.name] = m.value(integral, _below(parts, m), horizon)
+    return found
+
+
+@door
+def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int = -1) -> dict[str, Array]:
+    """Each metric of each run, (B, k), from the start to a kept time, the last if none is named.
+
+    NaN for a run that had diverged by then.
+    """
+    row = whole("final_values(row=...)", row, -len(runs.t), len(runs.t) - 1)
+    horizon = float(runs.t[row])
+    lost = (runs.diverged_at <= horizon)[:, np.newaxis]
+    found = values(metrics, accumulators(runs.step, metrics), accumulated(runs, metrics, row), horizon)
+    return {name: np.where(lost, np.nan, value) for name, value in found.items()}
+
+
+def _integrals(metrics: Sequence[AbstractMetric]) -> set[str]:
+    return {f"integral of {m.name}" for m in metrics}

@@ -1,4 +1,4 @@
-"""Comparison: how far laws are apart in the same draws, all pairs at once, and who is best by one estimand."""
+"""Comparison of laws in the same draws: all pairs at once by one estimand, and the ranks of the laws draw by draw."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ from typing import Literal
 import numpy as np
 
 from workbench.study.evidence.bootstrap import Intervals
+from workbench.study.evidence.common_draws import Paired
 from workbench.study.evidence.estimands import Estimand, Median, Success, blur, flaw, intervals
-from workbench.study.evidence.paired import Paired
 from workbench.study.uncertainty.outputs import LARGEST, Flags, t_quantile
+from workbench.study.uncertainty.quantiles import share
 from workbench.validation.refusals import Array, whole
 from workbench.validation.refusals import seed as as_seed
 from workbench.validation.signatures import door
@@ -51,9 +52,7 @@ class Comparison:
 
     @door
     def order(self, a: str, b: str) -> Literal["below", "above", "undecided"]:
-        """Whether law a is significantly below law b, or above: by an interval beyond the margin and the steps' errors.
-
-        Both together, as the errors of the steps may be what carries an interval over the margin.
+        """The place of law a beside law b, significant by an interval beyond the margin and the errors of the steps.
 
         Where all of the interval is infinite, as one of them fails too often, no error of the step counts.
         """
@@ -62,21 +61,21 @@ class Comparison:
 
     @cached_property
     def below(self) -> Flags:
-        """(L, L), whether the law of the row is significantly below that of the column."""
-        steps, share = self._off
+        """(L, L), true where the law of the row is significantly below that of the column."""
+        steps, margin = self._off
         high = self.difference.high
-        return (high < -(steps + share)) | np.isneginf(high)  # NaN where an error of the step is not known
+        return (high < -(steps + margin)) | np.isneginf(high)  # NaN where an error of the step is not known
 
     @door
     def alike(self, a: str, b: str) -> bool:
-        """Whether the interval of the difference of two laws, with the steps' errors, lies within the margin.
+        """True if the interval of the difference of two laws, with the steps' errors, lies within the margin.
 
         Two laws that both fail too often for a level are not alike: nobody knows how far apart they would be.
         """
         i, j = self.paired.place(a), self.paired.place(b)
-        (steps, share), d = self._off, self.difference
+        (steps, margin), d = self._off, self.difference
         known = np.isfinite(self.level.value[[i, j]]).all()
-        return bool(known and max(-d.low[i, j], d.high[i, j]) + steps[i, j] <= share[i, j])
+        return bool(known and max(-d.low[i, j], d.high[i, j]) + steps[i, j] <= margin[i, j])
 
     @cached_property
     def _off(self) -> tuple[Array, Array]:
@@ -102,13 +101,13 @@ class Comparison:
 
     @property
     def said(self) -> str:
-        """What must stand below a table beside the runs: the estimand, its intervals, and when a difference counts."""
+        """The note below a table: the estimand, its intervals, and when a difference counts."""
         words = self.estimand.words
         return f"{words[0].upper()}{words[1:]} over the draws; {self.holds}."
 
     @property
     def holds(self) -> str:
-        """What the intervals hold, and when a difference counts."""
+        """The confidence of the intervals, and when a difference counts."""
         of = " of the draws" if isinstance(self.estimand, Success) else ""
         beyond = f", and a difference counts beyond {100 * self.margin:g} %{of}" if self.margin else ""
         return f"intervals hold all at once with {100 * self.confidence:g} %{beyond}"
@@ -164,4 +163,55 @@ def _square(apart: Intervals, laws: int) -> Intervals:
         (high, apart.high, apart.low),
     ):
         part[upper], part.T[upper] = above, -below
+    return Intervals(value, low, high)
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Ranks:
+    """Shares of the draws, each with the interval of Clopper and Pearson.
+
+    Attributes
+    ----------
+    ranks
+        (L, L), in which the law of the row has the rank of the column, from the first: the least value. Equal laws
+        share the worse rank, so that all failed runs rank last.
+    below
+        (L, L), in which the law of the row is below the law of the column.
+    """
+
+    paired: Paired
+    confidence: float
+    ranks: Intervals
+    below: Intervals
+
+    def __post_init__(self) -> None:
+        laws = len(self.paired.laws)
+        for name in ("ranks", "below"):
+            if (shape := getattr(self, name).value.shape) != (laws, laws):
+                raise ValueError(f"`Ranks({name}=...)` must have shape {(laws, laws)}; got {shape}.")
+
+
+@door
+def ranks(paired: Paired, confidence: float = 0.95) -> Ranks:
+    """The rank of each law in each draw, counted. Intervals are those of one share at a time.
+
+    Raises
+    ------
+    ValueError
+        If these are no paired values, or the confidence is none.
+    """
+    t_quantile("ranks", confidence, 1)  # refuses what is no confidence
+    y = paired.values
+    places = (y[:, :, None] >= y[:, None, :]).sum(axis=2)  # how many are not above, the law itself among them
+    laws = len(paired.laws)
+    at = places[:, :, None] == np.arange(1, laws + 1)
+    below = y[:, :, None] < y[:, None, :]
+    return Ranks(paired, confidence, _shares_of(at, confidence), _shares_of(below, confidence))
+
+
+def _shares_of(holds: Flags, confidence: float) -> Intervals:
+    """Of flags (N, L, L)."""
+    found = [[share(column, confidence) for column in row.T] for row in np.moveaxis(holds, 1, 0)]
+    value, low, high = (np.array([[getattr(s, end) for s in row] for row in found]) for end in ("value", "low", "high"))
     return Intervals(value, low, high)

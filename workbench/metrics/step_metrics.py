@@ -1,0 +1,257 @@
+"""Metrics that look at the loop once a step or once in a stated number of steps: peaks, sums and step responses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Entry, Layout, Ode
+from workbench.metrics.contract import AbstractSignalMetric, Parts
+from workbench.metrics.signal_choice import Choice, Signal, Watched, column, levels, product
+from workbench.validation.refusals import Array, finite, positive, seconds
+from workbench.validation.signatures import door
+from workbench.validation.views import show
+
+NEVER = 1e30  # in the loop's arithmetic, where 0 times infinity would be NaN
+LEVELS = Choice("level")  # all that is followed
+ROUNDING = 1e-9  # a change by less, in units of a level of 1 at least, is rounding and no jump
+
+
+def on_grid(k: ca.SX, h: ca.SX, sample: float) -> ca.SX:
+    """True if t_k = k h is a multiple of a sample time that is one of h, all in s."""
+    return ca.fmod(k, ca.floor(sample / h + 0.5)) == 0
+
+
+@door
+def _absolute(e: ca.SX) -> ca.SX:
+    """|e|."""
+    return ca.fabs(e)
+
+
+@dataclass(frozen=True)
+@door
+class Peak(AbstractSignalMetric):
+    """The largest absolute value of a signal over all steps, from `after` seconds on.
+
+    Attributes
+    ----------
+    size
+        What is to be largest in place of the absolute value, of the column of the signal; it counts where positive.
+    """
+
+    signal: Signal
+    after: float = 0.0
+    size: Callable[[ca.SX], ca.SX] = _absolute
+
+    def __post_init__(self) -> None:
+        finite("Peak(after=...)", self.after, " of seconds", low=0)
+
+    def check(self, ode: Ode, horizon: float) -> None:
+        """Some time must be left for it."""
+        if self.after > horizon * (1 + 1e-6):
+            raise ValueError(
+                f"The metric '{self.name}' needs a horizon beyond the {self.after:g} s after which it begins; "
+                f"got {horizon:g} s."
+            )
+
+    def memory(self, size: int) -> Layout:
+        """The largest so far."""
+        return Layout((Entry("peak", np.zeros(size)),))
+
+    def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
+        """The larger of what was and what is."""
+        late = k * h >= self.after - h / 2
+        size = ca.if_else(late, self.size(column(self.signal, y)), 0)
+        return {"peak": ca.if_else(z["peak"] >= size, z["peak"], size)}  # no number is never less, and so stays
+
+    def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
+        """The largest."""
+        return z["peak"]
+
+
+@dataclass(frozen=True)
+@door
+class TotalVariation(AbstractSignalMetric):
+    """The sum of |u(t_j) - u(t_(j-1))| over a grid of `sample` seconds, per second: a measure of chattering.
+
+    It depends on the grid, which is why the grid is part of the metric and not of the step.
+    """
+
+    signal: Signal
+    sample: float
+
+    def __post_init__(self) -> None:
+        seconds("TotalVariation(sample=...)", self.sample)
+
+    def measured_in(self, unit: str) -> str:
+        """That of the signal, per second."""
+        return product((unit, 1), ("s", -1))
+
+    @property
+    def grid(self) -> float | None:
+        """Its sample time."""
+        return self.sample
+
+    def check(self, ode: Ode, horizon: float) -> None:
+        """At least one sample time must pass."""
+        if self.sample > horizon * (1 + 1e-6):
+            raise ValueError(
+                f"The metric '{self.name}' needs a horizon of one sample time at least, which is {self.sample:g} s; "
+                f"got {horizon:g} s."
+            )
+
+    def memory(self, size: int) -> Layout:
+        """The sum so far and the last sample."""
+        return Layout((Entry("sum", np.zeros(size)), Entry("last", np.zeros(size))))
+
+    def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
+        """On the grid the change since the last sample is added."""
+        u, sampled, first = column(self.signal, y), on_grid(k, h, self.sample), k == 0
+        change = ca.if_else(first, 0, ca.fabs(u - z["last"]))
+        return {
+            "sum": z["sum"] + ca.if_else(sampled, change, 0),
+            "last": ca.if_else(sampled, u, z["last"]),
+        }
+
+    def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
+        """The sum per second of the time that was sampled: whole sample times only."""
+        return z["sum"] / (self.sample * int(horizon / self.sample + 1e-6))
+
+
+@dataclass(frozen=True)
+@door
+class SampledRms(AbstractSignalMetric):
+    """sqrt(1/N sum of u(t_k)^2) over the N samples t = 0, sample, 2 sample, ... up to the horizon.
+
+    A sum over samples is not the integral: an error that starts at u(0) and falls adds about u(0)^2 / 2
+    to the sum, whatever the sample time. The grid is therefore part of the metric.
+    """
+
+    signal: Signal
+    sample: float
+
+    def __post_init__(self) -> None:
+        seconds("SampledRms(sample=...)", self.sample)
+
+    @property
+    def grid(self) -> float | None:
+        """Its sample time."""
+        return self.sample
+
+    def memory(self, size: int) -> Layout:
+        """The sum of squares and the number of samples so far."""
+        return Layout((Entry("sum", np.zeros(size)), Entry("count", np.zeros(size))))
+
+    def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
+        """On the grid one sample more."""
+        sampled = on_grid(k, h, self.sample)
+        return {
+            "sum": z["sum"] + ca.if_else(sampled, column(self.signal, y) ** 2, 0),
+            "count": z["count"] + ca.if_else(sampled, 1, 0),
+        }
+
+    def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
+        """The root of the mean."""
+        return np.asarray(np.sqrt(z["sum"] / z["count"]))
+
+
+class AbstractStepResponse(AbstractSignalMetric):
+    """A metric of what follows a jump of a piecewise constant reference; the start counts as a jump."""
+
+    def check(self, ode: Ode, horizon: float) -> None:
+        """Refuse a reference whose derivative, as an expression, is not zero: steps and square waves pass."""
+        signal = self.signal
+        _, wanted = levels(signal, ode.outputs.view(ode.output))
+        if ca.sparsify(ca.jacobian(wanted, ca.vertcat(ode.t, ode.x))).nnz():
+            names = ", ".join(signal.wanted if isinstance(signal, Watched) else ())
+            raise ValueError(
+                f"The metric '{self.name}' needs a piecewise constant reference, as it is measured from one jump to "
+                f"the next; the {names} of '{ode.name}' moves. Use steps or a square wave, or `peak_error()` and "
+                "`late_error(...)`."
+            )
+
+
+def jump(k: ca.SX, z: Parts, actual: ca.SX, wanted: ca.SX) -> tuple[ca.SX, ca.SX]:
+    """True if the reference has just jumped, and the level from which it did."""
+    first = k == 0
+    jumped = ca.logic_or(first, height(z["level"], wanted) != 0)
+    return jumped, ca.if_else(first, actual, ca.if_else(jumped, z["level"], z["origin"]))
+
+
+def height(origin: ca.SX, level: ca.SX) -> ca.SX:
+    """The way from one level to another, with a sign; zero where only rounding is between them."""
+    change = level - origin
+    return ca.if_else(ca.fabs(change) <= ROUNDING * ca.fmax(1, ca.fabs(level)), 0, change)
+
+
+@dataclass(frozen=True)
+@show
+class Overshoot(AbstractStepResponse):
+    """The largest excursion beyond the new level after a jump, as a share of the jump."""
+
+    signal: Signal = LEVELS
+
+    def memory(self, size: int) -> Layout:
+        """The levels of the last jump and the largest excursion so far."""
+        return Layout(tuple(Entry(name, np.zeros(size)) for name in ("level", "origin", "excess")))
+
+    def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
+        """The larger of what was and what is."""
+        actual, level = levels(self.signal, y)
+        _, origin = jump(k, z, actual, level)
+        size = height(origin, level)
+        beyond = ca.if_else(size == 0, 0, (actual - level) / ca.if_else(size == 0, 1, size))
+        return {"level": level, "origin": origin, "excess": ca.if_else(z["excess"] >= beyond, z["excess"], beyond)}
+
+    def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
+        """In percent."""
+        return 100 * z["excess"]
+
+
+@dataclass(frozen=True)
+@door
+class SettlingTime(AbstractStepResponse):
+    """The longest time after a jump until the error stays within `band` times the jump; infinite if it never does."""
+
+    band: float
+    signal: Signal = LEVELS
+
+    def __post_init__(self) -> None:
+        positive("SettlingTime(band=...)", self.band)
+
+    def memory(self, size: int) -> Layout:
+        """The levels and time of the last jump, when the error was last outside or looked at, the longest so far."""
+        names = ("level", "origin", "since", "outside", "looked", "longest")
+        return Layout(tuple(Entry(name, np.zeros(size)) for name in names))
+
+    def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
+        """At a jump the time that the last one took is closed; unsettled means infinite."""
+        actual, level = levels(self.signal, y)
+        jumped, origin = jump(k, z, actual, level)
+        took = z["outside"] - z["since"]
+        unsettled = z["outside"] >= z["looked"]  # which was a step ago, and steps may change their length
+        closed = ca.if_else(k == 0, 0, ca.if_else(unsettled, NEVER, took))
+        since = ca.if_else(jumped, k * h, z["since"])
+        size = ca.fabs(height(origin, level))
+        out = ca.logic_and(size > 0, ca.logic_not(ca.fabs(actual - level) <= self.band * size))
+        return {
+            "level": level,
+            "origin": origin,
+            "since": since,
+            "outside": ca.if_else(out, k * h, ca.fmax(z["outside"], since)),
+            "looked": ca.repmat(k * h, *level.shape),
+            "longest": ca.if_else(jumped, ca.fmax(z["longest"], closed), z["longest"]),
+        }
+
+    def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
+        """The longest over all jumps, the last one included."""
+        end = horizon * (1 - 1e-12)
+        # outside at the last look, which is at the horizon: the last jump was not settled
+        last = np.where(z["outside"] >= end, np.inf, z["outside"] - z["since"])
+        # a jump at the horizon itself has had no time at all, and does not count
+        last = np.where(z["since"] >= end, 0.0, last)
+        longest = np.maximum(z["longest"], last)
+        return np.where(longest >= NEVER, np.inf, longest)
