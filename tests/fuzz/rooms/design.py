@@ -27,8 +27,9 @@ MODULES = tuple(room.__name__ for room in ROOMS)
 A, B, C, Q, R = np.array([[0.0, 1.0], [-2.0, -0.3]]), np.array([[0.0], [1.0]]), np.eye(1, 2), np.eye(2), np.eye(1)
 SYSTEM = control.ss(A, B, C, np.zeros((1, 1)))
 LAG = control.ss([[0.0, 1.0, 0.0], [0.0, -9.0, 1.0], [0.0, 0.0, -9.0]], [[0.0], [0.0], [1.0]], [[81.0, 0.0, 0.0]], 0)
-SAMPLED = chattering.LinearPart.of(control.ss([[0.0]], [[1.0]], [[1.0]], 0)).held(0.01)
+SAMPLED = chattering.LinearPart([[1.0]], [0.01], [1.0], 0.01)
 TIMES = np.linspace(0.0, 1.0, 5)
+SPAN = np.linspace(0, 9, 400)
 SWING = Dynamics.of(PlanarArm((PointMass(2.0, 0.5),), 9.81))
 MISMATCH = observer_gains.Mismatch.of(SWING)
 GAINS = observer_gains.Gains(np.array([[80.0]]), np.array([[1600.0]]))
@@ -80,11 +81,12 @@ def calls() -> dict[str, Any]:
         "fourier": partial(riccati_flow.fourier, lambda t: np.cos(2 * np.pi * t)[:, None, None], 1.0, 1e-8),
         "Relay": partial(chattering.Relay, 5.0),
         "BoundaryLayer": partial(chattering.BoundaryLayer, 5.0, 0.3),
-        "SuperTwist": partial(chattering.SuperTwist, 10.0, 15.0),
-        "LinearPart": partial(chattering.LinearPart, A, B[:, 0], C[0], 0.0, 0.01),
+        "LinearPart": partial(chattering.LinearPart, A, B[:, 0], C[0], 0.0),
         "cut": partial(chattering.cut, loop, loop.states.default, p),
         "harmonic_balance": partial(chattering.harmonic_balance, LAG, switch),
-        "measured": partial(chattering.measured, np.linspace(0, 9, 400), np.sin(7 * np.linspace(0, 9, 400))),
+        "record_oscillation": partial(
+            chattering.record_oscillation, np.linspace(0, 9, 400), np.sin(7 * np.linspace(0, 9, 400))
+        ),
         "relay_cycles": partial(chattering.relay_cycles, SAMPLED, 5.0, 40),
         **_gains(),
         "Riccati": partial(riccati.Riccati, solved.X, solved.K, solved.poles, solved.certificate),
@@ -153,8 +155,7 @@ def arguments() -> dict[str, Any]:
         **signals(),
         **dict.fromkeys(("q", "qd", "tau", "squares"), lambda thing: np.array(column)),
         "a": lambda thing: 0.5,
-        "G": lambda thing: -0.1 - 0.1j,
-        "I": lambda thing: -0.1j,
+        "g": lambda thing: 0.1,
         "w": lambda thing: 3.0,
         "share": lambda thing: 0.5,
         "gain": lambda thing: 1.0,
