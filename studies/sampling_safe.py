@@ -15,7 +15,7 @@ from scipy.linalg import expm
 from workbench.core import Ode, Signals
 from workbench.core.layout import Array
 from workbench.design.linear import along
-from workbench.design.linear.paths import LinearPath
+from workbench.design.linear.linear_path import LinearPath
 from workbench.loop import ClosedLoop
 from workbench.study.study import Outcome
 

@@ -100,15 +100,12 @@ def _linear() -> dict[str, Any]:
         "broken_loop": partial(linear.broken_loop, cut, 0.0, cut.states.default),
         "broken_loops": partial(linear.broken_loops, linear.along(cut, [0.0], [cut.states.default])),
         "controllability": partial(linear.controllability, SYSTEM, 1e-9),
-        "detectability": partial(linear.detectability, SYSTEM, 1e-9),
         "observability": partial(linear.observability, SYSTEM, 1e-9),
-        "stabilisability": partial(linear.stabilisability, SYSTEM, 1e-9),
         "disk_margin": partial(linear.disk_margin, loop),
         "equilibria": partial(linear.equilibria, ODE, {"x[0]": (-1.0, 4.0), "x[1]": (-1.0, 1.0)}, None, None, starts=4),
         "forward_differences": partial(linear.forward_differences, ODE, 0.0, REST, None, [0.0]),
         "frequency_response": partial(linear.frequency_response, SYSTEM, np.array([1.0, 2.0])),
-        "from_control": partial(linear.from_control, SYSTEM),
-        "held": partial(linear.held, cut, ("plant.q",)),
+        "freeze": partial(linear.held, cut, ("plant.q",)),
         "lead_lag": partial(linear.lead_lag, control.tf([10.0], [1.0, 1.0, 0.0]), 5.0, 50.0, 2.0),
         "place": partial(linear.place, SYSTEM, [-1.0, -2.0]),
         "Placement": partial(linear.Placement, np.ones((1, 2)), np.array([-1.0, -2.0]), 0.0),
@@ -120,7 +117,6 @@ def _linear() -> dict[str, Any]:
         "poles": partial(linear.poles, SYSTEM),
         "sensitivity": partial(linear.sensitivity, SYSTEM),
         "to_control": partial(linear.to_control, ODE, None, "swing"),
-        "transition": partial(linear.transition, ODE, TIMES, None, [0.1, 0.0], rtol=1e-6),
     }
 
 

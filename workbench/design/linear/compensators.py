@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
+from workbench.design.linear.arguments import state_space
 from workbench.design.linear.modes import controllability
 from workbench.design.matrices import EPS, Complex
 from workbench.validation.doors import door
@@ -66,6 +67,7 @@ def place(system: control.StateSpace, poles: Any) -> Placement:
     """
     import control
 
+    state_space("place", system)
     wanted = _conjugate(poles, system)
     if (test := controllability(system)).failing:
         mode = test.failing[0]
@@ -95,8 +97,6 @@ def place(system: control.StateSpace, poles: Any) -> Placement:
 
 def _conjugate(poles: Any, system: Any) -> Complex:
     call = "place(poles=...)"
-    if not hasattr(system, "A"):
-        raise refusal("place(system=...)", "a `StateSpace` of python-control", system)
     try:
         wanted = np.asarray(poles, dtype=complex)
     except (TypeError, ValueError):

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from workbench.core.layout import Array
+from workbench.design.linear.arguments import state_space
 from workbench.design.matrices import Complex
 from workbench.validation.doors import door
 from workbench.validation.views import show
-from workbench.validation.words import described
 
 if TYPE_CHECKING:
     import control
@@ -65,10 +64,13 @@ def poles(system: control.StateSpace) -> tuple[Pole, ...]:
     Wilkinson (1965), The Algebraic Eigenvalue Problem, chapter 2; Perez-Arriaga, Verghese and Schweppe (1982),
     IEEE Transactions on Power Apparatus and Systems 101 (participation factors).
     """
-    A = _matrices("poles", system)[0]
+    A = state_space("poles", system)[0]
     names = system.state_labels
     values, right = np.linalg.eig(A)
-    left = _inverse(right)  # its rows are left eigenvectors, each with w v = 1
+    try:
+        left = np.asarray(np.linalg.inv(right))  # its rows are left eigenvectors, each with w v = 1
+    except np.linalg.LinAlgError:  # a defective eigenvalue
+        left = np.full_like(right, np.inf)
     found = []
     for k, value in enumerate(values):
         along = left[k] * right[:, k]
@@ -104,7 +106,7 @@ class Mode:
     direction
         The unit vector (nx,) that no input moves, as w* x, or that no output shows.
     states
-        Which states take part in it, the largest first.
+        The states that take part in it, the largest first.
     """
 
     value: complex
@@ -121,9 +123,9 @@ class Hautus:
     Attributes
     ----------
     kind
-        "controllable", "stabilisable", "observable" or "detectable".
+        "controllable" or "observable".
     modes
-        All eigenvalues that the test asks about, the smallest margin first.
+        All eigenvalues, the smallest margin first.
     tolerance
         What a margin must exceed.
     """
@@ -134,7 +136,7 @@ class Hautus:
 
     @property
     def holds(self) -> bool:
-        """Whether every mode that is asked about has its margin."""
+        """True if every mode has its margin."""
         return not self.failing
 
     @property
@@ -144,23 +146,23 @@ class Hautus:
 
     @property
     def margin(self) -> float:
-        """The smallest margin; infinite where no mode is asked about."""
-        return min((mode.margin for mode in self.modes), default=float("inf"))
+        """The smallest margin."""
+        return self.modes[0].margin
 
     def __str__(self) -> str:
         """The verdict in a sentence, with the modes that fail."""
         if self.holds:
             return f"{self.kind}: the smallest margin is {self.margin:.2g} (tolerance {self.tolerance:.1g})"
-        what = "no input moves" if self.kind in ("controllable", "stabilisable") else "no output shows"
+        what = "no input moves" if self.kind == "controllable" else "no output shows"
         modes = "; ".join(
-            f"{_shown(m.value)} along {', '.join(m.states)} (margin {m.margin:.1g})" for m in self.failing
+            f"{_figure(m.value)} along {', '.join(m.states)} (margin {m.margin:.1g})" for m in self.failing
         )
         return f"not {self.kind}: {what} the mode {modes} (tolerance {self.tolerance:.1g})"
 
 
 @door
 def controllability(system: control.StateSpace, tolerance: float = TOLERANCE) -> Hautus:
-    """Whether rank [lambda I - A, B] = nx at every eigenvalue lambda of A: inputs move every mode.
+    """The test that rank [lambda I - A, B] = nx at every eigenvalue lambda of A: inputs move every mode.
 
     Margins depend on the units of the states, as every distance between matrices does. At an eigenvalue that rounding
     has moved, as it moves multiple ones, the smallest singular value is sought nearby.
@@ -179,74 +181,18 @@ def controllability(system: control.StateSpace, tolerance: float = TOLERANCE) ->
     ----------
     Hautus (1969), Indagationes Mathematicae 31; Eising (1984), Systems & Control Letters 4 (the distance).
     """
-    return _hautus("controllable", system, tolerance)
-
-
-@door
-def stabilisability(system: control.StateSpace, tolerance: float = TOLERANCE) -> Hautus:
-    """As `controllability`, of the modes that do not decay: their real part is above -`tolerance` times the norm of A.
-
-    Of a discrete system they are those with |z| above 1 - tolerance.
-    """
-    return _hautus("stabilisable", system, tolerance)
+    A, B, _, _ = state_space("controllability", system)
+    return _hautus("controllable", A, B, system.state_labels, tolerance)
 
 
 @door
 def observability(system: control.StateSpace, tolerance: float = TOLERANCE) -> Hautus:
-    """Whether rank [lambda I - A; Cy] = nx at every eigenvalue lambda of A: outputs show every mode.
+    """The test that rank [lambda I - A; Cy] = nx at every eigenvalue lambda of A: outputs show every mode.
 
     Margins, tolerance and refusals are those of `controllability`.
     """
-    return _hautus("observable", system, tolerance)
-
-
-@door
-def detectability(system: control.StateSpace, tolerance: float = TOLERANCE) -> Hautus:
-    """As `observability`, of the modes that do not decay, as `stabilisability` counts them."""
-    return _hautus("detectable", system, tolerance)
-
-
-def _hautus(kind: str, system: control.StateSpace, tolerance: float) -> Hautus:
-    A, B, Cy = _matrices(kind, system)
-    if not ROUNDING < tolerance < 1:
-        raise ValueError(f"`{kind}(tolerance=...)` must be between rounding, 2e-16, and 1; got {tolerance!r}.")
-    by_input, by_all = kind in ("controllable", "stabilisable"), kind in ("controllable", "observable")
-    A, B = (A, B) if by_input else (A.T, Cy.T)  # what is observable is controllable of the transpose
-    scale = float(np.linalg.norm(np.hstack([A, B]), 2)) or 1.0
-    discrete, edge = system.isdtime(strict=True), 1 - tolerance
-    least = -np.inf if by_all else -tolerance * float(np.linalg.norm(A, 2))
-
-    def asked(value: complex) -> complex:
-        """The nearest value that the test asks about."""
-        if discrete:
-            return value if by_all or abs(value) >= edge else edge * value / (abs(value) or 1.0)
-        return complex(max(value.real, least), value.imag)
-
-    values = [value for value in np.linalg.eigvals(A).astype(complex) if asked(value) == value]
-    modes = (_mode(A, B, value, scale, system.state_labels, asked) for value in values)
-    return Hautus(kind, tuple(sorted(modes, key=lambda m: m.margin)), tolerance)
-
-
-def _mode(
-    A: Array, B: Array, value: complex, scale: float, names: list[str], asked: Callable[[complex], complex]
-) -> Mode:
-    """The mode at an eigenvalue, or where the smallest singular value of [lambda I - A, B] is least near it.
-
-    Newton's method on w* [lambda I - A, B] v = 0 with the singular vectors w and v; short steps where that overshoots.
-    It keeps to what is asked about: a mode that decays may be lost.
-    """
-    w, margin, slope = _least(A, B, value)
-    start, reach = value, NEARBY * ROUNDING ** (1 / len(A)) * float(np.linalg.norm(A, 2))
-    for _ in range(DESCENTS):
-        step = margin / slope if slope else 0.0
-        for nearby in (asked(value - step), asked(value - abs(slope) ** 2 * step)):
-            found = _least(A, B, nearby)
-            if found[1] < margin * (1 - 1e-6) and abs(nearby - start) <= reach:
-                value, (w, margin, slope) = nearby, found
-                break
-        else:
-            break
-    return Mode(complex(value), margin / scale, w, _named(w, names))
+    A, _, Cy, _ = state_space("observability", system)
+    return _hautus("observable", A.T, Cy.T, system.state_labels, tolerance)  # controllable of the transpose
 
 
 def _least(A: Array, B: Array, value: complex) -> tuple[Complex, float, complex]:
@@ -256,14 +202,6 @@ def _least(A: Array, B: Array, value: complex) -> tuple[Complex, float, complex]
     return w, float(s[-1]), complex(w.conj() @ V[-1, : len(A)].conj())
 
 
-def _inverse(vectors: Array) -> Array:
-    """The inverse of the matrix of eigenvectors; infinite where a defective eigenvalue leaves none."""
-    try:
-        return np.asarray(np.linalg.inv(vectors))
-    except np.linalg.LinAlgError:
-        return np.full_like(vectors, np.inf)
-
-
 def _named(vector: Complex, names: list[str]) -> tuple[str, ...]:
     """The names of the entries that are large, the largest first; of equal ones the first."""
     size = np.abs(vector)
@@ -271,27 +209,36 @@ def _named(vector: Complex, names: list[str]) -> tuple[str, ...]:
     return tuple(names[i] for i in order if size[i] >= TAKES_PART * size.max())
 
 
-def _matrices(call: str, system: Any) -> tuple[Array, Array, Array]:
-    import control
-
-    if not isinstance(system, control.StateSpace):
-        raise ValueError(
-            f"A system to be asked whether it is {call} must be a `StateSpace` of python-control, as `linearize` "
-            f"gives; got {described(system)}."
-            if call != "poles"
-            else f"`poles(system)` must be a `StateSpace` of python-control, as `linearize` gives; "
-            f"got {described(system)}."
-        )
-    matrices = tuple(np.asarray(matrix, dtype=float) for matrix in (system.A, system.B, system.C))
-    if not all(np.isfinite(matrix).all() for matrix in matrices):
-        raise ValueError(f"The matrices of '{system.name}' must be finite to have modes; one of them is not.")
-    A, B, Cy = matrices
-    return A, B, Cy
-
-
-def _shown(value: complex) -> str:
+def _figure(value: complex) -> str:
     return (
         f"{value.real:.4g}{value.imag:+.4g}j 1/s"
         if abs(value.imag) > ROUNDING * abs(value)
         else f"{value.real:.4g} 1/s"
     )
+
+
+def _hautus(kind: str, A: Array, B: Array, names: list[str], tolerance: float) -> Hautus:
+    if not ROUNDING < tolerance < 1:
+        raise ValueError(f"`{kind}(tolerance=...)` must be between rounding, 2e-16, and 1; got {tolerance!r}.")
+    scale = float(np.linalg.norm(np.hstack([A, B]), 2)) or 1.0
+    modes = (_mode(A, B, value, scale, names) for value in np.linalg.eigvals(A).astype(complex))
+    return Hautus(kind, tuple(sorted(modes, key=lambda m: m.margin)), tolerance)
+
+
+def _mode(A: Array, B: Array, value: complex, scale: float, names: list[str]) -> Mode:
+    """The mode at an eigenvalue, or where the smallest singular value of [lambda I - A, B] is least near it.
+
+    Newton's method on w* [lambda I - A, B] v = 0 with the singular vectors w and v; short steps where that overshoots.
+    """
+    w, margin, slope = _least(A, B, value)
+    start, reach = value, NEARBY * ROUNDING ** (1 / len(A)) * float(np.linalg.norm(A, 2))
+    for _ in range(DESCENTS):
+        step = margin / slope if slope else 0.0
+        for nearby in (value - step, value - abs(slope) ** 2 * step):
+            found = _least(A, B, nearby)
+            if found[1] < margin * (1 - 1e-6) and abs(nearby - start) <= reach:
+                value, (w, margin, slope) = nearby, found
+                break
+        else:
+            break
+    return Mode(complex(value), margin / scale, w, _named(w, names))

@@ -10,7 +10,8 @@ import numpy as np
 
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
-from workbench.design.linear.gain import (
+from workbench.design.linear.feedback_loops import alone, closed, matrices_of
+from workbench.design.linear.peak_gain import (
     Realisation,
     crossings_of,
     largest_gain,
@@ -18,7 +19,6 @@ from workbench.design.linear.gain import (
     scaled_peak,
     spectral_peak,
 )
-from workbench.design.linear.loops import alone, closed, matrices_of
 from workbench.design.matrices import Complex
 from workbench.validation.doors import door
 from workbench.validation.views import show
@@ -67,8 +67,8 @@ class DiskMargin:
 def disk_margin(loop: control.StateSpace) -> DiskMargin:
     """The disk margin of a loop L: 1 / mu of (S - T) / 2, over complex changes of each channel by itself.
 
-    mu is bounded from above by the H-infinity norm of D (S - T) D^-1 / 2 with the best constant diagonal D, which is
-    found by the eigenvalues of a Hamiltonian matrix and not on a grid; from below by spectral radii at frequencies.
+    mu is bounded from above by the H-infinity norm of D (S - T) D^-1 / 2 with the best constant diagonal D, and from
+    below by spectral radii at frequencies.
 
     Raises
     ------
@@ -211,6 +211,6 @@ def _balanced(L: Realisation) -> Realisation:
     if slowest.real >= -DECAY * (1 + np.linalg.norm(S.A)):
         raise Refused(
             f"A loop has a margin only where it is asymptotically stable once closed; here a pole is "
-            f"{slowest:.4g} 1/s. Hold states that no command depends on by `held`."
+            f"{slowest:.4g} 1/s. Hold states that no command depends on by `freeze`."
         )
     return replace(S, D=np.asarray(S.D - np.eye(len(S.D)) / 2, dtype=float))

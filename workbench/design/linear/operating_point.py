@@ -1,4 +1,4 @@
-"""Linear models at a point: at any state, at rest, and at the inputs that hold a wanted state."""
+"""The inputs and free states at which an equation rests: a trimmed state."""
 
 from __future__ import annotations
 
@@ -8,18 +8,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.core import Ode, Sampled
+from workbench.core import Ode
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
-from workbench.design.linear.arguments import inputs_of, jacobians, names_of, places_of, row_of, time_of, vector_of
-from workbench.design.linear.period import Period, one_period
-from workbench.design.linear.smoothness import refuse_jump_at
+from workbench.design.linear.arguments import (
+    inputs_of,
+    jacobians,
+    places_of,
+    row_of,
+    time_of,
+)
 from workbench.validation.doors import door
 from workbench.validation.views import show
 from workbench.validation.words import as_array, described, require
 
 if TYPE_CHECKING:
-    import control
+    pass
 
 # A rate counts as zero below this share of the terms that could have made it: rounding of some thousand operations
 # is 1e-13 of them, and a state printed to nine digits leaves 1e-9.
@@ -28,91 +32,8 @@ GAUSS_NEWTON_STEPS, HALVINGS = 50, 30
 SMALL = 1e-7  # a relative step that is taken whole, as the next one may be nothing but rounding
 
 
-@door
-def linearize(
-    ode: Ode | Sampled, t: float, x: Any, p: Any = None, u: Any = None, *, at_rest: bool = False
-) -> control.StateSpace:
-    """The linear system dx' = A dx + B du, dy = Cy dx + D du about a state, with the names of `ode`.
-
-    Of a `Sampled` it is dx+ = A dx + B du over one period from the instant t on: the jump, and the exact flow.
-
-    A, B, Cy and D are the exact Jacobians of the equations at (t, x, p, u), of shapes (nx, nx),
-    (nx, nu), (ny, nx) and (ny, nu). On the corner of a saturation or of |s| they are those of one of the smooth
-    pieces that meet there.
-
-    Parameters
-    ----------
-    t
-        Time in s.
-    x
-        The state (nx,), each number in its unit.
-    p, u
-        The parameters (np,), and the inputs (nu,), which overwrite theirs in p.
-    at_rest
-        Whether the state must be a rest point; it is not asked otherwise.
-
-    Raises
-    ------
-    ValueError
-        If t, x, p or u is not of its size or not finite, if `ode` declares no inputs or has no outputs (a
-        python-control `StateSpace` has at least one of each), if a Jacobian is not finite, if the rate jumps at
-        the state, or if the state must be a rest point and is none.
-
-    Examples
-    --------
-    >>> linear = wb.linearize(wb.open_loop(wb.CartPole()), t=0.0, x=[0.0, 0.0, np.pi, 0.0], at_rest=True)
-    >>> linear.A[3, 2].round(2), linear.input_labels
-    (np.float64(-31.18), ['F'])
-    """
-    import control
-
-    flow = ode.flow if isinstance(ode, Sampled) else ode
-    for what, size in (("input", len(flow.inputs)), ("output", ode.outputs.size)):
-        if size == 0:
-            raise ValueError(
-                f"`linearize(ode)` needs at least one {what}, as python-control's `StateSpace` does; "
-                f"'{ode.name}' has none. Take `ode.A(t, x, p)` for the matrix A alone."
-            )
-    row, state, time = row_of(flow, p, u), vector_of("x", x, ode.states), time_of(t)
-    if isinstance(ode, Sampled):
-        period = one_period("linearize", ode, time, state, row)
-        if at_rest:
-            _refuse_step(ode, state, period)
-        matrices, dt = (period.A, period.B, period.Cy, period.D), ode.period
-    else:
-        refuse_jump_at("linearize", ode, time, state, row)
-        matrices, dt = jacobians("linearize", ode, time, state, row), 0
-        if at_rest:
-            _refuse_motion(ode, time, state, row, matrices[0])
-    return control.ss(*matrices, dt, name=ode.name, **names_of(flow))
-
-
-def _refuse_motion(ode: Ode, t: float, x: Array, p: Array, A: Array) -> None:
-    """Refuse a state that does not rest, with the rate that remains."""
-    rate = ode.rate_at(t, x, p)
-    worst = int(np.argmax(np.abs(rate) / _size(A, x)))
-    if not abs(rate[worst]) <= AT_REST * _size(A, x)[worst]:
-        raise ValueError(
-            f"`linearize(x=...)` must be a rest point of '{ode.name}', where every rate is zero; at t = {t:g} the rate "
-            f"of '{ode.states.labels[worst]}' is {rate[worst]:.3g}. Take a point of `equilibria(...)`, or the inputs "
-            "of `operating_point(...)`."
-        )
-
-
-def _refuse_step(sampled: Sampled, x: Array, period: Period) -> None:
-    """Refuse a state that is another one after a period, in what the next period depends on."""
-    end, counts = period.end, period.A.any(axis=0)
-    change = np.abs(end - x) / (1 + np.abs(x)) * counts
-    worst = int(change.argmax())
-    if not change[worst] <= AT_REST:
-        raise ValueError(
-            f"`linearize(x=...)` must be a state at which '{sampled.name}' rests, the same after a period; "
-            f"'{sampled.states.labels[worst]}' changes from {x[worst]:.3g} to {end[worst]:.3g}."
-        )
-
-
-def _size(A: Array, x: Array) -> Array:
-    """How large the terms of each rate are, (nx,): what a state of order one would do, at least."""
+def rate_terms(A: Array, x: Array) -> Array:
+    """The size of the terms of each rate, (nx,): what a state of order one would do, at least."""
     return np.asarray(np.abs(A) @ (1 + np.abs(x)) + 1)
 
 
@@ -175,7 +96,7 @@ def operating_point(
     step, slope = _descend(ode, time, x, row, free)
     A = np.array(ode.A(time, x, row))
     rate = ode.rate_at(time, x, row)
-    share = np.abs(rate) / (_size(A, x) + np.abs(np.array(ode.B(time, x, row))) @ np.abs(row[driven]))
+    share = np.abs(rate) / (rate_terms(A, x) + np.abs(np.array(ode.B(time, x, row))) @ np.abs(row[driven]))
     worst = int(np.argmax(share))
     if not share[worst] <= AT_REST:
         sought = [(*ode.states.labels, *inputs_of(ode).labels)[i] for i in free]
@@ -188,7 +109,7 @@ def operating_point(
 
 
 def _descend(ode: Ode, t: float, x: Array, p: Array, free: list[int]) -> tuple[float, Array]:
-    """Gauss-Newton on what is free of states and inputs, in place; its last step, relative, and its last Jacobian."""
+    """Gauss-Newton on the free states and inputs, in place; its last step, relative, and its last Jacobian."""
     driven, n = places_of(ode), len(x)
     step, slope = np.inf, np.zeros((n, 0))
     for _ in range(GAUSS_NEWTON_STEPS):
@@ -225,18 +146,18 @@ def _towards_rest(slope: Array, rate: Array) -> Array:
 
 
 def _wanted(ode: Ode, wanted: Mapping[str, Any], row: Array) -> tuple[Array, set[int]]:
-    """The state with all that is wanted in its place, as are the inputs in the row of parameters, and where that is."""
+    """The wanted state, with the wanted inputs put into the row, and the places of both."""
     require("operating_point(wanted=...)", wanted, Mapping)
     x, fixed, inputs, driven = ode.states.default.copy(), set(), inputs_of(ode), places_of(ode)
     at = np.concatenate([x, row[driven]])
     for name, value in wanted.items():
         is_input = isinstance(name, str) and name.partition("[")[0] in inputs
         places = [len(x) + place for place in inputs.indices(name)] if is_input else ode.states.indices(name)
-        held = as_array(value)
-        if held is None or held.size != len(places) or not np.isfinite(held).all():
+        fit = as_array(value)
+        if fit is None or fit.size != len(places) or not np.isfinite(fit).all():
             must = f"{len(places)} finite numbers"
             raise ValueError(f"`operating_point(wanted=...)`: '{name}' must be {must}; got {described(value)}.")
-        at[places] = held.ravel(order="F")
+        at[places] = fit.ravel(order="F")
         fixed.update(places)
     row[driven] = at[len(x) :]
     return at[: len(x)], fixed

@@ -1,4 +1,4 @@
-"""Proofs by intervals: that a rest point is near a state, and that a box holds no others."""
+"""Proofs by intervals that a rest point is near a state, and that a box holds no others."""
 
 from __future__ import annotations
 
@@ -21,16 +21,9 @@ AT_ONCE = 4096
 
 @dataclass(frozen=True)
 class Proof:
-    """What intervals prove of the rest points in a box.
+    """The proof of the rest points in a box: a radius for each point, within which there is one, or None.
 
-    Attributes
-    ----------
-    radii
-        Of each point: a rest point is within this distance of it in each state; None where that is not proved.
-    complete
-        Whether the box holds none but these.
-    boxes
-        How many boxes were looked at.
+    It is `complete` if the box holds none but these; so many boxes were looked at.
     """
 
     radii: tuple[float | None, ...]
@@ -38,19 +31,13 @@ class Proof:
     boxes: int
 
 
-def proved(ode: Ode, low: Array, high: Array, points: Sequence[Array], most: int) -> Proof:
-    """What can be proved of the zeros of f(x) in a box, of which some are known.
+def prove_equilibria(ode: Ode, low: Array, high: Array, points: Sequence[Array], most: int) -> Proof:
+    """The proof of the zeros of f(x) in a box, of which some are known.
 
     Near a point x the map N(x) = x - Y f(x) is a contraction: its derivative is smaller than 1. So there is one zero
     in that neighbourhood, and not two (Banach). The rest of the box is halved until in each part an entry of f has no
-    zero. A state whose rate is another state, as that of an angle, fixes that one at zero.
-
-    Parameters
-    ----------
-    ode
-        Its defaults are the parameters; the rate does not depend on time.
-    most
-        How many boxes may be looked at; 0 for no proof at all.
+    zero. A state whose rate is another state, as that of an angle, fixes that one at zero. Of `ode` the defaults are
+    the parameters, and the rate does not depend on time; `most` boxes may be looked at, 0 for no proof at all.
 
     References
     ----------

@@ -11,13 +11,12 @@ import numpy as np
 
 from workbench.core import Ode
 from workbench.core.layout import Array
-from workbench.design.linear.arguments import finite, names_of
-from workbench.design.linear.gain import Realisation
-from workbench.design.linear.paths import LinearPath
-from workbench.design.linear.points import linearize
+from workbench.design.linear.arguments import finite, names_of, state_space
+from workbench.design.linear.linear_path import LinearPath
+from workbench.design.linear.linearization import linearize
+from workbench.design.linear.peak_gain import Realisation
 from workbench.design.matrices import Complex
 from workbench.validation.doors import door
-from workbench.validation.words import described, refusal
 
 if TYPE_CHECKING:
     import control
@@ -118,8 +117,7 @@ def frequency_response(system: control.StateSpace, frequencies: Array) -> Comple
     """
     import control
 
-    if not isinstance(system, control.StateSpace):
-        raise refusal("frequency_response(system=...)", "a `StateSpace` of python-control", system)
+    state_space("frequency_response", system)
     omega = finite("frequencies", frequencies, (np.size(frequencies),))
     response = control.frequency_response(system, omega, squeeze=False)
     return np.moveaxis(np.asarray(response.frdata), -1, 0)
@@ -147,17 +145,12 @@ def alone(L: Realisation, i: int) -> Realisation:
     )
 
 
-def matrices_of(call: str, system: Any) -> Realisation:
+def matrices_of(call: str, loop: control.StateSpace) -> Realisation:
     """The matrices of a square system in continuous time; anything else is refused."""
-    import control
-
-    if not isinstance(system, control.StateSpace) or system.isdtime(strict=True) or system.ninputs != system.noutputs:
-        size = f"{system.noutputs} by {system.ninputs}, dt = {system.dt}" if hasattr(system, "dt") else ""
+    matrices = state_space(call, loop)
+    if loop.isdtime(strict=True) or loop.ninputs != loop.noutputs:
         raise ValueError(
             f"`{call}(loop)` must be a square `StateSpace` in continuous time, one output for each input; got "
-            f"{size or described(system)}."
+            f"{loop.noutputs} by {loop.ninputs}, dt = {loop.dt}."
         )
-    A, B, C, D = (np.asarray(matrix, dtype=float) for matrix in (system.A, system.B, system.C, system.D))
-    if not all(np.isfinite(matrix).all() for matrix in (A, B, C, D)):
-        raise ValueError(f"`{call}(loop)` must have finite matrices; '{system.name}' has not.")
-    return Realisation(A, B, C, D)
+    return Realisation(*matrices)

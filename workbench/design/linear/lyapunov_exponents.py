@@ -10,8 +10,7 @@ import numpy as np
 
 from workbench.core import Ode, rk4, with_quadrature, with_sensitivity
 from workbench.core.layout import Array
-from workbench.design.linear.arguments import row_of, vector_of
-from workbench.design.linear.smoothness import refuse_jumps
+from workbench.design.linear.arguments import row_of, smooth, vector_of
 from workbench.validation.doors import door
 from workbench.validation.views import show
 from workbench.validation.words import multiple, positive, seconds
@@ -78,7 +77,7 @@ def lyapunov_exponents(
     multiple(f"{call}(until - skip)", span, BATCHES * 2 * STEPS_BETWEEN * h, "200 steps, together")
     start = ode.states.default if x0 is None else vector_of("x0", x0, ode.states)
     row = row_of(ode, p)
-    refuse_jumps(call, ode, row)
+    _refuse_jumps(ode, row)
     coarse, _ = _logarithms(ode, start, row, h, until, skip)
     fine, trace = _logarithms(ode, start, row, h / 2, until, skip)
     batches = fine.reshape(BATCHES, -1, ode.states.size).sum(axis=1) * (BATCHES / span)
@@ -121,3 +120,16 @@ def _logarithms(ode: Ode, x0: Array, p: Array, h: float, until: float, skip: flo
             f"of {h:g} s, so it has no finite exponent; take a shorter step."
         )
     return logarithms, trace
+
+
+def _refuse_jumps(ode: Ode, p: Array) -> None:
+    """Refuse an equation whose rate may jump as its states change: a transition matrix would jump with it."""
+    from workbench.reference.switching import Switched  # half a second, which few callers of this room need
+
+    for surface in Switched.of(ode, p).surfaces:
+        if surface.jumps and ca.depends_on(surface.sigma, ode.x):
+            raise ValueError(
+                "`lyapunov_exponents(ode=...)` must have a rate that is continuous in the states; that of "
+                f"'{ode.name}' may jump where {surface.name} = 0. Hold what moves slowly by `freeze`, or take "
+                f"{smooth(ode)}."
+            )
