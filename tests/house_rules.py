@@ -31,7 +31,7 @@ DOORS = {
     "numba": "bench/peers/numba_loop.py",
     "rich": "cli/progress.py",
     "SALib": "study/uncertainty/salib.py",
-    "threadpoolctl": "design/riccati/one_thread.py",
+    "threadpoolctl": "design/matrices.py",
     "typst": "report/pdf.py",
 }
 

@@ -1,11 +1,15 @@
-"""What a matrix must be before a design may use it; each breach is one sentence that names the entry."""
+"""Matrices that a design may use, checked entry by entry, and one thread for the linear algebra of a solver."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
 from typing import Any
 
 import numpy as np
+import scipy.linalg  # noqa: F401  brings a BLAS of its own, which must be here before it is looked for
+from threadpoolctl import ThreadpoolController
 
 from workbench.core.layout import Array
 from workbench.validation.words import as_array, described
@@ -164,3 +168,20 @@ def _levelled(array: Array) -> Array:
 
 def _letter(size: int | None) -> str:
     return "any" if size is None else str(size)
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """A context in which the BLAS of NumPy and SciPy runs one thread in this process.
+
+    OpenBLAS lets its threads wait for one another in a loop. In the many small steps of a Schur form they do so most
+    of the time, and where another program needs a processor too they wait for that: 70 s instead of 10 at n = 421.
+    """
+    with libraries().limit(limits=1, user_api="blas"):
+        yield
+
+
+@cache
+def libraries() -> ThreadpoolController:
+    """The libraries of this process that have a number of threads."""
+    return ThreadpoolController()

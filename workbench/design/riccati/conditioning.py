@@ -27,10 +27,9 @@ from scipy import linalg
 
 from workbench.core.layout import Array
 from workbench.design.matrices import EPS
-from workbench.design.riccati.equation import AbstractEquation, Continuous, Data, size
-from workbench.design.riccati.hamiltonian import hamiltonian
+from workbench.design.riccati.algebraic_equation import Continuous, Data, Equation, hamiltonian, size
+from workbench.design.riccati.balancing import Units
 from workbench.design.riccati.newton import Refined
-from workbench.design.riccati.units import Units
 
 ENOUGH = 0.25  # x = h + x^2 has a real solution up to h = 1/4
 MOST_POLES = 12  # whose frequencies are looked at: each asks for singular values
@@ -38,17 +37,12 @@ MOST_POLES = 12  # whose frequencies are looked at: each asks for singular value
 
 @dataclass(frozen=True)
 class Conditioning:
-    """What small changes of the data do.
+    """The effect of small changes of the data.
 
-    Parameters
-    ----------
-    condition, in_good_units
-        Bounds of the relative change of X, in the 2-norm, over that of every matrix in good units: as the caller
-        measures X, and as it is in good units, whatever the caller's.
-    reach
-        An estimate of the relative change of every matrix up to which there is a stabilising solution.
-    response
-        How far X moves, in the 2-norm, when the equation in good units is changed by a matrix of norm one.
+    `condition` and `in_good_units` bound the relative change of X, in the 2-norm, over that of every matrix in good
+    units: as the caller measures X, and as it is in good units. `reach` estimates the relative change of every matrix
+    up to which there is a stabilising solution. `response` is how far X moves, in the 2-norm, when the equation in
+    good units is changed by a matrix of norm one.
     """
 
     condition: float
@@ -57,14 +51,8 @@ class Conditioning:
     response: float
 
 
-def conditioning(equation: AbstractEquation, found: Refined, units: Units) -> Conditioning:
-    """The effect of relative changes of A, B, Q, R, S and E in their 2-norms.
-
-    Raises
-    ------
-    LinAlgError
-        If a Lyapunov or Stein equation has no unique solution.
-    """
+def conditioning(equation: Equation, found: Refined, units: Units) -> Conditioning:
+    """The effect of relative changes of A, B, Q, R, S and E in their 2-norms."""
     d, point = equation.data, found.point
     one = np.eye(d.n)
     changes = [
@@ -100,7 +88,7 @@ def conditioning(equation: AbstractEquation, found: Refined, units: Units) -> Co
     return Conditioning(total / whole if whole > 0 else 0.0, inside / X if X > 0 else 0.0, reach, response)
 
 
-def _reach(equation: AbstractEquation, found: Refined, M: Array) -> float:
+def _reach(equation: Equation, found: Refined, M: Array) -> float:
     """The largest t with curvature(H(t M)) <= t M / 4."""
     if not M.any():
         return 1.0

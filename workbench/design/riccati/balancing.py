@@ -10,7 +10,7 @@ from scipy import linalg
 
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
-from workbench.design.riccati.equation import Data, norm
+from workbench.design.riccati.algebraic_equation import Data, norm
 
 Exponents = np.ndarray[Any, np.dtype[np.int64]]
 LEAST = float(np.finfo(float).tiny / np.finfo(float).eps)  # below it the digits of a sum get lost
@@ -55,13 +55,7 @@ def times(matrix: Array, rows: Exponents, columns: Exponents) -> Array:
 
 
 def in_range(call: str, name: str, full: Array, within: Array) -> Array:
-    """A matrix in the units of the caller, whose largest entry must be a float of full accuracy.
-
-    Raises
-    ------
-    Refused
-        If it overflows, or is so small that digits are lost.
-    """
+    """A matrix in the units of the caller, refused if its largest entry overflows or has lost digits."""
     largest = float(np.abs(full).max())
     if not (np.isfinite(largest) and (largest >= LEAST or not within.any())):
         raise Refused(

@@ -16,23 +16,22 @@ from scipy import linalg
 
 from workbench.core.layout import Array
 from workbench.design.certificates import Certificate, Refused
-from workbench.design.matrices import EPS, Complex, invertible, square, symmetric
-from workbench.design.riccati.answers import Lyapunov
-from workbench.design.riccati.diagnosis import figure
+from workbench.design.matrices import EPS, Complex, invertible, one_thread, square, symmetric
+from workbench.design.riccati.algebraic_equation import norm, size
+from workbench.design.riccati.balancing import Exponents, balance, in_range, nearest, times
 from workbench.design.riccati.double_double import twice
-from workbench.design.riccati.equation import norm, size
-from workbench.design.riccati.one_thread import one_thread
 from workbench.design.riccati.operators import AbstractOperator, lyapunov_operator, stein_operator
-from workbench.design.riccati.synthesis import (
+from workbench.design.riccati.stabilisation import (
     ROUNDING,
     UNSEEN,
     WORST_ERROR,
     WORST_MOVE,
     WORST_RESIDUAL,
     WORTH_A_WARNING,
+    figure,
 )
-from workbench.design.riccati.units import Exponents, balance, in_range, nearest, times
 from workbench.validation.doors import door
+from workbench.validation.views import show
 
 MOST_STEPS = 40  # each gains about as many digits as the first solution has
 POWER_STEPS = 12  # of the iteration for the norm of the inverse, which soon has its first digit
@@ -93,6 +92,16 @@ def _checked(call: str, A: Any, Q: Any, E: Any) -> tuple[Array, Array, Array | N
 
 
 @dataclass(frozen=True)
+@show
+class Lyapunov:
+    """The solution X (n, n) of a Lyapunov equation, the eigenvalues (n,) of A, and how far X can be trusted."""
+
+    X: Array
+    poles: Complex
+    certificate: Certificate
+
+
+@dataclass(frozen=True)
 class _Equation:
     call: str
     A: Array
@@ -105,9 +114,14 @@ class _Equation:
         A, E = (self.A if adjoint else self.A.T), self.E if adjoint or self.E is None else self.E.T
         return stein_operator(A, E) if self.discrete else lyapunov_operator(A, E)
 
+    def scaled(self, x: Exponents) -> _Equation:
+        """The same equation in units of 2^x."""
+        E = None if self.E is None else times(self.E, -x, x)
+        return replace(self, A=times(self.A, -x, x), Q=times(self.Q, -x, -x), E=E)
+
     @property
     def reach(self) -> float:
-        """How much larger than X the terms with X are."""
+        """The size of the terms with X over that of X."""
         A, E = norm(self.A), 1.0 if self.E is None else norm(self.E)
         return A * A + E * E if self.discrete else 2 * A * E
 
@@ -128,7 +142,7 @@ class _Equation:
 def _solve(equation: _Equation) -> Lyapunov:
     """X in good units, refined as long as it settles."""
     units = _good_units(equation)
-    scaled = _measured(equation, units)
+    scaled = equation.scaled(units)
     try:
         operator = scaled.operator()
         if _meeting(operator.poles, equation.discrete)[0] <= ROUNDING * len(units):
@@ -160,13 +174,8 @@ def _good_units(equation: _Equation) -> Exponents:
     """The exponents (n,) of units in which the pencil of the equation has rows and columns alike, and X is near one."""
     A = np.abs(equation.A) + (0.0 if equation.E is None else np.abs(equation.E))
     alike = balance(np.block([[A, np.abs(equation.Q)], [np.zeros_like(A), A.T]]), len(A))
-    scaled = _measured(equation, alike)
+    scaled = equation.scaled(alike)
     return np.asarray(alike + nearest(norm(scaled.Q), 2) - nearest(scaled.reach, 2))
-
-
-def _measured(equation: _Equation, x: Exponents) -> _Equation:
-    E = None if equation.E is None else times(equation.E, -x, x)
-    return replace(equation, A=times(equation.A, -x, x), Q=times(equation.Q, -x, -x), E=E)
 
 
 def _refined(equation: _Equation, operator: AbstractOperator) -> tuple[Array, int, Array]:
@@ -222,7 +231,7 @@ def _not_unique(equation: _Equation, what: str) -> str:
 
 
 def _meeting(values: Complex, discrete: bool) -> tuple[float, complex, complex]:
-    """How near two eigenvalues come to the sum 0, or the product 1, over the largest one or its square; and which."""
+    """The least distance of two eigenvalues from the sum 0, or the product 1, relative to the largest; and the two."""
     both = np.multiply.outer(values, values) - 1 if discrete else np.add.outer(values, values)
     i, j = np.unravel_index(np.abs(both).argmin(), both.shape)
     largest = np.abs(values).max()

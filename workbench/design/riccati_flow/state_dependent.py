@@ -77,12 +77,17 @@ def sdre(factors: Factors, states: Array, Q: Any, R: Any) -> StateDependent:
     from workbench.design.riccati import Riccati, care  # which opens python-control, and that takes seconds
 
     call = "sdre(factors, states, Q, R)"
-    x = _states(call, states)
+    x = np.atleast_2d(states)
+    if x.ndim != 2 or x.size == 0 or not np.isfinite(x).all():
+        raise ValueError(f"`{call}`: states must be finite numbers (N, n); got shape {x.shape}.")
     answers: list[Riccati] = []
     for i, state in enumerate(x):
         where = f"`{call}`, at state {i}, {state.tolist()}"
         try:
-            answers.append(care(*_pair(answer(call, "factors", factors, state)), Q, R))
+            found = answer(call, "factors", factors, state)
+            if not isinstance(found, tuple | list) or len(found) != 2:
+                raise ValueError(f"factors must give A and B; got {type(found).__name__}.")
+            answers.append(care(*found, Q, R))
         except Refused as refusal:
             raise Refused(f"{where}: {refusal}") from refusal
         except ValueError as error:
@@ -94,16 +99,3 @@ def sdre(factors: Factors, states: Array, Q: Any, R: Any) -> StateDependent:
             )
     P, K = (np.array([getattr(answer, name) for answer in answers]) for name in ("X", "K"))
     return StateDependent(x, P, K, tuple(answer.certificate for answer in answers))
-
-
-def _states(call: str, states: Array) -> Array:
-    x = np.atleast_2d(states)
-    if x.ndim != 2 or x.size == 0 or not np.isfinite(x).all():
-        raise ValueError(f"`{call}`: states must be finite numbers (N, n); got shape {x.shape}.")
-    return x
-
-
-def _pair(found: Any) -> tuple[Any, Any]:
-    if not isinstance(found, tuple | list) or len(found) != 2:
-        raise ValueError(f"factors must give A and B; got {type(found).__name__}.")
-    return found[0], found[1]

@@ -1,16 +1,15 @@
-"""An algebraic Riccati equation: what is left of it at an X, and its linear part there."""
+"""An algebraic Riccati equation: its residual at an X, its linear part there, and its Hamiltonian matrix."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import linalg
 
 from workbench.core.layout import Array
 from workbench.design.riccati.double_double import Twice, twice
-from workbench.design.riccati.operators import AbstractOperator, lyapunov_operator, stein_operator
+from workbench.design.riccati.operators import LyapunovOperator, SteinOperator, lyapunov_operator, stein_operator
 
 REFINEMENTS = 3  # of a gain: each gains as many digits as the condition of R + B'XB leaves
 
@@ -34,20 +33,10 @@ class Data:
 
 @dataclass(frozen=True)
 class Point:
-    """An equation at an X.
+    """An equation at an X (n, n): its gain K (m, n), the loop A - B K, and its residual.
 
-    Parameters
-    ----------
-    X, K
-        The matrix (n, n) and its gain (m, n).
-    closed
-        A - B K, (n, n).
-    beside_A, beside_E
-        The matrices (n, n) that stand beside a change of A and of E in the change of the equation.
-    left, terms
-        The residual (n, n), and the norm of the terms that it is summed from.
-    W
-        What an input costs in the end, (m, m): R, or R + B'XB.
+    `beside_A` and `beside_E` (n, n) stand beside a change of A and of E in the change of the equation; `terms` is the
+    norm of what the residual `left` is summed from; W (m, m) is what an input costs in the end: R, or R + B'XB.
     """
 
     X: Array
@@ -65,42 +54,14 @@ class Point:
         return norm(self.left) / self.terms if self.terms > 0 else 0.0
 
 
-class AbstractEquation(ABC):
-    """0 = Res(X), whose stabilising solution is looked for."""
-
-    data: Data
-
-    @abstractmethod
-    def at(self, X: Array | Twice) -> Point:
-        """The equation at a symmetric X (n, n).
-
-        Raises
-        ------
-        LinAlgError
-            If there is no gain at X.
-        """
-
-    @abstractmethod
-    def operator(self, point: Point) -> AbstractOperator:
-        """The derivative of Res at a point, as a map of symmetric matrices."""
-
-    @abstractmethod
-    def steering(self, point: Point, D: Array) -> Array:
-        """By how much K (m, n) changes, to first order, when X changes by D."""
-
-    @abstractmethod
-    def curvature(self, point: Point, H: Array) -> Array:
-        """What Res at X + H has beyond its linear part, with its sign turned: (n, n), positive semidefinite."""
-
-
 @dataclass(frozen=True)
-class Continuous(AbstractEquation):
+class Continuous:
     """A'XE + E'XA - (E'XB + S) R^-1 (B'XE + S') + Q = 0."""
 
     data: Data
 
     def at(self, X: Array | Twice) -> Point:
-        """The equation at a symmetric X (n, n)."""
+        """The equation at a symmetric X (n, n); `LinAlgError` if there is no gain."""
         d, x = self.data, twice(X)
         V = x if d.E is None else x @ d.E
         K = _gain(twice(d.R), V.T @ d.B + d.S)
@@ -110,30 +71,30 @@ class Continuous(AbstractEquation):
         terms = 2 * norm(V.high) * (norm(d.A) + norm(d.B) * norm(K)) + _cost(d, K)
         return Point(x.high, K, closed.high, V.high, x.high @ closed.high, _even(left), terms, d.R)
 
-    def operator(self, point: Point) -> AbstractOperator:
-        """X -> F'XE + E'XF, F = A - B K."""
+    def operator(self, point: Point) -> LyapunovOperator:
+        """The derivative of the residual, X -> F'XE + E'XF, with F = A - B K."""
         return lyapunov_operator(point.closed, self.data.E)
 
     def steering(self, point: Point, D: Array) -> Array:
-        """R^-1 B'D E."""
+        """The first-order change R^-1 B'D E of K (m, n) when X changes by D."""
         DE = D if self.data.E is None else D @ self.data.E
         return np.asarray(np.linalg.solve(point.W, self.data.B.T @ DE))
 
     def curvature(self, point: Point, H: Array) -> Array:
-        """E'H B R^-1 B'H E."""
+        """The residual at X + H beyond its linear part, with its sign turned: E'H B R^-1 B'H E."""
         HE = H if self.data.E is None else H @ self.data.E
         inputs = self.data.B.T @ HE
         return np.asarray(inputs.T @ np.linalg.solve(point.W, inputs))
 
 
 @dataclass(frozen=True)
-class Discrete(AbstractEquation):
+class Discrete:
     """A'XA - E'XE - (A'XB + S) (R + B'XB)^-1 (B'XA + S') + Q = 0."""
 
     data: Data
 
     def at(self, X: Array | Twice) -> Point:
-        """The equation at a symmetric X (n, n)."""
+        """The equation at a symmetric X (n, n); `LinAlgError` if there is no gain."""
         d, x = self.data, twice(X)
         V = x if d.E is None else x @ d.E
         XB = x @ d.B
@@ -146,16 +107,16 @@ class Discrete(AbstractEquation):
         terms = norm(x.high) * (norm(d.A) + norm(d.B) * norm(K)) ** 2 + norm(now.high) + _cost(d, K)
         return Point(x.high, K, closed.high, ahead.high, V.high, _even(left), terms, W.high)
 
-    def operator(self, point: Point) -> AbstractOperator:
-        """X -> F'XF - E'XE, F = A - B K."""
+    def operator(self, point: Point) -> SteinOperator:
+        """The derivative of the residual, X -> F'XF - E'XE, with F = A - B K."""
         return stein_operator(point.closed, self.data.E)
 
     def steering(self, point: Point, D: Array) -> Array:
-        """W^-1 B'D F."""
+        """The first-order change W^-1 B'D F of K (m, n) when X changes by D."""
         return np.asarray(np.linalg.solve(point.W, self.data.B.T @ D @ point.closed))
 
     def curvature(self, point: Point, H: Array) -> Array:
-        """F'H B W^-1 B'H F, for a small H."""
+        """The residual at X + H beyond its linear part, with its sign turned: F'H B W^-1 B'H F for a small H."""
         inputs = self.data.B.T @ H @ point.closed
         return np.asarray(inputs.T @ np.linalg.solve(point.W, inputs))
 
@@ -171,7 +132,7 @@ def size(matrix: Array) -> float:
 
 
 def _gain(W: Twice, right: Twice) -> Array:
-    """K with W K = right', refined: an ill-conditioned W leaves digits to gain after the first time."""
+    """The K with W K = right', refined: an ill-conditioned W leaves digits to gain after the first time."""
     factor = linalg.lu_factor(W.high)
     K = linalg.lu_solve(factor, right.T.high)
     for _ in range(REFINEMENTS):
@@ -187,3 +148,28 @@ def _cost(d: Data, K: Array) -> float:
 
 def _even(matrix: Array) -> Array:
     return (matrix + matrix.T) / 2
+
+
+def plain(d: Data) -> Data:
+    """The same equation without S and E, for methods that know neither; R must have an inverse."""
+    if d.S.any():
+        shift = np.linalg.solve(d.R, d.S.T)
+        d = replace(d, A=d.A - d.B @ shift, Q=d.Q - d.S @ shift, S=np.zeros_like(d.S))
+    if d.E is not None:  # the state of the plain equation is E x
+        Q = np.linalg.solve(d.E.T, np.linalg.solve(d.E.T, d.Q).T)
+        d = replace(d, A=np.asarray(np.linalg.solve(d.E.T, d.A.T).T), Q=(Q + Q.T) / 2, E=None)
+    return d
+
+
+def quadratic(d: Data) -> Array:
+    """B R^-1 B'."""
+    return d.B @ np.linalg.solve(d.R, d.B.T)
+
+
+def hamiltonian(d: Data) -> Array:
+    """H (2 n, 2 n), whose stable invariant subspace is spanned by [I; X] if E is the identity."""
+    p = plain(d)
+    return np.block([[p.A, -quadratic(p)], [-p.Q, -p.A.T]])
+
+
+Equation = Continuous | Discrete

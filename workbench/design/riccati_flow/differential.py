@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,11 +10,10 @@ import numpy as np
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.matrices import symmetric
-from workbench.design.riccati_flow import constant, varying
-from workbench.design.riccati_flow.coefficients import Coefficient, Coefficients
-from workbench.design.riccati_flow.escape import LARGEST, Escape
-from workbench.design.riccati_flow.result import RiccatiFlow
+from workbench.design.riccati_flow.moebius import LARGEST, Escape, constant_flow
+from workbench.design.riccati_flow.time_varying import Coefficient, Coefficients, varying_flow
 from workbench.validation.doors import door
+from workbench.validation.views import show
 from workbench.validation.words import as_array, described
 
 EPS = float(np.finfo(float).eps)
@@ -21,6 +21,46 @@ GRIDS = (0, 1)  # halvings beyond need: two ways to cut time, whose answers diff
 CAUTION = 10.0  # by which that difference is taken for the error
 PASSES = 4
 FINEST = 1e-14  # tolerance of a step, below which there is only rounding
+
+
+@dataclass(frozen=True, eq=False)
+@show
+class RiccatiFlow:
+    """P(t) at the times asked for, symmetric to the last bit, with the gains K = R^-1 B' P of u = -K x.
+
+    Parameters
+    ----------
+    times
+        (N,), in s.
+    P
+        (N, n, n).
+    K
+        (N, m, n).
+    error
+        (N,), an estimate of the relative error of P in the Frobenius norm.
+    least
+        (N,), the least eigenvalue of P.
+    rest
+        (N,), the norm of P' over the sum of those of its four terms: zero where P is at rest.
+    distance
+        (N,), of P from the stabilising solution X of the algebraic equation, over the norm of X; None where the
+        coefficients vary or there is no such X.
+    """
+
+    times: Array
+    P: Array
+    K: Array
+    error: Array
+    least: Array
+    rest: Array
+    distance: Array | None
+
+    def __str__(self) -> str:
+        away = "" if self.distance is None else f", from the algebraic solution {self.distance[-1]:.1e}"
+        return (
+            f"{len(self.times)} times in [{self.times[0]:g}, {self.times[-1]:g}] s: error {self.error.max():.1e}, "
+            f"least eigenvalue {self.least.min():.3g}; at the last time P' {self.rest[-1]:.1e} of its terms{away}"
+        )
 
 
 @door
@@ -139,7 +179,7 @@ def _constant(
     lengths = np.diff(gone)
     if len(lengths) and np.ptp(lengths) <= 8 * EPS * (abs(begin) + gone[-1]):
         lengths = np.full_like(lengths, gone[-1] / len(lengths))
-    one, other = (constant.flow(at.A, scale * at.G, at.Q / scale, P / scale, lengths, finer) for finer in GRIDS)
+    one, other = (constant_flow(at.A, scale * at.G, at.Q / scale, P / scale, lengths, finer) for finer in GRIDS)
     if isinstance(one, Escape) and isinstance(other, Escape):
         raise _refusal(coefficients.call, one.joined(other), begin, sign)
     if isinstance(one, Escape) or isinstance(other, Escape):
@@ -159,7 +199,7 @@ def _varying(
     """P (N, n, n) and its error (N,) after each time gone, by steps short enough that the error is within rtol."""
     scale, local = coefficients.scale(begin), rtol
     for _ in range(PASSES):
-        found = varying.flow(lambda s: coefficients.hamiltonian(begin + sign * s, scale), P / scale, gone, local)
+        found = varying_flow(lambda s: coefficients.hamiltonian(begin + sign * s, scale), P / scale, gone, local)
         if isinstance(found, Escape):
             raise _refusal(coefficients.call, found, begin, sign)
         fine, coarse = (np.array([getattr(track, name) for track in found]) for name in ("fine", "coarse"))
@@ -208,7 +248,7 @@ def _refusal(call: str, escape: Escape, begin: float, sign: float) -> Refused:
 
 
 def _distance(coefficients: Coefficients, P: Array) -> Array | None:
-    """How far each P (N, n, n) is from the stabilising solution of the algebraic equation, if there is one."""
+    """The distance of each P (N, n, n) from the stabilising solution of the algebraic equation, if there is one."""
     from workbench.design.riccati import care  # which opens python-control, and that takes seconds
 
     at = coefficients.at(0.0)
