@@ -1,4 +1,4 @@
-r"""The promise that an observer's error decays in a region, and its proof:
+"""The promise that an observer's error decays in a region, its proof, and the audit of one set of gains:
 
     V = x~' P x~,    V' <= -2 rate V    as long as the arm and its estimate stay in the region.
 
@@ -12,23 +12,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.core import Dynamics
 from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.matrices import symmetric
-from workbench.design.observer_gains.exactly import definite
-from workbench.design.observer_gains.gains import Gains
-from workbench.design.observer_gains.inequality import Inequality, prove
-from workbench.design.observer_gains.mismatch import Mismatch
-from workbench.design.observer_gains.region import Region
+from workbench.design.observer_gains.error_dynamics import Frozen, Noise, noise, over, peaking, tolerated
+from workbench.design.observer_gains.gains import Gains, Region
+from workbench.design.observer_gains.inequality import Inequality, exactly_definite, prove
+from workbench.design.observer_gains.matrix_inequalities import lyapunov_matrix
+from workbench.design.observer_gains.mismatch import Mismatch, refuse_unfit
 from workbench.validation.doors import door
 from workbench.validation.views import show
 from workbench.validation.words import positive
+
+# How often the share of a region with a P is halved, and the fractions of it of which the first to be proved counts.
+HALVINGS, SURE = 6, (1.0, 0.9, 0.8, 0.6)
 
 
 @dataclass(frozen=True, eq=False)
 @show
 class Reach:
-    """Which initial errors are admitted: x~' P x~ <= level; with qd~ = 0 or q~ = 0 those of these sizes, in rad, rad/s.
+    """The initial errors that are admitted: x~' P x~ <= level; with qd~ = 0 or q~ = 0 of these sizes, in rad and rad/s.
 
     `peaking` bounds |qd~(t)| / |q~(0)| for qd~(0) = 0, in 1/s.
     """
@@ -78,7 +82,7 @@ class RateCertificate:
         return Reach(level, position, velocity, float(np.sqrt(largest[0] * largest[2])))
 
     def _room(self, arm: Region) -> Array:
-        """How far the estimate may be off in each state, (2n,)."""
+        """The room of the estimate in each state, (2n,)."""
         mine, whose = self.region, arm
         if whose.joints != mine.joints:
             raise ValueError(
@@ -116,25 +120,10 @@ def check(mismatch: Mismatch, gains: Gains, region: Region, P: Array, rate: floa
     P = symmetric("check", "P", P, 2 * gains.joints)
     positive("check(rate=...)", rate, " of 1/s")
     refuse_unfit("check", mismatch, gains, region)
-    if not definite(P):
+    if not exactly_definite(P):
         raise Refused("The certificate's P is not positive definite: a leading minor is not positive, exactly.")
     boxes = prove(_inequality(gains, P, rate, mismatch, region), mismatch, region, f"A decay at {rate:.4g} 1/s")
     return RateCertificate(gains, region, P, rate, boxes)
-
-
-def refuse_unfit(call: str, mismatch: Mismatch, gains: Gains | None, region: Region) -> None:
-    """Refuse gains and regions of other arms, and any position where the equations do not repeat after a turn."""
-    sizes = {mismatch.joints, region.joints} | ({gains.joints} if gains is not None else set())
-    if len(sizes) > 1:
-        raise ValueError(
-            f"`{call}(...)` needs gains and a region for the {mismatch.joints} joints of the arm; got "
-            f"{region.joints} in the region{f' and {gains.joints} in the gains' if gains is not None else ''}."
-        )
-    if region.low is None and not mismatch.periodic:
-        raise ValueError(
-            f"`{call}(region=...)` must bound the positions by `low` and `high`: that these equations repeat after a "
-            "turn is not proved."
-        )
 
 
 def _inequality(gains: Gains, P: Array, rate: float, mismatch: Mismatch, region: Region) -> Inequality:
@@ -150,3 +139,104 @@ def _inequality(gains: Gains, P: Array, rate: float, mismatch: Mismatch, region:
     grown = np.abs(P) @ (np.abs(A0) + abs(rate) * np.eye(2 * n))
     size = np.abs(W).T @ (grown + grown.T) @ np.abs(W)
     return Inequality(W.T @ Z0 @ W, W.T @ F, W, size)
+
+
+@dataclass(frozen=True, eq=False)
+@show
+class Audit:
+    """The poles that are seen and the decay that is proved of gains in a region.
+
+    Parameters
+    ----------
+    frozen
+        The poles with state and torque frozen: seen.
+    certificate
+        A proof of a decay at the asked rate, in the region with its speeds and torques times `share`.
+    share
+        1 where the whole region is certified; None, with no certificate, where nothing was, and `why` says so.
+    reach
+        The initial errors that are admitted while the arm keeps the inner region, of the same share.
+    tolerated
+        The largest rho such that every Delta with |Delta| <= rho |x~| is proved to let the error decay.
+    noise, peaking
+        Where the model adds nothing.
+    """
+
+    gains: Gains
+    frozen: Frozen
+    certificate: RateCertificate | None
+    share: float | None
+    reach: Reach | None
+    tolerated: float
+    noise: Noise
+    peaking: float
+    why: str
+
+
+@door
+def audit(
+    dynamics: Dynamics, gains: Gains, region: Region, inner: float, rate: float, known: RateCertificate | None = None
+) -> Audit:
+    """Judge the gains L1, L2 of an observer of this arm in a region.
+
+    Parameters
+    ----------
+    inner
+        The share of the region's speeds that the arm itself keeps; the rest is room for the estimate's error.
+    rate
+        The decay in 1/s that is to be proved, in the whole region or else in as large a share of it as can be.
+    known
+        The certificate of these gains in the whole region, if there is one; else one is sought (extra `lmi`). Its P is
+        proved again for this arm.
+
+    Raises
+    ------
+    ValueError
+        If sizes differ, the rate is not positive, `inner` does not lie between 0 and 1, or `known` is the certificate
+        of something else.
+    Refused
+        If the P of `known` is not proved here.
+    """
+    positive("audit(rate=...)", rate, " of 1/s")
+    if not 0 < positive("audit(inner=...)", inner) < 1:
+        raise ValueError(f"`audit(inner=...)` is a share, so it lies between 0 and 1; got {inner}.")
+    if known is not None and (known.gains is not gains or known.region is not region or known.rate != rate):
+        raise ValueError("`audit(known=...)` must be the certificate of these gains, in this region, of this rate.")
+    mismatch = Mismatch.of(dynamics)
+    seen = over(mismatch, gains, region)
+    certificate, share, why = (
+        (check(mismatch, gains, region, known.P, rate), 1.0, "") if known else _certified(mismatch, gains, region, rate)
+    )
+    reach = None
+    if certificate is not None:
+        whole = certificate.region
+        reach = certificate.reach(Region(inner * whole.speed, whole.torque, whole.low, whole.high))
+    return Audit(gains, seen, certificate, share, reach, tolerated(gains)[0], noise(gains), peaking(gains), why)
+
+
+def _certified(
+    mismatch: Mismatch, gains: Gains, region: Region, rate: float
+) -> tuple[RateCertificate | None, float | None, str]:
+    """A certificate in the whole region, or in the largest share of it that halving finds."""
+    try:
+        return check(mismatch, gains, region, lyapunov_matrix(mismatch, gains, region, rate), rate), 1.0, ""
+    except Refused as none:
+        why = str(none)
+    low, high = 0.0, 1.0
+    for _ in range(HALVINGS):
+        share = (low + high) / 2 if low else high / 4
+        try:
+            lyapunov_matrix(mismatch, gains, region.scaled(share), rate)
+        except Refused:
+            high = share
+        else:
+            low = share
+    for part in SURE if low else ():
+        smaller = region.scaled(part * low)
+        try:
+            found = check(mismatch, gains, smaller, lyapunov_matrix(mismatch, gains, smaller, rate), rate)
+        except Refused as none:
+            why = str(none)
+        else:
+            return found, part * low, ""
+    return None, None, why
