@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from workbench.controllers import SlidingMode
-from workbench.design.certificates import Refused
 from workbench.design.chattering import BoundaryLayer, Relay, cut, harmonic_balance, record_oscillation, relay_cycles
+from workbench.design.matrices import Refused
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState
 from workbench.plants import Manipulator

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from workbench.core import Entry, Layout, Ode, rk4
-from workbench.design.certificates import Refused
 from workbench.design.chattering import (
     LinearPart,
     Relay,
@@ -14,6 +13,7 @@ from workbench.design.chattering import (
     record_oscillation,
     relay_cycles,
 )
+from workbench.design.matrices import Refused
 from workbench.simulate import simulate
 
 K, TAU = 5.0, 0.01

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
 from workbench.core import Dynamics
-from workbench.design.certificates import Refused
+from workbench.design.matrices import Refused
 from workbench.design.observer_gains import Mismatch, Region, matrix_inequalities
 from workbench.design.observer_gains.matrix_inequalities import least_noise
 from workbench.robots import paper_arm

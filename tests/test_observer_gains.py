@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import solve_continuous_lyapunov
 
 from workbench.core import Dynamics
-from workbench.design.certificates import Refused
+from workbench.design.matrices import Refused
 from workbench.design.observer_gains import (
     Gains,
     Mismatch,

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from tests import riccati_oracles as oracle
-from workbench.design.certificates import Refused
-from workbench.design.matrices import libraries, one_thread
+from workbench.design.matrices import Refused, libraries, one_thread
 from workbench.design.riccati import care, dare, lyapunov
 from workbench.design.riccati.algebraic_equation import Continuous, Data
 from workbench.design.riccati.newton import refine

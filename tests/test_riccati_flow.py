@@ -8,7 +8,7 @@ from numpy.polynomial import chebyshev
 from scipy.integrate import solve_ivp
 from scipy.linalg import solve_continuous_are
 
-from workbench.design.certificates import Refused
+from workbench.design.matrices import Refused
 from workbench.design.riccati_flow import fpre, rde
 
 A4 = np.array([[0.0, 1, 0, 0], [-2, -0.3, 0.5, 0], [0, 0, 0, 1], [1, 0, 3, 0.2]])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests import riccati_oracles as oracle
-from workbench.design.certificates import Refused
+from workbench.design.matrices import Refused
 from workbench.design.riccati import care, dare, lqe, lqg, lqr
 
 A, B, I2, ONE = np.array([[0.0, 1], [0, 0]]), np.array([[0.0], [1]]), np.eye(2), np.eye(1)

@@ -12,8 +12,7 @@ from scipy.linalg import eig, eigvals
 from scipy.signal import BadCoefficients
 
 from workbench.core import Ode, Step
-from workbench.design.certificates import Refused
-from workbench.design.matrices import square
+from workbench.design.matrices import Refused, square
 from workbench.validation.doors import door
 from workbench.validation.words import Array, described, finite, known, positive, refusal, require, seconds, vector
 
@@ -139,7 +138,7 @@ class LinearPart:
 
     @door
     def closed(self, gain: float) -> float:
-        """How fast u = -gain s brings s to rest, in 1/s: the negative of the slowest pole's growth."""
+        """The rate at which u = -gain s brings s to rest, in 1/s: the negative of the slowest pole's growth."""
         finite("closed(gain=...)", gain, low=-FASTEST, high=FASTEST)
         poles = np.linalg.eigvals(self.A - gain * np.outer(self.b, self.c))
         if self.period:
@@ -173,7 +172,7 @@ class LinearPart:
 
 
 def _moved(A: Array) -> Array:
-    """How far rounding may have moved each pole of A: no farther than a threefold one, (nx,)."""
+    """The distance that rounding may have moved each pole of A, no farther than a threefold one: (nx,)."""
     values, left, right = (np.asarray(part) for part in eig(A, left=True))
     cosines = np.abs(np.einsum("ik,ik->k", left.conj(), right))
     first = 100 * np.finfo(float).eps * np.linalg.norm(A, 2) / np.maximum(cosines, np.finfo(float).tiny)

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.design.certificates import Refused
 from workbench.design.chattering.linear_part import ROUNDING, LinearPart
+from workbench.design.matrices import Refused
 from workbench.validation.doors import door
 from workbench.validation.views import show
 from workbench.validation.words import Array, positive, whole

@@ -13,11 +13,11 @@ from workbench.design.linear.feedback_loops import (
     one_loop,
     sensitivity,
 )
+from workbench.design.linear.linear_modes import Hautus, Mode, Pole, controllability, observability, poles
 from workbench.design.linear.linear_path import LinearPath, along, freeze
 from workbench.design.linear.linearization import forward_differences, linearize, to_control
 from workbench.design.linear.loop_margins import DiskMargin, LoopMargins, disk_margin, loop_margins
 from workbench.design.linear.lyapunov_exponents import LyapunovExponents, lyapunov_exponents
-from workbench.design.linear.modes import Hautus, Mode, Pole, controllability, observability, poles
 from workbench.design.linear.operating_point import OperatingPoint, operating_point
 
 __all__ = [

@@ -32,7 +32,7 @@ def inputs_of(ode: Ode) -> Layout:
 
 
 def places_of(ode: Ode) -> list[int]:
-    """Where the numbers of u lie in p."""
+    """The places of the numbers of u in p."""
     return [place for name in ode.inputs for place in ode.parameters.indices(name)]
 
 
@@ -97,7 +97,7 @@ def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
     # all at once too, in no special direction: sign(x1 x2) jumps along neither axis
     across = np.vstack([np.diag(reach), reach * np.cos(np.arange(1.0, len(at) + 1))])
     for direction, label in zip(across, [*labels, "all of them change"], strict=True):
-        heights, slopes, moves = [], [], direction != 0
+        moves, heights, slopes = direction != 0, [], []
         for side in (-1, 0, 1):
             row, moved = p.copy(), at + side * direction
             row[driven] = moved[n:]

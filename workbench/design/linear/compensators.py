@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.design.certificates import Refused
 from workbench.design.linear.arguments import state_space
-from workbench.design.linear.modes import controllability
-from workbench.design.matrices import EPS, Complex
+from workbench.design.linear.linear_modes import controllability
+from workbench.design.matrices import EPS, Complex, Refused
 from workbench.validation.doors import door
 from workbench.validation.views import show
 from workbench.validation.words import described, finite, raised, refusal

@@ -9,7 +9,6 @@ import numpy as np
 
 from workbench.core import Ode, Sampled
 from workbench.core.layout import Array
-from workbench.design.certificates import Refused
 from workbench.design.linear.arguments import (
     jacobians,
     names_of,
@@ -20,6 +19,7 @@ from workbench.design.linear.arguments import (
     vector_of,
 )
 from workbench.design.linear.operating_point import AT_REST, rate_terms
+from workbench.design.matrices import Refused
 from workbench.validation.doors import door
 
 if TYPE_CHECKING:

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.design.certificates import Refused
 from workbench.design.linear.feedback_loops import alone, closed, matrices_of
 from workbench.design.linear.peak_gain import (
     Realisation,
@@ -19,7 +18,7 @@ from workbench.design.linear.peak_gain import (
     scaled_peak,
     spectral_peak,
 )
-from workbench.design.matrices import Complex
+from workbench.design.matrices import Complex, Refused
 from workbench.validation.doors import door
 from workbench.validation.views import show
 
@@ -34,7 +33,7 @@ DECAY = 1e-12  # of the size of A: a pole that decays no faster is on the axis, 
 @dataclass(frozen=True)
 @show
 class DiskMargin:
-    """How large a complex change of all loops at once, each by a factor of its own, the loop stands.
+    """The largest complex change of all loops at once, each by a factor of its own, that the loop stands.
 
     Attributes
     ----------

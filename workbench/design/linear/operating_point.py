@@ -10,7 +10,6 @@ import numpy as np
 
 from workbench.core import Ode
 from workbench.core.layout import Array
-from workbench.design.certificates import Refused
 from workbench.design.linear.arguments import (
     inputs_of,
     jacobians,
@@ -18,6 +17,7 @@ from workbench.design.linear.arguments import (
     row_of,
     time_of,
 )
+from workbench.design.matrices import Refused
 from workbench.validation.doors import door
 from workbench.validation.views import show
 from workbench.validation.words import as_array, described, require

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.design.certificates import Refused
-from workbench.design.matrices import Complex
+from workbench.design.matrices import Complex, Refused
 from workbench.validation.views import show
 
 TOLERANCE = 1e-6  # relative, between what is proved and what is reached

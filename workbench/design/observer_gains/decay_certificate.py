@@ -14,8 +14,7 @@ import numpy as np
 
 from workbench.core import Dynamics
 from workbench.core.layout import Array
-from workbench.design.certificates import Refused
-from workbench.design.matrices import symmetric
+from workbench.design.matrices import Refused, symmetric
 from workbench.design.observer_gains.error_dynamics import Frozen, Noise, noise, over, peaking, tolerated
 from workbench.design.observer_gains.gains import Gains, Region
 from workbench.design.observer_gains.inequality import Inequality, exactly_definite, prove

@@ -13,8 +13,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from workbench.core.layout import Array
-from workbench.design.certificates import Refused
-from workbench.design.matrices import matrix
+from workbench.design.matrices import Refused, matrix
 from workbench.design.observer_gains.gains import Gains, Region
 from workbench.design.observer_gains.inequality import bears_mismatch
 from workbench.design.observer_gains.mismatch import Mismatch, refuse_unfit

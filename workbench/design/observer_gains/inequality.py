@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.design.certificates import Refused
+from workbench.design.matrices import Refused
 from workbench.design.observer_gains.gains import Region
 from workbench.design.observer_gains.mismatch import Mismatch, refuse_unfit
 from workbench.proofs.branch import definite
@@ -86,7 +86,7 @@ class Inequality:
         return np.asarray(self.Z0 + part + part.swapaxes(-1, -2))
 
     def doubt(self, J: Array, R: Array) -> Array:
-        """What an unknown part of J, |.| <= R, can take from the diagonal of Z, with all rounding, (..., m)."""
+        """The most that an unknown part of J, |.| <= R, takes from the diagonal of Z, with all rounding, (..., m)."""
         grown = R + 64 * UNIT * J
         part = np.abs(self.F) @ grown @ np.abs(self.G)
         rows = (part + part.swapaxes(-1, -2)).sum(axis=-1) + 64 * UNIT * self.size.sum(axis=-1)

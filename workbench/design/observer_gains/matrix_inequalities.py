@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.design.certificates import Refused
+from workbench.design.matrices import Refused
 from workbench.design.observer_gains.gains import Gains, Region
 from workbench.design.observer_gains.mismatch import Mismatch
 

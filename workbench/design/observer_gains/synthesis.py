@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.core import Dynamics
 from workbench.core.layout import Array, vector
-from workbench.design.certificates import Refused
+from workbench.design.matrices import Refused
 from workbench.design.observer_gains.decay_certificate import RateCertificate, check
 from workbench.design.observer_gains.gains import Gains, Region
 from workbench.design.observer_gains.matrix_inequalities import least_noise, lyapunov_matrix, require_solvers

@@ -11,9 +11,8 @@ import scipy.linalg
 
 from workbench.core import Ode
 from workbench.core.layout import Array
-from workbench.design.certificates import Certificate
 from workbench.design.linear.arguments import jacobians, row_of, vector_of
-from workbench.design.matrices import Complex, definite, semidefinite
+from workbench.design.matrices import Certificate, Complex, definite, semidefinite
 from workbench.design.riccati.algebraic_equation import norm
 from workbench.design.riccati.regulators import is_discrete, is_system, lqe, lqr
 from workbench.design.riccati.stabilisation import Riccati

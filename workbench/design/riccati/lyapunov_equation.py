@@ -15,10 +15,9 @@ import numpy as np
 from scipy import linalg
 
 from workbench.core.layout import Array
-from workbench.design.certificates import Certificate, Refused
-from workbench.design.matrices import EPS, Complex, invertible, one_thread, square, symmetric
+from workbench.design.matrices import EPS, Certificate, Complex, Refused, invertible, one_thread, square, symmetric
 from workbench.design.riccati.algebraic_equation import norm, size
-from workbench.design.riccati.balancing import Exponents, balance, in_range, nearest, times
+from workbench.design.riccati.conditioning import Exponents, balance, in_range, nearest, times
 from workbench.design.riccati.double_double import twice
 from workbench.design.riccati.operators import AbstractOperator, lyapunov_operator, stein_operator
 from workbench.design.riccati.stabilisation import (

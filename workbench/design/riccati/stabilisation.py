@@ -16,11 +16,9 @@ import numpy as np
 from scipy import linalg
 
 from workbench.core.layout import Array
-from workbench.design.certificates import Certificate, Refused
-from workbench.design.matrices import EPS, Complex, indefinite, one_thread
+from workbench.design.matrices import EPS, Certificate, Complex, Refused, indefinite, one_thread
 from workbench.design.riccati.algebraic_equation import Continuous, Data, Discrete, Equation, hamiltonian, norm
-from workbench.design.riccati.balancing import Units, good_units, in_range
-from workbench.design.riccati.conditioning import Conditioning, conditioning
+from workbench.design.riccati.conditioning import Conditioning, Units, conditioning, good_units, in_range
 from workbench.design.riccati.double_double import twice
 from workbench.design.riccati.newton import Refined, candidates, refine
 from workbench.validation.views import show

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.design.certificates import Refused
-from workbench.design.matrices import symmetric
+from workbench.design.matrices import Refused, symmetric
 from workbench.design.riccati_flow.moebius import LARGEST, Escape, constant_flow
 from workbench.design.riccati_flow.time_varying import Coefficient, Coefficients, varying_flow
 from workbench.validation.doors import door

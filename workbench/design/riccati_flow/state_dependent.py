@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.design.certificates import Certificate, Refused
-from workbench.design.matrices import answer
+from workbench.design.matrices import Certificate, Refused, answer
 from workbench.validation.doors import door
 from workbench.validation.views import show
 
