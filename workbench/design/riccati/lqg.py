@@ -165,8 +165,7 @@ def lqg(system: Any, Q: Any, R: Any, Qn: Any, Rn: Any, N: Any = None, G: Any = N
     """
     if not is_system(system):
         raise ValueError(
-            f"`lqg(system, Q, R, Qn, Rn)`: system must be a python-control `StateSpace`; got {type(system).__name__}. "
-            "Make one by `control.ss(A, B, C, D)`."
+            f"`lqg(system, Q, R, Qn, Rn)`: system must be a python-control `StateSpace`; got {type(system).__name__}."
         )
     A, C = np.asarray(system.A, dtype=float), np.asarray(system.C, dtype=float)
     regulator = lqr(system, Q, R, N)

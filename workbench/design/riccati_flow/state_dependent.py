@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from workbench.core.layout import Array
-from workbench.design.matrices import Certificate, Refused, answer
+from workbench.design.matrices import Certificate, answer
 from workbench.validation.doors import door
 from workbench.validation.views import show
 
@@ -87,14 +87,10 @@ def sdre(factors: Factors, states: Array, Q: Any, R: Any) -> StateDependent:
             if not isinstance(found, tuple | list) or len(found) != 2:
                 raise ValueError(f"factors must give A and B; got {type(found).__name__}.")
             answers.append(care(*found, Q, R))
-        except Refused as refusal:
-            raise Refused(f"{where}: {refusal}") from refusal
-        except ValueError as error:
-            raise ValueError(f"{where}: {error}") from error
+        except ValueError as error:  # a `Refused` is one, and stays one
+            raise type(error)(f"{where}: {error}") from error
         if answers[-1].K.shape != answers[0].K.shape:
-            raise ValueError(
-                f"{where}: A and B must have the same shapes at all states; K is {answers[-1].K.shape} after "
-                f"{answers[0].K.shape}."
-            )
+            shapes = f"{answers[-1].K.shape} after {answers[0].K.shape}"
+            raise ValueError(f"{where}: A and B must have the same shapes at all states; K is {shapes}.")
     P, K = (np.array([getattr(answer, name) for answer in answers]) for name in ("X", "K"))
     return StateDependent(x, P, K, tuple(answer.certificate for answer in answers))
