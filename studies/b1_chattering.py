@@ -16,12 +16,12 @@ from workbench.design.chattering import (
     BoundaryLayer,
     Cycle,
     LinearPart,
-    Measured,
     Oscillation,
+    RecordedOscillation,
     Relay,
     cut,
     harmonic_balance,
-    measured,
+    record_oscillation,
     relay_cycles,
 )
 from workbench.loop import ClosedLoop
@@ -49,9 +49,9 @@ class Row:
 
     lag: float
     period: float
-    relay: tuple[Oscillation, Measured]
+    relay: tuple[Oscillation, RecordedOscillation]
     cycle: Cycle | None
-    layer: tuple[Balance, Measured]
+    layer: tuple[Balance, RecordedOscillation]
 
     @property
     def off(self) -> tuple[float, float]:
@@ -87,12 +87,12 @@ def linear_part(lag: float, period: float) -> LinearPart:
     return cut(step, step.states.default, p)
 
 
-def seen(lag: float, period: float, saturation: str) -> Measured:
+def seen(lag: float, period: float, saturation: str) -> RecordedOscillation:
     """The oscillation of s of the first joint in a run."""
     step = sampled(lag, period, saturation)
     run = simulate(step, x0=step.states.pack({"plant.qd": PUSH}), until=UNTIL, every=period)
     late = run.t >= LATE
-    return measured(run.t[late], run["s"][0, late, 0])
+    return record_oscillation(run.t[late], run["s"][0, late, 0])
 
 
 def row(lag: float, period: float) -> Row:

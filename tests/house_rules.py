@@ -18,9 +18,9 @@ LINES_OF_A_FILE, LINES_OF_A_FUNCTION = 300, 50
 # One door per library: where a library may be imported, under workbench/ (a folder ends with a slash).
 DOORS = {
     "click": "cli/",
-    "clarabel": "design/lmi.py",
+    "clarabel": "design/observer_gains/matrix_inequalities.py",
     "control": "design/",
-    "cvxpy": "design/lmi.py",
+    "cvxpy": "design/observer_gains/matrix_inequalities.py",
     "flint": "proofs/elementary.py",
     "distributed": "study/executors.py",
     "dask": "study/executors.py",
@@ -29,7 +29,7 @@ DOORS = {
     "matplotlib": "report/figures/",
     "rich": "cli/progress.py",
     "SALib": "study/uncertainty/salib.py",
-    "threadpoolctl": "design/riccati/one_thread.py",
+    "threadpoolctl": "design/matrices.py",
     "typst": "report/pdf.py",
 }
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from workbench.controllers import SlidingMode
-from workbench.design.certificates import Refused
-from workbench.design.chattering import BoundaryLayer, Relay, cut, harmonic_balance, measured, relay_cycles
+from workbench.design.chattering import BoundaryLayer, Relay, cut, harmonic_balance, record_oscillation, relay_cycles
+from workbench.design.matrices import Refused
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
@@ -94,7 +94,7 @@ def seen(step):
     x = step.states.pack({"plant.qd": np.array([0.3, -0.2])})
     run = simulate(step, x0=x, until=6.0, every=step.h)
     late = run.t > 4.0
-    return measured(run.t[late], run["s"][0, late, 0])
+    return record_oscillation(run.t[late], run["s"][0, late, 0])
 
 
 def test_what_cannot_be_cut_is_refused_by_name():

@@ -5,18 +5,15 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from workbench.design.chattering import BoundaryLayer, LinearPart, Relay, SuperTwist, harmonic_balance
+from workbench.design.chattering import BoundaryLayer, LinearPart, Relay, harmonic_balance
 
 K, TAU = 5.0, 0.01
 s = control.tf("s")
 TWO_LAGS = 1 / (s * (TAU * s + 1) ** 2)
 ONE_LAG = 1 / (s * (TAU * s + 1))
-ALPHA, BETA = 1.1128 * 10.0, 4 * 15.0 / np.pi  # of k1 = 10, k2 = 15; 1.1128 as publications print it
-TWIST = SuperTwist(10.0, 15.0)
 SWITCHES = [
     (Relay(K), lambda x: K * np.sign(x)),
     (BoundaryLayer(K, 0.3), lambda x: K * np.clip(x / 0.3, -1, 1)),
-    (TWIST, lambda x: 10.0 * np.sqrt(abs(x)) * np.sign(x)),
 ]
 
 
@@ -31,25 +28,6 @@ def test_a_relay_behind_two_equal_lags_oscillates_as_the_closed_form_says():
     np.testing.assert_allclose([found.frequency, found.amplitude], [1 / TAU, 2 * K * TAU / np.pi], rtol=1e-11)
     np.testing.assert_allclose(found.third, (1 / 3) * (1 / 3) * (2 / 10), rtol=1e-10)
     assert found.stable
-
-
-def test_a_dead_time_makes_a_relay_oscillate_at_a_quarter_turn():
-    found = only(harmonic_balance(LinearPart.of(1 / s, delay=TAU), Relay(K)))
-    expected = [np.pi / (2 * TAU), 8 * K * TAU / np.pi**2]
-    np.testing.assert_allclose([found.frequency, found.amplitude], expected, rtol=1e-11)
-
-
-def test_a_super_twist_behind_one_lag_oscillates_as_the_closed_form_says():
-    found = only(harmonic_balance(ONE_LAG, TWIST))
-    # the constant 1.1128 is printed with five figures
-    np.testing.assert_allclose(found.frequency, ALPHA / (TAU * np.sqrt(BETA)), rtol=1e-4)
-    np.testing.assert_allclose(found.amplitude, (TAU * BETA / ALPHA) ** 2, rtol=2e-4)
-
-
-def test_a_super_twist_behind_two_lags_oscillates_as_the_closed_form_says():
-    found = only(harmonic_balance(TWO_LAGS, TWIST))
-    w = ALPHA / (TAU * np.sqrt(ALPHA**2 + 4 * BETA))
-    np.testing.assert_allclose([found.frequency, found.amplitude], [w, (ALPHA / (2 * w**2 * TAU)) ** 2], rtol=5e-4)
 
 
 def test_one_lag_alone_makes_no_relay_oscillate_and_it_is_said():
@@ -78,34 +56,22 @@ def test_a_describing_function_is_the_fourier_integral_of_its_switch(switch, f, 
         * quad(lambda x, k: f(a * np.sin(x)) * np.sin(k * x), 0, np.pi / 2, (k,), points=kinks, epsabs=1e-12)[0]
         for k in (1, 3)
     )
-    np.testing.assert_allclose(switch.gain(a)[0], first / a, rtol=1e-8)  # the root at zero costs `quad` digits
-    np.testing.assert_allclose(switch.third(a, 0j), abs(third), rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(switch.gain(a), first / a, rtol=1e-8)
+    np.testing.assert_allclose(switch.third(a), abs(third), rtol=1e-7, atol=1e-9)
 
 
 @pytest.mark.parametrize(("switch", "f"), SWITCHES)
 def test_the_slope_of_a_describing_function_is_its_central_difference(switch, f):
     a, d = 0.5, 1e-5
-    expected = (np.array(switch.gain(a + d)) - switch.gain(a - d)) / (2 * d)
+    expected = (switch.gain(a + d) - switch.gain(a - d)) / (2 * d)
     np.testing.assert_allclose(switch.slope(a), expected, rtol=1e-8)  # d^2 times third derivatives
 
 
-@pytest.mark.parametrize("W", [LinearPart.of(ONE_LAG), LinearPart.of(ONE_LAG).held(1e-3)])
-def test_the_slope_of_the_response_and_of_the_integrator_are_their_differences(W):
+@pytest.mark.parametrize("W", [LinearPart.of(ONE_LAG), LinearPart.of(control.c2d(ONE_LAG, 1e-3))])
+def test_the_slope_of_the_response_is_its_difference(W):
     w, d = 80.0, 1e-3
-    for response in (lambda x: [part[0] for part in W.response(x)], W.integrator):
-        _, slope = response(w)
-        expected = (response(w + d)[0] - response(w - d)[0]) / (2j * d)
-        np.testing.assert_allclose(slope, expected, rtol=1e-7)  # d^2 / w^2, and rounding over d / w
-
-
-def test_a_hold_and_a_delay_are_those_of_python_control():
-    period, w = 2e-3, np.array([3.0, 40.0, 900.0])
-    z = control.tf([1], [1, 0], period)
-    expected = control.c2d(ONE_LAG, period)
-    held = LinearPart.of(ONE_LAG).held(period)
-    np.testing.assert_allclose(held.response(w)[0], expected(np.exp(1j * w * period)), rtol=1e-9)
-    late = LinearPart.of(ONE_LAG).held(period, delay=True)
-    np.testing.assert_allclose(late.response(w)[0], (expected * z)(np.exp(1j * w * period)), rtol=1e-9)
+    expected = (W.response(w + d)[0] - W.response(w - d)[0]) / (2j * d)
+    np.testing.assert_allclose(W.response(w)[1], expected, rtol=1e-7)  # d^2 / w^2, and rounding over d / w
 
 
 @pytest.mark.parametrize(
@@ -133,9 +99,7 @@ def test_numbers_that_are_none_are_refused_by_name():
     for A in (np.zeros((2, 3)), np.zeros((0, 0)), [[np.inf]], [[1j]]):
         with pytest.raises(ValueError, match=r"LinearPart\(A"):
             LinearPart(A, np.ones(2), np.ones(2))
-    with pytest.raises(ValueError, match="continuous time"):
-        LinearPart(-np.eye(1), np.ones(1), np.ones(1), 0.1, 0.1)
-    for wrong in (lambda: Relay(-1.0), lambda: BoundaryLayer(1.0, 0.0), lambda: SuperTwist(1.0, float("nan"))):
+    for wrong in (lambda: Relay(-1.0), lambda: BoundaryLayer(1.0, 0.0), lambda: Relay(float("nan"))):
         with pytest.raises(ValueError, match="positive, finite"):
             wrong()
     with pytest.raises(ValueError, match="harmonic_balance"):

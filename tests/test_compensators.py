@@ -7,8 +7,8 @@ import pytest
 
 from workbench.controllers import Regulator
 from workbench.core import block, layout
-from workbench.design.certificates import Refused
 from workbench.design.linear import lead_lag, linearize, place
+from workbench.design.matrices import Refused
 from workbench.design.riccati import lqg
 from workbench.loop import AbstractPlant, ClosedLoop, LinearLaw, LinearPlant, open_loop
 

@@ -7,7 +7,7 @@ from workbench.controllers import PID
 from workbench.core import Dynamics
 from workbench.design import linearize, to_control
 from workbench.design.chattering import BoundaryLayer, Relay
-from workbench.design.linear import broken_loop, controllability, equilibria, held, one_loop, operating_point
+from workbench.design.linear import broken_loop, controllability, equilibria, freeze, one_loop, operating_point
 from workbench.design.observer_gains import Gains, by_poles, certify, high_gain
 from workbench.design.riccati import dare, lqe, lqr
 from workbench.loop import ClosedLoop, open_loop
@@ -45,7 +45,7 @@ def cut():
         (lambda: one_loop(cut(), 0.0), r"place=\.\.\.\)` must be a whole number; got 0\.0"),
         (lambda: by_poles(2.5, -3.0, -3.0), r"joints=\.\.\.\)` must be a whole number; got 2\.5"),
         (lambda: by_poles(2, "a", -3.0), r"first=\.\.\.\)` must be a number or a `complex`; got 'a'"),
-        (lambda: held("arm", ("q",)), r"`held\(ode=...\)` must be an `Ode`; got 'arm'"),
+        (lambda: freeze("arm", ("q",)), r"`freeze\(ode=...\)` must be an `Ode`; got 'arm'"),
         (lambda: lqr(1, 1, 1, 1, discrete=np.nan), r"`lqr\(discrete=...\)` must be True or False; got nan"),
         (lambda: lqe(1, 1, 1, 1, 1, discrete="no"), r"`lqe\(discrete=...\)` must be True or False; got 'no'"),
         (lambda: dare(object(), 1, 1, 1), r"`dare\(A, B, Q, R\)`: A must be a matrix of real numbers; got an `object`"),

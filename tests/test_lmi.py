@@ -7,17 +7,16 @@ import pytest
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
 from workbench.core import Dynamics
-from workbench.design import lmi
-from workbench.design.certificates import Refused
-from workbench.design.observer_gains import Mismatch, Region
-from workbench.design.observer_gains.proposals import least_noise
+from workbench.design.matrices import Refused
+from workbench.design.observer_gains import Mismatch, Region, matrix_inequalities
+from workbench.design.observer_gains.matrix_inequalities import least_noise
 from workbench.robots import paper_arm
 
 
 def test_a_common_lyapunov_matrix_satisfies_every_inequality():
     rng = np.random.default_rng(1)
     A = -2 * np.eye(3) + 0.4 * rng.normal(size=(12, 3, 3))
-    P = lmi.common_lyapunov(A, 0.3)
+    P = matrix_inequalities.common_lyapunov(A, 0.3)
     assert np.linalg.eigvalsh(P)[0] >= 1 - 1e-6  # the solver's tolerance
     for Ai in A:
         assert np.linalg.eigvalsh(P @ Ai + Ai.T @ P + 0.6 * P)[-1] < 0
@@ -27,7 +26,7 @@ def test_two_stable_matrices_without_a_common_one_are_refused():
     """Both are Hurwitz, and switching between them grows: no quadratic form falls for both."""
     A = np.array([[[-0.1, 1.0], [-10.0, -0.1]], [[-0.1, 10.0], [-1.0, -0.1]]])
     with pytest.raises(Refused, match="infeasible"):
-        lmi.common_lyapunov(A, 0.05)
+        matrix_inequalities.common_lyapunov(A, 0.05)
 
 
 def test_of_one_matrix_the_least_noise_is_kalmans():
@@ -36,7 +35,7 @@ def test_of_one_matrix_the_least_noise_is_kalmans():
     With noise of the measurement alone and an unstable A, P^-1 solves the Riccati equation of the filter.
     """
     A, C, weight = np.array([[0.0, 1.0], [4.0, 0.0]]), np.array([[1.0, 0.0]]), np.diag([1.0, 0.5])
-    _, L = lmi.least_noise_observer(A[None], A, C, 0.0, weight)
+    _, L = matrix_inequalities.least_noise_observer(A[None], A, C, 0.0, weight)
 
     def norm(gain):
         X = solve_continuous_lyapunov(A - gain @ C, -gain @ gain.T)
@@ -58,6 +57,6 @@ def test_gains_for_two_joints_take_less_than_a_second():
 
 
 def test_without_the_extra_one_sentence_says_how_to_get_it(monkeypatch):
-    monkeypatch.setattr(lmi, "find_spec", lambda name: None)
+    monkeypatch.setattr(matrix_inequalities, "find_spec", lambda name: None)
     with pytest.raises(Refused, match=r"pip install control-workbench\[lmi\]"):
-        lmi.common_lyapunov(-np.eye(2)[None], 0.1)
+        matrix_inequalities.common_lyapunov(-np.eye(2)[None], 0.1)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from workbench.design.linear import broken_loop, disk_margin, loop_margins, one_loop, sensitivity
-from workbench.design.linear.gain import Realisation, largest_gain
+from workbench.design.linear.peak_gain import Realisation, largest_gain
 from workbench.loop import open_loop
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
@@ -156,7 +156,7 @@ def test_an_unstable_loop_has_no_margin():
         (control.ss(-0.5, 1, 1, 0, 0.1), "in continuous time.*dt = 0.1"),
         (control.ss(-1, 1, 1, -1), r"regular I \+ D"),
         (control.ss(np.nan, 1, 1, 0), "finite matrices"),
-        (np.eye(2), "a square `StateSpace`"),
+        (np.eye(2), "a `StateSpace`"),
     ],
 )
 def test_what_is_no_loop_is_refused(loop, message):

@@ -156,7 +156,7 @@ def slow():
 
 
 REFUSED = [
-    (lambda: model(relay()), "jumps by 2 at this state, where plant.w = 0"),
+    (lambda: model(relay()), "jumps by 2 as .* at this state"),
     (lambda: model(stairs()), r"reads in steps \(floor\), between which its slope is zero"),
     (lambda: model(slow()), "a block of 'loop' runs every few periods"),
     (lambda: model(loop(TUSTIN, SAMPLED).digital(PERIOD, at="omega")), "from the second instant on"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests import riccati_oracles as oracle
-from workbench.design.certificates import Refused
+from workbench.design.matrices import Refused
 from workbench.design.riccati import discrete_lyapunov, lyapunov
 
 EPS = np.finfo(float).eps

@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import solve_continuous_lyapunov
 
 from workbench.core import Dynamics
-from workbench.design.certificates import Refused
+from workbench.design.matrices import Refused
 from workbench.design.observer_gains import (
     Gains,
     Mismatch,
@@ -145,7 +145,7 @@ def test_the_tolerated_mismatch_is_one_over_the_peak_of_the_frequency_response(l
 
 
 def test_a_larger_mismatch_than_the_tolerated_one_has_no_certificate():
-    from workbench.design.observer_gains.exactly import bears_mismatch
+    from workbench.design.observer_gains.inequality import bears_mismatch
 
     rho, P = tolerated(PAPER)
     A, B = PAPER.error_matrix(), np.eye(4)[:, 2:]

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import solve_continuous_lyapunov
 
 from workbench.core import Dynamics
-from workbench.design.certificates import Refused
+from workbench.design.matrices import Refused
 from workbench.design.observer_gains import (
     Gains,
     Mismatch,
@@ -86,11 +86,11 @@ def test_a_certificate_that_was_tampered_with_is_refused(certificate):
 
 def test_a_certificate_that_is_not_definite_by_a_hair_is_refused_exactly():
     """[[1, 1], [1, 1 + 2^-52]] is definite and [[1, 1], [1, 1]] is not: rounding does not decide."""
-    from workbench.design.observer_gains.exactly import definite
+    from workbench.design.observer_gains.inequality import exactly_definite
 
-    assert definite(np.array([[1.0, 1.0], [1.0, 1 + 2.0**-52]]))
-    assert not definite(np.array([[1.0, 1.0], [1.0, 1.0]]))
-    assert not definite(np.array([[1.0, 1.0], [1.0, 1 - 2.0**-53]]))
+    assert exactly_definite(np.array([[1.0, 1.0], [1.0, 1 + 2.0**-52]]))
+    assert not exactly_definite(np.array([[1.0, 1.0], [1.0, 1.0]]))
+    assert not exactly_definite(np.array([[1.0, 1.0], [1.0, 1 - 2.0**-53]]))
 
 
 def test_the_inequality_holds_at_random_states_of_the_region(certificate):

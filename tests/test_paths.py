@@ -6,11 +6,10 @@ import casadi as ca
 import numpy as np
 import pytest
 from equations import decay, oscillator
-from scipy.linalg import expm
 
-from workbench.controllers import PID, SlidingMode
+from workbench.controllers import SlidingMode
 from workbench.core import Entry, Layout, Ode, rk4
-from workbench.design.linear import along, held, linearize, lyapunov_exponents, transition
+from workbench.design.linear import along, freeze, linearize, lyapunov_exponents
 from workbench.loop import ClosedLoop, open_loop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
@@ -84,70 +83,16 @@ def test_frozen_eigenvalues_decay_while_the_system_grows():
     path = along(ode, t, np.ones((31, 2)))
     # trace -1/2, determinant 1/2: real part -1/4 at all times
     np.testing.assert_allclose(path.eigenvalues().real, -0.25, rtol=0, atol=1e-9)
-    grown = transition(ode, t)
+    grown = simulate(rk4(ode, 1e-3), until=6.0, every=0.2)
     # the solution is exp(t / 2) (cos t, -sin t), by substitution
-    np.testing.assert_allclose(
-        grown.Phi[:, :, 0], np.exp(t / 2)[:, None] * np.c_[np.cos(t), -np.sin(t)], rtol=1e-8, atol=1e-7
-    )
-    assert path.contraction().max() == pytest.approx(0.5, abs=1e-12)
+    np.testing.assert_allclose(grown.x[0], np.exp(t / 2)[:, None] * np.c_[np.cos(t), -np.sin(t)], atol=1e-7)
 
 
-def test_the_log_norm_bounds_what_the_transition_does():
-    ode, t = turning_decay(), np.linspace(0, 4, 81)
-    rate = along(ode, t, np.ones((81, 2))).contraction()
-    factor = transition(ode, t).contraction()
-    # Wazewski's inequality; this log norm is constant, so the bound is exp(rate t)
-    assert (factor <= np.exp(rate.max() * t) * (1 + 1e-8)).all()
-
-
-def test_the_transition_of_a_constant_system_is_the_exponential():
-    ode = oscillator()
-    A = np.array([[0.0, 1.0], [-4.0, 0.0]])
-    t = np.linspace(0, 3, 7)
-    found = transition(ode, t)
-    exact = np.array([expm(A * time) for time in t])
-    np.testing.assert_allclose(found.Phi, exact, atol=1e-9)  # its relative tolerance
-    assert (np.abs(found.Phi - exact).max(axis=(1, 2)) <= found.error + 1e-11).all()
-    # in the metric of its energy an oscillator turns and nothing else
-    np.testing.assert_allclose(found.contraction(np.diag([4.0, 1.0])), 1, atol=1e-9)
-    np.testing.assert_allclose(along(ode, t, found.x).contraction(np.diag([4.0, 1.0])), 0, atol=1e-14)
-
-
-def test_the_transition_is_the_derivative_by_the_start_across_the_corner_of_a_saturation():
-    law = SlidingMode(paper_arm(), [6.0, 6.0], [5.0, 5.0], phi=0.5)
-    loop = ClosedLoop(Manipulator(paper_arm(), q=[0.3, -0.2]), FullState(2), law, Sines([1.0, 0.5], [2.0, 3.0]))
-    ode, t = loop.ode(), np.array([0.0, 1.0])
-    found = transition(ode, t, rtol=1e-10)
-    step = 1e-5
-    ends = [
-        transition(ode, t, x0=ode.states.default + d, rtol=1e-11).x[1]
-        for d in np.vstack([step * np.eye(4), -step * np.eye(4)])
-    ]
-    central = np.transpose([(ends[k] - ends[k + 4]) / (2 * step) for k in range(4)])
-    # step^2 times third derivatives, the kink of each corner, and 1e-11 / step of the integration
-    np.testing.assert_allclose(found.Phi[1], central, atol=2e-4 * np.abs(central).max())
-
-
-def test_an_equation_that_jumps_has_no_transition_matrix_here():
+def test_an_equation_that_jumps_has_no_exponents_here():
     law = SlidingMode(paper_arm(), [6.0, 6.0], [5.0, 5.0], phi=0.5, saturation="sign")
     loop = ClosedLoop(Manipulator(paper_arm(), q=[0.3, -0.2]), FullState(2), law, Sines([1.0, 0.5], [2.0, 3.0]))
-    with pytest.raises(ValueError, match="`transition.*may jump where .* = 0.*`held`"):
-        transition(loop.ode(), [0.0, 1.0])
-    with pytest.raises(ValueError, match="`lyapunov_exponents.*may jump where"):
+    with pytest.raises(ValueError, match="`lyapunov_exponents.*may jump where .* = 0.*`freeze`"):
         lyapunov_exponents(loop.ode(), 1.0, 0.005)
-
-
-@pytest.mark.parametrize(
-    ("metric", "message"),
-    [
-        (np.diag([1.0, -1.0]), "positive definite.*least eigenvalue is -1"),
-        (np.eye(3), r"a symmetric matrix \(2, 2\)"),
-        ([[1.0, 0.5], [0.0, 1.0]], "a symmetric matrix"),
-    ],
-)
-def test_what_is_no_metric_is_refused(metric, message):
-    with pytest.raises(ValueError, match=message):
-        transition(oscillator(), [0.0, 1.0]).contraction(metric)
 
 
 def test_the_exponents_of_a_constant_system_are_its_real_parts():
@@ -177,13 +122,6 @@ def test_the_exponents_of_the_lorenz_attractor_lie_within_their_stated_errors():
     assert abs(found.values.sum() + 41 / 3) < 1e-3  # the trace is constant
 
 
-def test_a_loop_with_integral_action_contracts_along_its_path():
-    law = PID([324.0, 108.0], [648.0, 216.0], [54.0, 18.0])
-    loop = ClosedLoop(Manipulator(paper_arm(), q=[0.0, 0.0]), FullState(2), law, Sines([0.1, 0.1], [1.0, 1.0]))
-    found = transition(loop.ode(), np.linspace(0, 8, 3))
-    assert found.contraction()[-1] < 1e-3
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -207,7 +145,7 @@ def test_an_escape_is_refused_with_its_time():
 
 def test_a_held_state_is_a_parameter_and_its_jacobian_is_the_block_that_is_left():
     ode = arm()
-    fixed = held(ode, ["q"])
+    fixed = freeze(ode, ["q"])
     assert fixed.states.names == ("qd",)
     assert fixed.parameters.names[-1] == "q"
     x = np.array([0.3, -0.4, 1.0, 2.0])
@@ -223,14 +161,7 @@ def test_a_held_state_is_a_parameter_and_its_jacobian_is_the_block_that_is_left(
 )
 def test_states_that_cannot_be_held_are_refused(names, error):
     with pytest.raises(error):
-        held(arm(), names)
-
-
-@pytest.mark.parametrize("metric", ["a", [[1, 1j], [-1j, 1]], 3])
-def test_a_metric_that_is_no_matrix_of_numbers_is_refused(metric):
-    path = along(oscillator(), [0.0], [[1.0, 0.0]])
-    with pytest.raises(ValueError, match="symmetric matrix"):
-        path.contraction(metric)
+        freeze(arm(), names)
 
 
 @pytest.mark.parametrize("ends", [3, ("a", 1), (2, 1), (np.nan, 1)])

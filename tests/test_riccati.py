@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from tests import riccati_oracles as oracle
-from workbench.design.certificates import Refused
+from workbench.design.matrices import Refused, libraries, one_thread
 from workbench.design.riccati import care, dare, lyapunov
-from workbench.design.riccati.equation import Continuous, Data
+from workbench.design.riccati.algebraic_equation import Continuous, Data
 from workbench.design.riccati.newton import refine
-from workbench.design.riccati.one_thread import libraries, one_thread
 
 EPS = np.finfo(float).eps
 LAST_DIGIT = 2 * EPS  # X is rounded once when its units are exact; twice leaves room for the norm

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tests import riccati_oracles as oracle
-from workbench.design.certificates import Refused
+from workbench.design.matrices import Refused
 from workbench.design.riccati import care, dare, discrete_lyapunov, lyapunov
 
 BITS = 4000  # so that no difference of two floats is lost, whatever their sizes

@@ -6,7 +6,7 @@ from oracles import closed_loop, matrices, worst_difference
 from scipy.linalg import block_diag, solve_continuous_are
 
 from workbench.controllers import Sdre
-from workbench.design.certificates import Refused
+from workbench.design.matrices import Refused
 from workbench.design.riccati_flow import sdre
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState

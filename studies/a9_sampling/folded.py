@@ -9,12 +9,12 @@ from studies.paper.laws import ARM, RIVALS
 from workbench.core import Step
 from workbench.design.chattering import (
     Cycle,
-    Measured,
     Oscillation,
+    RecordedOscillation,
     Relay,
     cut,
     harmonic_balance,
-    measured,
+    record_oscillation,
     relay_cycles,
 )
 from workbench.loop import ClosedLoop
@@ -42,7 +42,7 @@ class Row:
     delay: bool
     balance: Oscillation | None
     cycle: Cycle | None
-    run: Measured
+    run: RecordedOscillation
     variation: float
 
     @property
@@ -68,7 +68,7 @@ def row(period: float, delay: bool) -> Row:
     relay = folded(period, delay, "sign")
     run = simulate(relay, x0=relay.states.pack({"plant.qd": PUSH}), until=UNTIL, every=period)
     late = run.t >= LATE
-    seen = measured(run.t[late], run["s"][0, late, 0])
+    seen = record_oscillation(run.t[late], run["s"][0, late, 0])
     samples = round(np.pi / (seen.frequency or np.inf) / period)
     cycle = next((c for c in relay_cycles(W, K) if c.samples == samples), None)
     return Row(period, delay, balance, cycle, seen, _variation(run["tau"][0, late, 0], period))

@@ -14,7 +14,7 @@ from studies.paper.laws import ARM
 from studies.paper.linear_loops import cut, loop_of, states
 from workbench.core import Ode, Signals
 from workbench.design.linear import along
-from workbench.design.linear.paths import LinearPath
+from workbench.design.linear.linear_path import LinearPath
 from workbench.loop import ClosedLoop
 from workbench.study.study import Outcome
 from workbench.validation.refusals import Array

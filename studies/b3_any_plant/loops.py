@@ -11,7 +11,7 @@ import numpy as np
 from studies.b3_any_plant.settings import SETTINGS, Setting
 from workbench.controllers import PID2, Cascade, Regulator
 from workbench.core import LinearSystem
-from workbench.design.linear import DiskMargin, LoopMargins, broken_loop, disk_margin, held, loop_margins
+from workbench.design.linear import DiskMargin, LoopMargins, broken_loop, disk_margin, freeze, loop_margins
 from workbench.loop import ClosedLoop, Instruments, LinearPlant
 from workbench.metrics import rmse, settling_time, total_variation
 from workbench.observers import LinearObserver
@@ -69,7 +69,7 @@ def cut(setting: Setting, law: str) -> Any:
     closed = loop(setting, law)
     ode = closed.broken(f"{setting.name}, {law}")
     if isinstance(closed.controller, Cascade):  # of PD: their integrals stand still, which is no pole of the loop
-        ode = held(ode, ("controller.outer.integral", "controller.inner.integral"))
+        ode = freeze(ode, ("controller.outer.integral", "controller.inner.integral"))
     x = ode.states.default
     for name, part in setting.open.states.unpack(point.x).items():
         for place in (f"plant.{name}", f"observer.{name}_hat"):

@@ -18,7 +18,7 @@ from workbench.design.linear import (
     broken_loop,
     broken_loops,
     disk_margin,
-    held,
+    freeze,
     loop_margins,
     poles,
     sensitivity,
@@ -78,7 +78,7 @@ def still(law: str, pose: tuple[float, ...]) -> ClosedLoop:
 def cut(loop: ClosedLoop, law: str) -> Ode:
     """The loop cut at the torque, with the gains that adapt held."""
     ode = loop.broken(law)
-    return held(ode, HELD[law]) if law in HELD else ode
+    return freeze(ode, HELD[law]) if law in HELD else ode
 
 
 @cache

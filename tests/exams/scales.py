@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.design.certificates import Refused
+from workbench.design.matrices import Refused
 from workbench.design.riccati import care, dare
 
 from .graders import Loaded, find, loaded

@@ -1,4 +1,8 @@
-"""Design by linear models: the only room that opens python-control."""
+"""Design by linear models: the only room that opens python-control.
+
+Its five rooms know equations and matrices, and no robot, law or loop by name; every answer comes with a certificate of
+`matrices.py`. Read `linear` first, then `riccati`; `riccati_flow`, `observer_gains` and `chattering` stand on these.
+"""
 
 from workbench.design.linear import linearize, to_control
 

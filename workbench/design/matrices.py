@@ -1,13 +1,19 @@
-"""What a matrix must be before a design may use it; each breach is one sentence that names the entry."""
+"""Matrices that a design may use, the certificate of its answer, and one thread for the linear algebra of a solver."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
+import scipy.linalg  # noqa: F401  brings a BLAS of its own, which must be here before it is looked for
+from threadpoolctl import ThreadpoolController
 
 from workbench.validation.refusals import Array, as_array, described
+from workbench.validation.views import show
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 EPS = float(np.finfo(float).eps)
@@ -15,14 +21,48 @@ EPS = float(np.finfo(float).eps)
 LARGEST, SMALLEST = 1e100, 1e-100
 
 
-def matrix(call: str, name: str, value: Any, rows: int | None = None, columns: int | None = None) -> Array:
-    """The value as a new real matrix of finite numbers, of the asked shape; a single number is (1, 1).
+class Refused(ValueError):  # noqa: N818
+    """No answer can be trusted here; the message says why, and what would help."""
 
-    Raises
-    ------
-    ValueError
-        If it is no such matrix, or its largest entry is beyond 1e100 or, not being zero, below 1e-100.
+
+@dataclass(frozen=True)
+@show
+class Certificate:
+    """The accuracy of a solution, and the margin of the loop that it gives.
+
+    Parameters
+    ----------
+    residual
+        The residual of the equation over the size of its terms, summed in twice the working precision.
+    error
+        An estimate of the relative error of the solution, for the data exactly as given.
+    condition
+        A bound of the relative change of the solution over that of the data.
+    margin
+        The distance of the slowest pole from instability: -max Re in 1/s, or 1 - max |z| of a sampled loop.
+    refined
+        The number of Newton steps kept, each because it made the residual smaller.
+    warnings
+        The reasons for doubt, a sentence each.
     """
+
+    residual: float
+    error: float
+    condition: float
+    margin: float
+    refined: int = 0
+    warnings: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        figures = (
+            f"residual {self.residual:.1e}, error {self.error:.1e}, condition {self.condition:.1e}, "
+            f"margin {self.margin:.3g}, Newton steps {self.refined}"
+        )
+        return "; ".join([figures, *self.warnings])
+
+
+def matrix(call: str, name: str, value: Any, rows: int | None = None, columns: int | None = None) -> Array:
+    """The value as a new real matrix of finite numbers, of the asked shape; a single number is (1, 1)."""
     array = as_array(value)
     if array is None:
         raise ValueError(f"`{call}`: {name} must be a matrix of real numbers; got {described(value)}.")
@@ -44,13 +84,7 @@ def matrix(call: str, name: str, value: Any, rows: int | None = None, columns: i
 
 
 def answer(call: str, name: str, function: Callable[..., Any], *given: Any) -> Any:
-    """What a function of the caller gives.
-
-    Raises
-    ------
-    ValueError
-        If it raises something itself, which is the cause of this one.
-    """
+    """The answer of a function of the caller, or a refusal with what it raised."""
     try:
         return function(*given)
     except Exception as error:
@@ -59,13 +93,7 @@ def answer(call: str, name: str, function: Callable[..., Any], *given: Any) -> A
 
 
 def square(call: str, name: str, value: Any, n: int | None = None) -> Array:
-    """A real matrix (n, n).
-
-    Raises
-    ------
-    ValueError
-        As `matrix`, or if it is not square.
-    """
+    """A real matrix (n, n)."""
     array = matrix(call, name, value, n, n)
     if array.shape[0] != array.shape[1]:
         raise ValueError(f"`{call}`: {name} must be square; got shape {array.shape}.")
@@ -73,13 +101,7 @@ def square(call: str, name: str, value: Any, n: int | None = None) -> Array:
 
 
 def invertible(call: str, name: str, value: Any, n: int | None = None) -> Array:
-    """A real matrix (n, n) whose inverse can be trusted.
-
-    Raises
-    ------
-    ValueError
-        As `square`, or if it is singular within rounding, in whatever units its rows and columns are measured.
-    """
+    """A real matrix (n, n) whose inverse can be trusted."""
     array = square(call, name, value, n)
     condition = float(np.linalg.cond(_levelled(array)))
     if not condition * len(array) * EPS < 1:
@@ -91,13 +113,7 @@ def invertible(call: str, name: str, value: Any, n: int | None = None) -> Array:
 
 
 def symmetric(call: str, name: str, value: Any, n: int | None = None) -> Array:
-    """A real symmetric matrix (n, n); asymmetry within rounding is averaged away.
-
-    Raises
-    ------
-    ValueError
-        As `square`, or if two mirrored entries differ by more than rounding.
-    """
+    """A real symmetric matrix (n, n); asymmetry within rounding is averaged away."""
     array = square(call, name, value, n)
     gap = np.abs(array - array.T)
     # a product such as T Q T' of n terms is symmetric to about n roundings of its largest term
@@ -111,13 +127,7 @@ def symmetric(call: str, name: str, value: Any, n: int | None = None) -> Array:
 
 
 def definite(call: str, name: str, value: Any, n: int | None = None) -> Array:
-    """A real symmetric positive definite matrix (n, n) whose inverse can be trusted.
-
-    Raises
-    ------
-    ValueError
-        As `symmetric`, or if, with its diagonal scaled to one, an eigenvalue is negative or zero within rounding.
-    """
+    """A real symmetric positive definite matrix (n, n) whose inverse can be trusted."""
     array = symmetric(call, name, value, n)
     root = np.sqrt(np.maximum(np.diag(array), SMALLEST))
     if np.linalg.eigvalsh(array / root[:, None] / root)[0] <= len(array) * EPS:
@@ -130,13 +140,7 @@ def definite(call: str, name: str, value: Any, n: int | None = None) -> Array:
 
 
 def semidefinite(call: str, name: str, value: Any, n: int | None = None) -> Array:
-    """A real symmetric matrix (n, n) without a negative eigenvalue, but for rounding.
-
-    Raises
-    ------
-    ValueError
-        As `symmetric`, or if an eigenvalue is negative beyond rounding.
-    """
+    """A real symmetric matrix (n, n) without a negative eigenvalue, but for rounding."""
     array = symmetric(call, name, value, n)
     if indefinite(array):
         values = np.linalg.eigvalsh(array)
@@ -148,7 +152,7 @@ def semidefinite(call: str, name: str, value: Any, n: int | None = None) -> Arra
 
 
 def indefinite(array: Array) -> bool:
-    """Whether a symmetric matrix has a negative eigenvalue beyond rounding."""
+    """True if a symmetric matrix has a negative eigenvalue beyond rounding."""
     values = np.linalg.eigvalsh(array)
     return bool(values[0] < -8 * len(array) * EPS * np.abs(values).max())
 
@@ -163,3 +167,20 @@ def _levelled(array: Array) -> Array:
 
 def _letter(size: int | None) -> str:
     return "any" if size is None else str(size)
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """A context in which the BLAS of NumPy and SciPy runs one thread in this process.
+
+    OpenBLAS lets its threads wait for one another in a loop. In the many small steps of a Schur form they do so most
+    of the time, and where another program needs a processor too they wait for that: 70 s instead of 10 at n = 421.
+    """
+    with libraries().limit(limits=1, user_api="blas"):
+        yield
+
+
+@cache
+def libraries() -> ThreadpoolController:
+    """The libraries of this process that have a number of threads."""
+    return ThreadpoolController()

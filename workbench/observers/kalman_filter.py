@@ -113,8 +113,8 @@ def refuse_unfit_filter(observer: AbstractKalmanFilter) -> None:
     """Refuse numbers of a filter that do not fit its model, and a P that is no covariance."""
     name, states = type(observer).__name__, observer.model.states
     refuse_unfit(observer, Q=(states, states), R=(observer.reads, observer.reads), P=(states, states))
-    for letter, definite in (("Q", "semi"), ("R", "positive"), ("P", "semi")):
-        bounds = Bounds(symmetric=True, definite=definite)
+    semi, positive = Bounds(symmetric=True, definite="semi"), Bounds(symmetric=True, definite="positive")
+    for letter, bounds in (("Q", semi), ("R", positive), ("P", semi)):
         bounds.refuse_unsymmetric(f"{name}({letter}=...)", getattr(observer, letter)[np.newaxis])
     seconds(f"{name}(period=...)", observer.period)
     whole(f"{name}(substeps=...)", observer.substeps, most=MOST_SUBSTEPS)

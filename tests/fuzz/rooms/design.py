@@ -27,8 +27,9 @@ MODULES = tuple(room.__name__ for room in ROOMS)
 A, B, C, Q, R = np.array([[0.0, 1.0], [-2.0, -0.3]]), np.array([[0.0], [1.0]]), np.eye(1, 2), np.eye(2), np.eye(1)
 SYSTEM = control.ss(A, B, C, np.zeros((1, 1)))
 LAG = control.ss([[0.0, 1.0, 0.0], [0.0, -9.0, 1.0], [0.0, 0.0, -9.0]], [[0.0], [0.0], [1.0]], [[81.0, 0.0, 0.0]], 0)
-SAMPLED = chattering.LinearPart.of(control.ss([[0.0]], [[1.0]], [[1.0]], 0)).held(0.01)
+SAMPLED = chattering.LinearPart([[1.0]], [0.01], [1.0], 0.01)
 TIMES = np.linspace(0.0, 1.0, 5)
+SPAN = np.linspace(0, 9, 400)
 SWING = Dynamics.of(PlanarArm((PointMass(2.0, 0.5),), 9.81))
 MISMATCH = observer_gains.Mismatch.of(SWING)
 GAINS = observer_gains.Gains(np.array([[80.0]]), np.array([[1600.0]]))
@@ -69,22 +70,21 @@ def calls() -> dict[str, Any]:
         "dare": partial(riccati.dare, A, B, Q, R, np.zeros((2, 1)), np.eye(2)),
         "discrete_lyapunov": partial(riccati.discrete_lyapunov, A / 4, Q, np.eye(2)),
         "lyapunov": partial(riccati.lyapunov, A, Q, np.eye(2)),
-        "lqr": partial(riccati.lqr, A, B, Q, R, np.zeros((2, 1)), np.eye(2), False),
-        "lqe": partial(riccati.lqe, A, B, C, R, R, np.zeros((1, 1)), np.eye(2), False),
+        "lqr": partial(riccati.lqr, A, B, Q, R, np.zeros((2, 1)), False),
+        "lqe": partial(riccati.lqe, A, B, C, R, R, False),
         "steady_kalman": partial(riccati.steady_kalman, ODE, Q, R, ("y",), period=0.1, x=REST, u=[0.0], p=None),
         "lqg": partial(riccati.lqg, SYSTEM, Q, R, Q, R, np.zeros((2, 1)), Q),
         "rde": partial(riccati_flow.rde, A, B, Q, R, Q, TIMES, rtol=1e-8),
         "fpre": partial(riccati_flow.fpre, A, B, Q, R, Q, TIMES, rtol=1e-8),
         "sdre": partial(riccati_flow.sdre, lambda x: (A + np.diag(x), B), np.zeros((2, 2)), Q, R),
-        "chebyshev": partial(riccati_flow.chebyshev, lambda t: np.cos(t)[:, None, None], 1.0, 1e-8),
-        "fourier": partial(riccati_flow.fourier, lambda t: np.cos(2 * np.pi * t)[:, None, None], 1.0, 1e-8),
         "Relay": partial(chattering.Relay, 5.0),
         "BoundaryLayer": partial(chattering.BoundaryLayer, 5.0, 0.3),
-        "SuperTwist": partial(chattering.SuperTwist, 10.0, 15.0),
-        "LinearPart": partial(chattering.LinearPart, A, B[:, 0], C[0], 0.0, 0.01),
+        "LinearPart": partial(chattering.LinearPart, A, B[:, 0], C[0], 0.0),
         "cut": partial(chattering.cut, loop, loop.states.default, p),
         "harmonic_balance": partial(chattering.harmonic_balance, LAG, switch),
-        "measured": partial(chattering.measured, np.linspace(0, 9, 400), np.sin(7 * np.linspace(0, 9, 400))),
+        "record_oscillation": partial(
+            chattering.record_oscillation, np.linspace(0, 9, 400), np.sin(7 * np.linspace(0, 9, 400))
+        ),
         "relay_cycles": partial(chattering.relay_cycles, SAMPLED, 5.0, 40),
         **_gains(),
         "Riccati": partial(riccati.Riccati, solved.X, solved.K, solved.poles, solved.certificate),
@@ -98,15 +98,12 @@ def _linear() -> dict[str, Any]:
         "broken_loop": partial(linear.broken_loop, cut, 0.0, cut.states.default),
         "broken_loops": partial(linear.broken_loops, linear.along(cut, [0.0], [cut.states.default])),
         "controllability": partial(linear.controllability, SYSTEM, 1e-9),
-        "detectability": partial(linear.detectability, SYSTEM, 1e-9),
         "observability": partial(linear.observability, SYSTEM, 1e-9),
-        "stabilisability": partial(linear.stabilisability, SYSTEM, 1e-9),
         "disk_margin": partial(linear.disk_margin, loop),
         "equilibria": partial(linear.equilibria, ODE, {"x[0]": (-1.0, 4.0), "x[1]": (-1.0, 1.0)}, None, None, starts=4),
         "forward_differences": partial(linear.forward_differences, ODE, 0.0, REST, None, [0.0]),
         "frequency_response": partial(linear.frequency_response, SYSTEM, np.array([1.0, 2.0])),
-        "from_control": partial(linear.from_control, SYSTEM),
-        "held": partial(linear.held, cut, ("plant.q",)),
+        "freeze": partial(linear.held, cut, ("plant.q",)),
         "lead_lag": partial(linear.lead_lag, control.tf([10.0], [1.0, 1.0, 0.0]), 5.0, 50.0, 2.0),
         "place": partial(linear.place, SYSTEM, [-1.0, -2.0]),
         "Placement": partial(linear.Placement, np.ones((1, 2)), np.array([-1.0, -2.0]), 0.0),
@@ -118,7 +115,6 @@ def _linear() -> dict[str, Any]:
         "poles": partial(linear.poles, SYSTEM),
         "sensitivity": partial(linear.sensitivity, SYSTEM),
         "to_control": partial(linear.to_control, ODE, None, "swing"),
-        "transition": partial(linear.transition, ODE, TIMES, None, [0.1, 0.0], rtol=1e-6),
     }
 
 
@@ -153,8 +149,7 @@ def arguments() -> dict[str, Any]:
         **signals(),
         **dict.fromkeys(("q", "qd", "tau", "squares"), lambda thing: np.array(column)),
         "a": lambda thing: 0.5,
-        "G": lambda thing: -0.1 - 0.1j,
-        "I": lambda thing: -0.1j,
+        "g": lambda thing: 0.1,
         "w": lambda thing: 3.0,
         "share": lambda thing: 0.5,
         "gain": lambda thing: 1.0,

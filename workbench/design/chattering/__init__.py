@@ -1,23 +1,23 @@
-"""Chattering: what a switching law makes of a lag and a sampling period that its design left out."""
+"""Chattering: what a switching law makes of a lag and a sampling period that its design left out.
 
-from workbench.design.chattering.balance import Balance, Oscillation, harmonic_balance
-from workbench.design.chattering.cut import cut
-from workbench.design.chattering.linear_part import LinearPart
-from workbench.design.chattering.measured import Measured, measured
-from workbench.design.chattering.relay_cycle import Cycle, relay_cycles
-from workbench.design.chattering.switch import BoundaryLayer, Relay, SuperTwist
+The room knows a loop that is cut at its switch, as a linear part W, and no law. Read `linear_part.py` first, then
+`harmonic_balance.py`, which is approximate, and `relay_cycles.py`, which is exact.
+"""
+
+from workbench.design.chattering.harmonic_balance import Balance, BoundaryLayer, Oscillation, Relay, harmonic_balance
+from workbench.design.chattering.linear_part import LinearPart, cut
+from workbench.design.chattering.relay_cycles import Cycle, RecordedOscillation, record_oscillation, relay_cycles
 
 __all__ = [
     "Balance",
     "BoundaryLayer",
     "Cycle",
     "LinearPart",
-    "Measured",
     "Oscillation",
+    "RecordedOscillation",
     "Relay",
-    "SuperTwist",
     "cut",
     "harmonic_balance",
-    "measured",
+    "record_oscillation",
     "relay_cycles",
 ]

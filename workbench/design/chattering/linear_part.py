@@ -1,4 +1,4 @@
-"""The linear part of a loop that switches: s = W u, where u = -f(s), in continuous time or sampled."""
+"""The linear part of a loop that switches, s = W u with u = -f(s), and how a loop is cut there."""
 
 from __future__ import annotations
 
@@ -6,23 +6,27 @@ import warnings
 from dataclasses import dataclass
 from typing import Any
 
+import casadi as ca
 import numpy as np
-from scipy.linalg import eig, eigvals, expm
+from scipy.linalg import eig, eigvals
+from scipy.signal import BadCoefficients
 
-from workbench.design.certificates import Refused
-from workbench.design.matrices import square
-from workbench.validation.refusals import Array, described, finite, seconds, vector
+from workbench.core import Ode, Step
+from workbench.design.matrices import Refused, square
+from workbench.validation.refusals import Array, described, finite, known, positive, refusal, require, seconds, vector
 from workbench.validation.signatures import door
 
 FASTEST = 1e100  # a frequency in rad/s
 ROUNDING = 1e-6  # a threefold integrator has computed poles as far from zero as the cube root of rounding
 Complexes = np.ndarray[Any, np.dtype[np.complex128]]
+REST = 1e-8  # how far from rest a state may be, by the rate at which the linear loop would move it
+INSTANTS = (0, 1009)  # at which a rest is asked for; nothing may depend on time
 
 
 @dataclass(frozen=True, eq=False)
 @door
 class LinearPart:
-    """W = c (zeta I - A)^-1 b with one input and one output, and what its frequency response is made of.
+    """W = c (zeta I - A)^-1 b with one input and one output.
 
     Attributes
     ----------
@@ -30,8 +34,6 @@ class LinearPart:
         (nx, nx), (nx,), (nx,): x' = A x + b u without a period, x+ = A x + b u with one; s = c x.
     period
         0 in continuous time, else the sampling period in s: zeta is s or z = exp(s period).
-    delay
-        A dead time in s before u acts; in continuous time alone, as a period holds delays among its states.
 
     Raises
     ------
@@ -43,7 +45,6 @@ class LinearPart:
     b: Array
     c: Array
     period: float = 0.0
-    delay: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "A", square("LinearPart(A, b, c)", "A", self.A))
@@ -52,17 +53,14 @@ class LinearPart:
             if not np.isfinite(value).all():
                 raise ValueError(f"`LinearPart({name}=...)` must be finite; got {value.tolist()}.")
             object.__setattr__(self, name, value)
-        for name in ("period", "delay"):
-            if (value := getattr(self, name)) != 0:
-                object.__setattr__(self, name, seconds(f"LinearPart({name}=...)", value))
-        if self.period and self.delay:
-            raise ValueError("`LinearPart(delay=...)` is for continuous time; `held(..., delay=True)` waits a period.")
+        if self.period != 0:
+            object.__setattr__(self, "period", seconds("LinearPart(period=...)", self.period))
         self._check_poles()
         self._check_sign()
 
     @staticmethod
     @door
-    def of(system: Any, delay: float = 0.0) -> LinearPart:
+    def of(system: Any) -> LinearPart:
         """The linear part from a `StateSpace` or `TransferFunction` of python-control, from u to s.
 
         Raises
@@ -70,52 +68,30 @@ class LinearPart:
         Refused
             If its states cannot be found from its polynomials, which are too badly conditioned.
         ValueError
-            If it has not one input and one output, feeds u through to s, has a period that is not
-            said, or cannot be a `LinearPart`.
+            If it has not one input and one output, feeds u through to s, or cannot be a `LinearPart`.
         """
         import control
 
         if isinstance(system, LinearPart):
             return system
-        if not isinstance(system, control.StateSpace | control.TransferFunction):
+        linear = isinstance(system, control.StateSpace | control.TransferFunction)
+        if not linear or not system.issiso() or system.dt is True:
+            must = "a `StateSpace` or `TransferFunction` of python-control with one input and one output, and its `dt`"
+            raise refusal("LinearPart.of(system)", must, system)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", BadCoefficients)
+            try:
+                states = control.ss(system)
+            except BadCoefficients:
+                raise Refused(
+                    "`LinearPart.of(system)` must be a transfer function whose polynomials can be trusted; the leading "
+                    "coefficients of this one nearly vanish beside the others. Give it as a `StateSpace`."
+                ) from None
+        if np.any(states.D):
             raise ValueError(
-                "`LinearPart.of(system)` must be a `StateSpace` or a `TransferFunction` of python-control, from the "
-                f"switched torque to s; got {type(system).__name__}."
+                f"`LinearPart.of(system)` must be strictly proper, as s would jump with u; got D = {states.D[0, 0]:g}."
             )
-        if (system.ninputs, system.noutputs) != (1, 1):
-            raise ValueError(
-                f"`LinearPart.of(system)` must have one input and one output, as one switch closes one loop; got "
-                f"{system.ninputs} and {system.noutputs}."
-            )
-        system = _in_states(system)
-        if system.dt is True:
-            raise ValueError("`LinearPart.of(system)` is discrete without a period; give it its `dt` in s.")
-        if np.any(system.D):
-            raise ValueError(
-                f"`LinearPart.of(system)` must be strictly proper, as s would jump with u; got D = {system.D[0, 0]:g}."
-            )
-        A, b, c = np.array(system.A), np.array(system.B)[:, 0], np.array(system.C)[0]
-        return LinearPart(A, b, c, float(system.dt or 0.0), delay)
-
-    @door
-    def held(self, period: float, *, delay: bool = False) -> LinearPart:
-        """The same, sampled: s is read at k period and u held; with `delay`, from the next instant on.
-
-        Raises
-        ------
-        ValueError
-            If the period is no positive finite number, or this part is sampled or has a dead time already.
-        """
-        period = seconds("held(period=...)", period)
-        if self.period or self.delay:
-            raise ValueError("`held(period)` is for a part in continuous time without a dead time; this one is not.")
-        A, b = flow(self.A, self.b, period)
-        c = self.c
-        if delay:
-            nx = len(c)
-            A = np.block([[A, b[:, np.newaxis]], [np.zeros((1, nx + 1))]])
-            b, c = np.append(np.zeros(nx), 1.0), np.append(c, 0.0)
-        return LinearPart(A, b, c, period)
+        return LinearPart(states.A, states.B[:, 0], states.C[0], float(states.dt or 0.0))
 
     @door
     def response(self, w: Array | float) -> tuple[Complexes, Complexes]:
@@ -141,21 +117,11 @@ class LinearPart:
         if not np.isfinite(y).all():
             raise ValueError("`response(w=...)` has a pole of W among its frequencies, or one too near to it.")
         W, dW = (self.c @ x)[:, 0], -(self.c @ y)[:, 0] * (rate * zeta if self.period else rate)
-        wait = np.exp(-s * self.delay)
-        return W * wait, (dW - self.delay * W) * wait
-
-    @door
-    def integrator(self, w: float) -> tuple[complex, complex]:
-        """I and dI/ds at s = j w: 1/s in continuous time, explicit Euler in a computer."""
-        finite("integrator(w=...)", w, " of rad/s, beyond zero", low=1 / FASTEST, high=FASTEST)
-        if not self.period:
-            return 1 / (1j * w), 1 / w**2 + 0j
-        z = np.exp(1j * w * self.period)
-        return complex(self.period / (z - 1)), complex(-(self.period**2) * z / (z - 1) ** 2)
+        return np.asarray(W, dtype=complex), np.asarray(dW, dtype=complex)
 
     @property
     def poles(self) -> Complexes:
-        """Those of A."""
+        """The eigenvalues of A."""
         return np.asarray(np.linalg.eigvals(self.A), dtype=complex)
 
     @property
@@ -172,15 +138,7 @@ class LinearPart:
 
     @door
     def closed(self, gain: float) -> float:
-        """How fast u = -gain s brings s to rest, in 1/s: the negative of the slowest pole's growth.
-
-        Raises
-        ------
-        ValueError
-            If there is a dead time, which has no finite number of poles.
-        """
-        if self.delay:
-            raise ValueError("`closed(gain)` has infinitely many poles where there is a dead time.")
+        """The rate at which u = -gain s brings s to rest, in 1/s: the negative of the slowest pole's growth."""
         finite("closed(gain=...)", gain, low=-FASTEST, high=FASTEST)
         poles = np.linalg.eigvals(self.A - gain * np.outer(self.b, self.c))
         if self.period:
@@ -213,35 +171,111 @@ class LinearPart:
             )
 
 
-def _in_states(system: Any) -> Any:
-    """The system as a `StateSpace`, or a refusal where SciPy warns of what it makes of the polynomials."""
-    import control
-    from scipy.signal import BadCoefficients
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", BadCoefficients)
-        try:
-            return control.ss(system)
-        except BadCoefficients:
-            raise Refused(
-                "`LinearPart.of(system)` must be a transfer function whose polynomials can be trusted; the leading "
-                "coefficients of this one nearly vanish beside the others. Give it as a `StateSpace`, or choose "
-                "another unit of time."
-            ) from None
-
-
 def _moved(A: Array) -> Array:
-    """How far rounding may have moved each pole of A: no farther than a threefold one, (nx,)."""
+    """The distance that rounding may have moved each pole of A, no farther than a threefold one: (nx,)."""
     values, left, right = (np.asarray(part) for part in eig(A, left=True))
     cosines = np.abs(np.einsum("ik,ik->k", left.conj(), right))
     first = 100 * np.finfo(float).eps * np.linalg.norm(A, 2) / np.maximum(cosines, np.finfo(float).tiny)
     return np.asarray(np.minimum(first, ROUNDING * np.abs(values).max()))
 
 
-def flow(A: Array, b: Array, t: float) -> tuple[Array, Array]:
-    """x(t) = Phi x(0) + Gamma u for a constant u: Phi (nx, nx) and Gamma (nx,)."""
-    nx = len(b)
-    M = np.zeros((nx + 1, nx + 1))
-    M[:nx, :nx], M[:nx, nx] = A * t, b * t
-    E = np.asarray(expm(M), dtype=float)
-    return E[:nx, :nx], E[:nx, nx]
+@door
+def cut(
+    loop: Ode | Step,
+    x: Any,
+    p: Any = None,
+    *,
+    gain: str = "controller.K[0]",
+    variable: str = "s[0]",
+    width: str = "controller.phi",
+) -> LinearPart:
+    """The linear part W of a loop at rest whose law has a switched term -K sat(s / phi), from that term to s; exact.
+
+    Within the layer the linear loop is A(K) = A(0) - (K / phi) b c, so two Jacobians of the whole loop give W: c is
+    that of s, b follows from A(phi) - A(0). The rest of the loop stays as it is; a `Step` of a sampled loop keeps its
+    hold and its delay. The loop must have a smooth or clipped layer, even if the relay is to be studied.
+
+    Parameters
+    ----------
+    x, p
+        The state (nx,) at rest with s = 0, and the parameters (np,). A sampled loop's held states settle by themselves.
+    gain, variable, width
+        What the loop calls K, s and phi: labels of a parameter, of an output, and of a parameter.
+
+    Raises
+    ------
+    Refused
+        If the state is no rest, the gain does not act, or it does not act as -K sat(s / phi) does.
+    ValueError
+        If x or p has not its size, or W cannot be a `LinearPart`.
+    LookupError
+        If a label is none of the loop's.
+    """
+    if not isinstance(loop, Step):
+        require("cut(loop=...)", loop, Ode, ": a loop becomes one by its method `ode()`, or a `Step` by `sampled(...)`")
+    point = vector("cut(x=...)", x, loop.states.size, "states")
+    row = loop.parameters.default if p is None else vector("cut(p=...)", p, loop.parameters.size, "parameters")
+    place, phi = _label(loop.parameters.labels, gain), float(row[_label(loop.parameters.labels, width)])
+    after, A, C = _functions(loop)
+    off, on = row.copy(), row.copy()
+    off[place], on[place] = 0.0, positive(f"cut(width='{width}')", phi)
+    if isinstance(loop, Step):
+        for _ in range(3):  # what a computer holds is brought up to date
+            point = np.array(after(INSTANTS[0], point, off)).ravel()
+    loose, tight = (np.array(A(INSTANTS[0], point, values)) for values in (off, on))
+    c = np.array(C(INSTANTS[0], point, off))[_label(loop.outputs.labels, variable)]
+    _check_rest(after, A, point, off, isinstance(loop, Step))
+    b = _driven(loose - tight, c, f"cut(gain='{gain}', variable='{variable}', width='{width}')")
+    return LinearPart(loose, b, c, loop.h if isinstance(loop, Step) else 0.0)
+
+
+def _driven(step: Array, c: Array, call: str) -> Array:
+    """The b of b c = A(0) - A(phi), or a refusal where that is no such product."""
+    if not np.any(c) or not np.any(step):
+        raise Refused(
+            f"`{call}` must close a linear loop, and has no effect at this state: a "
+            "law with saturation='sign' has no derivative. Cut the loop of the same law with 'clip'."
+        )
+    b: Array = step @ c / (c @ c)
+    if np.abs(step - np.outer(b, c)).max() > 1e-9 * np.abs(step).max():
+        raise Refused(
+            f"`{call}` must be a term -K sat(s / phi) with these "
+            "three; what the gain multiplies here is not this s alone."
+        )
+    return b
+
+
+def _functions(loop: Ode | Step) -> tuple[ca.Function, ca.Function, ca.Function]:
+    """The state's rate, or the state that follows, its Jacobian and that of the outputs, each of (t or k, x, p)."""
+    if isinstance(loop, Ode):
+        return loop.f, loop.A, loop.Cy
+    rule = loop.rule
+    symbols = [rule.k, rule.x, rule.p]
+    noiseless = ca.substitute(
+        ca.vertcat(rule.next, rule.output),
+        ca.vertcat(rule.t, rule.h, rule.w),
+        ca.vertcat(rule.k * loop.h, loop.h, ca.SX.zeros(rule.w.numel())),
+    )
+    after, output = ca.vertsplit(noiseless, [0, loop.states.size, noiseless.numel()])
+    return (
+        ca.Function("after", symbols, [after]),
+        ca.Function("A", symbols, [ca.densify(ca.jacobian(after, rule.x))]),
+        ca.Function("Cy", symbols, [ca.densify(ca.jacobian(output, rule.x))]),
+    )
+
+
+def _check_rest(after: ca.Function, A: ca.Function, x: Array, p: Array, recursion: bool) -> None:
+    for t in INSTANTS:
+        moved = np.array(after(t, x, p)).ravel() - (x if recursion else 0.0)
+        scale = max(1.0, float(np.abs(np.array(A(t, x, p))).max())) * max(1.0, float(np.abs(x).max()))
+        if not np.abs(moved).max() <= REST * scale:
+            i = int(np.argmax(np.abs(moved)))
+            raise Refused(
+                f"`cut(x=...)` must be a rest of the loop, about which it chatters; state {i} moves by "
+                f"{moved[i]:.3g} {'in one period' if recursion else 'a second'}. Hold the reference, set the drives "
+                "to what rest needs."
+            )
+
+
+def _label(labels: tuple[str, ...], name: str) -> int:
+    return labels.index(known(name, labels, "labels of this loop"))

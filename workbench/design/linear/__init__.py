@@ -1,30 +1,24 @@
 """Linear models of an `Ode`, and what they say: rest points, modes, paths and margins.
 
-`exchange` goes to python-control and back; `points` linearises at a state and finds the inputs that hold one;
-`equilibria` finds rest points, and `proofs` shows that they are some, and all; `modes` has poles and the tests of
-Popov, Belevitch and Hautus; `paths` and `lyapunov` follow a motion; `loops` cuts
-a loop, and `margins` says how far it is from instability; `compensators` places poles and margins.
+The room knows equations and systems of python-control, and no robot, law or loop by name. Read `linearization.py`
+first, then `modes.py` for poles, `feedback_loops.py` and `loop_margins.py` for loops that are cut.
 """
 
 from workbench.design.linear.compensators import Placement, lead_lag, place
 from workbench.design.linear.equilibria import Equilibria, Equilibrium, equilibria
-from workbench.design.linear.exchange import forward_differences, from_control, to_control
-from workbench.design.linear.held import held
-from workbench.design.linear.loops import broken_loop, broken_loops, frequency_response, one_loop, sensitivity
-from workbench.design.linear.lyapunov import LyapunovExponents, lyapunov_exponents
-from workbench.design.linear.margins import DiskMargin, LoopMargins, disk_margin, loop_margins
-from workbench.design.linear.modes import (
-    Hautus,
-    Mode,
-    Pole,
-    controllability,
-    detectability,
-    observability,
-    poles,
-    stabilisability,
+from workbench.design.linear.feedback_loops import (
+    broken_loop,
+    broken_loops,
+    frequency_response,
+    one_loop,
+    sensitivity,
 )
-from workbench.design.linear.paths import LinearPath, Transition, along, transition
-from workbench.design.linear.points import OperatingPoint, linearize, operating_point
+from workbench.design.linear.linear_modes import Hautus, Mode, Pole, controllability, observability, poles
+from workbench.design.linear.linear_path import LinearPath, along, freeze
+from workbench.design.linear.linearization import forward_differences, linearize, to_control
+from workbench.design.linear.loop_margins import DiskMargin, LoopMargins, disk_margin, loop_margins
+from workbench.design.linear.lyapunov_exponents import LyapunovExponents, lyapunov_exponents
+from workbench.design.linear.operating_point import OperatingPoint, operating_point
 
 __all__ = [
     "DiskMargin",
@@ -38,18 +32,15 @@ __all__ = [
     "OperatingPoint",
     "Placement",
     "Pole",
-    "Transition",
     "along",
     "broken_loop",
     "broken_loops",
     "controllability",
-    "detectability",
     "disk_margin",
     "equilibria",
     "forward_differences",
+    "freeze",
     "frequency_response",
-    "from_control",
-    "held",
     "lead_lag",
     "linearize",
     "loop_margins",
@@ -60,7 +51,5 @@ __all__ = [
     "place",
     "poles",
     "sensitivity",
-    "stabilisability",
     "to_control",
-    "transition",
 ]

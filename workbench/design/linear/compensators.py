@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.design.certificates import Refused
-from workbench.design.linear.modes import controllability
-from workbench.design.matrices import EPS, Complex
+from workbench.design.linear.arguments import state_space
+from workbench.design.linear.linear_modes import controllability
+from workbench.design.matrices import EPS, Complex, Refused
 from workbench.validation.refusals import Array, described, finite, raised, refusal
 from workbench.validation.signatures import door
 from workbench.validation.views import show
@@ -65,6 +65,7 @@ def place(system: control.StateSpace, poles: Any) -> Placement:
     """
     import control
 
+    state_space("place", system)
     wanted = _conjugate(poles, system)
     if (test := controllability(system)).failing:
         mode = test.failing[0]
@@ -94,8 +95,6 @@ def place(system: control.StateSpace, poles: Any) -> Placement:
 
 def _conjugate(poles: Any, system: Any) -> Complex:
     call = "place(poles=...)"
-    if not hasattr(system, "A"):
-        raise refusal("place(system=...)", "a `StateSpace` of python-control", system)
     try:
         wanted = np.asarray(poles, dtype=complex)
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""Rest points of an equation within a box: Newton's method from many starts, and proofs where intervals give them."""
+"""Rest points of an equation in a box: Newton from many starts, and proofs where intervals give them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from workbench.core import Layout, Ode
 from workbench.design.linear.arguments import row_of
-from workbench.design.linear.proofs import proved
+from workbench.design.linear.equilibria_proofs import prove_equilibria
 from workbench.validation.refusals import Array, whole
 from workbench.validation.signatures import door
 from workbench.validation.views import show
@@ -21,7 +21,6 @@ CONVERGED = 1e-12  # the last step, relative to the state
 MERGED = 1e-7  # rest points nearer than this, relative to their size, are one
 ISOLATED = 1e10  # a condition of df/dx from which on a rest point may be one of a continuum
 STRIDE, ASTRAY = 1e-3, 0.1  # a step along a continuum, relative to the state; the share of it that may lead off
-
 MOST_STARTS = 100_000
 
 
@@ -57,7 +56,7 @@ class Equilibrium:
 
     @property
     def isolated(self) -> bool:
-        """Whether df/dx is regular, so that no other rest point is near."""
+        """True if df/dx is regular, so that no other rest point is near."""
         return self.condition < ISOLATED
 
 
@@ -85,7 +84,7 @@ class Equilibria:
     boxes: int
 
     def __str__(self) -> str:
-        """What was found, and how sure that is."""
+        """The number of points, and how sure it is."""
         found = {0: "no rest point", 1: "1 rest point"}.get(len(self.points), f"{len(self.points)} rest points")
         tried = f"{self.converged} of {self.starts} starts converged"
         if self.complete:
@@ -139,7 +138,7 @@ def equilibria(
     [array([0.1  , 0.999])]
     """
     row = row_of(ode, p, u)
-    _refuse_odd_count(boxes)
+    whole("equilibria(boxes=...)", boxes, 0, of=" of boxes")
     if ca.depends_on(ode.rate, ode.t):
         raise ValueError(
             f"`equilibria(ode=...)` must have a rate that does not depend on time; that of '{ode.name}' does."
@@ -150,15 +149,11 @@ def equilibria(
     room = 1e-9 * (high - low)
     inside = [x for x in reached if ((low - room <= x) & (x <= high + room)).all()]
     found = _distinct(inside)
-    usual, proof = _usual(ode, begun, row), proved(_at(ode, row), low, high, found, boxes)
+    usual, proof = _usual(ode, begun, row), prove_equilibria(_at(ode, row), low, high, found, boxes)
     # where the proof is complete, a point with no zero near it is none: its rate is small, but not zero
     kept = [(x, r) for x, r in zip(found, proof.radii, strict=True) if r is not None or not proof.complete]
     points = [_certified(ode, x, row, usual, radius) for x, radius in kept]
     return Equilibria(tuple(points), starts, len(reached), proof.complete, proof.boxes)
-
-
-def _refuse_odd_count(boxes: Any) -> None:
-    whole("equilibria(boxes=...)", boxes, 0, of=" of boxes")
 
 
 def _ends(states: Layout, box: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:
@@ -197,7 +192,9 @@ def _newton(ode: Ode, start: Array, p: Array) -> Array | None:
         change = np.linalg.lstsq(A, -rate, rcond=1e-13)[0]
         if np.abs(change).max() <= CONVERGED * (1 + np.abs(x).max()):
             at = x + change
-            return at if _rests(rate, A, at) else None
+            # least squares also end where no step makes the rate less: what is left must be rounding
+            rests = (np.abs(rate) <= 1e-9 * (1 + np.abs(A) @ (1 + np.abs(at)))).all()
+            return at if rests else None
         for halvings in range(HALVINGS):
             share = 0.5**halvings
             ahead = ode.rate_at(0.0, x + share * change, p)
@@ -205,11 +202,6 @@ def _newton(ode: Ode, start: Array, p: Array) -> Array | None:
                 break
         x, rate = x + share * change, ahead
     return None
-
-
-def _rests(rate: Array, A: Array, x: Array) -> bool:
-    """Whether what is left of the rate is rounding; least squares also ends where no step makes it less."""
-    return bool((np.abs(rate) <= 1e-9 * (1 + np.abs(A) @ (1 + np.abs(x)))).all())
 
 
 def _distinct(points: list[Array]) -> list[Array]:
@@ -234,7 +226,7 @@ def _usual(ode: Ode, begun: Array, p: Array) -> float:
 
 
 def _along(ode: Ode, x: Array, p: Array, flat: Array) -> tuple[str, ...]:
-    """The states that change along the directions (k, nx), in which df/dx is singular, that lead to other rest points.
+    """The states that change along a continuum of rest points through x, whose directions (k, nx) make df/dx singular.
 
     From a step along a continuum Newton's method returns to it at once, and not to where the step began.
     """

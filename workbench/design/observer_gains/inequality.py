@@ -1,4 +1,4 @@
-r"""A matrix inequality that is affine in the Jacobian J of the mismatch, proved for all states of a region:
+"""A matrix inequality that is affine in the Jacobian J of the mismatch, proved for all states of a region:
 
     Z(J) = Z0 + F J G + (F J G)'  >  0.
 
@@ -11,21 +11,60 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.design.certificates import Refused
-from workbench.design.observer_gains.mismatch import Mismatch
-from workbench.design.observer_gains.region import Region
+from workbench.design.matrices import Refused
+from workbench.design.observer_gains.gains import Region
+from workbench.design.observer_gains.mismatch import Mismatch, refuse_unfit
 from workbench.proofs.branch import definite
+from workbench.proofs.exact import Matrix, characteristic_polynomial
 from workbench.proofs.forms import UNIT
+from workbench.proofs.witness import sequence
 from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 from workbench.validation.views import show
 
 Mask = np.ndarray[Any, np.dtype[np.bool_]]
 # Boxes of positions that a proof may take, and doubles that are held at a time.
 BUDGET, HELD = 40_000, 3_000_000
+# Shares above the largest norm that is known, of which the first that can be proved is taken; samples of states.
+SHARES, SAMPLES = (0.01, 0.03, 0.1, 0.3), 20_000
+
+
+def exactly_definite(S: Array) -> bool:
+    """True if a symmetric matrix is positive definite: all its leading minors are positive, in rational arithmetic."""
+    return _definite(_fractions(S))
+
+
+def bears_mismatch(P: Array, A: Array, B: Array, rho: float) -> bool:
+    """True if P > 0 and A' P + P A + rho^2 I + P B B' P < 0, exactly.
+
+    Then z' P z falls along z' = A z + B w for every w with |w| <= rho |z|.
+    """
+    p, a, b = (_fractions(part) for part in (P, A, B))
+    pa, pb, square = _product(p, a), _product(p, b), Fraction(rho) ** 2
+    rest, places = _product(pb, [list(column) for column in zip(*pb, strict=True)]), range(len(p))
+    left = [[-(pa[i][j] + pa[j][i] + rest[i][j] + (square if i == j else 0)) for j in places] for i in places]
+    return _definite(p) and _definite(left)
+
+
+def _definite(rows: Matrix) -> bool:
+    leading = ([row[:k] for row in rows[:k]] for k in range(1, len(rows) + 1))
+    return all(characteristic_polynomial(block)[-1] * (-1) ** len(block) > 0 for block in leading)
+
+
+def _fractions(S: Array) -> Matrix:
+    return [[Fraction(float(value)) for value in row] for row in S]
+
+
+def _product(a: Matrix, b: Matrix) -> Matrix:
+    return [
+        [sum((x * y for x, y in zip(row, column, strict=True)), Fraction(0)) for column in zip(*b, strict=True)]
+        for row in a
+    ]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +86,7 @@ class Inequality:
         return np.asarray(self.Z0 + part + part.swapaxes(-1, -2))
 
     def doubt(self, J: Array, R: Array) -> Array:
-        """What an unknown part of J, |.| <= R, can take from the diagonal of Z, with all rounding, (..., m)."""
+        """The most that an unknown part of J, |.| <= R, takes from the diagonal of Z, with all rounding, (..., m)."""
         grown = R + 64 * UNIT * J
         part = np.abs(self.F) @ grown @ np.abs(self.G)
         rows = (part + part.swapaxes(-1, -2)).sum(axis=-1) + 64 * UNIT * self.size.sum(axis=-1)
@@ -57,10 +96,7 @@ class Inequality:
 def prove(inequality: Inequality, mismatch: Mismatch, region: Region, what: str, budget: int = BUDGET) -> int:
     """Prove Z(J) > 0 over a region, and return how many boxes of positions that took.
 
-    Raises
-    ------
-    Refused
-        If it does not hold for the hull at the middle of a box, or not within the budget; `what` names it.
+    It is refused if it does not hold for the hull at the middle of a box, or not within the budget; `what` names it.
     """
     Y, (low, high) = mismatch.vertices(region), region.box
     c, r = ((low + high) / 2)[None], ((high - low) / 2)[None] * (1 + 8 * UNIT) + 8 * UNIT * np.abs(low + high)
@@ -76,7 +112,7 @@ def prove(inequality: Inequality, mismatch: Mismatch, region: Region, what: str,
 
 
 class _Todo(NamedTuple):
-    """Boxes with middles c and half widths r, (B, n) each, and for which vertices each is still open, (B, V)."""
+    """Boxes with middles c and half widths r, (B, n) each, and the vertices for which each is still open, (B, V)."""
 
     c: Array
     r: Array
@@ -133,3 +169,68 @@ def _halved(c: Array, r: Array, blame: Array, still: Mask) -> _Todo:
     shift[rows, axis] = r[rows, axis] / 2
     half[rows, axis] = shift[rows, axis] + 8 * UNIT * (np.abs(c[rows, axis]) + r[rows, axis])
     return _Todo(np.concatenate([c - shift, c + shift]), np.tile(half, (2, 1)), np.tile(still, (2, 1)))
+
+
+@dataclass(frozen=True)
+@show
+class Bound:
+    """`seen` is reached at a state of the region; no state exceeds `proved`."""
+
+    seen: float
+    proved: float
+
+
+@dataclass(frozen=True)
+@show
+class Lipschitz:
+    """rho_q in 1/s^2 and rho_v in 1/s."""
+
+    position: Bound
+    velocity: Bound
+
+
+@door
+def lipschitz(mismatch: Mismatch, region: Region) -> Lipschitz:
+    """The Lipschitz constants of the mismatch (14) over a region, proved by intervals:
+
+        |Delta| <= rho_q |q~| + rho_v |qd~|,    rho_q = max |df/dq|, rho_v = max |df/dqd|,
+
+    in 2-norms. Without a bound of the torque there is no such constant.
+
+    Raises
+    ------
+    ValueError
+        If the region is that of another arm, or any position is allowed to equations that do not repeat.
+    Refused
+        If no bound within 30 % of what is seen was proved.
+    """
+    refuse_unfit("lipschitz", mismatch, None, region)
+    n = mismatch.joints
+    J = mismatch.at(*extremes(region))
+    return Lipschitz(*(_bound(mismatch, region, J, slice(i, i + n)) for i in (0, n)))
+
+
+def extremes(region: Region) -> tuple[Array, Array, Array]:
+    """Positions spread over a region, and with them speeds and torques that are each zero or extreme, (N, n) each."""
+    n, (low, high) = region.joints, region.box
+    u = sequence(SAMPLES, 3 * n)
+    speeds, torques = np.floor(3 * u[:, n : 2 * n]) - 1, 2 * np.floor(2 * u[:, 2 * n :]) - 1
+    return low + u[:, :n] * (high - low), speeds * region.speed, torques * region.torque
+
+
+def _bound(mismatch: Mismatch, region: Region, J: Array, columns: slice) -> Bound:
+    """The norm of a half of J: t bounds it if [[t I, J], [J', t I]] > 0."""
+    n, seen = mismatch.joints, float(np.linalg.norm(J[..., columns], 2, axis=(1, 2)).max())
+    F, G = np.vstack([np.eye(n), np.zeros((n, n))]), np.zeros((2 * n, 2 * n))
+    G[columns, n:] = np.eye(n)
+    for share in SHARES:
+        t = max((1 + share) * seen, 1e-9)
+        try:
+            prove(Inequality(t * np.eye(2 * n), F, G, t * np.eye(2 * n)), mismatch, region, "A Lipschitz constant")
+        except Refused:
+            continue
+        return Bound(seen, t)
+    raise Refused(
+        f"No Lipschitz constant up to {1 + SHARES[-1]:g} times {seen:.4g}, which is seen, was proved: take a smaller "
+        "region, or one without poles."
+    )

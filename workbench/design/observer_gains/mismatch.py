@@ -1,4 +1,4 @@
-r"""The Jacobian of the acceleration, which drives the error of an observer, as a polynomial in speeds and torques.
+"""The Jacobian of the acceleration, which drives the error of an observer, as a polynomial in speeds and torques.
 
 With f(q, qd, tau) = M^-1 (tau - C qd - G) the mismatch (14) is, by the mean value theorem,
 
@@ -21,7 +21,7 @@ import numpy as np
 
 from workbench.core import Dynamics
 from workbench.core.dynamics import solve_definite
-from workbench.design.observer_gains.region import Region
+from workbench.design.observer_gains.gains import Gains, Region
 from workbench.notation.normal_form import NotInClass, normal_forms
 from workbench.notation.program import Walk, walk
 from workbench.proofs.interval import Interval, evaluate, jumps
@@ -49,7 +49,7 @@ class Mismatch:
     numbers
         The values of the parameters, by the name of their symbols.
     periodic
-        Whether the equations are the same after a whole turn of any joint: proved by their normal form.
+        True if the equations are the same after a whole turn of any joint: proved by their normal form.
     """
 
     joints: int
@@ -154,7 +154,7 @@ class Mismatch:
 
     @cached_property
     def terms(self) -> int:
-        """How many coefficients J has, K."""
+        """The number K of coefficients of J."""
         return len(self.coefficients.entries) // (2 * self.joints**2)
 
     @door
@@ -198,7 +198,7 @@ def _stacked(parts: list[Interval], shape: tuple[int, ...]) -> tuple[Array, Arra
 
 
 def _periodic(dynamics: Dynamics) -> bool:
-    """Whether M, C and G hold positions only as whole multiples in sines and cosines."""
+    """True if M, C and G hold positions only as whole multiples in sines and cosines."""
     joints = {dynamics.q[i].name() for i in range(dynamics.dof)}
     try:
         rows = normal_forms(ca.vertcat(ca.vec(dynamics.M), dynamics.C @ dynamics.qd, dynamics.G), {})
@@ -213,3 +213,18 @@ def _periodic(dynamics: Dynamics) -> bool:
                 if held and (len(factor) > 1 or factor[0][1] != 1 or slope.denominator != 1):
                     return False
     return True
+
+
+def refuse_unfit(call: str, mismatch: Mismatch, gains: Gains | None, region: Region) -> None:
+    """Refuse gains and regions of other arms, and any position where the equations do not repeat after a turn."""
+    sizes = {mismatch.joints, region.joints} | ({gains.joints} if gains is not None else set())
+    if len(sizes) > 1:
+        raise ValueError(
+            f"`{call}(...)` needs gains and a region for the {mismatch.joints} joints of the arm; got "
+            f"{region.joints} in the region{f' and {gains.joints} in the gains' if gains is not None else ''}."
+        )
+    if region.low is None and not mismatch.periodic:
+        raise ValueError(
+            f"`{call}(region=...)` must bound the positions by `low` and `high`: that these equations repeat after a "
+            "turn is not proved."
+        )

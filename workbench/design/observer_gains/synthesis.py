@@ -7,16 +7,13 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.design.certificates import Refused
-from workbench.design.lmi import require
-from workbench.design.observer_gains.certificate import RateCertificate, check
-from workbench.design.observer_gains.gains import Gains
+from workbench.design.matrices import Refused
+from workbench.design.observer_gains.decay_certificate import RateCertificate, check
+from workbench.design.observer_gains.gains import Gains, Region
+from workbench.design.observer_gains.matrix_inequalities import least_noise, lyapunov_matrix, require_solvers
 from workbench.design.observer_gains.mismatch import Mismatch
-from workbench.design.observer_gains.proposals import least_noise, lyapunov_matrix
-from workbench.design.observer_gains.region import Region
 from workbench.design.riccati import lqe
-from workbench.validation.refusals import Array, positive, vector, whole
-from workbench.validation.refusals import require as socket
+from workbench.validation.refusals import Array, positive, require, vector, whole
 from workbench.validation.signatures import door
 
 # The least double pole is found to this factor, and sought up to so many times the rate.
@@ -125,7 +122,7 @@ def least_double_pole(dynamics: Dynamics, region: Region, rate: float) -> RateCe
     Refused
         If no p up to a thousand times the rate is, or the extra is not installed.
     """
-    require("least_double_pole")
+    require_solvers("least_double_pole")
     mismatch, low = Mismatch.of(dynamics), positive("least_double_pole(rate=...)", rate, " of 1/s")
     p = low
     while not _proposed(mismatch, region, rate, p):
@@ -142,7 +139,7 @@ def least_double_pole(dynamics: Dynamics, region: Region, rate: float) -> RateCe
 
 
 def _proposed(mismatch: Mismatch, region: Region, rate: float, p: float) -> bool:
-    """Whether a P is found for the double pole -p."""
+    """True if a P is found for the double pole -p."""
     try:
         lyapunov_matrix(mismatch, by_poles(mismatch.joints, -_bounded(p, rate), -p), region, rate)
     except Refused:
@@ -165,7 +162,7 @@ def certify(dynamics: Dynamics, gains: Gains, region: Region, rate: float) -> Ra
     Refused
         If none is found, the proof fails, or the extra is not installed.
     """
-    socket("certify(region=...)", region, Region)
+    require("certify(region=...)", region, Region)
     positive("certify(rate=...)", rate, " of 1/s")
     mismatch = Mismatch.of(dynamics)
     return check(mismatch, gains, region, lyapunov_matrix(mismatch, gains, region, rate), rate)

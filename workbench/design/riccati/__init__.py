@@ -1,17 +1,13 @@
 """Algebraic Riccati and Lyapunov equations, and the gains that come from them, each with its certificate.
 
-care, dare, lyapunov     the equations             given, units          what is solved, and in which units
-lqr, lqe, lqg            the gains                 candidates, newton    first answers, and good ones
-conditioning, diagnosis  what can be trusted, and why not
+The room knows matrices and linear systems, and no plant. Read `regulators.py` first (CARE, DARE, LQR and the Kalman
+filter), then `stabilisation.py`: first answers, refined by Newton's method and then judged.
 """
 
-from workbench.design.riccati.answers import Lqg, Lyapunov, Riccati
-from workbench.design.riccati.continuous import care
-from workbench.design.riccati.discrete import dare
-from workbench.design.riccati.gaussian import lqg
-from workbench.design.riccati.kalman import steady_kalman
-from workbench.design.riccati.lyapunov import discrete_lyapunov, lyapunov
-from workbench.design.riccati.regulators import lqe, lqr
+from workbench.design.riccati.lqg import Lqg, lqg, steady_kalman
+from workbench.design.riccati.lyapunov_equation import Lyapunov, discrete_lyapunov, lyapunov
+from workbench.design.riccati.regulators import care, dare, lqe, lqr
+from workbench.design.riccati.stabilisation import Riccati
 
 __all__ = [
     "Lqg",

@@ -1,7 +1,11 @@
-"""Newton's method on a Riccati equation, with its residual in twice the working precision.
+"""First answers to a Riccati equation by several methods, none trusted, and Newton's method from each.
 
 References
 ----------
+Laub (1979), A Schur method for solving algebraic Riccati equations, IEEE Trans. Autom. Control 24.
+Byers (1987), Solving the algebraic Riccati equation with the matrix sign function, Linear Algebra Appl. 85.
+Chu, Fan, Lin, Wang (2004), Structure-preserving algorithms for periodic discrete-time algebraic Riccati
+equations, Int. J. Control 77 (doubling).
 Kleinman (1968), On an iterative technique for Riccati equation computations, IEEE Trans. Autom. Control 13.
 Hewer (1971), An iterative technique for the computation of the steady state gains for the discrete optimal
 regulator, IEEE Trans. Autom. Control 16.
@@ -9,28 +13,79 @@ regulator, IEEE Trans. Autom. Control 16.
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
+from scipy import linalg
+
 from workbench.design.matrices import EPS
-from workbench.design.riccati.equation import AbstractEquation, Point, norm
+from workbench.design.riccati.algebraic_equation import (
+    Data,
+    Discrete,
+    Equation,
+    Point,
+    hamiltonian,
+    norm,
+    plain,
+    quadratic,
+)
 from workbench.design.riccati.operators import AbstractOperator
 from workbench.validation.refusals import Array
 
+MOST_ROUNDS = 60  # of an iteration that squares or doubles
 MOST_STEPS = 30  # near a solution a step doubles the digits, far from it or at the edge of stability it halves the way
+
+
+def _zero(d: Data) -> Array:
+    """The solution where nothing costs and all is stable: Newton's method would only come ever nearer to it."""
+    if d.Q.any() or d.S.any():
+        raise np.linalg.LinAlgError("there is a cost")
+    return np.zeros((d.n, d.n))
+
+
+def _schur(d: Data) -> Array:
+    """By an orthogonal basis [U1; U2] of the stable subspace of the Hamiltonian: X = U2 U1^-1."""
+    n = d.n
+    _, U, stable = linalg.schur(hamiltonian(d), output="real", sort="lhp")
+    if stable != n:
+        raise np.linalg.LinAlgError("the Hamiltonian has eigenvalues on the imaginary axis")
+    return np.asarray(np.linalg.solve(U[:n, :n].T, U[n:, :n].T).T)
+
+
+def _sign(d: Data) -> Array:
+    """By Newton's iteration for the sign of the Hamiltonian, scaled by its determinant: (sign + I) [I; X] = 0."""
+    Z, n = hamiltonian(d), d.n
+    for _ in range(MOST_ROUNDS):
+        scale = np.exp(-np.linalg.slogdet(Z)[1] / (2 * n))
+        following = (scale * Z + np.linalg.inv(Z) / scale) / 2
+        change, Z = np.linalg.norm(following - Z), following
+        if change <= 1e-14 * np.linalg.norm(Z):
+            break
+    kernel = Z + np.eye(2 * n)
+    return np.asarray(np.linalg.lstsq(kernel[:, n:], -kernel[:, :n])[0])
+
+
+def _doubling(d: Data) -> Array:
+    """By doubling the horizon again and again; quadratic as long as R has an inverse."""
+    p = plain(d)
+    A, G, X = p.A, quadratic(p), p.Q
+    for _ in range(MOST_ROUNDS):
+        inside = np.eye(d.n) + G @ X
+        grown = X + A.T @ X @ np.linalg.solve(inside, A)
+        A, G = A @ np.linalg.solve(inside, A), G + A @ np.linalg.solve(inside, G) @ A.T
+        change, X = np.linalg.norm(grown - X), grown
+        if change <= 1e-16 * np.linalg.norm(X):
+            break
+    return X
 
 
 @dataclass(frozen=True)
 class Refined:
-    """Where Newton's method ended.
+    """The end of Newton's method: the equation at the last X kept, its derivative there, and the steps kept.
 
-    Parameters
-    ----------
-    point, operator
-        The equation at the last X that was kept, and its derivative there.
-    steps
-        How many steps were kept.
-    correction
-        The next step (n, n), which was not kept: to first order, what X still lacks.
+    `correction` (n, n) is the next step, which was not kept: to first order, what X still lacks.
     """
 
     point: Point
@@ -39,16 +94,11 @@ class Refined:
     correction: Array
 
 
-def refine(equation: AbstractEquation, X: Array) -> Refined:
-    """Newton's method from X, as long as each step makes the residual smaller.
+def refine(equation: Equation, X: Array) -> Refined:
+    """Newton's method from X, as long as each step makes the residual smaller; `LinAlgError` if a step fails.
 
     Where the residual is below the working precision it says no more: there the next step must be shorter by half,
     until it is below the last digit of X.
-
-    Raises
-    ------
-    LinAlgError
-        If there is no gain or no step at an X on the way.
     """
     now = _looked_at(equation, X, 0)
     while now.steps < MOST_STEPS:
@@ -65,7 +115,27 @@ def refine(equation: AbstractEquation, X: Array) -> Refined:
     return now  # what is left is judged as any other answer
 
 
-def _looked_at(equation: AbstractEquation, X: Array, steps: int) -> Refined:
+def _looked_at(equation: Equation, X: Array, steps: int) -> Refined:
     point = equation.at(X)
     operator = equation.operator(point)
     return Refined(point, operator, steps, operator.solve(-point.left))
+
+
+def candidates(equation: Equation) -> Iterator[Array]:
+    """Symmetric first answers X (n, n) to an equation; a method that fails gives none."""
+    d = equation.data
+
+    def scipys(d: Data) -> Array:
+        solver = linalg.solve_discrete_are if isinstance(equation, Discrete) else linalg.solve_continuous_are
+        return np.asarray(solver(d.A, d.B, d.Q, d.R, e=d.E, s=d.S))
+
+    methods = (_zero, _doubling, scipys) if isinstance(equation, Discrete) else (_zero, _schur, scipys, _sign)
+    for method in methods:
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # an inaccurate candidate is judged by what Newton makes of it
+                X = method(d)
+        except (np.linalg.LinAlgError, ValueError):
+            continue
+        if np.isfinite(X).all():
+            yield (X + X.T) / 2

@@ -32,19 +32,19 @@ class AbstractOperator(ABC):
 
     @abstractmethod
     def inside(self, poles: Complex) -> Array:
-        """How far each of poles (n,) lies from instability."""
+        """The distance of each of poles (n,) from instability."""
 
     def margins(self) -> Array:
-        """How far each pole (n,) lies from instability."""
+        """The distance of each pole (n,) from instability."""
         return self.inside(self.poles)
 
     @property
     def margin(self) -> float:
-        """How far the slowest pole lies from instability."""
+        """The distance of the slowest pole from instability."""
         return float(self.margins().min())
 
     def sure_margin(self) -> float:
-        """What is left of the margin when rounding moves every pole as far as it may, to first order in its size.
+        """The margin that is left when rounding moves every pole as far as it may, to first order in its size.
 
         References
         ----------
@@ -62,13 +62,7 @@ class AbstractOperator(ABC):
 
     @abstractmethod
     def solve(self, W: Array) -> Array:
-        """The symmetric X (n, n) that is mapped to a symmetric W (n, n).
-
-        Raises
-        ------
-        LinAlgError
-            If the operator is singular in floating-point numbers.
-        """
+        """The symmetric X (n, n) that is mapped to a symmetric W (n, n); `LinAlgError` if there is none."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +79,7 @@ class LyapunovOperator(AbstractOperator):
         return np.asarray(linalg.eigvals(self.T), dtype=complex)
 
     def inside(self, poles: Complex) -> Array:
-        """How far each pole lies left of the imaginary axis."""
+        """The distance to the left of the imaginary axis."""
         return np.asarray(-poles.real)
 
     def solve(self, W: Array) -> Array:
@@ -111,7 +105,7 @@ class SteinOperator(AbstractOperator):
         return np.array(np.diag(self.T))
 
     def inside(self, poles: Complex) -> Array:
-        """How far each pole lies inside the unit circle."""
+        """The distance inside the unit circle."""
         return np.asarray(1 - np.abs(poles))
 
     def solve(self, W: Array) -> Array:

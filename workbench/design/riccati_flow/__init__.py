@@ -1,8 +1,10 @@
-"""Riccati equations in time and along states, and their gains as series."""
+"""Riccati equations in time, backward and forward, and along states.
 
-from workbench.design.riccati_flow.along_states import StateDependent, sdre
-from workbench.design.riccati_flow.equations import fpre, rde
-from workbench.design.riccati_flow.result import RiccatiFlow
-from workbench.design.riccati_flow.series import Series, chebyshev, fourier
+The room knows matrices and functions of time or state that give them, and no plant. Read `differential.py` first; it
+takes `moebius.py` where coefficients are constant, and `time_varying.py` where they are not.
+"""
 
-__all__ = ["RiccatiFlow", "Series", "StateDependent", "chebyshev", "fourier", "fpre", "rde", "sdre"]
+from workbench.design.riccati_flow.differential import RiccatiFlow, fpre, rde
+from workbench.design.riccati_flow.state_dependent import StateDependent, sdre
+
+__all__ = ["RiccatiFlow", "StateDependent", "fpre", "rde", "sdre"]

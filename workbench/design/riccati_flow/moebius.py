@@ -1,4 +1,4 @@
-"""What a piece of time does to P: a Moebius map of symmetric matrices, applied and composed without losing symmetry."""
+"""P(t) for constant coefficients: Moebius maps of symmetric matrices over pieces of time, doubled to long ones."""
 
 from __future__ import annotations
 
@@ -9,20 +9,22 @@ import numpy as np
 import scipy.linalg
 
 from workbench.validation.refusals import Array
+from workbench.validation.views import show
+
+BISECTIONS = 60
+LARGEST = 1e150  # of an entry of P, whose square is in the equation
+SHORT = 1.0  # |H| h of the shortest piece, whose exponential loses nothing
+LOSS = 1e4  # a long piece that magnifies its own rounding by more is gone through in halves
+STEPS = 20_000  # pieces beyond which halving is given up, and what is lost counts as error
 
 
 @dataclass(frozen=True, eq=False)
 class Moebius:
-    """P -> Pi + Phi' P (I + Gamma P)^-1 Phi.
+    """P -> Pi + Phi' P (I + Gamma P)^-1 Phi, of (n, n) matrices with symmetric Gamma and Pi.
 
     The flow of P' = A'P + PA - PGP + Q over any piece of time is such a map, and so is that of a symplectic
     integrator. Pi is where P = 0 comes to, Gamma the Gramian of G over the piece, and Phi the transition matrix
     that the poles of both leave. All three stay bounded where exp(tH) grows: composing them is stable.
-
-    Parameters
-    ----------
-    Phi, Gamma, Pi
-        (n, n); Gamma and Pi symmetric, Gamma positive semidefinite but for rounding.
     """
 
     Phi: Array
@@ -38,22 +40,15 @@ class Moebius:
 
     @property
     def finite(self) -> bool:
-        """Whether all entries are finite."""
+        """True if all entries are finite."""
         return bool(np.isfinite(self.Phi).all() and np.isfinite(self.Gamma).all() and np.isfinite(self.Pi).all())
 
 
 @dataclass(frozen=True, eq=False)
 class Image:
-    """Where a map takes P, or that P escapes to infinity on the way.
+    """The image of P (n, n) under a map, or that P escapes to infinity on the way.
 
-    Parameters
-    ----------
-    P
-        (n, n), symmetric; zeros where P escapes.
-    escaped
-        Whether P has a pole within the piece of time.
-    loss
-        By how much rounding of the map is magnified in P, relative to P.
+    `loss` is by how much rounding of the map is magnified in P, relative to P.
     """
 
     P: Array
@@ -66,14 +61,14 @@ def hamiltonian(A: Array, G: Array, Q: Array) -> Array:
     return np.block([[-A, G], [Q, A.T]])
 
 
-def of_transition(E: Array) -> Moebius:
+def transition_map(E: Array) -> Moebius:
     """The map of a transition matrix E (2n, 2n) of [U; V] over a piece so short that its U, from U = I, is regular."""
     n = len(E) // 2
     Phi: Array = np.array(np.linalg.inv(E[:n, :n]))
     return Moebius(Phi, _symmetric(Phi @ E[:n, n:]), _symmetric(E[n:, :n] @ Phi))
 
 
-def applied(piece: Moebius, P: Array) -> Image:
+def image(piece: Moebius, P: Array) -> Image:
     """The image of a symmetric P (n, n).
 
     With P = L S L', S a diagonal of signs, P (I + Gamma P)^-1 = L X^-1 L' where X = S + L' Gamma L is symmetric.
@@ -96,16 +91,16 @@ def applied(piece: Moebius, P: Array) -> Image:
         if (mu < 0).sum() != (w < 0).sum() or not mu.all():
             return Image(np.zeros_like(P), True, np.inf)
         inner = (L @ Y / mu) @ (L @ Y).T
-    image = _symmetric(piece.Pi + piece.Phi.T @ inner @ piece.Phi)
+    P = _symmetric(piece.Pi + piece.Phi.T @ inner @ piece.Phi)
     reach = _norm(inner @ piece.Phi)
     terms = reach * reach * _norm(piece.Gamma) + 2 * reach * _norm(piece.Phi) + _norm(piece.Pi)
-    size = _norm(image)
-    return Image(image, False, terms / size if size else 1.0)
+    size = _norm(P)
+    return Image(P, False, terms / size if size else 1.0)
 
 
-def composed(first: Moebius, then: Moebius) -> Moebius | None:
+def composition(first: Moebius, then: Moebius) -> Moebius | None:
     """One map for two pieces of time in succession; None if P escapes between from P = 0."""
-    through = applied(then, first.Pi)
+    through = image(then, first.Pi)
     if through.escaped:
         return None
     n = len(first.Phi)
@@ -120,3 +115,92 @@ def _symmetric(X: Array) -> Array:
 
 def _norm(X: Array) -> float:
     return float(np.linalg.norm(X))
+
+
+@dataclass(frozen=True)
+@show
+class Escape:
+    """P is finite at `after` and has had a pole by `before`, in s; infinite where it was not gone so far."""
+
+    after: float
+    before: float
+
+    def joined(self, other: Escape) -> Escape:
+        """The escape that covers both."""
+        return Escape(min(self.after, other.after), max(self.before, other.before))
+
+
+def bracket(H: Array, P: Array, start: float, length: float) -> Escape:
+    """The escape that happens between `start` and `start + length`, by bisection of the length gone from `start`."""
+    low, high = 0.0, length
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        if not low < middle < high:
+            break
+        if image(transition_map(scipy.linalg.expm(middle * H)), P).escaped:
+            high = middle
+        else:
+            low = middle
+    return Escape(start + low, start + high)
+
+
+@dataclass(frozen=True, eq=False)
+class Ladder:
+    """Maps over h, 2h, 4h, ... s, shortest first, and how many of the longest make up the whole length."""
+
+    h: float
+    rungs: tuple[Moebius, ...]
+    count: int
+
+
+def ladder(H: Array, length: float, finer: int) -> Ladder:
+    """The maps for a length of time in s, halved until its pieces are short and `finer` times more."""
+    pieces = float(np.abs(H).sum(axis=0).max()) * length / SHORT
+    halvings = finer + max(0, int(np.ceil(np.log2(max(pieces, 1.0)))))
+    h = length / 2.0**halvings
+    rungs = [transition_map(scipy.linalg.expm(h * H))]
+    while len(rungs) <= halvings:
+        doubled = composition(rungs[-1], rungs[-1])
+        if doubled is None or not doubled.finite:
+            break
+        rungs.append(doubled)
+    return Ladder(h, tuple(rungs), 2 ** (halvings + 1 - len(rungs)))
+
+
+def climb(P: Array, steps: Ladder, H: Array) -> Array | Escape:
+    """P at the end of a ladder's length from P at its start, or the escape on the way; its times count from there.
+
+    Every piece is one of the ladder's longest, unless that magnifies its rounding in P or P escapes on it: then
+    it is gone through in halves, down to the shortest.
+    """
+    ahead, done, taken = [len(steps.rungs) - 1] * min(steps.count, STEPS + 1), 0, 0
+    while ahead and taken <= STEPS:
+        rung = ahead.pop()
+        gone = image(steps.rungs[rung], P)
+        taken += 1
+        if rung and (gone.escaped or (not gone.loss <= LOSS and taken + 2**rung < STEPS)):
+            ahead += [rung - 1, rung - 1]
+            continue
+        if gone.escaped:
+            return bracket(H, P, done * steps.h, steps.h)
+        if not np.abs(gone.P).max() < LARGEST:
+            return Escape(done * steps.h, np.inf)
+        P = gone.P
+        done += 2**rung
+    return Escape(done * steps.h, np.inf) if ahead else P
+
+
+def constant_flow(A: Array, G: Array, Q: Array, P: Array, lengths: Array, finer: int) -> list[Array] | Escape:
+    """P after each of successive lengths of time in s; or the escape, its times counted from the start."""
+    H, found, start = hamiltonian(A, G, Q), [], 0.0
+    known: dict[float, Ladder] = {}
+    for length in map(float, lengths):
+        if length > 0:
+            if length not in known:
+                known[length] = ladder(H, length, finer)
+            after = climb(P, known[length], H)
+            if isinstance(after, Escape):
+                return Escape(start + after.after, start + after.before)
+            P, start = after, start + length
+        found.append(P)
+    return found

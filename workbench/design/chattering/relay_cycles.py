@@ -1,0 +1,163 @@
+"""Limit cycles of a sampled relay, exact; and the oscillation that a record of a run shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.design.chattering.linear_part import ROUNDING, LinearPart
+from workbench.design.matrices import Refused
+from workbench.validation.refusals import Array, positive, whole
+from workbench.validation.signatures import door
+from workbench.validation.views import show
+
+MOST_INSTANTS = 1_000_000
+FEWEST = 5  # periods from which a frequency is taken
+
+
+@dataclass(frozen=True)
+@show
+class Cycle:
+    """A symmetric limit cycle, s(t + pi / w) = -s(t), of a relay u = -K sign(s).
+
+    Attributes
+    ----------
+    amplitude, highest
+        The peak of |s|, and the highest that it can be: a linear part with an integrator keeps any offset of s that
+        changes none of its signs, and `highest` is that of the farthest one.
+    frequency
+        w in rad/s.
+    contraction
+        The spectral radius over half a period: below 1 the cycle attracts, at 1 it keeps an offset.
+    samples
+        How many instants of the computer make up half a period T.
+    residual
+        |x(T/2) + x(0)| over |x(0)|.
+    """
+
+    amplitude: float
+    highest: float
+    frequency: float
+    contraction: float
+    samples: int
+    residual: float
+
+    @property
+    def stable(self) -> bool:
+        """True if no small departure grows."""
+        return self.contraction <= 1 + ROUNDING
+
+
+@door
+def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
+    """All symmetric limit cycles of u = -K sign(s), s = W u, with two switches a period, slowest first; exact.
+
+    Beneath a computer half a period of the cycle is a whole number of sampling periods; the signs of s are held
+    against each such number.
+
+    Parameters
+    ----------
+    system
+        W: a sampled `LinearPart`, or a discrete python-control system from u to s.
+    most
+        How many instants half a period may have.
+
+    Raises
+    ------
+    Refused
+        If there is none.
+    ValueError
+        If the system cannot be a sampled `LinearPart`, or K or `most` is not positive and finite.
+
+    References
+    ----------
+    Tsypkin (1984), Relay Control Systems.
+    Astrom (1995), Oscillations in systems with relay feedback, Adaptive Control, Filtering, and Signal
+    Processing, IMA Volumes in Mathematics 74.
+    """
+    whole("relay_cycles(most=...)", most, most=MOST_INSTANTS, of=" of instants")
+    K, W = positive("relay_cycles(K=...)", K), LinearPart.of(system)
+    if not W.period:
+        raise ValueError("`relay_cycles(system=...)` must be sampled, as by `control.c2d(system, period)`; it is not.")
+    found = _symmetric_cycles(W, K, most)
+    if not found:
+        raise Refused(
+            "`relay_cycles(system, K)` needs a half period after which s comes back with its sign changed, and none of "
+            f"up to {most} instants does; the relay slides, or its oscillation is not symmetric. Simulate it."
+        )
+    return tuple(sorted(found, key=lambda cycle: cycle.frequency))
+
+
+def _symmetric_cycles(W: LinearPart, K: float, most: int) -> list[Cycle]:
+    """The cycles of each half period up to so many instants with which the signs of s agree."""
+    found, nx = [], len(W.c)
+    Phi, Gamma = np.eye(nx), np.zeros(nx)
+    free, forced = np.empty((most, nx)), np.empty(most)  # s of the instants, by the start and by u = 1
+    for m in range(1, most + 1):
+        free[m - 1], forced[m - 1] = W.c @ Phi, W.c @ Gamma
+        Phi, Gamma = Phi @ W.A, W.A @ Gamma + W.b
+        try:
+            start = K * np.linalg.solve(np.eye(nx) + Phi, Gamma)
+        except np.linalg.LinAlgError:  # W itself oscillates with this period, and grows in the relay's
+            continue
+        s = free[:m] @ start - K * forced[:m]
+        if s.min() <= 0:
+            continue
+        contraction = float(np.abs(np.linalg.eigvals(Phi)).max())
+        offset = float(s.min()) if contraction > 1 - ROUNDING else 0.0
+        residual = float(np.linalg.norm(Phi @ start - K * Gamma + start) / np.linalg.norm(start))
+        found.append(Cycle(s.max(), s.max() + offset, np.pi / (m * W.period), contraction, m, residual))
+    return found
+
+
+@dataclass(frozen=True)
+@show
+class RecordedOscillation:
+    """The oscillation in a record of s.
+
+    Attributes
+    ----------
+    amplitude, offset
+        Half of the highest minus the lowest s, and their mean.
+    frequency
+        In rad/s, of the upward passages through the offset; None where there are not five periods.
+    scatter
+        The standard deviation of the periods over their mean: how far it is one oscillation; None likewise.
+    """
+
+    amplitude: float
+    offset: float
+    frequency: float | None
+    scatter: float | None
+
+
+@door
+def record_oscillation(t: Array, s: Array) -> RecordedOscillation:
+    """The oscillation in the record s (N,) at times t (N,) in s, from which its start is left out already.
+
+    Raises
+    ------
+    Refused
+        If a number is not finite: a run that was lost has no amplitude.
+    ValueError
+        If t and s are not two vectors of one length, or t does not rise.
+    """
+    if t.ndim != 1 or t.shape != s.shape or len(t) < 2 or not (np.isfinite(t).all() and (np.diff(t) > 0).all()):
+        raise ValueError(
+            f"`record_oscillation(t, s)` must be two vectors of one length, t rising and finite; got shapes "
+            f"{t.shape} and {s.shape}."
+        )
+    if not np.isfinite(s).all():
+        raise Refused("`record_oscillation(t, s)` must be finite, and this record is not; the run was lost.")
+    low, high = float(s.min()), float(s.max())
+    offset = (low + high) / 2
+    d = s - offset
+    i = np.flatnonzero((d[:-1] < 0) & (d[1:] >= 0))
+    passages = t[i] - d[i] * (t[i + 1] - t[i]) / (d[i + 1] - d[i])
+    if len(passages) <= FEWEST:
+        return RecordedOscillation((high - low) / 2, offset, None, None)
+    periods = np.diff(passages)
+    mean = float(periods.mean())
+    return RecordedOscillation((high - low) / 2, offset, 2 * np.pi / mean, float(periods.std() / mean))

@@ -1,0 +1,244 @@
+"""Modes of a linear system: its poles, and which of them no input reaches or no output shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from workbench.design.linear.arguments import state_space
+from workbench.design.matrices import Complex
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
+from workbench.validation.views import show
+
+if TYPE_CHECKING:
+    import control
+
+ROUNDING = float(np.finfo(float).eps)
+TOLERANCE = 1e-9  # of the margin: below it a mode counts as not reached
+TAKES_PART = 0.1  # of the largest entry: what a state must have to be named
+DESCENTS = 30
+NEARBY = 4.0  # times the norm of A and the nx-th root of rounding: how far that may move a multiple eigenvalue
+
+
+@dataclass(frozen=True)
+@show
+class Pole:
+    """An eigenvalue lambda of A, and what belongs to it.
+
+    Attributes
+    ----------
+    value
+        lambda in 1/s; of a discrete system the number z itself.
+    frequency
+        The natural frequency |lambda| in rad/s; of a discrete system that of log(z) / dt, infinite at z = 0.
+    damping
+        -Re lambda / |lambda|: 1 for a decay without oscillation, negative where it grows, NaN at zero.
+    condition
+        By how much a small change of A may move the pole, relative to that change (Wilkinson); infinite at a
+        defective eigenvalue.
+    states
+        The states that take part, by participation factors of at least a tenth of the largest, that one first.
+    """
+
+    value: complex
+    frequency: float
+    damping: float
+    condition: float
+    states: tuple[str, ...]
+
+
+@door
+def poles(system: control.StateSpace) -> tuple[Pole, ...]:
+    """The poles of a system, the slowest to decay first.
+
+    Raises
+    ------
+    ValueError
+        If it is no `StateSpace` with finite matrices.
+
+    References
+    ----------
+    Wilkinson (1965), The Algebraic Eigenvalue Problem, chapter 2; Perez-Arriaga, Verghese and Schweppe (1982),
+    IEEE Transactions on Power Apparatus and Systems 101 (participation factors).
+    """
+    A = state_space("poles", system)[0]
+    names = system.state_labels
+    values, right = np.linalg.eig(A)
+    try:
+        left = np.asarray(np.linalg.inv(right))  # its rows are left eigenvectors, each with w v = 1
+    except np.linalg.LinAlgError:  # a defective eigenvalue
+        left = np.full_like(right, np.inf)
+    found = []
+    for k, value in enumerate(values):
+        along = left[k] * right[:, k]
+        with np.errstate(over="ignore"):
+            condition = float(np.linalg.norm(left[k]))
+        size, damping = _spread(complex(value), system.dt if system.isdtime(strict=True) else None)
+        found.append(Pole(complex(value), size, damping, condition, _named(along, names)))
+    growth = np.abs(values) if system.isdtime(strict=True) else values.real
+    return tuple(found[k] for k in np.lexsort((-values.imag, -np.round(growth, 9))))
+
+
+def _spread(value: complex, dt: float | None) -> tuple[float, float]:
+    """Natural frequency and damping of a pole; of z = 0, which is gone after one step, infinite and 1."""
+    if dt is not None and not value:
+        return float("inf"), 1.0
+    s = value if dt is None else complex(np.log(value)) / dt
+    size = abs(s)
+    return size, -s.real / size if size else float("nan")
+
+
+@dataclass(frozen=True, eq=False)
+@show
+class Mode:
+    """An eigenvalue of A under the test of Popov, Belevitch and Hautus.
+
+    Attributes
+    ----------
+    value
+        lambda, where the matrix of the test is nearest to a loss of rank.
+    margin
+        The smallest singular value of [lambda I - A, B], or of [lambda I - A; Cy], as a share of the norm of
+        [A, B] or [A; Cy]: how small a change of the matrices would hide the mode.
+    direction
+        The unit vector (nx,) that no input moves, as w* x, or that no output shows.
+    states
+        The states that take part in it, the largest first.
+    """
+
+    value: complex
+    margin: float
+    direction: Complex
+    states: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+@show
+class Hautus:
+    """The outcome of a test of Popov, Belevitch and Hautus.
+
+    Attributes
+    ----------
+    kind
+        "controllable" or "observable".
+    modes
+        All eigenvalues, the smallest margin first.
+    tolerance
+        What a margin must exceed.
+    """
+
+    kind: str
+    modes: tuple[Mode, ...]
+    tolerance: float
+
+    @property
+    def holds(self) -> bool:
+        """True if every mode has its margin."""
+        return not self.failing
+
+    @property
+    def failing(self) -> tuple[Mode, ...]:
+        """The modes without a margin."""
+        return tuple(mode for mode in self.modes if mode.margin <= self.tolerance)
+
+    @property
+    def margin(self) -> float:
+        """The smallest margin."""
+        return self.modes[0].margin
+
+    def __str__(self) -> str:
+        """The verdict in a sentence, with the modes that fail."""
+        if self.holds:
+            return f"{self.kind}: the smallest margin is {self.margin:.2g} (tolerance {self.tolerance:.1g})"
+        what = "no input moves" if self.kind == "controllable" else "no output shows"
+        modes = "; ".join(
+            f"{_figure(m.value)} along {', '.join(m.states)} (margin {m.margin:.1g})" for m in self.failing
+        )
+        return f"not {self.kind}: {what} the mode {modes} (tolerance {self.tolerance:.1g})"
+
+
+@door
+def controllability(system: control.StateSpace, tolerance: float = TOLERANCE) -> Hautus:
+    """The test that rank [lambda I - A, B] = nx at every eigenvalue lambda of A: inputs move every mode.
+
+    Margins depend on the units of the states, as every distance between matrices does. At an eigenvalue that rounding
+    has moved, as it moves multiple ones, the smallest singular value is sought nearby.
+
+    Parameters
+    ----------
+    tolerance
+        The margin, relative to the norm of [A, B], at which a mode counts as not reached.
+
+    Raises
+    ------
+    ValueError
+        If it is no `StateSpace` with finite matrices, or the tolerance is not between rounding and 1.
+
+    References
+    ----------
+    Hautus (1969), Indagationes Mathematicae 31; Eising (1984), Systems & Control Letters 4 (the distance).
+    """
+    A, B, _, _ = state_space("controllability", system)
+    return _hautus("controllable", A, B, system.state_labels, tolerance)
+
+
+@door
+def observability(system: control.StateSpace, tolerance: float = TOLERANCE) -> Hautus:
+    """The test that rank [lambda I - A; Cy] = nx at every eigenvalue lambda of A: outputs show every mode.
+
+    Margins, tolerance and refusals are those of `controllability`.
+    """
+    A, _, Cy, _ = state_space("observability", system)
+    return _hautus("observable", A.T, Cy.T, system.state_labels, tolerance)  # controllable of the transpose
+
+
+def _least(A: Array, B: Array, value: complex) -> tuple[Complex, float, complex]:
+    """The least singular value of [lambda I - A, B], its left vector w, and w* v: its derivative by lambda."""
+    U, s, V = np.linalg.svd(np.hstack([value * np.eye(len(A)) - A, B]), full_matrices=False)
+    w = U[:, -1]
+    return w, float(s[-1]), complex(w.conj() @ V[-1, : len(A)].conj())
+
+
+def _named(vector: Complex, names: list[str]) -> tuple[str, ...]:
+    """The names of the entries that are large, the largest first; of equal ones the first."""
+    size = np.abs(vector)
+    order = np.argsort(-np.round(size / (size.max() or 1.0), 6), kind="stable")
+    return tuple(names[i] for i in order if size[i] >= TAKES_PART * size.max())
+
+
+def _figure(value: complex) -> str:
+    return (
+        f"{value.real:.4g}{value.imag:+.4g}j 1/s"
+        if abs(value.imag) > ROUNDING * abs(value)
+        else f"{value.real:.4g} 1/s"
+    )
+
+
+def _hautus(kind: str, A: Array, B: Array, names: list[str], tolerance: float) -> Hautus:
+    if not ROUNDING < tolerance < 1:
+        raise ValueError(f"`{kind}(tolerance=...)` must be between rounding, 2e-16, and 1; got {tolerance!r}.")
+    scale = float(np.linalg.norm(np.hstack([A, B]), 2)) or 1.0
+    modes = (_mode(A, B, value, scale, names) for value in np.linalg.eigvals(A).astype(complex))
+    return Hautus(kind, tuple(sorted(modes, key=lambda m: m.margin)), tolerance)
+
+
+def _mode(A: Array, B: Array, value: complex, scale: float, names: list[str]) -> Mode:
+    """The mode at an eigenvalue, or where the smallest singular value of [lambda I - A, B] is least near it.
+
+    Newton's method on w* [lambda I - A, B] v = 0 with the singular vectors w and v; short steps where that overshoots.
+    """
+    w, margin, slope = _least(A, B, value)
+    start, reach = value, NEARBY * ROUNDING ** (1 / len(A)) * float(np.linalg.norm(A, 2))
+    for _ in range(DESCENTS):
+        step = margin / slope if slope else 0.0
+        for nearby in (value - step, value - abs(slope) ** 2 * step):
+            found = _least(A, B, nearby)
+            if found[1] < margin * (1 - 1e-6) and abs(nearby - start) <= reach:
+                value, (w, margin, slope) = nearby, found
+                break
+        else:
+            break
+    return Mode(complex(value), margin / scale, w, _named(w, names))

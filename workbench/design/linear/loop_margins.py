@@ -1,0 +1,215 @@
+"""Margins of a feedback loop: gain, phase and delay, loop by loop, and the disk margin of all loops at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from workbench.design.linear.feedback_loops import alone, closed, matrices_of
+from workbench.design.linear.peak_gain import (
+    Realisation,
+    crossings_of,
+    largest_gain,
+    pole_frequencies,
+    scaled_peak,
+    spectral_peak,
+)
+from workbench.design.matrices import Complex, Refused
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
+from workbench.validation.views import show
+
+if TYPE_CHECKING:
+    import control
+
+TURN = 2 * np.pi
+FREQUENCIES = 2000
+DECAY = 1e-12  # of the size of A: a pole that decays no faster is on the axis, as far as rounding can tell
+
+
+@dataclass(frozen=True)
+@show
+class DiskMargin:
+    """The largest complex change of all loops at once, each by a factor of its own, that the loop stands.
+
+    Attributes
+    ----------
+    alpha
+        The symmetric disk margin, from below: the loop stays stable while each loop is multiplied by its own
+        (2 + d) / (2 - d) with |d| < alpha, as far as eigenvalues of a Hamiltonian matrix can be trusted.
+    alpha_above
+        A change of this size makes the loop unstable; above `alpha` by what one constant scaling gives away.
+    frequency
+        Where that happens, in rad/s.
+    """
+
+    alpha: float
+    alpha_above: float
+    frequency: float
+
+    @property
+    def gain(self) -> tuple[float, float]:
+        """The factors between which all loop gains may change, each by itself, while phases stay."""
+        a = self.alpha
+        return ((2 - a) / (2 + a), (2 + a) / (2 - a)) if a < 2 else (0.0, float("inf"))
+
+    @property
+    def phase(self) -> float:
+        """The degrees by which all phases may change, each by itself, while gains stay."""
+        return float(np.degrees(2 * np.arctan(min(self.alpha, 2.0) / 2)))
+
+
+@door
+def disk_margin(loop: control.StateSpace) -> DiskMargin:
+    """The disk margin of a loop L: 1 / mu of (S - T) / 2, over complex changes of each channel by itself.
+
+    mu is bounded from above by the H-infinity norm of D (S - T) D^-1 / 2 with the best constant diagonal D, and from
+    below by spectral radii at frequencies.
+
+    Raises
+    ------
+    ValueError
+        If `loop` is no square, continuous `StateSpace`, or I + D is singular.
+    Refused
+        If the closed loop is not asymptotically stable: its slowest pole is named.
+
+    References
+    ----------
+    Seiler, Packard and Gahinet (2020), IEEE Control Systems Magazine 40(5), "An introduction to disk margins".
+    """
+    L = matrices_of("disk_margin", loop)
+    if L.D.shape == (1, 1):
+        return _disk_margin_of(L)
+    M = _balanced(L)
+    above = scaled_peak(M)
+    below, frequency = spectral_peak(M)
+    return DiskMargin(1 / above, 1 / below, frequency)
+
+
+@dataclass(frozen=True)
+@show
+class LoopMargins:
+    """The margins of one loop while all others are closed.
+
+    Attributes
+    ----------
+    name
+        The input at which it is broken.
+    gain
+        Factors (below 1, above 1) of its gain at which the closed loop is no longer stable; 0 and infinity if none.
+    phase
+        The phase in degrees that it may lose or gain; infinite without a crossover.
+    delay
+        The delay in s that it stands; infinite without a crossover.
+    crossover
+        The frequency of |L| = 1 with the least phase margin, in rad/s; NaN if there is none.
+    disk
+        Its disk margin.
+    """
+
+    name: str
+    gain: tuple[float, float]
+    phase: float
+    delay: float
+    crossover: float
+    disk: DiskMargin
+
+
+@door
+def loop_margins(loop: control.StateSpace) -> tuple[LoopMargins, ...]:
+    """The classical margins of each channel of a loop L, one broken at a time.
+
+    Crossings are found by eigenvalues and not on a grid, and located to rounding: |L(i omega)| = 1 by those of a
+    Hamiltonian matrix, and a real L(i omega) by the zeros of L(s) - L(-s).
+
+    Raises
+    ------
+    ValueError, Refused
+        As `disk_margin`.
+    """
+    L = matrices_of("loop_margins", loop)
+    return tuple(_margins(alone(L, i), loop.input_labels[i]) for i in range(L.B.shape[1]))
+
+
+def _margins(L: Realisation, name: str) -> LoopMargins:
+    def values(frequencies: Array) -> Complex:
+        return np.asarray(L.response(frequencies)[:, 0, 0])
+
+    def excess(frequencies: Array) -> Array:  # of |L| over 1, between -1 and 1
+        size = np.abs(values(frequencies))
+        return np.asarray((size - 1) / (size + 1))
+
+    disk, feedthrough = _disk_margin_of(L), float(L.D[0, 0])
+    crossings = _zeros(excess, _between(L, crossings_of(L, 1.0) if abs(feedthrough) != 1 else np.zeros(0)))
+    turned = np.angle(-values(crossings))  # the phase above -180 degrees
+    real = _zeros(lambda frequencies: values(frequencies).imag, _between(L, _real_at(L)))
+    # a loop that integrates has no finite gain at 0
+    still = np.zeros(1 if not len(L.A) or np.linalg.cond(L.A) < 1e12 else 0)
+    reals = [feedthrough, *values(np.concatenate([still, real])).real]
+    factors = [-1 / float(gain) for gain in reals if gain < 0]
+    least = int(np.argmin(np.abs(turned))) if len(turned) else None
+    return LoopMargins(
+        name,
+        (max((f for f in factors if f < 1), default=0.0), min((f for f in factors if f > 1), default=float("inf"))),
+        float("inf") if least is None else float(np.degrees(abs(turned[least]))),
+        float("inf") if least is None else float(np.min(turned % TURN / crossings)),
+        float("nan") if least is None else float(crossings[least]),
+        disk,
+    )
+
+
+def _real_at(L: Realisation) -> Array:
+    """Frequencies at which L may be real, (N,): the zeros of L(s) - L(-s), of which some too many do no harm."""
+    from scipy.linalg import block_diag, eigvals
+
+    nx = len(L.A)
+    pencil = np.block([[block_diag(L.A, -L.A), np.vstack([L.B, L.B])], [L.C, L.C, np.zeros((1, 1))]])
+    with np.errstate(divide="ignore", invalid="ignore"):  # the zeros at infinity
+        zeros = eigvals(pencil, block_diag(np.eye(2 * nx), np.zeros((1, 1))))
+    return np.unique(np.abs(zeros[np.isfinite(zeros)].imag))
+
+
+def _between(L: Realisation, candidates: Array) -> Array:
+    """Frequencies in rad/s, from far below all poles to far above, with one between any two candidates of a zero."""
+    S = closed(L)
+    spread = np.concatenate([pole_frequencies(system, FREQUENCIES) for system in (L, S)])
+    candidates = np.sort(candidates[(candidates > 0) & (candidates < 1e6 * spread.max())])
+    # not just halfway, where an undamped pole may lie
+    gaps = 0.47 * candidates[:-1] + 0.53 * candidates[1:]
+    ends = np.concatenate([candidates[:1] / 3, 3 * candidates[-1:]])
+    return np.unique(np.concatenate([spread, gaps, ends]))
+
+
+def _disk_margin_of(L: Realisation) -> DiskMargin:
+    """The disk margin of a single loop, where mu is the gain itself."""
+    peak = largest_gain(_balanced(L))
+    return DiskMargin(1 / peak.above, 1 / peak.below, peak.frequency)
+
+
+def _zeros(function: Callable[[Array], Array], frequencies: Array) -> Array:
+    """The zeros of a function of frequencies, at those given and between those where it changes its sign."""
+    from scipy.optimize import brentq
+
+    def at(omega: float) -> float:
+        return float(function(np.array([omega]))[0])
+
+    signs = np.sign(function(frequencies))
+    places = np.flatnonzero(signs[:-1] * signs[1:] < 0)
+    ends = [(float(frequencies[k]), float(frequencies[k + 1])) for k in places]
+    found = [brentq(at, low, high, xtol=1e-13 * low, rtol=1e-13) for low, high in ends]
+    return np.sort([*found, *frequencies[signs == 0]])
+
+
+def _balanced(L: Realisation) -> Realisation:
+    """(S - T) / 2 = S - I / 2; refused where the closed loop does not decay."""
+    S = closed(L)
+    slowest = max(np.linalg.eigvals(S.A), key=lambda pole: pole.real, default=-1.0)
+    if slowest.real >= -DECAY * (1 + np.linalg.norm(S.A)):
+        raise Refused(
+            f"A loop has a margin only where it is asymptotically stable once closed; here a pole is "
+            f"{slowest:.4g} 1/s. Hold states that no command depends on by `freeze`."
+        )
+    return replace(S, D=np.asarray(S.D - np.eye(len(S.D)) / 2, dtype=float))

@@ -1,0 +1,237 @@
+"""From a Riccati equation to a solution that can be trusted, or to the reason why there is none.
+
+References
+----------
+Hautus (1969), Controllability and observability conditions of linear autonomous systems, Indag. Math. 31
+(the test of Popov, Belevitch and Hautus).
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import linalg
+
+from workbench.design.matrices import EPS, Certificate, Complex, Refused, indefinite, one_thread
+from workbench.design.riccati.algebraic_equation import Continuous, Data, Discrete, Equation, hamiltonian, norm
+from workbench.design.riccati.conditioning import Conditioning, Units, conditioning, good_units, in_range
+from workbench.design.riccati.double_double import twice
+from workbench.design.riccati.newton import Refined, candidates, refine
+from workbench.validation.refusals import Array
+from workbench.validation.views import show
+
+NEAR = 1e-7  # half the digits and a little more: eigenvalues that meet on the boundary are found no better
+LOST = 1e-12  # a relative distance from a loss of rank that rounding may have made
+MOST_MODES = 40  # each asks for singular values
+WORST_RESIDUAL = 1e-11
+WORST_ERROR = 1e-4  # four digits of X for the data as given
+WORST_MOVE = 1e-2  # two digits of X in good units when every matrix is rounded to floating-point numbers
+WORTH_A_WARNING = 1e-6
+UNSURE = 0.01  # of a margin, that rounding may take
+UNSEEN = 2.0**-100  # of the terms of a residual: what sums in twice the working precision may lose
+ROUNDING = 8 * EPS  # what a few operations on the data, a change of coordinates say, do to them
+
+
+@dataclass(frozen=True)
+class Words:
+    """The reasons as they read for a regulator, or for an estimator."""
+
+    unmoved: str
+    free: str
+
+
+REGULATOR = Words(
+    unmoved="the pair (A, B) is not stabilisable: no input moves the unstable mode {mode} of A (relative PBH distance "
+    "{distance:.1e}). Give it an actuator, or leave it out of the model",
+    free="the mode {mode} of A lies on the {edge} and costs nothing in Q (relative PBH distance {distance:.1e}), so it "
+    "stays where it is. Give it a weight in Q",
+)
+ESTIMATOR = Words(
+    unmoved="the pair (A, C) is not detectable: no output sees the unstable mode {mode} of A (relative PBH distance "
+    "{distance:.1e}). Give it a sensor, or leave it out of the model",
+    free="the mode {mode} of A lies on the {edge} and no noise drives it (relative PBH distance {distance:.1e}), so "
+    "the filter stops to look at it. Give it noise in Qn",
+)
+
+
+def reason(d: Data, discrete: bool, words: Words = REGULATOR) -> str:
+    """One sentence on why there is no stabilising solution, or an empty text if none is seen."""
+    modes: Complex = np.asarray(linalg.eigvals(d.A, d.E), dtype=complex)
+    modes = modes[np.isfinite(modes)]
+    inside = 1 - np.abs(modes) if discrete else -modes.real
+    scale = 1.0 if discrete else max(1e-300, float(np.abs(modes).max(initial=0)))
+    mode, distance = _worst(d, modes[inside <= NEAR * scale], d.B, beside=True)
+    if distance <= LOST:
+        return words.unmoved.format(mode=figure(mode), distance=distance)
+    mode, distance = _worst(d, modes[np.abs(inside) <= NEAR * scale], d.Q, beside=False)
+    if distance <= LOST and not d.S.any():
+        edge = "unit circle" if discrete else "imaginary axis"
+        return words.free.format(mode=figure(mode), distance=distance, edge=edge)
+    return "" if discrete else _axis(d)
+
+
+def _axis(d: Data) -> str:
+    """The reason that the Hamiltonian matrix has an eigenvalue on the imaginary axis, or an empty text."""
+    try:
+        values = np.linalg.eigvals(hamiltonian(d))
+    except (np.linalg.LinAlgError, ValueError):
+        return ""
+    nearest = values[np.abs(values.real).argmin()]
+    if abs(nearest.real) > NEAR * np.abs(values).max():
+        return ""
+    return (
+        f"the Hamiltonian matrix has the eigenvalue {figure(complex(0, abs(nearest.imag)))} on the imaginary axis, "
+        "within rounding, so no X stabilises A - B K. Weigh the states more in Q"
+    )
+
+
+def _worst(d: Data, modes: Complex, other: Array, beside: bool) -> tuple[complex, float]:
+    """The mode whose pencil [A - mode E, other], or the same stacked, comes nearest to a loss of rank."""
+    found = 0j, np.inf
+    E = np.eye(d.n) if d.E is None else d.E
+    # both parts are made of one size, so that neither hides the other's zeros
+    size = [max(norm(matrix), 1e-300) for matrix in (d.A, other)]
+    for mode in modes[:MOST_MODES]:
+        parts = [(d.A - mode * E) / size[0], other / size[1]]
+        values = np.linalg.svd(np.hstack(parts) if beside else np.vstack(parts), compute_uv=False)
+        if values[-1] < found[1]:
+            found = complex(mode), float(values[-1])
+    return found
+
+
+def figure(mode: complex) -> str:
+    """A pole in four digits, as a real number if it is one."""
+    return f"{mode.real:.4g}" if abs(mode.imag) < 1e-12 * (1 + abs(mode)) else f"{mode.real:.4g}{mode.imag:+.4g}j"
+
+
+@dataclass(frozen=True)
+@show
+class Riccati:
+    """The stabilising solution X of an algebraic Riccati equation, and its gain.
+
+    Parameters
+    ----------
+    X
+        The solution (n, n), symmetric.
+    K
+        The gain: (m, n) of a regulator u = -K x, (n, ny) of an estimator x_hat' = A x_hat + K (y - C x_hat).
+    poles
+        The eigenvalues (n,) of A - B K, or A - K C.
+    certificate
+        How far X can be trusted.
+    """
+
+    X: Array
+    K: Array
+    poles: Complex
+    certificate: Certificate
+
+
+@dataclass(frozen=True)
+class _Judgement:
+    """A refined candidate, its certificate, and the worst objection to it."""
+
+    found: Refined
+    K: Array
+    certificate: Certificate
+    against: str
+
+    @property
+    def settled(self) -> bool:
+        """True if this is the stabilising solution, trusted or not."""
+        known = self.certificate
+        return known.margin > 0 and known.residual <= WORST_RESIDUAL and known.error <= WORST_ERROR
+
+
+@one_thread()
+@np.errstate(all="ignore")  # what leaves the range of floats is seen in the certificate
+def stabilising(
+    call: str,
+    data: Data,
+    kind: type[Continuous] | type[Discrete],
+    words: Words = REGULATOR,
+) -> Riccati:
+    """The stabilising solution of the first method that finds one that can be trusted, or a refusal with the reason."""
+    units = good_units(data)
+    equation: Equation = kind(units.into(data))
+    objections = []
+    for X in candidates(equation):
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # singular matrices are seen in the certificate
+                judgement = _judge(equation, refine(equation, X), units)
+        except (OverflowError, ValueError):  # SciPy's answer to what is not finite, and the parent of LinAlgError
+            continue
+        if not judgement.against:
+            point = judgement.found.point
+            X = in_range(call, "X", units.out_of(point.X), point.X)
+            K = in_range(call, "K", units.gain(judgement.K), judgement.K)
+            return Riccati(X, K, judgement.found.operator.poles, judgement.certificate)
+        objections.append(judgement.against)
+        if judgement.settled:
+            break  # every method would end at this X
+    why = reason(equation.data, isinstance(equation, Discrete), words) or (
+        objections[0] if objections else "no method finds one"
+    )
+    raise Refused(f"`{call}`: there is no stabilising solution X that can be trusted: {why}.")
+
+
+def _judge(equation: Equation, found: Refined, units: Units) -> _Judgement:
+    point = found.point
+    margin = found.operator.margin
+    known = conditioning(equation, found, units) if margin > 0 else Conditioning(np.inf, np.inf, 0.0, np.inf)
+    # the gain may hang on digits that X has no room for, so it is that of X and the next step together
+    beyond = equation.at(twice(point.X) + found.correction)
+    still = found.operator.solve(-beyond.left)
+    # what Newton's method still sees, what its next step would leave, and what lies below the digits of its residual
+    lacking = norm(units.out_of(found.correction)) + norm(units.out_of(still)) + UNSEEN * point.terms * known.response
+    error = lacking / (norm(units.out_of(point.X)) or np.inf)
+    of_gain = norm(units.gain(equation.steering(beyond, still))) / (norm(units.gain(beyond.K)) or np.inf)
+    certificate = Certificate(
+        residual=point.relative,
+        error=max(error, EPS / 2) if point.X.any() else 0.0,
+        condition=known.condition,
+        margin=margin,
+        refined=found.steps,
+        warnings=tuple(_warnings(equation, found, error, of_gain, known)),
+    )
+    return _Judgement(found, beyond.K, certificate, _against(found, certificate, known))
+
+
+def _against(found: Refined, certificate: Certificate, known: Conditioning) -> str:
+    if not certificate.margin > 0:
+        return f"the closed loop of the nearest solution has the pole {figure(found.operator.slowest)}"
+    if not certificate.residual <= WORST_RESIDUAL:
+        return f"the relative residual stays at {certificate.residual:.1e}, above {WORST_RESIDUAL:g}"
+    if not known.reach > ROUNDING:
+        return (
+            f"a relative change of the data by {known.reach:.1e}, less than their rounding, may move eigenvalues of "
+            "the closed loop onto the edge of stability"
+        )
+    if not certificate.error <= WORST_ERROR:
+        return f"the relative error of X is about {certificate.error:.1e}, above {WORST_ERROR:g}"
+    if not known.in_good_units * EPS <= WORST_MOVE:
+        change = f"{known.in_good_units * EPS:.1e}"
+        return f"rounding the data can change X, in good units, by {change} of its size, so its digits mean nothing"
+    return ""
+
+
+def _warnings(equation: Equation, found: Refined, error: float, of_gain: float, known: Conditioning) -> Iterator[str]:
+    if known.condition * EPS > WORTH_A_WARNING:
+        yield f"rounding the data can change X by up to {known.condition * EPS:.1e} of its size"
+    if error > WORTH_A_WARNING:
+        yield f"X is known to a relative error of about {error:.1e} only"
+    if of_gain > WORTH_A_WARNING:
+        yield f"K is known to a relative error of about {of_gain:.1e} only"
+    margin = found.operator.margin
+    if margin > 0 and (sure := found.operator.sure_margin()) < (1 - UNSURE) * margin:
+        yield f"rounding moves the poles: of the margin {margin:.3g} only {sure:.3g} is sure"
+    if known.reach < 1 and known.reach > 0 and known.reach < EPS / WORTH_A_WARNING:
+        yield f"relative changes of the data beyond about {known.reach:.1e} may leave no stabilising solution"
+    if indefinite(equation.data.Q):
+        yield "Q is not positive semidefinite: X stabilises, but a loop that does not may cost less"
+    if indefinite((found.point.W + found.point.W.T) / 2):
+        yield "R + B'XB is not positive definite: u = -K x stabilises, but the cost has no minimum there"

@@ -1,0 +1,258 @@
+"""The Riccati equations in time: backward from a terminal weight, and forward from a start."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.design.matrices import Refused, symmetric
+from workbench.design.riccati_flow.moebius import LARGEST, Escape, constant_flow
+from workbench.design.riccati_flow.time_varying import Coefficient, Coefficients, varying_flow
+from workbench.validation.refusals import Array, as_array, described
+from workbench.validation.signatures import door
+from workbench.validation.views import show
+
+EPS = float(np.finfo(float).eps)
+GRIDS = (0, 1)  # halvings beyond need: two ways to cut time, whose answers differ by what rounding does
+CAUTION = 10.0  # by which that difference is taken for the error
+PASSES = 4
+FINEST = 1e-14  # tolerance of a step, below which there is only rounding
+
+
+@dataclass(frozen=True, eq=False)
+@show
+class RiccatiFlow:
+    """P(t) at the times asked for, symmetric to the last bit, with the gains K = R^-1 B' P of u = -K x.
+
+    Parameters
+    ----------
+    times
+        (N,), in s.
+    P
+        (N, n, n).
+    K
+        (N, m, n).
+    error
+        (N,), an estimate of the relative error of P in the Frobenius norm.
+    least
+        (N,), the least eigenvalue of P.
+    rest
+        (N,), the norm of P' over the sum of those of its four terms: zero where P is at rest.
+    distance
+        (N,), of P from the stabilising solution X of the algebraic equation, over the norm of X; None where the
+        coefficients vary or there is no such X.
+    """
+
+    times: Array
+    P: Array
+    K: Array
+    error: Array
+    least: Array
+    rest: Array
+    distance: Array | None
+
+    def __str__(self) -> str:
+        away = "" if self.distance is None else f", from the algebraic solution {self.distance[-1]:.1e}"
+        return (
+            f"{len(self.times)} times in [{self.times[0]:g}, {self.times[-1]:g}] s: error {self.error.max():.1e}, "
+            f"least eigenvalue {self.least.min():.3g}; at the last time P' {self.rest[-1]:.1e} of its terms{away}"
+        )
+
+
+@door
+def rde(
+    A: Coefficient, B: Coefficient, Q: Coefficient, R: Coefficient, P1: Any, times: Any, *, rtol: float = 1e-10
+) -> RiccatiFlow:
+    """The differential Riccati equation of the finite horizon, backward from the terminal weight:
+
+        -P' = A'P + PA - P B R^-1 B' P + Q,      P(t_N) = P1.
+
+    u = -R^-1 B' P(t) x minimises the integral of x'Qx + u'Ru over [t, t_N] plus x(t_N)' P1 x(t_N), and x'P(t)x
+    is that minimum. Where Q and P1 are positive semidefinite P(t) exists at all times, and is so too.
+
+    Parameters
+    ----------
+    A, B, Q, R
+        (n, n), (n, m), (n, n) and (m, m), each a matrix or a smooth function of time that gives one.
+    P1
+        (n, n), symmetric.
+    times
+        (N,), rising, in s; the last is the horizon.
+    rtol
+        The relative error allowed.
+
+    Raises
+    ------
+    ValueError
+        If a matrix does not fit, Q or P1 is not symmetric, R not positive definite, or the times do not rise.
+    Refused
+        If P escapes to infinity within the times (the message brackets when), or its error would be beyond rtol.
+
+    References
+    ----------
+    Anderson and Moore (1990), Optimal Control: Linear Quadratic Methods, chapter 2.
+    Davison and Maki (1973), The numerical solution of the matrix Riccati differential equation, IEEE Transactions
+    on Automatic Control 18(1).
+    """
+    return _solved("rde(A, B, Q, R, P1, times)", (A, B, Q, R), ("P1", P1), times, rtol, backward=True)
+
+
+@door
+def fpre(
+    A: Coefficient, B: Coefficient, Q: Coefficient, R: Coefficient, P0: Any, times: Any, *, rtol: float = 1e-10
+) -> RiccatiFlow:
+    """The forward-propagating Riccati equation, (34) of the paper:
+
+        P' = A'P + PA - P B R^-1 B' P + Q,       P(t_1) = P0.
+
+    For constant coefficients it is `rde` with time turned round, and tends to the same algebraic solution; for
+    others u = -R^-1 B' P(t) x minimises nothing, and need not stabilise.
+
+    Parameters
+    ----------
+    A, B, Q, R
+        (n, n), (n, m), (n, n) and (m, m), each a matrix or a smooth function of time that gives one.
+    P0
+        (n, n), symmetric.
+    times
+        (N,), rising, in s; the first is that of P0.
+    rtol
+        The relative error allowed.
+
+    Raises
+    ------
+    ValueError
+        If a matrix does not fit, Q or P0 is not symmetric, R not positive definite, or the times do not rise.
+    Refused
+        If P escapes to infinity within the times (the message brackets when), or its error would be beyond rtol.
+
+    References
+    ----------
+    Weiss, Kolmanovsky and Bernstein (2012), Forward-integration Riccati-based output-feedback control of linear
+    time-varying systems, American Control Conference.
+    """
+    return _solved("fpre(A, B, Q, R, P0, times)", (A, B, Q, R), ("P0", P0), times, rtol, backward=False)
+
+
+def _solved(
+    call: str,
+    given: tuple[Coefficient, ...],
+    start: tuple[str, Any],
+    times: Any,
+    rtol: float,
+    backward: bool,
+) -> RiccatiFlow:
+    coefficients = Coefficients(call, *given)
+    t = _rising(call, times)
+    if not 1e-13 <= rtol <= 1e-2:
+        raise ValueError(f"`{call}`: rtol must lie between 1e-13, near rounding, and 1e-2; got {rtol!r}.")
+    begin, sign = (t[-1], -1.0) if backward else (t[0], 1.0)
+    first = coefficients.at(begin)
+    P = symmetric(call, *start, len(first.A))
+    gone = np.abs((t[::-1] if backward else t) - begin)
+    march = _constant if coefficients.constant else _varying
+    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is seen, and refused
+        found, error = march(coefficients, P, gone, rtol, begin, sign)
+    if backward:
+        found, error = found[::-1], error[::-1]
+    terms = [coefficients.at(when) for when in t]
+    return RiccatiFlow(
+        t,
+        found,
+        np.array([at.gain(X) for at, X in zip(terms, found, strict=True)]),
+        error,
+        np.array(np.linalg.eigvalsh(found)[:, 0]),
+        np.array([at.rest(X) for at, X in zip(terms, found, strict=True)]),
+        _distance(coefficients, found) if coefficients.constant else None,
+    )
+
+
+def _constant(
+    coefficients: Coefficients, P: Array, gone: Array, rtol: float, begin: float, sign: float
+) -> tuple[Array, Array]:
+    """P (N, n, n) and its error (N,) after each time gone, cut in two ways."""
+    at, scale = coefficients.at(begin), coefficients.scale(begin)
+    lengths = np.diff(gone)
+    if len(lengths) and np.ptp(lengths) <= 8 * EPS * (abs(begin) + gone[-1]):
+        lengths = np.full_like(lengths, gone[-1] / len(lengths))
+    one, other = (constant_flow(at.A, scale * at.G, at.Q / scale, P / scale, lengths, finer) for finer in GRIDS)
+    if isinstance(one, Escape) and isinstance(other, Escape):
+        raise _refusal(coefficients.call, one.joined(other), begin, sign)
+    if isinstance(one, Escape) or isinstance(other, Escape):
+        raise Refused(
+            f"`{coefficients.call}`: whether P escapes to infinity hangs on the last digits of the data, so no P can "
+            "be given at all the times. End before, or start further from an unstable solution."
+        )
+    ways = [np.array([P / scale, *found]) for found in (one, other)]
+    error = CAUTION * (_apart(*ways) + len(P) * EPS)
+    _demand(coefficients.call, error, rtol, "Give it better scaled states, or a larger rtol.")
+    return scale * ways[0], error
+
+
+def _varying(
+    coefficients: Coefficients, P: Array, gone: Array, rtol: float, begin: float, sign: float
+) -> tuple[Array, Array]:
+    """P (N, n, n) and its error (N,) after each time gone, by steps short enough that the error is within rtol."""
+    scale, local = coefficients.scale(begin), rtol
+    for _ in range(PASSES):
+        found = varying_flow(lambda s: coefficients.hamiltonian(begin + sign * s, scale), P / scale, gone, local)
+        if isinstance(found, Escape):
+            raise _refusal(coefficients.call, found, begin, sign)
+        fine, coarse = (np.array([getattr(track, name) for track in found]) for name in ("fine", "coarse"))
+        error = _apart(fine, coarse) + EPS
+        if error.max() <= rtol or local <= FINEST:
+            break
+        local = max(FINEST, local * rtol / float(error.max()) / 2)
+    _demand(coefficients.call, error, rtol, "Smoother coefficients or a larger rtol would help.")
+    return scale * fine, error
+
+
+def _rising(call: str, times: Any) -> Array:
+    t = as_array(times)
+    if t is None or t.ndim != 1 or not t.size or not np.isfinite(t).all() or (t[1:] <= t[:-1]).any():
+        raise ValueError(f"`{call}`: times must be a vector of rising finite numbers, in s; got {described(times)}.")
+    return t
+
+
+def _apart(one: Array, other: Array) -> Array:
+    """The distance of matrices (N, n, n) from others over their norms, (N,)."""
+    size = np.linalg.norm(one, axis=(1, 2))
+    distance: Array = np.linalg.norm(one - other, axis=(1, 2)) / np.where(size > 0, size, 1)
+    return distance
+
+
+def _demand(call: str, error: Array, rtol: float, advice: str) -> None:
+    if not error.max() <= rtol:
+        raise Refused(
+            f"`{call}`: P can be had to a relative error of {error.max():.1e} only, and {rtol:.1e} is asked for. "
+            f"{advice}"
+        )
+
+
+def _refusal(call: str, escape: Escape, begin: float, sign: float) -> Refused:
+    low, high = sorted((begin + sign * escape.after, begin + sign * escape.before))
+    if not np.isfinite([low, high]).all():
+        return Refused(
+            f"`{call}`: P cannot be followed beyond t = {begin + sign * escape.after:.6g} s: either it passes "
+            f"{LARGEST:g} there, or the coefficients jump, or they are too stiff for the steps allowed, or P hangs "
+            "on the last digits of the data. End before, split the times where they jump, or smooth them."
+        )
+    return Refused(
+        f"`{call}`: P grows beyond every bound between t = {low:.16g} and {high:.16g} s, so there is no solution "
+        "at all the times. Semidefinite Q and start rule that out; otherwise end before."
+    )
+
+
+def _distance(coefficients: Coefficients, P: Array) -> Array | None:
+    """The distance of each P (N, n, n) from the stabilising solution of the algebraic equation, if there is one."""
+    from workbench.design.riccati import care  # which opens python-control, and that takes seconds
+
+    at = coefficients.at(0.0)
+    try:
+        X = care(at.A, at.B, at.Q, at.R).X
+    except ValueError:
+        return None
+    size = float(np.linalg.norm(X))
+    return np.array(np.linalg.norm(P - X, axis=(1, 2)) / size) if size else None
