@@ -9,7 +9,7 @@ from paper_card import CARD
 
 from workbench.claims.falsify import Found
 from workbench.claims.verdicts import Finding
-from workbench.proofs.equality import judge_equal
+from workbench.proofs.identity import judge_equal
 from workbench.study.provenance import written
 
 Check = Callable[[], Finding]

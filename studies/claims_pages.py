@@ -17,7 +17,7 @@ from workbench.claims.verdicts import BROKEN, Kind, Ledger, Line
 from workbench.core import Claim, rk4
 from workbench.core.layout import Array
 from workbench.notation.formula import symbol
-from workbench.proofs.bounds import guarantee
+from workbench.proofs.interval import guarantee
 from workbench.simulate import simulate
 from workbench.study.document.document import (
     Cell,

@@ -35,7 +35,7 @@ from workbench.design.riccati import care
 from workbench.metrics import Measurement, late_error, measure
 from workbench.metrics.integral import Integral
 from workbench.metrics.sampled import Peak
-from workbench.proofs.rest import RestPoint, growing_modes, rest_point
+from workbench.proofs.rest_points import RestPoint, growing_modes, rest_point
 from workbench.reference import reference
 from workbench.simulate import simulate
 from workbench.study.contract import equations_of

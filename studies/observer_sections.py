@@ -17,7 +17,7 @@ from observer_findings import BOX, SCENARIOS
 
 from workbench.core.layout import Array
 from workbench.notation.formula import Formula, Number, Product, Relation, Sum, Symbol, symbol
-from workbench.proofs.bounds import guarantee
+from workbench.proofs.interval import guarantee
 from workbench.study.document.document import (
     Cell,
     Column,

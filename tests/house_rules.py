@@ -21,7 +21,7 @@ DOORS = {
     "clarabel": "design/lmi.py",
     "control": "design/",
     "cvxpy": "design/lmi.py",
-    "flint": "proofs/elementary.py",
+    "flint": "proofs/interval.py",
     "distributed": "study/executors.py",
     "dask": "study/executors.py",
     "jax": "bench/peers/jax_scan.py",

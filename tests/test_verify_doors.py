@@ -21,10 +21,10 @@ from workbench.printed.given import narrowed
 from workbench.printed.sheet import read_sheet
 from workbench.proofs.bounds import enclose, extreme_eigenvalue, largest_norm, shown
 from workbench.proofs.box import Box
-from workbench.proofs.exact import characteristic_polynomial, exact_values
-from workbench.proofs.identity import judge_zero, zero_at
+from workbench.proofs.exact_arithmetic import characteristic_polynomial, exact_values
+from workbench.proofs.identity import judge_zero
 from workbench.proofs.properties import eigenvalues_along, symmetric
-from workbench.proofs.rest import growing_modes, rest_point
+from workbench.proofs.rest_points import growing_modes, rest_point
 from workbench.proofs.witness import candidates
 from workbench.robots import named
 
@@ -38,7 +38,7 @@ REFUSED = [
     (lambda: enclose(X[0], X, -1.7e308, 1.7e308), "finite low < high"),
     (lambda: enclose(X[0], X, 0, 1, boxes=0), r"`enclose\(boxes=...\)` must be a positive whole number"),
     (lambda: extreme_eigenvalue(X[0], X, 0, 1, 1, numbers={"x": "1"}), r"at \['x'\]"),
-    (lambda: largest_norm(np.array(["a"]), X, 0, 1), r"`largest_norm\(matrix=...\)` must be an? `SX`"),
+    (lambda: largest_norm(np.array(["a"]), X, 0, 1), r"`largest_norm\(vector=...\)` must be an? `SX`"),
     (lambda: shown(0.1, 0), "1 for a bound from below or -1 for one from above; got 0"),
     (lambda: Box.of(ODE, {"x": 1.0}), r"`Box.of\(ranges=...\)` must be a mapping"),
     (lambda: Box.of(ODE, {"x": (0.0, None)}), r"must give \(low, high\) for 'x'"),
@@ -62,7 +62,6 @@ REFUSED = [
     (lambda: narrowed(ARM, {"links[0].mass": np.inf}), "must be a finite number; got inf"),
     (lambda: judge_zero(X[0], X[0], ARM), "it has none for 'x_0'"),
     (lambda: judge_zero(np.zeros((0, 2)), 1, ARM), "must have 1 to 20000 entries; got 0"),
-    (lambda: zero_at(X[0], {"x_0": np.nan}), r"`zero_at\(numbers=...\)` must be a finite number"),
     (lambda: eigenvalues_along(ARM, 1, np.eye(2)), "must be a vector of numbers"),
     (lambda: symmetric(named("planar-1r")), "must be a `Dynamics`; got a `PlanarArm`"),
     (lambda: rest_point(ODE, [1.0, 2.0]), r"must have shape \(1,\)"),

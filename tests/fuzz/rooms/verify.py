@@ -37,17 +37,14 @@ from workbench.printed import (
 from workbench.printed import exact_form as normal
 from workbench.printed import plain_text as plain
 from workbench.proofs import (
-    bounded,  # fmt: skip
-    bounds,  # fmt: skip
-    box,  # fmt: skip
-    equality,  # fmt: skip
-    exact,  # fmt: skip
-    identity,  # fmt: skip
-    interval,  # fmt: skip
-    properties,  # fmt: skip
-    rest,  # fmt: skip
-    spectrum,  # fmt: skip
-    witness,  # fmt: skip
+    bounds,
+    box,
+    exact_arithmetic,
+    identity,
+    interval,
+    properties,
+    rest_points,
+    witness,
 )
 from workbench.robots import named
 
@@ -83,15 +80,10 @@ def calls() -> dict[str, Any]:
         **{f"derivation.{form}": partial(write, ARM) for form, write in derivation.FORMS.items()},
         "findings": partial(verification.findings, FOLDER / "sheet.txt", ARM),
         "slope_of": partial(ascent.slope_of, watched, violated, looked, np.array([0.5, 0.5]), 0.2, 0.05),
-        "bounded": partial(bounded.bounded, WAVE, X, *edge, 2.0, statement="s", unit="m", boxes=100),
-        "lipschitz": partial(bounded.lipschitz, WAVE, X, *edge, 2.0, statement="s", unit="m", boxes=100),
-        "disturbance": partial(bounded.disturbance, ca.sin(X[0]), X[0], 1.0, 2.0, 2.0, boxes=100),
-        "lipschitz_gravity": partial(bounded.lipschitz_gravity, ARM, -1.0, 1.0, 100.0, boxes=100),
-        "lipschitz_coriolis": partial(bounded.lipschitz_coriolis, ARM, 1.0, -1.0, 1.0, 100.0, boxes=100),
-        "lipschitz_inverse_mass": partial(bounded.lipschitz_inverse_mass, ARM, -1.0, 1.0, 100.0, boxes=100),
+        "disturbance_bounds": partial(bounds.disturbance_bounds, ca.sin(X[0]), X[0], 1.0),
         "enclose": partial(bounds.enclose, WAVE, X, *edge, tolerance=1e-3, boxes=100, numbers={}),
         "extreme_eigenvalue": partial(bounds.extreme_eigenvalue, MATRIX, X, *edge, 1, tolerance=1e-3, boxes=100),
-        "largest_norm": partial(bounds.largest_norm, MATRIX, X, *edge, tolerance=1e-3, boxes=100),
+        "largest_norm": partial(bounds.largest_norm, X, X, *edge),
         "guarantee": partial(bounds.guarantee),
         "shown": partial(bounds.shown, 0.1, 1),
         "Box.of": partial(box.Box.of, ODE, RANGES),
@@ -107,14 +99,14 @@ def calls() -> dict[str, Any]:
         "diagnose": partial(diagnosis.diagnose, read, verdicts, ARM),
         "first_wrong": partial(diagnosis.first_wrong, read, verdicts, ARM),
         "in_common": partial(diagnosis.in_common, verdicts, diagnosis.diagnose(read, verdicts, ARM)),
-        "judge_equal": partial(equality.judge_equal, X, 2 * X),
+        "judge_equal": partial(identity.judge_equal, X, 2 * X),
         "Judged": partial(evolution.Judged, np.ones(4), np.zeros(4)),
         "evolve": partial(
             evolution.evolve, lambda u: evolution.Judged(u[:, 0], u[:, 0] - 2), 1, 4, 2, np.random.default_rng(1)
         ),
-        "exact_values": partial(exact.exact_values, X**2, {"x_0": Fraction(1), "x_1": Fraction(2)}),
-        "characteristic_polynomial": partial(exact.characteristic_polynomial, [[Fraction(1)]]),
-        "unstable_modes": partial(exact.unstable_modes, [Fraction(1), Fraction(-2)]),
+        "exact_values": partial(exact_arithmetic.exact_values, X**2, {"x_0": Fraction(1), "x_1": Fraction(2)}),
+        "characteristic_polynomial": partial(exact_arithmetic.characteristic_polynomial, [[Fraction(1)]]),
+        "unstable_modes": partial(exact_arithmetic.unstable_modes, [Fraction(1), Fraction(-2)]),
         "Budget": partial(falsify.Budget, 8, 2, 1),
         "Hunt": partial(falsify.Hunt, ODE, Declared(STAYS), RANGES, 0.2, 0.05, (Declared(FALLS),)),
         "Hunt of a metric": partial(falsify.Hunt, ODE, WORTH, RANGES, 0.2, 0.05),
@@ -122,7 +114,6 @@ def calls() -> dict[str, Any]:
         "narrowed": partial(_narrowed, ARM, {"links[0].mass": 2.0}),
         "symbols_of": partial(given.symbols_of, ARM),
         "judge_zero": partial(identity.judge_zero, ARM.M - ARM.M.T, ARM.M, ARM),
-        "zero_at": partial(identity.zero_at, X[0] - X[0], {"x_0": 1.0}),
         "evaluate": partial(
             interval.evaluate, walk(WAVE), dict.fromkeys(("x_0", "x_1"), interval.Interval(np.zeros(1), np.ones(1)))
         ),
@@ -137,14 +128,13 @@ def calls() -> dict[str, Any]:
         "judged": partial(printed.judged, {("M", 1, 1): ca.SX(1)}, ARM),
         "symmetric": partial(properties.symmetric, ARM),
         "skew": partial(properties.skew, ARM),
-        "passive": partial(properties.passive, ARM),
-        "positive_definite": partial(properties.positive_definite, ARM, -1.0, 1.0, tolerance=1e-3, boxes=100),
+        "positive_definite": partial(properties.positive_definite, ARM, -1.0, 1.0),
         "eigenvalues_along": partial(properties.eigenvalues_along, ARM, 1, np.zeros(3)),
-        "rest_point": partial(rest.rest_point, ODE, np.array([0.1])),
-        "growing_modes": partial(rest.growing_modes, ODE, {"x": Fraction(0)}),
+        "rest_point": partial(rest_points.rest_point, ODE, np.array([0.1])),
+        "growing_modes": partial(rest_points.growing_modes, ODE, {"x": Fraction(0)}),
         "Sheet": partial(sheet.Sheet, read.entries, read.numbers, read.zeros),
         "read_sheet": partial(sheet.read_sheet, SHEET, ARM, "text"),
-        "eigenvalues": partial(spectrum.eigenvalues, ARM, np.zeros((3, 1))),
+        "eigenvalues": partial(properties.eigenvalues, ARM, np.zeros((3, 1))),
         "units_of": partial(units.units_of, ARM),
         "read_unit": partial(units.read_unit, "kg m^2"),
         "Witness": partial(witness.Witness, seen.q, seen.qd, seen.p, {"links[0].mass": 2.0}),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from workbench.core.layout import Array
-from workbench.proofs.exact import Matrix, characteristic_polynomial
+from workbench.proofs.exact_arithmetic import Matrix, characteristic_polynomial
 
 
 def definite(S: Array) -> bool:

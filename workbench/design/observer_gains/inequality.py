@@ -19,8 +19,8 @@ from workbench.core.layout import Array
 from workbench.design.certificates import Refused
 from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.region import Region
-from workbench.proofs.branch import definite
-from workbench.proofs.forms import UNIT
+from workbench.proofs.branch_and_bound import definite
+from workbench.proofs.enclosures import UNIT
 from workbench.validation.views import show
 
 Mask = np.ndarray[Any, np.dtype[np.bool_]]

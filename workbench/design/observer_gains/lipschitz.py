@@ -17,7 +17,7 @@ from workbench.design.observer_gains.certificate import refuse_unfit
 from workbench.design.observer_gains.inequality import Inequality, prove
 from workbench.design.observer_gains.mismatch import Mismatch
 from workbench.design.observer_gains.region import Region
-from workbench.proofs.witness import sequence
+from workbench.proofs.grid_search import sequence
 from workbench.validation.doors import door
 from workbench.validation.views import show
 

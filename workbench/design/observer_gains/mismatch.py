@@ -26,7 +26,7 @@ from workbench.design.observer_gains.region import Region
 from workbench.notation.normal_form import NotInClass, normal_forms
 from workbench.notation.walk import Walk, walk
 from workbench.proofs.interval import Interval, evaluate, jumps
-from workbench.proofs.spectrum import nominal
+from workbench.proofs.properties import nominal
 from workbench.validation.doors import door
 from workbench.validation.views import show
 from workbench.validation.words import require

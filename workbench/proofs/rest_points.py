@@ -13,9 +13,9 @@ import numpy as np
 from workbench.core import Ode
 from workbench.core.layout import Array
 from workbench.notation.walk import walk
-from workbench.proofs.bounds import Enclosure, NoBound, enclose, extreme_eigenvalue
-from workbench.proofs.exact import characteristic_polynomial, exact_values, unstable_modes
-from workbench.proofs.interval import jumps
+from workbench.proofs.bounds import Enclosure, enclose, extreme_eigenvalue
+from workbench.proofs.exact_arithmetic import characteristic_polynomial, exact_values, unstable_modes
+from workbench.proofs.interval import NoBound, jumps
 from workbench.validation.doors import door
 from workbench.validation.words import known, vector
 
@@ -36,8 +36,7 @@ class RestPoint:
     radius
         A rest point lies within this distance of x in each state, by Brouwer's theorem; None if that was not proved.
     attracts
-        Whether it is proved that every solution that starts near enough tends to it exponentially: a quadratic form
-        falls along all of them.
+        True if it is proved that every solution that starts near enough tends to it exponentially.
     modes
         The eigenvalues (nx,) of df/dx, as computed, in 1/s.
     why
@@ -87,20 +86,15 @@ def rest_point(ode: Ode, near: Array) -> RestPoint:
 
 @door
 def growing_modes(ode: Ode, at: Mapping[str, Fraction] | None = None) -> int | None:
-    """How many eigenvalues of df/dx have a positive real part at a rest point with rational numbers: exact.
+    """The number of eigenvalues of df/dx with a positive real part at a rest point with rational numbers: exact.
 
-    None where Routh's array is not regular, as with a mode that neither grows nor decays.
-
-    Parameters
-    ----------
-    at
-        Values of states and parameters by label; what is not named has its default, as the fraction that its
-        double is.
+    None where Routh's array is not regular, as with a mode that neither grows nor decays. `at` gives states and
+    parameters by label; all others have their defaults, as the fractions that these doubles are.
 
     Raises
     ------
     ValueError
-        If the rate depends on time, is not zero there, so that it is no rest point, or not rational.
+        If the rate depends on time, is not zero there, or not rational.
     """
     _refuse_time("growing_modes", ode)
     labels = (*ode.states.labels, *ode.parameters.labels)
@@ -167,7 +161,10 @@ def _within(range_: Enclosure, low: float, high: float) -> bool:
 
 
 def _attracts(slope: ca.SX, x: ca.SX, point: Array, radius: float, A: Array, numbers: Mapping[str, float]) -> bool:
-    """Whether P A(x) + A(x)^T P < 0 for all x in the box of the rest point, with a P that is proved definite."""
+    """True if P A(x) + A(x)^T P < 0 is proved for all x in the box of the rest point, with a P that is proved definite.
+
+    The quadratic form of P then falls along every solution there.
+    """
     if np.linalg.eigvals(A).real.max() >= 0:
         return False
     n = len(point)
