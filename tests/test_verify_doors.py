@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from equations import decay
 
-from workbench.claims.ascent import slope_of
 from workbench.claims.counterexample import CounterExample
 from workbench.claims.evolution import Judged, evolve
 from workbench.claims.falsify import Budget, Hunt
 from workbench.claims.margins import SignalsOf, watching
+from workbench.claims.search_box import Box, slope_of
 from workbench.claims.verdicts import Finding, Ledger
 from workbench.cli.verification import findings
 from workbench.core import Claim, Dynamics
@@ -20,7 +20,6 @@ from workbench.handover import FORMS
 from workbench.printed.given import narrowed
 from workbench.printed.sheet import read_sheet
 from workbench.proofs.bounds import enclose, extreme_eigenvalue, largest_norm, shown
-from workbench.proofs.box import Box
 from workbench.proofs.exact_arithmetic import characteristic_polynomial, exact_values
 from workbench.proofs.identity import judge_zero
 from workbench.proofs.properties import eigenvalues_along, symmetric

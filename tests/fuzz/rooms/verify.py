@@ -10,13 +10,7 @@ import casadi as ca
 import numpy as np
 
 from workbench import handover as derivation
-from workbench.claims import (
-    ascent,  # fmt: skip
-    counterexample,  # fmt: skip
-    evolution,  # fmt: skip
-    falsify,  # fmt: skip
-    margins,  # fmt: skip
-)
+from workbench.claims import counterexample, evolution, falsify, margins, search_box
 from workbench.claims import verdicts as claims  # fmt: skip
 from workbench.cli import verification
 from workbench.core import Claim, Dynamics
@@ -36,16 +30,7 @@ from workbench.printed import (
 )
 from workbench.printed import exact_form as normal
 from workbench.printed import plain_text as plain
-from workbench.proofs import (
-    bounds,
-    box,
-    exact_arithmetic,
-    identity,
-    interval,
-    properties,
-    rest_points,
-    witness,
-)
+from workbench.proofs import bounds, exact_arithmetic, identity, interval, properties, rest_points, witness
 from workbench.robots import named
 
 from ..parts import ODE
@@ -71,7 +56,7 @@ def calls() -> dict[str, Any]:
     example = hunt.search(1, falsify.Budget(4, 1, 1)).worst
     assert example is not None
     example.write(FOLDER / "example.json")
-    looked, edge = box.Box.of(ODE, RANGES), ([-1.0, -1.0], [1.0, 1.0])
+    looked, edge = search_box.Box.of(ODE, RANGES), ([-1.0, -1.0], [1.0, 1.0])
     violated, watched = margins.violation(STAYS), margins.watching(ODE, [Declared(STAYS)])
     seen = witness.candidates(ARM)[0]
     finding = claims.Finding("refuted", "it fails", "here")
@@ -79,14 +64,14 @@ def calls() -> dict[str, Any]:
     return {
         **{f"derivation.{form}": partial(write, ARM) for form, write in derivation.FORMS.items()},
         "findings": partial(verification.findings, FOLDER / "sheet.txt", ARM),
-        "slope_of": partial(ascent.slope_of, watched, violated, looked, np.array([0.5, 0.5]), 0.2, 0.05),
+        "slope_of": partial(search_box.slope_of, watched, violated, looked, np.array([0.5, 0.5]), 0.2, 0.05),
         "disturbance_bounds": partial(bounds.disturbance_bounds, ca.sin(X[0]), X[0], 1.0),
         "enclose": partial(bounds.enclose, WAVE, X, *edge, tolerance=1e-3, boxes=100, numbers={}),
         "extreme_eigenvalue": partial(bounds.extreme_eigenvalue, MATRIX, X, *edge, 1, tolerance=1e-3, boxes=100),
         "largest_norm": partial(bounds.largest_norm, X, X, *edge),
         "guarantee": partial(bounds.guarantee),
         "shown": partial(bounds.shown, 0.1, 1),
-        "Box.of": partial(box.Box.of, ODE, RANGES),
+        "Box.of": partial(search_box.Box.of, ODE, RANGES),
         "Finding": partial(claims.Finding, "not refuted", "seen", "", 3),
         "Line": partial(claims.Line, STAYS, finding),
         "Ledger": partial(claims.Ledger, (claims.Line(STAYS, finding),)),
@@ -166,9 +151,9 @@ def _narrowed(dynamics: Any, fixed: Any) -> None:
 
 def arguments() -> dict[str, Any]:
     return {
-        "Box.at.u": lambda box: np.array([[0.5, 0.5]]),
-        "Box.rows.theta": lambda box: np.array([[0.5, 1.5]]),
-        "Box.of.ranges": lambda box: RANGES,
+        "Box.at.u": lambda search_box: np.array([[0.5, 0.5]]),
+        "Box.rows.theta": lambda search_box: np.array([[0.5, 1.5]]),
+        "Box.of.ranges": lambda search_box: RANGES,
         "ode": lambda thing: ODE,
         "horizon": lambda metric: 1.0,
         "Ledger.count.kind": lambda ledger: "refuted",
@@ -181,7 +166,6 @@ def arguments() -> dict[str, Any]:
         "Judged.where.other": lambda judged: judged,
         "Judged.where.better": lambda judged: np.ones(4, dtype=bool),
         "Hunt.search.seed": lambda hunt: 1,
-        "Hunt.judge.u": lambda hunt: np.array([[0.5, 0.5]]),
         "Hunt.at.numbers": lambda hunt: {"x": 0.7},
         "Hunt.shortened.found": lambda hunt: hunt.search(1, falsify.Budget(4, 1, 1)),
         "Hunt.replay.example": lambda hunt: counterexample.CounterExample.read(FOLDER / "example.json"),
