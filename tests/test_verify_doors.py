@@ -17,8 +17,8 @@ from workbench.cli.verification import findings
 from workbench.core import Claim, Dynamics
 from workbench.core.claim import Declared
 from workbench.handover import FORMS
-from workbench.printed.given import narrowed
-from workbench.printed.sheet import read_sheet
+from workbench.printed.arm_letters import narrowed
+from workbench.printed.printed_equations import read_sheet
 from workbench.proofs.bounds import enclose, extreme_eigenvalue, largest_norm, shown
 from workbench.proofs.exact_arithmetic import characteristic_polynomial, exact_values
 from workbench.proofs.identity import judge_zero

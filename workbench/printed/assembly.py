@@ -14,14 +14,7 @@ MOST_LEVELS = 100  # of parts within parts: what goes through a formula nests up
 
 
 def bounded(formula: Formula, place: Token) -> Formula:
-    """A formula whose parts and powers are not nested beyond what can be gone through and multiplied out.
-
-    Raises
-    ------
-    FormulaError
-        If more than `MOST_LEVELS` parts stand within each other, or the powers within each other make more than
-        `HIGHEST_POWER`.
-    """
+    """A formula whose parts and powers are not nested beyond what can be gone through and multiplied out."""
     waiting = [(formula, 1, Fraction(1))]
     while waiting:
         part, level, power = waiting.pop()

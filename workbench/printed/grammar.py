@@ -19,15 +19,13 @@ from workbench.notation.formula import Formula, Matrix, Number, Symbol
 from workbench.printed.assembly import HIGHEST_POWER, bounded, matrix, number, product, total
 from workbench.printed.names import PI, Names
 from workbench.printed.tokens import DEEPEST, FUNCTIONS, OPENING, FormulaError, Token, refusal
-from workbench.validation.doors import door
 
 STARTS = {"number", "name", "function", "frac", "begin", *"([{"}
 MINUS_ONE = Number(Fraction(-1))
 
 
-@door
 def parse(tokens: Sequence[Token], names: Names) -> Formula:
-    """The formula that all the tokens make.
+    """The formula that all the tokens make, with the symbols of `names`.
 
     Raises
     ------
@@ -39,7 +37,8 @@ def parse(tokens: Sequence[Token], names: Names) -> Formula:
     reader = _Reader(tokens, names)
     try:
         formula = reader.expression()
-        reader.expect_end()
+        if reader.kind:
+            raise reader.unexpected()
     except FormulaError:
         raise
     except ValueError as error:
@@ -67,20 +66,13 @@ class _Reader:
 
     @property
     def kind(self) -> str:
-        """The kind of the next token; empty at the end."""
         return self.tokens[self.at].kind if self.at < len(self.tokens) else ""
 
     def take(self) -> Token:
-        """The next token."""
         if self.at == len(self.tokens):
             raise refusal(self.tokens[-1], f"the formula breaks off after '{self.tokens[-1].shown}'.")
         self.at += 1
         return self.tokens[self.at - 1]
-
-    def expect_end(self) -> None:
-        """Refuse what is left over."""
-        if self.kind:
-            raise self.unexpected()
 
     def unexpected(self) -> FormulaError:
         """The refusal of the next token, with what it may have been meant for."""
@@ -98,7 +90,6 @@ class _Reader:
         return refusal(token, f"'{token.shown}' cannot stand here; a number, a name or an opening bracket can.")
 
     def expression(self) -> Formula:
-        """A sum of products."""
         terms: list[Formula] = []
         while True:
             minus = self.signs(required=bool(terms))
@@ -108,7 +99,7 @@ class _Reader:
                 return total(terms)
 
     def signs(self, *, required: bool) -> bool:
-        """Whether the signs before a term, of which there may be two as in a + -b, make it negative."""
+        """True if the signs before a term, of which there may be two as in a + -b, make it negative."""
         minus = False
         if required or self.kind in ("+", "-"):
             minus = self.take().kind == "-"
@@ -139,7 +130,6 @@ class _Reader:
                 return product(factors)
 
     def inverse(self, divisor: Formula, sign: Token) -> Formula:
-        """One over a divisor."""
         if isinstance(divisor, Matrix) or divisor == build.ZERO:
             raise refusal(sign, "a matrix is no divisor." if isinstance(divisor, Matrix) else "this divides by zero.")
         return build.quotient(build.ONE, divisor)
@@ -163,7 +153,6 @@ class _Reader:
         return factors
 
     def raised(self, base: Formula, sign: Token) -> Formula:
-        """A base to a whole power."""
         with self.within(sign):
             exponent = product(self.power(signed=True))
         if isinstance(base, Matrix):
@@ -216,13 +205,12 @@ class _Reader:
         raise self.unexpected()
 
     def close(self, opening: Token) -> None:
-        """Read the bracket that closes another."""
         if self.kind != OPENING[opening.kind]:
             raise self.unexpected()
         self.take()
 
     def argument(self) -> Formula:
-        """What a macro takes: a group in braces, or one sign."""
+        """The argument of a macro: a group in braces, or one sign."""
         if self.kind == "number" and len(self.tokens[self.at].text) > 1:
             raise refusal(self.tokens[self.at], r"write the parts of \frac in braces.")
         return product(self.atom())

@@ -79,8 +79,8 @@ class DefinitenessVerdict:
         The least and greatest eigenvalue of M that were seen, in kg m^2 of an arm whose joints all turn.
     q_least, q_greatest
         Where, (n,) in rad or m.
-    samples
-        The number of mass matrices that were looked at.
+    samples, boxes
+        The number of mass matrices that were looked at, and of boxes of positions.
     beyond
         What is proved: no eigenvalue in the box lies below the first or above the second; None where
         nothing was. With the first of these positive the property is proved.
@@ -96,6 +96,7 @@ class DefinitenessVerdict:
     q_least: Array
     q_greatest: Array
     samples: int
+    boxes: int
     beyond: tuple[float | None, float | None]
     digits: tuple[int, int]
     witness: Witness | None = None
@@ -164,6 +165,7 @@ def positive_definite(
         least.x,
         greatest.x,
         samples,
+        least.boxes + greatest.boxes,
         (least.beyond, greatest.beyond),
         (least.digits, greatest.digits),
         Witness(least.x, np.zeros(dynamics.dof), dynamics.p.default) if kind == "refuted" else None,

@@ -17,19 +17,8 @@ from workbench.core import Claim, Dynamics
 from workbench.core.claim import Declared
 from workbench.metrics.integral import Integral
 from workbench.notation.walk import walk
+from workbench.printed import arm_letters, printed_equations
 from workbench.printed import comparison as printed  # fmt: skip
-from workbench.printed import (
-    diagnosis,  # fmt: skip
-    given,  # fmt: skip
-    grammar,
-    names,
-    sheet,  # fmt: skip
-    statements,
-    tex,
-    units,  # fmt: skip
-)
-from workbench.printed import exact_form as normal
-from workbench.printed import plain_text as plain
 from workbench.proofs import bounds, exact_arithmetic, identity, interval, properties, rest_points, witness
 from workbench.robots import named
 
@@ -50,8 +39,7 @@ FOLDER = Path(tempfile.mkdtemp())
 
 
 def calls() -> dict[str, Any]:
-    read = sheet.read_sheet(SHEET, ARM, "text")
-    verdicts = printed.compare_sheet(read, ARM)
+    read = printed_equations.read_sheet(SHEET, ARM, "text")
     hunt = falsify.Hunt(ODE, Declared(STAYS), RANGES, 0.2, 0.05)
     example = hunt.search(1, falsify.Budget(4, 1, 1)).worst
     assert example is not None
@@ -81,9 +69,6 @@ def calls() -> dict[str, Any]:
         "run": partial(counterexample.run, watched, violated, (), *row, 0.2, 0.05),
         "in_reference_mode": partial(counterexample.in_reference_mode, ODE, "y", row[0][0], row[1][0], [0.0, 0.1]),
         "hypotheses_kept": partial(counterexample.hypotheses_kept, ODE, [Declared(STAYS)], 0.2, 0.05),
-        "diagnose": partial(diagnosis.diagnose, read, verdicts, ARM),
-        "first_wrong": partial(diagnosis.first_wrong, read, verdicts, ARM),
-        "in_common": partial(diagnosis.in_common, verdicts, diagnosis.diagnose(read, verdicts, ARM)),
         "judge_equal": partial(identity.judge_equal, X, 2 * X),
         "Judged": partial(evolution.Judged, np.ones(4), np.zeros(4)),
         "evolve": partial(
@@ -97,7 +82,6 @@ def calls() -> dict[str, Any]:
         "Hunt of a metric": partial(falsify.Hunt, ODE, WORTH, RANGES, 0.2, 0.05),
         "Hunt.search": partial(hunt.search, 1, falsify.Budget(4, 1, 1)),
         "narrowed": partial(_narrowed, ARM, {"links[0].mass": 2.0}),
-        "symbols_of": partial(given.symbols_of, ARM),
         "judge_zero": partial(identity.judge_zero, ARM.M - ARM.M.T, ARM.M, ARM),
         "evaluate": partial(
             interval.evaluate, walk(WAVE), dict.fromkeys(("x_0", "x_1"), interval.Interval(np.zeros(1), np.ones(1)))
@@ -117,26 +101,14 @@ def calls() -> dict[str, Any]:
         "eigenvalues_along": partial(properties.eigenvalues_along, ARM, 1, np.zeros(3)),
         "rest_point": partial(rest_points.rest_point, ODE, np.array([0.1])),
         "growing_modes": partial(rest_points.growing_modes, ODE, {"x": Fraction(0)}),
-        "Sheet": partial(sheet.Sheet, read.entries, read.numbers, read.zeros),
-        "read_sheet": partial(sheet.read_sheet, SHEET, ARM, "text"),
+        "read_sheet": partial(printed_equations.read_sheet, SHEET, ARM, "text"),
         "eigenvalues": partial(properties.eigenvalues, ARM, np.zeros((3, 1))),
-        "units_of": partial(units.units_of, ARM),
-        "read_unit": partial(units.read_unit, "kg m^2"),
         "Witness": partial(witness.Witness, seen.q, seen.qd, seen.p, {"links[0].mass": 2.0}),
         "candidates": partial(witness.candidates, ARM),
         "search": partial(witness.search, ARM.M, ARM.M, ARM),
 
 
-        "tokens of text": partial(plain.tokens, "2*m_1"),
-        "tokens of LaTeX": partial(tex.tokens, "2 m_1"),
-        "statements": partial(statements.statements, "M_11 = m_1", "text"),
-        "parse": partial(grammar.parse, plain.tokens("2*m_1"), names.Names.of(given.symbols_of(ARM))),
-        "normal_form": partial(_is_zero, read.entries["M", 1, 1], given.symbols_of(ARM)),
     }  # fmt: skip
-
-
-def _is_zero(formula: Any, letters: Any) -> bool:
-    return normal.normal_form(formula, letters).is_zero
 
 
 def _watching(ode: Any, claims: Any) -> None:
@@ -146,7 +118,7 @@ def _watching(ode: Any, claims: Any) -> None:
 
 def _narrowed(dynamics: Any, fixed: Any) -> None:
     """What it gives is of `core`, where it is called too."""
-    given.narrowed(dynamics, fixed)
+    arm_letters.narrowed(dynamics, fixed)
 
 
 def arguments() -> dict[str, Any]:
@@ -178,8 +150,6 @@ def arguments() -> dict[str, Any]:
         "Largest.value.z": lambda metric: {"largest": np.ones((1, 1))},
         "t": lambda metric: X[0],
         "key": lambda signals: "x",
-        "Units.mismatch.printed": lambda units: sheet.read_sheet(SHEET, ARM, "text").entries["M", 1, 1],
-        "place": lambda units: ("M", 1, 1),
         **{name: lambda thing: [0.1] for name in ("q", "qd", "qdd", "tau", "x")},
         "Ode.rate_at.t": lambda ode: 0.0,
         "Ode.outputs_at.t": lambda ode: 0.0,
