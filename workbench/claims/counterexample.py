@@ -21,7 +21,6 @@ from workbench.simulate import StepLimit
 from workbench.validation.doors import door
 from workbench.validation.words import described, known, nearest, refusal
 
-LARGEST_FILE = 1_000_000  # bytes; one with a hundred parameters has ten thousand
 # A run counts if its error of the step is no more than this share of its value, and one that diverges if it does so
 # at both steps at the same time, to this share of it and as many steps as an overflow may take.
 CREDIBLE, STEPS = 0.1, 20
@@ -53,16 +52,9 @@ class Pair(NamedTuple):
 class Replay:
     """A counter-example that was run again, at its step and at half of it.
 
-    Attributes
-    ----------
-    value, error
-        At half the step, and the change from the whole one.
-    same
-        True if it is the stored value, within both errors.
-    kept
-        True if it keeps its hypotheses.
-    diverged_at
-        When it diverged, in s: at half the step and at the whole one; NaN where it stayed finite.
+    `value` is that at half the step, and `error` its change from the whole one; it is the `same` as the stored value
+    within both errors. `kept` is True if it keeps its hypotheses. `diverged_at` is when it diverged, in s, at half
+    the step and at the whole one; NaN where it stayed finite.
     """
 
     value: float
@@ -75,23 +67,11 @@ class Replay:
 @dataclass(frozen=True)
 @door
 class CounterExample:
-    """One run of an equation and what a metric makes of it.
+    """One run of an equation, of some fingerprint, and what a metric called `about` makes of it.
 
-    Attributes
-    ----------
-    about
-        The name of the metric.
-    fingerprint
-        Of the equation.
-    sought
-        The numbers that a search chose; they are among `p` (parameters) and `x0` (the initial state).
-    until, h
-        Horizon and step, in s; the value is taken at h / 2.
-    seed
-        Of the search.
-    value, error
-        The metric, largest over its components, and its change from the step to half of it; infinity and zero
-        where the run diverged.
+    `sought` holds the numbers that a search with `seed` chose; they are among `p` (parameters) and `x0` (the initial
+    state). Horizon and step are in s. `value` is the metric at h / 2, largest over its components, and `error` its
+    change from the step to half of it; infinity and zero where the run diverged.
     """
 
     about: str
@@ -124,14 +104,11 @@ class CounterExample:
         try:
             if not file.is_file():
                 raise LookupError(f"`{call}`: there is no such file.")
-            with file.open("rb") as handle:
-                content = handle.read(LARGEST_FILE + 1)
+            text = file.read_bytes()
         except OSError as error:
             raise ValueError(f"`{call}` must be a file that can be read: {error.strerror}.") from None
-        if len(content) > LARGEST_FILE:
-            raise ValueError(f"`{call}` must be a file of {LARGEST_FILE} bytes at most; got more.")
         try:
-            return _made(json.loads(content.decode()))
+            return _made(json.loads(text.decode()))
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError) as error:
             raise ValueError(
                 f"`{call}` must hold a counter-example as `write` stores it; got {described(str(error))}."

@@ -48,18 +48,9 @@ class Budget:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """The outcome of a search.
+    """The outcome of a search: a verdict, and the worst run, None where it is not checkable for the reason `why`.
 
-    Attributes
-    ----------
-    kind
-        Of the claim, by `verdict_of` its worst run; `not checkable` too if no run kept the hypotheses.
-    worst
-        The worst run; None where it is not checkable.
-    runs, kept, diverged
-        The number of runs that were tried, of those that kept the hypotheses, and of those that diverged.
-    why
-        What makes it not checkable; empty elsewhere.
+    So many `runs` were tried, so many of them `kept` the hypotheses, and so many `diverged`.
     """
 
     kind: Kind
@@ -88,16 +79,8 @@ def verdict_of(worst: Pair, target: AbstractMetric | Declared) -> tuple[Kind, st
 class Hunt:
     """A search of the runs of `ode` within `ranges` for the worst of a metric, or of the violation of a claim.
 
-    Attributes
-    ----------
-    target
-        A metric, whose largest component counts, or a claim with a margin.
-    ranges
-        (low, high) per name of a parameter or of an initial state.
-    until, h
-        Horizon and step of each run, in s.
-    hypotheses
-        Claims with margins that a run must keep at every step to count; those of the target join them.
+    The ranges are (low, high) per name of a parameter or of an initial state; horizon and step of each run are in s.
+    A run must keep the hypotheses at every step to count; those of the target with a margin join them.
     """
 
     ode: Ode

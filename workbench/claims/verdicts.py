@@ -46,32 +46,14 @@ FIELDS: Mapping[str, tuple[Sequence[str], Sequence[str], str]] = {
 @dataclass(frozen=True)
 @door
 class Finding:
-    """The outcome of a check.
+    """The outcome of a check, whose fields are those that belong to its kind.
 
-    Attributes
-    ----------
-    kind
-        `proved` by exact or interval arithmetic; `refuted` by a witness; `does not hold under` a named condition, by
-        a witness; `not refuted` in so many samples; `not checkable as published`, because something is unstated;
-        `ill-posed`, in which case the evidence says why there is nothing to check; `not checkable`, in which case
-        the evidence says why the check could not decide.
-    evidence
-        The observation or derivation, with its numbers and their errors, in a sentence.
-    witness
-        A line of Python that shows it again.
-    samples
-        The number of states or runs in which a claim was not refuted.
-    under
-        The condition beside the claim's own hypotheses: a choice of numbers, a repair.
-    unstated
-        The quantities whose values a check would need and the source does not give.
-    kept
-        The names of the hypotheses with a margin that the witness keeps at every step.
-
-    Raises
-    ------
-    ValueError
-        If a field that belongs to the kind is missing, or one that does not is given.
+    `proved` by exact or interval arithmetic; `refuted` by a witness; `does not hold under` a named condition, by a
+    witness; `not refuted` in so many `samples`; `not checkable as published`, because something is `unstated`;
+    `ill-posed` or `not checkable`, in which case the evidence says why. `evidence` is the observation or derivation,
+    with its numbers and their errors, in a sentence; `witness` a line of Python that shows it again; `under` the
+    condition beside the claim's own hypotheses; `kept` the names of the hypotheses that the witness keeps at every
+    step.
     """
 
     kind: Kind

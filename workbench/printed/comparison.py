@@ -26,22 +26,12 @@ SAMENESS: dict[Kind, Sameness] = {"proved": "same", "refuted": "differs", "not r
 
 @dataclass(frozen=True, eq=False)
 class EntryVerdict:
-    """One printed entry beside the derived one.
+    """One printed entry beside the derived one, at a place that is counted from 1; a vector has column 1.
 
-    Attributes
-    ----------
-    matrix, row, column
-        Where the entry stands, counted from 1 as a paper counts; a vector has column 1.
-    kind
-        `same` if the two are equal by normal form; `differs` if a witness shows it; `not refuted` if
-        neither was possible.
-    printed, right, difference
-        Expressions in the derived arm's symbols; difference = printed - right.
-    witness, printed_value, right_value
-        A state at which they differ, and the two values there; None where they were not seen to.
-    same_torque
-        For an entry of C that differs: whether row i of (C_printed - C_right) qd is zero all the same.
-        `proved`: another legal factorisation of the same torque; `refuted`: a wrong torque. Else None.
+    The `kind` is `same` if the two are equal by normal form, `differs` if a witness shows it with the two values
+    there, and `not refuted` if neither was possible. `difference` is printed - right, in the derived arm's symbols.
+    `same_torque`, of an entry of C that differs, is `proved` if row i of (C_printed - C_right) qd is zero all the
+    same, by another legal factorisation of one torque, and `refuted` if the torque is wrong.
     """
 
     matrix: str

@@ -35,18 +35,10 @@ LARGEST = 2.0**1000  # in size, of the ends of a box: their sums and differences
 class Extreme:
     """The least or greatest value of something over a box.
 
-    Attributes
-    ----------
-    value, x
-        The extreme of what was seen, to rounding, and the point (k,) at which it was.
-    reached
-        What the extreme is proved to reach there: it is at most this if the least, at least this if the greatest.
-    beyond
-        What no value in the box lies beyond, proved; None where nothing was.
-    boxes, samples
-        The number of boxes that the proof has looked at, and of points that the search has.
-    why
-        What kept the proof from its tolerance; empty where nothing did.
+    `value` is the extreme of what was seen, to rounding, at the point `x` (k,) in so many `samples`. `reached` is
+    what the extreme is proved to reach there: at most this if the least, at least this if the greatest. `beyond` is
+    what no value in the box lies beyond, proved on so many `boxes`; None where nothing was. `why` names what kept the
+    proof from its tolerance, and is empty where nothing did.
     """
 
     value: float
@@ -100,28 +92,12 @@ def enclose(
     boxes: int | None = None,
     numbers: Mapping[str, float] | None = None,
 ) -> Enclosure:
-    """The range of one expression over the box low <= symbols <= high.
+    """The range of one expression over the box low <= symbols <= high, with `numbers` for its other symbols by name.
 
-    Parameters
-    ----------
-    symbols
-        (k, 1), all that the expression holds but for `numbers`.
-    low, high
-        A number, or (k,).
-    tolerance
-        The gap between seen and proved, as a share of the largest absolute value that was seen.
-    boxes
-        The budget for each of the two sides; by itself it is so many as take some ten seconds.
-    numbers
-        The values of its other symbols, by name: exactly these doubles.
-
-    Raises
-    ------
-    ValueError
-        If the box is not one of finite numbers, or the expression is a matrix or holds other symbols.
-    NoBound
-        If it has an operation of which no interval is known, or no finite value or bound somewhere: the
-        place is named. It is a ValueError.
+    The symbols are (k, 1), the ends numbers or (k,). `tolerance` is the gap between seen and proved, as a share of
+    the largest absolute value that was seen; `boxes` the budget for each side, by itself as many as take some ten
+    seconds. An operation of which no interval is known, or a place without finite value or bound, raises `NoBound`, a
+    ValueError that names it.
     """
     if expression.numel() != 1:
         raise ValueError(f"`enclose(expression=...)` takes one expression; got shape {expression.shape}.")

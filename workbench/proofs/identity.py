@@ -38,12 +38,8 @@ def judge_zero(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Judgement
     """Judge whether every element of `expression` is zero for all q, qd and parameters.
 
     `proved` rests on exact rational arithmetic alone, `refuted` on a state where the value is not zero; numbers that
-    happen to agree prove nothing, and are called `not refuted`.
-
-    Parameters
-    ----------
-    terms
-        What the expression is the difference of: the scale of the search for a witness.
+    happen to agree prove nothing, and are called `not refuted`. The scale of the search for a witness are the `terms`
+    that the expression is the difference of.
     """
     return proved_or_searched(lambda: _vanishes(expression), expression, terms, dynamics)
 
@@ -66,12 +62,7 @@ def proved_or_searched(vanishes: Callable[[], bool], expression: ca.SX, terms: c
 class Equality:
     """The verdict on `left = right`, entry by entry and all at once.
 
-    Attributes
-    ----------
-    point
-        The values of the symbols, by name, at which the two differ; None unless refuted.
-    left, right
-        Both sides there, flat.
+    If refuted, `point` has the values of the symbols, by name, at which the two differ, and both sides there, flat.
     """
 
     kind: Kind

@@ -73,19 +73,9 @@ class PropertyVerdict:
 class DefinitenessVerdict:
     """The verdict on alpha1 I <= M(q) <= alpha2 I, alpha1 > 0, at nominal parameters.
 
-    Attributes
-    ----------
-    alpha1, alpha2
-        The least and greatest eigenvalue of M that were seen, in kg m^2 of an arm whose joints all turn.
-    q_least, q_greatest
-        Where, (n,) in rad or m.
-    samples, boxes
-        The number of mass matrices that were looked at, and of boxes of positions.
-    beyond
-        What is proved: no eigenvalue in the box lies below the first or above the second; None where
-        nothing was. With the first of these positive the property is proved.
-    digits
-        The number of decimal digits of alpha1 and alpha2 that are proved right.
+    `alpha1` and `alpha2` are the least and greatest eigenvalue of M that were seen, in kg m^2 of an arm whose joints
+    all turn, at `q_least` and `q_greatest` (n,), in so many `samples`. No eigenvalue in the box lies `beyond` the
+    two, proved on so many `boxes`; None where nothing was. So many decimal `digits` of the two are proved right.
     """
 
     statement: str

@@ -27,20 +27,11 @@ RADII, LOOSE, BOXES = (1e-9, 1e-8, 1e-7, 1e-6), 0.1, 256
 
 @dataclass(frozen=True, eq=False)
 class RestPoint:
-    """A state at which f(x, p) = 0.
+    """A state x (nx,) at which f(x, p) = 0, to rounding.
 
-    Attributes
-    ----------
-    x
-        (nx,), to rounding.
-    radius
-        A rest point lies within this distance of x in each state, by Brouwer's theorem; None if that was not proved.
-    attracts
-        True if it is proved that every solution that starts near enough tends to it exponentially.
-    modes
-        The eigenvalues (nx,) of df/dx, as computed, in 1/s.
-    why
-        What kept the radius from being proved; empty where it was.
+    By Brouwer's theorem a rest point lies within `radius` of x in each state; None if that was not proved, for the
+    reason `why`. `attracts` is True if it is proved that every solution that starts near enough tends to it
+    exponentially. The `modes` (nx,) are the eigenvalues of df/dx, as computed, in 1/s.
     """
 
     x: Array
@@ -56,11 +47,6 @@ def rest_point(ode: Ode, near: Array) -> RestPoint:
 
     It is proved by a map N(x) = x - Y f(x) with a regular matrix Y that carries a small box about it into itself:
     then N, if it is continuous, has a fixed point there, which is a zero of f.
-
-    Raises
-    ------
-    ValueError
-        If the rate depends on time, Newton's method finds no rest point, or df/dx is singular on its way.
 
     References
     ----------
@@ -90,11 +76,6 @@ def growing_modes(ode: Ode, at: Mapping[str, Fraction] | None = None) -> int | N
 
     None where Routh's array is not regular, as with a mode that neither grows nor decays. `at` gives states and
     parameters by label; all others have their defaults, as the fractions that these doubles are.
-
-    Raises
-    ------
-    ValueError
-        If the rate depends on time, is not zero there, or not rational.
     """
     _refuse_time("growing_modes", ode)
     labels = (*ode.states.labels, *ode.parameters.labels)

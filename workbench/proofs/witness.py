@@ -66,13 +66,10 @@ class Search:
 
 @door
 def search(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Search:
-    """The first candidate at which `expression` (k, 1) is plainly not zero, measured by the size of `terms`.
+    """The first candidate at which `expression` (k, 1) is plainly not zero.
 
-    Parameters
-    ----------
-    terms
-        What the expression is a sum of, any shape: its largest value over all candidates is the
-        scale against which a rounding error is told from a difference.
+    The largest value over all candidates of `terms`, of which it is a sum, is the scale against which a rounding
+    error is told from a difference.
     """
     for name, sought in (("expression", expression), ("terms", terms)):
         if not 0 < sought.numel() <= MOST_ENTRIES:
