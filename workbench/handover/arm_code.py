@@ -27,7 +27,7 @@ RESERVED = frozenset([*OWN.split(), *C_WORDS.split(), *CALLED.split(), "min", "m
 
 
 class Routine(NamedTuple):
-    """Where each variable is read from, as `m_1 = p[0]`, and the program over these."""
+    """The lines that read each variable, as `m_1 = p[0]`, and the program over these."""
 
     reads: list[str]
     program: Program

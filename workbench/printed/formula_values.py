@@ -12,12 +12,26 @@ import casadi as ca
 import numpy as np
 
 from workbench.notation import waves
-from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters, name_of
+from workbench.notation.formula import (
+    Call,
+    Formula,
+    Number,
+    Power,
+    Product,
+    Quotient,
+    Sum,
+    Symbol,
+    children,
+    letters,
+    name_of,
+)
 from workbench.notation.normal_form import NormalForm, NotInClass
 from workbench.notation.waves import Terms
-from workbench.printed.assembly import HIGHEST_POWER
 from workbench.printed.names import PI
+from workbench.printed.tokens import Token, refusal
 
+HIGHEST_POWER = 16
+MOST_LEVELS = 100  # of parts within parts: what goes through a formula nests up to four of its calls a level
 MOST_WAVES = 100  # in a product; doubles count the terms of no more
 
 
@@ -77,6 +91,23 @@ def _number(value: Fraction | float) -> float:
     if not math.isfinite(result) or (result == 0 and value != 0):
         raise ValueError("a number of the formula is too large or too small for any computer's arithmetic.")
     return result
+
+
+def bounded(formula: Formula, place: Token) -> Formula:
+    """A formula whose parts and powers are not nested beyond what can be gone through and multiplied out."""
+    waiting = [(formula, 1, Fraction(1))]
+    while waiting:
+        part, level, power = waiting.pop()
+        if level > MOST_LEVELS:
+            raise refusal(
+                place, f"more than {MOST_LEVELS} operations are nested in each other; write the formula in parts."
+            )
+        if isinstance(part, Power) and isinstance(part.exponent, Number):
+            power *= max(abs(Fraction(part.exponent.value)), Fraction(1))
+            if power > HIGHEST_POWER:
+                raise refusal(place, f"powers, also powers of powers, go up to {HIGHEST_POWER}.")
+        waiting += [(child, level + 1, power) for child in children(part)]
+    return formula
 
 
 def expanded_size(formula: Formula) -> float:

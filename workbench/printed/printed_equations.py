@@ -26,8 +26,7 @@ from workbench.core import Dynamics
 from workbench.notation.formula import Formula, Matrix, Number, Symbol, letters, name_of
 from workbench.notation.rewrite import parts, substitute
 from workbench.printed.arm_letters import names_of, numbers_given, parameter_of, rate_of, unnamed_zeros
-from workbench.printed.assembly import bounded
-from workbench.printed.formula_values import expanded_size
+from workbench.printed.formula_values import bounded, expanded_size
 from workbench.printed.grammar import parse
 from workbench.printed.names import Key, Names, key_of, spelled
 from workbench.printed.statements import Language, Statement, statements

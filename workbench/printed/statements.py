@@ -16,7 +16,6 @@ from workbench.printed.tokens import OPENING, Token, refusal, tokens_of_text
 
 Language = Literal["text", "latex"]
 SEPARATORS = {",", ";"}
-BEFORE_ENTRY, BEHIND_ENTRY = {"&", "row", "begin", "[", ",", ";"}, {"&", "row", "end", "]", ",", ";"}
 SIGNS = {"+", "-", "*", "/"}
 
 
@@ -32,17 +31,7 @@ class Statement:
 def statements(text: str, language: Language) -> tuple[Statement, ...]:
     """The statements of a text in the order in which they stand."""
     found = tokens_of_latex(text) if language == "latex" else tokens_of_text(text)
-    _refuse_stars(found)
     return tuple(statement for part in _parts(found) for statement in _split(part))
-
-
-def _refuse_stars(found: Sequence[Token]) -> None:
-    """Refuse a lone star for an entry of a matrix."""
-    for before, token, after in zip(found, found[1:], found[2:], strict=False):
-        if token.kind == "*" and before.kind in BEFORE_ENTRY and after.kind in BEHIND_ENTRY:
-            raise refusal(
-                token, f"'{token.text}' alone is no entry of a matrix; where it means 'by symmetry', print the entry."
-            )
 
 
 def _parts(found: Sequence[Token]) -> Iterator[list[Token]]:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 
 from workbench.notation.formula import GREEK
 
 # Beyond these a text is no equation of a paper; it is refused before any work is done on it.
 MOST_CHARACTERS, MOST_TOKENS, DEEPEST, LONGEST_WORD = 50_000, 20_000, 50, 80
+LARGEST_EXPONENT_OF_TEN = 99
 LONGEST_QUOTE = 40  # of what a message quotes
 
 OPENING = {"(": ")", "[": "]", "{": "}", "begin": "end"}
@@ -126,3 +128,11 @@ def _scan(text: str) -> Iterator[Token]:
             said = said.translate(_TYPED)
             kind = {"sign": "^" if said == "**" else said, "raised": "number", "path": "name"}.get(kind, kind)
             yield Token("function" if said in FUNCTIONS else kind, said, *place)
+
+
+def exact_number(token: Token) -> Fraction:
+    """The exact value of a number as it is written."""
+    mantissa, _, exponent = token.text.lower().partition("e")
+    if exponent and abs(int(exponent)) > LARGEST_EXPONENT_OF_TEN:
+        raise refusal(token, f"a number lies between 1e-{LARGEST_EXPONENT_OF_TEN} and 1e{LARGEST_EXPONENT_OF_TEN}.")
+    return Fraction(mantissa) * Fraction(10) ** int(exponent or 0)

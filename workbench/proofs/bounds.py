@@ -208,7 +208,7 @@ class _Task:
         return Extreme(value, self._at(found.x), reached, beyond, found.boxes, seen.samples, found.why)
 
     def _reached(self, sign: int, x: Array) -> float:
-        """What the least eigenvalue at x is at most: u' S u / u'u for a vector u, enclosed and rounded up."""
+        """A bound from above of the least eigenvalue at x: u' S u / u'u for a vector u, enclosed and rounded up."""
         form, c = self.forms[sign], x[np.newaxis]
         u = np.linalg.eigh(form.value(c))[1][:, :, :1]
         with np.errstate(all="ignore"):
