@@ -5,7 +5,7 @@ import claims_paper as paper
 from claims_loops import printed_but_for_c
 from paper_laws import ARM
 
-from workbench.claims.margins import SignalsOf
+from workbench.claims.claim_margins import SignalsOf
 from workbench.core import Claim
 from workbench.core.claim import Declared, Signals
 

@@ -25,8 +25,8 @@ from claims_paper import ASSUMPTION_4, gain_left
 from paper_card import CARD, LAWS
 from paper_laws import ARM, PRINTED_ARM, proposed_as_printed, proposed_repaired
 
+from workbench.claims.claim_margins import SignalsOf, derivative, violation, watching
 from workbench.claims.counterexample import hypotheses_kept, in_reference_mode
-from workbench.claims.margins import SignalsOf, derivative, violation, watching
 from workbench.controllers.promises import K_STAYS_DEFINITE
 from workbench.core import Dynamics, Entry, Layout, Ode, rk4
 from workbench.core.claim import Declared

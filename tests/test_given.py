@@ -7,7 +7,7 @@ import pytest
 
 from workbench.core import Dynamics
 from workbench.printed.arm_letters import narrowed
-from workbench.printed.comparison import compare_sheet
+from workbench.printed.entry_comparison import compare_sheet
 from workbench.printed.printed_equations import read_sheet
 from workbench.printed.tokens import FormulaError
 from workbench.robots import named, paper_arm

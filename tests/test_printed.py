@@ -9,7 +9,7 @@ import pytest
 from arms import printed_arm
 
 from workbench.core import Dynamics
-from workbench.printed.comparison import compare, compare_sheet, judged
+from workbench.printed.entry_comparison import compare, compare_sheet, judged
 from workbench.printed.printed_equations import read_sheet
 from workbench.robots import PlanarArm, named, paper_arm
 from workbench.robots.description import PointMass

@@ -10,7 +10,7 @@ from workbench.notation import latex, text
 from workbench.notation.formula import Matrix, Relation, equations, symbol
 from workbench.notation.normal_form import NormalForm, to_formula
 from workbench.printed.arm_letters import narrowed, symbols_of
-from workbench.printed.comparison import compare_sheet
+from workbench.printed.entry_comparison import compare_sheet
 from workbench.printed.formula_values import CASADI, evaluate, normal_form
 from workbench.printed.printed_equations import read_sheet
 from workbench.printed.tokens import FormulaError

@@ -4,8 +4,8 @@ import pytest
 
 from workbench.core import Dynamics
 from workbench.printed.arm_letters import narrowed
-from workbench.printed.comparison import compare_sheet
-from workbench.printed.diagnosis import diagnose, first_wrong, in_common
+from workbench.printed.entry_comparison import compare_sheet
+from workbench.printed.entry_diagnosis import diagnose, first_wrong, in_common
 from workbench.printed.printed_equations import read_sheet
 from workbench.robots import named, paper_arm
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from equations import decay
 
+from workbench.claims.claim_margins import SignalsOf, watching
 from workbench.claims.counterexample import CounterExample
 from workbench.claims.evolution import Judged, evolve
 from workbench.claims.falsify import Budget, Hunt
-from workbench.claims.margins import SignalsOf, watching
 from workbench.claims.search_box import Box, slope_of
 from workbench.claims.verdicts import Finding, Ledger
 from workbench.cli.verification import findings

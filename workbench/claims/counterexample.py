@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from workbench.claims.margins import Largest, violation, watching
+from workbench.claims.claim_margins import Largest, violation, watching
 from workbench.core import Ode
 from workbench.core.claim import Declared
 from workbench.core.layout import Array, Layout

@@ -9,9 +9,9 @@ from typing import Any, Literal
 
 import numpy as np
 
+from workbench.claims.claim_margins import UNDEFINED, Largest, violation, watching
 from workbench.claims.counterexample import CounterExample, Pair, Replay, run
 from workbench.claims.evolution import Judged, evolve
-from workbench.claims.margins import UNDEFINED, Largest, violation, watching
 from workbench.claims.search_box import Box, slope_of
 from workbench.core import Ode, Step
 from workbench.core.claim import Declared

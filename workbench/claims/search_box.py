@@ -9,7 +9,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.claims.margins import Largest
+from workbench.claims.claim_margins import Largest
 from workbench.core import Ode, rk4, with_quadrature, with_sensitivity
 from workbench.core.layout import Array
 from workbench.metrics import AbstractMetric

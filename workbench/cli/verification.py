@@ -14,8 +14,8 @@ from workbench.core.show import formula_of
 from workbench.handover import as_text
 from workbench.notation import text
 from workbench.printed.arm_letters import narrowed
-from workbench.printed.comparison import EntryVerdict, Sameness, compare_sheet
-from workbench.printed.diagnosis import Diagnosis, diagnose, in_common, is_in_full, of_factorisation, told_apart
+from workbench.printed.entry_comparison import EntryVerdict, Sameness, compare_sheet
+from workbench.printed.entry_diagnosis import Diagnosis, diagnose, in_common, is_in_full, of_factorisation, told_apart
 from workbench.printed.printed_equations import Sheet, read_sheet
 from workbench.printed.statements import Language
 from workbench.printed.tokens import MOST_CHARACTERS

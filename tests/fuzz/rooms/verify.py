@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from workbench import handover as derivation
-from workbench.claims import counterexample, evolution, falsify, margins, search_box
+from workbench.claims import claim_margins, counterexample, evolution, falsify, search_box
 from workbench.claims import verdicts as claims  # fmt: skip
 from workbench.cli import verification
 from workbench.core import Claim, Dynamics
@@ -18,7 +18,7 @@ from workbench.core.claim import Declared
 from workbench.metrics.integral import Integral
 from workbench.notation.walk import walk
 from workbench.printed import arm_letters, printed_equations
-from workbench.printed import comparison as printed  # fmt: skip
+from workbench.printed import entry_comparison as printed  # fmt: skip
 from workbench.proofs import bounds, exact_arithmetic, identity, interval, properties, rest_points, witness
 from workbench.robots import named
 
@@ -45,7 +45,7 @@ def calls() -> dict[str, Any]:
     assert example is not None
     example.write(FOLDER / "example.json")
     looked, edge = search_box.Box.of(ODE, RANGES), ([-1.0, -1.0], [1.0, 1.0])
-    violated, watched = margins.violation(STAYS), margins.watching(ODE, [Declared(STAYS)])
+    violated, watched = claim_margins.violation(STAYS), claim_margins.watching(ODE, [Declared(STAYS)])
     seen = witness.candidates(ARM)[0]
     finding = claims.Finding("refuted", "it fails", "here")
     row = np.array([[2.0]]), np.array([[1.0]])
@@ -87,10 +87,10 @@ def calls() -> dict[str, Any]:
             interval.evaluate, walk(WAVE), dict.fromkeys(("x_0", "x_1"), interval.Interval(np.zeros(1), np.ones(1)))
         ),
         "jumps": partial(interval.jumps, walk(WAVE), ["x_0"]),
-        "SignalsOf": partial(margins.SignalsOf, ODE, "plant."),
-        "derivative": partial(margins.derivative, ODE, ODE.x**2),
-        "Largest": partial(margins.Largest, "largest y", "m", "the largest y", "y"),
-        "violation": partial(margins.violation, STAYS),
+        "SignalsOf": partial(claim_margins.SignalsOf, ODE, "plant."),
+        "derivative": partial(claim_margins.derivative, ODE, ODE.x**2),
+        "Largest": partial(claim_margins.Largest, "largest y", "m", "the largest y", "y"),
+        "violation": partial(claim_margins.violation, STAYS),
         "watching": partial(_watching, ODE, [Declared(STAYS)]),
         "compare": partial(printed.compare, ARM, ARM),
         "compare_sheet": partial(printed.compare_sheet, read, ARM),
@@ -113,7 +113,7 @@ def calls() -> dict[str, Any]:
 
 def _watching(ode: Any, claims: Any) -> None:
     """What it gives is of `core`, where it is called too."""
-    margins.watching(ode, claims)
+    claim_margins.watching(ode, claims)
 
 
 def _narrowed(dynamics: Any, fixed: Any) -> None:

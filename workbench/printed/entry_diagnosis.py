@@ -17,7 +17,7 @@ from workbench.notation.formula import Formula, Number, Power, Sum, Symbol, chil
 from workbench.notation.normal_form import NormalForm, NotInClass
 from workbench.notation.rewrite import parts, rebuilt
 from workbench.printed.arm_letters import symbols_of
-from workbench.printed.comparison import EntryVerdict
+from workbench.printed.entry_comparison import EntryVerdict
 from workbench.printed.entry_units import units_of
 from workbench.printed.misprints import LONGEST, RANKS, Editor, Slip
 from workbench.printed.printed_equations import Place, Sheet
