@@ -24,7 +24,7 @@ from workbench.core import Dynamics
 from workbench.notation import text
 from workbench.notation.formula import Formula, Number, Power, Product, Relation, Sum, Symbol, entry_symbol, symbol
 from workbench.notation.reader import formula_of
-from workbench.printed.comparison import EntryVerdict, compare
+from workbench.printed.entry_comparison import EntryVerdict, compare
 from workbench.proofs.bounds import shown
 from workbench.proofs.properties import (
     DefinitenessVerdict,

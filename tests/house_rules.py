@@ -21,7 +21,7 @@ DOORS = {
     "clarabel": "design/observer_gains/matrix_inequalities.py",
     "control": "design/",
     "cvxpy": "design/observer_gains/matrix_inequalities.py",
-    "flint": "proofs/elementary.py",
+    "flint": "proofs/interval.py",
     "distributed": "study/executors.py",
     "dask": "study/executors.py",
     "jinja2": "report/page.py",

@@ -5,7 +5,7 @@ import pytest
 from oracles import aosmc_rgs, closed_loop, matrices, worst_difference
 from scipy.linalg import solve_continuous_are
 
-from workbench.claims.margins import violation, watching
+from workbench.claims.claim_margins import violation, watching
 from workbench.controllers import AosmcRgs
 from workbench.core import rk4
 from workbench.core.claim import declared

@@ -6,9 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.proofs import elementary
-from workbench.proofs.bounds import NoBound, enclose, extreme_eigenvalue, guarantee, largest_norm, shown
-from workbench.proofs.branch import definite
+from workbench.proofs import interval
+from workbench.proofs.bounds import disturbance_bounds, enclose, extreme_eigenvalue, largest_norm, shown
+from workbench.proofs.branch_and_bound import definite
+from workbench.proofs.interval import NoBound, guarantee
 
 x = ca.SX.sym("x", 2)
 
@@ -56,9 +57,9 @@ def test_no_sampled_value_lies_beyond_an_enclosure(c, corner, width):
 
 @pytest.mark.parametrize("arb", [True, False])
 def test_the_proof_does_not_depend_on_whose_sines_it_takes(arb, monkeypatch):
-    if arb and not elementary.ARB:
+    if arb and not interval.ARB:
         pytest.skip("the extra `rigorous` is not installed")
-    monkeypatch.setattr(elementary, "ARB", arb)
+    monkeypatch.setattr(interval, "ARB", arb)
     expression, low, high, exact = CLOSED[3]
     found = enclose(expression, x, low, high)
     assert found.low <= exact[0] <= exact[1] <= found.high
@@ -119,7 +120,7 @@ def test_a_used_up_budget_is_said_and_what_was_proved_is_kept():
             lambda: enclose(x[0], x, 0, 1, tolerance=np.nan),
             r"`enclose\(tolerance=...\)` must be a positive, finite number",
         ),
-        (lambda: largest_norm(x, x, 0, 1, tolerance=-1e-8), r"\(tolerance=...\)` must be a positive, finite number"),
+        (lambda: largest_norm(ca.diag(x), x, 0, 1), r"must be a vector; got shape \(2, 2\)"),
         (lambda: extreme_eigenvalue(ca.diag(x), x, 0, 1, 0), "is 1 for the least or -1 for the greatest; got 0"),
         (lambda: extreme_eigenvalue(x, x, 0, 1, 1), r"must be square to have eigenvalues; got shape \(2, 1\)"),
         (lambda: enclose(x[0], x, np.zeros(3), 1), "numbers or vectors of 2"),
@@ -149,18 +150,6 @@ def test_the_extreme_eigenvalues_of_a_rotated_matrix_are_those_of_its_diagonal()
     assert greatest.value == pytest.approx(6, abs=1e-14)
 
 
-def test_the_largest_norm_of_a_matrix_is_its_largest_singular_value():
-    F = ca.blockcat([[ca.cos(x[0]), 2 * ca.sin(x[1])], [x[0], ca.SX(1)], [x[0] * x[1], ca.SX(0)]])
-    found = largest_norm(F, x, -1.0, 1.0)
-    a, b = np.meshgrid(np.linspace(-1, 1, 201), np.linspace(-1, 1, 201))
-    one = np.ones_like(a)
-    dense = np.array([[np.cos(a), 2 * np.sin(b)], [a, one], [a * b, 0 * a]]).transpose(2, 3, 0, 1)
-    seen = np.linalg.norm(dense, 2, axis=(2, 3)).max()
-    assert seen <= found.beyond
-    assert found.beyond == pytest.approx(found.value, rel=1.1e-8)
-    assert found.value == pytest.approx(seen, rel=1e-3)  # the grid of the samples
-
-
 @settings(max_examples=50)
 @given(st.integers(1, 6), st.floats(-1e-13, 1e-13), st.integers(0, 2**32 - 1))
 def test_a_matrix_that_is_not_definite_is_never_called_so(n, least, seed):
@@ -173,3 +162,33 @@ def test_a_matrix_that_is_not_definite_is_never_called_so(n, least, seed):
     if definite(B[None])[0]:
         assert exact > -2e-15 * n  # what eigvalsh itself can be wrong by
     assert definite((B + np.eye(n) * 1e-10)[None])[0]
+
+
+t = ca.SX.sym("t")
+SINES = ca.vertcat(3 * ca.sin(2 * t), 4 * ca.sin(2 * t))  # 5 sin 2t along (3, 4) / 5
+
+
+def test_the_bounds_of_a_sine_disturbance_are_proved_in_closed_form():
+    size, slope = disturbance_bounds(SINES, t, 20.0)
+    assert 5.0 <= size.beyond <= 5.0000001
+    assert 10.0 <= slope.beyond <= 10.0000002
+
+
+def test_the_bound_of_a_sum_of_sines_is_what_a_dense_grid_sees():
+    size, _ = disturbance_bounds(ca.sin(t) + ca.sin(ca.sqrt(2) * t) / 2, t, 50.0)
+    dense = np.linspace(0, 50, 1_000_001)
+    seen = np.abs(np.sin(dense) + np.sin(np.sqrt(2) * dense) / 2).max()
+    assert seen <= size.beyond == pytest.approx(seen, rel=1e-7)
+
+
+def test_a_saturated_disturbance_is_bounded_by_its_own_interval():
+    # its slope is up to 1000, and its tops are flat to 4e-9: no tangent would do
+    size, slope = disturbance_bounds(ca.tanh(10 * ca.sin(100 * t)), t, 100.0)
+    assert size.beyond == pytest.approx(1.0, rel=2e-8)
+    assert slope.beyond == pytest.approx(1000.0, rel=2e-8)
+
+
+@pytest.mark.parametrize(("D", "says"), [(ca.sign(ca.sin(t)), "SIGN"), (1 / (t - 3.3), "3.3"), (SINES * x[0], "'x_0'")])
+def test_a_disturbance_without_a_slope_or_a_bound_is_refused_by_name(D, says):
+    with pytest.raises(ValueError, match=says):
+        disturbance_bounds(D, t, 20.0)

@@ -91,12 +91,6 @@ def test_a_seed_that_is_no_whole_number_is_refused(tmp_path, odd):
         CounterExample.read(tmp_path / "worst.json")
 
 
-def test_a_huge_file_is_not_read(tmp_path):
-    (tmp_path / "huge.json").write_bytes(b" " * 1_000_001)
-    with pytest.raises(ValueError, match="1000000 bytes at most"):
-        CounterExample.read(tmp_path / "huge.json")
-
-
 def test_the_reference_mode_sees_the_same_run():
     p, x0 = WORST.rows(ODE)
     y, error = in_reference_mode(HUNT.watched, "e", p[0], x0[0], [2.0])

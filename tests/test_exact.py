@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.proofs.exact import characteristic_polynomial, exact_values, unstable_modes
+from workbench.proofs.exact_arithmetic import characteristic_polynomial, exact_values, unstable_modes
 
 whole = st.integers(-5, 5)
 

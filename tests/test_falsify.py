@@ -4,15 +4,14 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.claims.ascent import slope_of
+from workbench.claims.claim_margins import violation
 from workbench.claims.falsify import Budget, Hunt
-from workbench.claims.margins import violation
+from workbench.claims.search_box import Box, slope_of
 from workbench.core import Claim, Entry, Layout, Ode
 from workbench.core.claim import Declared
 from workbench.core.numbers import Bounds
 from workbench.metrics import ise, peak_error, rmse
 from workbench.metrics.integral import Integral
-from workbench.proofs.box import Box
 
 
 def decay() -> Ode:

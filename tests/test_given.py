@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from workbench.core import Dynamics
-from workbench.printed.comparison import compare_sheet
-from workbench.printed.given import narrowed
-from workbench.printed.sheet import read_sheet
+from workbench.printed.arm_letters import narrowed
+from workbench.printed.entry_comparison import compare_sheet
+from workbench.printed.printed_equations import read_sheet
 from workbench.printed.tokens import FormulaError
 from workbench.robots import named, paper_arm
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.notation.program import walk
-from workbench.proofs import elementary
+from workbench.proofs import interval
 from workbench.proofs.interval import RULES, Interval, NoBound, evaluate
 
 x, y = ca.SX.sym("x"), ca.SX.sym("y")
@@ -33,9 +33,9 @@ middles, widths = st.floats(-6, 6), st.floats(-9, 1).map(lambda power: 10**power
 
 @pytest.fixture(params=["balls", "doubles"])
 def arithmetic(request, monkeypatch):
-    if request.param == "balls" and not elementary.ARB:
+    if request.param == "balls" and not interval.ARB:
         pytest.skip("the extra `rigorous` is not installed")
-    monkeypatch.setattr(elementary, "ARB", request.param == "balls")
+    monkeypatch.setattr(interval, "ARB", request.param == "balls")
 
 
 def enclosed(expression, low, high):
@@ -81,25 +81,25 @@ def test_the_interval_of_one_function_is_its_range(expression, low, high, exact)
     np.testing.assert_allclose(enclosed(expression, (low, 0), (high, 0)), exact, rtol=1e-14, atol=1e-15)
 
 
-@pytest.mark.parametrize("name", sorted(elementary.RANGES))
+@pytest.mark.parametrize("name", sorted(interval.RANGES))
 @pytest.mark.usefixtures("arithmetic")
 def test_a_function_at_a_double_is_enclosed_within_a_few_last_places(name):
     points = np.random.default_rng(0).uniform(0.1, 0.9, 500)
-    low, high = elementary.at_points(name, points)
-    values = elementary.NUMPY[name](points)
+    low, high = interval.at_points(name, points)
+    values = interval.NUMPY[name](points)
     assert (low <= values).all()
     assert (values <= high).all()
     assert (high - low <= 64 * np.spacing(np.abs(values))).all()  # the arcs of Arb are some dozens wide at 53 bits
 
 
-@pytest.mark.skipif(not elementary.ARB, reason="the extra `rigorous` is not installed")
-@pytest.mark.parametrize("name", sorted(elementary.RANGES))
+@pytest.mark.skipif(not interval.ARB, reason="the extra `rigorous` is not installed")
+@pytest.mark.parametrize("name", sorted(interval.RANGES))
 def test_the_library_is_right_within_the_doubt_that_stands_in_for_balls(name, monkeypatch):
     points = np.random.default_rng(1).uniform(0.001, 0.999, 5000)
     points = points if name in ("asin", "acos") else points * 20
-    proved = elementary.at_points(name, points)
-    monkeypatch.setattr(elementary, "ARB", False)
-    assumed = elementary.at_points(name, points)
+    proved = interval.at_points(name, points)
+    monkeypatch.setattr(interval, "ARB", False)
+    assumed = interval.at_points(name, points)
     assert (assumed[0] <= proved[1]).all()
     assert (assumed[1] >= proved[0]).all()
 

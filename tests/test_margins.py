@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.claims.margins import SignalsOf, derivative, violation, watching
+from workbench.claims.claim_margins import SignalsOf, derivative, violation, watching
 from workbench.core import Claim, Entry, Layout, Ode, rk4
 from workbench.core.claim import Declared
 from workbench.metrics import measure

@@ -10,11 +10,10 @@ from hypothesis import strategies as st
 from workbench.notation import build
 from workbench.notation.formula import Formula, Number, name_of, symbol
 from workbench.notation.normal_form import NormalForm, NotInClass
-from workbench.printed import plain_text as plain
-from workbench.printed.evaluate import CASADI, NUMPY, evaluate
-from workbench.printed.exact_form import at_numbers, constant, normal_form
+from workbench.printed.formula_values import CASADI, NUMPY, at_numbers, constant, evaluate, normal_form
 from workbench.printed.grammar import parse
 from workbench.printed.names import Names
+from workbench.printed.tokens import tokens_of_text
 
 LETTERS = [symbol(name) for name in ("a", "b", "q_1", "q_2")]
 NAMES = {letter: name_of(letter) for letter in LETTERS}
@@ -22,7 +21,7 @@ VALUES = {"a": 1.3, "b": 0.7, "q_1": 0.4, "q_2": -1.1, "π": 3.141592653589793}
 
 
 def read(said: str) -> Formula:
-    return parse(plain.tokens(said), Names.of(LETTERS))
+    return parse(tokens_of_text(said), Names.of(LETTERS))
 
 
 def form(said: str) -> NormalForm:

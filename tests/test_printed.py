@@ -8,8 +8,8 @@ import pytest
 
 from studies.paper.printed_arm import PrintedArm
 from workbench.core import Dynamics
-from workbench.printed.comparison import compare, compare_sheet, judged
-from workbench.printed.sheet import read_sheet
+from workbench.printed.entry_comparison import compare, compare_sheet, judged
+from workbench.printed.printed_equations import read_sheet
 from workbench.robots import PlanarArm, named, paper_arm
 from workbench.robots.planar_arm import PointMass
 

@@ -6,8 +6,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from workbench.claims.claim_margins import violation, watching
 from workbench.claims.falsify import Budget, Hunt
-from workbench.claims.margins import violation, watching
 from workbench.controllers import AdaptiveSlidingMode, AosmcRgs, SlidingMode, SuperTwisting
 from workbench.controllers.aosmc_rgs import K_STAYS_DEFINITE, P_STAYS_DEFINITE
 from workbench.core import Claim

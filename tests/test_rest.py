@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.core import Entry, Layout, Ode, rk4
-from workbench.proofs.rest import growing_modes, rest_point
+from workbench.proofs.rest_points import growing_modes, rest_point
 from workbench.simulate import simulate
 
 

@@ -9,11 +9,10 @@ from workbench.handover import as_latex
 from workbench.notation import latex, text
 from workbench.notation.formula import Matrix, Relation, equations, symbol
 from workbench.notation.normal_form import NormalForm, to_formula
-from workbench.printed.comparison import compare_sheet
-from workbench.printed.evaluate import CASADI, evaluate
-from workbench.printed.exact_form import normal_form
-from workbench.printed.given import narrowed, symbols_of
-from workbench.printed.sheet import read_sheet
+from workbench.printed.arm_letters import narrowed, symbols_of
+from workbench.printed.entry_comparison import compare_sheet
+from workbench.printed.formula_values import CASADI, evaluate, normal_form
+from workbench.printed.printed_equations import read_sheet
 from workbench.printed.tokens import FormulaError
 from workbench.proofs.witness import candidates
 from workbench.robots import named, paper_arm, urdf

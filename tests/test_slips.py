@@ -3,10 +3,10 @@
 import pytest
 
 from workbench.core import Dynamics
-from workbench.printed.comparison import compare_sheet
-from workbench.printed.diagnosis import diagnose, first_wrong, in_common
-from workbench.printed.given import narrowed
-from workbench.printed.sheet import read_sheet
+from workbench.printed.arm_letters import narrowed
+from workbench.printed.entry_comparison import compare_sheet
+from workbench.printed.entry_diagnosis import diagnose, first_wrong, in_common
+from workbench.printed.printed_equations import read_sheet
 from workbench.robots import named, paper_arm
 
 PAPER = Dynamics.of(paper_arm())

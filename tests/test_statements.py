@@ -8,10 +8,6 @@ from workbench.printed.tokens import FormulaError
 REFUSED = {
     "C(2,1) = q_1": "line 1, column 2: in round brackets stand arguments; for an entry write C[2,1].",
     "G(1) = q_1": "line 1, column 2: in round brackets stand arguments; for an entry write G[1].",
-    "M = [[a, b], [*, c]]": "line 1, column 15: '*' alone is no entry of a matrix; "
-    "where it means 'by symmetry', print the entry.",
-    r"M = \begin{bmatrix} a & b \\ \ast & c \end{bmatrix}": "line 1, column 30: '\\ast' alone is no entry of a matrix; "
-    "where it means 'by symmetry', print the entry.",
 }
 
 

@@ -9,9 +9,9 @@ import pytest
 
 from workbench.core import Dynamics, Entry, Layout
 from workbench.notation.reader import formula_of
-from workbench.printed.given import narrowed
-from workbench.printed.sheet import read_sheet
-from workbench.printed.units import KG, METRE, NONE, SECOND, read_unit, units_of
+from workbench.printed.arm_letters import narrowed
+from workbench.printed.entry_units import KG, METRE, NONE, SECOND, read_unit, units_of
+from workbench.printed.printed_equations import read_sheet
 from workbench.robots import paper_arm
 
 PAPER = Dynamics.of(paper_arm())
@@ -25,7 +25,7 @@ def sliding() -> Dynamics:
     m, inertia = ca.vertsplit(symbols)
     M = ca.diag(ca.vertcat(inertia + m * q[1] ** 2, m))
     C = ca.blockcat([[m * q[1] * qd[1], m * q[1] * qd[0]], [-m * q[1] * qd[0], 0]])
-    return Dynamics("slide", q, qd, ca.densify(M), C, ca.SX.zeros(2, 1), p, symbols)
+    return Dynamics("slide", q, qd, ca.densify(M), C, ca.SX.zeros(2, 1), p, symbols, units=("rad", "m"))
 
 
 UNITS = {
@@ -81,7 +81,7 @@ def test_all_derived_entries_have_the_units_they_should():
                 assert units.mismatch((matrix, i + 1, j + 1), printed) == ""
 
 
-def test_a_joint_that_slides_is_known_from_m():
+def test_a_joint_that_slides_has_a_unit_of_its_own():
     assert units_of(sliding()).joints == (NONE, METRE)
     assert str(units_of(sliding()).of_entry(("C", 1, 2))) == "kg m/s"
 

@@ -9,7 +9,7 @@ from studies.a2_claims.searches import found, hunt, line
 from studies.paper.card import CARD
 from workbench.claims.falsify import Found
 from workbench.claims.verdicts import Finding
-from workbench.proofs.equality import judge_equal
+from workbench.proofs.identity import judge_equal
 from workbench.study.provenance import written
 
 Check = Callable[[], Finding]

@@ -5,7 +5,7 @@ import casadi as ca
 from studies.a2_claims import statements as paper
 from studies.a2_claims.loops import printed_but_for_c
 from studies.paper.laws import ARM
-from workbench.claims.margins import SignalsOf
+from workbench.claims.claim_margins import SignalsOf
 from workbench.core import Claim
 from workbench.core.claim import Declared, Signals
 

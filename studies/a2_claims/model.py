@@ -11,8 +11,8 @@ from studies.paper.card import CARD
 from studies.paper.laws import plant
 from workbench.claims.verdicts import Finding
 from workbench.core import Claim
-from workbench.proofs.bounded import disturbance
-from workbench.proofs.bounds import guarantee, shown
+from workbench.proofs.bounds import disturbance_bounds, shown
+from workbench.proofs.interval import guarantee
 from workbench.proofs.properties import PropertyVerdict
 from workbench.proofs.witness import Witness
 from workbench.validation.refusals import Array
@@ -86,10 +86,10 @@ def bounded_disturbance() -> Finding:
     for scenario in ("FS", "SS"):
         D = plant(scenario).disturbance
         assert D is not None
-        size, slope = disturbance(D.at(t), t, PERIOD)
-        if size.kind != "proved" or slope.kind != "proved" or size.bound is None or slope.bound is None:
-            return Finding("not checkable", f"{scenario}: {size.evidence}; {slope.evidence}")
-        said.append(f"|D| <= {shown(size.bound, -1)} N m and |D'| <= {shown(slope.bound, -1)} N m/s ({scenario})")
+        size, slope = disturbance_bounds(D.at(t), t, PERIOD)
+        if size.beyond is None or slope.beyond is None:
+            return Finding("not checkable", f"{scenario}: {size.why}; {slope.why}")
+        said.append(f"|D| <= {shown(size.beyond, -1)} N m and |D'| <= {shown(slope.beyond, -1)} N m/s ({scenario})")
     amplitudes = listed(CARD["FS: disturbance amplitude"])
     return Finding(
         "proved",

@@ -21,8 +21,8 @@ from studies.a2_claims.searches import REACH, SEED
 from workbench.claims.verdicts import Finding
 from workbench.core import Claim
 from workbench.observers.luenberger import THEOREM_1
-from workbench.proofs.bounds import guarantee
-from workbench.proofs.rest import RestPoint, growing_modes
+from workbench.proofs.interval import guarantee
+from workbench.proofs.rest_points import RestPoint, growing_modes
 
 PAPER_GAINS = (30 * I, 50 * I)  # section 5
 TORQUES, SPEEDS = (100.0, 1000.0, 10000.0), (1.0, 10.0, 100.0)  # N m, rad/s

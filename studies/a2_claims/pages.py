@@ -16,7 +16,7 @@ from studies.a2_claims.statements import D_MAX, L_D
 from workbench.claims.verdicts import BROKEN, Kind, Ledger, Line
 from workbench.core import Claim, rk4
 from workbench.notation.formula import symbol
-from workbench.proofs.bounds import guarantee
+from workbench.proofs.interval import guarantee
 from workbench.simulate import simulate
 from workbench.study.document.document import (
     Cell,

@@ -25,8 +25,8 @@ from studies.a2_claims.searches import hunt, rerun
 from studies.a2_claims.statements import ASSUMPTION_4, gain_left
 from studies.paper.card import CARD, LAWS
 from studies.paper.laws import ARM, PRINTED_ARM, proposed_as_printed, proposed_repaired
+from workbench.claims.claim_margins import SignalsOf, derivative, violation, watching
 from workbench.claims.counterexample import hypotheses_kept, in_reference_mode
-from workbench.claims.margins import SignalsOf, derivative, violation, watching
 from workbench.controllers.aosmc_rgs import K_STAYS_DEFINITE
 from workbench.core import Dynamics, Entry, Layout, Ode, rk4
 from workbench.core.claim import Declared
@@ -34,7 +34,7 @@ from workbench.design.riccati import care
 from workbench.metrics import Measurement, late_error, measure
 from workbench.metrics.integral import Integral
 from workbench.metrics.step_metrics import Peak
-from workbench.proofs.rest import RestPoint, growing_modes, rest_point
+from workbench.proofs.rest_points import RestPoint, growing_modes, rest_point
 from workbench.reference import reference
 from workbench.simulate import simulate
 from workbench.study.contract import equations_of

@@ -16,7 +16,7 @@ from studies.a4_observer_gains.candidates import (
 from studies.a4_observer_gains.figures import along_the_path, errors, noise_and_rate, poles
 from studies.a4_observer_gains.findings import BOX, SCENARIOS
 from workbench.notation.formula import Formula, Number, Product, Relation, Sum, Symbol, symbol
-from workbench.proofs.bounds import guarantee
+from workbench.proofs.interval import guarantee
 from workbench.study.document.document import (
     Cell,
     Column,

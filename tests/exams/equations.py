@@ -17,9 +17,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics, Entry, Layout
-from workbench.printed.comparison import compare_sheet, judged
-from workbench.printed.diagnosis import first_wrong
-from workbench.printed.sheet import Sheet, read_sheet
+from workbench.printed.entry_comparison import compare_sheet, judged
+from workbench.printed.entry_diagnosis import first_wrong
+from workbench.printed.printed_equations import Sheet, read_sheet
 from workbench.printed.statements import statements
 from workbench.proofs.identity import judge_zero
 from workbench.robots import Link, PlanarArm, lagrange

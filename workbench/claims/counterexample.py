@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 import numpy as np
 
-from workbench.claims.margins import Largest, violation, watching
+from workbench.claims.claim_margins import Largest, violation, watching
 from workbench.core import Ode
 from workbench.core.claim import Declared
 from workbench.core.layout import Layout
@@ -21,7 +21,6 @@ from workbench.simulate import StepLimit
 from workbench.validation.refusals import Array, described, known, nearest, refusal
 from workbench.validation.signatures import door
 
-LARGEST_FILE = 1_000_000  # bytes; one with a hundred parameters has ten thousand
 # A run counts if its error of the step is no more than this share of its value, and one that diverges if it does so
 # at both steps at the same time, to this share of it and as many steps as an overflow may take.
 CREDIBLE, STEPS = 0.1, 20
@@ -30,20 +29,32 @@ TOO_LONG = "the step is too long"
 ROUNDING = 1e-6
 
 
+class Pair(NamedTuple):
+    """A run at h and at h / 2: the metric, largest over its components, and its change; the hypotheses; divergence.
+
+    `excess` is the largest violation of a hypothesis at h / 2, and minus infinity without any. `doubt` is the reason
+    why the run cannot refute a claim, and is empty where it can.
+    """
+
+    value: float
+    error: float
+    excess: float
+    diverged_at: tuple[float, float]
+    doubt: str
+
+    @property
+    def refutes(self) -> bool:
+        """True if a violation is larger than its error, within the hypotheses, and beyond doubt."""
+        return self.value - self.error > 0 and self.excess <= 0 and not self.doubt
+
+
 @dataclass(frozen=True)
 class Replay:
     """A counter-example that was run again, at its step and at half of it.
 
-    Attributes
-    ----------
-    value, error
-        At half the step, and the change from the whole one.
-    same
-        Whether it is the stored value, within both errors.
-    kept
-        Whether it keeps its hypotheses.
-    diverged_at
-        When it diverged, in s: at half the step and at the whole one; NaN where it stayed finite.
+    `value` is that at half the step, and `error` its change from the whole one; it is the `same` as the stored value
+    within both errors. `kept` is True if it keeps its hypotheses. `diverged_at` is when it diverged, in s, at half
+    the step and at the whole one; NaN where it stayed finite.
     """
 
     value: float
@@ -56,23 +67,11 @@ class Replay:
 @dataclass(frozen=True)
 @door
 class CounterExample:
-    """One run of an equation and what a metric makes of it.
+    """One run of an equation, of some fingerprint, and what a metric called `about` makes of it.
 
-    Attributes
-    ----------
-    about
-        The name of the metric.
-    fingerprint
-        Of the equation.
-    sought
-        The numbers that a search chose; they are among `p` (parameters) and `x0` (the initial state).
-    until, h
-        Horizon and step, in s; the value is taken at h / 2.
-    seed
-        Of the search.
-    value, error
-        The metric, largest over its components, and its change from the step to half of it; infinity and zero
-        where the run diverged.
+    `sought` holds the numbers that a search with `seed` chose; they are among `p` (parameters) and `x0` (the initial
+    state). Horizon and step are in s. `value` is the metric at h / 2, largest over its components, and `error` its
+    change from the step to half of it; infinity and zero where the run diverged.
     """
 
     about: str
@@ -88,13 +87,7 @@ class CounterExample:
 
     @door
     def write(self, path: Path | str) -> None:
-        """Store it as JSON.
-
-        Raises
-        ------
-        ValueError
-            If nothing can be written there; the reason is said.
-        """
+        """Store it as JSON."""
         fields = asdict(self) | {"value": float(self.value).hex(), "error": float(self.error).hex()}
         try:
             Path(path).write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")
@@ -105,28 +98,17 @@ class CounterExample:
     @staticmethod
     @door
     def read(path: Path | str) -> CounterExample:
-        """What `write` has stored.
-
-        Raises
-        ------
-        LookupError
-            If there is no such file.
-        ValueError
-            If the file is too large, cannot be read or does not hold a counter-example.
-        """
+        """The counter-example that `write` has stored."""
         file = Path(path)
         call = f"CounterExample.read({described(file.name)})"
         try:
             if not file.is_file():
                 raise LookupError(f"`{call}`: there is no such file.")
-            with file.open("rb") as handle:
-                content = handle.read(LARGEST_FILE + 1)
+            text = file.read_bytes()
         except OSError as error:
             raise ValueError(f"`{call}` must be a file that can be read: {error.strerror}.") from None
-        if len(content) > LARGEST_FILE:
-            raise ValueError(f"`{call}` must be a file of {LARGEST_FILE} bytes at most; got more.")
         try:
-            return _made(json.loads(content.decode()))
+            return _made(json.loads(text.decode()))
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError) as error:
             raise ValueError(
                 f"`{call}` must hold a counter-example as `write` stores it; got {described(str(error))}."
@@ -134,15 +116,7 @@ class CounterExample:
 
     @door
     def rows(self, ode: Ode) -> tuple[Array, Array]:
-        """Its parameters (1, np) and initial state (1, nx), as rows of `ode`.
-
-        Raises
-        ------
-        ValueError
-            If the equation is another one.
-        LookupError
-            If one of its numbers has no place there, or one there has no number.
-        """
+        """Its parameters (1, np) and initial state (1, nx), as rows of the equation that it was found for."""
         if ode.fingerprint != self.fingerprint:
             raise ValueError(
                 f"`CounterExample.rows(ode)` must be given the equation it was found for, of fingerprint "
@@ -154,14 +128,9 @@ class CounterExample:
     def replay(
         self, ode: Ode, metric: AbstractMetric, kept: Sequence[Largest] = (), watched: Ode | None = None
     ) -> Replay:
-        """Run it again.
+        """The same run again, with the violations `kept` of hypotheses.
 
-        Parameters
-        ----------
-        kept
-            The violations of the hypotheses that it must keep.
-        watched
-            `ode` with the outputs that the metric and `kept` look at, where it lacks them.
+        `watched` is `ode` with the outputs that the metric and `kept` look at, where it lacks them.
         """
         again = run(watched or ode, metric, kept, *self.rows(ode), self.until, self.h)
         finite = np.isfinite([again.value, self.value]).all()
@@ -169,20 +138,6 @@ class CounterExample:
         alike = np.isfinite(again.value) == np.isfinite(self.value)
         close = gap <= self.error + again.error + ROUNDING * abs(self.value) if finite else True
         return Replay(again.value, again.error, bool(alike and close), again.excess <= 0, again.diverged_at)
-
-
-class Pair(NamedTuple):
-    """A run at h and at h / 2: the metric, largest over its components, and its change; the hypotheses; divergence.
-
-    `excess` is the largest violation of a hypothesis at h / 2, and minus infinity without any. `doubt` says why the
-    run cannot refute a claim, and is empty where it can.
-    """
-
-    value: float
-    error: float
-    excess: float
-    diverged_at: tuple[float, float]
-    doubt: str
 
 
 @door
@@ -203,18 +158,21 @@ def run(ode: Ode, metric: AbstractMetric, kept: Sequence[Largest], p: Array, x0:
         return Pair(np.nan, np.nan, excess, times, doubt) if doubt else Pair(np.inf, 0.0, excess, times, "")
     worst = int(np.argmax(score.value[0]))
     value, error = float(score.value[0, worst]), float(score.error[0, worst])
-    return Pair(value, error, excess, times, _unstable(found.limits[0]) or _rough(value, error, h))
+    doubt = _unstable(found.limits[0])
+    if not doubt and error > CREDIBLE * abs(value):
+        doubt = f"{TOO_LONG}: from {h:.3g} s to half of it the value changes by {error:.2g} to {value:.4g}"
+    return Pair(value, error, excess, times, doubt)
 
 
 def _unstable(limit: StepLimit) -> str:
-    """That a mode which decays grows at this step; empty where it is not so."""
+    """The doubt in a step at which a mode that decays grows; else empty."""
     if limit.holds:
         return ""
     return f"{TOO_LONG}: of {limit.h:.3g} s, with a limit of stability of {limit.limit:.3g} s at {limit.at:.4g} s"
 
 
 def _untimely(times: tuple[float, float], h: float) -> str:
-    """That a run does not diverge at both steps at the same time; empty where it does."""
+    """The doubt in a run that does not diverge at both steps at the same time; else empty."""
     fine, coarse = times
     if not np.isfinite(times).all():
         return f"{TOO_LONG}: the run diverges at one of {h:.3g} s and its half alone"
@@ -223,41 +181,22 @@ def _untimely(times: tuple[float, float], h: float) -> str:
     return ""
 
 
-def _rough(value: float, error: float, h: float) -> str:
-    """That a value changes much with the step; empty where it does not."""
-    if error <= CREDIBLE * abs(value):
-        return ""
-    return f"{TOO_LONG}: from {h:.3g} s to half of it the value changes by {error:.2g} to {value:.4g}"
-
-
 @door
 def hypotheses_kept(
     ode: Ode, claims: Sequence[Declared], until: float, h: float, p: Array | None = None, x0: Array | None = None
 ) -> tuple[str, ...]:
-    """The names of those claims that a run keeps at every step, at the step h and at half of it.
-
-    Raises
-    ------
-    ValueError
-        If one has no margin, or `measure` refuses the run.
-    """
-    violations = [violation(said.claim) for said in claims]
+    """The names of those claims that a run keeps at every step, at the step h and at half of it."""
+    violations = [violation(each.claim) for each in claims]
     scores = measure(watching(ode, claims), violations, p, x0, until=until, h=h).scores
     kept = [float((scores[each.name].value + scores[each.name].error).max()) <= 0 for each in violations]
-    return tuple(said.claim.name for said, holds in zip(claims, kept, strict=True) if holds)
+    return tuple(each.claim.name for each, holds in zip(claims, kept, strict=True) if holds)
 
 
 @door
 def in_reference_mode(
     ode: Ode, signal: str, p: Array, x0: Array, times: Sequence[float], rtol: float = 1e-9
 ) -> tuple[Array, Array]:
-    """An output (N, k) at N times by the reference mode, and what the error of the states makes of it, (N, k).
-
-    Raises
-    ------
-    ValueError
-        If `reference` refuses the run.
-    """
+    """An output (N, k) at N times by the reference mode, and what the error of the states makes of it, (N, k)."""
     found = reference(ode, p, x0, times=times, rtol=rtol)
     y = ode.outputs.view(ode.output)[known(signal, ode.outputs.names, f"outputs of '{ode.name}'")]
     slope = ca.Function("slope", [ode.t, ode.x, ode.p], [ca.vec(y), ca.densify(ca.jacobian(y, ode.x))])

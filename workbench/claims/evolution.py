@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.validation.refusals import Array, described, refusal, require, whole
+from workbench.validation.refusals import Array, described, require, whole
 from workbench.validation.signatures import door
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
@@ -21,7 +21,7 @@ WEIGHTS = (0.4, 1.0)
 @dataclass(frozen=True, eq=False)
 @door
 class Judged:
-    """What trials are worth: `value` (B,), larger is what is sought; `excess` (B,) by how much each is inadmissible.
+    """The worth of trials: `value` (B,), larger is what is sought; `excess` (B,) by how much each is inadmissible.
 
     An excess of zero or less is admissible. Infinity as a value is the best there is; a NaN is none.
     """
@@ -36,10 +36,8 @@ class Judged:
                 f"{self.value.shape} and {self.excess.shape}."
             )
 
-    @door
     def beats(self, other: Judged) -> Flags:
-        """Where each trial is no worse than another: admissible first, then by value, among others by excess."""
-        _refuse_others(self, other)
+        """True where each trial is no worse than another: admissible first, then by value, among others by excess."""
         mine, theirs = self.excess <= 0, other.excess <= 0
         by_value = mine & theirs & (self.value >= other.value)
         by_excess = ~mine & ~theirs & (self.excess <= other.excess)
@@ -50,16 +48,8 @@ class Judged:
         return int(np.lexsort((self.value, -np.maximum(self.excess, 0)))[-1])
 
     def where(self, better: Flags, other: Judged) -> Judged:
-        """What they are worth where `better`, and the other ones elsewhere."""
-        _refuse_others(self, require("Judged.where(other=...)", other, Judged))
-        if not isinstance(better, np.ndarray) or better.dtype != bool or better.shape != self.value.shape:
-            raise refusal("Judged.where(better=...)", f"{self.value.size} truths in an array", better)
+        """The worth of these trials where `better`, and of the other ones elsewhere."""
         return Judged(np.where(better, self.value, other.value), np.where(better, self.excess, other.excess))
-
-
-def _refuse_others(these: Judged, others: Judged) -> None:
-    if these.value.shape != others.value.shape:
-        raise ValueError(f"Trials are compared one by one; got {these.value.size} and {others.value.size} of them.")
 
 
 @door
@@ -73,28 +63,12 @@ def evolve(
     ended: Callable[[], bool] = lambda: False,
     mixed: bool = True,
 ) -> tuple[Array, Judged]:
-    """The last population u (B, d) in the unit cube, and what its members are worth, by DE/best/1 and DE/rand/1.
+    """The last population u (B, d) in the unit cube, and the worth of its members, by DE/best/1 and DE/rand/1.
 
     Half of the trials start from the best member, half from any if `mixed`: the first are quick, the second keep
-    looking elsewhere. A trial beyond the cube is put between its parent and the face.
-
-    Parameters
-    ----------
-    judge
-        From trials (B, d) to their worth; called once a generation and once before.
-    start
-        The ends (d,) and (d,) of the box from which the first population is drawn; the whole cube without it. Later
-        trials leave it.
-    ended
-        Asked before each generation whether the search is over.
-    mixed
-        Whether half of the trials start from any member; else all start from the best.
-
-    Raises
-    ------
-    ValueError
-        If there is no dimension, or less than four members, three of which make a trial for another one; if `start`
-        is no box in the cube; or if `judge` gives no `Judged` of all of them.
+    looking elsewhere. A trial beyond the cube is put between its parent and the face. `judge` gives trials (B, d)
+    their worth, once a generation and once before; `start` has the ends (d,) and (d,) of the box from which the first
+    population is drawn; `ended` is asked before each generation whether the search is over.
 
     References
     ----------

@@ -9,15 +9,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from workbench.claims.ascent import slope_of
+from workbench.claims.claim_margins import UNDEFINED, Largest, violation, watching
 from workbench.claims.counterexample import CounterExample, Pair, Replay, run
 from workbench.claims.evolution import Judged, evolve
-from workbench.claims.margins import UNDEFINED, Largest, violation, watching
+from workbench.claims.search_box import Box, slope_of
 from workbench.core import Ode, Step
 from workbench.core.claim import Declared
 from workbench.metrics import AbstractMetric, measured
 from workbench.metrics.accumulators import final_values
-from workbench.proofs.box import Box
 from workbench.simulate import simulate
 from workbench.validation.refusals import Array, known, multiple, seconds, whole
 from workbench.validation.refusals import seed as key
@@ -32,7 +31,7 @@ HALVINGS = 16  # of the step along a gradient, all tried at once
 @dataclass(frozen=True)
 @door
 class Budget:
-    """How many members a generation has, how many generations follow the first, and how many gradients the best."""
+    """The members of a generation, the generations that follow the first, and the gradients that follow the best."""
 
     population: int = 64
     generations: int = 20
@@ -48,21 +47,9 @@ class Budget:
 
 @dataclass(frozen=True, eq=False)
 class Found:
-    """What a search came to.
+    """The outcome of a search: a verdict, and the worst run, None where it is not checkable for the reason `why`.
 
-    Attributes
-    ----------
-    kind
-        Of the claim: `refuted` if the worst run breaks it by more than its error of the step and keeps the hypotheses
-        at half the step too; `not checkable` if no run kept them, or the step is too long for the worst one: its
-        divergence is not confirmed, or its error is a large share of the violation. Of a metric, which cannot be
-        refuted: `not refuted`.
-    worst
-        The worst run; None where it is not checkable.
-    runs, kept, diverged
-        How many were tried, how many of them kept the hypotheses, and how many diverged.
-    why
-        What makes it not checkable; empty elsewhere.
+    So many `runs` were tried, so many of them `kept` the hypotheses, and so many `diverged`.
     """
 
     kind: Kind
@@ -73,21 +60,26 @@ class Found:
     why: str = ""
 
 
+def verdict_of(worst: Pair, target: AbstractMetric | Declared) -> tuple[Kind, str]:
+    """The verdict by the worst run of a search, and why it is none: the one place where a run refutes a claim.
+
+    A claim is `refuted` by a run that breaks it by more than its error of the step, and keeps the hypotheses, at half
+    the step. It is `not checkable` where the step is too long for that run: its divergence is not confirmed, or its
+    error is a large share of the violation. All else, and any metric, is `not refuted`.
+    """
+    is_claim = isinstance(target, Declared)
+    if np.isnan(worst.value) or (is_claim and worst.value > 0 and worst.doubt):
+        return "not checkable", worst.doubt or "the worst run is no number"
+    return ("refuted" if is_claim and worst.refutes else "not refuted"), ""
+
+
 @dataclass(frozen=True, eq=False)
 @door
 class Hunt:
-    """The worst of a metric, or of the violation of a claim, is sought over the runs of `ode` within `ranges`.
+    """A search of the runs of `ode` within `ranges` for the worst of a metric, or of the violation of a claim.
 
-    Attributes
-    ----------
-    target
-        A metric, whose largest component counts, or a claim with a margin.
-    ranges
-        (low, high) per name of a parameter or of an initial state.
-    until, h
-        Horizon and step of each run, in s.
-    hypotheses
-        Claims with margins that a run must keep at every step to count; those of the target join them.
+    The ranges are (low, high) per name of a parameter or of an initial state; horizon and step of each run are in s.
+    A run must keep the hypotheses at every step to count; those of the target with a margin join them.
     """
 
     ode: Ode
@@ -104,7 +96,7 @@ class Hunt:
 
     @cached_property
     def box(self) -> Box:
-        """Where it looks."""
+        """The box of the numbers that it may choose."""
         return Box.of(self.ode, self.ranges)
 
     @cached_property
@@ -123,7 +115,7 @@ class Hunt:
 
     @property
     def metric(self) -> AbstractMetric:
-        """What is to be as large as possible."""
+        """The metric to be as large as possible."""
         return violation(self.target.claim) if isinstance(self.target, Declared) else self.target
 
     @door
@@ -133,16 +125,13 @@ class Hunt:
         Raises
         ------
         ValueError
-            If the box, the horizon or the step is none, a claim in question has no margin, or that of the target is
-            not a number somewhere.
-        LookupError
-            If a name is not one of the equation's.
+            If a claim in question has no margin, or that of the target is not a number somewhere.
         """
         seed, budget = key("Hunt.search(seed=...)", seed), budget or Budget()
         seen: list[Judged] = []
 
         def judge(u: Array) -> Judged:
-            seen.append(self.judge(u))
+            seen.append(self._judge(u))
             return seen[-1]
 
         rng = np.random.default_rng(seed)
@@ -156,16 +145,13 @@ class Hunt:
             if higher <= value:
                 break
             best, value = better, higher
-        pair = self._run(best)
-        broken = isinstance(self.target, Declared) and pair.value - pair.error > 0 and pair.excess <= 0
-        if np.isnan(pair.value) or (isinstance(self.target, Declared) and pair.value > 0 and pair.doubt):
-            return _found("not checkable", None, seen, pair.doubt or "the worst run is no number")
-        theta = self.box.at(best[np.newaxis])[0]
-        return _found("refuted" if broken else "not refuted", self._example(theta, pair, seed), seen)
+        theta = self.box.at(best[np.newaxis])
+        pair = self._run(*self.box.rows(theta))
+        kind, why = verdict_of(pair, self.target)
+        return _found(kind, None if why else self._example(theta[0], pair, seed), seen, why)
 
-    @door
-    def judge(self, u: Array) -> Judged:
-        """What the runs at points u (B, d) of the unit cube are worth."""
+    def _judge(self, u: Array) -> Judged:
+        """The worth of the runs at points u (B, d) of the unit cube."""
         p, x0 = self.box.rows(self.box.at(u))
         step = self._step
         every = self.h * max(1, round(self.until / self.h) // ROWS)
@@ -186,27 +172,13 @@ class Hunt:
 
     @door
     def at(self, numbers: Mapping[str, Any]) -> Pair:
-        """The run with these parameters and initial states by name, all others at their defaults, and half its step.
-
-        Raises
-        ------
-        LookupError
-            If a name is neither a parameter's nor a state's.
-        ValueError
-            If a number is out of bounds, or is one of several runs.
-        """
+        """The run with these parameters and initial states by name, all others at their defaults, and half its step."""
         at = Box.of(self.ode, {name: (value, value) for name, value in numbers.items()})
-        return run(self.watched, self.metric, self._violations, *at.rows(at.low[np.newaxis]), self.until, self.h)
+        return self._run(*at.rows(at.low[np.newaxis]))
 
     @door
     def shortened(self, found: Found) -> Found:
-        """The same outcome with the fewest decimals in the worst run's numbers that keep verdict and `ENOUGH` of it.
-
-        Raises
-        ------
-        LookupError
-            If the worst run is one of another search.
-        """
+        """The same outcome with the fewest decimals in the worst run's numbers that keep verdict and `ENOUGH` of it."""
         if found.worst is None:
             return found
         sought = found.worst.sought
@@ -214,7 +186,7 @@ class Hunt:
         for decimals in range(1, DECIMALS):
             cut = np.clip(np.trunc(theta * 10**decimals) / 10**decimals + 0.0, self.box.low, self.box.high)
             pair = self.at(dict(zip(self.box.labels, cut.tolist(), strict=True)))
-            holds = pair.excess <= 0 and not (found.kind == "refuted" and (pair.doubt or pair.value <= pair.error))
+            holds = pair.refutes if found.kind == "refuted" else pair.excess <= 0
             if holds and pair.value >= found.worst.value - (1 - ENOUGH) * abs(found.worst.value):
                 return replace(found, worst=self._example(cut, pair, found.worst.seed))
         return found
@@ -245,10 +217,8 @@ class Hunt:
         place = worth.best()
         return (trials[place], float(worth.value[place])) if worth.excess[place] <= 0 else (u, value)
 
-    def _run(self, u: Array) -> Pair:
-        """The run at a point u (d,) of the unit cube, at its step and at half of it."""
-        rows = self.box.rows(self.box.at(u[np.newaxis]))
-        return run(self.watched, self.metric, self._violations, *rows, self.until, self.h)
+    def _run(self, p: Array, x0: Array) -> Pair:
+        return run(self.watched, self.metric, self._violations, p, x0, self.until, self.h)
 
     def _example(self, theta: Array, pair: Pair, seed: int) -> CounterExample:
         """The run with the sought numbers theta (d,), as plain numbers."""

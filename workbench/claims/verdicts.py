@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, get_args
 
 from workbench.core.claim import Claim
 from workbench.validation.refusals import described, known, require
 from workbench.validation.signatures import door
 
-# How it stands with a claim. A finite simulation can refute one, and never proves one.
+# The verdict on a claim. A finite simulation can refute one, and never proves one.
 Kind = Literal[
     "proved",
     "refuted",
@@ -21,38 +21,39 @@ Kind = Literal[
     "not checkable",
 ]
 BROKEN = ("refuted", "does not hold under")  # the kinds that stand on a witness
-CONDITIONAL = ("does not hold under", "not refuted")
+# Of each field of a finding: the kinds that ask for it, those that may have it, and the rule in words.
+FIELDS: Mapping[str, tuple[Sequence[str], Sequence[str], str]] = {
+    "evidence": (get_args(Kind), get_args(Kind), "must say on what the verdict rests"),
+    "witness": (BROKEN, get_args(Kind), "needs a line of Python with which anyone can see a broken claim fail"),
+    "samples": (
+        ("not refuted",),
+        ("not refuted",),
+        "counts what a claim was 'not refuted' in, and belongs to that verdict alone",
+    ),
+    "under": (
+        ("does not hold under",),
+        ("does not hold under", "not refuted"),
+        "names the condition of 'does not hold under', which needs one, or of 'not refuted'",
+    ),
+    "unstated": (
+        ("not checkable as published",),
+        ("not checkable as published",),
+        "names what the source does not state, which 'not checkable as published' needs and no other verdict has",
+    ),
+}
 
 
 @dataclass(frozen=True)
 @door
 class Finding:
-    """The outcome of a check.
+    """The outcome of a check, whose fields are those that belong to its kind.
 
-    Attributes
-    ----------
-    kind
-        `proved` by exact or interval arithmetic; `refuted` by a witness; `does not hold under` a named condition, by
-        a witness; `not refuted` in so many samples; `not checkable as published`, because something is unstated;
-        `ill-posed`, in which case the evidence says why there is nothing to check; `not checkable`, in which case
-        the evidence says why the check could not decide.
-    evidence
-        The observation or derivation, with its numbers and their errors, in a sentence.
-    witness
-        A line of Python that shows it again.
-    samples
-        The number of states or runs in which a claim was not refuted.
-    under
-        The condition beside the claim's own hypotheses: a choice of numbers, a repair.
-    unstated
-        The quantities whose values a check would need and the source does not give.
-    kept
-        The names of the hypotheses with a margin that the witness keeps at every step.
-
-    Raises
-    ------
-    ValueError
-        If a text, a witness or a number that belongs to the kind is missing, or one that does not is given.
+    `proved` by exact or interval arithmetic; `refuted` by a witness; `does not hold under` a named condition, by a
+    witness; `not refuted` in so many `samples`; `not checkable as published`, because something is `unstated`;
+    `ill-posed` or `not checkable`, in which case the evidence says why. `evidence` is the observation or derivation,
+    with its numbers and their errors, in a sentence; `witness` a line of Python that shows it again; `under` the
+    condition beside the claim's own hypotheses; `kept` the names of the hypotheses that the witness keeps at every
+    step.
     """
 
     kind: Kind
@@ -64,28 +65,10 @@ class Finding:
     kept: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if not self.evidence:
-            raise ValueError(f"`Finding('{self.kind}', evidence)` must say on what the verdict rests; got nothing.")
-        if self.kind in BROKEN and not self.witness:
-            raise ValueError(
-                f"`Finding('{self.kind}', witness=...)` needs a line of Python with which anyone can see the claim "
-                f"fail; got none for: {described(self.evidence)}"
-            )
-        if (self.kind == "not refuted") != (self.samples > 0):
-            raise ValueError(
-                "`Finding(samples=...)` counts what a claim was not refuted in, and belongs to that verdict alone; got "
-                f"{self.samples} with {self.kind!r}."
-            )
-        if (self.kind == "does not hold under" and not self.under) or (self.under and self.kind not in CONDITIONAL):
-            raise ValueError(
-                "`Finding(under=...)` names the condition of 'does not hold under', which needs one, or of "
-                f"'not refuted'; got {described(self.under)} with {self.kind!r}."
-            )
-        if (self.kind == "not checkable as published") != bool(self.unstated):
-            raise ValueError(
-                "`Finding(unstated=...)` names what the source does not state, which 'not checkable as published' "
-                f"needs and no other verdict has; got {described(self.unstated)} with {self.kind!r}."
-            )
+        for field, (asked, allowed, rule) in FIELDS.items():
+            value = getattr(self, field)
+            if (self.kind in asked and not value) or (value and self.kind not in allowed):
+                raise ValueError(f"`Finding({field}=...)` {rule}; got {described(value)} with {self.kind!r}.")
 
     @property
     def verdict(self) -> str:
@@ -102,13 +85,7 @@ Check = Callable[[], Finding]
 @dataclass(frozen=True)
 @door
 class Line:
-    """A claim with the finding of its check.
-
-    Raises
-    ------
-    ValueError
-        If the witness of a claim that does not hold was not seen to keep a hypothesis that has a margin.
-    """
+    """A claim with the finding of its check, whose witness against it must keep every hypothesis with a margin."""
 
     claim: Claim
     finding: Finding
@@ -126,13 +103,7 @@ class Line:
 @dataclass(frozen=True)
 @door
 class Ledger:
-    """Claims with their findings, in order; a claim's hypotheses are found among them by name.
-
-    Raises
-    ------
-    ValueError
-        If two lines bear one name.
-    """
+    """Claims with their findings, in order, each once; a claim's hypotheses are found among them by name."""
 
     lines: tuple[Line, ...]
 
@@ -167,12 +138,12 @@ class Ledger:
 
     @door
     def count(self, kind: Kind) -> int:
-        """How many claims have that verdict."""
+        """The number of claims that have that verdict."""
         return sum(line.finding.kind == kind for line in self.lines)
 
     @door
     def hypotheses(self, name: str) -> tuple[tuple[str, Kind | None], ...]:
-        """What a claim rests on, directly or not, each with its verdict: None for what is not in the ledger."""
+        """The claims that a claim rests on, directly or not, each with its verdict: None if not in the ledger."""
         found: dict[str, Kind | None] = {}
         for hypothesis in _below(self[name].claim):
             found[hypothesis.name] = self[hypothesis.name].finding.kind if hypothesis.name in self.names else None

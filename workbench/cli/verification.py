@@ -13,12 +13,10 @@ from workbench.core import Dynamics
 from workbench.handover import as_text
 from workbench.notation import text
 from workbench.notation.reader import formula_of
-from workbench.printed.comparison import EntryVerdict, Sameness, compare_sheet
-from workbench.printed.diagnosis import Diagnosis, diagnose, in_common
-from workbench.printed.digits import told_apart
-from workbench.printed.factorisation import is_in_full, of_factorisation
-from workbench.printed.given import narrowed
-from workbench.printed.sheet import Sheet, read_sheet
+from workbench.printed.arm_letters import narrowed
+from workbench.printed.entry_comparison import EntryVerdict, Sameness, compare_sheet
+from workbench.printed.entry_diagnosis import Diagnosis, diagnose, in_common, is_in_full, of_factorisation, told_apart
+from workbench.printed.printed_equations import Sheet, read_sheet
 from workbench.printed.statements import Language
 from workbench.printed.tokens import MOST_CHARACTERS
 from workbench.validation.signatures import door

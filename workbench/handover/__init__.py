@@ -1,13 +1,14 @@
-"""The equations of an arm written out: for reading, and as programs that compute the same numbers."""
+"""The equations of an arm written out: for reading, and as programs that compute the same numbers.
+
+The room knows `Dynamics` and how a formula is printed, and nothing of robots or loops. Read `arm_equations` first, then
+`arm_code`.
+"""
 
 from collections.abc import Callable, Mapping
 
 from workbench.core import Dynamics
-from workbench.handover.c_code import as_c
-from workbench.handover.casadi_code import as_casadi
-from workbench.handover.numbers import in_numbers
-from workbench.handover.page import as_latex, as_mathml, as_text, as_typst
-from workbench.handover.python_code import as_python
+from workbench.handover.arm_code import as_c, as_casadi, as_python
+from workbench.handover.arm_equations import as_latex, as_mathml, as_text, as_typst, in_numbers
 
 FORMS: Mapping[str, Callable[[Dynamics], str]] = {
     "text": as_text,

@@ -1,5 +1,5 @@
 """The equations that a paper prints: read from text or LaTeX, and held against the derived ones entry by entry.
 
 The room knows formulas as they stand on a page and the `Dynamics` of an arm; nothing that it reads is run as code. Read
-`comparison` first, then `sheet` and `grammar`.
+`entry_comparison` first, then `printed_equations` and `grammar`.
 """

@@ -16,18 +16,16 @@ from fractions import Fraction
 
 from workbench.notation import build
 from workbench.notation.formula import Formula, Matrix, Number, Symbol
-from workbench.printed.assembly import HIGHEST_POWER, bounded, matrix, number, product, total
+from workbench.printed.formula_values import HIGHEST_POWER, bounded
 from workbench.printed.names import PI, Names
-from workbench.printed.tokens import DEEPEST, FUNCTIONS, OPENING, FormulaError, Token, refusal
-from workbench.validation.signatures import door
+from workbench.printed.tokens import DEEPEST, FUNCTIONS, OPENING, FormulaError, Token, exact_number, refusal
 
 STARTS = {"number", "name", "function", "frac", "begin", *"([{"}
 MINUS_ONE = Number(Fraction(-1))
 
 
-@door
 def parse(tokens: Sequence[Token], names: Names) -> Formula:
-    """The formula that all the tokens make.
+    """The formula that all the tokens make, with the symbols of `names`.
 
     Raises
     ------
@@ -39,7 +37,8 @@ def parse(tokens: Sequence[Token], names: Names) -> Formula:
     reader = _Reader(tokens, names)
     try:
         formula = reader.expression()
-        reader.expect_end()
+        if reader.kind:
+            raise reader.unexpected()
     except FormulaError:
         raise
     except ValueError as error:
@@ -67,48 +66,30 @@ class _Reader:
 
     @property
     def kind(self) -> str:
-        """The kind of the next token; empty at the end."""
         return self.tokens[self.at].kind if self.at < len(self.tokens) else ""
 
     def take(self) -> Token:
-        """The next token."""
         if self.at == len(self.tokens):
             raise refusal(self.tokens[-1], f"the formula breaks off after '{self.tokens[-1].shown}'.")
         self.at += 1
         return self.tokens[self.at - 1]
 
-    def expect_end(self) -> None:
-        """Refuse what is left over."""
-        if self.kind:
-            raise self.unexpected()
-
     def unexpected(self) -> FormulaError:
-        """The refusal of the next token, with what it may have been meant for."""
         token = self.take()
-        before = self.tokens[self.at - 2] if self.at > 1 else None
-        after = self.tokens[self.at] if self.at < len(self.tokens) else None
-        if token.kind in (",", ";") and before and after and before.kind == after.kind == "number":
-            return refusal(
-                before, f"'{before.text}{token.text}{after.text}' is no number: write '{before.text}.{after.text}'."
-            )
-        if token.kind == ".":
-            return refusal(
-                token, "'.' stands for nothing in a formula: a number is written 1.5, and a name has no attributes."
-            )
-        return refusal(token, f"'{token.shown}' cannot stand here; a number, a name or an opening bracket can.")
+        advice = ", and the sign of decimals is '.'" if token.kind == "," else ""
+        return refusal(token, f"'{token.shown}' cannot stand here; a number, a name or an opening bracket can{advice}.")
 
     def expression(self) -> Formula:
-        """A sum of products."""
         terms: list[Formula] = []
         while True:
             minus = self.signs(required=bool(terms))
             term = self.product()
-            terms.append(product([MINUS_ONE, term]) if minus else term)
+            terms.append(_product([MINUS_ONE, term]) if minus else term)
             if self.kind not in ("+", "-"):
-                return total(terms)
+                return _total(terms)
 
     def signs(self, *, required: bool) -> bool:
-        """Whether the signs before a term, of which there may be two as in a + -b, make it negative."""
+        """True if the signs before a term, of which there may be two as in a + -b, make it negative."""
         minus = False
         if required or self.kind in ("+", "-"):
             minus = self.take().kind == "-"
@@ -126,7 +107,7 @@ class _Reader:
                 factors, unclear = factors + self.power(signed=True), None
             elif self.kind == "/":
                 slash = self.take()
-                divisor = product(self.power(signed=True))
+                divisor = _product(self.power(signed=True))
                 both = isinstance(factors[-1], Number) and isinstance(divisor, Number)
                 factors, unclear = [*factors, self.inverse(divisor, slash)], None if both else slash
             elif self.kind in STARTS:
@@ -136,10 +117,9 @@ class _Reader:
                     )
                 factors += self.power()
             else:
-                return product(factors)
+                return _product(factors)
 
     def inverse(self, divisor: Formula, sign: Token) -> Formula:
-        """One over a divisor."""
         if isinstance(divisor, Matrix) or divisor == build.ZERO:
             raise refusal(sign, "a matrix is no divisor." if isinstance(divisor, Matrix) else "this divides by zero.")
         return build.quotient(build.ONE, divisor)
@@ -163,9 +143,8 @@ class _Reader:
         return factors
 
     def raised(self, base: Formula, sign: Token) -> Formula:
-        """A base to a whole power."""
         with self.within(sign):
-            exponent = product(self.power(signed=True))
+            exponent = _product(self.power(signed=True))
         if isinstance(base, Matrix):
             raise refusal(sign, "a matrix has no power here; write its entries.")
         if not isinstance(exponent, Number) or isinstance(exponent.value, float):
@@ -191,12 +170,11 @@ class _Reader:
         return found
 
     def atom(self) -> list[Formula]:
-        """The smallest parts: letters side by side may be several."""
         token = self.take()
         with self.within(token):
             match token.kind:
                 case "number":
-                    return [number(token)]
+                    return [Number(exact_number(token))]
                 case "name":
                     if token.text == "pi" and not token.index and self.names.find("pi") is None:
                         return [PI]
@@ -205,7 +183,7 @@ class _Reader:
                     return [self.call(token)]
                 case "frac":
                     above, below = self.argument(), self.argument()
-                    return [product([above, self.inverse(below, token)])]
+                    return [_product([above, self.inverse(below, token)])]
                 case "(" | "{":
                     inner = self.expression()
                     self.close(token)
@@ -216,23 +194,21 @@ class _Reader:
         raise self.unexpected()
 
     def close(self, opening: Token) -> None:
-        """Read the bracket that closes another."""
         if self.kind != OPENING[opening.kind]:
             raise self.unexpected()
         self.take()
 
     def argument(self) -> Formula:
-        """What a macro takes: a group in braces, or one sign."""
         if self.kind == "number" and len(self.tokens[self.at].text) > 1:
             raise refusal(self.tokens[self.at], r"write the parts of \frac in braces.")
-        return product(self.atom())
+        return _product(self.atom())
 
     def call(self, token: Token) -> Formula:
         """A function of what is in the brackets behind it, or of one factor: sin^2 q_2, sin 2 q_2, sqrt(2)."""
         exponent = None
         if self.kind == "^" and token.text in FUNCTIONS:
             sign = self.take()
-            exponent = product(self.power(signed=True) if self.kind != "{" else self.atom())
+            exponent = _product(self.power(signed=True) if self.kind != "{" else self.atom())
             if not isinstance(exponent, Number) or not 0 < exponent.value <= HIGHEST_POWER:
                 raise refusal(
                     sign, f"'{token.text}^' is followed by a whole number from 1 to {HIGHEST_POWER}, as in sin^2 q_1."
@@ -248,13 +224,12 @@ class _Reader:
         if self.kind not in STARTS or self.kind == "function":
             raise refusal(function, f"write what '{function.text}' is taken of, as in {function.text}(q_1).")
         if self.kind in ("(", "[", "{"):
-            return product(self.atom())
+            return _product(self.atom())
         if self.kind == "number" and self.at + 1 < len(self.tokens) and self.tokens[self.at + 1].kind == "name":
-            return product([*self.atom(), *self.one_name(function)])
-        return product(self.one_name(function)) if self.kind == "name" else product(self.power())
+            return _product([*self.atom(), *self.one_name(function)])
+        return _product(self.one_name(function)) if self.kind == "name" else _product(self.power())
 
     def one_name(self, function: Token) -> list[Formula]:
-        """One name with its power; several side by side leave open where the argument ends."""
         factors = self.atom()
         if len(factors) > 1 or self.kind == "^":
             raise refusal(function, f"where does '{function.text}' end? Write brackets: {function.text}(...).")
@@ -282,4 +257,44 @@ class _Reader:
             else:
                 raise self.unexpected()
         self.close(opening)
-        return matrix(rows, opening)
+        return _matrix(rows, opening)
+
+
+def _matrix(rows: list[list[Formula]], opening: Token) -> Formula:
+    """The matrix of these rows; a lone entry is itself, and a row of rows is what they make one below the other."""
+    if len(rows) == 1 and len(rows[0]) == 1:
+        return rows[0][0]
+    if len(rows) == 1 and any(isinstance(entry, Matrix) and len(entry.rows) == 1 for entry in rows[0]):
+        rows = [list(entry.rows[0]) if isinstance(entry, Matrix) else [entry] for entry in rows[0]]
+    if len({len(row) for row in rows}) > 1:
+        raise refusal(
+            opening, f"the rows of a matrix are equally long; these have {', '.join(str(len(row)) for row in rows)}."
+        )
+    if any(isinstance(entry, Matrix) for row in rows for entry in row):
+        raise refusal(opening, "an entry of a matrix is a number, no matrix.")
+    return Matrix(tuple(map(tuple, rows)))
+
+
+def _product(factors: list[Formula]) -> Formula:
+    """The product of numbers, or of numbers and one matrix."""
+    matrices = [factor for factor in factors if isinstance(factor, Matrix)]
+    if not matrices:
+        return build.product(factors) if len(factors) > 1 else factors[0]
+    if len(matrices) > 1:
+        raise ValueError("a product of two matrices is not read; write its entries.")
+    scale = [factor for factor in factors if not isinstance(factor, Matrix)]
+    return Matrix(tuple(tuple(build.product([*scale, entry]) for entry in row) for row in matrices[0].rows))
+
+
+def _total(terms: list[Formula]) -> Formula:
+    """The sum of numbers, or of matrices of one shape."""
+    matrices = [term for term in terms if isinstance(term, Matrix)]
+    if not matrices:
+        return build.total(terms)
+    shapes = {(len(term.rows), len(term.rows[0])) for term in matrices}
+    if len(matrices) < len(terms) or len(shapes) > 1:
+        raise ValueError("only matrices of one shape are added; write the entries of the sum.")
+    rows, columns = shapes.pop()
+    return Matrix(
+        tuple(tuple(build.total([m.rows[i][j] for m in matrices]) for j in range(columns)) for i in range(rows))
+    )

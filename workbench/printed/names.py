@@ -17,7 +17,7 @@ SHORTHAND = re.compile(r"([sc])_?([0-9]+)")
 
 
 def key_of(symbol: Symbol) -> Key:
-    """What two spellings of one symbol have in common."""
+    """The key that all spellings of one symbol have in common."""
     return symbol.letter + re.sub(r"[,_ ]", "", symbol.index), symbol.dots, symbol.accent + symbol.mark
 
 
@@ -46,13 +46,7 @@ class Names:
         return self.keys.get(key_of(spelled(letters, index, dots)))
 
     def split(self, token: Token) -> list[Symbol]:
-        """The symbols that a name stands for: letters side by side in LaTeX may be several.
-
-        Raises
-        ------
-        FormulaError
-            If it is unknown; the nearest known name is said.
-        """
+        """The symbols that a name stands for: letters side by side in LaTeX may be several."""
         if (whole := self.find(token.text, token.index, token.dots)) is not None:
             return [whole]
         if token.text.isalpha() and not token.dots and (several := self._side_by_side(token)) is not None:

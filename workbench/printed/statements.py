@@ -11,47 +11,27 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from workbench.printed import plain_text as plain
-from workbench.printed import tex
-from workbench.printed.tokens import OPENING, Token, refusal
-from workbench.validation.signatures import door
+from workbench.printed.tex import tokens_of_latex
+from workbench.printed.tokens import OPENING, Token, refusal, tokens_of_text
 
 Language = Literal["text", "latex"]
 SEPARATORS = {",", ";"}
-BEFORE_ENTRY, BEHIND_ENTRY = {"&", "row", "begin", "[", ",", ";"}, {"&", "row", "end", "]", ",", ";"}
 SIGNS = {"+", "-", "*", "/"}
 
 
 @dataclass(frozen=True)
 class Statement:
-    """What stands left of an equals sign, a name with its place in a matrix if it has one, and the tokens right."""
+    """The name left of an equals sign, with its place in a matrix if it has one, and the tokens right."""
 
     name: Token
     place: tuple[int, ...]
     right: tuple[Token, ...]
 
 
-@door
 def statements(text: str, language: Language) -> tuple[Statement, ...]:
-    """The statements of a text in the order in which they stand.
-
-    Raises
-    ------
-    FormulaError
-        If a part of it is none, with its line and column.
-    """
-    found = tex.tokens(text) if language == "latex" else plain.tokens(text)
-    _refuse_stars(found)
+    """The statements of a text in the order in which they stand."""
+    found = tokens_of_latex(text) if language == "latex" else tokens_of_text(text)
     return tuple(statement for part in _parts(found) for statement in _split(part))
-
-
-def _refuse_stars(found: Sequence[Token]) -> None:
-    """Refuse a lone star for an entry of a matrix."""
-    for before, token, after in zip(found, found[1:], found[2:], strict=False):
-        if token.kind == "*" and before.kind in BEFORE_ENTRY and after.kind in BEHIND_ENTRY:
-            raise refusal(
-                token, f"'{token.text}' alone is no entry of a matrix; where it means 'by symmetry', print the entry."
-            )
 
 
 def _parts(found: Sequence[Token]) -> Iterator[list[Token]]:
@@ -75,7 +55,7 @@ def _parts(found: Sequence[Token]) -> Iterator[list[Token]]:
 
 
 def _pieces(found: Sequence[Token]) -> Iterator[list[Token]]:
-    """What stands between breaks, and between commas behind which an equation follows."""
+    """The tokens between breaks, and between commas behind which an equation follows."""
     piece: list[Token] = []
     opened: list[str] = []
     for i, token in enumerate(found):
@@ -98,13 +78,13 @@ def _pieces(found: Sequence[Token]) -> Iterator[list[Token]]:
 
 
 def _is_next(piece: list[Token], rest: Sequence[Token]) -> bool:
-    """Whether a new line begins another statement: with a name and an equals sign, behind one that is complete."""
+    """True if a new line begins another statement: with a name and an equals sign, behind one that is complete."""
     complete = _equals(piece) and piece[-1].kind not in SIGNS | {"="}
     return bool(complete) and rest[0].kind == "name" and _begins_statement(rest)
 
 
 def _begins_statement(rest: Sequence[Token]) -> bool:
-    """Whether an equals sign comes before the next break or separator."""
+    """True if an equals sign comes before the next break or separator."""
     depth = 0
     for token in rest[:40]:
         depth += (token.kind in OPENING) - (token.kind in OPENING.values())
@@ -116,7 +96,7 @@ def _begins_statement(rest: Sequence[Token]) -> bool:
 
 
 def _equals(part: Sequence[Token]) -> list[int]:
-    """Where the equals signs outside of brackets stand."""
+    """The places of the equals signs outside of brackets."""
     depth, found = 0, []
     for i, token in enumerate(part):
         depth += (token.kind in OPENING) - (token.kind in OPENING.values())

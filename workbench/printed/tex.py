@@ -6,21 +6,32 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from workbench.printed.macros import (
-    ACCENTS,
-    BRACKETS,
-    DISPLAYS,
-    DOTS,
-    FRACTIONS,
-    GREEK_LETTERS,
-    MATRICES,
-    SPACES,
-    STYLES,
-    TIMES,
-    UPRIGHT,
-)
+from workbench.notation.formula import ACCENTS as OVER_LETTERS
+from workbench.notation.formula import GREEK
 from workbench.printed.tokens import DEEPEST, FUNCTIONS, Token, checked, cut, refusal, refuse_size
-from workbench.validation.signatures import door
+
+
+def _words(listed: str) -> frozenset[str]:
+    return frozenset(listed.split())
+
+
+MATRICES = _words("matrix bmatrix pmatrix Bmatrix smallmatrix array")
+DISPLAYS = _words(
+    "equation align aligned alignat gather gathered split multline eqnarray flalign displaymath math document"
+)
+# Macros that only move signs on the page, or make brackets larger.
+SPACES = _words(
+    ", ; : ! > quad qquad enspace thinspace displaystyle textstyle nonumber notag limits noindent relax "
+    "allowdisplaybreaks big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl Biggr"
+) | {" ", "\n"}
+STYLES = _words("mathbf boldsymbol bm mathrm mathit mathsf mathcal text texttt textrm mathtt operatorname vec")
+DOTS = {"dot": 1, "ddot": 2}
+ACCENTS = frozenset(OVER_LETTERS)
+GREEK_LETTERS = {name: name for name in GREEK} | {f"var{name}": name for name in ("epsilon", "phi", "theta", "rho")}
+UPRIGHT = _words("operatorname mathrm text textrm")  # in which functions are written that have no macro
+BRACKETS = {"{": "(", "}": ")", "lbrack": "[", "rbrack": "]", "lbrace": "(", "rbrace": ")"}
+TIMES = _words("cdot times ast")
+FRACTIONS = _words("frac dfrac tfrac cfrac")
 
 _SPACE = re.compile(r"[ \t\r\f\n~]+|(?<!\\)%[^\n]*|\{\s*\}")
 _COMMAND = re.compile(r"\\([A-Za-z]+|.|\n)", re.DOTALL)
@@ -55,7 +66,7 @@ READ = r"formulas are made of symbols, numbers, \frac, \sqrt, \sin, \cos, \tan, 
 
 @dataclass(frozen=True)
 class _Symbol:
-    """A symbol as it is put together: its letters, index, dots, and a power written before the index."""
+    """A symbol in the making; a power may be written before the index."""
 
     letters: str
     index: str = ""
@@ -63,28 +74,19 @@ class _Symbol:
     power: str = ""
 
 
-@door
-def tokens(text: str) -> tuple[Token, ...]:
-    r"""The tokens of LaTeX source; displays, blank lines, and rows outside of a matrix are "break"s.
-
-    Raises
-    ------
-    FormulaError
-        If a macro is not one of the formulas read here, as `\input`, a brace has no partner, or the
-        text is too long or too deeply nested; with its place.
-    """
+def tokens_of_latex(text: str) -> tuple[Token, ...]:
+    """The tokens of LaTeX source; displays, blank lines, and rows outside of a matrix are "break"s."""
     refuse_size(text)
     if many := _MANY.search(text):
         raise refusal(
             _Source(text).place(many.start()), f"{DEEPEST} macros stand here one on the other; write what they mean."
         )
-    return checked(_Source(_BRACED.sub(_without_braces, text)).scan())
 
+    def without_braces(found: re.Match[str]) -> str:  # blanks for braces, so that every place stays what it was
+        before = text[max(found.start() - 60, 0) : found.start()]
+        return found.group() if _TAKES.search(before) else f" {found[1]} "
 
-def _without_braces(found: re.Match[str]) -> str:
-    """A braced letter with blanks for its braces, so that every place stays what it was."""
-    before = found.string[max(found.start() - 60, 0) : found.start()]
-    return found.group() if _TAKES.search(before) else f" {found[1]} "
+    return checked(_Source(_BRACED.sub(without_braces, text)).scan())
 
 
 @dataclass(frozen=True)
@@ -98,7 +100,6 @@ class _Source:
         return self.text.count("\n", 0, at) + 1, at - self.text.rfind("\n", 0, at)
 
     def scan(self) -> Iterator[Token]:
-        """All tokens in order."""
         at, matrices = 0, 0
         while at < len(self.text):
             if space := _SPACE.match(self.text, at):
@@ -141,7 +142,7 @@ class _Source:
         return found.end() + (argument.end() if argument else 0), self.token("break", found.group(), found.start())
 
     def piece(self, at: int) -> tuple[tuple[Token, ...], int]:
-        """What stands at a character that is no space: one token, or those of a symbol."""
+        """The token, or those of a symbol, at a character that is no space."""
         character = self.text[at]
         if path := _PATH.match(self.text, at):
             return (self.token("name", path.group(), at),), path.end()
@@ -154,7 +155,9 @@ class _Source:
             return plain
         if character == "\\" or character.isalpha():
             symbol, end = self.symbol(at)
-            return self.spelled(symbol, at), end
+            name = Token("name", symbol.letters, *self.place(at), symbol.index, symbol.dots)
+            power = (self.token("^", "^", at), self.token("number", symbol.power, at)) if symbol.power else ()
+            return (name, *power), end
         if character in "+-*/^()[]{},;=.'&":
             return self.sign(character, at)
         raise refusal(self.place(at), f"{character!r} is no sign of a formula in LaTeX.")
@@ -170,7 +173,7 @@ class _Source:
         return (self.token(character, character, at),), at + 1
 
     def command(self, at: int) -> tuple[tuple[Token, ...], int] | None:
-        """What a macro means, or None where it begins a symbol."""
+        """The tokens that a macro means, or None where it begins a symbol."""
         if named := _NAMED.match(self.text, at):
             return (), named.end()
         found = _COMMAND.match(self.text, at)
@@ -232,12 +235,9 @@ class _Source:
             if name in ACCENTS:
                 return replace(symbol, letters=f"{symbol.letters}_{name}"), end
             return replace(symbol, dots=symbol.dots + DOTS.get(name, 0)), end
-        raise refusal(self.place(at), f"'{self.macro(at)}' is not read here: {READ}; no macro is run, no file is read.")
-
-    def macro(self, at: int) -> str:
-        r"""A macro as a message quotes it, with the number behind it as in \write18."""
-        found = re.match(r"\\?[A-Za-z]+[0-9]*", self.text[at:])
-        return cut(found.group()) if found else self.text[at : at + 2]
+        unknown = re.match(r"\\?[A-Za-z]+[0-9]*", self.text[at:])  # with the number behind it, as in \write18
+        macro = cut(unknown.group()) if unknown else self.text[at : at + 2]
+        raise refusal(self.place(at), f"'{macro}' is not read here: {READ}; no macro is run, no file is read.")
 
     def argument(self, at: int) -> tuple[_Symbol, int]:
         """The symbol that a macro is applied to: one letter, one macro, or what is in braces."""
@@ -253,7 +253,7 @@ class _Source:
         return replace(symbol, index=symbol.index + digits[1]), end + digits.end()
 
     def index(self, at: int) -> tuple[str, int]:
-        """What stands below a symbol, without its braces."""
+        """The index below a symbol, without its braces."""
         if self.text[at : at + 1] != "{":
             if several := re.match(r"[0-9]{2,}", self.text[at:]):
                 said = cut(several[0])
@@ -275,10 +275,3 @@ class _Source:
         if depth or not re.fullmatch(r"[A-Za-z0-9,*]*", inner):
             raise refusal(self.place(at), f"an index is made of letters and digits; got '{cut(self.text[at:end])}'.")
         return inner, end
-
-    def spelled(self, symbol: _Symbol, at: int) -> tuple[Token, ...]:
-        """A symbol as tokens: its name, and the power that was written before its index."""
-        line, column = self.place(at)
-        name = Token("name", symbol.letters, line, column, symbol.index, symbol.dots)
-        power = (Token("^", "^", line, column), Token("number", symbol.power, line, column)) if symbol.power else ()
-        return (name, *power)

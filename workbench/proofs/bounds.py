@@ -1,7 +1,7 @@
 """Certified extremes of expressions over boxes: of a number, of an eigenvalue, of a norm.
 
-Each is sought by samples, which show a value at a point, and proved by branch and bound, which shows that
-none lies beyond. The two together enclose the extreme. What the proof rests on says `guarantee`.
+Each is sought by samples, which show a value at a point, and proved by branch and bound, which shows that none lies
+beyond. The two together enclose the extreme.
 """
 
 from __future__ import annotations
@@ -13,36 +13,71 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
-from workbench.proofs import branch
-from workbench.proofs.branch import Proof, prove
-from workbench.proofs.elementary import guarantee
-from workbench.proofs.extreme import Enclosure, Extreme
-from workbench.proofs.forms import UNIT, AbstractForm, form_of
-from workbench.proofs.interval import NoBound
-from workbench.proofs.seek import Seen, least_seen
-from workbench.validation.refusals import Array, as_array, described, positive, refusal, whole
+from workbench.notation.program import walk
+from workbench.proofs import branch_and_bound
+from workbench.proofs.branch_and_bound import prove
+from workbench.proofs.enclosures import UNIT, AbstractForm, form_of
+from workbench.proofs.grid_search import Seen, least_seen
+from workbench.proofs.interval import NoBound, guarantee, jumps
+from workbench.validation.refusals import Array, as_array, described, positive, refusal, seconds, whole
 from workbench.validation.signatures import door
 
-__all__ = [
-    "TOLERANCE",
-    "Enclosure",
-    "Extreme",
-    "NoBound",
-    "box_of",
-    "by_intervals",
-    "enclose",
-    "extreme_eigenvalue",
-    "guarantee",
-    "largest_norm",
-    "shown",
-]
-
-# What is proved is to lie within this share of the value of what is seen.
+# The gap between seen and proved, as a share of what is seen.
 TOLERANCE = 1e-8
 # Doubles that all boxes of one side may need if no budget is given, and those of the least of boxes: together
 # some ten seconds on one core.
 WORK, LEAST = 200_000_000, 1000
 LARGEST = 2.0**1000  # in size, of the ends of a box: their sums and differences are doubles too
+
+
+@dataclass(frozen=True, eq=False)
+class Extreme:
+    """The least or greatest value of something over a box.
+
+    `value` is the extreme of what was seen, to rounding, at the point `x` (k,) in so many `samples`. `reached` is
+    what the extreme is proved to reach there: at most this if the least, at least this if the greatest. `beyond` is
+    what no value in the box lies beyond, proved on so many `boxes`; None where nothing was. `why` names what kept the
+    proof from its tolerance, and is empty where nothing did.
+    """
+
+    value: float
+    x: Array
+    reached: float
+    beyond: float | None
+    boxes: int
+    samples: int
+    why: str
+
+    @property
+    def digits(self) -> int:
+        """The number of decimal digits of the value that are proved right, by the gap between seen and proved."""
+        if self.beyond is None or not self.value:
+            return 0
+        gap = max(abs(self.value - self.beyond), 1e-16 * abs(self.value))
+        return max(int(-np.log10(2 * gap / abs(self.value))), 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Enclosure:
+    """Both extremes of an expression over a box: low <= expression <= high is proved, None where nothing is."""
+
+    least: Extreme
+    greatest: Extreme
+
+    @property
+    def low(self) -> float | None:
+        """The bound from below."""
+        return self.least.beyond
+
+    @property
+    def high(self) -> float | None:
+        """The bound from above."""
+        return self.greatest.beyond
+
+    @property
+    def complete(self) -> bool:
+        """True if both sides reach their tolerance."""
+        return not (self.least.why or self.greatest.why)
 
 
 @door
@@ -56,28 +91,12 @@ def enclose(
     boxes: int | None = None,
     numbers: Mapping[str, float] | None = None,
 ) -> Enclosure:
-    """The range of one expression over the box low <= symbols <= high.
+    """The range of one expression over the box low <= symbols <= high, with `numbers` for its other symbols by name.
 
-    Parameters
-    ----------
-    symbols
-        (k, 1), all that the expression holds but for `numbers`.
-    low, high
-        A number, or (k,).
-    tolerance
-        The gap between seen and proved, as a share of the largest absolute value that was seen.
-    boxes
-        The budget for each of the two sides; by itself it is so many as take some ten seconds.
-    numbers
-        The values of its other symbols, by name: exactly these doubles.
-
-    Raises
-    ------
-    ValueError
-        If the box is not one of finite numbers, or the expression is a matrix or holds other symbols.
-    NoBound
-        If it has an operation of which no interval is known, or no finite value or bound somewhere: the
-        place is named. It is a ValueError.
+    The symbols are (k, 1), the ends numbers or (k,). `tolerance` is the gap between seen and proved, as a share of
+    the largest absolute value that was seen; `boxes` the budget for each side, by itself as many as take some ten
+    seconds. An operation of which no interval is known, or a place without finite value or bound, raises `NoBound`, a
+    ValueError that names it.
     """
     if expression.numel() != 1:
         raise ValueError(f"`enclose(expression=...)` takes one expression; got shape {expression.shape}.")
@@ -101,15 +120,7 @@ def extreme_eigenvalue(
 ) -> Extreme:
     """The least (sign 1) or greatest (sign -1) eigenvalue of the symmetric part of a matrix (n, n) over a box.
 
-    Parameters
-    ----------
-    symbols, low, high, boxes, numbers
-        As of `enclose`; the tolerance is a share of the extreme itself.
-
-    Raises
-    ------
-    ValueError, NoBound
-        As `enclose`.
+    The arguments are those of `enclose`; the tolerance is a share of the extreme itself.
     """
     if sign not in (1, -1):
         raise ValueError(f"`extreme_eigenvalue(sign=...)` is 1 for the least or -1 for the greatest; got {sign}.")
@@ -123,43 +134,29 @@ def extreme_eigenvalue(
 
 
 @door
-def largest_norm(
-    matrix: ca.SX,
-    symbols: ca.SX,
-    low: float | Array,
-    high: float | Array,
-    *,
-    tolerance: float = TOLERANCE,
-    boxes: int | None = None,
-    numbers: Mapping[str, float] | None = None,
-) -> Extreme:
-    """The greatest 2-norm of a vector or matrix F (n, m) over a box.
-
-    Of a vector it is the root of the greatest sum of squares; of a matrix the greatest eigenvalue of
-    [[0, F], [F', 0]].
-
-    Raises
-    ------
-    ValueError, NoBound
-        As `enclose`.
-    """
-    F = ca.densify(matrix)
-    n, m = F.shape
-    if 1 in (n, m):
-        square = ca.sumsqr(F)
-        return _root(
-            extreme_eigenvalue(square, symbols, low, high, -1, tolerance=2 * tolerance, boxes=boxes, numbers=numbers)
-        )
-    around = ca.blockcat([[ca.SX.zeros(n, n), F], [F.T, ca.SX.zeros(m, m)]])
-    task = _task("largest_norm", around, symbols, low, high, numbers)
-    seen = task.seen(-1)
-    return task.proved(-1, seen, abs(seen.value) or 1.0, tolerance, boxes)
-
-
-def _root(square: Extreme) -> Extreme:
+def largest_norm(vector: ca.SX, symbols: ca.SX, low: float | Array, high: float | Array) -> Extreme:
+    """The greatest 2-norm of a vector over a box: the root of the greatest sum of its squares."""
+    if 1 not in vector.shape:
+        raise ValueError(f"`largest_norm(vector=...)` must be a vector; got shape {vector.shape}.")
+    square = extreme_eigenvalue(ca.sumsqr(ca.densify(vector)), symbols, low, high, -1, tolerance=2 * TOLERANCE)
     beyond = None if square.beyond is None else float(np.nextafter(np.sqrt(max(square.beyond, 0.0)), np.inf))
     reached = float(np.nextafter(np.sqrt(max(square.reached, 0.0)), -np.inf))
     return replace(square, value=float(np.sqrt(max(square.value, 0.0))), reached=reached, beyond=beyond)
+
+
+@door
+def disturbance_bounds(D: ca.SX, t: ca.SX, until: float) -> tuple[Extreme, Extreme]:
+    """The greatest |D(t)| and |D'(t)| for 0 <= t <= until: a disturbance (n, 1) in N m, and its slope in N m/s.
+
+    Raises
+    ------
+    NoBound
+        If D may jump, and so has no slope, or has a pole.
+    """
+    until = seconds("disturbance_bounds(until=...)", until)
+    if broken := jumps(walk(D), [t.name()]):
+        raise NoBound(f"A disturbance that holds {broken[0]} may jump, and its slope then says nothing.")
+    return largest_norm(D, t, 0.0, until), largest_norm(ca.jacobian(D, t), t, 0.0, until)
 
 
 @door
@@ -172,7 +169,7 @@ def shown(bound: float, side: int) -> str:
 
 
 def by_intervals(boxes: int) -> str:
-    """How a bound was proved, and on what that rests."""
+    """The method of a proof and what it rests on, as evidence ends."""
     return f", by interval arithmetic on {boxes} boxes ({guarantee()})"
 
 
@@ -200,17 +197,17 @@ class _Task:
         return least_seen(smallest, low, high)
 
     def proved(self, sign: int, seen: Seen, scale: float, tolerance: float, boxes: int | None) -> Extreme:
-        """What was seen, with its proof."""
+        """The extreme that was seen, with its proof."""
         positive(f"{self.call}(tolerance=...)", tolerance, ", as intervals leave a little room")
-        box = branch.whole(self.low[self.free], self.high[self.free])
+        box = branch_and_bound.whole(self.low[self.free], self.high[self.free])
         budget = WORK // (self.forms[sign].cost + LEAST) if boxes is None else whole(f"{self.call}(boxes=...)", boxes)
-        found: Proof = prove(self.forms[sign], box, (seen.value, seen.x), scale, tolerance, budget)
+        found = prove(self.forms[sign], box, (seen.value, seen.x), scale, tolerance, budget)
         beyond = None if found.beyond is None else sign * found.beyond
         value, reached = sign * found.value, sign * self._reached(sign, found.x)
         return Extreme(value, self._at(found.x), reached, beyond, found.boxes, seen.samples, found.why)
 
     def _reached(self, sign: int, x: Array) -> float:
-        """What the least eigenvalue at x is at most: u' S u / u'u for a vector u, enclosed and rounded up."""
+        """A bound from above of the least eigenvalue at x: u' S u / u'u for a vector u, enclosed and rounded up."""
         form, c = self.forms[sign], x[np.newaxis]
         u = np.linalg.eigh(form.value(c))[1][:, :, :1]
         with np.errstate(all="ignore"):
@@ -246,13 +243,7 @@ def _task(
 
 
 def box_of(call: str, low: float | Array, high: float | Array, k: int) -> tuple[Array, Array]:
-    """Both sides of a box, (k,) each, from numbers or vectors.
-
-    Raises
-    ------
-    ValueError
-        If they are none of k finite numbers with low < high.
-    """
+    """Both sides of a box, (k,) each, from numbers or vectors with finite low < high."""
     sides, got = [as_array(side) for side in (low, high)], f"{described(low)} and {described(high)}"
     if any(side is None or side.shape not in ((), (1,), (k,)) for side in sides):
         raise ValueError(f"`{call}(low=..., high=...)` must be numbers or vectors of {k}; got {got}.")

@@ -1,11 +1,14 @@
 """Interval arithmetic on arrays of boxes: what a CasADi expression can be while its symbols stay within theirs.
 
-Every result is rounded outward by one step, so that the true set lies within. Where a function has no
-value (the root of a negative number, a divisor that may be zero) the interval is the whole line.
+Every result is rounded outward by one step, so that the true set lies within. Where a function has no value (the root
+of a negative number, a divisor that may be zero) the interval is the whole line. Sums, products, quotients and roots of
+doubles are rounded rightly by IEEE 754. Sines, exponentials and their kin are balls of Arb where it is installed (extra
+`rigorous`); elsewhere NumPy's values are widened by `DOUBT` units in the last place, as NumPy states of its own.
 
 References
 ----------
 Moore, Kearfott and Cloud (2009), Introduction to Interval Analysis, chapters 2, 3, 5.
+Johansson (2017), Arb: efficient arbitrary-precision midpoint-radius interval arithmetic, IEEE Trans. Computers 66.
 """
 
 from __future__ import annotations
@@ -13,19 +16,61 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
+from importlib.util import find_spec
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from workbench.notation.program import NAMES, Walk
-from workbench.proofs.elementary import at_points
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 
+ARB = find_spec("flint") is not None  # the extra `rigorous`
+if ARB:
+    import flint
+
+DOUBT = 4
+# The least and greatest values of each function: no enclosure need be wider.
+RANGES = {
+    "sin": (-1.0, 1.0),
+    "cos": (-1.0, 1.0),
+    "tanh": (-1.0, 1.0),
+    "exp": (0.0, np.inf),
+    "cosh": (1.0, np.inf),
+    "log": (-np.inf, np.inf),
+    "sinh": (-np.inf, np.inf),
+    "atan": (-2.0, 2.0),
+    "asin": (-2.0, 2.0),
+    "acos": (0.0, 4.0),
+}
+NUMPY = {"atan": np.arctan, "asin": np.arcsin, "acos": np.arccos} | {
+    name: getattr(np, name) for name in ("sin", "cos", "tanh", "exp", "cosh", "log", "sinh")
+}
+
+
+def guarantee() -> str:
+    """The ground on which the enclosures of elementary functions rest, in a few words."""
+    return "ball arithmetic" if ARB else f"elementary functions taken as right within {DOUBT} last places"
+
+
+def at_points(name: str, x: Array) -> tuple[Array, Array]:
+    """Bounds (N,), (N,) from below and above of the function at doubles x (N,); not a number where it has no value."""
+    x = np.asarray(x, dtype=float)
+    if ARB:  # the midpoint of 53 bits and the radius of 30 are doubles
+        balls = [getattr(flint.arb, name)(flint.arb(value)) for value in x.ravel().tolist()]
+        middle, radius = (np.array([float(getattr(b, part)()) for b in balls]) for part in ("mid", "rad"))
+        ends = np.nextafter(middle - radius, -np.inf), np.nextafter(middle + radius, np.inf)
+        low, high = (end.reshape(x.shape) for end in ends)
+    else:
+        y = NUMPY[name](x)
+        low, high = y - DOUBT * np.spacing(np.abs(y)), y + DOUBT * np.spacing(np.abs(y))
+    least, greatest = RANGES[name]
+    return np.maximum(low, least), np.minimum(high, greatest)
+
 
 class NoBound(ValueError):  # noqa: N818
-    """What has no bound over a box, or none that is known here; the message says where and why."""
+    """The refusal of an expression without a bound over a box; the message names the place or the operation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,19 +87,13 @@ class Interval:
 
     @property
     def radius(self) -> Array:
-        """How far an end can be from the middle, rounded up."""
-        return _up(np.maximum(self.high - self.middle, self.middle - self.low))
+        """The distance of the farther end from the middle, rounded up."""
+        return np.asarray(np.nextafter(np.maximum(self.high - self.middle, self.middle - self.low), np.inf))
 
 
 @door
 def evaluate(steps: Walk, boxes: dict[str, Interval]) -> list[Interval]:
-    """The interval of each entry of a walked matrix, column by column, over boxes of its symbols by name.
-
-    Raises
-    ------
-    NoBound
-        If an operation is none that intervals know; it is named.
-    """
+    """The interval of each entry of a walked matrix, column by column, over boxes of its symbols by name."""
     places = [row[j] for j in range(len(steps.entries[0])) for row in steps.entries]
     last = {operand: place for place, node in enumerate(steps.nodes) for operand in node.operands}
     wanted, known = set(places), {}
@@ -83,10 +122,6 @@ def jumps(steps: Walk, names: Collection[str]) -> list[str]:
     for node in steps.nodes:
         moves.append(node.name in names or any(moves[i] for i in node.operands))
     return [NAMES[node.code] for node, moving in zip(steps.nodes, moves, strict=True) if moving and node.code in JUMPS]
-
-
-def _up(x: Array) -> Array:
-    return np.asarray(np.nextafter(x, np.inf))
 
 
 def _outward(low: Array, high: Array) -> Interval:
@@ -172,7 +207,7 @@ def _wave(name: str, crest: float) -> Callable[[Interval], Interval]:
 
 
 def _meets(a: Interval, phase: float) -> Array:
-    """Whether phase + 2 pi k may lie in the interval; in doubt it does."""
+    """True where phase + 2 pi k may lie in the interval; in doubt it does."""
     doubt = 1e-15 * (np.abs(a.low) + np.abs(a.high) + 8)
     first = np.ceil((a.low - phase - doubt) / (2 * math.pi))
     return np.asarray(np.logical_not(first > np.floor((a.high - phase + doubt) / (2 * math.pi))))

@@ -2,28 +2,63 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
-from workbench.proofs.bounds import TOLERANCE, box_of, by_intervals, extreme_eigenvalue, shown
-from workbench.proofs.identity import Kind, judge_zero, zero_at
-from workbench.proofs.spectrum import Joints, eigenvalues, free_joints, nominal, of_joints
+from workbench.proofs.bounds import box_of, by_intervals, extreme_eigenvalue, shown
+from workbench.proofs.identity import Kind, judge_zero
 from workbench.proofs.witness import Witness
-from workbench.validation.refusals import Array, numbers
+from workbench.validation.refusals import Array, matrix, numbers
 from workbench.validation.signatures import door
 
-RANK: dict[Kind, int] = {"proved": 0, "not refuted": 1, "refuted": 2}
+Joints = np.ndarray[Any, np.dtype[np.intp]]
+
+
+def nominal(dynamics: Dynamics) -> dict[str, float]:
+    """The nominal value of each parameter, by the name of its symbol.
+
+    Proofs take the values so: folded into the matrices, their sums and products would be rounded.
+    """
+    names = [dynamics.symbols[i].name() for i in range(dynamics.p.size)]
+    return dict(zip(names, dynamics.p.default.tolist(), strict=True))
+
+
+@door
+def eigenvalues(dynamics: Dynamics, q: Array) -> Array:
+    """The eigenvalues (N, n), ascending, in kg m^2, of the symmetric part of M at positions q (N, n)."""
+    n = dynamics.dof
+    q = matrix("eigenvalues(q=...)", q, columns=n)
+    mass = ca.Function("mass", [dynamics.q, dynamics.symbols], [ca.vec(ca.densify(dynamics.M))])
+    M = np.array(mass(q.T, dynamics.p.default)).T.reshape(-1, n, n)
+    if not (finite := np.isfinite(M).all(axis=(1, 2))).all():
+        where = q[np.flatnonzero(~finite)[0]].tolist()
+        raise ValueError(f"`eigenvalues(q)` needs a mass matrix of finite numbers; it is not so at q = {where}.")
+    return np.asarray(np.linalg.eigvalsh((M + M.transpose(0, 2, 1)) / 2))
+
+
+def _free_joints(dynamics: Dynamics) -> Joints:
+    """The joints (from 0) that M depends on."""
+    pattern = np.array(ca.DM(ca.jacobian(ca.vec(dynamics.M), dynamics.q).sparsity(), 1))
+    return np.flatnonzero(pattern.any(axis=0))
+
+
+def _of_joints(unit: str, dynamics: Dynamics) -> str:
+    """The unit of a norm over all joints, told for hinges; none where some joints turn and others slide."""
+    if len(set(dynamics.units)) > 1:
+        return "in mixed units"
+    slides = dynamics.units[0] == "m"
+    return unit.replace("N m", "N").replace("kg m^2", "kg").replace("rad", "m") if slides else unit
 
 
 @dataclass(frozen=True, eq=False)
 class PropertyVerdict:
-    """How it stands with a property of an arm's matrices.
+    """The verdict on a property of an arm's matrices.
 
-    `residual` is what ought to be zero, (n, n) or (1, 1), at the witness; both are None unless the
-    property is refuted.
+    `residual` is what ought to be zero, (n, n), at the witness; both are None unless the property is refuted.
     """
 
     statement: str
@@ -35,21 +70,11 @@ class PropertyVerdict:
 
 @dataclass(frozen=True, eq=False)
 class DefinitenessVerdict:
-    """How it stands with alpha1 I <= M(q) <= alpha2 I, alpha1 > 0, at nominal parameters.
+    """The verdict on alpha1 I <= M(q) <= alpha2 I, alpha1 > 0, at nominal parameters.
 
-    Attributes
-    ----------
-    alpha1, alpha2
-        The least and greatest eigenvalue of M that were seen, in kg m^2 of an arm whose joints all turn.
-    q_least, q_greatest
-        Where, (n,) in rad or m.
-    samples, boxes
-        The mass matrices that were looked at, and the boxes of positions.
-    beyond
-        What is proved: no eigenvalue in the box lies below the first or above the second; None where
-        nothing was. With the first of these positive the property is proved.
-    digits
-        How many decimal digits of alpha1 and alpha2 are proved right.
+    `alpha1` and `alpha2` are the least and greatest eigenvalue of M that were seen, in kg m^2 of an arm whose joints
+    all turn, at `q_least` and `q_greatest` (n,), in so many `samples`. No eigenvalue in the box lies `beyond` the
+    two, proved on so many `boxes`; None where nothing was. So many decimal `digits` of the two are proved right.
     """
 
     statement: str
@@ -64,12 +89,6 @@ class DefinitenessVerdict:
     beyond: tuple[float | None, float | None]
     digits: tuple[int, int]
     witness: Witness | None = None
-
-    @property
-    def replay(self) -> str:
-        """The line of Python that gives the eigenvalues of M where the least was seen."""
-        seen = Witness(self.q_least, np.zeros_like(self.q_least), np.zeros(0))
-        return f"{seen.replay}; numpy.linalg.eigvalsh(M)"
 
 
 @door
@@ -92,40 +111,11 @@ def skew(dynamics: Dynamics) -> PropertyVerdict:
     return _vanishes("M' - 2C is skew-symmetric", N + N.T, terms, dynamics)
 
 
-@door
-def passive(dynamics: Dynamics) -> PropertyVerdict:
-    """T' + U' = qd^T tau: no power but that of the torque, for all q, qd and all parameters.
-
-    It says two things: qd^T (M' - 2C) qd = 0, which is weaker than skewness as it is true of every right
-    factorisation of C qd; and that G is the gradient of some U(q), dG/dq = (dG/dq)^T. With M positive
-    definite and U bounded from below, the arm is then passive from tau to qd.
-
-    References
-    ----------
-    Ortega and Spong (1989), Adaptive motion control of rigid robots: a tutorial, Automatica 25, section 2.
-    """
-    rate, qd, slope = dynamics.mass_matrix_rate, dynamics.qd, ca.jacobian(dynamics.G, dynamics.q)
-    power = qd.T @ (rate - 2 * dynamics.C) @ qd
-    spent = ca.vertcat(qd.T @ rate @ qd, qd.T @ dynamics.C @ qd)
-    statement = "T' + U' = qd^T tau: the energy balance"
-    balance = _vanishes(statement, power, spent, dynamics)
-    gradient = _vanishes(statement, slope - slope.T, slope, dynamics)
-    if balance.kind == "proved" and gradient.kind == "proved":
-        return PropertyVerdict(statement, "proved", f"power of M' - 2C and curl of G: {balance.evidence}")
-    worse, of = (balance, "power of M' - 2C") if RANK[balance.kind] >= RANK[gradient.kind] else (gradient, "curl of G")
-    return replace(worse, evidence=f"{of}: {worse.evidence}")
-
-
 def _vanishes(statement: str, residual: ca.SX, terms: ca.SX, dynamics: Dynamics) -> PropertyVerdict:
     judgement = judge_zero(residual, terms, dynamics)
     found = judgement.search
-    if found is None:
+    if found is None or found.witness is None:
         return PropertyVerdict(statement, judgement.kind, judgement.evidence)
-    if found.witness is None:
-        if not zero_at(residual, nominal(dynamics)):
-            return PropertyVerdict(statement, judgement.kind, judgement.evidence)
-        evidence = "equal normal forms at nominal parameters: an identity in all states"
-        return PropertyVerdict(f"{statement}, at nominal parameters", "proved", evidence)
     matrix = found.values.reshape(residual.shape, order="F") + 0.0  # no negative zeros
     return PropertyVerdict(statement, judgement.kind, judgement.evidence, found.witness, matrix)
 
@@ -135,33 +125,21 @@ def positive_definite(
     dynamics: Dynamics,
     low: float | Array = -np.pi,
     high: float | Array = np.pi,
-    *,
-    tolerance: float = TOLERANCE,
-    boxes: int | None = None,
 ) -> DefinitenessVerdict:
     """M(q) is positive definite at nominal parameters, for low <= q <= high (rad, a number or (n,)).
 
-    The extreme eigenvalues of the symmetric part of M are sought by samples and proved by branch and
-    bound, each within `tolerance` of itself, with a budget of `boxes` for each (by itself, so many as
-    take some ten seconds).
-
-    Raises
-    ------
-    ValueError
-        If the box is not one of finite numbers, or M has no finite value or bound somewhere in it.
+    The extreme eigenvalues of the symmetric part of M are sought by samples and proved by branch and bound.
     """
     first, last = box_of("positive_definite", low, high, dynamics.dof)
     least, greatest = (
-        extreme_eigenvalue(
-            dynamics.M, dynamics.q, first, last, s, tolerance=tolerance, boxes=boxes, numbers=nominal(dynamics)
-        )
-        for s in (1, -1)
+        extreme_eigenvalue(dynamics.M, dynamics.q, first, last, sign, numbers=nominal(dynamics)) for sign in (1, -1)
     )
     samples = least.samples + greatest.samples
     kind: Kind = "refuted" if least.reached <= 0 else "not refuted"
-    place, unit = (np.round(least.x, 6) + 0.0).tolist(), of_joints("kg m^2", dynamics)
+    place, unit = (np.round(least.x, 6) + 0.0).tolist(), _of_joints("kg m^2", dynamics)
     evidence = f"smallest eigenvalue {least.value:.9g} {unit} at q = {place}"
-    evidence += _where(free_joints(dynamics), first, last)
+    box = " x ".join(f"q{i + 1} in [{first[i]:.4g}, {last[i]:.4g}]" for i in _free_joints(dynamics))
+    evidence += f" over {box}" if box else " (M depends on no joint)"
     if least.beyond is not None and least.beyond > 0:
         kind = "proved"
         evidence += f", and none below {shown(least.beyond, 1)}{by_intervals(least.boxes)}"
@@ -183,20 +161,9 @@ def positive_definite(
     )
 
 
-def _where(free: Joints, low: Array, high: Array) -> str:
-    box = " x ".join(f"q{i + 1} in [{low[i]:.4g}, {high[i]:.4g}]" for i in free)
-    return f" over {box}" if box else " (M depends on no joint)"
-
-
 @door
 def eigenvalues_along(dynamics: Dynamics, joint: int, angles: Array) -> Array:
-    """The eigenvalues of M, ascending, (N, n), over angles (N,) of joint number `joint` (from 1), others at 0.
-
-    Raises
-    ------
-    LookupError
-        If there is no such joint.
-    """
+    """The eigenvalues of M, ascending, (N, n), over angles (N,) of joint number `joint` (from 1), others at 0."""
     if not 1 <= joint <= dynamics.dof:
         raise LookupError(f"`eigenvalues_along(joint=...)` counts joints from 1 to {dynamics.dof}; got {joint}.")
     angles = numbers("eigenvalues_along(angles=...)", angles, 1)

@@ -1,8 +1,7 @@
 """Witnesses: states at which anyone can see that a claim about an arm fails.
 
-The search is deterministic and takes round numbers, the plainest first, so that a witness can be
-replayed in one line. A misprint may hide at the nominal parameters (lengths that are all 1 m, say),
-so the search goes on with other parameters once the nominal ones show nothing.
+The search is deterministic and takes round numbers, the plainest first. A misprint may hide at the nominal parameters
+(lengths that are all 1 m, say), so the search goes on with other parameters once the nominal ones show nothing.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
+from workbench.proofs.grid_search import sequence
 from workbench.validation.refusals import Array, numbers
 from workbench.validation.signatures import door
 
@@ -42,24 +42,21 @@ class Witness:
             numbers(f"Witness({name}=...)", getattr(self, name), ndim=1)
 
     def __str__(self) -> str:
-        """The state as one reads it aloud."""
         numbers = ", ".join(f"{name} = {value:g}" for name, value in self.changed.items())
-        return f"q = {_tuple(self.q)}, qd = {_tuple(self.qd)}, {numbers or 'nominal parameters'}"
+        return (
+            f"q = {_tuple(self.q, short=True)}, qd = {_tuple(self.qd, short=True)}, {numbers or 'nominal parameters'}"
+        )
 
     @property
     def replay(self) -> str:
         """The line of Python that gives M, C and G at this state, for any `dynamics` in question."""
         p = f", dynamics.p.pack({self.changed})[0]" if self.changed else ""
-        return f"M, C, G = dynamics.matrices({exact(self.q)}, {exact(self.qd)}{p})"
+        return f"M, C, G = dynamics.matrices({_tuple(self.q)}, {_tuple(self.qd)}{p})"
 
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """What a search found: the first witness with the values there, or none in so many samples.
-
-    `values` holds the sought expression at the witness, (k,); `samples` counts the states at which
-    all expressions were finite.
-    """
+    """The outcome of a search: the first witness and the expression there (k,), or none in so many finite samples."""
 
     witness: Witness | None
     values: Array
@@ -67,32 +64,11 @@ class Search:
 
 
 @door
-@lru_cache(maxsize=4)  # every entry of an arm is searched at the same states
-def candidates(dynamics: Dynamics) -> tuple[Witness, ...]:
-    """States in the order of the search: at nominal parameters first, then at varied ones."""
-    n = dynamics.dof
-    plain = np.concatenate([0.5 * np.arange(1, n + 1), (-1.0) ** np.arange(n)])
-    spread = np.round((sequence(STATES - 1, 2 * n) - 0.5) * np.repeat([6.0, 4.0], n), 1)
-    states = np.vstack([plain, spread])
-    nominal = [Witness(x[:n], x[n:], dynamics.p.default, held(dynamics)) for x in states]
-    varied = [_varied(dynamics, x, u) for x, u in zip(states, sequence(STATES, dynamics.p.size), strict=True)]
-    return tuple(nominal + varied if dynamics.p.size else nominal)
-
-
-@door
 def search(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Search:
-    """The first candidate at which `expression` (k, 1) is plainly not zero, measured by the size of `terms`.
+    """The first candidate at which `expression` (k, 1) is plainly not zero.
 
-    Parameters
-    ----------
-    terms
-        What the expression is a sum of, any shape: its largest value over all candidates is the
-        scale against which a rounding error is told from a difference.
-
-    Raises
-    ------
-    ValueError
-        If one of them has no entry or more than any arm's matrices, or holds a symbol that is none of the arm's.
+    The largest value over all candidates of `terms`, of which it is a sum, is the scale against which a rounding
+    error is told from a difference.
     """
     for name, sought in (("expression", expression), ("terms", terms)):
         if not 0 < sought.numel() <= MOST_ENTRIES:
@@ -115,6 +91,19 @@ def search(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Search:
     return Search(None, np.zeros(0), int(finite.sum()))
 
 
+@door
+@lru_cache(maxsize=4)  # every entry of an arm is searched at the same states
+def candidates(dynamics: Dynamics) -> tuple[Witness, ...]:
+    """States in the order of the search: at nominal parameters first, then at varied ones."""
+    n = dynamics.dof
+    plain = np.concatenate([0.5 * np.arange(1, n + 1), (-1.0) ** np.arange(n)])
+    spread = np.round((sequence(STATES - 1, 2 * n) - 0.5) * np.repeat([6.0, 4.0], n), 1)
+    states = np.vstack([plain, spread])
+    nominal = [Witness(x[:n], x[n:], dynamics.p.default, held(dynamics)) for x in states]
+    varied = [_varied(dynamics, x, u) for x, u in zip(states, sequence(STATES, dynamics.p.size), strict=True)]
+    return tuple(nominal + varied if dynamics.p.size else nominal)
+
+
 def held(dynamics: Dynamics) -> dict[str, float]:
     """The parameters that can have one value only, by their paths."""
     return {entry.name: float(entry.default) for entry in dynamics.p.entries if entry.bounds.low == entry.bounds.high}
@@ -133,25 +122,7 @@ def _varied(dynamics: Dynamics, x: Array, u: Array) -> Witness:
     return Witness(x[:n], x[n:], dynamics.p.pack(changed)[0], changed)
 
 
-def sequence(count: int, dimensions: int) -> Array:
-    """Points (count, dimensions) spread evenly over the unit cube (the R sequence of M. Roberts, 2018)."""
-    if dimensions == 0:
-        return np.zeros((count, 0))
-    root = 2.0
-    for _ in range(60):  # a contraction: the positive root of root^(d+1) = root + 1 to the last digit
-        root = (1 + root) ** (1 / (dimensions + 1))
-    steps = root ** -np.arange(1.0, dimensions + 1)
-    return np.asarray((0.5 + np.outer(np.arange(1, count + 1), steps)) % 1.0)
-
-
-def exact(values: Array) -> str:
-    """Numbers as a tuple of Python: short where that is the same number, and to the last digit elsewhere."""
-    return _joined([f"{x:g}" if float(f"{x:g}") == x else repr(float(x)) for x in values])
-
-
-def _tuple(values: Array) -> str:
-    return _joined([f"{value:g}" for value in values])
-
-
-def _joined(numbers: list[str]) -> str:
-    return f"({numbers[0]},)" if len(numbers) == 1 else f"({', '.join(numbers)})"
+def _tuple(values: Array, *, short: bool = False) -> str:
+    """Numbers as a tuple of Python: in few digits if `short` or where that is the same number, else in all."""
+    said = [f"{x:g}" if short or float(f"{x:g}") == x else repr(float(x)) for x in values]
+    return f"({said[0]},)" if len(said) == 1 else f"({', '.join(said)})"

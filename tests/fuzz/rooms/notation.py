@@ -8,8 +8,6 @@ import casadi as ca
 
 from workbench.notation import formula, latex, mathml, normal_form, program, reader, text, typst_math
 from workbench.notation.formula import Matrix, Number, Relation, Sum, Symbol
-from workbench.printed import plain_text as plain
-from workbench.printed import statements, tex
 
 MODULES = ()  # the room has no `__all__`: what follows is what other rooms and studies use
 
@@ -51,9 +49,6 @@ def calls() -> dict[str, Any]:
         "straight_line": partial(program.straight_line, {"M": expression}, {"q": "q_1"}, dialect),
         "Dialect": partial(program.Dialect, {"fabs": "abs"}, frozenset({"while"}), 100),
         "walk": partial(program.walk, expression, cse=True),
-        "plain.tokens": partial(plain.tokens, "M = x_1^2 + sin(q)"),
-        "tex.tokens": partial(tex.tokens, r"M = \frac{x_1}{2}"),
-        "statements": partial(statements.statements, "M = x_1^2 + 2", "text"),
     }
 
 

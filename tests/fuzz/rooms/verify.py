@@ -10,45 +10,19 @@ import casadi as ca
 import numpy as np
 
 from workbench import handover as derivation
-from workbench.claims import (
-    ascent,  # fmt: skip
-    counterexample,  # fmt: skip
-    evolution,  # fmt: skip
-    falsify,  # fmt: skip
-    margins,  # fmt: skip
-)
+from workbench.claims import claim_margins, counterexample, evolution, falsify, search_box
 from workbench.claims import verdicts as claims  # fmt: skip
 from workbench.cli import verification
 from workbench.core import Claim, Dynamics
 from workbench.core.claim import Declared
 from workbench.metrics.integral import Integral
 from workbench.notation.program import walk
-from workbench.printed import comparison as printed  # fmt: skip
 from workbench.printed import (
-    diagnosis,  # fmt: skip
-    given,  # fmt: skip
-    grammar,
-    names,
-    sheet,  # fmt: skip
-    statements,
-    tex,
-    units,  # fmt: skip
+    arm_letters,
+    printed_equations,
 )
-from workbench.printed import exact_form as normal
-from workbench.printed import plain_text as plain
-from workbench.proofs import (
-    bounded,  # fmt: skip
-    bounds,  # fmt: skip
-    box,  # fmt: skip
-    equality,  # fmt: skip
-    exact,  # fmt: skip
-    identity,  # fmt: skip
-    interval,  # fmt: skip
-    properties,  # fmt: skip
-    rest,  # fmt: skip
-    spectrum,  # fmt: skip
-    witness,  # fmt: skip
-)
+from workbench.printed import entry_comparison as printed  # fmt: skip
+from workbench.proofs import bounds, exact_arithmetic, identity, interval, properties, rest_points, witness
 from workbench.robots import named
 
 from ..parts import ODE
@@ -68,33 +42,27 @@ FOLDER = Path(tempfile.mkdtemp())
 
 
 def calls() -> dict[str, Any]:
-    read = sheet.read_sheet(SHEET, ARM, "text")
-    verdicts = printed.compare_sheet(read, ARM)
+    read = printed_equations.read_sheet(SHEET, ARM, "text")
     hunt = falsify.Hunt(ODE, Declared(STAYS), RANGES, 0.2, 0.05)
     example = hunt.search(1, falsify.Budget(4, 1, 1)).worst
     assert example is not None
     example.write(FOLDER / "example.json")
-    looked, edge = box.Box.of(ODE, RANGES), ([-1.0, -1.0], [1.0, 1.0])
-    violated, watched = margins.violation(STAYS), margins.watching(ODE, [Declared(STAYS)])
+    looked, edge = search_box.Box.of(ODE, RANGES), ([-1.0, -1.0], [1.0, 1.0])
+    violated, watched = claim_margins.violation(STAYS), claim_margins.watching(ODE, [Declared(STAYS)])
     seen = witness.candidates(ARM)[0]
     finding = claims.Finding("refuted", "it fails", "here")
     row = np.array([[2.0]]), np.array([[1.0]])
     return {
         **{f"derivation.{form}": partial(write, ARM) for form, write in derivation.FORMS.items()},
         "findings": partial(verification.findings, FOLDER / "sheet.txt", ARM),
-        "slope_of": partial(ascent.slope_of, watched, violated, looked, np.array([0.5, 0.5]), 0.2, 0.05),
-        "bounded": partial(bounded.bounded, WAVE, X, *edge, 2.0, statement="s", unit="m", boxes=100),
-        "lipschitz": partial(bounded.lipschitz, WAVE, X, *edge, 2.0, statement="s", unit="m", boxes=100),
-        "disturbance": partial(bounded.disturbance, ca.sin(X[0]), X[0], 1.0, 2.0, 2.0, boxes=100),
-        "lipschitz_gravity": partial(bounded.lipschitz_gravity, ARM, -1.0, 1.0, 100.0, boxes=100),
-        "lipschitz_coriolis": partial(bounded.lipschitz_coriolis, ARM, 1.0, -1.0, 1.0, 100.0, boxes=100),
-        "lipschitz_inverse_mass": partial(bounded.lipschitz_inverse_mass, ARM, -1.0, 1.0, 100.0, boxes=100),
+        "slope_of": partial(search_box.slope_of, watched, violated, looked, np.array([0.5, 0.5]), 0.2, 0.05),
+        "disturbance_bounds": partial(bounds.disturbance_bounds, ca.sin(X[0]), X[0], 1.0),
         "enclose": partial(bounds.enclose, WAVE, X, *edge, tolerance=1e-3, boxes=100, numbers={}),
         "extreme_eigenvalue": partial(bounds.extreme_eigenvalue, MATRIX, X, *edge, 1, tolerance=1e-3, boxes=100),
-        "largest_norm": partial(bounds.largest_norm, MATRIX, X, *edge, tolerance=1e-3, boxes=100),
+        "largest_norm": partial(bounds.largest_norm, X, X, *edge),
         "guarantee": partial(bounds.guarantee),
         "shown": partial(bounds.shown, 0.1, 1),
-        "Box.of": partial(box.Box.of, ODE, RANGES),
+        "Box.of": partial(search_box.Box.of, ODE, RANGES),
         "Finding": partial(claims.Finding, "not refuted", "seen", "", 3),
         "Line": partial(claims.Line, STAYS, finding),
         "Ledger": partial(claims.Ledger, (claims.Line(STAYS, finding),)),
@@ -104,81 +72,63 @@ def calls() -> dict[str, Any]:
         "run": partial(counterexample.run, watched, violated, (), *row, 0.2, 0.05),
         "in_reference_mode": partial(counterexample.in_reference_mode, ODE, "y", row[0][0], row[1][0], [0.0, 0.1]),
         "hypotheses_kept": partial(counterexample.hypotheses_kept, ODE, [Declared(STAYS)], 0.2, 0.05),
-        "diagnose": partial(diagnosis.diagnose, read, verdicts, ARM),
-        "first_wrong": partial(diagnosis.first_wrong, read, verdicts, ARM),
-        "in_common": partial(diagnosis.in_common, verdicts, diagnosis.diagnose(read, verdicts, ARM)),
-        "judge_equal": partial(equality.judge_equal, X, 2 * X),
+        "judge_equal": partial(identity.judge_equal, X, 2 * X),
         "Judged": partial(evolution.Judged, np.ones(4), np.zeros(4)),
         "evolve": partial(
             evolution.evolve, lambda u: evolution.Judged(u[:, 0], u[:, 0] - 2), 1, 4, 2, np.random.default_rng(1)
         ),
-        "exact_values": partial(exact.exact_values, X**2, {"x_0": Fraction(1), "x_1": Fraction(2)}),
-        "characteristic_polynomial": partial(exact.characteristic_polynomial, [[Fraction(1)]]),
-        "unstable_modes": partial(exact.unstable_modes, [Fraction(1), Fraction(-2)]),
+        "exact_values": partial(exact_arithmetic.exact_values, X**2, {"x_0": Fraction(1), "x_1": Fraction(2)}),
+        "characteristic_polynomial": partial(exact_arithmetic.characteristic_polynomial, [[Fraction(1)]]),
+        "unstable_modes": partial(exact_arithmetic.unstable_modes, [Fraction(1), Fraction(-2)]),
         "Budget": partial(falsify.Budget, 8, 2, 1),
         "Hunt": partial(falsify.Hunt, ODE, Declared(STAYS), RANGES, 0.2, 0.05, (Declared(FALLS),)),
         "Hunt of a metric": partial(falsify.Hunt, ODE, WORTH, RANGES, 0.2, 0.05),
         "Hunt.search": partial(hunt.search, 1, falsify.Budget(4, 1, 1)),
         "narrowed": partial(_narrowed, ARM, {"links[0].mass": 2.0}),
-        "symbols_of": partial(given.symbols_of, ARM),
         "judge_zero": partial(identity.judge_zero, ARM.M - ARM.M.T, ARM.M, ARM),
-        "zero_at": partial(identity.zero_at, X[0] - X[0], {"x_0": 1.0}),
         "evaluate": partial(
             interval.evaluate, walk(WAVE), dict.fromkeys(("x_0", "x_1"), interval.Interval(np.zeros(1), np.ones(1)))
         ),
         "jumps": partial(interval.jumps, walk(WAVE), ["x_0"]),
-        "SignalsOf": partial(margins.SignalsOf, ODE, "plant."),
-        "derivative": partial(margins.derivative, ODE, ODE.x**2),
-        "Largest": partial(margins.Largest, "largest y", "m", "the largest y", "y"),
-        "violation": partial(margins.violation, STAYS),
+        "SignalsOf": partial(claim_margins.SignalsOf, ODE, "plant."),
+        "derivative": partial(claim_margins.derivative, ODE, ODE.x**2),
+        "Largest": partial(claim_margins.Largest, "largest y", "m", "the largest y", "y"),
+        "violation": partial(claim_margins.violation, STAYS),
         "watching": partial(_watching, ODE, [Declared(STAYS)]),
         "compare": partial(printed.compare, ARM, ARM),
         "compare_sheet": partial(printed.compare_sheet, read, ARM),
         "judged": partial(printed.judged, {("M", 1, 1): ca.SX(1)}, ARM),
         "symmetric": partial(properties.symmetric, ARM),
         "skew": partial(properties.skew, ARM),
-        "passive": partial(properties.passive, ARM),
-        "positive_definite": partial(properties.positive_definite, ARM, -1.0, 1.0, tolerance=1e-3, boxes=100),
+        "positive_definite": partial(properties.positive_definite, ARM, -1.0, 1.0),
         "eigenvalues_along": partial(properties.eigenvalues_along, ARM, 1, np.zeros(3)),
-        "rest_point": partial(rest.rest_point, ODE, np.array([0.1])),
-        "growing_modes": partial(rest.growing_modes, ODE, {"x": Fraction(0)}),
-        "Sheet": partial(sheet.Sheet, read.entries, read.numbers, read.zeros),
-        "read_sheet": partial(sheet.read_sheet, SHEET, ARM, "text"),
-        "eigenvalues": partial(spectrum.eigenvalues, ARM, np.zeros((3, 1))),
-        "units_of": partial(units.units_of, ARM),
-        "read_unit": partial(units.read_unit, "kg m^2"),
+        "rest_point": partial(rest_points.rest_point, ODE, np.array([0.1])),
+        "growing_modes": partial(rest_points.growing_modes, ODE, {"x": Fraction(0)}),
+        "read_sheet": partial(printed_equations.read_sheet, SHEET, ARM, "text"),
+        "eigenvalues": partial(properties.eigenvalues, ARM, np.zeros((3, 1))),
         "Witness": partial(witness.Witness, seen.q, seen.qd, seen.p, {"links[0].mass": 2.0}),
         "candidates": partial(witness.candidates, ARM),
         "search": partial(witness.search, ARM.M, ARM.M, ARM),
 
 
-        "tokens of text": partial(plain.tokens, "2*m_1"),
-        "tokens of LaTeX": partial(tex.tokens, "2 m_1"),
-        "statements": partial(statements.statements, "M_11 = m_1", "text"),
-        "parse": partial(grammar.parse, plain.tokens("2*m_1"), names.Names.of(given.symbols_of(ARM))),
-        "normal_form": partial(_is_zero, read.entries["M", 1, 1], given.symbols_of(ARM)),
     }  # fmt: skip
-
-
-def _is_zero(formula: Any, letters: Any) -> bool:
-    return normal.normal_form(formula, letters).is_zero
 
 
 def _watching(ode: Any, claims: Any) -> None:
     """What it gives is of `core`, where it is called too."""
-    margins.watching(ode, claims)
+    claim_margins.watching(ode, claims)
 
 
 def _narrowed(dynamics: Any, fixed: Any) -> None:
     """What it gives is of `core`, where it is called too."""
-    given.narrowed(dynamics, fixed)
+    arm_letters.narrowed(dynamics, fixed)
 
 
 def arguments() -> dict[str, Any]:
     return {
-        "Box.at.u": lambda box: np.array([[0.5, 0.5]]),
-        "Box.rows.theta": lambda box: np.array([[0.5, 1.5]]),
-        "Box.of.ranges": lambda box: RANGES,
+        "Box.at.u": lambda search_box: np.array([[0.5, 0.5]]),
+        "Box.rows.theta": lambda search_box: np.array([[0.5, 1.5]]),
+        "Box.of.ranges": lambda search_box: RANGES,
         "ode": lambda thing: ODE,
         "horizon": lambda metric: 1.0,
         "Ledger.count.kind": lambda ledger: "refuted",
@@ -187,11 +137,7 @@ def arguments() -> dict[str, Any]:
         "CounterExample.write.path": lambda example: FOLDER / "written.json",
         "CounterExample.read.path": lambda example: FOLDER / "example.json",
         "metric": lambda example: WORTH,
-        "Judged.beats.other": lambda judged: judged,
-        "Judged.where.other": lambda judged: judged,
-        "Judged.where.better": lambda judged: np.ones(4, dtype=bool),
         "Hunt.search.seed": lambda hunt: 1,
-        "Hunt.judge.u": lambda hunt: np.array([[0.5, 0.5]]),
         "Hunt.at.numbers": lambda hunt: {"x": 0.7},
         "Hunt.shortened.found": lambda hunt: hunt.search(1, falsify.Budget(4, 1, 1)),
         "Hunt.replay.example": lambda hunt: counterexample.CounterExample.read(FOLDER / "example.json"),
@@ -204,8 +150,6 @@ def arguments() -> dict[str, Any]:
         "Largest.value.z": lambda metric: {"largest": np.ones((1, 1))},
         "t": lambda metric: X[0],
         "key": lambda signals: "x",
-        "Units.mismatch.printed": lambda units: sheet.read_sheet(SHEET, ARM, "text").entries["M", 1, 1],
-        "place": lambda units: ("M", 1, 1),
         **{name: lambda thing: [0.1] for name in ("q", "qd", "qdd", "tau", "x")},
         "Ode.rate_at.t": lambda ode: 0.0,
         "Ode.outputs_at.t": lambda ode: 0.0,

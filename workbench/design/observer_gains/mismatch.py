@@ -25,7 +25,7 @@ from workbench.design.observer_gains.gains import Gains, Region
 from workbench.notation.normal_form import NotInClass, normal_forms
 from workbench.notation.program import Walk, walk
 from workbench.proofs.interval import Interval, evaluate, jumps
-from workbench.proofs.spectrum import nominal
+from workbench.proofs.properties import nominal
 from workbench.validation.refusals import Array, require
 from workbench.validation.signatures import door
 from workbench.validation.views import show

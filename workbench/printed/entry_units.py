@@ -1,27 +1,21 @@
-"""Do the units of a printed entry match? Those of the parameters are known, those of the joints follow from M."""
+"""The units of printed entries, from those that the parameters and the joints declare."""
 
 from __future__ import annotations
 
-import itertools
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-
-import casadi as ca
+from functools import reduce
 
 from workbench.core import Dynamics
 from workbench.notation import text
 from workbench.notation.build import parts
 from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters
-from workbench.notation.reader import formula_of
-from workbench.printed.given import symbols_of
+from workbench.printed.arm_letters import symbols_of
 from workbench.printed.names import PI
-from workbench.printed.sheet import Place, refuse_place
-from workbench.validation.signatures import door
+from workbench.printed.printed_equations import Place
 
-MOST_JOINTS = 6  # each may turn or slide: so many guesses are made, and one fits
-MOST_OPERATIONS = 1_500  # of the diagonal of M, as written out
 PLAIN = 24  # the largest whole number in a fraction that is no measured value
 
 
@@ -61,13 +55,7 @@ class UnitsError(ValueError):
 
 
 def unit_of(formula: Formula, units: Mapping[Symbol, Unit]) -> Unit | None:
-    """The unit of a formula; None for zero, which has any.
-
-    Raises
-    ------
-    UnitsError
-        If it has none; the terms that do not match are named.
-    """
+    """The unit of a formula, None for zero, which has any; terms that do not match raise a `UnitsError`."""
     match formula:
         case Number(value):
             return None if value == 0 else NONE
@@ -76,8 +64,8 @@ def unit_of(formula: Formula, units: Mapping[Symbol, Unit]) -> Unit | None:
         case Sum(terms):
             return _common(terms, units)
         case Product(factors):
-            found = [unit_of(factor, units) for factor in factors]
-            return None if None in found else _multiplied(unit for unit in found if unit is not None)
+            known = [unit for factor in factors if (unit := unit_of(factor, units)) is not None]
+            return reduce(Unit.__mul__, known) if len(known) == len(factors) else None
         case Quotient(above, below):
             first, second = unit_of(above, units), unit_of(below, units)
             return None if first is None or second is None else first / second
@@ -92,13 +80,6 @@ def unit_of(formula: Formula, units: Mapping[Symbol, Unit]) -> Unit | None:
                 raise UnitsError(f"{function} is taken of {text.emit(argument)}, in {unit}")
             return NONE
     raise UnitsError(f"{text.emit(formula)} has no unit")
-
-
-def _multiplied(found: Iterable[Unit]) -> Unit:
-    result = NONE
-    for unit in found:
-        result = result * unit
-    return result
 
 
 def _common(terms: tuple[Formula, ...], units: Mapping[Symbol, Unit]) -> Unit | None:
@@ -119,19 +100,16 @@ class Units:
     symbols: Mapping[Symbol, Unit]
     joints: tuple[Unit, ...]
 
-    @door
     def of_entry(self, place: Place) -> Unit:
         """The unit of an entry of M, C or G."""
-        refuse_place(place, len(self.joints))
         matrix, row, column = place
         power = KG * METRE**2 / SECOND**2 / self.joints[row - 1]
         if matrix == "G":
             return power
         return power * SECOND**2 / self.joints[column - 1] / (SECOND if matrix == "C" else NONE)
 
-    @door
     def mismatch(self, place: Place, printed: Formula) -> str:
-        """What is wrong with the units of an entry, in words; empty if nothing is, or if its numbers may have some."""
+        """The fault in the units of an entry, in words; empty if there is none, or if its numbers may have some."""
         numbers = [part for part in parts(printed) if isinstance(part, Number)]
         if not all(map(_is_plain, numbers)) or (numbers and all(letter.letter == "q" for letter in letters(printed))):
             return ""
@@ -144,44 +122,26 @@ class Units:
 
 
 def _is_plain(number: Number) -> bool:
-    """Whether a number is one that derivations bring with them, such as 2 or 1/3, and no measured value."""
+    """True of a number that derivations bring with them, such as 2 or 1/3, and no measured value."""
     return isinstance(number.value, Fraction) and max(abs(number.value.numerator), number.value.denominator) <= PLAIN
 
 
-@door
 def units_of(dynamics: Dynamics) -> Units | None:
-    """The units of an arm; None if one of its parameters is given as a number, or has no unit that is known here.
-
-    None too if its M is too long to be gone through term by term.
-    """
+    """The units of an arm; None if one of its parameters is given as a number, or has no unit that is known here."""
     if any(entry.bounds.low == entry.bounds.high != 0 for entry in dynamics.p.entries if not entry.shape):
         return None  # numbers may then stand for it, and have its unit
-    if ca.n_nodes(ca.diag(dynamics.M)) > MOST_OPERATIONS:
-        return None
     letters = {name: symbol for symbol, name in symbols_of(dynamics).items()}
+    joints = tuple(METRE if unit == "m" else NONE for unit in dynamics.units)
     known: dict[Symbol, Unit] = {}
+    for i, unit in enumerate(joints):
+        known |= {letters[f"q[{i}]"]: unit, letters[f"qd[{i}]"]: unit / SECOND}
     for entry in dynamics.p.entries:
-        unit = read_unit(entry.unit)
-        if unit is None:
+        if (declared := read_unit(entry.unit)) is None:
             return None
-        known |= {letters[label]: unit for label in entry.labels()}
-    try:
-        diagonal = [formula_of(dynamics.M[i, i], dynamics.names()) for i in range(dynamics.dof)]
-    except ValueError:  # too long to be written, and so to be gone through term by term
-        return None
-    free = dynamics.dof if dynamics.dof <= MOST_JOINTS else 0
-    for kinds in itertools.product((NONE, METRE), repeat=free):
-        joints = kinds or (NONE,) * dynamics.dof
-        symbols = dict(known)
-        for i, unit in enumerate(joints):
-            symbols[letters[f"q[{i}]"]], symbols[letters[f"qd[{i}]"]] = unit, unit / SECOND
-        guess = Units(symbols, joints)
-        if not any(guess.mismatch(("M", i + 1, i + 1), entry) for i, entry in enumerate(diagonal)):
-            return guess
-    return None
+        known |= {letters[label]: declared for label in entry.labels()}
+    return Units(known, joints)
 
 
-@door
 def read_unit(said: str) -> Unit | None:
     """The unit that a parameter declares, such as kg m^2 or m/s^2; None if a part of it is unknown."""
     result = NONE

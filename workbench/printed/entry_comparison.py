@@ -10,15 +10,14 @@ import casadi as ca
 
 from workbench.core import Dynamics
 from workbench.notation.formula import letters, name_of
-from workbench.notation.normal_form import NormalForm, NotInClass
-from workbench.printed.evaluate import CASADI, evaluate
-from workbench.printed.exact_form import at_numbers, normal_form
-from workbench.printed.given import symbols_of
+from workbench.notation.normal_form import NormalForm
+from workbench.printed.arm_letters import symbols_of
+from workbench.printed.formula_values import CASADI, at_numbers, evaluate, normal_form
 from workbench.printed.names import PI
-from workbench.printed.sheet import Place, Sheet, refuse_place
-from workbench.proofs.identity import Judgement, Kind, judge_zero
-from workbench.proofs.witness import Witness, held, search
-from workbench.validation.refusals import nearest
+from workbench.printed.printed_equations import Place, Sheet, is_place
+from workbench.proofs.identity import Judgement, Kind, judge_zero, proved_or_searched
+from workbench.proofs.witness import Witness, held
+from workbench.validation.refusals import described, nearest
 from workbench.validation.signatures import door
 
 Sameness = Literal["same", "differs", "not refuted"]
@@ -27,22 +26,12 @@ SAMENESS: dict[Kind, Sameness] = {"proved": "same", "refuted": "differs", "not r
 
 @dataclass(frozen=True, eq=False)
 class EntryVerdict:
-    """One printed entry beside the derived one.
+    """One printed entry beside the derived one, at a place that is counted from 1; a vector has column 1.
 
-    Attributes
-    ----------
-    matrix, row, column
-        Where the entry stands, counted from 1 as a paper counts; a vector has column 1.
-    kind
-        `same` if the two are equal by normal form; `differs` if a witness shows it; `not refuted` if
-        neither was possible.
-    printed, right, difference
-        Expressions in the derived arm's symbols; difference = printed - right.
-    witness, printed_value, right_value
-        A state at which they differ, and the two values there; None where they were not seen to.
-    same_torque
-        For an entry of C that differs: whether row i of (C_printed - C_right) qd is zero all the same.
-        `proved`: another legal factorisation of the same torque; `refuted`: a wrong torque. Else None.
+    The `kind` is `same` if the two are equal by normal form, `differs` if a witness shows it with the two values
+    there, and `not refuted` if neither was possible. `difference` is printed - right, in the derived arm's symbols.
+    `same_torque`, of an entry of C that differs, is `proved` if row i of (C_printed - C_right) qd is zero all the
+    same, by another legal factorisation of one torque, and `refuted` if the torque is wrong.
     """
 
     matrix: str
@@ -69,13 +58,6 @@ def compare(printed: Dynamics, derived: Dynamics) -> tuple[EntryVerdict, ...]:
     """A verdict for each entry of M, C and G, row by row; parameters are matched by name.
 
     `same` holds in all states and for all parameters, not only the nominal ones.
-
-    Raises
-    ------
-    ValueError
-        If the two arms have different numbers of joints.
-    LookupError
-        If the printed matrices have a parameter that the derived ones lack.
     """
     theirs = _matrices_in_symbols_of(derived, printed)
     shapes = {name: matrix.shape for name, matrix in theirs.items()}
@@ -87,12 +69,7 @@ def compare(printed: Dynamics, derived: Dynamics) -> tuple[EntryVerdict, ...]:
 def compare_sheet(sheet: Sheet, derived: Dynamics) -> tuple[EntryVerdict, ...]:
     """A verdict for each entry that a sheet prints; its numbers are taken as printed, not as doubles near them.
 
-    Raises
-    ------
-    LookupError
-        If the sheet was read for another arm.
-    ValueError
-        If a printed entry is finite nowhere.
+    An entry that is finite nowhere is a ValueError, a sheet that was read for another arm a LookupError.
     """
     symbols = {symbol.name(): symbol for symbol in ca.vertsplit(ca.vertcat(derived.q, derived.qd, derived.symbols))}
     values = {letter: symbols[name] for letter, name in symbols_of(derived).items()}
@@ -111,13 +88,6 @@ def judged(printed: Mapping[Place, ca.SX], derived: Dynamics) -> tuple[EntryVerd
     """A verdict for each of the printed entries, which are expressions in the derived arm's symbols.
 
     Where a row of C is printed in part, its other entries are taken to be the derived ones.
-
-    Raises
-    ------
-    LookupError
-        If the arm has no such entry.
-    ValueError
-        If a printed entry is finite nowhere, or not one expression.
     """
     return tuple(map(_Comparison(printed, derived).entry, printed))
 
@@ -132,7 +102,9 @@ class _Comparison:
 
     def __post_init__(self) -> None:
         for (matrix, row, column), entry in self.printed.items():
-            refuse_place((matrix, row, column), self.derived.dof)
+            if not is_place((matrix, row, column), self.derived.dof):
+                joints = f"{self.derived.dof} joint{'s' if self.derived.dof > 1 else ''}"
+                raise LookupError(f"An arm with {joints} has no entry {described(matrix)}[{row},{column}].")
             if entry.numel() != 1:
                 raise ValueError(f"An entry is one expression; {matrix}[{row},{column}] has shape {entry.shape}.")
 
@@ -167,25 +139,22 @@ class _Comparison:
         )
 
     def judge(self, weights: Mapping[Place, ca.SX]) -> Judgement:
-        """Whether the printed entries, weighted and added up, are the derived ones; what is not printed is right."""
+        """The verdict on printed entries, weighted and added up, equal to the derived; what is not printed is right."""
         a, b = (
             sum((w * entry(place) for place, w in weights.items()), ca.SX(0))
             for entry in (lambda place: self.printed.get(place, self.right(place)), self.right)
         )
-        if self.sheet is None:
+        if (sheet := self.sheet) is None:
             return judge_zero(a - b, ca.vertcat(a, b), self.derived)
-        why = "the normal forms differ, but no state was found where the values do"
-        try:
-            if self.difference(self.sheet, weights).is_zero:
-                return Judgement("proved", "equal normal forms: an identity in all states and all parameters", None)
-        except NotInClass as outside:
-            why = str(outside)
-        found = search(a - b, ca.vertcat(a, b), self.derived)
-        if found.witness is not None:
-            changed = {label: value for label, value in found.witness.changed.items() if label not in self.sheet.zeros}
-            found = replace(found, witness=replace(found.witness, changed=changed))
-            return Judgement("refuted", f"at {found.witness}", found)
-        return Judgement("not refuted", f"not refuted in {found.samples} samples, and not proved: {why}", found)
+        judgement = proved_or_searched(
+            lambda: self.difference(sheet, weights).is_zero, a - b, ca.vertcat(a, b), self.derived
+        )
+        found = judgement.search
+        if found is None or found.witness is None:
+            return judgement
+        changed = {label: value for label, value in found.witness.changed.items() if label not in sheet.zeros}
+        found = replace(found, witness=replace(found.witness, changed=changed))
+        return Judgement(judgement.kind, f"at {found.witness}", found)
 
     def difference(self, sheet: Sheet, weights: Mapping[Place, ca.SX]) -> NormalForm:
         """The weighted sum of printed - right by exact arithmetic, at the numbers that the sheet holds fixed."""

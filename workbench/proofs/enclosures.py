@@ -21,15 +21,13 @@ import numpy as np
 
 from workbench.notation.normal_form import NotInClass, normal_forms
 from workbench.notation.program import Walk, walk
-from workbench.proofs.elementary import at_points
-from workbench.proofs.interval import Interval, evaluate, jumps
+from workbench.proofs.interval import Interval, at_points, evaluate, jumps
 from workbench.validation.refusals import Array
 
 UNIT = 2.0**-53
-# Beyond so many waves their products with U, each by itself, cost more than they save.
-FEW_WAVES = 64
-# And beyond so many the intervals of the Jacobian cost less than all of them.
-MANY_WAVES = 1000
+# Beyond so many waves their products with U, each by itself, cost more than they save; beyond so many the intervals of
+# the Jacobian cost less than all of them.
+FEW_WAVES, MANY_WAVES = 64, 1000
 
 
 class Expansion(NamedTuple):
@@ -47,7 +45,7 @@ class AbstractForm(ABC):
     @property
     @abstractmethod
     def cost(self) -> int:
-        """About how many doubles one box needs, and so how long it takes."""
+        """The number of doubles that one box needs, about, to which the time is in proportion."""
 
     @abstractmethod
     def value(self, c: Array) -> Array:
@@ -115,7 +113,9 @@ class Waves(AbstractForm):
     def expand(self, c: Array, r: Array, U: Array) -> Expansion:
         """The tangent at the middle, and Taylor's remainder."""
         angle = c @ self.slopes.T + self.phases
-        (sine, doubt), (cosine, more) = (_midpoint(name, angle) for name in ("sin", "cos"))
+        ends = [at_points(name, angle) for name in ("sin", "cos")]
+        sine, cosine = ((low + high) / 2 for low, high in ends)
+        doubt, more = ((high - low).max(axis=1, initial=0.0) for low, high in ends)
         height, slope = np.where(self.sines, sine, cosine), np.where(self.sines, cosine, -sine)
         reach = r @ np.abs(self.slopes).T
         remainder = reach**2 / 2
@@ -202,12 +202,6 @@ def _stacked(parts: list[Interval], shape: tuple[int, ...]) -> tuple[Array, Arra
     lost = np.logical_not(np.isfinite(middle) & np.isfinite(radius))
     middle, radius = np.where(lost, 0.0, middle), np.where(lost, np.inf, radius)
     return middle.reshape(-1, *shape), radius.reshape(-1, *shape)
-
-
-def _midpoint(name: str, x: Array) -> tuple[Array, Array]:
-    """A function's values, and the most by which one in a row is off."""
-    low, high = at_points(name, x)
-    return (low + high) / 2, (high - low).max(axis=1, initial=0.0)
 
 
 def _waves(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) -> Waves:

@@ -1,4 +1,4 @@
-"""Exact rational arithmetic on expressions and matrices: what rounding cannot touch is a proof."""
+"""Exact rational arithmetic on expressions and matrices: a proof that no rounding can touch."""
 
 from __future__ import annotations
 
@@ -6,15 +6,13 @@ import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise
-from typing import TypeAlias
 
 import casadi as ca
 
 from workbench.notation.program import NAMES, Operation, walk
 from workbench.validation.signatures import door
 
-Rational: TypeAlias = Fraction
-Matrix: TypeAlias = list[list[Fraction]]
+Matrix = list[list[Fraction]]
 
 HIGHEST_POWER = 1000  # numbers of more than a million digits help nobody
 LONGEST = 40  # digits of a number that a message shows
@@ -24,15 +22,8 @@ LONGEST = 40  # digits of a number that a message shows
 def exact_values(expression: ca.SX, values: Mapping[str, Fraction]) -> Matrix:
     """A matrix (n, m) of expressions at rational values of its symbols, with no rounding at all.
 
-    Known are + - * /, squares, whole powers, and sin 0 = 0, cos 0 = 1. A constant of the expression counts as
-    the fraction that its double exactly is.
-
-    Raises
-    ------
-    ValueError
-        If an operation has no rational value there (it is named), or a divisor is zero.
-    LookupError
-        If a symbol has no value.
+    Known are + - * /, squares, whole powers, and sin 0 = 0, cos 0 = 1; any other operation is refused by name. A
+    constant of the expression counts as the fraction that its double exactly is.
     """
     found = walk(expression)
     results: list[Fraction] = []
@@ -42,7 +33,6 @@ def exact_values(expression: ca.SX, values: Mapping[str, Fraction]) -> Matrix:
 
 
 def _value(node: Operation, of: Sequence[Fraction], values: Mapping[str, Fraction]) -> Fraction:
-    """One operation; what is not known is refused."""
     if node.name:
         if node.name not in values:
             raise LookupError(f"`exact_values(values=...)` must give '{node.name}' a value; it has none.")
@@ -78,13 +68,7 @@ def _value(node: Operation, of: Sequence[Fraction], values: Mapping[str, Fractio
 
 @door
 def characteristic_polynomial(A: Matrix) -> list[Fraction]:
-    """The coefficients of det(s I - A), highest power first (Faddeev and LeVerrier).
-
-    Raises
-    ------
-    ValueError
-        If A is not square.
-    """
+    """The coefficients of det(s I - A) of a square matrix, highest power first (Faddeev and LeVerrier)."""
     n = len(A)
     if any(len(row) != n for row in A):
         raise ValueError(f"`characteristic_polynomial(A)` must be square; got {n} rows of {sorted(set(map(len, A)))}.")
@@ -99,12 +83,7 @@ def characteristic_polynomial(A: Matrix) -> list[Fraction]:
 
 @door
 def unstable_modes(polynomial: Sequence[Fraction]) -> int | None:
-    """How many roots have a positive real part, by Routh's array; None where the array is not regular.
-
-    Raises
-    ------
-    ValueError
-        If the polynomial has no leading coefficient.
+    """The number of roots with a positive real part, by Routh's array; None where the array is not regular.
 
     References
     ----------

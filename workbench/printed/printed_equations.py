@@ -25,15 +25,18 @@ from graphlib import CycleError, TopologicalSorter
 from workbench.core import Dynamics
 from workbench.notation.build import parts, substitute
 from workbench.notation.formula import Formula, Matrix, Number, Symbol, letters, name_of
-from workbench.printed.assembly import bounded
-from workbench.printed.evaluate import expanded_size
-from workbench.printed.given import is_bound, numbers_given, refuse_half_bound, unnamed_zeros
+from workbench.printed.arm_letters import (
+    names_of,
+    numbers_given,
+    parameter_of,
+    rate_of,
+    unnamed_zeros,
+)
+from workbench.printed.formula_values import bounded, expanded_size
 from workbench.printed.grammar import parse
 from workbench.printed.names import Key, Names, key_of, spelled
-from workbench.printed.rates import names_of, rate_of
 from workbench.printed.statements import Language, Statement, statements
 from workbench.printed.tokens import FormulaError, Token, refusal
-from workbench.validation.refusals import described
 from workbench.validation.signatures import door
 
 # Beyond these an entry is no equation that a paper prints, and would take minutes to judge.
@@ -44,24 +47,7 @@ MOST_NAMES = 8  # of a circle of declarations
 Place = tuple[str, int, int]
 
 
-def refuse_place(place: Place, n: int) -> None:
-    """Refuse a place that an arm with n joints has not.
-
-    Raises
-    ------
-    LookupError
-        If M, C and G of so many joints have no such entry.
-    """
-    matrix, row, column = place
-    if matrix not in ("M", "C", "G") or not (1 <= row <= n and 1 <= column <= (1 if matrix == "G" else n)):
-        joints = f"{n} joint{'s' if n > 1 else ''}"
-        raise LookupError(
-            f"An arm with {joints} has no entry {described(matrix)}[{described(row)},{described(column)}]."
-        )
-
-
 @dataclass(frozen=True)
-@door
 class Sheet:
     """The printed entries by their place (matrix, row, column; counted from 1), declarations written out.
 
@@ -79,14 +65,6 @@ class Sheet:
         return {label: float(value) for label, value in self.numbers.items()}
 
 
-@dataclass(frozen=True)
-class _Reading:
-    """What the names of a sheet stand for and where it is said, and the joints' velocities by their angles."""
-
-    joints: Mapping[Symbol, Symbol]
-    meanings: Mapping[Symbol, tuple[Formula, Token]]
-
-
 @door
 def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
     """The entries of M, C and G that a text prints.
@@ -98,8 +76,7 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
         printed twice or declared by itself, a letter of the robot is given a formula of constants, or an entry is
         too long to be judged; with its place.
     """
-    found = statements(text, language)
-    declared, printed, rest = _declared(found, dynamics.dof)
+    declared, printed, rest = _declared(statements(text, language), dynamics.dof)
     given = numbers_given(declared, dynamics)
     declared = {name: statement for name, statement in declared.items() if name not in given}
     names = names_of(dynamics, printed, declared)
@@ -111,12 +88,19 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
         )
     joints = {Symbol("q", str(i)): Symbol("q", str(i), 1) for i in range(1, dynamics.dof + 1)}
     meanings = {name: (parse(statement.right, names), statement.name) for name, statement in declared.items()}
-    places = {_own(_entry_symbol(place)): place for place in sorted(entries, key=_order)}
+    in_order = sorted(entries, key=lambda place: ("MCG".index(place[0]), place))
+    places = {_entry_symbol(place): place for place in in_order}
     reading = _Reading(joints, meanings | {letter: entries[place] for letter, place in places.items()})
-    bound = [name for name, statement in declared.items() if is_bound(name, statement, dynamics)]
-    resolved = _resolved(reading, [*places, *bound])
-    for name in bound:
-        refuse_half_bound(name, declared[name], resolved[name], dynamics, joints)
+    bound = {name: parameter_of(name, statement, dynamics) for name, statement in declared.items()}
+    bound = {name: path for name, path in bound.items() if path and not _is_path(declared[name], dynamics)}
+    resolved = reading.resolved([*places, *bound])
+    for name, path in bound.items():
+        if not any(letter in joints or letter.dots for letter in letters(resolved[name])):
+            raise refusal(
+                declared[name].name,
+                f"'{declared[name].name.shown}' is this robot's letter for {path}, to which a sheet gives a number or "
+                "nothing, as a formula would not hold for the robot too; choose another letter.",
+            )
     written = {place: resolved[letter] for letter, place in places.items()}
     for place, formula in written.items():
         _refuse_length(formula, entries[place][1])
@@ -129,19 +113,18 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
     return Sheet(written, dict.fromkeys(sorted(zeros), Fraction(0)) | numbers, zeros)
 
 
-def _order(place: Place) -> tuple[int, int, int]:
-    return "MCG".index(place[0]), place[1], place[2]
-
-
-def _own(read: Symbol) -> Symbol:
-    """A name of the sheet, told by its type from a letter of the robot that is spelled alike."""
-    return replace(read, bold=True)
+def _is_path(statement: Statement, dynamics: Dynamics) -> bool:
+    """True if a declaration gives another name to a number of the robot, by its path."""
+    return len(statement.right) == 1 and statement.right[0].text in dynamics.p.labels
 
 
 def _declared(
     found: Iterable[Statement], n: int
 ) -> tuple[dict[Symbol, Statement], dict[Symbol, Place], list[tuple[Place | str, Statement]]]:
-    """The declarations by their names, the single entries by theirs, and all that is printed."""
+    """The declarations by their names, the single entries by theirs, and all that is printed.
+
+    A name of the sheet is bold, which tells it from a letter of the robot that is spelled alike.
+    """
     declared: dict[Symbol, Statement] = {}
     keys: set[Key] = set()
     printed: dict[Symbol, Place] = {}
@@ -150,7 +133,7 @@ def _declared(
         name = spelled(statement.name.text, statement.name.index, statement.name.dots)
         place = _place(name, statement, n)
         if place is None:
-            own = _own(name)
+            own = replace(name, bold=True)
             if key_of(own) in keys:
                 raise refusal(statement.name, f"'{statement.name.shown}' is declared twice; keep one of the two.")
             keys.add(key_of(own))
@@ -158,13 +141,13 @@ def _declared(
         else:
             rest.append((place, statement))
             if not isinstance(place, str):
-                printed[_own(_entry_symbol(place))] = place
+                printed[_entry_symbol(place)] = place
     return declared, printed, rest
 
 
 def _entry_symbol(place: Place) -> Symbol:
     matrix, row, column = place
-    return Symbol(matrix, f"{row}" if matrix == "G" else f"{row},{column}")
+    return Symbol(matrix, f"{row}" if matrix == "G" else f"{row},{column}", bold=True)
 
 
 def _place(name: Symbol, statement: Statement, n: int) -> Place | str | None:
@@ -209,7 +192,7 @@ def _single_entries(place: Place | str, formula: Formula, n: int, name: Token) -
     """The entries that a statement prints, each with its place."""
     if not isinstance(place, str):
         matrix, i, j = place
-        if not (1 <= i <= n and 1 <= j <= (1 if matrix == "G" else n)):
+        if not is_place(place, n):
             raise refusal(name, f"this robot has {n} joint{'s' if n > 1 else ''}: there is no {matrix}[{i},{j}].")
         if isinstance(formula, Matrix):
             raise refusal(name, f"{matrix}[{i},{j}] is one number; got a matrix.")
@@ -226,6 +209,12 @@ def _single_entries(place: Place | str, formula: Formula, n: int, name: Token) -
             yield (place, i, j), entry
 
 
+def is_place(place: Place, n: int) -> bool:
+    """True if M, C or G of so many joints has such an entry."""
+    matrix, row, column = place
+    return matrix in ("M", "C", "G") and 1 <= row <= n and 1 <= column <= (1 if matrix == "G" else n)
+
+
 def _refuse_length(formula: Formula, name: Token) -> None:
     """Refuse an entry whose terms or numbers are no paper's."""
     if expanded_size(formula) > MOST_TERMS:
@@ -235,66 +224,64 @@ def _refuse_length(formula: Formula, name: Token) -> None:
             raise refusal(name, f"an entry holds numbers between {SMALLEST:g} and {LARGEST:g}, and zero.")
 
 
-def _resolved(reading: _Reading, wanted: Iterable[Symbol]) -> dict[Symbol, Formula]:
-    """What the wanted names, and all that they need, stand for, with all declarations in place of their names."""
-    needs: dict[Symbol, list[Symbol]] = {}
-    waiting = list(wanted)
-    while waiting:
-        letter = waiting.pop()
-        if letter not in needs:
-            needs[letter] = _needs(reading, letter)
-            waiting += needs[letter]
-    resolved: dict[Symbol, Formula] = {}
-    try:
-        for letter in TopologicalSorter(needs).static_order():
-            resolved[letter] = _written_out(reading, letter, resolved)
-    except CycleError as error:
-        raise _circle(reading, error.args[1]) from None
-    return resolved
+@dataclass(frozen=True)
+class _Reading:
+    """The meanings of the names of a sheet, each with its place, and the joints' velocities by their angles."""
 
+    joints: Mapping[Symbol, Symbol]
+    meanings: Mapping[Symbol, tuple[Formula, Token]]
 
-def _needs(reading: _Reading, letter: Symbol) -> list[Symbol]:
-    """The names of the sheet in a name's meaning; the rate of an angle needs that angle."""
-    if letter not in reading.meanings:
-        return [replace(letter, dots=0)]
-    return [part for part in letters(reading.meanings[letter][0]) if part.bold]
+    def resolved(self, wanted: Iterable[Symbol]) -> dict[Symbol, Formula]:
+        """The wanted names, and all that they need, with all declarations in place of their names."""
+        needs: dict[Symbol, list[Symbol]] = {}
+        waiting = list(wanted)
+        while waiting:
+            letter = waiting.pop()
+            if letter not in needs:
+                needs[letter] = self.needs(letter)
+                waiting += needs[letter]
+        resolved: dict[Symbol, Formula] = {}
+        try:
+            for letter in TopologicalSorter(needs).static_order():
+                resolved[letter] = self.written_out(letter, resolved)
+        except CycleError as error:
+            raise self.circle(error.args[1]) from None
+        return resolved
 
+    def needs(self, letter: Symbol) -> list[Symbol]:
+        """The names of the sheet in a name's meaning; the rate of an angle needs that angle."""
+        if letter not in self.meanings:
+            return [replace(letter, dots=0)]
+        return [part for part in letters(self.meanings[letter][0]) if part.bold]
 
-def _circle(reading: _Reading, ring: Sequence[Symbol]) -> FormulaError:
-    """The refusal of names that need each other, each the one before; the first is the last again."""
-    shown = [name_of(letter) for letter in reversed(ring)]
-    if len(shown) > MOST_NAMES:
-        shown[MOST_NAMES // 2 : -MOST_NAMES // 2] = ["..."]
-    place = next(reading.meanings[letter][1] for letter in ring if letter in reading.meanings)
-    return refusal(place, f"'{place.shown}' is declared by itself: {' needs '.join(shown)}.")
+    def circle(self, ring: Sequence[Symbol]) -> FormulaError:
+        """The refusal of names that need each other, each the one before; the first is the last again."""
+        shown = [name_of(letter) for letter in reversed(ring)]
+        if len(shown) > MOST_NAMES:
+            shown[MOST_NAMES // 2 : -MOST_NAMES // 2] = ["..."]
+        place = next(self.meanings[letter][1] for letter in ring if letter in self.meanings)
+        return refusal(place, f"'{place.shown}' is declared by itself: {' needs '.join(shown)}.")
 
+    def written_out(self, letter: Symbol, resolved: Mapping[Symbol, Formula]) -> Formula:
+        """The meaning of a name, given those of the names that it needs."""
+        if letter not in self.meanings:
+            return self.rate(letter, resolved)
+        formula, name = self.meanings[letter]
+        used = self.needs(letter)
+        if any(isinstance(resolved[part], Matrix) for part in used):
+            raise refusal(name, "a matrix under another name is not read; print it as M, C or G itself.")
+        if sum(1 for one in (formula, *(resolved[part] for part in used)) for _ in parts(one)) > MOST_SYMBOLS:
+            raise refusal(name, f"with its declarations written out, this has more than {MOST_SYMBOLS} symbols.")
+        return bounded(substitute(formula, resolved), name) if used else formula
 
-def _written_out(reading: _Reading, letter: Symbol, resolved: Mapping[Symbol, Formula]) -> Formula:
-    """What a name stands for, given what those stand for that it needs."""
-    if letter not in reading.meanings:
-        return _rate(reading, letter, resolved)
-    formula, name = reading.meanings[letter]
-    used = _needs(reading, letter)
-    if any(isinstance(resolved[part], Matrix) for part in used):
-        raise refusal(name, "a matrix under another name is not read; print it as M, C or G itself.")
-    if _length(formula) + sum(_length(resolved[part]) for part in used) > MOST_SYMBOLS:
-        raise refusal(name, f"with its declarations written out, this has more than {MOST_SYMBOLS} symbols.")
-    return bounded(substitute(formula, resolved), name) if used else formula
-
-
-def _rate(reading: _Reading, letter: Symbol, resolved: Mapping[Symbol, Formula]) -> Formula:
-    """The rate of a declared angle, in the velocities of the joints."""
-    angle = replace(letter, dots=0)
-    if (rate := rate_of(resolved[angle], reading.joints)) is None:
-        name = next(name for formula, name in reading.meanings.values() if letter in letters(formula))
-        raise refusal(
-            name,
-            f"'{name.shown}' takes the rate of '{name_of(angle)}', which is found only where that is a sum of joint "
-            f"angles times constants; declare it: `{name_of(letter)} = ...`.",
-        )
-    return rate
-
-
-def _length(formula: Formula) -> int:
-    """How many numbers, symbols and operations a formula has."""
-    return sum(1 for _ in parts(formula))
+    def rate(self, letter: Symbol, resolved: Mapping[Symbol, Formula]) -> Formula:
+        """The rate of a declared angle, in the velocities of the joints."""
+        angle = replace(letter, dots=0)
+        if (rate := rate_of(resolved[angle], self.joints)) is None:
+            name = next(name for formula, name in self.meanings.values() if letter in letters(formula))
+            raise refusal(
+                name,
+                f"'{name.shown}' takes the rate of '{name_of(angle)}', which is found only where that is a sum of "
+                f"joint angles times constants; declare it: `{name_of(letter)} = ...`.",
+            )
+        return rate

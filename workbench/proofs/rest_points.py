@@ -12,9 +12,9 @@ import numpy as np
 
 from workbench.core import Ode
 from workbench.notation.program import walk
-from workbench.proofs.bounds import Enclosure, NoBound, enclose, extreme_eigenvalue
-from workbench.proofs.exact import characteristic_polynomial, exact_values, unstable_modes
-from workbench.proofs.interval import jumps
+from workbench.proofs.bounds import Enclosure, enclose, extreme_eigenvalue
+from workbench.proofs.exact_arithmetic import characteristic_polynomial, exact_values, unstable_modes
+from workbench.proofs.interval import NoBound, jumps
 from workbench.validation.refusals import Array, known, vector
 from workbench.validation.signatures import door
 
@@ -26,21 +26,11 @@ RADII, LOOSE, BOXES = (1e-9, 1e-8, 1e-7, 1e-6), 0.1, 256
 
 @dataclass(frozen=True, eq=False)
 class RestPoint:
-    """A state at which f(x, p) = 0.
+    """A state x (nx,) at which f(x, p) = 0, to rounding.
 
-    Attributes
-    ----------
-    x
-        (nx,), to rounding.
-    radius
-        A rest point lies within this distance of x in each state, by Brouwer's theorem; None if that was not proved.
-    attracts
-        Whether it is proved that every solution that starts near enough tends to it exponentially: a quadratic form
-        falls along all of them.
-    modes
-        The eigenvalues (nx,) of df/dx, as computed, in 1/s.
-    why
-        What kept the radius from being proved; empty where it was.
+    By Brouwer's theorem a rest point lies within `radius` of x in each state; None if that was not proved, for the
+    reason `why`. `attracts` is True if it is proved that every solution that starts near enough tends to it
+    exponentially. The `modes` (nx,) are the eigenvalues of df/dx, as computed, in 1/s.
     """
 
     x: Array
@@ -56,11 +46,6 @@ def rest_point(ode: Ode, near: Array) -> RestPoint:
 
     It is proved by a map N(x) = x - Y f(x) with a regular matrix Y that carries a small box about it into itself:
     then N, if it is continuous, has a fixed point there, which is a zero of f.
-
-    Raises
-    ------
-    ValueError
-        If the rate depends on time, Newton's method finds no rest point, or df/dx is singular on its way.
 
     References
     ----------
@@ -86,20 +71,10 @@ def rest_point(ode: Ode, near: Array) -> RestPoint:
 
 @door
 def growing_modes(ode: Ode, at: Mapping[str, Fraction] | None = None) -> int | None:
-    """How many eigenvalues of df/dx have a positive real part at a rest point with rational numbers: exact.
+    """The number of eigenvalues of df/dx with a positive real part at a rest point with rational numbers: exact.
 
-    None where Routh's array is not regular, as with a mode that neither grows nor decays.
-
-    Parameters
-    ----------
-    at
-        Values of states and parameters by label; what is not named has its default, as the fraction that its
-        double is.
-
-    Raises
-    ------
-    ValueError
-        If the rate depends on time, is not zero there, so that it is no rest point, or not rational.
+    None where Routh's array is not regular, as with a mode that neither grows nor decays. `at` gives states and
+    parameters by label; all others have their defaults, as the fractions that these doubles are.
     """
     _refuse_time("growing_modes", ode)
     labels = (*ode.states.labels, *ode.parameters.labels)
@@ -166,7 +141,10 @@ def _within(range_: Enclosure, low: float, high: float) -> bool:
 
 
 def _attracts(slope: ca.SX, x: ca.SX, point: Array, radius: float, A: Array, numbers: Mapping[str, float]) -> bool:
-    """Whether P A(x) + A(x)^T P < 0 for all x in the box of the rest point, with a P that is proved definite."""
+    """True if P A(x) + A(x)^T P < 0 is proved for all x in the box of the rest point, with a P that is proved definite.
+
+    The quadratic form of P then falls along every solution there.
+    """
     if np.linalg.eigvals(A).real.max() >= 0:
         return False
     n = len(point)

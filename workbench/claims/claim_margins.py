@@ -102,22 +102,14 @@ class Largest(AbstractMetric):
 
 @door
 def violation(claim: Claim) -> Largest:
-    """By how much a claim is broken at worst, over all instants of a run: positive where it is."""
+    """The largest violation of a claim over all instants of a run: positive where it is broken."""
     name = f"violation of {claim.name}"
     return Largest(name, "", f"largest negative margin of {claim.name}", name)
 
 
 @door
 def watching(ode: Ode, claims: Sequence[Declared]) -> Ode:
-    """The same equation with one more output for each claim: minus its margin, `violation of ...`.
-
-    Raises
-    ------
-    ValueError
-        If a claim has no margin, so that no instant of a run can break it, or one that is no expression.
-    LookupError
-        If its margin asks for a signal that is not there.
-    """
+    """The same equation with one more output for each claim: minus its margin, `violation of ...`."""
     entries, columns = [], [ode.output]
     for said in {said.claim.name: said for said in claims}.values():
         if said.claim.margin is None:

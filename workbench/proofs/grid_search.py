@@ -1,4 +1,4 @@
-"""The least value of a function over a box, as far as one sees it on a grid that is halved round its best point."""
+"""The least value of a function over a box, as seen on a grid that is halved round its best point."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.proofs.witness import sequence
 from workbench.validation.refusals import Array
 
 # Grid points in all, and how often the grid is halved round its best point: 2^-40 of a cell is 1e-13 rad.
@@ -59,3 +58,14 @@ def _steps(m: int) -> Iterator[Array]:
 
 def _lattice(side: Array, m: int) -> Array:
     return np.stack(np.meshgrid(*[side] * m, indexing="ij"), axis=-1).reshape(-1, m)
+
+
+def sequence(count: int, dimensions: int) -> Array:
+    """Points (count, dimensions) spread evenly over the unit cube (the R sequence of M. Roberts, 2018)."""
+    if dimensions == 0:
+        return np.zeros((count, 0))
+    root = 2.0
+    for _ in range(60):  # a contraction: the positive root of root^(d+1) = root + 1 to the last digit
+        root = (1 + root) ** (1 / (dimensions + 1))
+    steps = root ** -np.arange(1.0, dimensions + 1)
+    return np.asarray((0.5 + np.outer(np.arange(1, count + 1), steps)) % 1.0)

@@ -17,11 +17,12 @@ import numpy as np
 from workbench.notation import build, text
 from workbench.notation.build import parts, substitute
 from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters
-from workbench.printed.evaluate import NUMPY, evaluate
+from workbench.printed.formula_values import NUMPY, evaluate
 from workbench.validation.refusals import Array
 
 CLOSE = 1e-9  # of the larger value: far above rounding, far below what any edit changes
 LONGEST = 600  # parts of a formula; in a longer one the search would take seconds
+TWO = Number(Fraction(2))
 LARGEST_FACTOR = 24  # factors p/q that a slip is looked for have p and q up to this
 
 # How likely an edit is beside others that repair the entry just as well: the least comes first.
@@ -62,10 +63,7 @@ class Editor:
     values: Mapping[Symbol, Array]
 
     def slip(self, printed: Formula, right: Array) -> Slip | None:
-        """The likeliest single edit of a printed entry that gives it the right values (K,).
-
-        None if there is none, or if the entry is too long for one to be sought.
-        """
+        """The likeliest single edit of a printed entry that gives it the right values (K,); None if it is too long."""
         if sum(1 for _ in parts(printed)) > LONGEST:
             return None
         with np.errstate(all="ignore"):
@@ -82,7 +80,7 @@ class Editor:
 
     @cached_property
     def meant(self) -> dict[Symbol, Array]:
-        """The symbols that may be meant instead of another one, or left out: not those that are given as zero."""
+        """The symbols that may be meant instead of another one, or left out: only those that are not given as zero."""
         return {letter: value for letter, value in self.values.items() if np.any(value != 0)}
 
     @cached_property
@@ -108,7 +106,8 @@ class Editor:
                 for term in terms:
                     yield from self._parts(term, needed - part.value + self.value(term), is_term=True)
             case Product(factors):
-                yield from self._halves(part)
+                if factors[0] == TWO and is_term:  # 2 x may have been x + y before y was misread as x
+                    yield from self._parts(build.product(factors[1:]), needed - part.value / 2, is_term=False)
                 for i, factor in enumerate(factors):
                     others = build.product([*factors[:i], *factors[i + 1 :]])
                     yield from self._parts(factor, needed / self.value(others), is_term=False)
@@ -122,12 +121,6 @@ class Editor:
                 if isinstance(base, Symbol):  # x x where x y is right
                     yield from self._parts(base, needed * self.value(base) / part.value, is_term=False)
 
-    def _halves(self, part: _Part) -> Iterator[_Part]:
-        """The parts of x in a term 2 x, which may have been x + y before y was misread as x."""
-        match part.formula:
-            case Product((Number(value), *factors)) if value == 2 and part.is_term:
-                yield from self._parts(build.product(factors), part.needed - part.value / 2, is_term=False)
-
     def _edits(self, part: _Part) -> Iterator[Slip]:
         match part.formula:
             case Symbol():
@@ -137,20 +130,22 @@ class Editor:
         yield from self._other_power(part)
         if part.is_term:
             yield from self._other_scale(part)
-        elif isinstance(part.formula, Number):
-            yield from self._other_number(part)
+        elif isinstance(part.formula, Number) and (ratio := _ratio(part.needed, np.ones(1))) is not None:
+            yield Slip("factor", f"the number {text.emit(part.formula)} stands where {ratio} is right")
 
     def _other_symbol(self, part: _Part, printed: Symbol) -> Iterator[Slip]:
         for other, value in self.meant.items():
             if other != printed and _near(value, part.needed):
                 same = other.letter == printed.letter and other.index == printed.index
-                yield Slip("velocity" if same else "symbol", f"{_said(printed)} stands where {_said(other)} is right")
+                yield Slip(
+                    "velocity" if same else "symbol", f"{text.emit(printed)} stands where {text.emit(other)} is right"
+                )
 
     def _other_function(self, part: _Part, printed: str, argument: Formula) -> Iterator[Slip]:
         was = f"{printed}({text.emit(argument)})"
         changed = [*self.angles]
         for letter in letters(argument):
-            changed += [_with(argument, letter, other) for other in self.values if other.letter == "q"]
+            changed += [substitute(argument, {letter: other}) for other in self.values if other.letter == "q"]
         for function in ("sin", "cos"):
             if function != printed and _near(NUMPY.functions[function](self.value(argument)), part.needed):
                 yield Slip("function", f"{was} stands where {function}({text.emit(argument)}) is right")
@@ -178,26 +173,22 @@ class Editor:
         if _near(-part.value, part.needed):
             yield Slip("sign", f"{part.said} has the wrong sign")
         elif (ratio := _ratio(part.needed, part.value)) is not None:
-            yield Slip("factor", f"{part.said} {_scaled(ratio)}")
-        elif (scale := _scale(part.value, part.needed)) is not None:
+            scaled = f"lacks the factor {ratio}" if abs(ratio) > 1 else f"has a factor {1 / ratio} too many"
+            yield Slip("factor", f"{part.said} {scaled}")
+        elif (scale := float(np.median(part.value / part.needed))) and _near(part.value / part.needed, scale):
             yield Slip("scale", f"{part.said} is {scale:.10g} times what is right")
         if not part.is_whole and _near(1 + part.needed, np.ones(1)):
             yield Slip("extra", f"the term {part.said} does not belong here")
         for letter, value in self.meant.items():
             for sign, word in ((1, ""), (-1, "-")):
                 if _near(part.needed * value, sign * part.value):
-                    yield Slip("extra", f"{part.said} has a factor {word}{_said(letter)} too many")
+                    yield Slip("extra", f"{part.said} has a factor {word}{text.emit(letter)} too many")
                 if _near(part.needed, sign * part.value * value):
-                    yield Slip("missing", f"{part.said} lacks the factor {word}{_said(letter)}")
+                    yield Slip("missing", f"{part.said} lacks the factor {word}{text.emit(letter)}")
         for angle in self.angles:
             for function in ("sin", "cos"):
                 if _near(part.needed, part.value * NUMPY.functions[function](self.value(angle))):
                     yield Slip("missing", f"{part.said} lacks the factor {function}({text.emit(angle)})")
-
-    def _other_number(self, part: _Part) -> Iterator[Slip]:
-        ratio = _ratio(part.needed, np.ones(1))
-        if ratio is not None:
-            yield Slip("factor", f"the number {text.emit(part.formula)} stands where {ratio} is right")
 
     def _throughout(self, printed: Formula, right: Array) -> Iterator[Slip]:
         """One symbol for another wherever it stands."""
@@ -206,19 +197,13 @@ class Editor:
                 if other != letter:
                     changed = evaluate(printed, {**self.values, letter: value}, NUMPY)
                     if _near(changed, right):
-                        yield Slip("throughout", f"{_said(letter)} stands throughout where {_said(other)} is right")
+                        yield Slip(
+                            "throughout", f"{text.emit(letter)} stands throughout where {text.emit(other)} is right"
+                        )
 
 
-def _with(formula: Formula, letter: Symbol, other: Symbol) -> Formula:
-    return substitute(formula, {letter: other})
-
-
-def _said(letter: Symbol) -> str:
-    return text.emit(letter)
-
-
-def _near(value: Array, wanted: Array) -> bool:
-    """Whether two sets of values agree at all states, and are numbers there."""
+def _near(value: Array, wanted: Array | float) -> bool:
+    """True if two sets of values agree at all states, and are numbers there."""
     scale = np.maximum(np.abs(value), np.abs(wanted))
     return bool(np.all(np.isfinite(value) & np.isfinite(wanted) & (np.abs(value - wanted) <= CLOSE * scale)))
 
@@ -229,17 +214,6 @@ def _ratio(needed: Array, value: Array) -> Fraction | None:
     if not np.isfinite(ratios).all():
         return None
     simple = Fraction(float(np.median(ratios))).limit_denominator(LARGEST_FACTOR)
-    if simple in (0, 1) or abs(simple) > LARGEST_FACTOR or not _near(ratios, np.full_like(ratios, float(simple))):
+    if simple in (0, 1) or abs(simple) > LARGEST_FACTOR or not _near(ratios, float(simple)):
         return None
     return simple
-
-
-def _scale(value: Array, needed: Array) -> float | None:
-    """The number by which a value is too large, if it is the same at all states."""
-    scales = value / needed
-    scale = float(np.median(scales))
-    return scale if scale != 0 and _near(scales, np.full_like(scales, scale)) else None
-
-
-def _scaled(ratio: Fraction) -> str:
-    return f"lacks the factor {ratio}" if abs(ratio) > 1 else f"has a factor {1 / ratio} too many"

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.proofs.forms import UNIT, AbstractForm
+from workbench.proofs.enclosures import UNIT, AbstractForm
 from workbench.proofs.interval import NoBound
 from workbench.validation.refusals import Array
 
@@ -41,10 +41,9 @@ class Boxes(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Proof:
-    """The least value that was seen, at `x`, and `beyond`, which no eigenvalue in the box lies below.
+    """The least value that was seen, at `x`, and `beyond`, which no eigenvalue in the box lies below; None if unproved.
 
-    `beyond` is None if nothing was proved; `boxes` were looked at. `why` says what kept the proof from its
-    tolerance; it is empty where nothing did.
+    `boxes` were looked at. `why` names what kept the proof from its tolerance; it is empty where nothing did.
     """
 
     value: float
@@ -63,12 +62,8 @@ def whole(low: Array, high: Array) -> Boxes:
 def prove(form: AbstractForm, box: Boxes, seen: tuple[float, Array], scale: float, share: float, budget: int) -> Proof:
     """Prove that no eigenvalue in a box lies more than share * scale below the least that was seen.
 
-    A point that lies lower still, if one comes up, takes the place of `seen`.
-
-    Raises
-    ------
-    NoBound
-        If there are places where the matrix has no bound: a pole, or a function beyond its domain.
+    A point that lies lower still, if one comes up, takes the place of `seen`. `NoBound` names a place where the matrix
+    has no bound: a pole, or a function beyond its domain.
     """
     (value, x), beyond, count, cover = seen, None, 0, box
     for gap in (COARSE, share) if share < COARSE else (share,):
@@ -92,7 +87,7 @@ def prove(form: AbstractForm, box: Boxes, seen: tuple[float, Array], scale: floa
 
 
 def _stuck(form: AbstractForm, todo: Boxes) -> str:
-    """Why a box that cannot be halved has failed."""
+    """The reason why a box that cannot be halved has failed."""
     thin = (todo.r < NARROW * (1 + np.abs(todo.c))).all(axis=1)
     n = form.value(todo.c[:1]).shape[-1]
     rest = form.expand(todo.c[thin], todo.r[thin], np.tile(np.eye(n), (int(thin.sum()), 1, 1))).R
@@ -105,7 +100,7 @@ def _stuck(form: AbstractForm, todo: Boxes) -> str:
 
 
 def _look(form: AbstractForm, boxes: Boxes, threshold: float) -> tuple[Array, Array, Boxes]:
-    """Which boxes hold, the least eigenvalue at each middle, and the halves of those that do not hold."""
+    """The boxes that hold, the least eigenvalue at each middle, and the halves of the boxes that fail."""
     size = max(1, HELD // max(form.cost, 1))
     parts = (Boxes(boxes.c[i : i + size], boxes.r[i : i + size]) for i in range(0, len(boxes.c), size))
     holds, centre, halves = zip(*(_test(form, part, threshold) for part in parts), strict=True)
@@ -155,10 +150,10 @@ def _halved(c: Array, r: Array, blame: Array) -> Boxes:
 
 
 def definite(B: Array) -> Array:
-    """Whether symmetric matrices B (b, n, n) are proved positive definite, (b,).
+    """True where symmetric matrices B (b, n, n) are proved positive definite, (b,).
 
-    By theorem 2.3 of Rump, that Cholesky's algorithm ends in floating point for B - s I, with s a few
-    roundings of the trace, is a proof.
+    By theorem 2.3 of Rump, that Cholesky's algorithm ends in floating point for B - s I, with s a few roundings of the
+    trace, is a proof.
     """
     n = B.shape[-1]
     trace = np.abs(np.einsum("bii->bi", B)).sum(axis=1)
