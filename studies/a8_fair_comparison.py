@@ -24,7 +24,7 @@ from fair_objective import metrics, objective
 from fair_pages import headlines, sections
 from fair_published import cases
 
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.study import Study
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Trial, Tuned, Tuning, equal_budget

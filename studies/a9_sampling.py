@@ -25,8 +25,8 @@ from sampling_loops import RMSE, horizon, metrics
 from sampling_sections import computer_section, periods_section, places_section, safe_section
 from sampling_steps import curves
 
+from workbench.study.contract import Run
 from workbench.study.document.document import Section
-from workbench.study.run import Run
 from workbench.study.study import Case, Results, Study
 
 

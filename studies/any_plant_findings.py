@@ -9,7 +9,7 @@ from any_plant_settings import EASY, HARD, SETTINGS, Setting
 from workbench.core.layout import Array
 from workbench.design.linear import sensitivity
 from workbench.study import Results, Section, Verdict, sobol
-from workbench.study.comparison import order
+from workbench.study.evidence.law_tables import order
 from workbench.study.uncertainty import SobolIndices
 
 BY_NAME = {setting.name: setting for setting in SETTINGS}

@@ -12,7 +12,7 @@ from fair_laws import PROPOSED, Numbers
 from fair_objective import TERMS, Term, both, cost, metrics
 
 from workbench.core.layout import Array
-from workbench.study.causes import Causes, causes_in_sweep
+from workbench.study.contract import Run
 from workbench.study.evidence import (
     Judgement,
     Mean,
@@ -26,7 +26,7 @@ from workbench.study.evidence import (
     paired,
     same_draws,
 )
-from workbench.study.run import Run
+from workbench.study.evidence.causes import Causes, causes_in_sweep
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.sweep import Sweep

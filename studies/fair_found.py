@@ -28,8 +28,8 @@ from fair_given import BOTH, ENTRANTS, GIVEN, PROPOSAL, TOLD
 from fair_laws import PROPOSED
 from fair_objective import LATE, TERMS
 
-from workbench.study.causes import Causes
 from workbench.study.evidence import Judgement, Paired, Standings, paired
+from workbench.study.evidence.causes import Causes
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 

@@ -12,9 +12,9 @@ from fair_laws import PROPOSED
 from paper_card import CARD, LAWS, PUBLISHED
 from paper_laws import REFERENCES, proposed_repaired, rival
 
-from workbench.study.comparison import ranking
+from workbench.study.contract import Run
 from workbench.study.document.document import Cell, Column, Diverged, Measured, Paragraph, Section, Table, Verdict
-from workbench.study.run import Run
+from workbench.study.evidence.law_tables import ranking
 from workbench.study.study import Case, Outcome, Results
 from workbench.study.tuning import Tuned
 

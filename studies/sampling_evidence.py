@@ -14,8 +14,8 @@ from sampling_loops import RMSE, SCENARIOS, SWITCHING, TV, WAYS, Audit, Computer
 from sampling_safe import Longest, exact_limit, frozen, longest, rule_of_thumb
 
 from workbench.core.layout import Array
-from workbench.study.causes import Causes
-from workbench.study.comparison import order
+from workbench.study.evidence.causes import Causes
+from workbench.study.evidence.law_tables import order
 from workbench.study.study import Outcome, Results
 
 APART = (5e-3, 1e-2)  # s, the periods at which integrator and law are told apart

@@ -5,7 +5,7 @@ from sensitivity_factors import factors
 
 from workbench.loop import ClosedLoop
 from workbench.metrics import AbstractMetric, effort, ise, late_error, observer_error, rmse, total_variation
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.sweep import Sweep
 from workbench.study.uncertainty import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
 from workbench.study.uncertainty.factors import Factor

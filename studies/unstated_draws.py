@@ -11,7 +11,7 @@ from unstated_loops import FACTORS, PID, PROPOSED, SCENARIOS, SQUARE, STEPS, Rea
 
 from workbench.core.layout import Array
 from workbench.metrics import sampled_rmse
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.sweep import Sweep

@@ -10,7 +10,7 @@ from unstated_draws import LONGEST, RMSE, SHORTEST, factors_of, slug
 from unstated_loops import PROPOSED, SCENARIOS, STEPS, loop, searched
 
 from workbench.core.layout import Array
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Trial, Tuned, Tuning

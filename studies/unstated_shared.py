@@ -16,8 +16,8 @@ from unstated_loops import MEASURED, PROPOSED, SQUARE, STEPS, loop, relayed
 
 from workbench.core.layout import Array
 from workbench.loop import ClosedLoop
+from workbench.study.contract import Run
 from workbench.study.document.document import Column, Table, Verdict
-from workbench.study.run import Run
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.sweep import Sweep

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from sweeps import Decay
+from workbench.study.adjusted import adjusted
 
 from workbench.controllers import SlidingMode
 from workbench.loop import ClosedLoop
@@ -11,7 +12,6 @@ from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
-from workbench.study.adjusted import adjusted
 
 
 def closed(width=0.05, start=(0.1, 0.2)):

@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "studies"))
 import b2_sobol_cost as study
 from b2_workload import sweep
 
-from workbench.study.preparation import prepared
+from workbench.study.compiled import compile_sweep
 
 FAST = study.Cost(12288, 768, 9.0, 14.0, 0.3, 9.8, 10.0, 5.0, 2.0, 1.0)
 
@@ -23,7 +23,7 @@ def test_the_workload_is_twelve_thousand_runs_of_ten_factors():
 
 
 def test_what_is_marched_alone_are_the_rows_that_the_ledger_keeps():
-    one = prepared(sweep(8))
+    one = compile_sweep(sweep(8))
     sample = study.keep(one)
     assert len(sample) == one.sweep.design.size
     assert sample.failed == 0

@@ -16,9 +16,9 @@ from test_sweeping import SWEPT
 
 from workbench.cli.script import Script, digest_of
 from workbench.study import executors
+from workbench.study.compiled import compile_sweep
+from workbench.study.execution import tasks_of
 from workbench.study.executors import ClusterError, on_cluster, on_threads
-from workbench.study.ledger.resume import planned
-from workbench.study.preparation import prepared
 from workbench.study.uncertainty import MonteCarlo
 
 ROOT = Path(executors.__file__).parents[2]
@@ -26,7 +26,7 @@ STUDY = Path(__file__).parent / "exams" / "small_study.py"
 
 
 def test_chunks_come_in_the_order_of_their_tasks():
-    plan = planned([prepared(sweep())])
+    plan = tasks_of([compile_sweep(sweep())])
     names = [task.name for task in plan.tasks]
     assert [chunk.name for chunk in on_threads(plan.sweeps, plan.tasks, 2)] == names
     assert list(on_threads(plan.sweeps, [])) == []
@@ -34,9 +34,9 @@ def test_chunks_come_in_the_order_of_their_tasks():
 
 def test_threads_stop_within_a_chunk_when_nobody_waits_for_it():
     # some minutes of work in a single chunk behind a short one
-    short = prepared(sweep(design=MonteCarlo(2, 8)))
-    long = prepared(sweep(design=MonteCarlo(2, 4096), h=1e-5, until=100.0, runs_of_chunk=4096))
-    plan = planned([short, long])
+    short = compile_sweep(sweep(design=MonteCarlo(2, 8)))
+    long = compile_sweep(sweep(design=MonteCarlo(2, 4096), h=1e-5, until=100.0, runs_of_chunk=4096))
+    plan = tasks_of([short, long])
     chunks = on_threads(plan.sweeps, [plan.tasks[0], plan.tasks[0], plan.tasks[0], plan.tasks[1]])
     next(chunks)
     began = time.monotonic()
@@ -45,7 +45,7 @@ def test_threads_stop_within_a_chunk_when_nobody_waits_for_it():
 
 
 def test_what_a_chunk_raises_is_raised_where_it_is_waited_for():
-    plan = planned([prepared(sweep())])
+    plan = tasks_of([compile_sweep(sweep())])
     with pytest.raises(ValueError, match="must be a whole number from 0 to 50; got 1000"):
         list(on_threads(plan.sweeps, [plan.tasks[0]._replace(last=1000)]))
 
@@ -172,7 +172,7 @@ def test_a_cluster_that_loses_all_workers_or_its_scheduler_is_refused_in_a_sente
     address, worker, scheduler = cluster
     patient = executors.PATIENCE
     source = Script(str(STUDY), digest_of(STUDY), None)
-    plan = planned(source())
+    plan = tasks_of(source())
 
     def lose(process, patience):
         monkeypatch.setattr(executors, "PATIENCE", patient)

@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
-
 from workbench.study.pareto import pareto
 
 # few different numbers, so that ties and equal points abound

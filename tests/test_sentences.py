@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from workbench.cli.command import main
-from workbench.cli.sentences import printable
+from workbench.cli.errors import printable
 
 ACTED_UPON = {
     "\x1b[31m": r"\x1b[31m",

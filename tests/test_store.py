@@ -9,11 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.study.ledger import about, store
-from workbench.study.ledger.about import About, SweepAbout, about_of
+from workbench.study.ledger import store
 from workbench.study.ledger.chunk import FORMAT, Chunk, chunk_of, parsed
-from workbench.study.ledger.durable import HeldError
-from workbench.study.ledger.store import FOLDER, LedgerError, chunks, file_of, opened
+from workbench.study.ledger.durability import HeldError
+from workbench.study.ledger.store import FOLDER, About, LedgerError, SweepAbout, about_of, chunks, file_of, opened
 
 COUNT = 20
 CHUNKS = [chunk_of(f"s/{i:02d}-{i}/f", {"a": np.full(500, float(i))}) for i in range(COUNT)]
@@ -29,7 +28,7 @@ def filled(out):
 
 
 def held(out):
-    return [chunk for chunk in chunks(out) if chunk.name != about.NAME]
+    return [chunk for chunk in chunks(out) if chunk.name != store.NAME]
 
 
 def completed(out):

@@ -12,10 +12,9 @@ from tunings import GAINS, DoubleIntegrator, quadratic, tuning
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import effort, iae, ise, total_variation
 from workbench.study import cost
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.tuning import Trial, equal_budget, tune
-from workbench.study.tuning.ready import ready
-from workbench.study.tuning.search import here
+from workbench.study.tuning.search import compile_tuning, here
 from workbench.study.uncertainty.distributions import LogUniform, Normal, Uniform
 from workbench.study.uncertainty.factors import Factor
 
@@ -328,7 +327,7 @@ def test_all_laws_get_the_same_budget_or_are_refused():
 
 
 def test_what_a_search_takes_is_known_before_it_begins():
-    made = ready(tuning(evaluations=800, seeds=(0, 1)))
+    made = compile_tuning(tuning(evaluations=800, seeds=(0, 1)))
     needed = cost.cost_of([*made.trials, *made.halves], workers=2)
     assert needed.runs == 1600 + 2 * 8
     asked = []
@@ -337,6 +336,6 @@ def test_what_a_search_takes_is_known_before_it_begins():
 
 
 def test_a_logarithmic_range_is_searched_by_its_logarithm():
-    given = ready(tuning()).trials[0].space.values(np.array([[0.5, 0.0]]))
+    given = compile_tuning(tuning()).trials[0].space.values(np.array([[0.5, 0.0]]))
     assert given[0] == pytest.approx([1.0, 0.1])
     assert isinstance(GAINS[0].distribution, LogUniform)

@@ -18,8 +18,8 @@ from workbench.study.executors import ClusterError, on_threads
 from workbench.study.ledger.store import FOLDER, chunks, opened
 from workbench.study.runner import run
 from workbench.study.study import Results, Study
-from workbench.study.tuning import kept
-from workbench.study.tuning.ready import ready
+from workbench.study.tuning import checkpoint
+from workbench.study.tuning.search import compile_tuning
 
 TUNED = """
 from tunings import DoubleIntegrator, quadratic, tuning
@@ -27,7 +27,7 @@ from workbench.metrics import effort, ise
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.document.document import Paragraph, Section
 from workbench.study.uncertainty.factors import Factor
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.study import Case, Study
 from workbench.study.sweep import Sweep
@@ -190,13 +190,13 @@ def test_a_search_that_was_killed_and_stopped_goes_on_and_ends_as_if_it_had_not_
 
 
 def test_what_a_settled_tuning_did_without_is_taken_off_what_is_to_come(tmp_path):
-    first, second = (ready(tuning(name=name, evaluations=320, settle=0.3)) for name in ("one", "two"))
+    first, second = (compile_tuning(tuning(name=name, evaluations=320, settle=0.3)) for name in ("one", "two"))
     told, said = [], []
     with opened(tmp_path, fresh=False) as ledger:
-        found, done = kept.complete(
+        found, done = checkpoint.complete(
             (first, second), ledger, on_threads, lambda: told.append, describe=lambda sweeps: said.append(sweeps)
         )
-        again = kept.complete((first, second), ledger, on_threads, lambda: pytest.fail("it runs"))
+        again = checkpoint.complete((first, second), ledger, on_threads, lambda: pytest.fail("it runs"))
     spared = 320 - found["one"].used[0]
     assert spared > 0
     assert told[0].total == 2 * (320 + 8)

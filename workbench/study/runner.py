@@ -13,8 +13,7 @@ from typing import Any, TypeVar, cast
 
 from workbench.core import Ode, Sampled
 from workbench.metrics import Measurement, measure, measure_alike
-from workbench.study.contract import equations_of
-from workbench.study.run import Run
+from workbench.study.contract import Run, equations_of
 from workbench.study.study import Case, Outcome, Results, Study
 from workbench.validation.doors import door
 from workbench.validation.words import whole
