@@ -33,7 +33,7 @@ from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.document.document import Cell, Column, Itemize, Paragraph, Section, Table, Verdict
 from workbench.study.execution import tasks_of
 from workbench.study.executors import on_threads
-from workbench.study.ledger.resumption import complete, samples
+from workbench.study.ledger.resumption import complete
 from workbench.study.ledger.store import opened
 from workbench.study.sample import Sample
 from workbench.study.study import Results, Study
@@ -141,10 +141,9 @@ def march(one: CompiledSweep) -> None:
 def keep(one: CompiledSweep) -> Sample:
     """The same through plan, executor, ledger and sample, in a folder of its own."""
     with TemporaryDirectory(prefix="workbench-b2-") as folder, opened(Path(folder), False) as ledger:
-        plan = tasks_of([one])
-        complete(plan, ledger, lambda tasks: on_threads([one], tasks))
-        (sample,) = samples(plan, ledger)
-    return sample
+        tasks = tasks_of([one])
+        complete(tasks, ledger, lambda missing: on_threads([one], missing))
+        return one.sample(ledger.read(task.name) for task in tasks)
 
 
 def command() -> dict[str, float]:

@@ -1,6 +1,5 @@
 """The command line: its verbs, what they print, and how they end."""
 
-import json
 import os
 import signal
 import subprocess
@@ -251,33 +250,3 @@ def test_output_that_cannot_be_written_is_said_in_one_line(shell, words):
     with open("/dev/full", "w") as full:
         done = shell(*words, capture_output=False, stdout=full, stderr=subprocess.PIPE)
     assert (done.returncode, done.stderr) == (2, "workbench: No space left on device.\n")
-
-
-def test_bench_prints_json_alone_and_its_progress_beside_it(command, monkeypatch):
-    from workbench.bench.row import Row
-
-    def measured(effort, only, say):
-        say(f"1 of 1: {only}")
-        yield Row("slow", 10.0, 3.0, 4.5)
-
-    monkeypatch.setattr("workbench.bench.table.measured", measured)
-    done = command("bench", "--json", "--only", "slow")
-    (row,) = json.loads(done.stdout)["rows"]
-    assert (done.exit_code, done.stderr) == (0, "1 of 1: slow\n")
-    assert (row["name"], row["runs_per_s"], row["ratio"], row["bar"], row["reached"]) == ("slow", 3.0, 4.5, 10.0, False)
-
-
-def test_a_bench_that_misses_a_bar_says_so_and_ends_well_since_it_is_a_measurement(command, monkeypatch):
-    from workbench.bench.row import Row
-
-    monkeypatch.setattr("workbench.bench.table.measured", lambda *_: [Row("slow", 10.0, 3.0, 4.5)])
-    done = command("bench")
-    assert (done.exit_code, done.stderr) == (0, "")
-    assert "MISSED" in done.stdout
-
-
-def test_bench_refuses_a_row_that_is_not_there(shell):
-    done = shell("bench", "--only", "nombar")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("workbench: There is no 'nombar' in the names of the rows. They are: python-control")
-    assert done.stderr.count("\n") == 1

@@ -20,7 +20,7 @@ from workbench.study import cost, export
 from workbench.study.compiled import compile_sweep
 from workbench.study.execution import tasks_of
 from workbench.study.executors import on_threads
-from workbench.study.ledger.resumption import complete, samples
+from workbench.study.ledger.resumption import Counter, complete
 from workbench.study.ledger.store import chunks, opened
 from workbench.study.uncertainty import Listed, MonteCarlo
 from workbench.study.uncertainty.distributions import Uniform
@@ -29,10 +29,11 @@ from workbench.study.uncertainty.factors import Factor
 
 def sample(out, given, **options):
     """What the sweep gives, through a ledger."""
-    plan = tasks_of([compile_sweep(given)])
+    one = compile_sweep(given)
+    tasks = tasks_of([one])
     with opened(out) as ledger:
-        complete(plan, ledger, lambda tasks: on_threads(plan.sweeps, tasks, **options))
-        return samples(plan, ledger)[0]
+        complete(tasks, ledger, lambda missing: on_threads([one], missing, **options))
+        return one.sample(ledger.read(task.name) for task in tasks)
 
 
 def held(out):
@@ -118,40 +119,44 @@ def test_neither_chunks_nor_workers_change_a_bit(tmp_path):
 
 
 def test_only_what_is_missing_is_computed_and_acknowledged_after_it_is_kept(tmp_path):
-    plan = tasks_of([compile_sweep(sweep())])
+    one = compile_sweep(sweep())
+    tasks = tasks_of([one])
     asked, acknowledged, states = [], [], []
+    counter = Counter(50, lambda: lambda *state: states.append(state))
 
-    def some(tasks):
-        asked.append([task.name for task in tasks])
-        return on_threads(plan.sweeps, tasks[:3])
+    def some(missing):
+        asked.append([task.name for task in missing])
+        return on_threads([one], missing[:3])
 
     with opened(tmp_path) as ledger:
         with pytest.raises(ValueError, match="4 chunks were asked for and never came"):
-            complete(plan, ledger, some, states.append, lambda c: acknowledged.append((c.name, c.name in ledger)))
-        complete(plan, ledger, lambda tasks: asked.append([t.name for t in tasks]) or on_threads(plan.sweeps, tasks))
-    names = [task.name for task in plan.tasks]
+            complete(tasks, ledger, some, counter, lambda c: acknowledged.append((c.name, c.name in ledger)))
+        complete(tasks, ledger, lambda some: asked.append([t.name for t in some]) or on_threads([one], some))
+    names = [task.name for task in tasks]
     assert asked == [names, names[3:]]
     assert acknowledged == [(name, True) for name in names[:3]]
-    assert [state.done for state in states] == [0, 8, 16, 24]
+    assert [done for done, _, _ in states] == [0, 8, 16, 24]
 
 
 def test_runs_that_failed_before_a_study_was_stopped_are_counted_when_it_goes_on(tmp_path):
     lost = sweep(loop=Explosion(), factors=(START,), design=MonteCarlo(1, 50, seed=3))
-    plan, states = tasks_of([compile_sweep(lost)]), []
+    one, states = compile_sweep(lost), []
+    tasks, counter = tasks_of([one]), Counter(50, lambda: lambda *state: states.append(state))
     with opened(tmp_path) as ledger:
         with pytest.raises(ValueError, match="never came"):
-            complete(plan, ledger, lambda tasks: on_threads(plan.sweeps, tasks[:3]))
-        complete(plan, ledger, lambda tasks: on_threads(plan.sweeps, tasks), states.append)
-        (found,) = samples(plan, ledger)
-    assert states[0].failed > 0
+            complete(tasks, ledger, lambda missing: on_threads([one], missing[:3]))
+        complete(tasks, ledger, lambda missing: on_threads([one], missing), counter)
+        found = one.sample(ledger.read(task.name) for task in tasks)
+    assert states[0][1] > 0
     assert states[-1] == (50, found.failed, 50)
 
 
 def test_a_chunk_that_comes_twice_is_kept_once(tmp_path):
-    plan = tasks_of([compile_sweep(sweep())])
+    one = compile_sweep(sweep())
+    tasks = tasks_of([one])
     with opened(tmp_path) as ledger:
-        complete(plan, ledger, lambda tasks: on_threads(plan.sweeps, [*tasks[:2], *tasks]))
-        assert len(ledger.names) == len(plan.tasks)
+        complete(tasks, ledger, lambda missing: on_threads([one], [*missing[:2], *missing]))
+        assert len(ledger.names) == len(tasks)
 
 
 @pytest.mark.parametrize(
@@ -193,7 +198,7 @@ def test_the_value_of_a_metric_is_computed_when_it_is_read(tmp_path):
 
 def test_more_samples_keep_the_chunks_that_are_there():
     few, many = (tasks_of([compile_sweep(sweep(design=MonteCarlo(2, size)))]) for size in (50, 96))
-    assert {task.name for task in few.tasks[:-1]} < {task.name for task in many.tasks}
+    assert {task.name for task in few[:-1]} < {task.name for task in many}
 
 
 def test_several_paths_move_together(tmp_path):

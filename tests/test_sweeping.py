@@ -195,7 +195,7 @@ def test_ctrl_c_says_what_is_kept_and_loses_nothing(command, swept, tmp_path, st
     got = acknowledged(line + out)
     assert process.returncode == 130
     last = said.splitlines()[-1]
-    assert re.fullmatch(r"workbench: stopped; \d+ of 2000 chunks are kept in 'out'. The same command goes on.*", last)
+    assert re.fullmatch(r"workbench: stopped; \d+ chunks are kept in 'out'. The same command goes on.*", last)
     assert got.items() <= digests(command).items()
 
 
@@ -291,14 +291,14 @@ def table(**changes):
     one = table_of(Sample("decay", ("rate",), columns, h=0.1, seed=0, fingerprint="f", **numbers, **errors))
     arrays = {name: changes.pop(name, array) for name, array in one.arrays().items()}
     return chunk_of(
-        "table/decay", arrays, {name: value for name, value in (one.said | changes).items() if name != "arrays"}
+        "table/decay", arrays, {name: value for name, value in (one.content | changes).items() if name != "arrays"}
     )
 
 
 def results_of(command, out, record):
     with opened(out) as ledger:
         ledger.describe(About("swept", "swept.py", None, (SweepAbout("decay", 2, "fused 1", ()),)))
-        ledger.add(record)
+        ledger.write_durably(record)
     return command("results", "out")
 
 
@@ -341,7 +341,7 @@ def test_a_chunk_that_holds_something_else_is_refused_in_a_sentence(command, swe
     command("run", swept, "--out", "out")
     (name, *_) = digests(command)
     with opened(tmp_path / "out") as ledger:
-        ledger.add(chunk_of(name, arrays))
+        ledger.write_durably(chunk_of(name, arrays))
     assert command("status", "out").exit_code == 0
     done = command("run", swept, "--out", "out")
     assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
@@ -444,10 +444,10 @@ def test_a_chunk_that_is_overwritten_after_it_was_acknowledged_is_told_and_done_
 
     order = execution.Order(tmp_path / swept, acknowledge=overwrite)
     told = pytest.raises(LedgerError, match="has been damaged: the same command computes it again")
-    with told, execution.swept(study, tmp_path / "out", order):
+    with told, execution.executed(study, tmp_path / "out", order):
         pass
-    with execution.swept(study, tmp_path / "out", execution.Order(tmp_path / swept)) as answered:
-        assert len(answered.results.samples[0]) == 40
+    with execution.executed(study, tmp_path / "out", execution.Order(tmp_path / swept)) as (_, results):
+        assert len(results.samples[0]) == 40
 
 
 def test_a_study_whose_report_fails_keeps_its_ledger(command, swept, tmp_path):

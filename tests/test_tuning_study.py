@@ -13,7 +13,7 @@ import pytest
 from sweeps import sweep
 from tunings import tuning
 
-from workbench.cli.script import Script, digest_of
+from workbench.cli.script import Script
 from workbench.study.executors import ClusterError, on_threads
 from workbench.study.ledger.store import FOLDER, chunks, opened
 from workbench.study.runner import run
@@ -193,15 +193,19 @@ def test_what_a_settled_tuning_did_without_is_taken_off_what_is_to_come(tmp_path
     first, second = (compile_tuning(tuning(name=name, evaluations=320, settle=0.3)) for name in ("one", "two"))
     told, said = [], []
     with opened(tmp_path, fresh=False) as ledger:
-        found, done = checkpoint.complete(
-            (first, second), ledger, on_threads, lambda: told.append, describe=lambda sweeps: said.append(sweeps)
+        found, done = checkpoint.tune_in_ledger(
+            (first, second),
+            ledger,
+            on_threads,
+            lambda: lambda *state: told.append(state),
+            describe=lambda sweeps: said.append(sweeps),
         )
-        again = checkpoint.complete((first, second), ledger, on_threads, lambda: pytest.fail("it runs"))
+        again = checkpoint.tune_in_ledger((first, second), ledger, on_threads, lambda: pytest.fail("it runs"))
     spared = 320 - found["one"].used[0]
     assert spared > 0
-    assert told[0].total == 2 * (320 + 8)
-    assert told[-1].total == 2 * (320 + 8) - spared
-    assert told[-1].done == sum(found[name].used[0] for name in ("one", "two")) + 8  # and the last eight are to come
+    assert told[0][2] == 2 * (320 + 8)
+    assert told[-1][2] == 2 * (320 + 8) - spared
+    assert told[-1][0] == sum(found[name].used[0] for name in ("one", "two")) + 8  # and the last eight are to come
     assert [(sweep.runs, sweep.at_most) for sweep in said[0]] == [(320, True), (8, True)] * 2
     runs = [runs for name in ("one", "two") for runs in (found[name].used[0], 8)]
     assert [(sweep.runs, sweep.at_most) for sweep in done] == [(count, False) for count in runs]
@@ -213,11 +217,11 @@ def test_a_worker_finds_the_same_sweeps_from_the_chunks_of_the_tuning(command, t
     command("run", tuned, "--out", "out")
     held = tuple((c.name, c.head, c.data) for c in chunks(tmp_path / "out") if c.name.startswith("pd_"))
     file = tmp_path / tuned
-    (found,) = Script(str(file), digest_of(file), None, records=held)()
+    (found,) = Script.of(file, None, (), held)()
     names = {found.name(*ends) for ends in found.chunks}
     assert names == {name for name in digests(command) if name.startswith("held_out/")}
     with pytest.raises(ClusterError, match="A worker asks in a tuning for 'pd_step/"):
-        Script(str(file), digest_of(file), None, records=held[1:])()
+        Script.of(file, None, (), held[1:])()
 
 
 def test_a_study_refuses_what_would_be_one_file_twice_or_follows_from_nothing():

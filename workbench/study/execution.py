@@ -234,8 +234,6 @@ def _samples(
             return stack.enter_context(order.bar(about.study))
 
         counter = Counter(sum(one.size for one in sweeps), begin)
-        for name in there:
-            counter.add(ledger.read(name))
         execute = _executor(sweeps, searched, tuned, ledger, order)
         complete(tasks, ledger, execute, counter, order.acknowledge)
     return tuple(one.sample(map(ledger.read, names)) for one, names in pairs)

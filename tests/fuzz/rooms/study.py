@@ -7,10 +7,9 @@ from typing import Any
 import casadi as ca
 
 from workbench import study
-from workbench.cli import script
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import iae, ise
-from workbench.study import adjusted, pareto, provenance, runner, tuning, writeup
+from workbench.study import provenance, runner, tuning, writeup
 from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Run
 from workbench.study.document.document import document
@@ -100,7 +99,6 @@ def calls() -> dict[str, Any]:
         **{name: getattr(study, name) for name in IMPORTED},
         **{name: getattr(study, name) for name in ("Figure", "Itemize", "Paragraph", "Section", "Table", "Verdict")},
         "AbstractDesign": MonteCarlo(1, 24),
-        "Adjusted": partial(adjusted.adjusted, LOOP, {"k": 1.0}),
         "Case": partial(Case, "S", "law", RUN, 0, ""),
         "Factor": partial(Factor, "k", ("k",), Uniform(0.5, 4.0), "stated", True),
         "Factor.of": partial(Factor.of, given, ("k",), True),
@@ -168,13 +166,11 @@ def calls() -> dict[str, Any]:
             settle=0.5,
         ),
         "Outcome": partial(lambda: outcomes()[0]),
-        "pareto": partial(pareto.pareto, [[1.0, 2.0], [2.0, 1.0]]),
         "ranking": partial(law_tables.ranking, published, {"law": outcomes()[0]}, 0.02),
         "run": partial(runner.run, STUDY, workers=1),
         "Sample": partial(sample),
         "side_by_side": partial(study.side_by_side, "t", "c", outcomes(), ["IAE"], 0, ["a note"], 0.02),
         "tune": partial(tuning.tune, TUNING),
-        "resized": partial(script.resized, STUDY, 8),
         **functions(),
     }
 
@@ -192,7 +188,6 @@ def functions() -> dict[str, Any]:
             LOOP.ode(),
         ),
         "ode of a sweep": partial(lambda given: compile_sweep(replace(SWEEP, run=saying(given))).times, LOOP.ode()),
-        "ode of another": partial(lambda given: adjusted.adjusted(Says(given), {"k": 1.0}).ode(), LOOP.ode()),
         "objective": partial(lambda found: tuning.tune(replace(TUNING, objective=found)), objective),
     }
 

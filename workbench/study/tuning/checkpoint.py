@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from math import inf
 from time import monotonic
 
 from workbench.simulate.arithmetic import signature
@@ -34,23 +35,23 @@ def tune_in_ledger(
     """
     names: Names = {one.sweep.name: [] for search in searches for one in search.sweeps}
     counter = Counter(sum(_spared(search, names) for search in searches), begin)
-    described = -SECONDS
+    described = -inf
 
     def evaluate(sweeps: Sequence[CompiledSweep], first: int, last: int) -> list[Chunk]:
         nonlocal described
         tasks = [Task(i, first, last, one.name(first, last)) for i, one in enumerate(sweeps)]
         for one, task in zip(sweeps, tasks, strict=True):
             names[one.sweep.name].append(task.name)
-        there = {task.name for task in tasks if task.name in ledger}
-        if len(there) < len(tasks) and monotonic() - described > SECONDS:
+        if all(task.name in ledger for task in tasks):
+            chunks = [ledger.read(task.name) for task in tasks]
+            for chunk in chunks:
+                counter.add(chunk)
+            return chunks
+        if monotonic() - described > SECONDS:
             describe(about_of_searches(searches, names))
             described = monotonic()
         complete(tasks, ledger, lambda missing: execute(sweeps, missing), counter, acknowledge)
-        chunks = [ledger.read(task.name) for task in tasks]
-        for chunk in chunks:
-            if chunk.name in there:
-                counter.add(chunk)
-        return chunks
+        return [ledger.read(task.name) for task in tasks]
 
     tuned = {}
     try:
@@ -58,7 +59,7 @@ def tune_in_ledger(
             tuned[search.tuning.name] = tune(search, evaluate)
             counter.total -= _spared(search, names)
     finally:
-        if described > 0:
+        if described > -inf:
             describe(about_of_searches(searches, names))
     return tuned, about_of_searches(searches, names)
 
