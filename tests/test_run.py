@@ -8,16 +8,14 @@ import pytest
 from motors import Motor, motor_loop
 from scipy.io import loadmat
 
-from workbench.core import Layout, Sampled, block, initial, layout
+from workbench.core import block, initial, layout
 from workbench.loop import AbstractController, Instruments
 from workbench.metrics import measure, rmse
 from workbench.study import Case, Factor, LogUniform, MonteCarlo, Run, Study, Sweep, Trial, Tuning, Uniform
 from workbench.study.compiled import compile_sweep
-from workbench.study.contract import equations_of
 from workbench.study.runner import CaseError, run
 from workbench.study.tuning import tune
 from workbench.study.uncertainty.explicit import Listed
-from workbench.study.uncertainty.factors import Space
 from workbench.study.uncertainty.local import local_sensitivities
 
 METRICS, UNTIL, PERIOD = (rmse("omega"),), 2.0, 0.02
@@ -36,17 +34,6 @@ def outcome(asked):
     return run(Study("s", "t", "q", "m", lambda results: (), cases=(Case("S", "law", asked),))).outcomes[0]
 
 
-def with_best(loop, found):
-    """The equations of a loop with the best numbers of a tuning as defaults."""
-    equation = equations_of(loop, "best")
-    flow = equation.flow if isinstance(equation, Sampled) else equation
-    p, _ = Space(found.tuning.factors, equation.parameters, equation.states).rows(found.points[[found.place]])
-    numbers = flow.parameters.unpack(p[0])
-    entries = tuple(replace(entry, default=numbers[entry.name]) for entry in flow.parameters.entries)
-    flow = replace(flow, parameters=Layout(entries))
-    return replace(equation, flow=flow) if isinstance(equation, Sampled) else flow
-
-
 def sample(sweep):
     """All runs of a sweep."""
     made = compile_sweep(sweep)
@@ -60,7 +47,7 @@ def test_a_run_has_the_same_bits_in_a_case_a_sweep_of_one_point_and_the_best_of_
     found = tune(Tuning("search", (trial,), (GAIN,), nothing, evaluations=8, population=8))
     point = found.points[found.place]
     swept = sample(Sweep("one", asked, (GAIN,), Listed(point[np.newaxis])))
-    case = outcome(replace(asked, loop=with_best(loop, found)))
+    case = outcome(replace(asked, loop=found.adjusted(loop)))
     assert case.score("RMSE of omega", 0)[0] == swept.outputs("RMSE of omega")[0] == found.objective
 
 

@@ -16,7 +16,7 @@ from workbench.study.tuning import Trial, equal_budget, tune
 from workbench.study.tuning.course import reasons_of
 from workbench.study.tuning.search import compile_tuning, here
 from workbench.study.uncertainty.distributions import LogUniform, Normal, Uniform
-from workbench.study.uncertainty.factors import Factor, Space
+from workbench.study.uncertainty.factors import Factor
 
 METRICS = (ise(), effort())
 
@@ -91,13 +91,19 @@ def _one_by_one(one, first, last):
     return chunk_of(one.name(first, last), {key: np.concatenate([part[key] for part in parts]) for key in parts[0]})
 
 
+def test_the_best_numbers_go_into_any_loop_that_has_their_places(found):
+    other = found.adjusted(DoubleIntegrator(start=2.0))
+    assert dict(zip(other.parameters.names, other.parameters.default, strict=True)) == found.best
+    assert other.states.default.tolist() == [2.0, 0.0]
+    with pytest.raises(LookupError, match="There is no 'Kp', which 'Kp' varies"):
+        found.adjusted(Explosion())
+
+
 def test_shares_are_those_of_the_numbers_of_each_loop():
     share = Factor("gains", ("Kp", "Kd"), Uniform(1.0, 4.0), share=True)
     found = tune(tuning(factors=(share,)))
     expected = 0.5 * found.best["gains"]
-    ode = DoubleIntegrator().ode()
-    p, _ = Space(found.tuning.factors, ode.parameters, ode.states).rows(found.points[[found.place]])
-    assert p.tolist() == [[expected, expected]]
+    assert found.adjusted(DoubleIntegrator()).parameters.default.tolist() == [expected, expected]
 
 
 def test_all_trials_have_their_say():
@@ -322,7 +328,7 @@ def test_all_laws_get_the_same_budget_or_are_refused():
     assert (first.size, first.objective, first.seeds) == (second.size, second.objective, second.seeds)
     with pytest.raises(ValueError, match=r"the same trials for every law; 'b' has 'step' .* h = 0.01 s"):
         equal_budget({"a": ((trial,), GAINS), "b": ((slower,), GAINS)}, quadratic, **budget)
-    with pytest.raises(ValueError, match="'b' has 2, and 'a' has 1"):
+    with pytest.raises(ValueError, match="'b' has 'step' .*; 'long' .*, and 'a' has 'step'"):
         equal_budget({"a": ((trial,), GAINS), "b": ((trial, bomb(0, 1).trials[0]), GAINS)}, quadratic, **budget)
 
 

@@ -205,7 +205,7 @@ def test_what_a_settled_tuning_did_without_is_taken_off_what_is_to_come(tmp_path
     assert spared > 0
     assert told[0][2] == 2 * (320 + 8)
     assert told[-1][2] == 2 * (320 + 8) - spared
-    assert told[-1][0] == sum(found[name].used[0] for name in ("one", "two")) + 8  # and the last eight are to come
+    assert told[-1][0] == sum(found[name].used[0] for name in ("one", "two")) + 2 * 8
     assert [(sweep.runs, sweep.at_most) for sweep in said[0]] == [(320, True), (8, True)] * 2
     runs = [runs for name in ("one", "two") for runs in (found[name].used[0], 8)]
     assert [(sweep.runs, sweep.at_most) for sweep in done] == [(count, False) for count in runs]

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from workbench.study.contract import answer
+from workbench.core import Layout, Ode, Sampled
+from workbench.study.contract import Loop, answer, equations_of
 from workbench.study.sample import Sample
 from workbench.study.tuning.contract import NOISES, Tuning
 from workbench.study.tuning.course import Course, courses, percent, share
+from workbench.study.uncertainty.factors import Space
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers, known, vector, whole
 
@@ -194,6 +196,22 @@ class Tuned:
         return dict(zip(names, map(float, self.numbers[place]), strict=True))
 
     @door
+    def adjusted(self, loop: Loop | Ode | Sampled) -> Ode | Sampled:
+        """The equations of a loop with the best numbers as defaults, in the places of the factors.
+
+        Raises
+        ------
+        LookupError, ValueError
+            If the loop does not have a path, or the number is out of its bounds there.
+        """
+        equation: Ode | Sampled = equations_of(loop, self.name)
+        p, x0 = Space(self.tuning.factors, equation.parameters, equation.states).rows(self.points[[self.place]])
+        flow = equation.flow if isinstance(equation, Sampled) else equation
+        layouts = {"parameters": _refilled(flow.parameters, p[0]), "states": _refilled(flow.states, x0[0])}
+        flow = replace(flow, **layouts)
+        return replace(equation, flow=flow) if isinstance(equation, Sampled) else flow
+
+    @door
     def measures(self, *measures: Measure) -> Array:
         """Several measures of all admissible points, (B, m), from their runs by trial."""
         if not measures:
@@ -253,3 +271,9 @@ class Tuned:
                     f"run in '{name}'."
                 )
         return said
+
+
+def _refilled(layout: Layout, row: Array) -> Layout:
+    """A layout with other defaults."""
+    values = layout.unpack(row)
+    return Layout(tuple(replace(entry, default=values[entry.name]) for entry in layout.entries))
