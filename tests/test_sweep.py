@@ -364,7 +364,7 @@ def test_a_sweep_can_leave_out_half_steps(tmp_path):
 def test_a_sweep_at_half_its_step_has_the_errors_of_the_first(tmp_path):
     given = sweep(halved=1)
     half = sample(tmp_path, given).errors
-    made = compile_sweep(given).at_half("finer")
+    made = compile_sweep(given).at_half("finer", given.design.size)
     finer = made.sample([made.chunk(0, 50)])
     assert made.name(0, 50).startswith("finer/0-50/")
     np.testing.assert_array_equal(np.abs(finer.values - sample(tmp_path, given).values), half)

@@ -6,6 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are
+from sweeps import Explosion
 from tunings import GAINS, DoubleIntegrator, quadratic, tuning
 
 from workbench.core import Entry, Layout, Ode

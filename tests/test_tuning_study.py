@@ -126,7 +126,7 @@ def test_the_report_comes_again_from_the_ledger_or_says_what_to_do(command, tune
     assert forget(tmp_path / "out", "72-80") == 1
     done = command("report", "out", "--study", tuned)
     assert done.exit_code == 2
-    said = "The tunings in 'out' are not complete: `workbench run tuned.py --out out` goes on with them.\n"
+    said = "The tunings in 'out' are not complete: `workbench run tuned.py --out out` computes them.\n"
     assert done.stderr == f"workbench: {said}"
 
 

@@ -207,8 +207,7 @@ class Tuned:
         equation: Ode | Sampled = equations_of(loop, self.name)
         p, x0 = Space(self.tuning.factors, equation.parameters, equation.states).rows(self.points[[self.place]])
         flow = equation.flow if isinstance(equation, Sampled) else equation
-        layouts = {"parameters": _refilled(flow.parameters, p[0]), "states": _refilled(flow.states, x0[0])}
-        flow = replace(flow, **layouts)
+        flow = replace(flow, parameters=_refilled(flow.parameters, p[0]), states=_refilled(flow.states, x0[0]))
         return replace(equation, flow=flow) if isinstance(equation, Sampled) else flow
 
     @door
