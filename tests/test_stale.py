@@ -218,7 +218,7 @@ def values(monkeypatch, file, out):
         monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)  # a file of one second and size is taken for its bytecode
-    with execution.executed(script.load(file), out, execution.Order(file)) as (_, results):
+    with execution.execute(script.load(file), out, execution.Order(file)) as (_, results):
         return results.samples[0].values
 
 
@@ -240,6 +240,6 @@ def test_words_orphan_no_chunk(monkeypatch, tmp_path):
         file = written(tmp_path, [words, "METRIC = ise()"], "1.0")
         monkeypatch.setattr(sys, "path", list(sys.path))
         order = execution.Order(file, acknowledge=lambda chunk: done.append(chunk.name))
-        with execution.executed(script.load(file), tmp_path / "out", order):
+        with execution.execute(script.load(file), tmp_path / "out", order):
             pass
     assert len(done) == 2

@@ -444,9 +444,9 @@ def test_a_chunk_that_is_overwritten_after_it_was_acknowledged_is_told_and_done_
 
     order = execution.Order(tmp_path / swept, acknowledge=overwrite)
     told = pytest.raises(LedgerError, match="has been damaged: the same command computes it again")
-    with told, execution.executed(study, tmp_path / "out", order):
+    with told, execution.execute(study, tmp_path / "out", order):
         pass
-    with execution.executed(study, tmp_path / "out", execution.Order(tmp_path / swept)) as (_, results):
+    with execution.execute(study, tmp_path / "out", execution.Order(tmp_path / swept)) as (_, results):
         assert len(results.samples[0]) == 40
 
 

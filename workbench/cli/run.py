@@ -55,14 +55,14 @@ def run_study(file: Path, out: Path | None, asked: dict[str, Any]) -> None:
         from workbench.cli.progress import runs_shown, shown
         from workbench.report import folder
         from workbench.study import export, runner, writeup
-        from workbench.study.execution import Order, executed
+        from workbench.study.execution import Order, execute
 
         study = script.load(file)
         target = out or Path("reports") / study.name
         folder.check_place(target)
         source = partial(script.Script.of, file, asked["samples"])
         order = Order(file, say=aside, source=source, bar=lambda name: runs_shown(name, aside), **asked)
-        with executed(study, target, order) as (study, results):
+        with execute(study, target, order) as (study, results):
             with of_the_study(file, study.sections), shown(study.name, aside) as progress:
                 # what was imported stays, and little is made that only the collector can free: 0.25 s of looking
                 gc.freeze()

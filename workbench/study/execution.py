@@ -69,7 +69,7 @@ class Order:
 
 
 @contextmanager
-def executed(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Results]]:
+def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Results]]:
     """The study with its cases known, and the results of its tunings and sweeps, computed where the ledger lacks them.
 
     The ledger in the folder `out` stays locked until the report is written.
