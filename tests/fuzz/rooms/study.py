@@ -12,7 +12,7 @@ from workbench.metrics import iae, ise
 from workbench.study import provenance, runner, tuning, writeup
 from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Run
-from workbench.study.document.document import document
+from workbench.study.document import document
 from workbench.study.evidence import law_tables
 from workbench.study.study import Case, Results, Study
 from workbench.study.sweep import Sweep
