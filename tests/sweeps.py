@@ -6,7 +6,7 @@ import numpy as np
 from workbench.core import Entry, Layout, Ode
 from workbench.core.numbers import Bounds
 from workbench.metrics import iae, ise
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.sweep import Sweep
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.uncertainty.distributions import Uniform

@@ -18,8 +18,8 @@ from workbench.controllers import PID, AosmcRgs
 from workbench.controllers.aosmc_rgs import SHAPES
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
-from workbench.study.preparation import prepared
-from workbench.study.run import Run
+from workbench.study.compiled import compile_sweep
+from workbench.study.contract import Run
 from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep
 from workbench.study.uncertainty import Listed, MonteCarlo, SobolDesign
@@ -308,7 +308,7 @@ def test_a_rival_run_by_a_computer_with_a_relay_has_the_rmse_of_its_boundary_lay
 
     def rmse(loop, h):
         sweep = Sweep("x", Run(loop, metrics, 4.0, h=h), factors, Listed(gentle), halved=None)
-        one = prepared(sweep)
+        one = compile_sweep(sweep)
         return one.sample([one.chunk(0, 2)]).values
 
     relay = rmse(loops.searched("SMC", "FS"), loops.PERIOD)

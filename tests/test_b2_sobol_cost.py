@@ -6,7 +6,7 @@ import numpy as np
 
 from studies.b2_sobol_cost import study as study
 from studies.b2_sobol_cost.workload import sweep
-from workbench.study.preparation import prepared
+from workbench.study.compiled import compile_sweep
 
 FAST = study.Cost(12288, 768, 9.0, 14.0, 0.3, 9.8, 10.0, 5.0, 2.0, 1.0)
 
@@ -18,7 +18,7 @@ def test_the_workload_is_twelve_thousand_runs_of_ten_factors():
 
 
 def test_what_is_marched_alone_are_the_rows_that_the_ledger_keeps():
-    one = prepared(sweep(8))
+    one = compile_sweep(sweep(8))
     sample = study.keep(one)
     assert len(sample) == one.sweep.design.size
     assert sample.failed == 0

@@ -15,7 +15,7 @@ from workbench.robots import Link, PlanarArm, paper_arm
 from workbench.robots.planar_arm import PointMass
 from workbench.signals import Sines
 from workbench.simulate import simulate
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.study import Case, Study
 
 def loop():

@@ -13,9 +13,9 @@ from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold
-from workbench.study.causes import Causes, causes, causes_in_sweep
-from workbench.study.preparation import prepared
-from workbench.study.run import Run
+from workbench.study.compiled import compile_sweep
+from workbench.study.contract import Run
+from workbench.study.evidence.causes import Causes, causes, causes_in_sweep
 from workbench.study.runner import run
 from workbench.study.study import Case, Study
 from workbench.study.sweep import Sweep
@@ -82,7 +82,7 @@ def test_lost_runs_of_a_sweep_are_run_again_from_their_own_rows():
         "stiff", Run(ways["euler"], (rmse(),), 0.4, h=PERIOD / 2), (K,), Listed(np.array([[0.0], [0.5], [1.0]]))
     )
     equations = sampled(ways)
-    p, x0 = prepared(given).rows(0, 3)
+    p, x0 = compile_sweep(given).rows(0, 3)
     x0 = x0[:, : equations["euler"].states.size]  # without those of the metrics
     lost = causes(equations, p, x0, until=0.4, substeps=2).lost["euler"]
     assert lost.tolist() == [0, 1, 1]

@@ -174,7 +174,7 @@ import casadi as ca
 import numpy as np
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import rmse
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.study import Case, Results, Study
 
 class Loop:

@@ -14,11 +14,11 @@ import pytest
 from sweeps import sweep
 from test_sweeping import SWEPT
 
-from workbench.cli.script import Script, digest_of
+from workbench.cli.script import Script
 from workbench.study import executors
+from workbench.study.compiled import compile_sweep
+from workbench.study.execution import tasks_of
 from workbench.study.executors import ClusterError, on_cluster, on_threads
-from workbench.study.ledger.resume import planned
-from workbench.study.preparation import prepared
 from workbench.study.uncertainty import MonteCarlo
 
 ROOT = Path(executors.__file__).parents[2]
@@ -26,18 +26,18 @@ STUDY = Path(__file__).parent / "exams" / "small_study.py"
 
 
 def test_chunks_come_in_the_order_of_their_tasks():
-    plan = planned([prepared(sweep())])
-    names = [task.name for task in plan.tasks]
-    assert [chunk.name for chunk in on_threads(plan.sweeps, plan.tasks, 2)] == names
-    assert list(on_threads(plan.sweeps, [])) == []
+    sweeps = [compile_sweep(sweep())]
+    tasks = tasks_of(sweeps)
+    assert [chunk.name for chunk in on_threads(sweeps, tasks, 2)] == [task.name for task in tasks]
+    assert list(on_threads(sweeps, [])) == []
 
 
 def test_threads_stop_within_a_chunk_when_nobody_waits_for_it():
     # some minutes of work in a single chunk behind a short one
-    short = prepared(sweep(design=MonteCarlo(2, 8)))
-    long = prepared(sweep(design=MonteCarlo(2, 4096), h=1e-5, until=100.0, runs_of_chunk=4096))
-    plan = planned([short, long])
-    chunks = on_threads(plan.sweeps, [plan.tasks[0], plan.tasks[0], plan.tasks[0], plan.tasks[1]])
+    short = compile_sweep(sweep(design=MonteCarlo(2, 8)))
+    long = compile_sweep(sweep(design=MonteCarlo(2, 4096), h=1e-5, until=100.0, runs_of_chunk=4096))
+    first, second = tasks_of([short, long])
+    chunks = on_threads([short, long], [first, first, first, second])
     next(chunks)
     began = time.monotonic()
     chunks.close()
@@ -45,9 +45,9 @@ def test_threads_stop_within_a_chunk_when_nobody_waits_for_it():
 
 
 def test_what_a_chunk_raises_is_raised_where_it_is_waited_for():
-    plan = planned([prepared(sweep())])
+    sweeps = [compile_sweep(sweep())]
     with pytest.raises(ValueError, match="must be a whole number from 0 to 50; got 1000"):
-        list(on_threads(plan.sweeps, [plan.tasks[0]._replace(last=1000)]))
+        list(on_threads(sweeps, [tasks_of(sweeps)[0]._replace(last=1000)]))
 
 
 def test_a_cluster_without_its_library_is_refused_in_a_sentence(monkeypatch):
@@ -171,13 +171,13 @@ def test_the_death_of_a_scheduler_is_said_in_one_sentence(cluster, tmp_path):
 def test_a_cluster_that_loses_all_workers_or_its_scheduler_is_refused_in_a_sentence(cluster, monkeypatch):
     address, worker, scheduler = cluster
     patient = executors.PATIENCE
-    source = Script(str(STUDY), digest_of(STUDY), None)
-    plan = planned(source())
+    source = Script.of(STUDY)
+    tasks = tasks_of(source())
 
     def lose(process, patience):
         monkeypatch.setattr(executors, "PATIENCE", patient)
-        chunks = on_cluster(address, source, plan.tasks)
-        assert next(chunks).name in {task.name for task in plan.tasks}
+        chunks = on_cluster(address, source, tasks)
+        assert next(chunks).name in {task.name for task in tasks}
         monkeypatch.setattr(executors, "PATIENCE", patience)
         process.kill()
         process.wait(30)

@@ -30,10 +30,10 @@ from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold
-from workbench.study.comparison import side_by_side
-from workbench.study.preparation import prepared
-from workbench.study.rows import to_csv
-from workbench.study.run import Run
+from workbench.study.compiled import compile_sweep
+from workbench.study.contract import Run
+from workbench.study.evidence.law_tables import side_by_side
+from workbench.study.export import to_csv
 from workbench.study.runner import run
 from workbench.study.study import Case, Study
 from workbench.study.sweep import Sweep
@@ -246,7 +246,7 @@ def test_a_study_of_a_plant_names_its_signals_and_their_units():
     assert list(frame.unit) == ["m", "rad", "m"]
     tables = [side_by_side("t", "c", results.outcomes, ["RMSE"], place) for place in (0, 1)]
     assert [table.columns[1].unit for table in tables] == ["m", "rad"]
-    made = prepared(sweep)
+    made = compile_sweep(sweep)
     sample = made.sample([made.chunk(0, 16)])
     assert "step error of IAE of phi at most" in sample.note_of("IAE", 1)
     assert sample.note_of("IAE", 1).endswith("rad s")

@@ -13,7 +13,7 @@ from workbench.metrics import measured, rmse, sampled_rmse
 from workbench.metrics.accumulators import final_values
 from workbench.robots import paper_arm
 from workbench.simulate import simulate, step_limit
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.runner import run
 from workbench.study.study import Case, Study
 from workbench.validation.refusals import Array

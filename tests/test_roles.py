@@ -14,7 +14,7 @@ from workbench.observers import FullState, LinearObserver, Luenberger, MomentumO
 from workbench.plants import CartPole, Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold, Sines, Together
-from workbench.study.information import information_table
+from workbench.study.evidence.law_tables import information_table
 
 ARM, I = paper_arm(), np.eye(2)
 PLANT, WANTED = Manipulator(ARM, q=[0.1, 0.2]), Sines([1.0, 1.0], [1.0, 1.0])

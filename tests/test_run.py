@@ -12,7 +12,7 @@ from workbench.core import block, initial, layout
 from workbench.loop import AbstractController, Instruments
 from workbench.metrics import measure, rmse
 from workbench.study import Case, Factor, LogUniform, MonteCarlo, Run, Study, Sweep, Trial, Tuning, Uniform
-from workbench.study.preparation import prepared
+from workbench.study.compiled import compile_sweep
 from workbench.study.runner import CaseError, run
 from workbench.study.tuning import tune
 from workbench.study.uncertainty.explicit import Listed
@@ -36,7 +36,7 @@ def outcome(asked):
 
 def sample(sweep):
     """All runs of a sweep."""
-    made = prepared(sweep)
+    made = compile_sweep(sweep)
     return made.sample([made.chunk(0, sweep.design.size)])
 
 
@@ -88,7 +88,7 @@ def test_the_step_of_a_sweep_is_that_of_its_fastest_run():
     """K R = 1 in a motor with L down to 1 mH: its mode of -R/L = -1000 / s is stable in RK4 up to 2.8 ms."""
     asked = Run(motor_loop(), METRICS, UNTIL)
     slow, fast = (Factor("L", ("plant.L",), LogUniform(low, 0.5)) for low in (0.4, 1e-3))
-    steps = [prepared(Sweep("s", asked, (one,), MonteCarlo(1, 16, seed=1))).h for one in (slow, fast)]
+    steps = [compile_sweep(Sweep("s", asked, (one,), MonteCarlo(1, 16, seed=1))).h for one in (slow, fast)]
     assert steps[1] < 2.8e-3 < steps[0]
 
 

@@ -9,8 +9,8 @@ from equations import decay
 from test_comparison import Given
 
 from workbench.metrics import iae
+from workbench.study.contract import Run
 from workbench.study.document.document import Section
-from workbench.study.run import Run
 from workbench.study.runner import CaseError, run
 from workbench.study.study import Case, Results, Study
 from workbench.study.writeup import document, headlines

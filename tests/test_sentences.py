@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from workbench.cli.command import main
-from workbench.cli.sentences import printable
+from workbench.cli.errors import printable
 
 ACTED_UPON = {
     "\x1b[31m": r"\x1b[31m",
@@ -35,7 +35,7 @@ def test_what_is_printable_is_escaped_only_once():
 
 
 @pytest.mark.parametrize("raw", [raw for raw in ACTED_UPON if raw != "\x00"])
-@pytest.mark.parametrize("call", [["verify", "{}", "--robot", "rr"], ["derive", "{}"], ["{}"], ["bench", "--{}"]])
+@pytest.mark.parametrize("call", [["verify", "{}", "--robot", "rr"], ["derive", "{}"], ["{}"], ["doctor", "--{}"]])
 def test_an_argument_reaches_the_terminal_escaped(call, raw, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["workbench", *(part.format(f"arm{raw}") for part in call)])
     monkeypatch.setattr("signal.signal", lambda *_: None)  # pytest's own stay

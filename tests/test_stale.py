@@ -5,7 +5,8 @@ from textwrap import dedent
 
 import pytest
 
-from workbench.cli import script, sweeping
+from workbench.cli import script
+from workbench.study import execution
 
 STUDY = """
 import casadi as ca
@@ -16,7 +17,7 @@ from workbench.metrics.integral import Integral
 from workbench.metrics.step_metrics import Peak
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.study import Study
 from workbench.study.sweep import Sweep
@@ -217,8 +218,8 @@ def values(monkeypatch, file, out):
         monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)  # a file of one second and size is taken for its bytecode
-    with sweeping.swept(script.load(file), out, sweeping.Order(file)) as answered:
-        return answered.results.samples[0].values
+    with execution.execute(script.load(file), out, execution.Order(file)) as (_, results):
+        return results.samples[0].values
 
 
 @pytest.mark.parametrize("what", EDITS)
@@ -238,7 +239,7 @@ def test_words_orphan_no_chunk(monkeypatch, tmp_path):
     for words in ("'''Some words.'''", "'''Other words.'''", "# a comment"):
         file = written(tmp_path, [words, "METRIC = ise()"], "1.0")
         monkeypatch.setattr(sys, "path", list(sys.path))
-        order = sweeping.Order(file, acknowledge=lambda chunk: done.append(chunk.name))
-        with sweeping.swept(script.load(file), tmp_path / "out", order):
+        order = execution.Order(file, acknowledge=lambda chunk: done.append(chunk.name))
+        with execution.execute(script.load(file), tmp_path / "out", order):
             pass
     assert len(done) == 2

@@ -9,11 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.study.ledger import about, store
-from workbench.study.ledger.about import About, SweepAbout, about_of
+from workbench.study.ledger import store
 from workbench.study.ledger.chunk import FORMAT, Chunk, chunk_of, parsed
-from workbench.study.ledger.durable import HeldError
-from workbench.study.ledger.store import FOLDER, LedgerError, chunks, file_of, opened
+from workbench.study.ledger.durability import HeldError
+from workbench.study.ledger.store import FOLDER, About, LedgerError, SweepAbout, about_of, chunks, file_of, opened
 
 COUNT = 20
 CHUNKS = [chunk_of(f"s/{i:02d}-{i}/f", {"a": np.full(500, float(i))}) for i in range(COUNT)]
@@ -24,12 +23,12 @@ def filled(out):
     with opened(out) as ledger:
         ledger.describe(About("s", "s.py"))
         for chunk in CHUNKS:
-            ledger.add(chunk)
+            ledger.write_durably(chunk)
     return out / FOLDER
 
 
 def held(out):
-    return [chunk for chunk in chunks(out) if chunk.name != about.NAME]
+    return [chunk for chunk in chunks(out) if chunk.name != store.ABOUT]
 
 
 def completed(out):
@@ -37,7 +36,7 @@ def completed(out):
     with opened(out) as ledger:
         for chunk in CHUNKS:
             if chunk.name not in ledger:
-                ledger.add(chunk)
+                ledger.write_durably(chunk)
         return ledger.remarks
 
 
@@ -101,16 +100,16 @@ def test_a_chunk_is_on_the_disk_before_it_is_acknowledged(tmp_path, monkeypatch)
         monkeypatch.setattr(os, name, lambda *given, name=name, call=call: (calls.append(name), call(*given)))
     with opened(tmp_path) as ledger:
         calls.clear()
-        ledger.add(CHUNKS[0])
+        ledger.write_durably(CHUNKS[0])
         # the file, then its name
         assert calls == ["fsync", "replace", "fsync"] if os.name == "posix" else ["fsync", "replace"]
 
 
 def test_a_reader_sees_what_is_acknowledged_while_another_process_writes(tmp_path):
     with opened(tmp_path) as ledger:
-        ledger.add(CHUNKS[0])
+        ledger.write_durably(CHUNKS[0])
         assert held(tmp_path) == CHUNKS[:1]
-        ledger.add(CHUNKS[1])
+        ledger.write_durably(CHUNKS[1])
         assert held(tmp_path) == CHUNKS[:2]
 
 
@@ -155,7 +154,7 @@ with opened(Path(sys.argv[1])) as ledger:
     for i in range(20):
         chunk = chunk_of(f"s/{i:02d}-{i}/f", {"a": np.full(500, float(i))})
         if chunk.name not in ledger:
-            ledger.add(chunk)
+            ledger.write_durably(chunk)
             print(chunk.name, flush=True)
     print("end", flush=True)
     sys.stdin.read(int(sys.argv[2]))
@@ -163,7 +162,7 @@ with opened(Path(sys.argv[1])) as ledger:
 
 
 def writer(out, waits=0, **options):
-    root = str(Path(store.__file__).parents[2])
+    root = str(Path(store.__file__).parents[3])
     settings = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     environment = os.environ | {"PYTHONPATH": root}
     call = [sys.executable, "-c", WRITER, str(out), str(waits)]
@@ -269,9 +268,9 @@ ABOUT = About("s", "../s.py", 16, (SweepAbout("a", 40, "fused 1", ("a/0-40/f",))
 
 def test_what_a_ledger_says_of_its_study_is_read_again(tmp_path):
     with opened(tmp_path) as ledger:
-        assert ledger.about is None
+        assert store.about_in(tmp_path) is None
         ledger.describe(ABOUT)
-        assert ledger.about == ABOUT
+        assert store.about_in(tmp_path) == ABOUT
 
 
 @pytest.mark.parametrize(
@@ -289,8 +288,8 @@ def test_what_a_ledger_says_of_its_study_is_read_again(tmp_path):
     ],
 )
 def test_a_description_that_says_something_else_is_none(change):
-    assert about_of(chunk_of("about", {}, ABOUT.chunk.said)) == ABOUT
-    assert about_of(chunk_of("about", {}, ABOUT.chunk.said | change)) is None
+    assert about_of(chunk_of("about", {}, ABOUT.chunk.content)) == ABOUT
+    assert about_of(chunk_of("about", {}, ABOUT.chunk.content | change)) is None
 
 
 @pytest.mark.skipif(os.name != "posix", reason="elsewhere no file is removed that is open")
@@ -298,12 +297,12 @@ def test_a_description_that_says_something_else_is_none(change):
 def test_nothing_is_acknowledged_into_a_ledger_that_was_removed(tmp_path, replaced):
     out = tmp_path / "out"
     with opened(out) as ledger:
-        ledger.add(CHUNKS[0])
+        ledger.write_durably(CHUNKS[0])
         out.rename(tmp_path / "elsewhere")
         if replaced:
             filled(out)
         with pytest.raises(LedgerError, match="was removed, moved or replaced while it was being written"):
-            ledger.add(CHUNKS[1])
+            ledger.write_durably(CHUNKS[1])
         assert CHUNKS[1].name not in ledger
     assert completed(out) == ()
     assert held(out) == CHUNKS
@@ -319,7 +318,7 @@ from workbench.study.ledger.store import LedgerError, opened
 try:
     with opened(Path(sys.argv[1])) as ledger:
         for i in range(20):
-            ledger.add(chunk_of(f"s/{i:02d}-{i}/f", {"a": np.full(500 if i < 5 else 5000, float(i))}))
+            ledger.write_durably(chunk_of(f"s/{i:02d}-{i}/f", {"a": np.full(500 if i < 5 else 5000, float(i))}))
             print(f"s/{i:02d}-{i}/f", flush=True)
 except LedgerError as error:
     raise SystemExit(str(error))
@@ -328,7 +327,7 @@ except LedgerError as error:
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs resource limits")
 def test_a_full_disk_is_one_sentence_and_what_was_acknowledged_stays(tmp_path):
-    environment = os.environ | {"PYTHONPATH": str(Path(store.__file__).parents[2])}
+    environment = os.environ | {"PYTHONPATH": str(Path(store.__file__).parents[3])}
     call = [sys.executable, "-c", FULL, str(tmp_path)]
     done = subprocess.run(call, env=environment, capture_output=True, text=True, check=False, timeout=60)
     assert done.returncode == 1

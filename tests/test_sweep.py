@@ -17,11 +17,12 @@ from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
-from workbench.study import cost, rows
+from workbench.study import cost, export
+from workbench.study.compiled import compile_sweep
+from workbench.study.execution import tasks_of
 from workbench.study.executors import on_threads
-from workbench.study.ledger.resume import complete, planned, samples
+from workbench.study.ledger.resumption import Counter, complete
 from workbench.study.ledger.store import chunks, opened
-from workbench.study.preparation import prepared
 from workbench.study.uncertainty import Listed, MonteCarlo
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor
@@ -29,10 +30,11 @@ from workbench.study.uncertainty.factors import Factor
 
 def sample(out, given, **options):
     """What the sweep gives, through a ledger."""
-    plan = planned([prepared(given)])
+    one = compile_sweep(given)
+    tasks = tasks_of([one])
     with opened(out) as ledger:
-        complete(plan, ledger, lambda tasks: on_threads(plan.sweeps, tasks, **options))
-        return samples(plan, ledger)[0]
+        complete(tasks, ledger, lambda missing: on_threads([one], missing, **options))
+        return one.sample(ledger.read(task.name) for task in tasks)
 
 
 def held(out):
@@ -51,7 +53,7 @@ def test_a_sample_is_what_the_closed_form_says(tmp_path):
 
 def test_values_are_those_of_measure_at_twice_the_step_and_so_are_the_errors(tmp_path):
     given = sweep(halved=1)
-    found, made = sample(tmp_path, given), prepared(given)
+    found, made = sample(tmp_path, given), compile_sweep(given)
     p, x0 = made.rows(0, 50)
     x0 = x0[:, : made.equation.states.size]
     theirs = measure(made.equation, given.run.metrics, p, x0, until=2.0, h=0.01, every=2.0)
@@ -118,40 +120,44 @@ def test_neither_chunks_nor_workers_change_a_bit(tmp_path):
 
 
 def test_only_what_is_missing_is_computed_and_acknowledged_after_it_is_kept(tmp_path):
-    plan = planned([prepared(sweep())])
+    one = compile_sweep(sweep())
+    tasks = tasks_of([one])
     asked, acknowledged, states = [], [], []
+    counter = Counter(50, lambda: lambda *state: states.append(state))
 
-    def some(tasks):
-        asked.append([task.name for task in tasks])
-        return on_threads(plan.sweeps, tasks[:3])
+    def some(missing):
+        asked.append([task.name for task in missing])
+        return on_threads([one], missing[:3])
 
     with opened(tmp_path) as ledger:
         with pytest.raises(ValueError, match="4 chunks were asked for and never came"):
-            complete(plan, ledger, some, states.append, lambda c: acknowledged.append((c.name, c.name in ledger)))
-        complete(plan, ledger, lambda tasks: asked.append([t.name for t in tasks]) or on_threads(plan.sweeps, tasks))
-    names = [task.name for task in plan.tasks]
+            complete(tasks, ledger, some, counter, lambda c: acknowledged.append((c.name, c.name in ledger)))
+        complete(tasks, ledger, lambda some: asked.append([t.name for t in some]) or on_threads([one], some))
+    names = [task.name for task in tasks]
     assert asked == [names, names[3:]]
     assert acknowledged == [(name, True) for name in names[:3]]
-    assert [state.done for state in states] == [0, 8, 16, 24]
+    assert [done for done, _, _ in states] == [0, 8, 16, 24]
 
 
 def test_runs_that_failed_before_a_study_was_stopped_are_counted_when_it_goes_on(tmp_path):
     lost = sweep(loop=Explosion(), factors=(START,), design=MonteCarlo(1, 50, seed=3))
-    plan, states = planned([prepared(lost)]), []
+    one, states = compile_sweep(lost), []
+    tasks, counter = tasks_of([one]), Counter(50, lambda: lambda *state: states.append(state))
     with opened(tmp_path) as ledger:
         with pytest.raises(ValueError, match="never came"):
-            complete(plan, ledger, lambda tasks: on_threads(plan.sweeps, tasks[:3]))
-        complete(plan, ledger, lambda tasks: on_threads(plan.sweeps, tasks), states.append)
-        (found,) = samples(plan, ledger)
-    assert states[0].failed > 0
+            complete(tasks, ledger, lambda missing: on_threads([one], missing[:3]))
+        complete(tasks, ledger, lambda missing: on_threads([one], missing), counter)
+        found = one.sample(ledger.read(task.name) for task in tasks)
+    assert states[0][1] > 0
     assert states[-1] == (50, found.failed, 50)
 
 
 def test_a_chunk_that_comes_twice_is_kept_once(tmp_path):
-    plan = planned([prepared(sweep())])
+    one = compile_sweep(sweep())
+    tasks = tasks_of([one])
     with opened(tmp_path) as ledger:
-        complete(plan, ledger, lambda tasks: on_threads(plan.sweeps, [*tasks[:2], *tasks]))
-        assert len(ledger.names) == len(plan.tasks)
+        complete(tasks, ledger, lambda missing: on_threads([one], [*missing[:2], *missing]))
+        assert len(ledger.names) == len(tasks)
 
 
 @pytest.mark.parametrize(
@@ -168,19 +174,19 @@ def test_a_chunk_that_comes_twice_is_kept_once(tmp_path):
     ],
 )
 def test_whatever_changes_a_result_changes_the_name_of_its_chunk(change):
-    one, other = prepared(sweep()), prepared(sweep(**change))
+    one, other = compile_sweep(sweep()), compile_sweep(sweep(**change))
     assert one.name(0, 8) != other.name(0, 8)
 
 
 def test_a_chunk_is_named_by_numbers_and_not_by_words():
     renamed = replace(iae(), name="another name", unit="furlong", about="other words")
     factors = (replace(RATE, name="another", distribution=Uniform(0.5, 3.0)), START)
-    one, other = prepared(sweep(metrics=(iae(),))), prepared(sweep(metrics=(renamed,), factors=factors))
+    one, other = compile_sweep(sweep(metrics=(iae(),))), compile_sweep(sweep(metrics=(renamed,), factors=factors))
     assert one.name(0, 8) == other.name(0, 8)
 
 
 def test_arithmetic_is_part_of_the_name():
-    assert len({prepared(sweep(), name).name(0, 8) for name in ("fused", "portable")}) == 2
+    assert len({compile_sweep(sweep(), name).name(0, 8) for name in ("fused", "portable")}) == 2
 
 
 def test_the_value_of_a_metric_is_computed_when_it_is_read(tmp_path):
@@ -192,13 +198,13 @@ def test_the_value_of_a_metric_is_computed_when_it_is_read(tmp_path):
 
 
 def test_more_samples_keep_the_chunks_that_are_there():
-    few, many = (planned([prepared(sweep(design=MonteCarlo(2, size)))]) for size in (50, 96))
-    assert {task.name for task in few.tasks[:-1]} < {task.name for task in many.tasks}
+    few, many = (tasks_of([compile_sweep(sweep(design=MonteCarlo(2, size)))]) for size in (50, 96))
+    assert {task.name for task in few[:-1]} < {task.name for task in many}
 
 
 def test_several_paths_move_together(tmp_path):
     both = Factor("both", ("gains[0]", "gains[1]", "rate"), Uniform(0.5, 3.0))
-    made = prepared(sweep(factors=(both,), design=MonteCarlo(1, 5)))
+    made = compile_sweep(sweep(factors=(both,), design=MonteCarlo(1, 5)))
     p, _ = made.rows(0, 5)
     values = made.space.values(made.sweep.design.points())
     np.testing.assert_array_equal(p[:, [0, 2, 3]], np.repeat(values, 3, axis=1))
@@ -233,11 +239,11 @@ def test_whole_numbers_of_any_kind_are_the_same_sweep_in_a_ledger(tmp_path):
 )
 def test_what_cannot_be_swept_is_refused_before_it_begins(change, kind, said):
     with pytest.raises(kind, match=said):
-        planned([prepared(sweep(**change))])
+        tasks_of([compile_sweep(sweep(**change))])
 
 
 def test_a_sweep_without_a_size_of_chunks_is_cut_for_a_second_or_two_of_a_processor_each():
-    made = prepared(sweep(runs_of_chunk=None, design=MonteCarlo(2, 10**9), h=1e-3, until=100.0))
+    made = compile_sweep(sweep(runs_of_chunk=None, design=MonteCarlo(2, 10**9), h=1e-3, until=100.0))
     sizes = {last - first for first, last in made.chunks[:-1]}
     assert len(sizes) == 1
     assert 0.2 < max(sizes) * made.seconds_of_run <= 2.0
@@ -245,10 +251,10 @@ def test_a_sweep_without_a_size_of_chunks_is_cut_for_a_second_or_two_of_a_proces
 
 
 def test_what_takes_too_long_or_too_much_is_refused_with_the_figure(tmp_path):
-    made = prepared(sweep(design=MonteCarlo(2, 10**9), until=100.0))
+    made = compile_sweep(sweep(design=MonteCarlo(2, 10**9), until=100.0))
     with pytest.raises(ValueError, match=r"^1,000,000,000 runs: at most about .*`--yes`"):
         cost.check(cost.cost_of([made]), tmp_path)
-    cost.check(cost.cost_of([prepared(sweep())]), tmp_path)
+    cost.check(cost.cost_of([compile_sweep(sweep())]), tmp_path)
 
 
 class Digital:
@@ -276,7 +282,7 @@ def test_a_time_that_is_no_multiple_of_the_period_is_refused_before_it_begins():
     width = Factor("boundary layer", ("controller.phi",), Uniform(0.05, 0.2))
     given = sweep(loop=Digital(), factors=(width,), design=MonteCarlo(1, 12), h=1e-3, until=0.2, every=5e-3)
     with pytest.raises(ValueError, match="multiple of the step"):
-        prepared(given)
+        compile_sweep(given)
 
 
 def test_a_sample_knows_the_design_it_was_drawn_from(tmp_path):
@@ -304,9 +310,9 @@ def test_an_error_of_the_step_that_is_not_known_is_not_left_out(tmp_path):
 
 def test_a_table_is_the_same_in_whatever_blocks_it_is_written(tmp_path, monkeypatch):
     found = sample(tmp_path, sweep(every=0.5))
-    whole = rows.to_csv(found)
-    monkeypatch.setattr(rows, "BLOCK", 7)
-    assert rows.to_csv(found) == whole
+    whole = export.to_csv(found)
+    monkeypatch.setattr(export, "BLOCK", 7)
+    assert export.to_csv(found) == whole
     table = pd.read_csv(io.BytesIO(whole))
     np.testing.assert_array_equal(table["IAE[e] [rad s]"], found.over_time("IAE").ravel())
     assert len(table) == 50 * 4
@@ -314,15 +320,15 @@ def test_a_table_is_the_same_in_whatever_blocks_it_is_written(tmp_path, monkeypa
 
 def test_the_time_to_write_many_short_runs_is_foreseen():
     # a million runs of 50 steps: half a second to march, and some ten to write seven million numbers as text
-    made = prepared(sweep(design=MonteCarlo(2, 10**6), until=0.5, runs_of_chunk=None))
+    made = compile_sweep(sweep(design=MonteCarlo(2, 10**6), until=0.5, runs_of_chunk=None))
     assert 10 < cost.cost_of([made]).seconds < 40
 
 
 def test_no_name_of_a_column_is_run_by_a_spreadsheet_and_its_numbers_are_as_they_were(tmp_path):
     found = sample(tmp_path, sweep())
     names = tuple(f"=HYPERLINK({i},x)" for i in range(len(found.factors)))
-    told = rows.to_csv(replace(found, factors=names, columns=tuple(("-x", *rest) for _, *rest in found.columns)))
-    head, numbers = rows.to_csv(found).split(b"\r\n", 1)
+    told = export.to_csv(replace(found, factors=names, columns=tuple(("-x", *rest) for _, *rest in found.columns)))
+    head, numbers = export.to_csv(found).split(b"\r\n", 1)
     assert told.split(b"\r\n", 1)[1] == numbers
     (read,) = csv.reader([told.decode().split("\r\n")[0]], strict=True)
     assert len(read) == len(head.split(b","))
@@ -332,7 +338,7 @@ def test_no_name_of_a_column_is_run_by_a_spreadsheet_and_its_numbers_are_as_they
 
 @pytest.mark.parametrize(("needs", "word"), [({"memory": 5e9}, "4.0 GB"), ({"disk": 1e18}, "half of what is free")])
 def test_too_much_memory_or_disk_is_refused_with_the_limit(tmp_path, needs, word):
-    small = cost.cost_of([prepared(sweep())])
+    small = cost.cost_of([compile_sweep(sweep())])
     with pytest.raises(ValueError, match=rf"{word}.*`--yes`"):
         cost.check(replace(small, **needs), tmp_path)
 
@@ -352,14 +358,14 @@ def test_a_sweep_can_leave_out_half_steps(tmp_path):
     found = sample(tmp_path, without)
     assert (len(found.again), found.errors.shape, np.isnan(found.step_error("IAE"))) == (0, (0, 1, 2), True)
     assert found.note == f"50 runs, 0 of them diverged; seed {without.design.seed}; step 0.01 s"
-    assert prepared(without).seconds_of_run < prepared(with_some).seconds_of_run
-    assert cost.cost_of([prepared(without)]).disk < cost.cost_of([prepared(with_some)]).disk
+    assert compile_sweep(without).seconds_of_run < compile_sweep(with_some).seconds_of_run
+    assert cost.cost_of([compile_sweep(without)]).disk < cost.cost_of([compile_sweep(with_some)]).disk
 
 
 def test_a_sweep_at_half_its_step_has_the_errors_of_the_first(tmp_path):
     given = sweep(halved=1)
     half = sample(tmp_path, given).errors
-    made = prepared(given).at_half("finer")
+    made = compile_sweep(given).at_half("finer", given.design.size)
     finer = made.sample([made.chunk(0, 50)])
     assert made.name(0, 50).startswith("finer/0-50/")
     np.testing.assert_array_equal(np.abs(finer.values - sample(tmp_path, given).values), half)

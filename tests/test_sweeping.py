@@ -12,13 +12,12 @@ import pandas as pd
 import pytest
 from scipy.io import loadmat
 
-from workbench.cli import sweeping
 from workbench.cli.script import load
-from workbench.study import cost
-from workbench.study.ledger.about import About, SweepAbout
+from workbench.study import cost, execution
+from workbench.study.export import table_of
 from workbench.study.ledger.chunk import chunk_of
-from workbench.study.ledger.store import FOLDER, LedgerError, file_of, opened
-from workbench.study.sample import Sample, table_of
+from workbench.study.ledger.store import FOLDER, About, LedgerError, SweepAbout, file_of, opened
+from workbench.study.sample import Sample
 
 SWEPT = """
 import casadi as ca
@@ -28,7 +27,7 @@ from workbench.metrics import iae, ise
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.document.document import Paragraph, Section
 from workbench.study.uncertainty.factors import Factor
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.study import Study
 from workbench.study.sweep import Sweep
@@ -196,7 +195,7 @@ def test_ctrl_c_says_what_is_kept_and_loses_nothing(command, swept, tmp_path, st
     got = acknowledged(line + out)
     assert process.returncode == 130
     last = said.splitlines()[-1]
-    assert re.fullmatch(r"workbench: stopped; \d+ of 2000 chunks are kept in 'out'. The same command goes on.*", last)
+    assert re.fullmatch(r"workbench: stopped; \d+ chunks are kept in 'out'. The same command goes on.*", last)
     assert got.items() <= digests(command).items()
 
 
@@ -292,14 +291,14 @@ def table(**changes):
     one = table_of(Sample("decay", ("rate",), columns, h=0.1, seed=0, fingerprint="f", **numbers, **errors))
     arrays = {name: changes.pop(name, array) for name, array in one.arrays().items()}
     return chunk_of(
-        "table/decay", arrays, {name: value for name, value in (one.said | changes).items() if name != "arrays"}
+        "table/decay", arrays, {name: value for name, value in (one.content | changes).items() if name != "arrays"}
     )
 
 
 def results_of(command, out, record):
     with opened(out) as ledger:
         ledger.describe(About("swept", "swept.py", None, (SweepAbout("decay", 2, "fused 1", ()),)))
-        ledger.add(record)
+        ledger.write_durably(record)
     return command("results", "out")
 
 
@@ -342,7 +341,7 @@ def test_a_chunk_that_holds_something_else_is_refused_in_a_sentence(command, swe
     command("run", swept, "--out", "out")
     (name, *_) = digests(command)
     with opened(tmp_path / "out") as ledger:
-        ledger.add(chunk_of(name, arrays))
+        ledger.write_durably(chunk_of(name, arrays))
     assert command("status", "out").exit_code == 0
     done = command("run", swept, "--out", "out")
     assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
@@ -443,12 +442,12 @@ def test_a_chunk_that_is_overwritten_after_it_was_acknowledged_is_told_and_done_
     def overwrite(chunk):
         (tmp_path / "out" / FOLDER / file_of(chunk.name)).write_bytes(bytes(500))
 
-    order = sweeping.Order(tmp_path / swept, acknowledge=overwrite)
+    order = execution.Order(tmp_path / swept, acknowledge=overwrite)
     told = pytest.raises(LedgerError, match="has been damaged: the same command computes it again")
-    with told, sweeping.swept(study, tmp_path / "out", order):
+    with told, execution.execute(study, tmp_path / "out", order):
         pass
-    with sweeping.swept(study, tmp_path / "out", sweeping.Order(tmp_path / swept)) as answered:
-        assert len(answered.results.samples[0]) == 40
+    with execution.execute(study, tmp_path / "out", execution.Order(tmp_path / swept)) as (_, results):
+        assert len(results.samples[0]) == 40
 
 
 def test_a_study_whose_report_fails_keeps_its_ledger(command, swept, tmp_path):
@@ -462,6 +461,6 @@ def test_a_study_whose_report_fails_keeps_its_ledger(command, swept, tmp_path):
 
 def test_the_verbs_of_a_ledger_import_nothing_heavy():
     heavy = ("casadi", "numpy", "scipy", "matplotlib", "pandas")
-    code = f"import sys, workbench.cli.ledgers; print([name for name in {heavy} if name in sys.modules])"
+    code = f"import sys, workbench.cli.results; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

@@ -23,7 +23,7 @@ from workbench.study.document.document import (
     Section,
     Table,
 )
-from workbench.study.rows import spreadsheet_text
+from workbench.study.export import spreadsheet_text
 
 LAW_AND_RMSE = (Column("law"), Column("RMSE", "rad"))
 PLAIN = Column("x")

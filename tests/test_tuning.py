@@ -12,10 +12,10 @@ from tunings import GAINS, DoubleIntegrator, quadratic, tuning
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import effort, iae, ise, total_variation
 from workbench.study import cost
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.tuning import Trial, equal_budget, tune
-from workbench.study.tuning.ready import ready
-from workbench.study.tuning.search import here
+from workbench.study.tuning.course import reasons_of
+from workbench.study.tuning.search import compile_tuning, here
 from workbench.study.uncertainty.distributions import LogUniform, Normal, Uniform
 from workbench.study.uncertainty.factors import Factor
 
@@ -61,11 +61,11 @@ def test_the_best_gains_of_a_double_integrator_are_those_of_its_riccati_equation
 def test_every_search_looks_at_exactly_as_many_points_as_its_budget_has(found):
     assert found.points.shape == (1280, 2)
     assert {len(one) for one in found.samples.values()} == {1280}
-    assert list(found.curves) == ["seed 0", "seed 1"]
-    for spent, best in found.curves.values():
-        assert spent.tolist() == list(range(16, 641, 16))
-        assert (np.diff(best) <= 0).all()
-    assert found.bests.min() == found.objectives.min() == min(best[-1] for _, best in found.curves.values())
+    assert [one.seed for one in found.searches] == [0, 1]
+    for one in found.searches:
+        assert one.spent.tolist() == list(range(16, 641, 16))
+        assert (np.diff(one.bests) <= 0).all()
+    assert found.bests.min() == found.objectives.min() == min(one.bests[-1] for one in found.searches)
     assert not np.array_equal(found.points[:16], found.points[640:656])
 
 
@@ -93,7 +93,7 @@ def _one_by_one(one, first, last):
 
 
 def test_the_best_numbers_go_into_any_loop_that_has_their_places(found):
-    other = found.adjusted(DoubleIntegrator(start=2.0)).ode()
+    other = found.adjusted(DoubleIntegrator(start=2.0))
     assert dict(zip(other.parameters.names, other.parameters.default, strict=True)) == found.best
     assert other.states.default.tolist() == [2.0, 0.0]
     with pytest.raises(LookupError, match="There is no 'Kp', which 'Kp' varies"):
@@ -104,7 +104,7 @@ def test_shares_are_those_of_the_numbers_of_each_loop():
     share = Factor("gains", ("Kp", "Kd"), Uniform(1.0, 4.0), share=True)
     found = tune(tuning(factors=(share,)))
     expected = 0.5 * found.best["gains"]
-    assert found.adjusted(DoubleIntegrator()).ode().parameters.default.tolist() == [expected, expected]
+    assert found.adjusted(DoubleIntegrator()).parameters.default.tolist() == [expected, expected]
 
 
 def test_all_trials_have_their_say():
@@ -120,13 +120,15 @@ def test_all_trials_have_their_say():
 def test_a_point_whose_run_diverges_is_counted_and_never_the_best():
     found = tune(bomb(0.5, 1.5, evaluations=160))
     diverged = found.numbers[:, 0] > 1
-    assert 0 < found.failed == diverged.sum() == found.inadmissible["the run in 'long' diverged"]
+    assert (
+        0 < found.failed == diverged.sum() == reasons_of(found.objectives, found.samples)["the run in 'long' diverged"]
+    )
     np.testing.assert_array_equal(np.isinf(found.objectives), diverged)
     # -log(1 - rate) / rate, which is at least 1.38 here: the least rate is the best, and lies at the edge
     assert found.best["rate"] == pytest.approx(0.5, abs=1e-3)
     assert found.at_edge == ("rate",)
     assert "The best 'rate' lies at the low end of its range." in found.warnings
-    assert np.isnan(found.measured(lambda runs: runs["long"].outputs("IAE"))[diverged]).all()
+    assert len(found.measures(lambda runs: runs["long"].outputs("IAE"))) == (~diverged).sum()
 
 
 class LastLook:
@@ -144,8 +146,13 @@ def test_a_point_whose_metric_is_no_number_is_counted_though_its_run_is_finite()
     trial = Trial("flat", Run(LastLook(), (iae(), total_variation(0.25)), 1.0, h=0.025))
     gain = Factor("gain", ("gain",), LogUniform(0.01, 100.0))
     found = tune(tuning(trials=(trial,), factors=(gain,), objective=lambda runs: -runs["flat"].drawn[:, 0]))
-    assert found.inadmissible["the run in 'flat' diverged"] == 0
-    assert found.inadmissible["a metric in 'flat' is no number"] == found.failed == (found.numbers > 1).sum() > 0
+    assert reasons_of(found.objectives, found.samples)["the run in 'flat' diverged"] == 0
+    assert (
+        reasons_of(found.objectives, found.samples)["a metric in 'flat' is no number"]
+        == found.failed
+        == (found.numbers > 1).sum()
+        > 0
+    )
     assert 0.9 < found.best["gain"] <= 1
 
 
@@ -158,7 +165,7 @@ def test_points_beyond_a_limit_of_the_objective_are_not_admissible():
     assert found.samples["step"].outputs("effort")[found.place] <= 0.1
     assert free.samples["step"].outputs("effort")[free.place] > 0.1
     reasons = ("the run in 'step' diverged", "a metric in 'step' is no number", "the objective is infinite")
-    assert found.inadmissible == dict(zip(reasons, (0, 0, found.failed), strict=True))
+    assert reasons_of(found.objectives, found.samples) == dict(zip(reasons, (0, 0, found.failed), strict=True))
     assert found.failed > 0
 
 
@@ -190,13 +197,12 @@ def test_a_search_whose_best_points_all_live_by_the_step_alone_is_refused():
         tune(asked)
 
 
-def test_pareto_sets_are_of_all_points_that_were_looked_at(found):
+def test_measures_are_of_all_points_that_were_looked_at(found):
     error, torque = (lambda runs: runs["step"].outputs("ISE")), (lambda runs: runs["step"].outputs("effort"))
-    front = found.front(error, torque)
-    assert (np.diff(front, axis=0) * [1, -1] >= 0).all()  # equal where a search has come to the same point twice
-    assert len(np.unique(front, axis=0)) > 10
-    table = np.stack([found.measured(error), found.measured(torque)], axis=1)
-    assert not any(((table <= point).all(axis=1) & (table < point).any(axis=1)).any() for point in front)
+    runs = found.samples["step"]
+    np.testing.assert_array_equal(found.measures(error, torque).T, [runs.outputs("ISE"), runs.outputs("effort")])
+    with pytest.raises(ValueError, match="needs at least one measure"):
+        found.measures()
 
 
 @pytest.mark.parametrize(
@@ -323,12 +329,12 @@ def test_all_laws_get_the_same_budget_or_are_refused():
     assert (first.size, first.objective, first.seeds) == (second.size, second.objective, second.seeds)
     with pytest.raises(ValueError, match=r"the same trials for every law; 'b' has 'step' .* h = 0.01 s"):
         equal_budget({"a": ((trial,), GAINS), "b": ((slower,), GAINS)}, quadratic, **budget)
-    with pytest.raises(ValueError, match="'b' has 2, and 'a' has 1"):
+    with pytest.raises(ValueError, match="'b' has 'step' .*; 'long' .*, and 'a' has 'step'"):
         equal_budget({"a": ((trial,), GAINS), "b": ((trial, bomb(0, 1).trials[0]), GAINS)}, quadratic, **budget)
 
 
 def test_what_a_search_takes_is_known_before_it_begins():
-    made = ready(tuning(evaluations=800, seeds=(0, 1)))
+    made = compile_tuning(tuning(evaluations=800, seeds=(0, 1)))
     needed = cost.cost_of([*made.trials, *made.halves], workers=2)
     assert needed.runs == 1600 + 2 * 8
     asked = []
@@ -337,6 +343,6 @@ def test_what_a_search_takes_is_known_before_it_begins():
 
 
 def test_a_logarithmic_range_is_searched_by_its_logarithm():
-    given = ready(tuning()).trials[0].space.values(np.array([[0.5, 0.0]]))
+    given = compile_tuning(tuning()).trials[0].space.values(np.array([[0.5, 0.0]]))
     assert given[0] == pytest.approx([1.0, 0.1])
     assert isinstance(GAINS[0].distribution, LogUniform)

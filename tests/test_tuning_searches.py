@@ -14,10 +14,10 @@ from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.tuning import Trial, Tuning, equal_budget, tune
-from workbench.study.tuning.budget import population_of
-from workbench.study.tuning.ready import ready
+from workbench.study.tuning.contract import population_of
+from workbench.study.tuning.search import compile_tuning
 from workbench.study.uncertainty.distributions import LogUniform, Triangular, Uniform
 from workbench.study.uncertainty.factors import Factor
 
@@ -99,7 +99,7 @@ def test_an_optimum_at_a_limit_is_flagged_and_a_physical_limit_told_apart():
 
 @pytest.mark.parametrize("spread", [Uniform(0.5, 5.0), LogUniform(0.5, 5.0), Triangular(0.5, 1.0, 5.0)])
 def test_a_start_is_that_of_any_distribution_to_the_last_digits(spread):
-    low, high = ready(tuning(factors=(Factor("Kp", ("Kp",), spread),), starts={"Kp": (0.7, 5.0)})).start
+    low, high = compile_tuning(tuning(factors=(Factor("Kp", ("Kp",), spread),), starts={"Kp": (0.7, 5.0)})).start
     assert spread.quantile(low) == pytest.approx(0.7, rel=1e-12)
     assert high[0] == 1.0
 
@@ -119,7 +119,6 @@ def test_a_search_ends_once_it_has_settled_and_not_before_it_may():
     assert found.note.startswith(
         f"{found.used[0]} and {found.used[1]} of at most 320 evaluations a search, 160 a number;"
     )
-    assert {len(best) for _, best in found.curves.values()} == {max(found.used) // 8}
 
 
 def test_a_search_that_has_not_settled_has_all_its_evaluations_and_is_marked():
@@ -130,7 +129,10 @@ def test_a_search_that_has_not_settled_has_all_its_evaluations_and_is_marked():
 
 
 def test_each_search_has_a_training_noise_of_its_own(noisy):
-    seeds = [[trial.sweep.run.seed for trial in ready(shaken()).under(ready(shaken()).trials, k)] for k in (0, 1)]
+    seeds = [
+        [trial.sweep.run.seed for trial in compile_tuning(shaken()).under(compile_tuning(shaken()).trials, k)]
+        for k in (0, 1)
+    ]
     assert seeds == [[3, 4], [1003, 1004]]
     moved = tuple(replace(trial, run=replace(trial.run, seed=trial.run.seed + 1000)) for trial in shaken().trials)
     for k, alone in ((0, shaken(seeds=(5,))), (1, shaken(seeds=(6,), trials=moved))):

@@ -13,13 +13,13 @@ import pytest
 from sweeps import sweep
 from tunings import tuning
 
-from workbench.cli.script import Script, digest_of
+from workbench.cli.script import Script
 from workbench.study.executors import ClusterError, on_threads
 from workbench.study.ledger.store import FOLDER, chunks, opened
 from workbench.study.runner import run
 from workbench.study.study import Results, Study
-from workbench.study.tuning import kept
-from workbench.study.tuning.ready import ready
+from workbench.study.tuning import checkpoint
+from workbench.study.tuning.search import compile_tuning
 
 TUNED = """
 from tunings import DoubleIntegrator, quadratic, tuning
@@ -27,7 +27,7 @@ from workbench.metrics import effort, ise
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.document.document import Paragraph, Section
 from workbench.study.uncertainty.factors import Factor
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.study import Case, Study
 from workbench.study.sweep import Sweep
@@ -126,7 +126,7 @@ def test_the_report_comes_again_from_the_ledger_or_says_what_to_do(command, tune
     assert forget(tmp_path / "out", "72-80") == 1
     done = command("report", "out", "--study", tuned)
     assert done.exit_code == 2
-    said = "The tunings in 'out' are not complete: `workbench run tuned.py --out out` goes on with them.\n"
+    said = "The tunings in 'out' are not complete: `workbench run tuned.py --out out` computes them.\n"
     assert done.stderr == f"workbench: {said}"
 
 
@@ -190,18 +190,22 @@ def test_a_search_that_was_killed_and_stopped_goes_on_and_ends_as_if_it_had_not_
 
 
 def test_what_a_settled_tuning_did_without_is_taken_off_what_is_to_come(tmp_path):
-    first, second = (ready(tuning(name=name, evaluations=320, settle=0.3)) for name in ("one", "two"))
+    first, second = (compile_tuning(tuning(name=name, evaluations=320, settle=0.3)) for name in ("one", "two"))
     told, said = [], []
     with opened(tmp_path, fresh=False) as ledger:
-        found, done = kept.complete(
-            (first, second), ledger, on_threads, lambda: told.append, describe=lambda sweeps: said.append(sweeps)
+        found, done = checkpoint.tune_in_ledger(
+            (first, second),
+            ledger,
+            on_threads,
+            lambda: lambda *state: told.append(state),
+            describe=lambda sweeps: said.append(sweeps),
         )
-        again = kept.complete((first, second), ledger, on_threads, lambda: pytest.fail("it runs"))
+        again = checkpoint.tune_in_ledger((first, second), ledger, on_threads, lambda: pytest.fail("it runs"))
     spared = 320 - found["one"].used[0]
     assert spared > 0
-    assert told[0].total == 2 * (320 + 8)
-    assert told[-1].total == 2 * (320 + 8) - spared
-    assert told[-1].done == sum(found[name].used[0] for name in ("one", "two")) + 8  # and the last eight are to come
+    assert told[0][2] == 2 * (320 + 8)
+    assert told[-1][2] == 2 * (320 + 8) - spared
+    assert told[-1][0] == sum(found[name].used[0] for name in ("one", "two")) + 2 * 8
     assert [(sweep.runs, sweep.at_most) for sweep in said[0]] == [(320, True), (8, True)] * 2
     runs = [runs for name in ("one", "two") for runs in (found[name].used[0], 8)]
     assert [(sweep.runs, sweep.at_most) for sweep in done] == [(count, False) for count in runs]
@@ -213,11 +217,11 @@ def test_a_worker_finds_the_same_sweeps_from_the_chunks_of_the_tuning(command, t
     command("run", tuned, "--out", "out")
     held = tuple((c.name, c.head, c.data) for c in chunks(tmp_path / "out") if c.name.startswith("pd_"))
     file = tmp_path / tuned
-    (found,) = Script(str(file), digest_of(file), None, records=held)()
+    (found,) = Script.of(file, None, (), held)()
     names = {found.name(*ends) for ends in found.chunks}
     assert names == {name for name in digests(command) if name.startswith("held_out/")}
     with pytest.raises(ClusterError, match="A worker asks in a tuning for 'pd_step/"):
-        Script(str(file), digest_of(file), None, records=held[1:])()
+        Script.of(file, None, (), held[1:])()
 
 
 def test_a_study_refuses_what_would_be_one_file_twice_or_follows_from_nothing():

@@ -5,7 +5,7 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import effort, ise
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.tuning import Trial, Tuning
 from workbench.study.uncertainty.distributions import LogUniform
 from workbench.study.uncertainty.factors import Factor

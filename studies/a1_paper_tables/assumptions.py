@@ -10,8 +10,8 @@ from studies.paper.comparison import MARGIN, PROPOSED, SCENARIOS, six
 from studies.paper.laws import proposed_as_printed, rival
 from workbench.controllers.aosmc_rgs import SHAPES
 from workbench.loop import ClosedLoop
-from workbench.study.comparison import ranking
 from workbench.study.document.document import Cell, Column, Measured, Table
+from workbench.study.evidence.law_tables import ranking
 from workbench.study.study import Outcome, Results
 
 SMALL_Q = "FS as printed, small Q"

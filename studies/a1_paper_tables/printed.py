@@ -25,8 +25,8 @@ from workbench.study.document.document import (
     Section,
     Table,
 )
+from workbench.study.pictures.traces import Window, components
 from workbench.study.study import Outcome, Results
-from workbench.study.traces import Window, components
 
 CHANGES = {
     "none": "none: all four slips repaired",

@@ -31,8 +31,8 @@ from workbench.metrics import (
     settling_time,
     total_variation,
 )
+from workbench.study.contract import Run
 from workbench.study.document.document import Section
-from workbench.study.run import Run
 from workbench.study.study import Case, Results, Study
 
 PRINTED = sampled_rmse(CARD["sample time of (43)"])

@@ -13,7 +13,7 @@ from workbench.claims.falsify import Found
 from workbench.claims.verdicts import Finding
 from workbench.core import Claim
 from workbench.core.claim import Declared
-from workbench.study.comparison import order
+from workbench.study.evidence.law_tables import order
 from workbench.study.study import Results
 
 SCENARIOS = ("FS", "SS")

@@ -15,7 +15,7 @@ from workbench.design.riccati import Riccati, lqr
 from workbench.loop import AbstractController, ClosedLoop, open_loop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.study import Case
 
 FORWARD, ALGEBRAIC, AT_START, NONE = "(34)", "algebraic", "P = P(0)", "no adaptation"

@@ -5,8 +5,8 @@ import numpy as np
 from studies.a4_observer_gains.candidates import CHOSEN, HOW, PAPER, SURFACE, audits, followed, path, trade_off
 from workbench.notation.formula import symbol
 from workbench.study.document.document import Figure, Panel, Series
+from workbench.study.pictures.traces import Window, curve
 from workbench.study.study import Outcome, Results
-from workbench.study.traces import Window, curve
 
 STYLES = {name: i for i, name in enumerate(HOW)}
 SHOWN = 300  # states of the cloud of poles

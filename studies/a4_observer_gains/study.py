@@ -20,8 +20,8 @@ from studies.paper.card import CARD
 from studies.paper.laws import ARM, proposed_repaired
 from workbench.metrics import late_error, observer_error, peak_torque
 from workbench.observers import Luenberger, OracleFilter, WithDisturbance
+from workbench.study.contract import Run
 from workbench.study.document.document import Section
-from workbench.study.run import Run
 from workbench.study.study import Case, Results, Study
 
 METRICS = (

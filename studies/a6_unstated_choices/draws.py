@@ -21,7 +21,7 @@ from studies.a6_unstated_choices.loops import (
 )
 from studies.paper.card import CARD, LAWS
 from workbench.metrics import sampled_rmse
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.sweep import Sweep

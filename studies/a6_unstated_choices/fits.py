@@ -9,7 +9,7 @@ import numpy as np
 from studies.a6_unstated_choices.draws import LONGEST, RMSE, SHORTEST, factors_of, slug
 from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, STEPS, loop, searched
 from studies.paper.card import CARD, PUBLISHED
-from workbench.study.run import Run
+from workbench.study.contract import Run
 from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Trial, Tuned, Tuning

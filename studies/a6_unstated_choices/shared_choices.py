@@ -15,8 +15,8 @@ from studies.a6_unstated_choices.loops import MEASURED, PROPOSED, SQUARE, STEPS,
 from studies.a6_unstated_choices.results import in_words
 from studies.paper.card import LAWS
 from workbench.loop import ClosedLoop
+from workbench.study.contract import Run
 from workbench.study.document.document import Column, Table, Verdict
-from workbench.study.run import Run
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.sweep import Sweep

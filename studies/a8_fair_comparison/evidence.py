@@ -11,7 +11,7 @@ from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, Computed, S
 from studies.a8_fair_comparison.entrants import Entrant
 from studies.a8_fair_comparison.laws import PROPOSED, Numbers
 from studies.a8_fair_comparison.objective import TERMS, Term, both, cost, metrics
-from workbench.study.causes import Causes, causes_in_sweep
+from workbench.study.contract import Run
 from workbench.study.evidence import (
     Judgement,
     Mean,
@@ -25,7 +25,7 @@ from workbench.study.evidence import (
     paired,
     same_draws,
 )
-from workbench.study.run import Run
+from workbench.study.evidence.causes import Causes, causes_in_sweep
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.sweep import Sweep

@@ -16,7 +16,7 @@ from studies.a8_fair_comparison.results import Found, found_of
 from studies.a8_fair_comparison.searches import numbers, tuning
 from workbench.study.document.document import Figure, Paragraph, Reference, Section, Table
 from workbench.study.evidence import Comparison, ablation_table, comparison_table, statistics_table
-from workbench.study.information import information_table
+from workbench.study.evidence.law_tables import information_table
 from workbench.study.pictures import standings_figure
 from workbench.study.study import Results
 from workbench.study.uncertainty.factors import Space

@@ -11,9 +11,9 @@ from studies.a8_fair_comparison.evidence import MARGIN
 from studies.a8_fair_comparison.laws import PROPOSED
 from studies.paper.card import CARD, LAWS, PUBLISHED
 from studies.paper.laws import REFERENCES, proposed_repaired, rival
-from workbench.study.comparison import ranking
+from workbench.study.contract import Run
 from workbench.study.document.document import Cell, Column, Diverged, Measured, Paragraph, Section, Table, Verdict
-from workbench.study.run import Run
+from workbench.study.evidence.law_tables import ranking
 from workbench.study.study import Case, Outcome, Results
 from workbench.study.tuning import Tuned
 

@@ -28,8 +28,8 @@ from studies.a8_fair_comparison.evidence import (
 )
 from studies.a8_fair_comparison.laws import PROPOSED
 from studies.a8_fair_comparison.objective import LATE, TERMS
-from workbench.study.causes import Causes
 from workbench.study.evidence import Judgement, Paired, Standings, paired
+from workbench.study.evidence.causes import Causes
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 

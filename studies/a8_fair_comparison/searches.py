@@ -29,8 +29,8 @@ def tuning(results: Results) -> Section:
         f"{', '.join(map(str, asked.seeds))}; step {2e3 * asked.trials[0].run.h:g} ms, at half of which the least cost "
         f"changes by at most {max(one.step_error for one in shown.values()):.1g}"
     )
-    fronts = {name: one.front(_late, _chattering) for name, one in shown.items()}
-    costs = {name: one.front(_late, _effort) for name, one in shown.items()}
+    fronts = {name: one.measures(_late, _chattering) for name, one in shown.items()}
+    costs = {name: one.measures(_late, _effort) for name, one in shown.items()}
     return Section(
         "Tuning with the same budget",
         (

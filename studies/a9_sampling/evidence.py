@@ -13,8 +13,8 @@ from studies.a9_sampling.safe_periods import Longest, exact_limit, frozen, longe
 from studies.paper.card import LAWS, PUBLISHED
 from studies.paper.comparison import MARGIN
 from studies.paper.linear_loops import PROPOSED, SEVEN
-from workbench.study.causes import Causes
-from workbench.study.comparison import order
+from workbench.study.evidence.causes import Causes
+from workbench.study.evidence.law_tables import order
 from workbench.study.study import Outcome, Results
 from workbench.validation.refusals import Array
 

@@ -23,12 +23,12 @@ from studies.b2_sobol_cost.workload import sweep
 from studies.performance.peers import PEERS
 from studies.performance.workload import HORIZON
 from workbench.simulate import simulate
+from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.document.document import Cell, Column, Itemize, Paragraph, Section, Table, Verdict
+from workbench.study.execution import tasks_of
 from workbench.study.executors import on_threads
-from workbench.study.ledger.resume import complete, planned, samples
+from workbench.study.ledger.resumption import complete
 from workbench.study.ledger.store import opened
-from workbench.study.preparation import prepared
-from workbench.study.prepared import Prepared
 from workbench.study.processor import machine
 from workbench.study.sample import Sample
 from workbench.study.study import Results, Study
@@ -94,7 +94,7 @@ class Cost:
 @cache
 def measured() -> Cost:
     """The table, measured once."""
-    one = prepared(sweep())
+    one = compile_sweep(sweep())
     one.chunk(0, 8)  # compiled before it is timed
     turns = [(timed(lambda: march(one)), timed(lambda: keep(one))) for _ in range(TURNS)]
     others = max(0.0, os.getloadavg()[0] - 1) if hasattr(os, "getloadavg") else 0.0
@@ -123,7 +123,7 @@ def timed(work: Callable[[], object]) -> tuple[float, float]:
     return process_time() - cpu, perf_counter() - wall
 
 
-def march(one: Prepared) -> None:
+def march(one: CompiledSweep) -> None:
     """All rows by the engine alone, those at half of the step among them, with as many kept times."""
     for first, last in one.chunks:
         p, x0 = one.rows(first, last)
@@ -133,13 +133,12 @@ def march(one: Prepared) -> None:
             simulate(step, p[some], x0[some], until=one.sweep.run.until, every=one.every, runs=runs[some])
 
 
-def keep(one: Prepared) -> Sample:
+def keep(one: CompiledSweep) -> Sample:
     """The same through plan, executor, ledger and sample, in a folder of its own."""
     with TemporaryDirectory(prefix="workbench-b2-") as folder, opened(Path(folder), False) as ledger:
-        plan = planned([one])
-        complete(plan, ledger, lambda tasks: on_threads([one], tasks))
-        (sample,) = samples(plan, ledger)
-    return sample
+        tasks = tasks_of([one])
+        complete(tasks, ledger, lambda missing: on_threads([one], missing))
+        return one.sample(ledger.read(task.name) for task in tasks)
 
 
 def command() -> dict[str, float]:
@@ -152,7 +151,7 @@ def command() -> dict[str, float]:
     return found
 
 
-def peer(one: Prepared) -> tuple[float | None, float | None]:
+def peer(one: CompiledSweep) -> tuple[float | None, float | None]:
     """Seconds of python-control for one run, and of SALib for the analysis of all outputs."""
     control = next(each for each in PEERS if each.package == "control")
     if not control.installed:

@@ -8,7 +8,7 @@ from studies.b3_any_plant.loops import COMPUTER, LAWS, LQG, LQR, PID, called, cu
 from studies.b3_any_plant.settings import EASY, HARD, SETTINGS, Setting
 from workbench.design.linear import sensitivity
 from workbench.study import Results, Section, Verdict, sobol
-from workbench.study.comparison import order
+from workbench.study.evidence.law_tables import order
 from workbench.study.uncertainty import SobolIndices
 from workbench.validation.refusals import Array
 

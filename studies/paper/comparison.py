@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 from studies.paper.card import LAWS, PUBLISHED
 from studies.paper.figures import figures
-from workbench.study.comparison import Ranking, against_published, order, ranking, side_by_side
 from workbench.study.document.document import Cell, Column, Itemize, Paragraph, Reference, Section, Table, Verdict
+from workbench.study.evidence.law_tables import Ranking, against_published, order, ranking, side_by_side
 from workbench.study.study import Outcome, Results
 
 PROPOSED = "AOSMC-RGS"

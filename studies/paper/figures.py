@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 from workbench.notation.formula import symbol
 from workbench.study.document.document import Figure, Label
+from workbench.study.pictures.traces import Window, components, traces
 from workbench.study.study import Outcome
-from workbench.study.traces import Window, components, traces
 
 FIRST = {"FS": 3, "SS": 11}  # the number of each scenario's first figure in the paper
 OBSERVED = {"FS": 9, "SS": 17}

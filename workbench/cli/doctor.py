@@ -1,9 +1,10 @@
-"""What the workbench needs of this machine: packages, an evaluation, a rendered page, cores and disk."""
+"""The verb `doctor`: packages, an evaluation, a rendered page, cores and disk of this machine."""
 
 from __future__ import annotations
 
 import os
 import platform
+import sys
 from collections.abc import Callable, Iterator
 from functools import partial
 from importlib.metadata import PackageNotFoundError, requires, version
@@ -11,17 +12,31 @@ from re import match
 from shutil import disk_usage
 from typing import NamedTuple
 
+import click
+
 from workbench import __version__
+from workbench.cli.errors import one_sentence
 
 ENOUGH_DISK = 200 * 2**20  # bytes; a report takes less than ten million
 
 
 class Finding(NamedTuple):
-    """One thing that was looked at: whether it is well, and how it is or what is wrong."""
+    """One thing that was looked at: True if it is well, and how it is or what is wrong."""
 
     name: str
     well: bool
-    said: str
+    state: str
+
+
+@click.command()
+def doctor() -> None:
+    """Check that all the workbench needs is here and works."""
+    with one_sentence():
+        well = True
+        for finding in findings():
+            click.echo(f"{'ok' if finding.well else 'wrong':6} {finding.name:18} {finding.state}")
+            well = well and finding.well
+        sys.exit(0 if well else 1)
 
 
 def findings() -> Iterator[Finding]:
@@ -34,7 +49,7 @@ def findings() -> Iterator[Finding]:
 
 
 def _checks() -> dict[str, Callable[[], str]]:
-    """What is looked at: each check says how it is, or raises."""
+    """The checks by name: each says how it is, or raises."""
     return {
         "control-workbench": partial(version, "control-workbench"),
         "python": platform.python_version,

@@ -1,4 +1,4 @@
-"""How far a run is, on stderr: a bar on a terminal, a line now and then elsewhere."""
+"""Progress on stderr: a bar on a terminal, a line now and then elsewhere."""
 
 from __future__ import annotations
 
@@ -6,20 +6,21 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from time import monotonic
+from typing import Protocol
 
 SECONDS_BETWEEN_LINES = 10.0
 
 
-@contextmanager
-def shown(name: str, say: Callable[[str], None]) -> Iterator[Callable[[float], None]]:
-    """What is told the share that is done: it draws a bar on a terminal, and elsewhere says a line now and then."""
-    with shown_of(name, say) as tell:
-        yield lambda share: tell(share, "")
+class Tell(Protocol):
+    """Told the share that is done, and a remark."""
+
+    def __call__(self, share: float, remark: str = "", /) -> None:
+        """Take both."""
 
 
 @contextmanager
-def shown_of(name: str, say: Callable[[str], None]) -> Iterator[Callable[[float, str], None]]:
-    """The same, told a remark beside the share."""
+def shown(name: str, say: Callable[[str], None]) -> Iterator[Tell]:
+    """A bar on a terminal, and elsewhere a line now and then, by the share that is done."""
     if not sys.stderr.isatty():
         yield _lines(name, say)
         return
@@ -30,13 +31,24 @@ def shown_of(name: str, say: Callable[[str], None]) -> Iterator[Callable[[float,
     columns = (TextColumn("{task.description}"), BarColumn(), *told)
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(name, total=1.0, remark="")
-        yield lambda share, remark: bar.update(task, completed=share, remark=remark)
+
+        def tell(share: float, remark: str = "", /) -> None:
+            bar.update(task, completed=share, remark=remark)
+
+        yield tell
 
 
-def runs(tell: Callable[[float, str], None]) -> Callable[[int, int, int], None]:
-    """What is told the runs done, those that failed, and all of them; it tells on the share of those that were missing.
+@contextmanager
+def runs_shown(name: str, say: Callable[[str], None]) -> Iterator[Callable[[int, int, int], None]]:
+    """The same, by the runs that are done, those that failed, and all of them."""
+    with shown(name, say) as tell:
+        yield runs(tell)
 
-    What was done before says nothing of the rate.
+
+def runs(tell: Tell) -> Callable[[int, int, int], None]:
+    """A function of the runs done, those that failed, and all of them, that tells the share of those that were missing.
+
+    Runs that were done before say nothing of the rate.
     """
     start, before = monotonic(), -1
 
@@ -51,10 +63,10 @@ def runs(tell: Callable[[float, str], None]) -> Callable[[int, int, int], None]:
     return told
 
 
-def _lines(name: str, say: Callable[[str], None]) -> Callable[[float, str], None]:
+def _lines(name: str, say: Callable[[str], None]) -> Tell:
     start = last = monotonic()
 
-    def tell(share: float, remark: str) -> None:
+    def tell(share: float, remark: str = "", /) -> None:
         nonlocal last
         now = monotonic()
         if 0 < share < 0.995 and now - last >= SECONDS_BETWEEN_LINES:

@@ -1,32 +1,27 @@
-"""The script that `workbench run` is given: found, loaded as the user's own program, and named in its report."""
+"""The script of a study: loaded as the user's own program, and named in its report."""
 
 from __future__ import annotations
 
 import hashlib
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass
 from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_file_location, spec_from_loader
 from pathlib import Path
 from shlex import join
-from typing import Any, NoReturn
+from typing import NoReturn
 
+from workbench.study.compiled import CompiledSweep
+from workbench.study.execution import Arithmetics, Record, compile_sweeps
 from workbench.study.executors import ClusterError
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.preparation import prepared
-from workbench.study.prepared import Prepared
 from workbench.study.study import Study
-from workbench.study.sweep import Sweep
-from workbench.study.tuning import kept
-from workbench.study.tuning.ready import ready
-from workbench.validation.refusals import described, nearest, whole
-from workbench.validation.signatures import door
-
-Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
-COUNTS = ("runs", "base", "trajectories")  # the names by which designs have the number that `--samples` sets
+from workbench.study.tuning import tune
+from workbench.study.tuning.search import compile_tuning
+from workbench.validation.refusals import described, nearest
 
 
 def check_file(file: Path) -> None:
@@ -104,92 +99,45 @@ def command(study: Path, out: Path | None, samples: int | None = None) -> str:
     return join(words if out is None else [*words, "--out", str(out)])
 
 
-@door
-def resized(study: Study, count: int | None) -> Study:
-    """The study with so many samples in the design of each sweep that has a number of them, as far as these are known.
-
-    A design without one, one factor at a time say, keeps its points.
-
-    Raises
-    ------
-    ValueError
-        If the count is no positive whole number, or no design has such a number.
-    """
-    if count is None:
-        return study
-    whole("--samples", count)
-    if callable(study.sweeps):
-        return study
-    if study.sweeps and not any(map(count_of, study.sweeps)):
-        raise ValueError(
-            f"`--samples` cannot change the study '{study.name}': the designs of its sweeps, {named(study.sweeps)}, "
-            "have no number of samples; leave it out."
-        )
-    return replace(study, sweeps=tuple(_resized(one, count) for one in study.sweeps))
-
-
-def _resized(sweep: Sweep, count: int) -> Sweep:
-    name = count_of(sweep)
-    return sweep if name is None else replace(sweep, design=replace(sweep.design, **{name: count}))  # type: ignore[type-var]
-
-
-def count_of(sweep: Sweep) -> str | None:
-    """How the design of a sweep calls its number of samples; None where it has none."""
-    held: Any = fields(sweep.design) if is_dataclass(sweep.design) else ()
-    whole_ones = {field.name for field in held if isinstance(getattr(sweep.design, field.name), int)}
-    return next((name for name in COUNTS if name in whole_ones), None)  # the `base` of `OneAtATime` is a quantile
-
-
-def named(sweeps: Sequence[Sweep]) -> str:
-    """The names of sweeps, for a sentence."""
-    return ", ".join(f"'{one.name}'" for one in sweeps)
-
-
-def sweeps_of(study: Study, arithmetics: Mapping[str, str] | None = None) -> tuple[Prepared, ...]:
-    """The sweeps that are known with their equations, in arithmetics by their names."""
-    known = () if callable(study.sweeps) else study.sweeps
-    return tuple(prepared(one, (arithmetics or {}).get(one.name)) for one in known)
-
-
 @dataclass(frozen=True)
 class Script:
-    """A study's file, at the same place on every worker, with its digest; called, it is loaded and its sweeps prepared.
+    """A study's file, at the same place on every worker, with its digest; called, it is loaded and its sweeps compiled.
 
-    Attributes
-    ----------
-    arithmetics
-        That of each sweep, by their names.
-    records
-        The chunks of the tunings, from which sweeps follow: name, head and data of each.
-
-    Raises
-    ------
-    ClusterError
-        If there is no such file, or another one, or its tunings ask there for other points than here.
+    Sweeps have arithmetics by their names, and may follow from the chunks of the tunings: name, head and data of each.
     """
 
     file: str
     digest: str
     samples: int | None
-    arithmetics: tuple[tuple[str, str], ...] = ()
+    arithmetics: Arithmetics = ()
     records: tuple[Record, ...] = ()
 
-    def __call__(self) -> tuple[Prepared, ...]:
+    @staticmethod
+    def of(
+        file: Path, samples: int | None = None, arithmetics: Arithmetics = (), records: tuple[Record, ...] = ()
+    ) -> Script:
+        """The script as it stands in a file here."""
+        return Script(str(file.resolve()), _digest_of(file), samples, arithmetics, records)
+
+    def __call__(self) -> tuple[CompiledSweep, ...]:
         """The sweeps, in the process of a worker."""
         file = Path(self.file)
-        if not file.is_file() or digest_of(file) != self.digest:
+        if not file.is_file() or _digest_of(file) != self.digest:
             raise ClusterError(f"A worker finds no '{self.file}', or another one: the study must be where it is here.")
-        study, arithmetics = load(file), dict(self.arithmetics)
+        study, arithmetic_of = load(file), dict(self.arithmetics).get
         if callable(study.sweeps):
             chunks = {name: Chunk(name, head, data) for name, head, data in self.records}
+
+            def replay(sweeps: Sequence[CompiledSweep], first: int, last: int) -> list[Chunk]:
+                return [chunks[one.name(first, last)] for one in sweeps]
+
             try:
-                found = {one.name: kept.replayed(ready(one, arithmetics), chunks) for one in study.tunings}
+                tuned = {one.name: tune(compile_tuning(one, arithmetic_of), replay) for one in study.tunings}
             except KeyError as error:
                 raise ClusterError(f"A worker asks in a tuning for {error}, which is not here: it differs.") from None
-            study = study.resolved(found)
-        return sweeps_of(resized(study, self.samples), arithmetics)
+            study = study.resolved(tuned)
+        return compile_sweeps(study, self.samples, arithmetic_of)
 
 
-def digest_of(file: Path) -> str:
-    """The SHA-256 of a file."""
+def _digest_of(file: Path) -> str:
     return hashlib.sha256(file.read_bytes()).hexdigest()

@@ -16,7 +16,7 @@ from workbench.report.figures import curves, drawn
 from workbench.report.page import GENERATOR, html
 from workbench.report.tables import to_csv, to_latex
 from workbench.study.document.document import Document
-from workbench.study.ledger.durable import sync_folder
+from workbench.study.ledger.durability import sync_folder
 from workbench.study.ledger.store import FOLDER
 
 PARTS = ("figures", "runs", "tables")

@@ -29,7 +29,7 @@ from workbench.study.document.document import (
     Value,
     parts,
 )
-from workbench.study.rows import spreadsheet_text
+from workbench.study.export import spreadsheet_text
 
 BRACKETS = (
     "A number in brackets is the error of the digits before it: 0.3532(2) is 0.3532 with an estimated error of "

@@ -1,49 +1,47 @@
-"""What a study is given to call: loops, which say their equations, and functions of its author."""
+"""The contract of a study: a loop, which gives its equations, and the Run that says what is measured of it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol
 
 from workbench.core import Ode, Sampled
-from workbench.validation.refusals import described, refusal
+from workbench.metrics import AbstractMetric
+from workbench.validation.refusals import described, multiple, positive, refusal, seconds, seed
+from workbench.validation.signatures import door
 
-LONGEST = 300  # letters of what an author's error says
+TOLERANCE = 1e-3
+LONGEST = 300  # letters of an author's error
 
 
 class Loop(Protocol):
-    """What gives its equations under a name."""
+    """Anything that gives its equations under a name."""
 
     def ode(self, name: str = ...) -> Ode | Sampled:
         """The loop in continuous time, or closed by a computer."""
 
 
-def check_loop(call: str, given: object) -> None:
-    """Refuse what is no loop."""
-    if isinstance(given, type) or not (isinstance(given, Ode | Sampled) or callable(getattr(given, "ode", None))):
-        must = "an `Ode`, a `Sampled`, or a loop, whose `ode(name)` gives its equations, as a `ClosedLoop` does"
-        raise refusal(call, must, given)
-
-
 def equations_of(loop: Loop | Ode | Sampled, name: str) -> Any:
-    """The equations of a loop under a name; equations are their own.
+    """The equations of a loop under a name; an `Ode` or a `Sampled` is returned as it is.
 
     Raises
     ------
     ValueError
-        If what the loop gives is neither an `Ode` nor a `Sampled`.
+        If the loop gives neither an `Ode` nor a `Sampled`.
     """
     if isinstance(loop, Ode | Sampled):
         return loop
     call = f"{type(loop).__name__}.ode({name!r})"
-    given = answer(call, loop.ode, name)
-    if not isinstance(given, Ode | Sampled):
-        raise refusal(call, "the equations of a loop, an `Ode` or a `Sampled`, as those of a `ClosedLoop` are", given)
-    return given
+    equations = answer(call, loop.ode, name)
+    if not isinstance(equations, Ode | Sampled):
+        must = "the equations of a loop, an `Ode` or a `Sampled`, as those of a `ClosedLoop` are"
+        raise refusal(call, must, equations)
+    return equations
 
 
-def answer(call: str, function: Callable[..., Any], *given: object) -> Any:
-    """What a function of the study's author gives.
+def answer(call: str, function: Callable[..., Any], *arguments: object) -> Any:
+    """The result of a function that the study's author wrote.
 
     Raises
     ------
@@ -51,11 +49,95 @@ def answer(call: str, function: Callable[..., Any], *given: object) -> Any:
         If it ends the process, or ends with an error of another kind than those that say what is wrong.
     """
     try:
-        return function(*given)
+        return function(*arguments)
     except (ValueError, LookupError, OSError, MemoryError):
         raise
     except SystemExit as error:
         raise ValueError(f"`{call}` ended the study by itself, with status {described(error.code)}.") from error
     except Exception as error:
-        said = described(str(error), LONGEST)
-        raise ValueError(f"`{call}` ended with {type(error).__name__}: {said}.") from error
+        message = described(str(error), LONGEST)
+        raise ValueError(f"`{call}` ended with {type(error).__name__}: {message}.") from error
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Run:
+    """A loop from its initial state to a horizon, and the metrics that are taken of it.
+
+    A case names one run, a sweep varies its numbers, and a tuning searches for them.
+
+    Attributes
+    ----------
+    loop
+        Equations, an `Ode` or a `Sampled`, or what gives them by `ode(name)`, as a `ClosedLoop` does.
+    until, every
+        Horizon and distance of the kept times, in s, multiples of `h`. Without `every` a case keeps each step of its
+        check, a sweep and a tuning the horizon alone.
+    h
+        The step in s at which values are taken, the same in a case, a sweep and the best of a tuning; of a sampled loop
+        the substep. Without it, pilot runs choose steps that keep the tolerance.
+    tolerance
+        By how much a value may change, relative to itself, from twice the step to the step. A case with an `h` is held
+        against it, None against none; without `h` it is 0.001 if not given.
+    seed
+        Of the noise.
+
+    Examples
+    --------
+    >>> run = wb.Run(wb.open_loop(wb.DCMotor()), (wb.effort("omega"),), until=1.0)
+    >>> run.steps
+    'steps for a tolerance of 0.001'
+    """
+
+    WAYS: ClassVar = dict.fromkeys(("ClosedLoop", "Ode", "Sampled"), "write `Run(loop, metrics, until)`")
+
+    loop: Loop | Ode | Sampled
+    metrics: tuple[AbstractMetric, ...]
+    until: float
+    every: float | None = None
+    h: float | None = None
+    tolerance: float | None = None
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        loop = self.loop
+        if isinstance(loop, type) or not (isinstance(loop, Ode | Sampled) or callable(getattr(loop, "ode", None))):
+            must = "an `Ode`, a `Sampled`, or a loop, whose `ode(name)` gives its equations, as a `ClosedLoop` does"
+            raise refusal("Run(loop=...)", must, loop)
+        for name in ("h", "until", "every"):
+            if (span := getattr(self, name)) is not None:
+                seconds(f"Run({name}=...)", span)
+        if self.tolerance is not None:
+            positive("Run(tolerance=...)", self.tolerance)
+        elif self.h is None:
+            object.__setattr__(self, "tolerance", TOLERANCE)
+        seed("Run(seed=...)", self.seed)
+        for name, part in (("every", "h"), ("until", "h"), ("until", "every")):
+            if (span := getattr(self, name)) is not None and (unit := getattr(self, part)) is not None:
+                multiple(f"Run({name}=...)", span, unit, f"`{part}`,")
+
+    @property
+    def kept(self) -> float:
+        """The distance of the times at which a sweep takes its metrics, in s."""
+        return self.until if self.every is None else self.every
+
+    @property
+    def steps(self) -> str:
+        """The step in words."""
+        return f"steps for a tolerance of {self.tolerance:g}" if self.h is None else f"h = {self.h:g} s"
+
+    def doubled(self, equation: Ode | Sampled, call: str) -> float:
+        """The step of the check, 2 h, in s.
+
+        Raises
+        ------
+        ValueError
+            If it does not divide the period of a sampled loop.
+        """
+        assert self.h is not None
+        if isinstance(equation, Sampled) and equation.substeps(self.h) % 2:
+            raise ValueError(
+                f"`{call}` needs an `h` of which an even number makes the sampling period {equation.period:g} s, as "
+                f"its values are held against those at 2 h; got {self.h:g} s: take {self.h / 2:g} s."
+            )
+        return 2 * self.h

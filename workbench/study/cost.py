@@ -1,16 +1,16 @@
-"""What sweeps will take, told before they start: time, memory, disk; and what is too much of it."""
+"""The cost of sweeps, told before they start: time, memory and disk; what is too much is refused."""
 
 from __future__ import annotations
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
 
 from workbench.simulate.arithmetic import is_compiled
 from workbench.simulate.job import threads
-from workbench.study.prepared import Prepared
+from workbench.study.compiled import CompiledSweep
 from workbench.validation.views import show
 
 PATIENCE = 3600.0  # s
@@ -43,31 +43,32 @@ class Cost:
         )
 
 
-def cost_of(sweeps: Sequence[Prepared], workers: int | None = None) -> Cost:
+def cost_of(sweeps: Sequence[CompiledSweep], workers: int | None = None) -> Cost:
     """A cautious estimate of all runs of some sweeps, as if none of them were done."""
     side = workers or threads()
-    runs = sum(one.sweep.design.size for one in sweeps)
-    results = 8.0 * sum(one.sweep.design.size * _numbers(one) for one in sweeps)
-    seconds = sum(one.sweep.design.size * one.seconds_of_run * slower(one) for one in sweeps) / side
-    seconds += SECONDS_OF_NUMBER * sum(one.sweep.design.size * _cells(one) for one in sweeps)
-    seconds += SECONDS_OF_CHUNK * sum(-(-one.sweep.design.size // one.runs_of_chunk) for one in sweeps)
-    chunk = max((min(one.runs_of_chunk, one.sweep.design.size) * one.bytes_of_run for one in sweeps), default=0)
+    runs = sum(one.size for one in sweeps)
+    results = 8.0 * sum(one.size * _numbers(one) for one in sweeps)
+    seconds = sum(one.size * one.seconds_of_run * _slower(one) for one in sweeps) / side
+    seconds += SECONDS_OF_NUMBER * sum(one.size * _cells(one) for one in sweeps)
+    seconds += SECONDS_OF_CHUNK * sum(-(-one.size // one.runs_of_chunk) for one in sweeps)
+    chunk = max((min(one.runs_of_chunk, one.size) * one.bytes_of_run for one in sweeps), default=0)
     return Cost(runs, side, seconds, PROGRAM + CHUNKS * chunk + COPIES * results, ON_DISK * results)
 
 
-def slower(one: Prepared) -> int:
-    """How many times longer the runs of a sweep take here than compiled."""
+def slow(sweeps: Sequence[CompiledSweep]) -> Iterator[str]:
+    """A sentence for each arithmetic of some sweeps that is not compiled here."""
+    for name, times in {one.arithmetic: _slower(one) for one in sweeps}.items():
+        if times > 1:
+            yield f"The arithmetic '{name}' is not compiled here: the same bits take some {times:,} times longer."
+
+
+def _slower(one: CompiledSweep) -> int:
+    """The factor by which the runs of a sweep take longer here than compiled."""
     return 1 if is_compiled(one.coarse, one.arithmetic) else SLOWER[one.arithmetic]
 
 
 def check(cost: Cost, out: Path) -> None:
-    """Refuse what takes more than an hour, 4 GB of memory, or half of the disk that is free.
-
-    Raises
-    ------
-    ValueError
-        With what it takes, the limit, and what to do.
-    """
+    """Refuse what takes more than an hour, 4 GB of memory, or half of the disk that is free."""
     place = next(path for path in (out.resolve(), *out.resolve().parents) if path.exists())
     free = shutil.disk_usage(place).free / 2
     limits = (
@@ -83,14 +84,14 @@ def check(cost: Cost, out: Path) -> None:
             )
 
 
-def _numbers(one: Prepared) -> float:
-    """How many numbers of a run are kept."""
+def _numbers(one: CompiledSweep) -> float:
+    """The number of numbers of a run that are kept."""
     values = len(one.columns) * one.times
     return len(one.sweep.factors) + 1 + values * (1 + 1 / (one.sweep.halved or inf))
 
 
-def _cells(one: Prepared) -> int:
-    """How many cells of its table a run fills."""
+def _cells(one: CompiledSweep) -> int:
+    """The number of cells of its table that a run fills."""
     return one.times * (3 + len(one.sweep.factors) + 2 * len(one.columns))
 
 

@@ -1,4 +1,4 @@
-"""Who computes chunks: the threads of this machine, or the workers of a Dask cluster."""
+"""Executors: the threads of this machine, or the workers of a Dask cluster, which compute chunks."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ import casadi as ca
 from workbench import __version__
 from workbench.simulate.arithmetic import VERSION
 from workbench.simulate.job import threads, use_threads
+from workbench.study.compiled import CompiledSweep
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.ledger.resume import Task
+from workbench.study.ledger.resumption import Task
 from workbench.study.ledger.store import LATER
-from workbench.study.prepared import Prepared
 
 AHEAD = 2  # chunks computed or waiting while one is written
 PATIENCE = 15.0  # s for a cluster to answer
@@ -29,7 +29,7 @@ KEPT = f"What was done is kept. {LATER}"
 
 
 class StoppedError(RuntimeError):
-    """What ends a chunk that nobody waits for any more."""
+    """The end of a chunk that nobody waits for any more."""
 
 
 class ClusterError(ValueError):
@@ -39,11 +39,11 @@ class ClusterError(ValueError):
 class Source(Hashable, Protocol):
     """Where another process finds the same sweeps; plain data, which is sent there."""
 
-    def __call__(self) -> tuple[Prepared, ...]:
+    def __call__(self) -> tuple[CompiledSweep, ...]:
         """The sweeps."""
 
 
-def on_threads(sweeps: Sequence[Prepared], tasks: Sequence[Task], workers: int | None = None) -> Iterator[Chunk]:
+def on_threads(sweeps: Sequence[CompiledSweep], tasks: Sequence[Task], workers: int | None = None) -> Iterator[Chunk]:
     """The chunks one behind the other, each by `workers` threads of the engine, or as many as there are processors.
 
     A chunk is computed while the one before it is written.
@@ -78,12 +78,6 @@ def on_cluster(address: str, source: Source, tasks: Sequence[Task], workers: int
     Each worker makes the sweeps itself, and its samples from their seeds: only names travel there, and numbers
     back. With the address "local", a scheduler and `workers` of one thread are started, which listen on this
     machine alone.
-
-    Raises
-    ------
-    ClusterError
-        If the extra `cluster` is not installed, the cluster does not answer, has no workers or loses all of them, a
-        worker has another version of the workbench or of the study, or a chunk was lost with several workers.
     """
     try:
         import distributed
@@ -144,13 +138,13 @@ def _client(distributed: Any, address: str, workers: int | None) -> Iterator[Any
     for name in ("distributed", "asyncio", *logging.root.manager.loggerDict):
         if name.partition(".")[0] in ("distributed", "asyncio"):  # each has a level of its own
             logging.getLogger(name).setLevel(logging.CRITICAL)  # a connection that ends is said in one sentence
-    with ExitStack() as held:
+    with ExitStack() as stack:
         try:
             cluster = address
             if address == LOCAL:
                 made = distributed.LocalCluster(n_workers=workers or threads(), threads_per_worker=1, **local)
-                cluster = held.enter_context(made)
-            client = held.enter_context(distributed.Client(cluster, timeout=PATIENCE))
+                cluster = stack.enter_context(made)
+            client = stack.enter_context(distributed.Client(cluster, timeout=PATIENCE))
         except (OSError, ValueError, TypeError, ImportError) as error:  # the last three: what it makes of odd addresses
             raise ClusterError(
                 f"The cluster at '{address}' does not answer: {error}. An address is HOST:PORT, as `dask scheduler` "
@@ -188,13 +182,7 @@ def version() -> str:
 
 
 def compute(source: Source, task: tuple[int, int, int, str], asked: str) -> tuple[str, bytes, bytes]:
-    """Name, head and data of a chunk, in the process of a worker: one at a time, with the worker's threads.
-
-    Raises
-    ------
-    ClusterError
-        If this is another version of the workbench, or of the study, than the one that asks.
-    """
+    """Name, head and data of a chunk, in the process of a worker: one at a time, with the worker's threads."""
     if asked != version():
         raise ClusterError(_another("A worker that has come later", version(), asked))
     sweep, first, last, name = task
@@ -210,7 +198,7 @@ def compute(source: Source, task: tuple[int, int, int, str], asked: str) -> tupl
     return chunk.name, chunk.head, chunk.data
 
 
-def _loaded(source: Source) -> tuple[Prepared, ...]:
+def _loaded(source: Source) -> tuple[CompiledSweep, ...]:
     """The sweeps in the process of a worker, where the study may need what is not there."""
     try:
         return _sweeps(source)
@@ -222,7 +210,7 @@ _ALONE = Lock()  # CasADi's expressions are not for several threads
 
 
 @lru_cache(maxsize=1)
-def _sweeps(source: Callable[[], tuple[Prepared, ...]]) -> tuple[Prepared, ...]:
+def _sweeps(source: Callable[[], tuple[CompiledSweep, ...]]) -> tuple[CompiledSweep, ...]:
     return source()
 
 

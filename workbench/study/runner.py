@@ -11,8 +11,7 @@ from typing import Any, TypeVar
 
 from workbench.core import Ode, Sampled
 from workbench.metrics import Measurement, measure
-from workbench.study.contract import equations_of
-from workbench.study.run import Run
+from workbench.study.contract import Run, equations_of
 from workbench.study.study import Case, Outcome, Results, Study
 from workbench.validation.refusals import whole
 from workbench.validation.signatures import door

@@ -1,4 +1,4 @@
-"""Sample: what the runs of a sweep gave, put together from its chunks."""
+"""Sample: the values that the runs of a sweep gave, put together from its chunks."""
 
 from __future__ import annotations
 
@@ -7,24 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.study.document.cells import check_name, raised
-from workbench.study.ledger.chunk import Chunk, chunk_of
-from workbench.study.ledger.store import TABLE, LedgerError
+from workbench.study.document.cells import raised
 from workbench.study.uncertainty.design import AbstractDesign
 from workbench.validation.refusals import Array, Integers, described, nearest
 from workbench.validation.signatures import door
 
-SAID = (  # in a table, and beside them
-    "name",
-    "factors",
-    "columns",
-    "h",
-    "seed",
-    "fingerprint",
-    "arithmetic",
-    "labels",
-    "tolerance",
-)
 ARRAYS = ("t", "drawn", "values", "again", "errors", "limits", "diverged_at")
 
 
@@ -90,7 +77,7 @@ class Sample:
 
     @property
     def failed(self) -> int:
-        """How many runs diverged."""
+        """The number of runs that diverged."""
         return int(np.isfinite(self.diverged_at).sum())
 
     @door
@@ -105,7 +92,7 @@ class Sample:
 
     @door
     def errors_of(self, metric: str, joint: int = 0) -> Array:
-        """How far off a metric at the horizon is in each run, (N,), as indices and effects ask for it.
+        """The error of a metric at the horizon in each run, (N,), as indices and effects ask for it.
 
         NaN for a run that was not run at h / 2 too, or diverged; infinite for one that h / 2 lost and h did not.
         """
@@ -146,15 +133,11 @@ class Sample:
 
     @property
     def note(self) -> str:
-        """What must stand below a figure: runs, failed runs, seed, step."""
+        """The note below a figure: runs, failed runs, seed, step."""
         runs = f"{len(self):,} runs, {self.failed:,} of them diverged"
+        chosen = "" if self.tolerance is None else f"; chosen by pilot runs for a tolerance of {self.tolerance:g}"
         half = f", and half of it in {len(self.again):,} runs" if len(self.again) else ""
-        return f"{runs}; seed {self.seeds}; step {self.h:g} s{half}{self.beyond}{self.choice}"
-
-    @property
-    def choice(self) -> str:
-        """For which tolerance the step was chosen, if it was."""
-        return "" if self.tolerance is None else f"; chosen by pilot runs for a tolerance of {self.tolerance:g}"
+        return f"{runs}; seed {self.seeds}; step {self.h:g} s{half}{self.beyond}{chosen}"
 
     @property
     def seeds(self) -> str:
@@ -164,7 +147,7 @@ class Sample:
 
     @property
     def beyond(self) -> str:
-        """Of the runs that were looked at, those whose step is too long to be stable."""
+        """The runs whose step is too long to be stable, in words, of those that were looked at."""
         beyond, unknown = self.limits[self.limits < self.h], int(np.isnan(self.limits).sum())
         said = [f"; stability limit not known of {unknown:,}"] if unknown else []
         if len(beyond):
@@ -210,49 +193,3 @@ def _plain(number: float) -> str:
     """Two digits of a number as one writes it: 0.0021, and 2.1×10⁻⁵."""
     digits, power = f"{number:.1e}".split("e")
     return f"{number:.2g}" if -4 < int(power) < 4 or not number else f"{digits}×{raised(f'10^({int(power)})')}"
-
-
-def table_of(sample: Sample) -> Chunk:
-    """The sample as a record, which can be read without its study."""
-    said = {name: getattr(sample, name) for name in SAID}
-    arrays = {name: getattr(sample, name).astype(float) for name in ARRAYS}
-    return chunk_of(f"{TABLE}/{sample.name}", arrays, said)
-
-
-def sample_of(table: Chunk) -> Sample:
-    """The sample of such a record.
-
-    Raises
-    ------
-    LedgerError
-        If the record is none.
-    """
-    try:
-        said, arrays = table.said, table.arrays()
-        check_name("Sample", said["name"])
-        factors = tuple(map(str, said["factors"]))
-        columns = tuple((str(metric), int(joint), str(unit)) for metric, joint, unit in said["columns"])
-        runs, times, m = (arrays[name].size for name in ("diverged_at", "t", "again"))
-        shapes = ((times,), (runs, len(factors)), (runs, times, len(columns)), (m,), (m, times, len(columns)), (m,))
-        if tuple(arrays[name].shape for name in ARRAYS) != (*shapes, (runs,)):
-            raise ValueError(table.name)
-        again = arrays.pop("again")
-        if not ((again >= 0) & (again < runs)).all():
-            raise ValueError(table.name)
-        h, seed, arithmetic = float(said["h"]), int(said["seed"]), str(said["arithmetic"])
-        tolerance = said.get("tolerance")  # which an earlier version did not say
-        return Sample(
-            said["name"],
-            factors,
-            columns,
-            h=h,
-            seed=seed,
-            fingerprint=str(said["fingerprint"]),
-            again=again.astype(int),
-            arithmetic=arithmetic,
-            labels=tuple(map(str, said.get("labels", ()))),
-            tolerance=None if tolerance is None else float(tolerance),
-            **arrays,
-        )
-    except (LookupError, TypeError, ValueError, OverflowError):
-        raise LedgerError(f"The record '{table.name}' is no table of runs: `workbench run` writes it again.") from None

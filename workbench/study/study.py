@@ -11,10 +11,9 @@ import numpy as np
 
 from workbench.core import Ode, Sampled
 from workbench.metrics import Measurement
-from workbench.study.contract import answer
+from workbench.study.contract import Run, answer
 from workbench.study.document.cells import check_name
 from workbench.study.document.document import Section
-from workbench.study.run import Run
 from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned, Tuning
@@ -93,7 +92,7 @@ class Outcome:
 
     @property
     def diverged_at(self) -> float | None:
-        """When the run diverged, in s."""
+        """The time at which the run diverged, in s."""
         at = self.measurement.trajectories.diverged_at[0]
         return float(at) if at == at else None
 
@@ -105,10 +104,10 @@ class Outcome:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What must stand below a table beside the law's name: truth used, methods of a computer, steps, tolerance."""
+        """The notes below a table beside the law's name: truth used, methods of a computer, steps, tolerance."""
         limit, check = self.measurement.limits[0], self.measurement.check
-        found = f"beyond the stability limit {limit.limit:.3g} s" if limit.checked else "checked at no state of the run"
-        beyond = () if limit.holds else (f"step {limit.h:g} s {found}",)
+        how = f"beyond the stability limit {limit.limit:.3g} s" if limit.checked else "checked at no state of the run"
+        beyond = () if limit.holds else (f"step {limit.h:g} s {how}",)
         run = self.case.run
         chosen = (
             () if run.h else (f"steps of at most {self.measurement.h:.3g} s, for a tolerance of {run.tolerance:g}",)
@@ -119,7 +118,7 @@ class Outcome:
 
     @door
     def within(self, metric: str) -> bool | None:
-        """Whether a metric keeps the tolerance of its case; None where there is none."""
+        """True if a metric keeps the tolerance of its case; None where there is none."""
         check = self.measurement.check
         if check is None:
             return None
@@ -157,7 +156,7 @@ def _check_place(call: str, joint: int, size: int, case: str) -> None:
 @dataclass(frozen=True, eq=False)
 @door
 class Results:
-    """The outcomes of a study, by scenario and law, the samples of its sweeps, and what its tunings found."""
+    """The outcomes of a study, by scenario and law, the samples of its sweeps, and the findings of its tunings."""
 
     outcomes: tuple[Outcome, ...] = ()
     samples: tuple[Sample, ...] = ()
@@ -171,13 +170,13 @@ class Results:
 
     @door
     def sample(self, name: str) -> Sample:
-        """What the sweep of that name gave."""
+        """The sample of the sweep of that name."""
         held = {sample.name: sample for sample in self.samples}
         return held[known(name, held, "sweeps of this study")]
 
     @door
     def tuned(self, name: str) -> Tuned:
-        """What the tuning of that name found."""
+        """The findings of the tuning of that name."""
         held = {one.name: one for one in self.tunings}
         return held[known(name, held, "tunings of this study")]
 

@@ -1,19 +1,21 @@
-"""Sweep: many runs of one loop over factors, cut into chunks that anyone can compute from their numbers alone."""
+"""Sweep: many runs of one loop, each with its own values of some factors."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
+from typing import Any
 
 import numpy as np
 
+from workbench.study.contract import Run
 from workbench.study.document.cells import check_name
-from workbench.study.run import Run
 from workbench.study.uncertainty.design import AbstractDesign
 from workbench.study.uncertainty.factors import Factor
 from workbench.validation.refusals import Integers, whole
 from workbench.validation.signatures import door
 
 HALVED = 16
+COUNTS = ("runs", "base", "trajectories")  # the names by which designs have the number that `--samples` sets
 COLUMNS = ("run", "t [s]", "diverged at [s]")  # of a table of runs, beside factors and metrics
 
 
@@ -32,7 +34,7 @@ class Sweep:
         Its metrics are taken at each multiple of `every`. Without `h`, the runs with the least and the largest value of
         each factor are the pilots, which choose one step for all.
     common
-        Whether all runs have the same noise; else it is each run's own.
+        True if all runs have the same noise; else it is each run's own.
     halved
         One run of so many is run again at h / 2, for the error of the step: those whose number it divides. None for
         no run.
@@ -77,3 +79,16 @@ def again(first: int, last: int, halved: int | None) -> Integers:
     """The numbers of those runs from first to last - 1 that are run again at half the step."""
     runs = np.arange(first, last)
     return runs[:0] if halved is None else runs[runs % halved == 0]
+
+
+def count_of(sweep: Sweep) -> str | None:
+    """The name by which the design of a sweep has its number of samples; None where it has none."""
+    held: Any = fields(sweep.design) if is_dataclass(sweep.design) else ()
+    counts = {field.name for field in held if isinstance(getattr(sweep.design, field.name), int)}
+    return next((name for name in COUNTS if name in counts), None)  # the `base` of `OneAtATime` is a quantile
+
+
+def resized(sweep: Sweep, count: int | None) -> Sweep:
+    """The sweep with so many samples; one whose design has no number of them keeps its points."""
+    name = None if count is None else count_of(sweep)
+    return sweep if name is None else replace(sweep, design=replace(sweep.design, **{name: count}))  # type: ignore[type-var]

@@ -6,7 +6,7 @@ from typing import Any
 import control
 
 from workbench import loop
-from workbench.study.information import information_table
+from workbench.study.evidence.law_tables import information_table
 
 from ..parts import LAW, LOOP, OBSERVER, PLANT, REFERENCE, signals
 

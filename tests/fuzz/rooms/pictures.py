@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from workbench.study import pictures, traces
+from workbench.study import pictures
 from workbench.study.document.document import curves, panel, shapes
+from workbench.study.pictures import traces
 from workbench.study.uncertainty import sobol
 
 from .evidence import COMPARISON, EFFECTS, INDICES, NAMES, PAIRS, QUANTILES, TORNADO, outputs

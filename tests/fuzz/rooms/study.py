@@ -7,13 +7,13 @@ from typing import Any
 import casadi as ca
 
 from workbench import study
-from workbench.cli import script
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import iae, ise
-from workbench.study import adjusted, comparison, pareto, provenance, runner, tuning, writeup
-from workbench.study.document.document import document
-from workbench.study.preparation import prepared
-from workbench.study.run import Run
+from workbench.study import provenance, runner, tuning, writeup
+from workbench.study.compiled import compile_sweep
+from workbench.study.contract import Run
+from workbench.study.document import document
+from workbench.study.evidence import law_tables
 from workbench.study.study import Case, Results, Study
 from workbench.study.sweep import Sweep
 from workbench.study.uncertainty import Listed, MonteCarlo, factors, local
@@ -75,7 +75,7 @@ STUDY = Study("small", "T", "Q?", "M.", sections, cases=(CASE,), sweeps=(SWEEP,)
 @cache
 def sample() -> Any:
     """The runs of the sweep."""
-    made = prepared(SWEEP)
+    made = compile_sweep(SWEEP)
     return made.sample([made.chunk(0, SWEEP.design.size)])
 
 
@@ -94,12 +94,11 @@ def outcomes() -> Any:
 def calls() -> dict[str, Any]:
     space = partial(factors.Space, (FACTOR,), Layout((Entry("k", 2.0),)), Layout((Entry("x", 1.0),)))
     given = provenance.assumed("k", 1.0, "1/s", "nobody says", 0.5, 2.0)
-    published = comparison.Published("table 1", "IAE", 0, {"law": 0.4}, 2)
+    published = law_tables.Published("table 1", "IAE", 0, {"law": 0.4}, 2)
     return {
         **{name: getattr(study, name) for name in IMPORTED},
         **{name: getattr(study, name) for name in ("Figure", "Itemize", "Paragraph", "Section", "Table", "Verdict")},
         "AbstractDesign": MonteCarlo(1, 24),
-        "Adjusted": partial(adjusted.adjusted, LOOP, {"k": 1.0}),
         "Case": partial(Case, "S", "law", RUN, 0, ""),
         "Factor": partial(Factor, "k", ("k",), Uniform(0.5, 4.0), "stated", True),
         "Factor.of": partial(Factor.of, given, ("k",), True),
@@ -115,7 +114,7 @@ def calls() -> dict[str, Any]:
         "Normal": partial(study.Normal, 1.0, 0.5, 0.0, 2.0),
         "Objective": tuning.Objective,
         "OneAtATime": partial(study.OneAtATime, 2, (0.05, 0.95), 0.5),
-        "Published": partial(comparison.Published, "table 1", "IAE", 0, {"law": 0.4}, 2),
+        "Published": partial(law_tables.Published, "table 1", "IAE", 0, {"law": 0.4}, 2),
         "Results": partial(Results, outcomes(), (sample(),), (tuned(),)),
         "SobolDesign": partial(study.SobolDesign, 2, 16, True, 3),
         "Space": space,
@@ -153,7 +152,7 @@ def calls() -> dict[str, Any]:
             0.5,
         ),
         "Uniform": partial(study.Uniform, 0.0, 2.0),
-        "against_published": partial(comparison.against_published, "t", "c", published, {"law": outcomes()[0]}),
+        "against_published": partial(law_tables.against_published, "t", "c", published, {"law": outcomes()[0]}),
         "equal_budget": partial(
             tuning.equal_budget, {"pd": ((TRIAL,), (FACTOR,))}, objective, evaluations=16, population=8, seeds=(0,)
         ),
@@ -167,13 +166,11 @@ def calls() -> dict[str, Any]:
             settle=0.5,
         ),
         "Outcome": partial(lambda: outcomes()[0]),
-        "pareto": partial(pareto.pareto, [[1.0, 2.0], [2.0, 1.0]]),
-        "ranking": partial(comparison.ranking, published, {"law": outcomes()[0]}, 0.02),
+        "ranking": partial(law_tables.ranking, published, {"law": outcomes()[0]}, 0.02),
         "run": partial(runner.run, STUDY, workers=1),
         "Sample": partial(sample),
         "side_by_side": partial(study.side_by_side, "t", "c", outcomes(), ["IAE"], 0, ["a note"], 0.02),
         "tune": partial(tuning.tune, TUNING),
-        "resized": partial(script.resized, STUDY, 8),
         **functions(),
     }
 
@@ -190,8 +187,7 @@ def functions() -> dict[str, Any]:
             lambda given: runner.run(replace(STUDY, cases=(replace(CASE, run=saying(given)),))),
             LOOP.ode(),
         ),
-        "ode of a sweep": partial(lambda given: prepared(replace(SWEEP, run=saying(given))).times, LOOP.ode()),
-        "ode of another": partial(lambda given: adjusted.adjusted(Says(given), {"k": 1.0}).ode(), LOOP.ode()),
+        "ode of a sweep": partial(lambda given: compile_sweep(replace(SWEEP, run=saying(given))).times, LOOP.ode()),
         "objective": partial(lambda found: tuning.tune(replace(TUNING, objective=found)), objective),
     }
 

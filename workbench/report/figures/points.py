@@ -14,7 +14,7 @@ from workbench.report.tables import plain
 from workbench.report.thinning import thinned, windowed
 from workbench.study.document.curves import Array, Band, Series
 from workbench.study.document.document import Figure
-from workbench.study.rows import spreadsheet_text
+from workbench.study.export import spreadsheet_text
 
 
 def curves_csv(figure: Figure) -> str:

@@ -1,4 +1,5 @@
-"""The ledger of a study: its chunks of numbers on the disk, each durable before it is acknowledged.
+"""The ledger of a study: its numbers as chunks on the disk, so that a run that was killed loses none of them.
 
-The room knows bytes, digests and folders, and nothing of loops. Read `chunk` first, then `store` and `resume`.
+The room knows bytes, digests and folders, and nothing of loops or sweeps.
+Read `chunk` first, then `store`, where `Ledger.write_durably` puts a chunk on the disk with the help of `durability`.
 """

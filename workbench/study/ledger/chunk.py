@@ -1,4 +1,4 @@
-"""Chunk: numbers under a name, as bytes that are the same on every machine, with their digest before them."""
+"""Chunk: named arrays as bytes that are the same on every machine, with their digest before them."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Chunk:
         return b"\n".join(lines)
 
     @property
-    def said(self) -> dict[str, Any]:
+    def content(self) -> dict[str, Any]:
         """The content of the head."""
         return dict(json.loads(self.head))
 
@@ -43,15 +43,15 @@ class Chunk:
         """The arrays by name."""
         import numpy as np
 
-        found, start = {}, 0
-        for name, shape in self.said.get("arrays", []):
+        arrays, start = {}, 0
+        for name, shape in self.content.get("arrays", []):
             size = math.prod(shape)
-            found[name] = np.frombuffer(self.data, "<f8", size, start).reshape(shape).astype(float)
+            arrays[name] = np.frombuffer(self.data, "<f8", size, start).reshape(shape).astype(float)
             start += 8 * size
-        return found
+        return arrays
 
 
-def chunk_of(name: str, arrays: Mapping[str, Any], said: Mapping[str, Any] | None = None) -> Chunk:
+def chunk_of(name: str, arrays: Mapping[str, Any], content: Mapping[str, Any] | None = None) -> Chunk:
     """Arrays of floats as a chunk, with plain data beside them."""
     import numpy as np
 
@@ -59,7 +59,7 @@ def chunk_of(name: str, arrays: Mapping[str, Any], said: Mapping[str, Any] | Non
     for key, array in arrays.items():
         shapes.append([key, list(array.shape)])
         data.append(np.where(np.isnan(array), np.nan, array).astype("<f8").tobytes())
-    return Chunk(name, plain({**(said or {}), "arrays": shapes}), b"".join(data))
+    return Chunk(name, plain({**(content or {}), "arrays": shapes}), b"".join(data))
 
 
 def parsed(record: bytes) -> Chunk | None:
@@ -73,9 +73,9 @@ def parsed(record: bytes) -> Chunk | None:
 
 
 def _is_whole(chunk: Chunk) -> bool:
-    """Whether the head is plain data whose arrays fill the data."""
+    """True if the head is plain data whose arrays fill the data."""
     try:
-        shapes = [shape for name, shape in chunk.said.get("arrays", []) if isinstance(name, str)]
+        shapes = [shape for name, shape in chunk.content.get("arrays", []) if isinstance(name, str)]
         sizes = [size for shape in shapes for size in shape]
         whole = all(type(size) is int and size >= 0 for size in sizes)
         return whole and 8 * sum(map(math.prod, shapes)) == len(chunk.data)
@@ -83,6 +83,6 @@ def _is_whole(chunk: Chunk) -> bool:
         return False
 
 
-def plain(said: Any) -> bytes:
+def plain(data: Any) -> bytes:
     """Plain data as JSON that is the same in every process."""
-    return json.dumps(said, sort_keys=True, separators=(",", ":")).encode()
+    return json.dumps(data, sort_keys=True, separators=(",", ":")).encode()

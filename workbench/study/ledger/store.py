@@ -1,28 +1,95 @@
 """The ledger of a study: a folder of records, each a file of its own, durable before it is acknowledged.
 
-A record holds its own digest, which is compared whenever it is read: a file that does not match is not
-there. So damage costs the computing time of the records that it hit, and never a wrong number.
+A record holds its own digest, which is compared whenever it is read: a file that does not match counts as absent.
+Damage costs the computing time of the records that it hit, and never a wrong number.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
-from workbench.study.ledger import about
-from workbench.study.ledger.about import About, about_of
-from workbench.study.ledger.chunk import Chunk, parsed
-from workbench.study.ledger.durable import PART, alone, identity, make_folder, write_whole
+from workbench.study.ledger.chunk import Chunk, parsed, plain
+from workbench.study.ledger.durability import PART, alone, identity, make_folder, write_durably
 
 FOLDER, LOCK, END, DAMAGED = "ledger", "lock", ".record", ".damaged"  # below the study's output
+ABOUT = "about"  # the name of the record that says how far the study is
 TABLE = "table"  # begins the names of tables, which `results` hands on and no run ever reads
 LATER = "The same command goes on from there."
 
 
 class LedgerError(ValueError):
     """A ledger that cannot be read or written; nothing of it is lost."""
+
+
+@dataclass(frozen=True)
+class SweepAbout:
+    """The runs and the chunks of one sweep, and the arithmetic that they are computed in.
+
+    Attributes
+    ----------
+    at_most
+        True if a search may end before it has asked for all these runs.
+    """
+
+    name: str
+    runs: int
+    arithmetic: str
+    chunks: tuple[str, ...]
+    at_most: bool = False
+
+
+@dataclass(frozen=True)
+class About:
+    """The name and script of a study, the number of samples that was asked for, and its sweeps."""
+
+    study: str
+    script: str
+    samples: int | None = None
+    sweeps: tuple[SweepAbout, ...] = ()
+
+    @property
+    def chunk(self) -> Chunk:
+        """The record."""
+        return Chunk(ABOUT, plain(asdict(self)))
+
+    def script_from(self, out: Path) -> str:
+        """The script of the study in an output folder, as seen from the working directory."""
+        return os.path.relpath((out / self.script).absolute())
+
+
+def about_of(chunk: Chunk) -> About | None:
+    """The state of a study read from its record; None if the record holds something else."""
+    try:
+        content = chunk.content
+        samples = None if content["samples"] is None else _count(content["samples"])
+        return About(
+            _text(content["study"]), _text(content["script"]), samples, tuple(map(_sweep_about, content["sweeps"]))
+        )
+    except (LookupError, TypeError, ValueError):
+        return None
+
+
+def _sweep_about(content: Any) -> SweepAbout:
+    name, arithmetic = _text(content["name"]), _text(content["arithmetic"])
+    at_most = content.get("at_most", False) is True  # an earlier version did not write it
+    return SweepAbout(name, _count(content["runs"]), arithmetic, tuple(map(_text, content["chunks"])), at_most)
+
+
+def _text(value: Any) -> str:
+    if not isinstance(value, str):
+        raise TypeError(value)
+    return value
+
+
+def _count(value: Any) -> int:
+    if type(value) is not int or value < 0:
+        raise TypeError(value)
+    return value
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,13 +119,7 @@ class Ledger:
     def __contains__(self, name: object) -> bool:
         return name in self.names
 
-    @property
-    def about(self) -> About | None:
-        """The state of the study, as the last run has left it."""
-        chunk = _read(self.folder / file_of(about.NAME))
-        return None if chunk is None else about_of(chunk)
-
-    def add(self, chunk: Chunk) -> None:
+    def write_durably(self, chunk: Chunk) -> None:
         """Write a record; when this returns, it is on the disk, and in the folder.
 
         Raises
@@ -68,7 +129,7 @@ class Ledger:
         """
         failed = None
         try:
-            write_whole(self.folder / file_of(chunk.name), bytes(chunk))
+            write_durably(self.folder / file_of(chunk.name), bytes(chunk))
         except OSError as error:
             failed = error
         if identity(self.folder / LOCK) != self.lock:
@@ -95,10 +156,10 @@ class Ledger:
             )
         return chunk
 
-    def describe(self, said: About) -> None:
-        """Say how far the study is, if that is not what is said already."""
-        if self.about != said:
-            self.add(said.chunk)
+    def describe(self, about: About) -> None:
+        """Record how far the study is, if that is not recorded already."""
+        if about_in(self.out) != about:
+            self.write_durably(about.chunk)
 
     def drop_tables(self) -> None:
         """Remove the tables of an earlier run."""
@@ -121,10 +182,10 @@ def opened(out: Path, fresh: bool = False) -> Iterator[Ledger]:
         If the folder cannot be written.
     """
     folder = out.resolve() / FOLDER
-    with ExitStack() as held:
+    with ExitStack() as stack:
         try:
             make_folder(folder)
-            held.enter_context(alone(folder / LOCK))
+            stack.enter_context(alone(folder / LOCK))
             for pattern in (f"*{PART}", *((f"*{END}", f"*{DAMAGED}") if fresh else ())):
                 for file in folder.glob(pattern):
                     file.unlink()
@@ -141,6 +202,12 @@ def opened(out: Path, fresh: bool = False) -> Iterator[Ledger]:
         yield Ledger(out, names, identity(folder / LOCK), (remark,) if damaged else ())
 
 
+def about_in(out: Path) -> About | None:
+    """The state of the study in an output folder, as its last run has left it; None if there is none."""
+    chunk = _read(out.resolve() / FOLDER / file_of(ABOUT))
+    return None if chunk is None else about_of(chunk)
+
+
 def chunks(out: Path) -> Iterator[Chunk]:
     """The whole records of a ledger, only read; none if there is no ledger.
 
@@ -149,15 +216,34 @@ def chunks(out: Path) -> Iterator[Chunk]:
     LedgerError
         If the machine, and no damage, keeps it from being read.
     """
-    folder = out.resolve() / FOLDER
     try:
-        yield from filter(None, map(_read, _files(folder)))
+        yield from filter(None, map(_read, _files(out.resolve() / FOLDER)))
     except OSError as error:
         raise LedgerError(f"The ledger in '{out}' cannot be read: {error.strerror}.") from error
 
 
+def contents(out: Path) -> tuple[dict[str, Chunk], About]:
+    """The whole records of a ledger by name, only read, and what they say of the study.
+
+    Raises
+    ------
+    LookupError
+        If there is no ledger.
+    """
+    if not out.is_dir():
+        raise LookupError(f"There is no folder '{out}': name the one that `workbench run` has written.")
+    held = {chunk.name: chunk for chunk in chunks(out)}
+    about = about_of(held[ABOUT]) if ABOUT in held else None
+    if about is None:
+        raise LookupError(
+            f"There is no ledger in '{out}', or its head is damaged: a study with sweeps has one as soon as it runs, "
+            "and `workbench run STUDY --out DIR` mends it."
+        )
+    return held, about
+
+
 def is_chunk(name: str) -> bool:
-    """Whether a record of that name holds runs: of a sweep, from a first to a last, under a digest."""
+    """True if a record of that name holds runs: of a sweep, from a first to a last, under a digest."""
     return name.count("/") == 2
 
 

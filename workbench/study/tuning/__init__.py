@@ -1,8 +1,11 @@
-"""The same search for every law: one objective, one budget, trials to train on, and doubts that are said."""
+"""Tuning: the same search for every law that is compared, by one objective and with one budget.
 
-from workbench.study.tuning.budget import equal_budget
-from workbench.study.tuning.contract import Objective, Trial, Tuning
+The room knows sweeps and samples, and nothing of files: who computes its runs is handed in.
+Read `contract` first, then `search`; `optimum` says what was found and how far it may be trusted.
+"""
+
+from workbench.study.tuning.contract import Objective, Trial, Tuning, equal_budget
+from workbench.study.tuning.optimum import Tuned
 from workbench.study.tuning.search import tune
-from workbench.study.tuning.tuned import Tuned
 
 __all__ = ["Objective", "Trial", "Tuned", "Tuning", "equal_budget", "tune"]

@@ -1,24 +1,25 @@
-"""Tuning: what is asked of a search for the numbers of a loop, the same for every law that is compared."""
+"""The contract of a tuning: its trials, numbers, objective and budget, the same for every law that is compared."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import ceil
 
 import numpy as np
 
+from workbench.study.contract import Run
 from workbench.study.document.cells import check_name
-from workbench.study.run import Run
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.factors import Factor
-from workbench.validation.refusals import Array, described, finite, known, multiple, seed, text, whole
+from workbench.validation.refusals import Array, described, finite, known, multiple, positive, seed, text, whole
 from workbench.validation.signatures import door
 
 LEAST = 4  # members of a population, of which a new point is made
 GAIN = 0.01  # of the objective: a search that gains no more in a window has settled
 WINDOW = 4  # a window is one part of so many of the evaluations that a search may have
 ENDS = ("low", "high")
+WIDTH = 8  # runs of one vector of the widest processors: a population is a multiple of it
 NOISES = 1000  # from the seed of a trial's noise in one search to that in the next
 
 # The runs of each trial by its name, finite in all of them, to what they are worth, (n,): the smaller the better.
@@ -37,7 +38,7 @@ class Trial:
     run
         A search looks at its points at twice the step of the run, of which the horizon and `every` are multiples, and
         takes the values of the best at the step. The noise is the same for all points. Without `h`, pilots at the
-        middle and at the ends of each factor's range choose the step.
+        ends of each factor's range choose the step.
     """
 
     name: str
@@ -84,8 +85,8 @@ class Tuning:
     Raises
     ------
     ValueError
-        If a part is none of its kind or missing, names come twice, a range is open, a start is not within the limits,
-        or the evaluations are no multiple of the population.
+        If a name comes twice, a range is open, a start is not within the limits, or the evaluations are no multiple of
+        the population.
     LookupError
         If a start or a physical limit is that of no factor.
     """
@@ -184,3 +185,88 @@ class Tuning:
     def noise(self, trial: Trial, search: int) -> int:
         """The seed of the noise of a trial in a search, both searches and noises counted from 0."""
         return trial.run.seed + NOISES * (search % len(self.seeds))
+
+
+@door
+def equal_budget(
+    laws: Mapping[str, tuple[Sequence[Trial], Sequence[Factor]]],
+    objective: Objective,
+    *,
+    evaluations: int | None = None,
+    evaluations_per_number: float | None = None,
+    population: int | None = None,
+    seeds: tuple[int, ...] = (0,),
+    starts: Mapping[str, Mapping[str, tuple[float, float]]] | None = None,
+    physical: Mapping[str, Mapping[tuple[str, str], str]] | None = None,
+    settle: float | None = None,
+) -> tuple[Tuning, ...]:
+    """Tunings of several laws by one objective, with one budget, from the same seeds and in the same trials.
+
+    Parameters
+    ----------
+    laws
+        From the name of each law to its loops, as trials, and its factors.
+    evaluations, evaluations_per_number
+        Of each search, at most: as many for every law, or as many for each number that is sought, rounded up to whole
+        populations. One of the two.
+    population
+        8 + 2 d points for d numbers, rounded up to a multiple of 8, if it is not given.
+    starts, physical
+        Those of the tuning of each law, by its name.
+    settle
+        That of all tunings: the share of its evaluations after which a settled search ends.
+
+    Raises
+    ------
+    ValueError
+        If two laws differ in the names, metrics, steps, horizons or seeds of their trials, both budgets are given or
+        none, or `Tuning` refuses.
+    LookupError
+        If starts or limits are those of no law, or `Tuning` finds no such factor.
+    """
+    for named, of in ((starts, "starts"), (physical, "physical")):
+        for law in named or {}:
+            known(law, laws, f"laws of `equal_budget({of}=...)`")
+    made = []
+    for name, (trials, factors) in laws.items():
+        at_once = population_of(len(factors)) if population is None else population
+        most = _most(len(factors), at_once, evaluations, evaluations_per_number)
+        limits = ((starts or {}).get(name, {}), (physical or {}).get(name, {}))
+        made.append(Tuning(name, tuple(trials), tuple(factors), objective, most, at_once, seeds, *limits, settle))
+    _refuse_different(made)
+    return tuple(made)
+
+
+def population_of(numbers: int) -> int:
+    """How many points a search for so many numbers looks at together: more of them need more evaluations to settle."""
+    return WIDTH * ceil((WIDTH + 2 * numbers) / WIDTH)
+
+
+def _most(numbers: int, population: int, in_all: int | None, each: float | None) -> int:
+    """The evaluations of a search for so many numbers."""
+    if in_all is not None and each is None:
+        return in_all
+    if each is not None and in_all is None:
+        return population * ceil(numbers * positive("equal_budget(evaluations_per_number=...)", each) / population)
+    raise ValueError(
+        "`equal_budget(...)` takes either `evaluations` or `evaluations_per_number`; got "
+        f"{'none' if each is None else 'both'}."
+    )
+
+
+def _refuse_different(tunings: Sequence[Tuning]) -> None:
+    for one in tunings[1:]:
+        if (ours := _conditions(one)) != (theirs := _conditions(tunings[0])):
+            raise ValueError(
+                f"`equal_budget(laws=...)` needs the same trials for every law; '{one.name}' has {ours}, and "
+                f"'{tunings[0].name}' has {theirs}."
+            )
+
+
+def _conditions(tuning: Tuning) -> str:
+    """The conditions that the trials of two laws must have in common."""
+    return "; ".join(
+        f"'{t.name}' with {', '.join(metric.name for metric in t.run.metrics)} at {t.run.steps} for {t.run.until:g} s, "
+        f"values every {t.run.kept:g} s, seed {t.run.seed}"
+        for t in tuning.trials
+    )

@@ -37,11 +37,6 @@ class Course:
         return self.tuning.seeds[self.search]
 
     @property
-    def evaluations(self) -> int:
-        """How many points it looked at."""
-        return self.tuning.population * len(self.bests)
-
-    @property
     def spent(self) -> Array:
         """The evaluations after each generation, (G,)."""
         return self.tuning.population * np.arange(1.0, len(self.bests) + 1)
@@ -60,17 +55,17 @@ class Course:
 
     @property
     def settled(self) -> bool:
-        """Whether its last window gained no more than 1 %; False if it is too short to tell."""
+        """True if its last window gained no more than 1 %; False if it is too short to tell."""
         return bool(self.late_gain <= GAIN)
 
     @property
     def ended(self) -> bool:
-        """Whether it needs no more evaluations, though it may have more."""
+        """True if it needs no more evaluations, though it may have more."""
         return self.tuning.settle is not None and len(self.bests) >= self.tuning.least and self.settled
 
     @property
     def doubt(self) -> str:
-        """Why it may not have found its best, in a sentence; empty if it has settled."""
+        """The reason why it may not have found its best, in a sentence; empty if it has settled."""
         if np.isnan(late := self.late_gain):
             return f"The search of seed {self.seed} is too short to tell whether it has settled."
         if np.isinf(late):
@@ -87,7 +82,7 @@ def courses(tuning: Tuning, objectives: Array, used: tuple[int, ...]) -> tuple[C
 
 
 def reasons_of(objectives: Array, samples: Mapping[str, Sample]) -> dict[str, int]:
-    """How many points are not admissible, by reason, from their objectives (N,) and their runs by trial."""
+    """The number of points that are not admissible, by reason, from objectives (N,) and runs by trial."""
     reasons: dict[str, int] = {}
     for name, one in samples.items():
         nameless = int((~have_values(one) & np.isnan(one.diverged_at)).sum())
@@ -97,7 +92,7 @@ def reasons_of(objectives: Array, samples: Mapping[str, Sample]) -> dict[str, in
 
 
 def have_values(sample: Sample) -> Flags:
-    """Which runs have a value of every metric at the horizon; a run near overflow may not, though it is finite."""
+    """The runs that have a value of every metric at the horizon; a run near overflow may not, though it is finite."""
     return np.asarray(~np.isnan(sample.values[:, -1]).any(axis=1))
 
 

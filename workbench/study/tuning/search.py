@@ -3,28 +3,110 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from workbench.claims.evolution import Flags, Judged, evolve
+from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.contract import answer
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.prepared import Prepared
 from workbench.study.sample import Sample
-from workbench.study.tuning.contract import Tuning
+from workbench.study.sweep import Sweep
+from workbench.study.tuning.contract import Trial, Tuning
 from workbench.study.tuning.course import Course, have_values, reasons_of
-from workbench.study.tuning.ready import FINALISTS, Ready, ready
-from workbench.study.tuning.tuned import Tuned
+from workbench.study.tuning.optimum import Tuned
+from workbench.study.uncertainty.distributions import AbstractDistribution
 from workbench.study.uncertainty.explicit import Listed
-from workbench.validation.refusals import Array, Integers, several, vector
+from workbench.validation.refusals import Array, Integers, vector
 from workbench.validation.signatures import door
 
+FINALISTS = 8  # points of a search that are run again at half the step: one vector of the widest processors
+BISECTIONS = 60  # of the unit interval, to its last bit
 ROUNDING = 1e-9  # relative, of an objective that sums in another order
 
 # Gives the runs first to last - 1 of each sweep, one chunk a sweep.
-Evaluate = Callable[[Sequence[Prepared], int, int], Sequence[Chunk]]
+Evaluate = Callable[[Sequence[CompiledSweep], int, int], Sequence[Chunk]]
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """A tuning with the sweeps of its trials: at the step h for all points, and at h / 2 for the best of them.
+
+    It has a training noise for each seed, or one alone where no trial has any noise.
+    """
+
+    tuning: Tuning
+    trials: tuple[CompiledSweep, ...]
+    halves: tuple[CompiledSweep, ...]
+    noises: int
+
+    @property
+    def sweeps(self) -> tuple[CompiledSweep, ...]:
+        """All sweeps that it is made of."""
+        return (*self.trials, *self.halves)
+
+    @property
+    def start(self) -> tuple[Array, Array]:
+        """The ends of the box in the unit cube from which the first population is drawn."""
+        starts, low, high = self.tuning.starts, np.zeros(len(self.tuning.factors)), np.ones(len(self.tuning.factors))
+        for i, factor in enumerate(self.tuning.factors):
+            if factor.name in starts:
+                low[i], high[i] = (_place(factor.distribution, end) for end in starts[factor.name])
+        return low, high
+
+    def under(self, sweeps: Sequence[CompiledSweep], noise: int) -> list[CompiledSweep]:
+        """Sweeps of all trials under a training noise, counted from 0."""
+        trials = self.tuning.trials
+        return [one.under(self.tuning.noise(t, noise)) for one, t in zip(sweeps, trials, strict=True)]
+
+
+def compile_tuning(tuning: Tuning, arithmetic_of: Callable[[str], str | None] = lambda name: None) -> Search:
+    """The search of a tuning, in arithmetics by the names of its sweeps."""
+    trials = tuple(_compiled(tuning, trial, arithmetic_of) for trial in tuning.trials)
+    noises = len(tuning.seeds) if any(one.coarse.noises for one in trials) else 1
+    finalists = min(FINALISTS, tuning.evaluations) * len(tuning.seeds) * noises
+    return Search(tuning, trials, tuple(one.at_half(f"{one.sweep.name}_half", finalists) for one in trials), noises)
+
+
+def _compiled(tuning: Tuning, trial: Trial, arithmetic_of: Callable[[str], str | None]) -> CompiledSweep:
+    """A trial as a sweep over its pilots, of which the search asks for other points as it goes on."""
+    try:
+        sweep = Sweep(
+            name=f"{tuning.name}_{trial.name}",
+            run=trial.run,
+            factors=tuning.factors,
+            design=Listed(_pilots(len(tuning.factors))),
+            common=True,
+            halved=None,
+            runs_of_chunk=tuning.population,
+        )
+        return replace(compile_sweep(sweep, arithmetic_of(sweep.name), search=True), size=tuning.size)
+    except (LookupError, ValueError) as error:
+        if type(error) not in (LookupError, ValueError):
+            raise
+        raise type(error)(f"`Tuning({tuning.name!r})` in the trial '{trial.name}': {error}") from error
+
+
+def _pilots(dimensions: int) -> Array:
+    """The middle of the unit cube with one coordinate at either end, (2 d, d)."""
+    ends = np.full((2 * dimensions, dimensions), 0.5)
+    for i in range(dimensions):
+        ends[2 * i : 2 * i + 2, i] = 0.0, 1.0
+    return ends
+
+
+def _place(distribution: AbstractDistribution, value: float) -> float:
+    """Where a value of a range lies in the unit cube: the inverse of the quantile, by bisection."""
+    low, high = 0.0, 1.0
+    if value in (distribution.low, distribution.high):
+        return low if value == distribution.low else high
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        below = float(distribution.quantile(np.array([middle]))[0]) < value
+        low, high = (middle, high) if below else (low, middle)
+    return high
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +118,13 @@ class _Generation:
     worth: Judged
 
 
-def here(sweeps: Sequence[Prepared], first: int, last: int) -> list[Chunk]:
+def here(sweeps: Sequence[CompiledSweep], first: int, last: int) -> list[Chunk]:
     """The runs of each sweep, computed at once and kept nowhere."""
     return [one.chunk(first, last) for one in sweeps]
 
 
 @door
-def tune(tuning: Tuning | Ready, evaluate: Evaluate = here) -> Tuned:
+def tune(tuning: Tuning | Search, evaluate: Evaluate = here) -> Tuned:
     """What the searches of a tuning find: by differential evolution, a search a seed, each with the same budget.
 
     A point is not admissible if a run diverges in any trial, or a metric is no number; of two such the one whose runs
@@ -63,69 +145,60 @@ def tune(tuning: Tuning | Ready, evaluate: Evaluate = here) -> Tuned:
     LookupError
         If a factor varies what a loop does not have, or a metric watches what it does not put out.
     """
-    made = tuning if isinstance(tuning, Ready) else ready(tuning)
+    search = tuning if isinstance(tuning, Search) else compile_tuning(tuning)
     past: list[_Generation] = []
-    used = tuple(_searched(made, k, past, evaluate) for k in range(len(made.tuning.seeds)))
-    return _answer(made, past, used, evaluate)
+    used = tuple(_run(search, k, past, evaluate) for k in range(len(search.tuning.seeds)))
+    return _answer(search, past, used, evaluate)
 
 
-def _searched(made: Ready, search: int, past: list[_Generation], evaluate: Evaluate) -> int:
-    """How many points a search looks at, whose generations are added to those of the searches before it."""
-    asked, begun = made.tuning, len(past)
-    sweeps = made.under(made.trials, search % made.noises)
+def _run(search: Search, number: int, past: list[_Generation], evaluate: Evaluate) -> int:
+    """The number of points that one search looks at; its generations are added to those of the searches before it."""
+    asked, begun = search.tuning, len(past)
+    sweeps = search.under(search.trials, number % search.noises)
 
     def judge(u: Array) -> Judged:
         points = Listed(np.vstack([*(one.points for one in past), u]))
         first = len(points.given) - len(u)
         trials = [one.at(points) for one in sweeps]
-        chunks = _evaluated(evaluate, trials, first, first + len(u))
-        runs = _samples(made, trials, [[one] for one in chunks], first)
-        past.append(_Generation(u, chunks, _judged(made.tuning, runs)))
+        chunks = tuple(evaluate(trials, first, first + len(u)))
+        runs = _samples(search, trials, [[one] for one in chunks], first)
+        past.append(_Generation(u, chunks, _judged(search.tuning, runs)))
         return past[-1].worth
 
     def ended() -> bool:
         best = np.minimum.accumulate([-one.worth.value.max() for one in past[begun:]])
-        return Course(asked, search, best).ended
+        return Course(asked, number, best).ended
 
-    rng = np.random.Generator(np.random.Philox(key=asked.seeds[search]))
+    rng = np.random.Generator(np.random.Philox(key=asked.seeds[number]))
     # from the best member alone: on the loops of a6 and a8 twice as near after half of the evaluations
-    evolve(judge, len(asked.factors), asked.population, asked.generations - 1, rng, made.start, ended, mixed=False)
+    evolve(judge, len(asked.factors), asked.population, asked.generations - 1, rng, search.start, ended, mixed=False)
     return asked.population * (len(past) - begun)
 
 
-def _evaluated(evaluate: Evaluate, sweeps: Sequence[Prepared], first: int, last: int) -> tuple[Chunk, ...]:
-    """One chunk of each sweep."""
-    call = "tune(evaluate=...)(sweeps, first, last)"
-    chunks = several(call, answer(call, evaluate, sweeps, first, last), Chunk)
-    if len(chunks) != len(sweeps):
-        raise ValueError(f"`{call}` must give a chunk of each of the {len(sweeps)} sweeps; got {len(chunks)}.")
-    return chunks
-
-
-def _answer(made: Ready, past: Sequence[_Generation], used: tuple[int, ...], evaluate: Evaluate) -> Tuned:
+def _answer(search: Search, past: Sequence[_Generation], used: tuple[int, ...], evaluate: Evaluate) -> Tuned:
     """All generations put together, and the best points of each search at half the step, under all training noises."""
     objective = np.concatenate([-one.worth.value for one in past])
     points = Listed(np.vstack([one.points for one in past]))
-    trials = [one.at(points) for one in made.trials]
-    samples = _samples(made, trials, [[one.chunks[i] for one in past] for i in range(len(trials))])
+    trials = [one.at(points) for one in search.trials]
+    samples = _samples(search, trials, [[one.chunks[i] for one in past] for i in range(len(trials))])
     found = np.isfinite(objective)
-    _refuse_nothing(made, found, objective, samples, f"at the step of {_steps(made.trials)}")
-    _refuse_dependent(made, samples, objective)
+    _refuse_nothing(search, found, objective, samples, f"at the step of {_steps(search.trials)}")
+    _refuse_dependent(search, samples, objective)
     best = _best(objective, used)
-    again = Listed(np.tile(points.given[best], (made.noises, 1)))
-    halves = [one.at(again) for one in made.halves]
-    ends = [(k * len(best), (k + 1) * len(best)) for k in range(made.noises)]
-    chunks = [_evaluated(evaluate, made.under(halves, k), *ends[k]) for k in range(made.noises)]
+    again = Listed(np.tile(points.given[best], (search.noises, 1)))
+    halves = [one.at(again) for one in search.halves]
+    ends = [(k * len(best), (k + 1) * len(best)) for k in range(search.noises)]
+    chunks = [evaluate(search.under(halves, k), *ends[k]) for k in range(search.noises)]
     by_trial = list(zip(*chunks, strict=True))
-    finer = _samples(made, halves, by_trial)
-    worth = -_judged(made.tuning, finer).value.reshape(made.noises, -1).T
+    finer = _samples(search, halves, by_trial)
+    worth = -_judged(search.tuning, finer).value.reshape(search.noises, -1).T
     found = np.isfinite(worth.mean(axis=1))
     where = f"at half the step, {_steps(halves)}, though their runs are finite at the step"
-    _refuse_nothing(made, found, worth.T.ravel(), finer, where)
-    values = made.trials[0].space.values(points.given)
-    watched = zip(made.names, halves, by_trial, strict=True)
+    _refuse_nothing(search, found, worth.T.ravel(), finer, where)
+    values = search.trials[0].space.values(points.given)
+    watched = zip(finer, halves, by_trial, strict=True)
     limits = {name: np.min([half.watched_limits(chunk) for chunk in held], axis=0) for name, half, held in watched}
-    return Tuned(made.tuning, used, points.given, values, objective, samples, best, worth, finer, limits)
+    return Tuned(search.tuning, used, points.given, values, objective, samples, best, worth, finer, limits)
 
 
 def _best(objective: Array, used: Sequence[int]) -> Integers:
@@ -135,45 +208,45 @@ def _best(objective: Array, used: Sequence[int]) -> Integers:
     return np.concatenate([places[np.isfinite(objective[places])][:FINALISTS] for places in each])
 
 
-def _steps(sweeps: Sequence[Prepared]) -> str:
+def _steps(sweeps: Sequence[CompiledSweep]) -> str:
     return ", ".join(f"{h:g} s" for h in dict.fromkeys(one.h for one in sweeps))
 
 
-def _refuse_dependent(made: Ready, samples: Mapping[str, Sample], objective: Array) -> None:
+def _refuse_dependent(search: Search, samples: Mapping[str, Sample], objective: Array) -> None:
     """Refuse an objective whose value for one point depends on the others, which no search could make least."""
-    together = -_judged(made.tuning, samples).value
+    together = -_judged(search.tuning, samples).value
     apart = together != objective
     apart[apart] = ~np.isclose(together[apart], objective[apart], rtol=ROUNDING, atol=0.0)
     if apart.any():
         place = int(np.argmax(apart))
         raise ValueError(
-            f"`Tuning({made.tuning.name!r}, objective=...)` must judge each point by its own runs; among all "
+            f"`Tuning({search.tuning.name!r}, objective=...)` must judge each point by its own runs; among all "
             f"{len(objective):,} points it gives one {together[place]:.6g}, and {objective[place]:.6g} in its "
             "generation: compare it with nothing that depends on the others, such as their mean."
         )
 
 
-def _refuse_nothing(made: Ready, found: Flags, objective: Array, samples: Mapping[str, Sample], where: str) -> None:
+def _refuse_nothing(search: Search, found: Flags, objective: Array, samples: Mapping[str, Sample], where: str) -> None:
     """Refuse where no point is admissible, with the reasons by which runs are not."""
     if found.any():
         return
     reasons = ", ".join(f"{reason} in {count:,}" for reason, count in reasons_of(objective, samples).items() if count)
     raise ValueError(
-        f"`Tuning({made.tuning.name!r})` has no admissible point among {len(found):,} {where} ({reasons}): move "
+        f"`Tuning({search.tuning.name!r})` has no admissible point among {len(found):,} {where} ({reasons}): move "
         "the ranges of its factors, or take a shorter step."
     )
 
 
 def _samples(
-    made: Ready, sweeps: Sequence[Prepared], chunks: Sequence[Sequence[Chunk]], first: int = 0
+    search: Search, sweeps: Sequence[CompiledSweep], chunks: Sequence[Sequence[Chunk]], first: int = 0
 ) -> dict[str, Sample]:
     """The chunks of each trial, from a first run on, as one sample by its name."""
     found = (one.sample(held, first) for one, held in zip(sweeps, chunks, strict=True))
-    return dict(zip(made.names, found, strict=True))
+    return dict(zip((trial.name for trial in search.tuning.trials), found, strict=True))
 
 
 def _judged(tuning: Tuning, samples: Mapping[str, Sample]) -> Judged:
-    """What points are worth, larger being better, from their runs by trial."""
+    """The worth of points, larger being better, from their runs by trial."""
     ends = np.stack([one.diverged_at / one.t[-1] for one in samples.values()])
     missed = np.where(np.isnan(ends), 0.0, 1 - ends).sum(axis=0)
     good = np.flatnonzero(np.all([have_values(one) for one in samples.values()], axis=0))
@@ -185,13 +258,7 @@ def _judged(tuning: Tuning, samples: Mapping[str, Sample]) -> Judged:
 
 
 def _worth(tuning: Tuning, samples: Mapping[str, Sample]) -> Array:
-    """The objective of points with values in all trials, (n,); infinity for one that is not admissible.
-
-    Raises
-    ------
-    ValueError
-        If the objective gives something else than that.
-    """
+    """The objective of points with values in all trials, (n,); infinity for one that is not admissible."""
     call = f"Tuning({tuning.name!r}, objective=...)"
     drawn = next(iter(samples.values())).drawn
     found = vector(call, answer(call, tuning.objective, samples), len(drawn), "points")

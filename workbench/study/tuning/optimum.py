@@ -1,19 +1,18 @@
-"""Tuned: what the searches of a tuning found, and how far that may be trusted."""
+"""Optimum: the best that the searches of a tuning found, and how far it may be trusted."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from workbench.study.adjusted import Adjusted, adjusted
-from workbench.study.contract import Loop, answer, check_loop, equations_of
-from workbench.study.pareto import pareto
+from workbench.core import Layout, Ode, Sampled
+from workbench.study.contract import Loop, answer, equations_of
 from workbench.study.sample import Sample
 from workbench.study.tuning.contract import NOISES, Tuning
-from workbench.study.tuning.course import Course, courses, percent, reasons_of, share
+from workbench.study.tuning.course import Course, courses, percent, share
 from workbench.study.uncertainty.factors import Space
 from workbench.validation.refusals import Array, Integers, known, vector, whole
 from workbench.validation.signatures import door
@@ -134,7 +133,7 @@ class Tuned:
 
     @property
     def step_error(self) -> float:
-        """By how much the objective of the best point changes from h to h / 2 under the noise of its search."""
+        """The change of the objective of the best point from h to h / 2 under the noise of its search."""
         return abs(float(self.objectives[self.place] - self._own[self._row]))
 
     @property
@@ -144,28 +143,13 @@ class Tuned:
 
     @property
     def failed(self) -> int:
-        """How many points are not admissible."""
+        """The number of points that are not admissible."""
         return int((~np.isfinite(self.objectives)).sum())
-
-    @property
-    def inadmissible(self) -> dict[str, int]:
-        """How many points are not, by reason; a point may diverge in several trials."""
-        return reasons_of(self.objectives, self.samples)
 
     @cached_property
     def searches(self) -> tuple[Course, ...]:
-        """How each search went."""
+        """The course of each search."""
         return courses(self.tuning, self.objectives, self.used)
-
-    @property
-    def curves(self) -> dict[str, tuple[Array, Array]]:
-        """By search, evaluations and the least objective so far, infinite while none is admissible.
-
-        All have as many as the longest search: one that has settled before keeps its last.
-        """
-        longest = max(self.searches, key=lambda one: one.evaluations).spent
-        bests = (np.pad(one.bests, (0, len(longest) - len(one.bests)), mode="edge") for one in self.searches)
-        return {f"seed {one.seed}": (longest, best) for one, best in zip(self.searches, bests, strict=True)}
 
     @property
     def bests(self) -> Array:
@@ -174,7 +158,7 @@ class Tuned:
 
     @property
     def settled(self) -> tuple[bool, ...]:
-        """Whether each search has settled: its last quarter of the evaluations allowed gained no more than 1 %."""
+        """True for each search that has settled: the last quarter of its evaluations gained no more than 1 %."""
         return tuple(one.settled for one in self.searches)
 
     @property
@@ -184,7 +168,7 @@ class Tuned:
 
     @property
     def at_physical(self) -> dict[str, str]:
-        """Why the best value of a factor lies where it does, by its name: at a limit that is declared physical."""
+        """The reasons of the physical limits at which best values lie, by factor."""
         declared = self.tuning.physical
         return {name: declared[name, end] for name, end in self._ends.items() if (name, end) in declared}
 
@@ -211,42 +195,30 @@ class Tuned:
         names = (factor.name for factor in self.tuning.factors)
         return dict(zip(names, map(float, self.numbers[place]), strict=True))
 
-    def adjusted(self, loop: Loop) -> Adjusted:
-        """A loop with the best numbers in the places of the factors.
+    @door
+    def adjusted(self, loop: Loop | Ode | Sampled) -> Ode | Sampled:
+        """The equations of a loop with the best numbers as defaults, in the places of the factors.
 
         Raises
         ------
         LookupError, ValueError
             If the loop does not have a path, or the number is out of its bounds there.
         """
-        check_loop("adjusted(loop)", loop)
-        equation = equations_of(loop, self.name)
-        space = Space(self.tuning.factors, equation.parameters, equation.states)
-        p, x0 = space.rows(self.points[self.place][np.newaxis])
-        changed: dict[str, float] = {}
-        for layout, row in ((equation.parameters, p[0]), (equation.states, x0[0])):
-            triples = zip(layout.labels, row, layout.default, strict=True)
-            changed |= {label: float(value) for label, value, own in triples if value != own}
-        return adjusted(loop, changed)
+        equation: Ode | Sampled = equations_of(loop, self.name)
+        p, x0 = Space(self.tuning.factors, equation.parameters, equation.states).rows(self.points[[self.place]])
+        flow = equation.flow if isinstance(equation, Sampled) else equation
+        flow = replace(flow, parameters=_refilled(flow.parameters, p[0]), states=_refilled(flow.states, x0[0]))
+        return replace(equation, flow=flow) if isinstance(equation, Sampled) else flow
 
     @door
-    def measured(self, measure: Measure) -> Array:
-        """A measure of all points, (N,), from their runs by trial; NaN where a point is not admissible."""
-        good = np.flatnonzero(np.isfinite(self.objectives))
-        found = np.full(len(self.objectives), np.nan)
-        runs = {name: one.only(good) for name, one in self.samples.items()}
-        found[good] = vector(
-            "measured(measure)(runs)", answer("measured(measure)(runs)", measure, runs), len(good), "points"
-        )
-        return found
-
-    @door
-    def front(self, *measures: Measure) -> Array:
-        """The Pareto set of several measures over all admissible points, (B, m), in rising order of the first."""
+    def measures(self, *measures: Measure) -> Array:
+        """Several measures of all admissible points, (B, m), from their runs by trial."""
         if not measures:
-            raise ValueError("`front(measure, ...)` needs at least one measure; got none.")
-        table = np.stack([self.measured(one) for one in measures], axis=1)
-        return np.asarray(table[pareto(table)])
+            raise ValueError("`measures(measure, ...)` needs at least one measure; got none.")
+        good = np.flatnonzero(np.isfinite(self.objectives))
+        runs = {name: one.only(good) for name, one in self.samples.items()}
+        call = "measures(measure)(runs)"
+        return np.stack([vector(call, answer(call, one, runs), len(good), "points") for one in measures], axis=1)
 
     @property
     def _steps(self) -> dict[str, float]:
@@ -255,7 +227,7 @@ class Tuned:
 
     @property
     def note(self) -> str:
-        """What must stand below a figure: evaluations, failed ones, seeds, step, its error, and the training noise."""
+        """The note below a figure: evaluations, failed ones, seeds, step, its error, and the training noise."""
         tuning = self.tuning
         seeds = ", ".join(map(str, tuning.seeds))
         steps = ", ".join(f"{h:g} s" for h in dict.fromkeys(self._steps.values()))
@@ -273,7 +245,7 @@ class Tuned:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Why the best may not be the best, in sentences."""
+        """The doubts about the best, in sentences."""
         said = [f"The best '{name}' lies at the {self._ends[name]} end of its range." for name in self.at_edge]
         said += [sentence for one in self.searches if (sentence := one.doubt)]
         if (error := share(self.step_error, self.objective)) > STEP:
@@ -298,3 +270,9 @@ class Tuned:
                     f"run in '{name}'."
                 )
         return said
+
+
+def _refilled(layout: Layout, row: Array) -> Layout:
+    """A layout with other defaults."""
+    values = layout.unpack(row)
+    return Layout(tuple(replace(entry, default=values[entry.name]) for entry in layout.entries))

@@ -1,4 +1,4 @@
-"""A sweep with its equation and its steps: the names of its chunks, the numbers in them, and their meaning."""
+"""A sweep compiled: its equations and steps, the names of its chunks, the numbers in them, and their meaning."""
 
 from __future__ import annotations
 
@@ -13,19 +13,21 @@ import numpy as np
 from workbench.core import Ode, Sampled, Step
 from workbench.core.expressions import instructions
 from workbench.metrics import AbstractMetric
-from workbench.metrics.accumulators import accumulated, accumulators, values
+from workbench.metrics.accumulators import accumulated, accumulators, maker, resolved, values
+from workbench.metrics.measure import chosen_step
 from workbench.simulate import Trajectories, simulate
-from workbench.simulate.arithmetic import signature
+from workbench.simulate.arithmetic import default_for, signature
 from workbench.simulate.batch import SECONDS_PER_OPERATION
 from workbench.simulate.job import Progress
 from workbench.simulate.stability import longest_steps, modes_at
 from workbench.simulate.step_size import change
+from workbench.study.contract import equations_of
 from workbench.study.ledger.chunk import Chunk, chunk_of, plain
 from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep, again
 from workbench.study.uncertainty.design import AbstractDesign
 from workbench.study.uncertainty.factors import Space
-from workbench.validation.refusals import Array, Integers
+from workbench.validation.refusals import Array, Integers, multiple
 
 SECONDS = 2.0  # of one processor, by the cautious estimate of the engine, that a chunk takes: in truth about a third
 BYTES = 64 * 2**20  # of kept states that a chunk may hold
@@ -34,17 +36,19 @@ BLOCK = 256  # a chunk is a multiple of so many runs, where it has more: whole v
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
+class CompiledSweep:
     """A sweep with its equation and its steps of length h and h / 2, both with the metrics beside the states.
 
     Attributes
     ----------
     arithmetic
         That of its runs, by its name.
+    size
+        How many runs it has; of a search, at most.
     watched
-        Whether the longest stable step is looked for along every run, and not only along those that are run again.
+        True if the longest stable step is looked for along every run, and not only along those that are run again.
     chosen
-        Whether pilots chose the step.
+        True if pilots chose the step.
     """
 
     sweep: Sweep
@@ -54,6 +58,7 @@ class Prepared:
     fine: Step
     space: Space
     arithmetic: str
+    size: int
     watched: bool = False
     chosen: bool = False
 
@@ -79,11 +84,6 @@ class Prepared:
         return tuple((m.name, number, unit) for m in self.metrics for number, unit in enumerate(m.units))
 
     @property
-    def labels(self) -> tuple[str, ...]:
-        """What each column of values belongs to."""
-        return tuple(label for m in self.metrics for label in m.labels)
-
-    @property
     def seconds_of_run(self) -> float:
         """The time that a run takes of one processor, by a cautious estimate."""
         steps = self.sweep.run.until / self.coarse.h
@@ -105,50 +105,43 @@ class Prepared:
     @cached_property
     def chunks(self) -> tuple[tuple[int, int], ...]:
         """The first run of each chunk and that behind its last: a larger design begins with the same ones."""
-        size = self.sweep.design.size
-        return tuple(pairwise([*range(0, size, self.runs_of_chunk), size]))
+        return tuple(pairwise([*range(0, self.size, self.runs_of_chunk), self.size]))
 
     @cached_property
     def fingerprint(self) -> str:
         """A name of all that the numbers of a run depend on but its own rows: equations, times, seed, arithmetic."""
         sweep = self.sweep
-        said = {
+        parts = {
             "arithmetic": signature(self.arithmetic),
             "times": [float(time).hex() for time in (self.h, sweep.run.until, self.every)],
             "seed": [sweep.run.seed, sweep.common],
             "kept": [sweep.halved, self.watched, accumulators(self.coarse, self.metrics).size],
             "rates": self.coarse.rule.rate.numel(),
         }
-        digest = hashlib.sha256(plain(said))
+        digest = hashlib.sha256(plain(parts))
         for line in instructions(self.coarse.rule.parts):
             digest.update(repr(line).encode())
         return digest.hexdigest()
 
     def rows(self, first: int, last: int) -> tuple[Array, Array]:
-        """The parameters (n, np) and the initial states (n, nx) of some runs, those of their metrics among them.
-
-        Raises
-        ------
-        ValueError
-            If a value is not finite, or a row is out of the bounds of its numbers.
-        """
+        """The parameters (n, np) and the initial states (n, nx) of some runs, those of their metrics among them."""
         p, x0 = map(np.ascontiguousarray, self.space.rows(self.sweep.design.points(first, last)))
         return p, np.hstack([x0, np.tile(self.coarse.states.default[x0.shape[1] :], (last - first, 1))])
 
-    def at(self, design: AbstractDesign) -> Prepared:
+    def at(self, design: AbstractDesign) -> CompiledSweep:
         """The same for other runs."""
-        other = replace(self, sweep=replace(self.sweep, design=design))
+        other = replace(self, sweep=replace(self.sweep, design=design), size=design.size)
         vars(other)["fingerprint"] = self.fingerprint  # which the runs do not change, and which takes a while
         return other
 
-    def under(self, seed: int) -> Prepared:
+    def under(self, seed: int) -> CompiledSweep:
         """The same under the noise of another seed."""
         return replace(self, sweep=replace(self.sweep, run=replace(self.sweep.run, seed=seed)))
 
-    def at_half(self, name: str) -> Prepared:
-        """The same at h / 2, under another name; none of its runs is run again, and all of them are watched."""
+    def at_half(self, name: str, size: int) -> CompiledSweep:
+        """The same at h / 2 for so many runs, under another name; none is run again, and all of them are watched."""
         sweep = replace(self.sweep, name=name, run=replace(self.sweep.run, h=self.h / 2), halved=None)
-        return replace(self, sweep=sweep, coarse=self.fine, watched=True)
+        return replace(self, sweep=sweep, coarse=self.fine, watched=True, size=size)
 
     def name(self, first: int, last: int) -> str:
         """The name of the chunk of some runs: sweep, runs, and a digest of all that their numbers depend on."""
@@ -179,32 +172,27 @@ class Prepared:
         coarse = self._march(self.coarse, runs, p, x0, lambda done: tell(share + (1 - share) * done))
         arrays |= {"accumulated": self._accumulated(coarse), "diverged_at": coarse.diverged_at}
         seen = runs - first if self.watched else few
-        arrays["states"] = coarse.x[seen][:, self._kept, : self.coarse.flow.states.size]
+        arrays["states"] = coarse.x[seen][:, self._looks, : self.coarse.flow.states.size]
         return chunk_of(self._name(first, last, rows), arrays)
 
     def _march(self, step: Step, runs: Integers, p: Array, x0: Array, tell: Progress) -> Trajectories:
-        sweep = self.sweep
-        call = partial(simulate, step, p, x0, until=sweep.run.until, every=self.every, seed=sweep.run.seed)
-        keys = np.zeros_like(runs) if sweep.common else runs
+        run, keys = self.sweep.run, np.zeros_like(runs) if self.sweep.common else runs
+        call = partial(simulate, step, p, x0, until=run.until, every=self.every, seed=run.seed)
         return call(runs=keys, progress=tell, arithmetic=self.arithmetic)
 
     def _accumulated(self, runs: Trajectories) -> Array:
         return np.stack([accumulated(runs, self.metrics, row) for row in range(1, len(runs.t))], axis=1)
 
     @cached_property
-    def _kept(self) -> Integers:
+    def _looks(self) -> Integers:
         """The kept times at which the stability of a run is looked at, by their numbers."""
         return np.unique(np.linspace(0, self.times, STATES).round().astype(int))
 
     def sample(self, chunks: Iterable[Chunk], first: int = 0) -> Sample:
         """The runs of some chunks that follow one another from the run `first` on, with the values of their metrics.
 
-        Nothing of it is kept, so it is what the metrics say now. An error is the change of a value to h / 2.
-
-        Raises
-        ------
-        ValueError
-            If a chunk holds other arrays than `chunk` makes.
+        Values are computed anew from the accumulators, so an edited metric needs no new run. An error is the change of
+        a value to h / 2.
         """
         parts = [self._arrays(chunk) for chunk in chunks]
         held = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
@@ -221,7 +209,7 @@ class Prepared:
             name=self.sweep.name,
             factors=tuple(factor.name for factor in self.sweep.factors),
             columns=self.columns,
-            labels=self.labels,
+            labels=tuple(label for m in self.metrics for label in m.labels),
             t=np.asarray(self.every * np.arange(1, self.times + 1)),
             h=self.h,
             tolerance=self.sweep.run.tolerance if self.chosen else None,
@@ -249,7 +237,7 @@ class Prepared:
         a = accumulators(self.coarse, self.metrics).size
         shapes = {"accumulated": (n, self.times, a), "diverged_at": (n,)}
         shapes |= {"again": (m, self.times, a), "again_diverged_at": (m,)} if m else {}
-        shapes["states"] = (n if self.watched else m, len(self._kept), self.coarse.flow.states.size)
+        shapes["states"] = (n if self.watched else m, len(self._looks), self.coarse.flow.states.size)
         if {name: array.shape for name, array in arrays.items()} != shapes:
             raise ValueError(f"The chunk '{chunk.name}' does not hold the runs of its name: `--fresh` begins anew.")
         none = {"again": np.empty((0, self.times, a)), "again_diverged_at": np.empty(0)}
@@ -270,8 +258,8 @@ class Prepared:
         """The longest step that is stable at some states (m, S, nx) of runs, (m,); NaN where none has a Jacobian."""
         if not len(states):
             return np.empty(0)
-        t = np.tile(self._kept * self.every, len(states))
-        rows = np.repeat(p, len(self._kept), axis=0)
+        t = np.tile(self._looks * self.every, len(states))
+        rows = np.repeat(p, len(self._looks), axis=0)
         modes = modes_at(self.coarse.flow, t, states.reshape(len(t), -1), rows)
         longest = np.min(longest_steps(modes, self.coarse.amplification), axis=1, initial=np.inf)
         longest[np.isnan(modes).any(axis=1)] = np.nan
@@ -280,3 +268,30 @@ class Prepared:
     def _changes(self, fine: Array, rough: Array) -> Array:
         floors = [self.coarse.h if m.is_time else 0.0 for m in self.metrics for _ in m.labels]
         return np.stack([change(fine[..., i], rough[..., i], floor) for i, floor in enumerate(floors)], axis=-1)
+
+
+def compile_sweep(sweep: Sweep, arithmetic: str | None = None, *, search: bool = False) -> CompiledSweep:
+    """A sweep with its equation, in an arithmetic by its name, or else in the one that serves best here.
+
+    A sweep that names no step is run at its points of least and largest coordinate along each axis, to choose one.
+    The runs of a search are at twice the step.
+    """
+    run = sweep.run
+    equation: Ode | Sampled = equations_of(run.loop, sweep.name)
+    metrics = resolved(equation, run.metrics, run.until)
+    make = maker(equation, metrics)
+    space = Space(sweep.factors, equation.parameters, equation.states)
+    if run.h is None:
+        assert run.tolerance is not None
+        points = sweep.design.points()
+        p, x0 = space.rows(points[np.unique([points.argmin(axis=0), points.argmax(axis=0)])])
+        step = chosen_step(equation, run.metrics, p, x0, run.until, run.kept, run.tolerance, run.seed)
+        run = replace(run, h=step / 2)
+    h = run.doubled(equation, f"Trial(run=...) of {sweep.name!r}") if search else run.h
+    assert h is not None
+    coarse, fine = make("rk4", h), make("rk4", h / 2)
+    multiple(f"Sweep({sweep.name!r}, run=Run(every=...))", run.kept, coarse.h, "the step")
+    chosen = sweep.run.h is None
+    sweep = replace(sweep, run=replace(run, h=h))
+    arithmetic = arithmetic or default_for(coarse)
+    return CompiledSweep(sweep, equation, metrics, coarse, fine, space, arithmetic, sweep.design.size, chosen=chosen)

@@ -9,8 +9,8 @@ import numpy as np
 
 from workbench.core import Layout, Sampled
 from workbench.simulate import simulate
+from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Loop, equations_of
-from workbench.study.preparation import prepared
 from workbench.study.sweep import Sweep
 from workbench.validation.refusals import Array, Integers, require
 from workbench.validation.signatures import door
@@ -117,7 +117,7 @@ def causes_in_sweep(sweep: Sweep, diverged: Integers, ways: Mapping[str, Loop]) 
     LookupError, ValueError
         If `causes` refuses, or the loop of the sweep is none that a computer closes.
     """
-    made = prepared(sweep)
+    made = compile_sweep(sweep)
     equation = require("causes_in_sweep(sweep=...) of a loop", made.equation, Sampled)
     rows = [made.rows(int(run), int(run) + 1) for run in diverged]
     p = np.concatenate([row[0] for row in rows])

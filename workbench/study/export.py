@@ -1,4 +1,4 @@
-"""Results as tables, one row a run and time of a sample, or a metric of a case: CSV, Parquet, MAT."""
+"""Export of results: tables with a row a run and time, or a metric of a case, as CSV, Parquet and MAT; and records."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.study.sample import Sample
+from workbench.study.document.cells import check_name
+from workbench.study.ledger.chunk import Chunk, chunk_of
+from workbench.study.ledger.store import TABLE, LedgerError
+from workbench.study.sample import ARRAYS, Sample
 from workbench.study.sweep import COLUMNS
 from workbench.validation.refusals import Array
 
@@ -21,16 +24,15 @@ if TYPE_CHECKING:
 
     from workbench.study.study import Results
 
-FORMS = ("csv", "parquet", "mat")
 CASES = "runs/cases.csv"  # below the folder of a report
 BLOCK = 10_000  # rows of a table that are text at once
+WORDS = ("name", "factors", "columns", "h", "seed", "fingerprint", "arithmetic", "labels", "tolerance")  # of a record
 
 
-def to_frame(sample: Sample) -> pd.DataFrame:
-    """Run, time, factors, values, errors where they are known, and when a run diverged."""
-    import pandas as pd
-
-    return pd.DataFrame(dict(_columns(sample)))
+def tables(results: Results) -> dict[str, bytes]:
+    """The tables of all results as CSV, by their places below the folder of a report."""
+    files = {f"runs/{sample.name}.csv": to_csv(sample) for sample in results.all_samples}
+    return files | ({CASES: cases_to_csv(results)} if results.rows else {})
 
 
 def to_csv(sample: Sample) -> bytes:
@@ -83,21 +85,13 @@ _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 
 def write(sample: Sample, folder: Path, form: str) -> Path:
-    """Write the table to a file of the folder, which is there whole or not at all.
+    """Write the table to a file of the folder, which is there whole or not at all."""
+    import pandas as pd
 
-    Raises
-    ------
-    LookupError
-        If there is no such form.
-    ValueError
-        If the form is Parquet and its library is not here.
-    """
-    if form not in FORMS:
-        raise LookupError(f"A form of results is one of {', '.join(FORMS)}; got '{form}'.")
     folder.mkdir(parents=True, exist_ok=True)
     ways: dict[str, Callable[[Path], object]] = {
         "csv": lambda part: part.write_bytes(to_csv(sample)),
-        "parquet": lambda part: _write_parquet(to_frame(sample), part),
+        "parquet": lambda part: _write_parquet(pd.DataFrame(dict(_columns(sample))), part),
         "mat": lambda part: _write_mat(sample, part),
     }
     return _whole(folder / f"{sample.name}.{form}", ways[form])
@@ -182,3 +176,42 @@ def _columns(sample: Sample) -> Iterator[tuple[str, Array]]:
 
 def _written(value: float) -> str:
     return "" if value != value else repr(value)
+
+
+def table_of(sample: Sample) -> Chunk:
+    """The sample as a record, which can be read without its study."""
+    words = {name: getattr(sample, name) for name in WORDS}
+    arrays = {name: getattr(sample, name).astype(float) for name in ARRAYS}
+    return chunk_of(f"{TABLE}/{sample.name}", arrays, words)
+
+
+def sample_of(table: Chunk) -> Sample:
+    """The sample of such a record."""
+    try:
+        words, arrays = table.content, table.arrays()
+        check_name("Sample", words["name"])
+        factors = tuple(map(str, words["factors"]))
+        columns = tuple((str(metric), int(joint), str(unit)) for metric, joint, unit in words["columns"])
+        runs, times, m = (arrays[name].size for name in ("diverged_at", "t", "again"))
+        shapes = ((times,), (runs, len(factors)), (runs, times, len(columns)), (m,), (m, times, len(columns)), (m,))
+        if tuple(arrays[name].shape for name in ARRAYS) != (*shapes, (runs,)):
+            raise ValueError(table.name)
+        again = arrays.pop("again")
+        if not ((again >= 0) & (again < runs)).all():
+            raise ValueError(table.name)
+        tolerance = words.get("tolerance")  # an earlier version did not write it
+        return Sample(
+            words["name"],
+            factors,
+            columns,
+            h=float(words["h"]),
+            seed=int(words["seed"]),
+            fingerprint=str(words["fingerprint"]),
+            again=again.astype(int),
+            arithmetic=str(words["arithmetic"]),
+            labels=tuple(map(str, words.get("labels", ()))),
+            tolerance=None if tolerance is None else float(tolerance),
+            **arrays,
+        )
+    except (LookupError, TypeError, ValueError, OverflowError):
+        raise LedgerError(f"The record '{table.name}' is no table of runs: `workbench run` writes it again.") from None

@@ -1,16 +1,29 @@
-"""Laws side by side: tables of metrics, and a paper's rankings held against ours."""
+"""Tables of laws: metrics side by side, a paper's numbers and rankings against ours, and the information of each."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from string import ascii_uppercase
+from typing import Any
 
+from workbench.core import Roles, grouped
 from workbench.metrics import AbstractMetric
-from workbench.study.document.document import Cell, Column, Diverged, Emphasis, Measured, Table
+from workbench.study.document.document import Cell, Column, Diverged, Emphasis, Measured, Phrase, Table
 from workbench.study.study import Outcome
-from workbench.validation.refusals import described, finite, nearest
+from workbench.validation.refusals import described, finite, known, nearest, refusal, whole
 from workbench.validation.signatures import door
+
+HEADS = ("law", "class", "observer", "state", "model", "D", "memory")
+NOTE = (
+    "Read from the equations of each loop: what its command depends on. State: positions and velocities, or the two "
+    "one by one, are read where a reading acts at its own instant, filtered where it acts by the observer's memory "
+    "alone, and estimated where the observer makes them from other readings. Model: the matrices M, C and G of the "
+    "believed arm that act, in the law / in the observer. D: the disturbance. Memory: the numbers that are remembered, "
+    "in the law / in the observer. Laws of one class are given the same, and only they are compared as laws."
+)
+OF_PLANTS = "Model f: the equations of the believed plant, in the observer."
 
 
 @door
@@ -45,19 +58,19 @@ def side_by_side(
     if not outcomes:
         raise ValueError(f"`side_by_side('{name}', outcomes=...)` needs at least one outcome; got none.")
     finite("side_by_side(margin=...)", margin, low=0)
-    known = {m: score.metric for o in reversed(outcomes) for m, score in o.measurement.scores.items()}
+    taken = {m: score.metric for o in reversed(outcomes) for m, score in o.measurement.scores.items()}
     for m in metrics:
-        if m not in known:
-            there = f" It knows: {', '.join(known) or 'none'}."
+        if m not in taken:
+            there = f" It knows: {', '.join(taken) or 'none'}."
             raise LookupError(
-                f"`side_by_side('{name}', ...)` knows no metric {described(m)}.{nearest(m, known)}{there}"
+                f"`side_by_side('{name}', ...)` knows no metric {described(m)}.{nearest(m, taken)}{there}"
             )
-    metrics = metrics or tuple(known)
+    metrics = metrics or tuple(taken)
     best = {m: _best(outcomes, m, joint, margin) for m in metrics}
-    about = tuple(f"{m}: {known[m].about}." for m in metrics)
+    about = tuple(f"{m}: {taken[m].about}." for m in metrics)
     rows = tuple((o.label, *(_cell(o, m, joint, bold=best[m] is o) for m in metrics)) for o in outcomes)
     remarks = _remarks(outcomes)
-    columns = (Column("law"), *(Column(m, unit=_unit(known[m], joint), align="right") for m in metrics))
+    columns = (Column("law"), *(Column(m, unit=_unit(taken[m], joint), align="right") for m in metrics))
     return Table(name, caption, columns, rows, (" ".join(about), *notes, *remarks))
 
 
@@ -90,9 +103,9 @@ def _best(outcomes: Sequence[Outcome], metric: str, joint: int, margin: float) -
 
 @door
 def order(a: tuple[float, float], b: tuple[float, float], margin: float = 0.0) -> str:
-    """Whether value a lies "below" or "above" value b, or is "undecided".
+    """The side of value b on which value a lies, "below" or "above", or "undecided".
 
-    That is where the gap is within the sum of both errors, or within `margin` of the smaller value.
+    It is undecided where the gap is within the sum of both errors, or within `margin` of the smaller value.
     """
     gap, error = b[0] - a[0], a[1] + b[1]
     if not abs(gap) > max(error, margin * min(abs(a[0]), abs(b[0]))):
@@ -121,12 +134,12 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
     LookupError
         If a printed law has no outcome; the message names the nearest.
     """
-    _check_laws("against_published", published, outcomes)
-    scores = (outcomes[law].measurement.scores.get(published.metric) for law in published.values)
+    ours = {law: outcomes[known(law, outcomes, f"outcomes beside {published.where}")] for law in published.values}
+    scores = (outcome.measurement.scores.get(published.metric) for outcome in ours.values())
     unit = next((_unit(score.metric, published.joint) for score in scores if score is not None), "")
     rows: list[tuple[Cell, ...]] = []
     for law, printed in published.values.items():
-        outcome = outcomes[law]
+        outcome = ours[law]
         if outcome.diverged_at is not None:
             rows.append((outcome.label, f"{printed:.{published.digits}f}", Diverged(outcome.diverged_at), None, None))
             continue
@@ -150,17 +163,8 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
     return Table(name, caption, columns, tuple(rows), _remarks(outcomes.values()))
 
 
-def _check_laws(call: str, published: Published, outcomes: Mapping[str, Outcome]) -> None:
-    for law in published.values:
-        if law not in outcomes:
-            raise LookupError(
-                f"`{call}(...)` needs an outcome for each law of {published.where}; there is none for '{law}'."
-                f"{nearest(law, outcomes)}"
-            )
-
-
 def _remarks(outcomes: Iterable[Outcome]) -> tuple[str, ...]:
-    """What must stand beside a law's name, one note for all laws of which the same must be said."""
+    """The notes on laws, one note for all laws of which the same must be said."""
     alike: dict[str, list[str]] = {}
     for outcome in outcomes:
         if outcome.notes:
@@ -171,14 +175,12 @@ def _remarks(outcomes: Iterable[Outcome]) -> tuple[str, ...]:
 @dataclass(frozen=True)
 @door
 class Ranking:
-    """How one published ranking of laws fares here: pairs that hold, that are turned round, that stay open."""
+    """The pairs of a published ranking of laws that hold here, that are turned round, and that stay open."""
 
     published: Published
     holds: tuple[tuple[str, str], ...]
     fails: tuple[tuple[str, str], ...]
     undecided: tuple[tuple[str, str], ...]
-    printed_order: tuple[str, ...]
-    our_order: tuple[str, ...]
 
     @door
     def sentence(self, winner: str) -> str:
@@ -199,21 +201,13 @@ class Ranking:
 @door
 def ranking(published: Published, outcomes: Mapping[str, Outcome], margin: float = 0.0) -> Ranking:
     """Each pair of laws in its printed order, judged by our values; see `order` for when it stays open."""
-    _check_laws("ranking", published, outcomes)
-    scores = {law: _score(outcomes[law], published) for law in published.values}
+    ours = {law: outcomes[known(law, outcomes, f"outcomes beside {published.where}")] for law in published.values}
+    scores = {law: _score(outcome, published) for law, outcome in ours.items()}
     laws = sorted(published.values, key=lambda law: published.values[law])
     judged: dict[str, list[tuple[str, str]]] = {"below": [], "above": [], "undecided": []}
     for a, b in combinations(laws, 2):
         judged[order(scores[a], scores[b], margin)].append((a, b))
-    ours = sorted(laws, key=lambda law: scores[law][0])
-    return Ranking(
-        published,
-        tuple(judged["below"]),
-        tuple(judged["above"]),
-        tuple(judged["undecided"]),
-        tuple(laws),
-        tuple(ours),
-    )
+    return Ranking(published, *(tuple(judged[way]) for way in ("below", "above", "undecided")))
 
 
 def _score(outcome: Outcome, published: Published) -> tuple[float, float]:
@@ -225,3 +219,77 @@ def _score(outcome: Outcome, published: Published) -> tuple[float, float]:
 
 def _listed(names: Sequence[str]) -> str:
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+@door
+def information_table(
+    name: str, caption: Phrase, loops: Mapping[str, Any], tuned: Mapping[str, int] | None = None
+) -> Table:
+    """A row a law: how it comes by positions and velocities, its model, its estimate of the disturbance, its states.
+
+    Parameters
+    ----------
+    loops
+        By law its loop, or its `Roles`.
+    tuned
+        By law how many of its numbers are tuned.
+
+    Raises
+    ------
+    ValueError
+        If there is no law, a loop cannot say its roles, or `tuned` has other laws.
+    """
+    if not loops:
+        raise ValueError("`information_table(loops)` must map each law to its loop, at least one; got none.")
+    if tuned is not None and set(tuned) != set(loops):
+        raise ValueError(
+            f"`information_table(tuned=...)` must have a number for each of {described(list(loops))}; got "
+            f"{described(list(tuned))}."
+        )
+    roles = {law: _roles_of(law, loop) for law, loop in loops.items()}
+    classes = {law: _letter(k) for k, laws in enumerate(grouped(roles)) for law in laws}
+    rows = [(law, classes[law], *_role_cells(held)) for law, held in roles.items()]
+    notes = (NOTE, OF_PLANTS) if any("f" in held for one in roles.values() for held in one.models.values()) else (NOTE,)
+    if tuned is None:
+        return Table(name, caption, tuple(map(Column, HEADS)), tuple(rows), notes)
+    counts = [whole(f"information_table(tuned={{'{law}': ...}})", tuned[law], 0) for law in loops]
+    heads = (*map(Column, HEADS), Column("tuned"))
+    return Table(name, caption, heads, tuple((*row, n) for row, n in zip(rows, counts, strict=True)), notes)
+
+
+def _roles_of(law: str, given: Any) -> Roles:
+    """The roles of a loop, or of what has it as its `loop`."""
+    held = given if isinstance(given, Roles) else getattr(getattr(given, "loop", given), "roles", None)
+    if not isinstance(held, Roles):
+        raise refusal(f"information_table(loops={{'{law}': ...}})", "a `ClosedLoop` or the `Roles` of one", given)
+    return held
+
+
+def _letter(k: int) -> str:
+    return ascii_uppercase[k] if k < len(ascii_uppercase) else str(k + 1)
+
+
+def _role_cells(held: Roles) -> tuple[Cell, ...]:
+    observed = bool(held.observer_states or held.observer)
+    pairs = ((_model(held, "controller"), _model(held, "observer")), (held.law_states, held.observer_states))
+    model, states = (f"{law} / {observer}" if observed else f"{law}" for law, observer in pairs)
+    return (
+        held.observer or None,
+        _state(held),
+        None if model == "–" else model,
+        "oracle" if held.truths else "estimated" if held.unread else None,
+        states,
+    )
+
+
+def _state(held: Roles) -> str:
+    """The way in which the outputs of the plant come, in one word where they come alike."""
+    ways = [" and ".join(ways) or "unused" for ways in held.readings.values()]
+    return ways[0] if len(set(ways)) == 1 else ", ".join(ways)
+
+
+def _model(held: Roles, socket: str) -> str:
+    """The matrices of the arm, or equations of another plant, that act in a law or an observer."""
+    models = [matrices for path, matrices in held.models.items() if path.startswith(socket)]
+    acting = "".join(matrix for matrix in "MCGf" if any(matrix in matrices for matrices in models))
+    return acting or ("unused" if models else "–")

@@ -1,4 +1,4 @@
-"""What outlives a process, and what ends with it: names forced to the disk, and a lock on a folder."""
+"""Durability: files that are on the disk when a call returns, and a lock that ends with its process."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def make_folder(folder: Path) -> None:
         sync_folder(path.parent)
 
 
-def write_whole(file: Path, content: bytes) -> None:
+def write_durably(file: Path, content: bytes) -> None:
     """Write a file that is there whole or not at all, and on the disk when this returns."""
     part = file.with_name(f"{file.name}.{secrets.token_hex(4)}{PART}")
     try:
@@ -53,12 +53,12 @@ def write_whole(file: Path, content: bytes) -> None:
 
 
 def identity(file: Path) -> tuple[int, int] | None:
-    """What a file is, whatever it is called; None if there is none."""
+    """The device and inode of a file, which stay when it is renamed; None if there is none."""
     try:
-        found = file.stat()
+        status = file.stat()
     except OSError:
         return None
-    return found.st_dev, found.st_ino
+    return status.st_dev, status.st_ino
 
 
 @contextmanager
@@ -100,8 +100,8 @@ def _lock(handle: int) -> None:
 
 def _holder(file: Path) -> str:
     try:
-        said = json.loads(file.read_bytes())
-        who = f"process {int(said['process'])}, which began at {str(said['began'])[:40]}"
+        holder = json.loads(file.read_bytes())
+        who = f"process {int(holder['process'])}, which began at {str(holder['began'])[:40]}"
     except (OSError, ValueError, LookupError, TypeError):  # it has only just begun
         who = "another process, which has just begun"
     folder = file.parent.parent

@@ -1,0 +1,49 @@
+"""The verb `results`: the runs of a study as tables, from its folder alone."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import click
+
+from workbench.cli.errors import one_sentence, printable
+
+
+@click.command()
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.option("--digests", is_flag=True, help="Print the SHA-256 of each chunk as JSON, and write nothing.")
+@click.option("--format", "form", type=click.Choice(("csv", "parquet", "mat")), default="csv", show_default=True)
+def results(folder: Path, digests: bool, form: str) -> None:
+    """Write the runs of each sweep in DIR as a table, one row a run, and its single cases as another, to DIR/runs."""
+    with one_sentence():
+        from workbench.study.ledger.store import chunks, is_chunk
+
+        if digests:
+            held = {chunk.name: chunk.digest.hex() for chunk in chunks(folder) if is_chunk(chunk.name)}
+            click.echo(json.dumps(held))
+        else:
+            click.echo("\n".join(map(printable, _write(folder, form))))
+
+
+def _write(folder: Path, form: str) -> Iterator[str]:
+    """Write the single cases and the runs of each complete sweep to files; each line names one, or what is missing."""
+    from workbench.study import export
+    from workbench.study.ledger.store import TABLE, contents
+
+    cases = (folder / export.CASES).is_file()
+    if cases:
+        yield f"{export.write_cases(folder, form)}: the single cases, one row a metric and number."
+    try:
+        held, about = contents(folder)
+    except LookupError:
+        if not cases:
+            raise
+        return
+    tables = {sweep.name: held.get(f"{TABLE}/{sweep.name}") for sweep in about.sweeps}
+    samples = [export.sample_of(table) for table in tables.values() if table is not None]
+    for sample in samples:
+        yield f"{export.write(sample, folder / 'runs', form)}: {sample.note}."
+    for name in (name for name, table in tables.items() if table is None):
+        yield f"{name} is not complete: `workbench status {folder}` says how far it is."

@@ -1,0 +1,80 @@
+"""The verb `run`: a study's file in, its report out."""
+
+from __future__ import annotations
+
+import gc
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import click
+
+from workbench.cli.errors import aside, of_the_study, one_sentence
+
+PATH = click.Path(path_type=Path)
+
+
+@click.command()
+@click.argument("study", type=PATH)
+@click.option("--out", type=PATH, help="Folder of the report; reports/NAME if not given.")
+@click.option("--samples", type=int, help="Samples of each sweep, in place of those in STUDY.")
+@click.option("--workers", type=int, help="Threads, or workers of a local cluster; one a processor if not given.")
+@click.option("--cluster", metavar="ADDRESS", help="The scheduler of a Dask cluster; 'local' starts one here.")
+@click.option(
+    "--arithmetic", type=click.Choice(("fused", "portable")), help="That of the sweeps; the ledger's if not given."
+)
+@click.option("--fresh", is_flag=True, help="Compute again what the ledger holds.")
+@click.option("--ack", is_flag=True, help="Print each chunk and its SHA-256 once it is on the disk.")
+@click.option("--yes", is_flag=True, help="Begin, however much time, memory and disk it takes.")
+@click.option("--traceback", is_flag=True, help="Print Python's own after the sentence that says what is wrong.")
+def run(study: Path, out: Path | None, ack: bool, traceback: bool, **asked: Any) -> None:
+    """Run STUDY, a Python file or a folder with a `study.py`, and write its report.
+
+    Of its sweeps nothing is computed twice: what was stopped, the same command goes on with.
+    """
+    del traceback  # `leave` looks it up
+    asked |= {"acknowledge": lambda chunk: click.echo(f"ACK {chunk.name} {chunk.digest.hex()}")} if ack else {}
+    run_study(study, out, asked)
+
+
+def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
+    """Run a study, as far as its ledger lacks something, and write its report."""
+    from workbench.cli import script
+
+    file = script.file_of(place)
+    with one_sentence(file):
+        script.check_file(file)
+        # What a report needs comes before the study, whose folder goes first on the path: a file beside the study may
+        # have the name of a module that is used here. Matplotlib comes behind it, when that folder is the last.
+        with suppress(ImportError):  # llvmlite has no wheel here, and the other engine serves
+            import workbench.simulate.kernel.native  # noqa: F401
+        from concurrent.futures import ThreadPoolExecutor
+        from dataclasses import replace
+        from functools import partial
+        from importlib import import_module
+
+        from workbench.cli.progress import runs_shown, shown
+        from workbench.report import folder
+        from workbench.study import export, runner, writeup
+        from workbench.study.execution import Order, execute
+
+        study = script.load(file)
+        target = out or Path("reports") / study.name
+        folder.check_place(target)
+        source = partial(script.Script.of, file, asked["samples"])
+        order = Order(file, say=aside, source=source, bar=lambda name: runs_shown(name, aside), **asked)
+        with execute(study, target, order) as (study, results):
+            with of_the_study(file, study.sections), shown(study.name, aside) as progress:
+                # what was imported stays, and little is made that only the collector can free: 0.25 s of looking
+                gc.freeze()
+                gc.set_threshold(50_000)
+                with ThreadPoolExecutor(1) as beside:
+                    beside.submit(import_module, "workbench.report.figures.sheet")  # 0.3 s, for the end
+                    results = replace(results, outcomes=runner.run(study, progress).outcomes)
+            with of_the_study(file, study.headlines):
+                findings = writeup.headlines(study, results)
+            with of_the_study(file, study.sections):
+                page = writeup.document(study, results, command=script.command(place, out, asked["samples"]))
+                folder.write(page, target, export.tables(results))
+        click.echo("\n".join([*findings, f"The report is {target / 'index.html'}, and {target / 'report.pdf'}."]))
+        gc.freeze()  # nothing more is freed before the process ends, which frees all

@@ -1,0 +1,31 @@
+"""The verb `status`: how far a study is, from its ledger alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from workbench.cli.errors import one_sentence, printable
+
+
+@click.command()
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+def status(folder: Path) -> None:
+    """Say how much of the study in DIR is done, and what has failed."""
+    with one_sentence():
+        from workbench.study.ledger.resumption import lost, runs_of
+        from workbench.study.ledger.store import contents
+
+        held, about = contents(folder)
+        for sweep in about.sweeps:
+            there = [held[name] for name in sweep.chunks if name in held]
+            of = "of at most" if sweep.at_most else "of"
+            line = (
+                f"{sweep.name}: {sum(map(runs_of, there)):,} {of} {sweep.runs:,} runs in {len(there)} {of} "
+                f"{len(sweep.chunks)} chunks, {sum(map(lost, there)):,} failed; {sweep.arithmetic}."
+            )
+            click.echo(printable(line))
+        complete = all(name in held for sweep in about.sweeps for name in sweep.chunks)
+        rest = "Nothing is missing." if complete else "Its command goes on with the rest."
+        click.echo(printable(f"The study is '{about.study}' in '{about.script_from(folder)}'. {rest}"))

@@ -1,0 +1,265 @@
+"""Execution of a study: its tunings, then its sweeps, chunk by chunk into a ledger, and from there its samples."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from workbench.simulate.arithmetic import signature
+from workbench.study import cost
+from workbench.study.compiled import CompiledSweep, compile_sweep
+from workbench.study.executors import LOCAL, Source, on_cluster, on_threads
+from workbench.study.export import table_of
+from workbench.study.ledger.chunk import Chunk
+from workbench.study.ledger.resumption import Counter, Task, Tell, complete
+from workbench.study.ledger.store import LATER, About, Ledger, LedgerError, SweepAbout, about_in, is_chunk, opened
+from workbench.study.sample import Sample
+from workbench.study.study import Results, Study
+from workbench.study.sweep import count_of, resized
+from workbench.study.tuning import Tuned
+from workbench.study.tuning.checkpoint import tune_in_ledger
+from workbench.study.tuning.search import Search, compile_tuning
+from workbench.validation.refusals import whole
+
+Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
+Arithmetics = tuple[tuple[str, str], ...]  # that of each sweep, by their names
+
+
+class Stopped(KeyboardInterrupt):
+    """Ctrl-C, with the chunks that are kept."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """The wishes of the one who runs a study.
+
+    Attributes
+    ----------
+    script
+        The study's file, which the ledger remembers.
+    samples
+        In place of the numbers of the designs.
+    arithmetic
+        That of all sweeps; None for that of the ledger, or of this machine.
+    only_report
+        True if nothing is to be computed: what is missing is refused.
+    acknowledge
+        Told each chunk once it is durable.
+    source
+        Where the workers of a cluster find the same sweeps, from arithmetics and the chunks of the tunings.
+    bar
+        A place, by the name of the study, where one is told how far the runs are.
+    """
+
+    script: Path
+    samples: int | None = None
+    workers: int | None = None
+    cluster: str | None = None
+    arithmetic: str | None = None
+    fresh: bool = False
+    yes: bool = False
+    only_report: bool = False
+    acknowledge: Callable[[Chunk], None] = lambda chunk: None
+    say: Callable[[str], None] = lambda sentence: None
+    source: Callable[[Arithmetics, tuple[Record, ...]], Source] | None = None
+    bar: Callable[[str], AbstractContextManager[Tell]] = lambda name: nullcontext(lambda done, failed, total: None)
+
+
+@contextmanager
+def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Results]]:
+    """The study with its cases known, and the results of its tunings and sweeps, computed where the ledger lacks them.
+
+    The ledger in the folder `out` stays locked until the report is written.
+    """
+    _check_options(study, order)
+    if not (study.sweeps or study.tunings):
+        yield study, Results()
+        return
+    arithmetic_of = _arithmetics(out, order)
+    searches = tuple(compile_tuning(tuning, arithmetic_of) for tuning in study.tunings)
+    searched = [one for search in searches for one in search.sweeps]
+    sweeps = _compiled(study, order, arithmetic_of)
+    _afford([*searched, *sweeps], out, order)
+    with opened(out, order.fresh) as ledger, _stoppable(ledger):
+        for remark in (*ledger.remarks, *cost.slow([*searched, *sweeps])):
+            order.say(remark)
+        ledger.drop_tables()
+        about = About(study.name, os.path.relpath(order.script.resolve(), ledger.out.resolve()), order.samples)
+        tuned, tuned_about = _tuned(study.name, searches, ledger, order, about)
+        if callable(study.sweeps):
+            sweeps = _compiled(study.resolved(tuned), order, arithmetic_of)
+            _afford(sweeps, out, order)
+        records = searched if callable(study.sweeps) else ()  # from which a worker makes the sweeps again
+        samples = _samples(sweeps, records, ledger, order, replace(about, sweeps=tuned_about))
+        results = Results(samples=samples, tunings=tuple(tuned.values()))
+        for sample in results.all_samples:  # for those who only read the folder
+            ledger.write_durably(table_of(sample))
+        yield study.resolved(tuned), results
+
+
+def _check_options(study: Study, order: Order) -> None:
+    """Refuse options that say how sweeps are run where that cannot be, or there are none."""
+    if order.workers is not None:
+        whole("--workers", order.workers)
+    if order.samples is not None:
+        whole("--samples", order.samples)
+    searched = bool(study.tunings)
+    options = (
+        ("--samples", order.samples, False),
+        ("--workers", order.workers, searched),
+        ("--cluster", order.cluster, searched),
+    )
+    for option, value, used in options:
+        if value is not None and not (study.sweeps or used):
+            raise ValueError(f"`{option}` is for sweeps, and the study '{study.name}' has none; leave it out.")
+    if order.workers is not None and order.cluster not in (None, LOCAL) and not searched:
+        raise ValueError(
+            f"`--workers` is for this machine, and the cluster at '{order.cluster}' has its own workers; leave it out."
+        )
+
+
+def _arithmetics(out: Path, order: Order) -> Callable[[str], str | None]:
+    """The arithmetic of a sweep, by its name: the one that is asked for, or else that of its chunks in the ledger."""
+    about = None if order.fresh else about_in(out)
+    kept = {sweep.name: sweep.arithmetic for sweep in about.sweeps} if about else {}
+
+    def arithmetic_of(name: str) -> str | None:
+        if name not in kept:
+            return order.arithmetic
+        chosen = order.arithmetic or kept[name].partition(" ")[0]
+        if signature(chosen) != kept[name]:
+            raise LedgerError(
+                f"The ledger in '{out}' holds runs of '{name}' in the arithmetic '{kept[name]}', and this run would "
+                f"compute in '{signature(chosen)}': two do not mix. Take the other one by `--arithmetic` or its own "
+                "version, name another folder with `--out`, or begin anew with `--fresh`."
+            )
+        return chosen
+
+    return arithmetic_of
+
+
+def _compiled(study: Study, order: Order, arithmetic_of: Callable[[str], str | None]) -> tuple[CompiledSweep, ...]:
+    """The sweeps that are known, compiled, with as many samples as are asked for."""
+    if callable(study.sweeps):
+        return ()
+    fixed = [one.name for one in study.sweeps if count_of(one) is None]
+    if order.samples is not None and fixed:
+        names = ", ".join(f"'{name}'" for name in fixed)
+        if len(fixed) == len(study.sweeps):
+            raise ValueError(
+                f"`--samples` cannot change the study '{study.name}': the designs of its sweeps, {names}, have no "
+                "number of samples; leave it out."
+            )
+        order.say(f"`--samples` changes nothing of {names}: their designs have no number of samples.")
+    return compile_sweeps(study, order.samples, arithmetic_of)
+
+
+def compile_sweeps(
+    study: Study, samples: int | None, arithmetic_of: Callable[[str], str | None]
+) -> tuple[CompiledSweep, ...]:
+    """The sweeps of a study that are known, compiled, with so many samples each."""
+    sweeps = () if callable(study.sweeps) else study.sweeps
+    return tuple(compile_sweep(resized(one, samples), arithmetic_of(one.name)) for one in sweeps)
+
+
+def _afford(sweeps: Sequence[CompiledSweep], out: Path, order: Order) -> None:
+    if not (order.yes or order.only_report):
+        cost.check(cost.cost_of(sweeps, order.workers), out)
+
+
+@contextmanager
+def _stoppable(ledger: Ledger) -> Iterator[None]:
+    try:
+        yield
+    except KeyboardInterrupt:
+        kept = sum(map(is_chunk, ledger.names))
+        raise Stopped(f"stopped; {kept} chunks are kept in '{ledger.out}'. {LATER}") from None
+
+
+def _tuned(
+    name: str, searches: Sequence[Search], ledger: Ledger, order: Order, about: About
+) -> tuple[dict[str, Tuned], tuple[SweepAbout, ...]]:
+    """What each tuning finds, by threads of this machine, and what the ledger says of them."""
+    with ExitStack() as stack:
+
+        def begin() -> Tell:
+            if order.only_report:
+                raise LookupError(f"The tunings in '{ledger.out}' are not complete: {_run_again(ledger, order)}.")
+            where = "" if order.cluster is None else ", on this machine"
+            most = "at most " if any(search.tuning.settle is not None for search in searches) else ""
+            needed = cost.cost_of([one for search in searches for one in search.sweeps], order.workers)
+            order.say(f"{name}: tuning{where}, {most}{needed}.")
+            return stack.enter_context(order.bar(name))
+
+        return tune_in_ledger(
+            searches,
+            ledger,
+            lambda sweeps, tasks: on_threads(sweeps, tasks, order.workers),
+            begin,
+            order.acknowledge,
+            lambda sweeps: ledger.describe(replace(about, sweeps=sweeps)),
+        )
+
+
+def _samples(
+    sweeps: Sequence[CompiledSweep], searched: Sequence[CompiledSweep], ledger: Ledger, order: Order, about: About
+) -> tuple[Sample, ...]:
+    """The sample of each sweep, from chunks of which the missing are computed."""
+    tasks = tasks_of(sweeps)
+    own = [[task.name for task in tasks if task.sweep == i] for i in range(len(sweeps))]
+    pairs = list(zip(sweeps, own, strict=True))
+    abouts = (SweepAbout(one.sweep.name, one.size, signature(one.arithmetic), tuple(names)) for one, names in pairs)
+    tuned = [name for sweep in about.sweeps for name in sweep.chunks]
+    ledger.describe(replace(about, sweeps=(*about.sweeps, *abouts)))
+    wanted = {*tuned, *(task.name for task in tasks)}
+    if unused := sum(is_chunk(name) and name not in wanted for name in ledger.names):
+        order.say(
+            f"{unused} chunks in '{ledger.out}' are of other samples or equations than the study has now: they are "
+            "kept, and not used; `--fresh` removes them."
+        )
+    there = [task.name for task in tasks if task.name in ledger]
+    with ExitStack() as stack:
+
+        def begin() -> Tell:
+            missing = len(tasks) - len(there)
+            if order.only_report:
+                raise LookupError(
+                    f"{missing} of {len(tasks)} chunks are missing in '{ledger.out}': {_run_again(ledger, order)}."
+                )
+            some = f"; {len(there)} of {len(tasks)} chunks are there already." if there else "."
+            order.say(f"{about.study}: {cost.cost_of(sweeps, order.workers)}{some}")
+            return stack.enter_context(order.bar(about.study))
+
+        counter = Counter(sum(one.size for one in sweeps), begin)
+        execute = _executor(sweeps, searched, tuned, ledger, order)
+        complete(tasks, ledger, execute, counter, order.acknowledge)
+    return tuple(one.sample(map(ledger.read, names)) for one, names in pairs)
+
+
+def tasks_of(sweeps: Sequence[CompiledSweep]) -> tuple[Task, ...]:
+    """The chunks of some sweeps, each with its name; whatever is wrong with the numbers of a run is refused here."""
+    return tuple(Task(i, *ends, one.name(*ends)) for i, one in enumerate(sweeps) for ends in one.chunks)
+
+
+def _executor(
+    sweeps: Sequence[CompiledSweep],
+    searched: Sequence[CompiledSweep],
+    tuned: Sequence[str],
+    ledger: Ledger,
+    order: Order,
+) -> Callable[[Sequence[Task]], Iterator[Chunk]]:
+    """Threads of this machine, or a cluster whose workers find the same sweeps from the chunks of the tunings."""
+    if order.cluster is None or order.source is None:
+        return lambda tasks: on_threads(sweeps, tasks, order.workers)
+    address = order.cluster
+    chunks = [ledger.read(name) for name in tuned] if searched else []
+    arithmetics = tuple((one.sweep.name, one.arithmetic) for one in (*searched, *sweeps))
+    source = order.source(arithmetics, tuple((chunk.name, chunk.head, chunk.data) for chunk in chunks))
+    return lambda tasks: on_cluster(address, source, tasks, order.workers)
+
+
+def _run_again(ledger: Ledger, order: Order) -> str:
+    return f"`workbench run {order.script} --out {ledger.out}` computes them"

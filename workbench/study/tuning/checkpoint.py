@@ -1,0 +1,96 @@
+"""Checkpoints of tunings: each generation is kept in the ledger like the chunks of a sweep, and never run twice."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from math import inf
+from time import monotonic
+
+from workbench.simulate.arithmetic import signature
+from workbench.study.compiled import CompiledSweep
+from workbench.study.ledger.chunk import Chunk
+from workbench.study.ledger.resumption import Counter, Task, complete
+from workbench.study.ledger.store import Ledger, SweepAbout
+from workbench.study.tuning.optimum import Tuned
+from workbench.study.tuning.search import Search, tune
+
+SECONDS = 1.0  # between two records of how far the tunings are: each waits for the disk
+
+# The names of the chunks of each sweep that are known, by its name.
+Names = dict[str, list[str]]
+
+
+def tune_in_ledger(
+    searches: Sequence[Search],
+    ledger: Ledger,
+    execute: Callable[[Sequence[CompiledSweep], Sequence[Task]], Iterator[Chunk]],
+    begin: Callable[[], Callable[[int, int, int], None]],
+    acknowledge: Callable[[Chunk], None] = lambda chunk: None,
+    describe: Callable[[tuple[SweepAbout, ...]], None] = lambda sweeps: None,
+) -> tuple[dict[str, Tuned], tuple[SweepAbout, ...]]:
+    """The answer of each tuning, by its name, and its runs as a ledger describes them; none is run twice.
+
+    A search asks for the same points again after it was stopped, and finds its generations by their names. What the
+    ledger should say is described now and then, and when the tunings are done or stopped.
+    """
+    names: Names = {one.sweep.name: [] for search in searches for one in search.sweeps}
+    counter = Counter(sum(_spared(search, names) for search in searches), begin)
+    described = -inf
+
+    def evaluate(sweeps: Sequence[CompiledSweep], first: int, last: int) -> list[Chunk]:
+        nonlocal described
+        tasks = [Task(i, first, last, one.name(first, last)) for i, one in enumerate(sweeps)]
+        for one, task in zip(sweeps, tasks, strict=True):
+            names[one.sweep.name].append(task.name)
+        if all(task.name in ledger for task in tasks):
+            chunks = [ledger.read(task.name) for task in tasks]
+            for chunk in chunks:
+                counter.add(chunk)
+            return chunks
+        if monotonic() - described > SECONDS:
+            describe(about_of_searches(searches, names))
+            described = monotonic()
+        complete(tasks, ledger, lambda missing: execute(sweeps, missing), counter, acknowledge)
+        return [ledger.read(task.name) for task in tasks]
+
+    tuned = {}
+    try:
+        for search in searches:
+            tuned[search.tuning.name] = tune(search, evaluate)
+            counter.total -= _spared(search, names)
+    finally:
+        if described > -inf:
+            describe(about_of_searches(searches, names))
+    return tuned, about_of_searches(searches, names)
+
+
+def _spared(search: Search, names: Names) -> int:
+    """The number of runs that a tuning did not ask for, as its searches had settled or had few points to run again."""
+    return sum(one.size - _asked(names[one.sweep.name]) for one in search.sweeps)
+
+
+def about_of_searches(searches: Sequence[Search], names: Names) -> tuple[SweepAbout, ...]:
+    """The runs of tunings as a ledger describes them; a chunk that nobody knows yet has a name that none has."""
+    sweeps = []
+    for search in searches:
+        ended = bool(names[search.halves[0].sweep.name])  # the best are run again once all searches have ended
+        for one in search.trials:
+            known, size = names[one.sweep.name], search.tuning.population
+            runs = _asked(known) if ended else one.size
+            sweeps.append(_about(one, known, runs, size, search.tuning.settle is not None and not ended))
+        for one in search.halves:
+            known = names[one.sweep.name]
+            size = _asked(known[:1]) or one.size // search.noises
+            sweeps.append(_about(one, known, size * search.noises, size, not ended))
+    return tuple(sweeps)
+
+
+def _about(one: CompiledSweep, known: Sequence[str], runs: int, size: int, at_most: bool) -> SweepAbout:
+    """A sweep of so many runs, as many in a chunk, of which some chunks are known."""
+    coming = (f"{one.sweep.name}/{i}-{i + size}/" for i in range(_asked(known), runs, size))
+    return SweepAbout(one.sweep.name, runs, signature(one.arithmetic), (*known, *coming), at_most)
+
+
+def _asked(names: Sequence[str]) -> int:
+    """The number of runs in the chunks of these names, which follow one another."""
+    return int(names[-1].split("/")[1].split("-")[1]) if names else 0
