@@ -10,8 +10,8 @@ from fair_objective import LATE, both
 
 from workbench.core.layout import Array
 from workbench.notation.formula import symbol
-from workbench.study.document.cells import raised
 from workbench.study.document.document import Cell, Column, Measured, Phrase, Section, Table
+from workbench.study.document.phrases import raised
 from workbench.study.pictures import budget_curves, pareto_fronts
 from workbench.study.sample import Sample
 from workbench.study.study import Results

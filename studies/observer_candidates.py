@@ -27,7 +27,7 @@ from workbench.design.observer_gains import (
     noise,
     over,
 )
-from workbench.study.document.cells import raised
+from workbench.study.document.phrases import raised
 
 I, REST = np.eye(2), np.zeros(2)
 DYNAMICS = Dynamics.of(ARM)

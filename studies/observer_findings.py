@@ -2,8 +2,8 @@
 
 from observer_candidates import CHOSEN, INNER, MODEST, PAPER, REGION, SURFACE, audits, constants, followed, gains
 
-from workbench.study.document.cells import raised
 from workbench.study.document.document import Section, Verdict
+from workbench.study.document.phrases import raised
 from workbench.study.study import Results
 
 SCENARIOS = ("first scenario", "first scenario, from y(0)", "second scenario")

@@ -11,8 +11,8 @@ from riccati_path import RTOL, WINDOW, Compared, compared, distance, median_in_t
 from workbench.core.layout import Array
 from workbench.notation.formula import symbol
 from workbench.study.comparison import order, side_by_side
-from workbench.study.document.cells import raised
 from workbench.study.document.document import Cell, Column, Figure, Panel, Paragraph, Section, Series, Table, Verdict
+from workbench.study.document.phrases import raised
 from workbench.study.study import Results
 
 SETTLED = 0.05  # s: several times the time in which (34) forgets P(0)

@@ -13,8 +13,8 @@ from unstated_ranking import deciding_section, ranking_section, shaken
 from unstated_shared import Shared, shared, shared_table, shared_verdict
 from unstated_tables import CELLS, counts_section, fits_section
 
-from workbench.study.document.cells import raised
 from workbench.study.document.document import Cell, Column, Itemize, Paragraph, Section, Table, Verdict
+from workbench.study.document.phrases import raised
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 

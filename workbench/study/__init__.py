@@ -13,16 +13,13 @@ if TYPE_CHECKING:
     from workbench.study.study import Case, Results, Study
     from workbench.study.sweep import Sweep
     from workbench.study.tuning import Trial, Tuning
+    from workbench.study.uncertainty.designs import LatinHypercube, MonteCarlo, MorrisDesign, OneAtATime
     from workbench.study.uncertainty.distributions import LogNormal, LogUniform, Normal, Triangular, Uniform
-    from workbench.study.uncertainty.effects import morris
+    from workbench.study.uncertainty.effects import morris, tornado
     from workbench.study.uncertainty.factors import Factor
     from workbench.study.uncertainty.indices import sobol
-    from workbench.study.uncertainty.monte_carlo import LatinHypercube, MonteCarlo
-    from workbench.study.uncertainty.morris import MorrisDesign
-    from workbench.study.uncertainty.one_at_a_time import OneAtATime
     from workbench.study.uncertainty.quantiles import quantiles
-    from workbench.study.uncertainty.saltelli import SobolDesign
-    from workbench.study.uncertainty.tornado import tornado
+    from workbench.study.uncertainty.sobol_design import SobolDesign
 
 _FILES = {
     "comparison": ("side_by_side",),

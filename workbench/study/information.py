@@ -7,7 +7,7 @@ from string import ascii_uppercase
 from typing import Any
 
 from workbench.core import Roles, grouped
-from workbench.study.document.cells import Cell, Column, Phrase, Table
+from workbench.study.document.phrases import Cell, Column, Phrase, Table
 from workbench.validation.doors import door
 from workbench.validation.words import described, refusal, whole
 

@@ -15,7 +15,7 @@ from workbench.study.contract import equations_of
 from workbench.study.prepared import Prepared
 from workbench.study.run import Run
 from workbench.study.sweep import Sweep
-from workbench.study.uncertainty.design import AbstractDesign
+from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.study.uncertainty.factors import Space
 from workbench.validation.words import Array, multiple
 

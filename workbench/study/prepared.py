@@ -23,7 +23,7 @@ from workbench.simulate.stepping.stability import longest_steps, modes_at
 from workbench.study.ledger.chunk import Chunk, chunk_of, plain
 from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep, again
-from workbench.study.uncertainty.design import AbstractDesign
+from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.study.uncertainty.factors import Space
 from workbench.validation.words import Array, Integers
 

@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from workbench.study.document.cells import raised
 from workbench.study.document.document import Column, Phrase, Table
+from workbench.study.document.phrases import raised
 from workbench.validation.doors import door
 from workbench.validation.words import Array, as_array, described, finite, known
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.study.document.cells import check_name, raised
+from workbench.study.document.phrases import check_name, raised
 from workbench.study.ledger.chunk import Chunk, chunk_of
 from workbench.study.ledger.store import TABLE, LedgerError
-from workbench.study.uncertainty.design import AbstractDesign
+from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers, described, nearest
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.study.document.cells import check_name
+from workbench.study.document.phrases import check_name
 from workbench.study.run import Run
-from workbench.study.uncertainty.design import AbstractDesign
+from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.study.uncertainty.factors import Factor
 from workbench.validation.doors import door
 from workbench.validation.words import Integers, whole

@@ -11,7 +11,7 @@ from workbench.cli import script
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import iae, ise
 from workbench.study import adjusted, comparison, pareto, provenance, runner, tuning, writeup
-from workbench.study.document.document import document
+from workbench.study.document import document
 from workbench.study.preparation import prepared
 from workbench.study.run import Run
 from workbench.study.study import Case, Results, Study

@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import ndtri
 
-from workbench.study.uncertainty.design import uniforms
+from workbench.study.uncertainty.designs import uniforms
 from workbench.study.uncertainty.outputs import check_size
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from workbench.study.uncertainty.design import uniforms
+from workbench.study.uncertainty.designs import uniforms
 from workbench.validation.words import Array, Integers
 
 RESAMPLES = 2000

@@ -12,7 +12,7 @@ from scipy.special import ndtr
 
 from workbench.study.evidence.modality import RESAMPLES, dip, gap, least_dip
 from workbench.study.evidence.paired import Paired
-from workbench.study.uncertainty.design import uniforms
+from workbench.study.uncertainty.designs import uniforms
 from workbench.study.uncertainty.outputs import Flags, t_quantile
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers

@@ -8,7 +8,7 @@ from math import ceil
 
 import numpy as np
 
-from workbench.study.document.cells import check_name
+from workbench.study.document.phrases import check_name
 from workbench.study.run import Run
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.factors import Factor

@@ -12,7 +12,7 @@ from workbench.study.preparation import prepared
 from workbench.study.prepared import Prepared
 from workbench.study.sweep import Sweep
 from workbench.study.tuning.contract import Trial, Tuning
-from workbench.study.uncertainty.design import AbstractDesign
+from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.study.uncertainty.distributions import AbstractDistribution
 from workbench.validation.words import Array
 

@@ -17,7 +17,7 @@ from workbench.study.tuning.contract import Tuning
 from workbench.study.tuning.course import Course, have_values, reasons_of
 from workbench.study.tuning.ready import FINALISTS, Ready, ready
 from workbench.study.tuning.tuned import Tuned
-from workbench.study.uncertainty.explicit import Listed
+from workbench.study.uncertainty.designs import Listed
 from workbench.validation.doors import door
 from workbench.validation.words import Array, Integers, several, vector
 

@@ -1,4 +1,4 @@
-"""Morris plane: how large the effects of each factor are, mu*, against how much they change, sigma."""
+"""Screening of factors as pictures: the plane of Morris's effects, and tornadoes of one factor at a time."""
 
 from __future__ import annotations
 
@@ -8,13 +8,24 @@ from typing import Literal
 import numpy as np
 
 from workbench.notation.formula import Relation, Symbol
-from workbench.study.document.cells import Column, Phrase, Table, parts
-from workbench.study.document.curves import Array, Label
-from workbench.study.document.document import Figure, Panel, Points, Series
-from workbench.study.pictures.parts import BEYOND, DECADE, Labels, captioned, each, number, refusals, with_unit, written
-from workbench.study.uncertainty.effects import MorrisEffects
+from workbench.study.document.figure import Figure, Panel
+from workbench.study.document.figure_marks import STYLES, Bars, Label, Points, Series
+from workbench.study.document.phrases import Column, Phrase, Table, parts
+from workbench.study.pictures.captions import (
+    BEYOND,
+    DECADE,
+    Labels,
+    captioned,
+    each,
+    label_of,
+    number,
+    refusals,
+    with_unit,
+)
+from workbench.study.uncertainty.effects import MorrisEffects, Tornado
 from workbench.study.uncertainty.outputs import Estimate
 from workbench.validation.doors import door
+from workbench.validation.words import Array
 
 MU_STAR, SIGMA = Symbol("mu", mark="*"), Symbol("sigma")
 LEAST = 0.02  # of the other axis that an axis spans: below lies rounding
@@ -24,6 +35,7 @@ LETTERS = 200  # of names that the plane has room for
 FLOOR = 1e-3  # of the largest number of a logarithmic axis, where it begins
 
 LOGARITHMIC = "Both axes are logarithmic, as a few factors are more than ten times the median."
+LEVEL = 0.36  # of a row: the thickness of the bar of one level
 
 
 @door
@@ -53,7 +65,7 @@ def morris_plane(
     """
     single = each(effects)
     names, key = _names(single[0], labels)
-    titles = [written(one.names[0], labels) if len(effects.names) > 1 else "" for one in single]
+    titles = [label_of(one.names[0], labels) if len(effects.names) > 1 else "" for one in single]
     log = any(map(_uneven, single))
     panels = tuple(_panel(one, unit, names, title, log) for one, title in zip(single, titles, strict=True))
     near = [_below(panel) if log else _near(panel, names) for panel in panels]
@@ -68,7 +80,7 @@ def morris_plane(
 
 
 def _uneven(effects: MorrisEffects) -> bool:
-    """Whether a few factors are so much larger than most that they would set the scale alone."""
+    """True if a few factors are so much larger than most that they would set the scale alone."""
     largest = float(effects.mu_star.value.max())
     sizes = [part.value[part.value > LEAST * FLOOR * largest] for part in (effects.mu_star, effects.sigma)]
     return any(len(size) > 2 and float(size.max()) > DECADE * float(np.median(size)) for size in sizes)
@@ -111,7 +123,7 @@ def _without(panel: Panel, places: list[int]) -> Panel:
 
 
 def _goes_on(panel: Panel) -> bool:
-    """Whether an interval reaches beyond the axes."""
+    """True if an interval reaches beyond the axes."""
     assert panel.xlim is not None
     assert panel.ylim is not None
     points = panel.series[0]
@@ -122,7 +134,7 @@ def _goes_on(panel: Panel) -> bool:
 
 def _names(effects: MorrisEffects, labels: Labels) -> tuple[tuple[Label, ...], tuple[Phrase, ...]]:
     """The names beside the points, or their numbers by falling mu*, with a key, where names would cover the plane."""
-    names = tuple(written(factor, labels) for factor in effects.factors)
+    names = tuple(label_of(factor, labels) for factor in effects.factors)
     if sum(map(_letters, names)) <= LETTERS:
         return names, ()
     order = np.argsort(-effects.mu_star.value, kind="stable").tolist()
@@ -179,3 +191,74 @@ def _numbers(name: str, caption: Phrase, single: list[MorrisEffects], unit: str)
             rows.append((one.names[0], one.factors[i], *(number(value) for pair in moments for value in pair)))
     heads = [Column(head, unit) for kind in ("mu*", "sigma", "mu") for head in (kind, f"{kind} (half-interval)")]
     return Table(name, caption, (Column("output"), Column("factor"), *heads), tuple(rows))
+
+
+@door
+def tornado_figure(
+    name: str, caption: Phrase, tornado: Tornado, note: Phrase, unit: str = "", *, labels: Labels = None
+) -> Figure:
+    """Two bars a factor from the output of the base: its lowest level above, its highest below.
+
+    So both are seen where they lie on the same side of the base. Levels between are marked. Several outputs have a
+    panel each, with an order of its own.
+
+    Parameters
+    ----------
+    note
+        Runs, failed runs, seed and step error, as `sample.note_of(metric, joint)` says them.
+    unit
+        Of the output.
+    labels
+        How factors and outputs are written, by their names; as they stand where it does not say.
+
+    Raises
+    ------
+    ValueError
+        If the note is empty.
+    """
+    single = each(tornado)
+    return Figure(
+        name,
+        captioned("tornado_figure", caption, note, *refusals(tornado)),
+        tuple(_bars(one, unit, labels) for one in single),
+        numbers=_swings(name, caption, single, unit),
+    )
+
+
+def _bars(tornado: Tornado, unit: str, labels: Labels) -> Panel:
+    order, base = tornado.order, float(tornado.base)
+    lowest, highest = int(np.argmin(tornado.levels)), int(np.argmax(tornado.levels))
+    rows, moved = np.arange(len(order), dtype=float), tornado.moved[order]
+    start = np.full(len(order), base)
+    marks: list[Bars | Series] = []
+    for k, level in enumerate(np.argsort(tornado.levels).tolist()):
+        label, ends = _level(tornado.levels[level]), moved[:, level]
+        if level == highest:
+            marks.append(Bars(label, rows + LEVEL / 2, ends, start, shade=1.0, thick=LEVEL))
+        elif level == lowest:
+            marks.append(Bars(label, rows - LEVEL / 2, ends, start, shade=0.25, thick=LEVEL))
+        else:
+            marks.append(Series(label, ends, rows, 1 + k % (STYLES - 1), look="marks"))
+    return Panel(
+        "",
+        tuple(marks),
+        xlabel=with_unit(label_of(tornado.names[0], labels), unit),
+        vlines=(base,),
+        ynames=tuple(label_of(tornado.factors[i], labels) for i in order),
+    )
+
+
+def _level(level: float) -> str:
+    ends = {0.0: "at the low end of its range", 1.0: "at the high end of its range"}
+    return ends.get(float(level), f"at its {100 * level:g} % quantile")
+
+
+def _swings(name: str, caption: Phrase, tornados: list[Tornado], unit: str) -> Table:
+    rows = [
+        (one.names[0], one.factors[i], number(float(one.base)), *map(number, one.moved[i]), number(one.swing[i]))
+        for one in tornados
+        for i in one.order
+    ]
+    levels = [Column(_level(level), unit) for level in tornados[0].levels]
+    head = (Column("output"), Column("factor"), Column("base", unit), *levels, Column("swing", unit))
+    return Table(name, caption, head, tuple(rows))
