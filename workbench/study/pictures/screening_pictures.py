@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.notation.formula import Relation, Symbol
 from workbench.study.document.figure import Figure, Panel
-from workbench.study.document.figure_marks import STYLES, Bars, Label, Points, Series
+from workbench.study.document.figure_marks import Bars, Label, Points, Series
 from workbench.study.document.phrases import Column, Phrase, Table, parts
 from workbench.study.pictures.captions import (
     BEYOND,
@@ -56,7 +56,7 @@ def morris_plane(
     unit
         Of the output.
     labels
-        How factors and outputs are written, by their names; as they stand where it does not say.
+        The labels of factors and outputs by their names; others are written as they stand.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def morris_plane(
     panels = tuple(_panel(one, unit, names, title, log) for one, title in zip(single, titles, strict=True))
     near = [_below(panel) if log else _near(panel, names) for panel in panels]
     where = f"Below {FLOOR:g} of the largest number" if log else "Next to 0"
-    said = (*([LOGARITHMIC] * log), *_said_near(near, names, where), *([BEYOND] * any(map(_goes_on, panels))))
+    said = (*([LOGARITHMIC] * log), *_named_near(near, names, where), *([BEYOND] * any(map(_goes_on, panels))))
     return Figure(
         name,
         captioned("morris_plane", caption, note, *refusals(effects), *key, *said),
@@ -88,23 +88,24 @@ def _uneven(effects: MorrisEffects) -> bool:
 
 def _below(panel: Panel) -> list[int]:
     """The factors that a logarithmic axis leaves out."""
+    return np.flatnonzero(np.isnan(_points(panel).x)).tolist()
+
+
+def _points(panel: Panel) -> Points:
     points = panel.series[0]
     assert isinstance(points, Points)
-    return np.flatnonzero(np.isnan(np.asarray(points.x))).tolist()
+    return points
 
 
 def _near(panel: Panel, names: tuple[Label, ...]) -> list[int]:
     """The factors that crowd next to 0, two or more, where names would hide one another."""
-    points = panel.series[0]
-    assert isinstance(points, Points)
-    shares = [
-        np.asarray(part) / (lim or (0.0, 1.0))[1] for part, lim in ((points.x, panel.xlim), (points.y, panel.ylim))
-    ]
+    points = _points(panel)
+    shares = [part / (lim or (0.0, 1.0))[1] for part, lim in ((points.x, panel.xlim), (points.y, panel.ylim))]
     near = np.flatnonzero(np.max(shares, axis=0) < NEAR).tolist()
     return near if 2 <= len(near) < len(names) else []
 
 
-def _said_near(near: list[list[int]], names: tuple[Label, ...], where: str) -> tuple[Phrase, ...]:
+def _named_near(near: list[list[int]], names: tuple[Label, ...], where: str) -> tuple[Phrase, ...]:
     """A sentence for each panel whose smallest factors are named here."""
     said: list[Phrase] = []
     for letter, places in zip("abcdefghijklmnopqrstuvwxyz", near, strict=False):
@@ -116,8 +117,7 @@ def _said_near(near: list[list[int]], names: tuple[Label, ...], where: str) -> t
 
 def _without(panel: Panel, places: list[int]) -> Panel:
     """A panel whose points at these places have no name."""
-    points = panel.series[0]
-    assert isinstance(points, Points)
+    points = _points(panel)
     names = tuple("" if i in places else name for i, name in enumerate(points.names))
     return replace(panel, series=(replace(points, names=names), *panel.series[1:]))
 
@@ -126,8 +126,7 @@ def _goes_on(panel: Panel) -> bool:
     """True if an interval reaches beyond the axes."""
     assert panel.xlim is not None
     assert panel.ylim is not None
-    points = panel.series[0]
-    assert isinstance(points, Points)
+    points = _points(panel)
     ends = ((points.xlow, points.xhigh, panel.xlim), (points.ylow, points.yhigh, panel.ylim))
     return any(bool((np.asarray(low) < lim[0]).any() or (np.asarray(high) > lim[1]).any()) for low, high, lim in ends)
 
@@ -199,8 +198,8 @@ def tornado_figure(
 ) -> Figure:
     """Two bars a factor from the output of the base: its lowest level above, its highest below.
 
-    So both are seen where they lie on the same side of the base. Levels between are marked. Several outputs have a
-    panel each, with an order of its own.
+    So both are seen where they lie on the same side of the base. Several outputs have a panel each, with an order of
+    its own.
 
     Parameters
     ----------
@@ -209,7 +208,7 @@ def tornado_figure(
     unit
         Of the output.
     labels
-        How factors and outputs are written, by their names; as they stand where it does not say.
+        The labels of factors and outputs by their names; others are written as they stand.
 
     Raises
     ------
@@ -230,18 +229,14 @@ def _bars(tornado: Tornado, unit: str, labels: Labels) -> Panel:
     lowest, highest = int(np.argmin(tornado.levels)), int(np.argmax(tornado.levels))
     rows, moved = np.arange(len(order), dtype=float), tornado.moved[order]
     start = np.full(len(order), base)
-    marks: list[Bars | Series] = []
-    for k, level in enumerate(np.argsort(tornado.levels).tolist()):
-        label, ends = _level(tornado.levels[level]), moved[:, level]
-        if level == highest:
-            marks.append(Bars(label, rows + LEVEL / 2, ends, start, shade=1.0, thick=LEVEL))
-        elif level == lowest:
-            marks.append(Bars(label, rows - LEVEL / 2, ends, start, shade=0.25, thick=LEVEL))
-        else:
-            marks.append(Series(label, ends, rows, 1 + k % (STYLES - 1), look="marks"))
+    both = ((lowest, -LEVEL / 2, 0.25), (highest, LEVEL / 2, 1.0))
+    marks = tuple(
+        Bars(_level(tornado.levels[k]), rows + aside, moved[:, k], start, shade=shade, thick=LEVEL)
+        for k, aside, shade in both[lowest == highest :]  # one level alone has one bar
+    )
     return Panel(
         "",
-        tuple(marks),
+        marks,
         xlabel=with_unit(label_of(tornado.names[0], labels), unit),
         vlines=(base,),
         ynames=tuple(label_of(tornado.factors[i], labels) for i in order),

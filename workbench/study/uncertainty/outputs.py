@@ -54,15 +54,14 @@ class Outputs:
     scaled
         The columns with mean 0 and largest deviation 1, so that no square of them overflows or loses its digits;
         refused ones are 0.
-    mean, spread
-        (k,), with which a column is mean + spread * scaled.
+    spread
+        (k,), with which a column is spread * scaled beside its mean.
     remarks
         What a reader must know of the columns that are not refused.
     """
 
     names: tuple[str, ...]
     scaled: Array
-    mean: Array
     spread: Array
     refused: Mapping[str, str]
     remarks: tuple[str, ...]
@@ -98,8 +97,8 @@ def outputs_of(
     k = len(held)
     refused = {name: why for name, column in zip(held, columns.T, strict=True) if (why := _flaw(column))}
     known = np.array([name not in refused for name in held], dtype=bool)
-    scaled, mean, spread = np.zeros(columns.shape), np.zeros(k), np.zeros(k)
-    scaled[:, known], mean[known], spread[known] = _scaled(columns[:, known])
+    scaled, spread = np.zeros(columns.shape), np.zeros(k)
+    scaled[:, known], spread[known] = _scaled(columns[:, known])
     remarks: list[str] = []
     if errors is not None:
         off = _columns(f"{call}(errors=...)", errors, design.size)
@@ -111,7 +110,7 @@ def outputs_of(
                 refused[held[j]] = said if np.isinf(part) else f"{said}: what varies is the error"
             elif not part <= TOLD:
                 remarks.append(f"'{held[j]}': {said}.")
-    return Outputs(held, scaled, mean, spread, refused, tuple(remarks))
+    return Outputs(held, scaled, spread, refused, tuple(remarks))
 
 
 def _blur(errors: Array, scaled: Array, spread: float) -> tuple[float, str]:
@@ -223,13 +222,11 @@ def _flaw(column: Array) -> str:
     return ""
 
 
-def _scaled(columns: Array) -> tuple[Array, Array, Array]:
-    """Columns as mean + spread * scaled. The first row goes first: what is left then keeps all of its digits."""
-    first = columns[:1]
-    scaled = columns - first
+def _scaled(columns: Array) -> tuple[Array, Array]:
+    """Columns with mean 0, scaled, and their spread. The first row goes first, so that no digit is lost."""
+    scaled = columns - columns[:1]
     size = np.abs(scaled).max(axis=0, initial=0.0)
     scaled /= size
-    middle = scaled.mean(axis=0)
-    scaled -= middle
+    scaled -= scaled.mean(axis=0)
     width = np.abs(scaled).max(axis=0, initial=0.0)
-    return scaled / width, first[0] + middle * size, width * size
+    return scaled / width, width * size
