@@ -30,6 +30,15 @@ class Estimate:
     value: Array
     half: Array
 
+    def __post_init__(self) -> None:
+        check_size("Estimate(value=...)", self.value)
+        check_size("Estimate(half=...)", self.half, infinite=True)
+        if self.value.shape != self.half.shape:
+            raise ValueError(
+                "`Estimate(half=...)` must have a half-width for each value; got shapes "
+                f"{self.value.shape} and {self.half.shape}."
+            )
+
     @property
     def low(self) -> Array:
         """The lower ends of the intervals."""
