@@ -25,7 +25,7 @@ DOORS = {
     "distributed": "study/executors.py",
     "dask": "study/executors.py",
     "jax": "bench/peers/jax_scan.py",
-    "jinja2": "report/page.py",
+    "jinja2": "report/html_page.py",
     "llvmlite": "simulate/kernel/llvm.py",
     "matplotlib": "report/figures/",
     "numba": "bench/peers/numba_loop.py",

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from workbench.notation.formula import symbol
-from workbench.report.page import html
-from workbench.report.tables import to_csv, to_latex
+from workbench.report.html_page import html
+from workbench.report.table_text import to_csv, to_latex
 from workbench.study.document.document import (
     Band,
     Code,

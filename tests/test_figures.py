@@ -7,9 +7,9 @@ import pytest
 
 from workbench.notation.formula import Matrix, Number, symbol
 from workbench.report.figures.curves import thinned, windowed
+from workbench.report.figures.figure_sheet import draw
 from workbench.report.figures.pen import Pen
 from workbench.report.figures.rulers import Ruler
-from workbench.report.figures.sheet import draw
 from workbench.report.figures.style import LINES
 from workbench.study.document.document import Band, Figure, Panel, Series
 

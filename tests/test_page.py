@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from workbench.notation.formula import Matrix, Relation, symbol
+from workbench.report.html_page import html
 from workbench.report.outline import ROWS, provenance
-from workbench.report.page import html
-from workbench.report.tables import to_csv
+from workbench.report.table_text import to_csv
 from workbench.study.document.document import (
     Band,
     Code,

@@ -8,7 +8,7 @@ import pytest
 from sensitivity_pictures import NOTE, bar_ends, indices, line, made, morris_effects, points_of, tornado_of, words
 
 from workbench.notation.formula import symbol
-from workbench.report.tables import to_csv
+from workbench.report.table_text import to_csv
 from workbench.study.document.document import Band, Series
 from workbench.study.pictures import (
     budget_curves,

@@ -7,11 +7,11 @@ from sensitivity_pictures import NOTE, indices, made, morris_effects, tornado_of
 
 from workbench.notation.formula import symbol
 from workbench.report.figures.bars import ink_on, tint
+from workbench.report.figures.figure_sheet import draw
 from workbench.report.figures.labels import Extent, extent, folded
 from workbench.report.figures.pen import Box, Pen
 from workbench.report.figures.placing import placed
 from workbench.report.figures.rulers import size_of
-from workbench.report.figures.sheet import draw
 from workbench.report.folder import write
 from workbench.study.document.document import Bars, Colophon, Document, Figure, HeatMap, Panel, Points, Section
 from workbench.study.pictures import morris_plane, rank_figure, second_order_map, sobol_bars, tornado_figure

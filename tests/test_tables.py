@@ -7,9 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.notation.formula import symbol
-from workbench.report.numbers import measured, paddings, printed
+from workbench.report.number_text import measured, paddings, printed
 from workbench.report.outline import notes
-from workbench.report.tables import BRACKETS, alignments, grid, to_csv, to_latex
+from workbench.report.table_text import BRACKETS, alignments, grid, to_csv, to_latex
 from workbench.study.document.document import (
     Code,
     Colophon,

@@ -154,7 +154,7 @@ def _run(study: Path, out: Path | None, asked: dict[str, Any]) -> None:
                 gc.freeze()
                 gc.set_threshold(50_000)
                 with ThreadPoolExecutor(1) as beside:
-                    beside.submit(import_module, "workbench.report.figures.sheet")  # 0.3 s, for the end
+                    beside.submit(import_module, "workbench.report.figures.figure_sheet")  # 0.3 s, for the end
                     found = replace(answered.results, outcomes=run_all(loaded, progress).outcomes)
             with _of_the_study(study, loaded.headlines):
                 findings = headlines(loaded, found)

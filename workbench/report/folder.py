@@ -13,8 +13,8 @@ from pathlib import Path
 
 from workbench.report import pdf
 from workbench.report.figures import curves_of, drawings
-from workbench.report.page import GENERATOR, html
-from workbench.report.tables import to_csv, to_latex
+from workbench.report.html_page import GENERATOR, html
+from workbench.report.table_text import to_csv, to_latex
 from workbench.study.document.document import Document
 from workbench.study.ledger.durable import sync_folder
 from workbench.study.ledger.store import FOLDER

@@ -13,9 +13,9 @@ import typst
 
 from workbench.notation import typst_math
 from workbench.report.figures import drawings as drawings_of
-from workbench.report.numbers import Printed
+from workbench.report.number_text import Printed
 from workbench.report.outline import Chapter, Placed, chapters, labels, named, notes, provenance
-from workbench.report.tables import Shown, alignments, grid, length, plain, unit_of
+from workbench.report.table_text import Shown, alignments, grid, length, plain, unit_of
 from workbench.study.document.document import (
     Code,
     Document,

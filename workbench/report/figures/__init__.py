@@ -1,6 +1,6 @@
 """Figures in one style, readable in black and white, and the only door to matplotlib.
 
-The room knows a figure's data and the looks of it; it knows nothing of studies. `sheet` draws the figures of a report
+The room knows a figure's data and the looks of it; it knows nothing of studies. `figure_sheet` draws the figures of a report
 with the pen and is to be read first; `runs` draws trajectories by matplotlib's axes, for a notebook.
 """
 
@@ -11,7 +11,9 @@ from workbench.study.document.document import Document
 
 def drawings(document: Document) -> dict[str, str]:
     """The SVG text of each figure by its name."""
-    from workbench.report.figures.sheet import draw_all  # with matplotlib, which takes longer than all else to import
+    from workbench.report.figures.figure_sheet import (
+        draw_all,  # with matplotlib, which takes longer than all else to import
+    )
 
     return draw_all(document.figures)
 

@@ -9,7 +9,7 @@ from itertools import zip_longest
 import numpy as np
 
 from workbench.report.figures.style import letter_of, points_of
-from workbench.report.tables import plain
+from workbench.report.table_text import plain
 from workbench.study.document.figure import Figure, Panel
 from workbench.study.document.figure_marks import Band, Mark, Series
 from workbench.study.rows import spreadsheet_text

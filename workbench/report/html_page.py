@@ -15,9 +15,9 @@ from markupsafe import Markup, escape
 
 from workbench.notation import mathml
 from workbench.report.figures import drawings as drawings_of
-from workbench.report.numbers import Printed
+from workbench.report.number_text import Printed
 from workbench.report.outline import Placed, chapters, labels, named, notes, provenance
-from workbench.report.tables import Shown, alignments, grid, plain, short_columns, unit_of
+from workbench.report.table_text import Shown, alignments, grid, plain, short_columns, unit_of
 from workbench.study.document.document import Code, Document, Part, Phrase, Reference, Strong, Table, parts
 
 GENERATOR = "control-workbench"

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from workbench.notation import latex, text
-from workbench.report.numbers import Padding, Printed, measured, paddings, printed
+from workbench.report.number_text import Padding, Printed, measured, paddings, printed
 from workbench.study.document.phrases import (
     Cell,
     Code,
