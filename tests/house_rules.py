@@ -24,7 +24,7 @@ DOORS = {
     "flint": "proofs/interval.py",
     "distributed": "study/executors.py",
     "dask": "study/executors.py",
-    "jinja2": "report/page.py",
+    "jinja2": "report/html_page.py",
     "llvmlite": "simulate/kernel/llvm.py",
     "matplotlib": "report/figures/",
     "rich": "cli/progress.py",

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from workbench.report.tables import plain
+from workbench.report.table_text import plain
 from workbench.study.document.document import Points, Series
 from workbench.study.pictures import (
     budget_curves,

@@ -44,7 +44,7 @@ from workbench.claims.verdicts import BROKEN, Finding, Ledger, Line
 from workbench.core import Claim
 from workbench.notation.formula import Power, Symbol
 from workbench.proofs.rest_points import RestPoint
-from workbench.report.page import html
+from workbench.report.html_page import html
 from workbench.study.runner import run
 from workbench.study.writeup import document
 

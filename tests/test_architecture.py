@@ -100,7 +100,7 @@ def test_the_laws_see_the_whole_house():
 BAD = [
     (rules.open_side_doors, "workbench/study/study.py", "import control", "one door"),
     (rules.open_side_doors, "workbench/study/study.py", "def f():\n    from control import ss", "study.py:2:"),
-    (rules.open_side_doors, "workbench/report/page.py", "import matplotlib.pyplot as plt", "figures/"),
+    (rules.open_side_doors, "workbench/report/html_page.py", "import matplotlib.pyplot as plt", "figures/"),
     (rules.open_side_doors, "studies/a9.py", "from rich.progress import Progress", "cli/progress.py"),
     (rules.open_side_doors, "workbench/design/x.py", "import SALib", "uncertainty/salib.py"),
     (rules.long_files, "workbench/a.py", "x = 1\n" * 301, "301"),
@@ -177,7 +177,7 @@ def test_no_law_forbids_what_the_house_allows(law, text):
 BROKEN = [
     ("core/ode.py", "import workbench.loop", "Floors"),
     ("core/ode.py", "def f():\n    import workbench.study.study", "Floors"),
-    ("report/page.py", "import workbench.cli.command", "Floors"),
+    ("report/html_page.py", "import workbench.cli.command", "Floors"),
     ("simulate/batch.py", "from workbench.robots import paper_arm", "Hourglass"),
     ("study/runner.py", "def f():\n    from workbench import signals", "Hourglass"),
     ("metrics/table.py", "from workbench.robots import paper_arm", "Hourglass"),

@@ -187,13 +187,13 @@ def test_a_format_that_does_not_exist_is_refused(shell):
 
 
 ANSWERS = [
-    ("sections=lambda results: None", "must be a tuple of sections; got None"),
-    ("sections=lambda results: Section('T', ())", "must be a tuple of sections; got Section"),
-    ("sections=lambda results: [Section('T', (Paragraph(Reference('no')),))]", "`Reference('no')` names no"),
+    ("sections=lambda results: None", "must be a tuple of `Section`; got None"),
+    ("sections=lambda results: Section('T', ())", "must be a tuple of `Section`; got a `Section`"),
+    ("sections=lambda results: [Section('T', (Paragraph(Reference('no')),))]", "There is no 'no' among"),
     ("sections=lambda results: [Section('T', ('text',))]", "wrap text in `Paragraph(...)`"),
     ("sections=lambda results: exit(0)", "ended the study by itself, with status 0"),
     ("headlines=lambda results: exit(0)", "ended the study by itself, with status 0"),
-    ("headlines=lambda results: 'It runs.'", "must be a list of texts; got str 'It runs.'"),
+    ("headlines=lambda results: 'It runs.'", "must be a tuple of `str`; got 'It runs.'"),
     ("headlines=lambda results: results['a', 'b']", "There is no 'a: b' among the 0 cases"),
 ]
 

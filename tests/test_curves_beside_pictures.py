@@ -10,7 +10,7 @@ from test_page import document
 
 from workbench.metrics import rmse
 from workbench.notation.formula import symbol
-from workbench.report.figures.points import curves_csv
+from workbench.report.figures.curves import curves_csv
 from workbench.report.folder import write
 from workbench.study.contract import Run
 from workbench.study.document.document import Band, Bars, Figure, Panel, Series
@@ -70,7 +70,10 @@ def test_no_head_is_run_as_a_formula():
 
 
 def test_a_figure_without_curves_has_none():
-    assert curves_csv(Figure("f", "", (Panel("", (Bars("", [0.0, 1.0], [1.0, 2.0]),), ynames=("a", "b")),))) == ""
+    assert (
+        curves_csv(Figure("f", "", (Panel("", (Bars("", [0.0, 1.0], [1.0, 2.0], [0.0, 0.0]),), ynames=("a", "b")),)))
+        == ""
+    )
 
 
 def test_a_report_writes_the_curves_beside_the_picture_and_is_replaced_with_them(tmp_path):

@@ -105,14 +105,6 @@ def test_effects_of_outputs_that_failed_are_refused_and_others_are_not():
         morris(design, bad)
 
 
-def test_a_frame_has_a_row_for_every_output_moment_and_factor():
-    design = MorrisDesign(2, 10)
-    table = morris(design, design.points() @ [1.0, -2.0], ["y"], factors=["a", "b"]).to_frame()
-    assert table.output.tolist() == ["y"] * 6
-    assert table["index"].tolist() == ["mu", "mu", "mu_star", "mu_star", "sigma", "sigma"]
-    np.testing.assert_allclose(table.value, [1, -2, 1, 2, 0, 0], atol=1e-12)  # rounding
-
-
 def test_a_tornado_shows_each_factor_by_itself_the_widest_bar_first():
     design = OneAtATime(4, (0.0, 1.0))
     found = tornado(design, over(design, linear, C), ["y"], factors=["a", "b", "c", "d"])["y"]

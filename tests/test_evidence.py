@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from workbench.study.document.cells import Emphasis
+from workbench.study.document.phrases import Emphasis
 from workbench.study.evidence import (
     Intervals,
     Mean,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.study.document.cells import Emphasis
+from workbench.study.document.phrases import Emphasis
 from workbench.study.evidence import (
     Judgement,
     Mean,

@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from workbench.notation.formula import Matrix, Relation, symbol
+from workbench.report.html_page import html
 from workbench.report.outline import ROWS, provenance
-from workbench.report.page import html
+from workbench.report.table_text import to_csv
 from workbench.study.document.document import (
     Band,
     Code,
@@ -91,8 +92,6 @@ def document(title="Six laws on one arm", *more, words="text"):
         method=words,
         sections=(Section((words, q, Reference("rmse")), blocks),),
         colophon=Colophon(words, "0.1.0", {words: "3f9a2c1b"}, 7, {"casadi": "3.8"}, "3.11"),
-        subtitle=words,
-        authors=(words,),
     )
 
 
@@ -173,7 +172,12 @@ def test_an_empty_document_is_a_page_too(sections):
 
 
 def test_control_characters_do_not_reach_the_page():
-    doc = Document("a\x00b", "q\x1b", ("m", Code("c\x01")), (Section("s\ud800", ()),), Colophon("run \x7f", "0"))
+    text = Table("t", "a\x00b", (Column("c"),), (("d\x1b[31m\te",),))
+    blocks = (text, Figure("f", "\x01", (Panel("y\x02", (Series("", [0, 1], [0, 1]),)),)))
+    sections = (Section("s\x03", blocks),)
+    doc = Document("a\x00b", "q\x1b", ("m", Code("c\x01")), sections, Colophon("run \ud800 \x7f", "0"))
+    assert "d\ufffd[31m e" in to_csv(doc.tables[0])
+    assert doc.tables[0].caption == "a\ufffdb"
     page = html(doc)
     assert not re.search("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff]", page)
     assert "<h1>a\ufffdb</h1>" in page

@@ -10,7 +10,7 @@ from test_page import HOSTILE, document
 
 from workbench.notation.formula import Relation, Sum, System, symbol
 from workbench.report import pdf as module
-from workbench.report.figures.sheet import draw
+from workbench.report.figures.figure_sheet import draw
 from workbench.report.outline import labels, notes
 from workbench.report.pdf import LONGEST, REST, data, pdf
 from workbench.study.document.document import (

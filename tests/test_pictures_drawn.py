@@ -6,14 +6,12 @@ from matplotlib.colors import to_rgb
 from sensitivity_pictures import NOTE, indices, made, morris_effects, tornado_of
 
 from workbench.notation.formula import symbol
-from workbench.report.figures.axes import plot
+from workbench.report.figures.bars import ink_on, tint
+from workbench.report.figures.figure_sheet import draw
 from workbench.report.figures.labels import Extent, extent, folded
-from workbench.report.figures.marks import ink_on, tint
 from workbench.report.figures.pen import Box, Pen
 from workbench.report.figures.placing import placed
-from workbench.report.figures.ruler import Ruler
-from workbench.report.figures.sheet import draw
-from workbench.report.figures.sizes import size_of
+from workbench.report.figures.rulers import size_of
 from workbench.report.folder import write
 from workbench.study.document.document import Bars, Colophon, Document, Figure, HeatMap, Panel, Points, Section
 from workbench.study.pictures import morris_plane, rank_figure, second_order_map, sobol_bars, tornado_figure
@@ -123,7 +121,7 @@ def strokes(figure, monkeypatch):
 
 def test_an_endless_interval_ends_in_an_arrow_and_an_unknown_one_is_not_drawn(monkeypatch):
     def heads(low, high):
-        bars = Bars("a", [0.0], [1.0], low=[low], high=[high])
+        bars = Bars("a", [0.0], [1.0], [0.0], low=[low], high=[high])
         return strokes(Figure("f", "", (Panel("", (bars,), ynames=("a",), xlim=(-1, 2)),)), monkeypatch).count(3)
 
     least = heads(np.nan, np.nan)  # the two axes
@@ -142,7 +140,8 @@ def test_a_point_beyond_the_limits_is_neither_drawn_nor_named(monkeypatch):
 def test_a_bar_that_is_not_known_leaves_its_row_empty(monkeypatch):
     def outlines(end):
         return strokes(
-            Figure("f", "", (Panel("", (Bars("", [0.0, 1.0], [1.0, end]),), ynames=("a", "b")),)), monkeypatch
+            Figure("f", "", (Panel("", (Bars("", [0.0, 1.0], [1.0, end], [0.0, 0.0]),), ynames=("a", "b")),)),
+            monkeypatch,
         ).count(5)
 
     assert (outlines(2.0), outlines(np.nan)) == (2, 1)
@@ -167,32 +166,21 @@ def test_shades_of_one_colour_fall_apart_in_grey_too():
 
 
 @pytest.mark.parametrize("kind", made(NOTE), ids=lambda kind: kind)
-def test_the_same_picture_gives_the_same_bytes_and_matplotlibs_axes_span_the_same(kind, monkeypatch):
-    figure = made(NOTE)[kind]()
-    found = []
-    for way in ("around", "of_names"):
-        make = getattr(Ruler, way)
-        monkeypatch.setattr(Ruler, way, lambda *a, make=make, **k: found.append(make(*a, **k)) or found[-1])
-    first = draw(figure)
-    spans = [(ruler.low, ruler.high) for ruler in found]
-    assert draw(made(NOTE)[kind]()) == first
-    axes = plot(figure).axes
-    assert spans == [pytest.approx(lim, rel=1e-12) for ax in axes for lim in (ax.get_xlim(), ax.get_ylim())]
+def test_the_same_picture_gives_the_same_bytes(kind):
+    assert draw(made(NOTE)[kind]()) == draw(made(NOTE)[kind]())
 
 
-def test_matplotlibs_axes_name_rows_and_columns_and_hold_every_mark():
-    cells = HeatMap([[0.5, np.nan], [0.25, 0.1]], [[False, False], [True, False]])
-    ax = plot(Figure("f", "", (Panel("", (cells,), xnames=("a", "b"), ynames=("c", "d")),))).axes[0]
-    assert [text.get_text() for text in ax.get_yticklabels()] == ["c", "d"]
-    assert sorted(text.get_text() for text in ax.texts) == ["0.10", "0.25", "0.50"]
+def test_rows_columns_cells_points_and_bars_are_named_and_numbered(monkeypatch):
+    def texts(mark, **panel):
+        return [said for said, _ in told(Figure("f", "", (Panel("", (mark,), xlabel="", **panel),)), monkeypatch)]
+
+    cells = HeatMap([[0.5, np.nan], [0.25, -0.001]], [[False, False], [True, False]], 0.5)
+    found = texts(cells, xnames=("a", "b"), ynames=("c", "d"))
+    assert sorted(found) == ["0.00", "0.25", "0.50", "a", "b", "c", "d"]
     points = Points("", [1.0, 2.0], [3.0, 4.0], ("a", symbol("K")), xlow=[0.5, np.nan], xhigh=[np.inf, np.nan])
-    ax = plot(Figure("f", "", (Panel("", (points,), xlim=(0, 3)),))).axes[0]
-    assert [text.get_text() for text in ax.texts] == ["a", "$K$"]
-    ends = [(line.get_marker(), *line.get_xdata()) for line in ax.lines if len(line.get_xdata()) == 1]
-    assert ends == [("|", 0.5), (">", 3.0)]
-    bars = Bars("a", [0.0, 1.0], [1.0, 2.0], texts=("x", "y"))
-    ax = plot(Figure("f", "", (Panel("", (bars,), ynames=("a", "b")),))).axes[0]
-    assert [bar.get_width() for bar in ax.patches] == [1, 2]
+    assert {"a", "$K$"} <= set(texts(points, xlim=(0, 3)))
+    bars = Bars("", [0.0, 1.0], [1.0, 2.0], [0.0, 0.0], texts=("x", "y"))
+    assert {"x", "y", "a", "b"} <= set(texts(bars, ynames=("a", "b")))
 
 
 def test_a_long_name_is_broken_where_a_reader_would_and_loses_no_letter():

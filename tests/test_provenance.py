@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.report.tables import unit_of
+from workbench.report.table_text import unit_of
 from workbench.study.document.document import Column
 from workbench.study.provenance import Card, Given, assumed, derived, stated, written
 

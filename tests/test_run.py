@@ -15,7 +15,7 @@ from workbench.study import Case, Factor, LogUniform, MonteCarlo, Run, Study, Sw
 from workbench.study.compiled import compile_sweep
 from workbench.study.runner import CaseError, run
 from workbench.study.tuning import tune
-from workbench.study.uncertainty.explicit import Listed
+from workbench.study.uncertainty.designs import Listed
 from workbench.study.uncertainty.local import local_sensitivities
 
 METRICS, UNTIL, PERIOD = (rmse("omega"),), 2.0, 0.02

@@ -125,7 +125,7 @@ def test_a_study_whose_answer_is_no_function_is_refused(name):
 
 @pytest.mark.parametrize("answer", [None, Section("T", ()), "T"])
 def test_sections_that_are_no_list_of_sections_are_refused(answer):
-    with pytest.raises(ValueError, match=r"`Study\(sections=...\)\(results\)` must be a tuple of sections; got"):
+    with pytest.raises(ValueError, match=r"`Study\(sections=...\)\(results\)` must be a tuple of `Section`; got"):
         document(study(sections=lambda results: answer), Results(), "command")
 
 

@@ -8,7 +8,7 @@ import pytest
 from workbench.study.document.document import Section
 from workbench.study.sample import Sample
 from workbench.study.study import Results, Study
-from workbench.study.uncertainty import MonteCarlo
+from workbench.study.uncertainty import MonteCarlo, OneAtATime
 from workbench.study.writeup import document
 
 
@@ -39,6 +39,7 @@ def test_an_error_that_is_not_known_or_not_bounded_is_said_to_be_so():
     assert lost.note_of("TV").endswith("; step error of TV not known")
     alone = sample([[np.nan] * 3])
     assert alone.note_of("TV").endswith("; step error of TV not bounded, as a run diverges at half of the step alone")
+    assert "1,200 runs, 0 of them diverged, and 1 more at half of the step; " in alone.note
 
 
 def test_a_number_without_a_unit_has_none_in_its_note():
@@ -57,6 +58,12 @@ def test_the_seed_of_a_note_is_that_of_the_design_and_the_noise_has_its_own():
     drawn = replace(sample([[0.0] * 3]), design=MonteCarlo(1, 1200, seed=9))
     assert "; seed 9, of the noise 3; " in drawn.note
     assert "; seed 9; " in replace(drawn, seed=0).note
+    assert "seed" not in replace(drawn, design=OneAtATime(1, tuple(np.linspace(0, 1, 1199)))).note
+
+
+def test_a_short_step_is_said_in_microseconds():
+    assert "; step 62.5 µs, and half" in replace(sample([[0.0] * 3]), h=6.25e-5).note
+    assert "; step 0.00125 s, and half" in replace(sample([[0.0] * 3]), h=0.00125).note
 
 
 def test_the_colophon_of_a_study_without_a_seed_says_those_of_its_samples():

@@ -7,7 +7,7 @@ from hypothesis import strategies as some
 from scipy.stats import qmc
 
 from workbench.study.uncertainty import LatinHypercube, Listed, MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
-from workbench.study.uncertainty.saltelli import MOST_DIMENSIONS
+from workbench.study.uncertainty.sobol_design import MOST_DIMENSIONS
 
 DESIGNS = [
     SobolDesign(3, 64, second_order=True, seed=5),
@@ -130,16 +130,16 @@ def test_one_at_a_time_moves_one_factor_from_the_base():
         (lambda: SobolDesign(3, 64, seed=-1), "from 0 to 2.64 - 1.*got -1"),
         (lambda: SobolDesign(3, 64, seed=True), "got True"),
         (lambda: SobolDesign(3, 64, second_order=1), "must be True or False; got 1"),
-        (lambda: MorrisDesign(3, 1), "at least 2, as an interval needs a scatter; got 1"),
+        (lambda: MorrisDesign(3, 1), "at least 2; got 1"),
         (lambda: MorrisDesign(3, 10, levels=5), "must be even.*got 5"),
         (lambda: MorrisDesign(3, 10, levels=0), "at least 2; got 0"),
-        (lambda: MonteCarlo(3, 0), r"`MonteCarlo\(runs=...\)` must be a positive whole number of runs; got 0"),
+        (lambda: MonteCarlo(3, 0), r"`MonteCarlo\(runs=...\)` must be a positive whole number; got 0"),
         (lambda: LatinHypercube(3, -5), r"`LatinHypercube\(runs=...\)`.*got -5"),
         (lambda: OneAtATime(3, ()), "at least one; got"),
         (lambda: OneAtATime(3, (0.1, 0.1)), "different quantiles"),
         (lambda: OneAtATime(3, (0.1, 1.1)), "a quantile, at least 0, at most 1; got 1.1"),
         (lambda: OneAtATime(3, (0.1, np.nan)), "a quantile, at least 0, at most 1; got nan"),
-        (lambda: OneAtATime(3, base=2.0), r"`OneAtATime\(base=...\)`"),
+        (lambda: OneAtATime(3, base=2.0), r"`OneAtATime\(levels=..., base=...\)`"),
         (lambda: MonteCarlo(3, 10).points(5, 11), r"`points\(last=...\)` must be a whole number from 5 to 10; got 11"),
         (lambda: MonteCarlo(3, 10).points(6, 5), "from 6 to 10; got 5"),
         (lambda: SobolDesign(3, 8).points(-1, 5), "from 0 to 40; got -1"),

@@ -1,5 +1,7 @@
 """Sobol indices against closed forms and SALib; and what has none."""
 
+import sys
+
 import numpy as np
 import pytest
 from sensitivity_functions import Exact, ishigami, ishigami_exact, linear, over, sobol_g, sobol_g_exact
@@ -248,23 +250,17 @@ def test_what_cannot_be_judged_is_refused_in_a_sentence(call, said):
         call(design, over(design, ishigami))
 
 
-def test_a_frame_has_a_row_for_every_output_index_and_factor():
-    design = SobolDesign(3, 64, second_order=True)
-    y = over(design, ishigami)
-    found = sobol(design, np.stack([y, 0 * y], axis=1), ["y", "nothing"], factors=["a", "b", "c"])
-    table = found.to_frame()
-    assert table.shape == (2 * (3 + 3 + 3), 6)
-    one = table[(table.output == "y") & (table["index"] == "S2") & (table.factor == "a, c")]
-    assert one.value.item() == found["y"].S2.value[1]
-    assert one.half.item() == found["y"].S2.half[1]
-    assert (table[table.output == "nothing"].refused == found.refused["nothing"]).all()
-    assert len(found["y"].to_frame()) == 9
-
-
 def test_an_output_that_is_not_there_is_answered_with_the_nearest():
     design = SobolDesign(3, 8)
     with pytest.raises(LookupError, match="no 'rmes' among the 1 outputs. Did you mean 'rmse'"):
         sobol(design, over(design, ishigami), ["rmse"])["rmes"]
+
+
+def test_salib_where_it_is_not_installed_is_asked_for_in_a_sentence(monkeypatch):
+    monkeypatch.setitem(sys.modules, "SALib.analyze", None)
+    design = SobolDesign(3, 8)
+    with pytest.raises(ValueError, match=r"needs the package SALib: install it by .*control-workbench\[data\]"):
+        sobol_by_salib(design, over(design, ishigami))
 
 
 @pytest.mark.parametrize("control", [False, True])

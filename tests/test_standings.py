@@ -6,14 +6,12 @@ from matplotlib.colors import to_rgb
 from sensitivity_pictures import words
 from test_pictures_drawn import told
 
-from workbench.report.figures.axes import plot
-from workbench.report.figures.sheet import draw
-from workbench.report.figures.sizes import size_of
+from workbench.report.figures.figure_sheet import draw
+from workbench.report.figures.rulers import size_of
 from workbench.report.figures.tiles import ink_over, tone
-from workbench.study.document.document import Figure, Panel, Tiles
 from workbench.study.evidence import Mean, Median, Quantile, Success, Tail, compare, judge, paired
 from workbench.study.pictures import standings_figure
-from workbench.study.pictures.standings import BEYOND
+from workbench.study.pictures.standings_pictures import BEYOND
 
 RNG = np.random.default_rng(0)
 MEDIAN = Median()
@@ -130,11 +128,8 @@ def test_twelve_laws_in_ten_scenarios_fit_a_page_and_no_words_overlap(monkeypatc
         assert clear.all(), [found[k][0], *(found[j][0] for j in np.flatnonzero(~clear))]
 
 
-def test_the_same_standings_give_the_same_bytes_and_matplotlibs_axes_hold_all_texts():
+def test_the_same_standings_give_the_same_bytes():
     assert draw(full()) == draw(full())
-    axes = plot(full()).axes
-    assert [len(ax.texts) for ax in axes] == [120] * 5
-    assert axes[0].get_position().width > 1.8 * axes[1].get_position().width
 
 
 def lightness(color):
@@ -153,23 +148,3 @@ def test_letters_stand_out_from_their_tiles():
     for shade in np.linspace(0, 1, 41):
         low, high = sorted((lightness(tone(shade)), lightness(ink_over(shade))))
         assert (high + 0.05) / (low + 0.05) >= 4.4  # the two inks change places at L* of 50, where both have 4.5
-
-
-TEXTS = ((("1",), ("2",)),)
-
-
-@pytest.mark.parametrize(
-    ("make", "said"),
-    [
-        (lambda: Tiles("a", (), np.zeros((0, 0))), "rows of texts"),
-        (lambda: Tiles("a", (*TEXTS, ((),)), np.zeros((2, 2))), r"got \[2, 1\] texts"),
-        (lambda: Tiles("a", TEXTS, [[1.0]]), r"shades \(1, 1\)"),
-        (lambda: Tiles("a", TEXTS, [[0.0, 2.0]]), r"shades from 0 to 1.*got \[\[0.0, 2.0\]\]"),
-        (lambda: Tiles("a", TEXTS, [[0.0, 1.0]], framed=[True] * 3), r"Tiles\(framed=...\)"),
-        (lambda: Panel("", (Tiles("a", TEXTS, [[0.0, 1.0]]),)), "name these by `ynames=`"),
-        (lambda: Figure("f", "", (Panel("", (Tiles("", TEXTS, [[0, 1]]),), ynames=("a",)),), lead=1), "True or False"),
-    ],
-)
-def test_tiles_that_are_no_table_are_refused(make, said):
-    with pytest.raises(ValueError, match=said):
-        make()

@@ -74,7 +74,7 @@ def test_a_figure_without_names_is_of_what_the_loop_follows_or_of_all_outputs():
 
 
 def test_what_is_not_there_is_answered_with_the_nearest():
-    with pytest.raises(LookupError, match=r"knows no 'z' in <1 runs of 'pair' .* It has: x, P, i, y, y_ref"):
+    with pytest.raises(LookupError, match="no 'z' among the 5 states and outputs .* They are: x, P, i, y, y_ref"):
         runs().plot("z")
     with pytest.raises(ValueError, match=r"`plot\(run=...\)` must be a whole number from 0 to 0; got 3"):
         runs().plot("x", run=3)

@@ -9,8 +9,8 @@ from studies.a3_riccati_gains.path import RTOL, WINDOW, Compared, compared, dist
 from studies.paper.card import CARD
 from studies.paper.comparison import BOLD, MARGIN, SCENARIOS
 from workbench.notation.formula import symbol
-from workbench.study.document.cells import raised
 from workbench.study.document.document import Cell, Column, Figure, Panel, Paragraph, Section, Series, Table, Verdict
+from workbench.study.document.phrases import raised
 from workbench.study.evidence.law_tables import order, side_by_side
 from workbench.study.study import Results
 from workbench.validation.refusals import Array

@@ -26,7 +26,7 @@ from workbench.design.observer_gains import (
     noise,
     over,
 )
-from workbench.study.document.cells import raised
+from workbench.study.document.phrases import raised
 from workbench.validation.refusals import Array
 
 I, REST = np.eye(2), np.zeros(2)

@@ -12,8 +12,8 @@ from studies.a4_observer_gains.candidates import (
     followed,
     gains,
 )
-from workbench.study.document.cells import raised
 from workbench.study.document.document import Section, Verdict
+from workbench.study.document.phrases import raised
 from workbench.study.study import Results
 
 SCENARIOS = ("first scenario", "first scenario, from y(0)", "second scenario")

@@ -26,7 +26,7 @@ from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.sweep import Sweep
 from workbench.study.uncertainty import AbstractDesign, MonteCarlo, SobolDesign
-from workbench.study.uncertainty.design import span
+from workbench.study.uncertainty.designs import span
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor
 from workbench.validation.refusals import Array, Integers

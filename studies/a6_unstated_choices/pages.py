@@ -20,8 +20,8 @@ from studies.a6_unstated_choices.results import Found, found_for, said, wide_fac
 from studies.a6_unstated_choices.shared_choices import Shared, shared, shared_table, shared_verdict
 from studies.a6_unstated_choices.tables import CELLS, counts_section, fits_section
 from studies.paper.card import LAWS
-from workbench.study.document.cells import raised
 from workbench.study.document.document import Cell, Column, Itemize, Paragraph, Section, Table, Verdict
+from workbench.study.document.phrases import raised
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 

@@ -8,7 +8,7 @@ import numpy as np
 from studies.a7_sensitivity.factors import MODEL, PARTS
 from studies.a7_sensitivity.sweeps import NARROW
 from workbench.notation.formula import symbol
-from workbench.study.document.cells import Part, Phrase
+from workbench.study.document.phrases import Part, Phrase
 from workbench.study.uncertainty import Estimate
 
 GREEK = {"Lambda": "Lambda", "phi": "phi", "gamma": "gamma", "Gamma": "Gamma", "sigma": "sigma"}

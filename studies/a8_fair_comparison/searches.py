@@ -9,8 +9,8 @@ import numpy as np
 from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, TOLD, Entrant
 from studies.a8_fair_comparison.objective import LATE, both
 from workbench.notation.formula import symbol
-from workbench.study.document.cells import raised
 from workbench.study.document.document import Cell, Column, Measured, Phrase, Section, Table
+from workbench.study.document.phrases import raised
 from workbench.study.pictures import budget_curves, pareto_fronts
 from workbench.study.sample import Sample
 from workbench.study.study import Results

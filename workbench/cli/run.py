@@ -69,7 +69,7 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
                 gc.freeze()
                 gc.set_threshold(50_000)
                 with ThreadPoolExecutor(1) as beside:
-                    beside.submit(import_module, "workbench.report.figures.sheet")  # 0.3 s, for the end
+                    beside.submit(import_module, "workbench.report.figures.figure_sheet")  # 0.3 s, for the end
                     results = replace(results, outcomes=runner.run(study, progress).outcomes)
             with of_the_study(file, study.headlines):
                 findings = writeup.headlines(study, results)

@@ -12,9 +12,9 @@ from contextlib import suppress
 from pathlib import Path
 
 from workbench.report import pdf
-from workbench.report.figures import curves, drawn
-from workbench.report.page import GENERATOR, html
-from workbench.report.tables import to_csv, to_latex
+from workbench.report.figures import curves_of, drawings
+from workbench.report.html_page import GENERATOR, html
+from workbench.report.table_text import to_csv, to_latex
 from workbench.study.document.document import Document
 from workbench.study.ledger.durability import sync_folder
 from workbench.study.ledger.store import FOLDER
@@ -68,12 +68,12 @@ def write(document: Document, folder: Path | str, beside: Mapping[str, bytes] | 
 
 def _contents(document: Document) -> dict[str, bytes]:
     """Every file of a report by its path below the folder."""
-    drawings = drawn(document)
+    pictures = drawings(document)
     with ThreadPoolExecutor(1) as beside:  # typst lets go of the interpreter's lock; what it reads is made before
-        printed = beside.submit(pdf.printed, pdf.data(document, drawings))
-        texts = {"index.html": html(document, drawings)}
-        texts |= {f"figures/{name}.svg": drawing for name, drawing in drawings.items()}
-        texts |= {f"figures/{name}.csv": points for name, points in curves(document).items()}
+        printed = beside.submit(pdf.compiled, pdf.data(document, pictures))
+        texts = {"index.html": html(document, pictures)}
+        texts |= {f"figures/{name}.svg": drawing for name, drawing in pictures.items()}
+        texts |= {f"figures/{name}.csv": points for name, points in curves_of(document).items()}
         for figure in document.figures:
             if figure.numbers is not None:
                 texts[f"figures/{figure.name}.csv"] = to_csv(figure.numbers)

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from workbench.report.tables import BRACKETS, measures
+from workbench.report.table_text import BRACKETS, measures
 from workbench.study.document.document import (
     Block,
     Document,

@@ -12,11 +12,10 @@ from typing import Any
 import typst
 
 from workbench.notation import typst_math
-from workbench.report.cleaning import cleaned
-from workbench.report.figures import drawn
-from workbench.report.numbers import Printed
+from workbench.report.figures import drawings as drawings_of
+from workbench.report.number_text import Printed
 from workbench.report.outline import Chapter, Placed, chapters, labels, named, notes, provenance
-from workbench.report.tables import Shown, alignments, grid, length, plain, unit_of
+from workbench.report.table_text import Shown, alignments, grid, length, plain, unit_of
 from workbench.study.document.document import (
     Code,
     Document,
@@ -62,18 +61,17 @@ def pdf(document: Document, drawings: dict[str, str] | None = None) -> bytes:
     ValueError
         If typst cannot set the document, as when a formula's notation is wrong; with what it said.
     """
-    return printed(data(document, drawings))
+    return compiled(data(document, drawings))
 
 
 def data(document: Document, drawings: dict[str, str] | None = None) -> str:
     """The document as the JSON text that `report.typ` reads."""
-    document = cleaned(document)
-    figures = drawings or drawn(document)
+    figures = drawings or drawings_of(document)
     tree = _Writer(labels(document), figures, notes(document)).document(document)
     return json.dumps(tree, ensure_ascii=False)
 
 
-def printed(data: str) -> bytes:
+def compiled(data: str) -> bytes:
     """The PDF of what `data` gives; typst lets go of the interpreter's lock.
 
     Raises
@@ -108,8 +106,6 @@ class _Writer:
             "title": self.short(title),
             "running": title if len(title) <= RUNNING else f"{title[: RUNNING - 1].rstrip()}…",
             "imprint": f"control-workbench {colophon.version}",
-            "subtitle": self.short(document.subtitle),
-            "authors": list(map(self.short, document.authors)),
             "question": self.phrase(document.question),
             "method": self.phrase(document.method),
             "command": self.short(colophon.command),

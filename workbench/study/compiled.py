@@ -25,7 +25,7 @@ from workbench.study.contract import equations_of
 from workbench.study.ledger.chunk import Chunk, chunk_of, plain
 from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep, again
-from workbench.study.uncertainty.design import AbstractDesign
+from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.study.uncertainty.factors import Space
 from workbench.validation.refusals import Array, Integers, multiple
 

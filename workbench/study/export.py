@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.study.document.cells import check_name
+from workbench.study.document.phrases import check_name
 from workbench.study.ledger.chunk import Chunk, chunk_of
 from workbench.study.ledger.store import TABLE, LedgerError
 from workbench.study.sample import ARRAYS, Sample

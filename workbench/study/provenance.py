@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from workbench.study.document.cells import raised
 from workbench.study.document.document import Column, Phrase, Table
+from workbench.study.document.phrases import raised
 from workbench.validation.refusals import Array, as_array, described, finite, known
 from workbench.validation.signatures import door
 

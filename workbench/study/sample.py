@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.study.document.cells import raised
-from workbench.study.uncertainty.design import AbstractDesign
+from workbench.study.document.phrases import raised
+from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.validation.refusals import Array, Integers, described, nearest
 from workbench.validation.signatures import door
 
@@ -133,11 +133,18 @@ class Sample:
 
     @property
     def note(self) -> str:
-        """The note below a figure: runs, failed runs, seed, step."""
-        runs = f"{len(self):,} runs, {self.failed:,} of them diverged"
-        chosen = "" if self.tolerance is None else f"; chosen by pilot runs for a tolerance of {self.tolerance:g}"
+        """The words below a figure: runs, failed runs, the seed if anything is drawn, step."""
+        lost = np.isnan(self.errors[:, -1]).all(axis=1) & np.isnan(self.diverged_at[self.again])
+        more = f", and {lost.sum():,} more at half of the step" if lost.any() else ""
         half = f", and half of it in {len(self.again):,} runs" if len(self.again) else ""
-        return f"{runs}; seed {self.seeds}; step {self.h:g} s{half}{self.beyond}{chosen}"
+        seed = f"; seed {self.seeds}" if self.design is None or hasattr(self.design, "seed") else ""
+        runs = f"{len(self):,} runs, {self.failed:,} of them diverged{more}"
+        return f"{runs}{seed}; step {_duration(self.h)}{half}{self.beyond}{self.choice}"
+
+    @property
+    def choice(self) -> str:
+        """For which tolerance the step was chosen, if it was."""
+        return "" if self.tolerance is None else f"; chosen by pilot runs for a tolerance of {self.tolerance:g}"
 
     @property
     def seeds(self) -> str:
@@ -151,7 +158,8 @@ class Sample:
         beyond, unknown = self.limits[self.limits < self.h], int(np.isnan(self.limits).sum())
         said = [f"; stability limit not known of {unknown:,}"] if unknown else []
         if len(beyond):
-            said.append(f"; BEYOND the stability limit in {len(beyond):,} of these, down to {beyond.min():.3g} s")
+            least = float(f"{beyond.min():.3g}")
+            said.append(f"; BEYOND the stability limit in {len(beyond):,} of these, down to {_duration(least)}")
         return "".join(said)
 
     @door
@@ -193,3 +201,8 @@ def _plain(number: float) -> str:
     """Two digits of a number as one writes it: 0.0021, and 2.1×10⁻⁵."""
     digits, power = f"{number:.1e}".split("e")
     return f"{number:.2g}" if -4 < int(power) < 4 or not number else f"{digits}×{raised(f'10^({int(power)})')}"
+
+
+def _duration(seconds: float) -> str:
+    """A short time as one writes it: 0.001 s, and 62.5 µs."""
+    return f"{seconds:.6g} s" if seconds >= 1e-4 else f"{1e6 * seconds:.3g} µs"

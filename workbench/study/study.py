@@ -12,8 +12,8 @@ import numpy as np
 from workbench.core import Ode, Sampled
 from workbench.metrics import Measurement
 from workbench.study.contract import Run, answer
-from workbench.study.document.cells import check_name
 from workbench.study.document.document import Section
+from workbench.study.document.phrases import check_name
 from workbench.study.sample import Sample
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned, Tuning

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from workbench.study.contract import Run
-from workbench.study.document.cells import check_name
-from workbench.study.uncertainty.design import AbstractDesign
+from workbench.study.document.phrases import check_name
+from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.study.uncertainty.factors import Factor
 from workbench.validation.refusals import Integers, whole
 from workbench.validation.signatures import door

@@ -11,9 +11,9 @@ from typing import Any
 from workbench import __version__
 from workbench.simulate.arithmetic import signature
 from workbench.study.contract import answer
-from workbench.study.document.cells import several, texts
 from workbench.study.document.document import Colophon, Document, Section
 from workbench.study.study import Results, Study
+from workbench.validation.refusals import several
 
 PACKAGES = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "typst")
 
@@ -58,12 +58,12 @@ def _seed(study: Study, results: Results) -> int | str | None:
 
 def headlines(study: Study, results: Results) -> list[str]:
     """The findings of the study, each on one line."""
-    found = texts("Study(headlines=...)(results)", _said("headlines", study.headlines, results))
+    found = several("Study(headlines=...)(results)", _said("headlines", study.headlines, results), str)
     return [" ".join(line.split()) for line in found]
 
 
 def _sections(study: Study, results: Results) -> tuple[Section, ...]:
-    return several("Study(sections=...)(results)", _said("sections", study.sections, results), Section, "section")
+    return several("Study(sections=...)(results)", _said("sections", study.sections, results), Section)
 
 
 def _said(part: str, function: Callable[[Results], Any], results: Results) -> Any:

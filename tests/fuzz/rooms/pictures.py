@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from workbench.study import pictures
-from workbench.study.document.document import curves, panel, shapes
+from workbench.study.document import figure as panel
+from workbench.study.document import figure_marks as marks
 from workbench.study.pictures import traces
 from workbench.study.uncertainty import sobol
 
@@ -20,21 +21,23 @@ T = np.array([1.0, 2.0])
 
 
 def calls() -> dict[str, Any]:
-    series = curves.Series("a", T, T)
-    bars = shapes.Bars("a", [0.0, 1.0], [1.0, 2.0])
+    series = marks.Series("a", T, T)
+    bars = marks.Bars("a", [0.0, 1.0], [1.0, 2.0], [0.0, 0.0])
     window = traces.Window(0.0, 1.0)
     over_time = sobol(PAIRS, outputs(PAIRS), NAMES)
     return {
-        "Band": partial(curves.Band, "a", T, T, T, 1),
-        "Bars": partial(shapes.Bars, "a", [0.0, 1.0], [1.0, 2.0], 0.0, 1, 0.5, 0.7, [0.5, 1.0], [2.0, 3.0], ("x", "y")),
-        "HeatMap": partial(shapes.HeatMap, [[1.0, np.nan]], [[True, False]], 2, 1.0, "a", 1),
+        "Band": partial(marks.Band, "a", T, T, T, 1),
+        "Bars": partial(
+            marks.Bars, "a", [0.0, 1.0], [1.0, 2.0], [0.0, 0.0], 1, 0.5, 0.7, [0.5, 1.0], [2.0, 3.0], ("x", "y")
+        ),
+        "HeatMap": partial(marks.HeatMap, [[1.0, np.nan]], [[True, False]], 1.0),
         "Panel": partial(
             panel.Panel, "y", (series,), "x", (0.0, 1.0), (0.5, 1.0), "linear", "log", "t", (0.5,), (0.5,)
         ),
         "Panel with names": partial(panel.Panel, "y", (bars,), ynames=("a", "b")),
-        "Points": partial(shapes.Points, "a", T, T, ("x", "y"), 1, T, T, T, T),
-        "Series": partial(curves.Series, "a", T, T, 1, "steps"),
-        "Tiles": partial(shapes.Tiles, "a", ((("x",), ("y", "z")),), [[0.5, np.nan]], True, [[True, False]], False, ()),
+        "Points": partial(marks.Points, "a", T, T, ("x", "y"), 1, T, T, T, T),
+        "Series": partial(marks.Series, "a", T, T, 1, "steps"),
+        "Tiles": partial(marks.Tiles, "a", ((("x",), ("y", "z")),), [[0.5, np.nan]], True, [[True, False]], False, ()),
         "Window": partial(traces.Window, 0.0, 1.0, (0.0, 1.0)),
         "budget_curves": partial(pictures.budget_curves, "f", "c", {"a": (T, [T, T])}, NOTE, "y"),
         "components": partial(traces.components, "f", "c", outcomes()[0], [("e", "e", 0)], "e", [window]),

@@ -1,214 +1,150 @@
-"""Figures by matplotlib's axes, for a notebook or beside drawings of one's own."""
+"""A panel drawn by the pen: its rulers with their marks and numbers, and its marks."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure as Canvas
-from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 
-from workbench.report.cleaning import cleaned
-from workbench.report.figures.axes_marks import add_bars, add_map, add_points, add_tiles
-from workbench.report.figures.labels import written
-from workbench.report.figures.legend import across, entries
-from workbench.report.figures.looks import (
-    GREY,
-    LINES,
-    MARKS,
-    POINTS_LOOK,
-    below,
-    house_style,
-    layer_of,
-    letter_of,
-    line_of,
-    points_of,
-    shares_abscissa,
-)
-from workbench.report.figures.marks import EDGE, tint
-from workbench.report.figures.rulers import rulers
-from workbench.report.figures.sizes import led, size_of
-from workbench.report.figures.tiles import FRAME, tone
-from workbench.report.thinning import thinned, windowed
-from workbench.study.document.curves import Array, Band, Series
-from workbench.study.document.document import Figure
-from workbench.study.document.panel import Panel
-from workbench.study.document.shapes import Bars, HeatMap, Mark, Points, Tiles
+from workbench.report.figures.bars import draw_bars, draw_points, fill_box
+from workbench.report.figures.labels import NUMBER, extent
+from workbench.report.figures.pen import Box, Pen
+from workbench.report.figures.rulers import Ruler, Ticks
+from workbench.report.figures.style import LINES, MARKS, PAD, POINTS_LOOK, SMALL_LETTERS, TICK, layer_of, line_of
+from workbench.report.figures.tiles import draw_map, draw_tiles
+from workbench.study.document.figure import Panel
+from workbench.study.document.figure_marks import Band, Bars, HeatMap, Mark, Points, Series, Tiles
+from workbench.validation.refusals import Array
 
-CROWDED = 60  # letters of names side by side below a panel
+GRID = {"color": "#dddddd", "linewidth": 0.4}
+RULED = {"color": "#555555", "linewidth": 0.6}
+AXIS = MARK = {"color": "#000000", "linewidth": 0.5}
+FINE = {"color": "#000000", "linewidth": 0.4}
+DIGIT = 0.676 * SMALL_LETTERS  # the height of a digit
 
 
-def plot(figure: Figure, axes: Axes | Sequence[Axes] | npt.NDArray[Any] | None = None) -> Canvas:
-    """A figure drawn by matplotlib: on a canvas of its own, or on axes that are given.
-
-    Parameters
-    ----------
-    axes
-        One for each panel, in order, row by row; a single one need not be in a list. Their style is left alone, as
-        is the legend's place.
-
-    Raises
-    ------
-    ValueError
-        If there is not one pair of axes for each panel.
-    """
-    figure = cleaned(figure)
-    if axes is not None:
-        given = np.ravel(np.asarray(axes, dtype=object)).tolist()
-        if len(given) != len(figure.panels):
-            raise ValueError(
-                f"`plot('{figure.name}', axes)` needs one pair of axes for each of {len(figure.panels)} "
-                f"panels; got {len(given)}."
-            )
-        for i, ax in enumerate(given):
-            _draw_panel(figure, i, ax)
-        return _canvas_of(given[0])
-    with house_style():
-        return _plot_alone(figure)
+def draw_axes(pen: Pen, box: Box, x: tuple[Ruler, Ticks], y: tuple[Ruler, Ticks]) -> None:
+    """The grid, the two axes, their marks, and the numbers at them."""
+    across, up = _along(box, *x), _along(box, *y, upwards=True)
+    left, right, bottom, top = box.left, box.left + box.width, box.bottom, box.bottom + box.height
+    none = np.zeros(0)  # a name has no mark and no line of the grid
+    across, up = (none if x[1].named else across[0], across[1]), (none if y[1].named else up[0], up[1])
+    _strokes(pen, across[0], across[0], bottom, top, GRID)
+    _strokes(pen, left, right, up[0], up[0], GRID)
+    if not x[1].named:
+        pen.line(np.array([left, left, right]), np.array([top, bottom, bottom]), AXIS)
+    _strokes(pen, across[0], across[0], bottom - TICK, bottom, MARK)
+    _strokes(pen, left - TICK, left, up[0], up[0], MARK)
+    _strokes(pen, across[1], across[1], bottom - 2 * TICK / 3, bottom, FINE)
+    _strokes(pen, left - 2 * TICK / 3, left, up[1], up[1], FINE)
+    _write_below(pen, box, *x)
+    _write_beside(pen, box, *y)
+    pen.words(y[1].power, left, top + 3, SMALL_LETTERS)
+    power = extent(x[1].power, SMALL_LETTERS)
+    pen.words(x[1].power, right - power.width, bottom - TICK - PAD - NUMBER.height - 3 - power.ascent, SMALL_LETTERS)
 
 
-def _plot_alone(figure: Figure) -> Canvas:
-    engine = ConstrainedLayoutEngine(w_pad=0.05, h_pad=0.04, wspace=0.02, hspace=0.02)
-    canvas = Canvas(figsize=size_of(figure), layout=engine)
-    places = _places(figure, canvas)
-    for i, panel in enumerate(figure.panels):
-        ax = canvas.add_subplot(places[i])
-        _draw_panel(figure, i, ax)
-        if len(figure.panels) > 1:
-            ax.set_title(f"{letter_of(figure, i)} {written(panel.title)}".rstrip(), loc="left")
-        if below(figure, i) is not None and shares_abscissa(figure):
-            ax.set_xlabel("")
-    _add_legend(canvas, figure)
-    return canvas
+def _write_below(pen: Pen, box: Box, ruler: Ruler, ticks: Ticks) -> None:
+    """The numbers or names at an abscissa."""
+    head = box.bottom - TICK - PAD
+    for at, number in zip(_along(box, ruler, ticks)[0], ticks.numbers, strict=True):
+        lines = number.split("\n")
+        for k, line in enumerate(lines):
+            width = extent(line, SMALL_LETTERS).width
+            if ticks.upright:
+                beside = at + DIGIT / 2 + (k - (len(lines) - 1) / 2) * NUMBER.height
+                pen.words(line, beside, head - width, SMALL_LETTERS, upwards=True)
+            else:
+                pen.words(line, at - width / 2, head - NUMBER.ascent - k * NUMBER.height, SMALL_LETTERS)
 
 
-def _places(figure: Figure, canvas: Canvas) -> list[Any]:
-    """Where each panel stands."""
-    rows = -(-(len(figure.panels) - figure.lead) // figure.columns)
-    heights = [1.0] * rows
-    if figure.lead:
-        lead, rest = led(figure)
-        heights = [lead, *[rest / max(rows, 1)] * rows]
-    grid = canvas.add_gridspec(len(heights), figure.columns, height_ratios=heights)
-    lower = [
-        grid[figure.lead + k // figure.columns, k % figure.columns] for k in range(len(figure.panels) - figure.lead)
-    ]
-    return [grid[0, :], *lower] if figure.lead else lower
+def _write_beside(pen: Pen, box: Box, ruler: Ruler, ticks: Ticks) -> None:
+    """The numbers or names at an ordinate."""
+    for at, number in zip(_along(box, ruler, ticks, upwards=True)[0], ticks.numbers, strict=True):
+        lines = number.split("\n")
+        for k, line in enumerate(lines):
+            foot = at - DIGIT / 2 + ((len(lines) - 1) / 2 - k) * NUMBER.height
+            pen.words(line, box.left - TICK - PAD - extent(line, SMALL_LETTERS).width, foot, SMALL_LETTERS)
 
 
-def _draw_panel(figure: Figure, i: int, ax: Axes) -> None:
-    panel = figure.panels[i]
-    ax.set_xscale(panel.xscale)
-    ax.set_yscale(panel.yscale)
+def _along(box: Box, ruler: Ruler, ticks: Ticks, upwards: bool = False) -> tuple[Array, Array]:
+    """The places of the marks and the fine marks of a ruler, in points."""
+    start, length = (box.bottom, box.height) if upwards else (box.left, box.width)
+    return start + length * ruler.share(ticks.places), start + length * ruler.share(ticks.minor)
+
+
+def _strokes(
+    pen: Pen, x0: Array | float, x1: Array | float, y0: Array | float, y1: Array | float, look: dict[str, object]
+) -> None:
+    """Many strokes of one look, from (x0, y0) to (x1, y1)."""
+    ends = np.broadcast_arrays(x0, x1, np.nan, y0, y1, np.nan)
+    x, y = np.column_stack(ends[:3]).ravel(), np.column_stack(ends[3:]).ravel()
+    if x.size:
+        pen.line(x, y, look)
+
+
+def draw_curves(pen: Pen, box: Box, panel: Panel, curves: Sequence[tuple[Array, ...]], x: Ruler, y: Ruler) -> None:
+    """The thin lines across the panel, and its series in their layers."""
+
+    def placed(across: Array, up: Array) -> tuple[Array, Array]:
+        return box.left + box.width * x.share(across), box.bottom + box.height * y.share(up)
+
     for at in panel.hlines:
-        ax.axhline(at, color="#555555", linewidth=0.6, zorder=1.5)
+        pen.line(*placed(np.array([x.low, x.high]), np.array([at, at])), RULED, box)
     for at in panel.vlines:
-        ax.axvline(at, color="#555555", linewidth=0.6, zorder=1.5)
-    if any(isinstance(mark, Bars | Points | HeatMap | Tiles) for mark in panel.series):
-        _set_limits(figure, i, ax)
-    for k, mark in enumerate(panel.series):
-        _draw_mark(mark, ax, panel, points_of(figure), layer_of(k, panel))
-    if panel.xlim:
-        ax.set_xlim(*panel.xlim)
-    if panel.ylim:
-        ax.set_ylim(*panel.ylim)
-    ax.set_xlabel(written(panel.xlabel))
-    ax.set_ylabel(written(panel.ylabel))
-    if panel.title:
-        ax.set_title(written(panel.title), loc="left")
+        pen.line(*placed(np.array([at, at]), np.array([y.low, y.high])), RULED, box)
+    drawn = [[placed(curve[0], ordinate) for ordinate in curve[1:]] for curve in curves]
+    for i in sorted(range(len(panel.series)), key=lambda i: (layer_of(i, panel), i)):
+        lines = drawn[i]
+        match panel.series[i]:
+            case Band() as band:
+                _draw_band(pen, band, lines, box)
+            case Series() as series:
+                _draw_series(pen, series, lines[0], curves[i][1], box)
+            case Bars() as bars:
+                draw_bars(pen, box, bars, x, y)
+            case Points() as points:
+                draw_points(pen, box, points, x, y, [line for held in drawn for line in held])
+            case HeatMap() as cells:
+                draw_map(pen, box, cells, x, y)
+            case Tiles() as tiles:
+                draw_tiles(pen, box, tiles, x, y)
 
 
-def _set_limits(figure: Figure, i: int, ax: Axes) -> None:
-    """What a drawing spans, with its names: matplotlib would choose limits of its own around bars and cells."""
-    x, y = rulers(figure, i, [() for _ in figure.panels[i].series])
-    ax.set_xlim(x.low, x.high)
-    ax.set_ylim(y.low, y.high)
-    if x.names:
-        upright = max(map(len, x.names)) * len(x.names) > CROWDED
-        ax.set_xticks(range(len(x.names)), x.names, rotation=90 if upright else 0)
-    if y.names:
-        ax.set_yticks(range(len(y.names)), y.names, linespacing=0.9)
-    for axis, ruler in ((ax.xaxis, x), (ax.yaxis, y)):
-        if ruler.names:
-            axis.set_tick_params(length=0)
-            axis.grid(False)
-
-
-def _draw_mark(mark: Mark, ax: Axes, panel: Panel, points: int, layer: float) -> None:
-    match mark:
-        case Band():
-            _draw_band(mark, ax, thinned(windowed(mark.curves, panel.xlim), points), layer)
-        case Series():
-            _draw_series(mark, ax, thinned(windowed(mark.curves, panel.xlim), points), layer)
-        case Bars():
-            add_bars(mark, ax, layer)
-        case Points():
-            add_points(mark, ax, layer)
-        case HeatMap():
-            add_map(mark, ax, layer)
-        case Tiles():
-            add_tiles(mark, ax, layer)
-
-
-def _draw_series(series: Series, ax: Axes, curves: tuple[Array, ...], zorder: float) -> None:
-    x, y = curves
-    look = dict(LINES[series.style])
+def _draw_series(pen: Pen, series: Series, line: tuple[Array, Array], ordinates: Array, box: Box) -> None:
+    x, y = line
     if series.look == "marks":
-        look |= MARKS
-        ax.margins(x=0.05)
-    else:
-        look = line_of(series, y) | {"marker": "none"}
-        look["drawstyle"] = "steps-post" if series.look == "steps" else "default"
-    ax.plot(x, y, label=written(series.label) or "_", zorder=zorder, **look)
-
-
-def _draw_band(band: Band, ax: Axes, curves: tuple[Array, ...], zorder: float) -> None:
-    x, low, high = curves
-    look = LINES[band.style]
-    ax.fill_between(x, low, high, color=look["color"], alpha=0.22, linewidth=0, zorder=zorder)
-    edge = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 0.5, "zorder": zorder + 0.05}
-    ax.plot(x, low, label="_", **edge)
-    ax.plot(x, high, label="_", **edge)
-
-
-def _add_legend(canvas: Canvas, figure: Figure) -> None:
-    """One legend for all panels, above them, so that it never covers a curve."""
-    names = entries(figure)
-    if not names:
+        pen.marks(x, y, LINES[series.style] | MARKS, box)
         return
-    columns = across(names)
-    # Matplotlib fills a legend column by column; one reads it row by row.
-    order = [name for i in range(columns) for name in list(names)[i::columns]]
-    canvas.legend([_handle(names[name]) for name in order], order, loc="outside upper center", ncols=columns)
+    if series.look == "steps":
+        x, y = np.repeat(x, 2)[1:], np.repeat(y, 2)[:-1]
+    pen.line(x, y, line_of(series, ordinates), box)
 
 
-def _handle(mark: Mark) -> Any:
-    look = dict(LINES[mark.style])
-    match mark:
-        case Band():
-            return Patch(facecolor=look["color"], alpha=0.3, linewidth=0)
-        case Tiles():
-            shade = float(np.nanmax(mark.shades)) if np.isfinite(mark.shades).any() else 0.0
-            if np.any(mark.marked):
-                return Line2D([], [], color="k", linestyle="none", marker=">")
-            edge = {"edgecolor": "k", "linewidth": FRAME} if np.any(mark.framed) else {"edgecolor": GREY}
-            return Patch(facecolor=tone(shade), hatch="////" if np.any(mark.hatched) else None, **edge)
-        case Bars():
-            return Patch(facecolor=tint(mark.style, mark.shade), edgecolor=look["color"], linewidth=EDGE)
-        case Points():
-            return Line2D([], [], **(look | MARKS | POINTS_LOOK))
-        case Series() if mark.look == "marks":
-            return Line2D([], [], **(look | MARKS))
-    return Line2D([], [], **(look | {"marker": "none"}))
+def _draw_band(pen: Pen, band: Band, lines: list[tuple[Array, Array]], box: Box) -> None:
+    (x, low), (_, high) = lines
+    look = LINES[band.style]
+    pen.area(np.concatenate([x, x[::-1]]), np.concatenate([low, high[::-1]]), look["color"], 0.22, box)
+    for edge in (low, high):
+        pen.line(x, edge, look | {"linewidth": 0.5}, box)
 
 
-def _canvas_of(ax: Axes) -> Canvas:
-    canvas = ax.figure
-    while not isinstance(canvas, Canvas):
-        canvas = canvas.figure
-    return canvas
+def draw_sample(pen: Pen, series: Mark, box: Box) -> None:
+    """A small sample of a series, for the legend."""
+    ends, middle = np.array([box.left, box.left + box.width]), np.full(2, box.bottom + box.height / 2)
+    look = LINES[series.style]
+    if isinstance(series, Tiles):
+        x_of, y_of = (Ruler.of_names(("",) * size) for size in np.shape(series.shades)[::-1])
+        draw_tiles(pen, box, series, x_of, y_of)
+    elif isinstance(series, Band):
+        x, y = np.repeat(ends, 2), box.bottom + box.height * np.array([0.0, 1.0, 1.0, 0.0])
+        pen.area(x, y, look["color"], 0.3)
+    elif isinstance(series, Bars):
+        x, y = ends[[0, 1, 1, 0, 0]], box.bottom + box.height * np.array([0.0, 0.0, 1.0, 1.0, 0.0])
+        fill_box(pen, x, y, series.style, series.shade)
+    elif isinstance(series, Points):
+        pen.marks(ends[:1] + box.width / 2, middle[:1], look | POINTS_LOOK)
+    elif isinstance(series, Series) and series.look == "marks":
+        pen.marks(ends[:1] + box.width / 2, middle[:1], look | MARKS)
+    else:
+        pen.line(ends, middle, look)

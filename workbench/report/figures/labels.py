@@ -11,8 +11,8 @@ from matplotlib.font_manager import FontProperties
 from matplotlib.textpath import text_to_path
 
 from workbench.notation import latex, text
-from workbench.report.figures.looks import RULES, SMALL_LETTERS
-from workbench.study.document.curves import Label
+from workbench.report.figures.style import RULES, SMALL_LETTERS
+from workbench.study.document.figure_marks import Label
 
 FAMILY = RULES["font.family"]
 ASCENT, DESCENT = 0.76, 0.24  # of the size of the letters: a line of text takes as much even if it has no such letter
@@ -34,14 +34,14 @@ class Extent(NamedTuple):
 NUMBER = Extent(0.0, ASCENT * SMALL_LETTERS, DESCENT * SMALL_LETTERS)  # of the numbers at a ruler
 
 
-def written(label: Label) -> str:
+def mathtext(label: Label) -> str:
     """A label in the words of matplotlib: what is text stays text, dollars and all."""
     pieces = label if isinstance(label, tuple) else (label,)
-    return "".join(p.replace("$", r"\$") if isinstance(p, str) else _mathtext(p) for p in pieces)
+    return "".join(p.replace("$", r"\$") if isinstance(p, str) else _formula(p) for p in pieces)
 
 
 @cache
-def _mathtext(formula: Any) -> str:
+def _formula(formula: Any) -> str:
     """A formula between dollars; as plain text if matplotlib cannot set it, as with a matrix."""
     mathtext = f"${latex.emit(formula, width=math.inf)}$"
     try:

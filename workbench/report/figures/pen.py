@@ -18,7 +18,7 @@ from matplotlib.textpath import text_to_path
 from matplotlib.transforms import Affine2D, Bbox, IdentityTransform
 
 from workbench.report.figures.labels import letters, readable
-from workbench.study.document.curves import Array
+from workbench.validation.refusals import Array
 
 INK = "#000000"
 

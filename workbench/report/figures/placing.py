@@ -1,4 +1,4 @@
-"""Where the names of points go, so that they cover neither each other nor the points."""
+"""Places for the names of points, so that they cover neither each other nor the points."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.report.figures.labels import Extent
 from workbench.report.figures.pen import Box
-from workbench.study.document.curves import Array
+from workbench.validation.refusals import Array
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
@@ -68,20 +68,20 @@ def _around(point: Array, size: Extent, within: Box) -> Array:
 
 
 def _nearest(boxes: Array, marks: Array) -> Array:
-    """How near the next of the marks is to each box: a name should stand nearest to its own."""
+    """The distance of each box to the next of the marks: a name should stand nearest to its own."""
     off = np.clip(marks, boxes[:, np.newaxis, :2], boxes[:, np.newaxis, 2:]) - marks
     return np.asarray(np.hypot(off[..., 0], off[..., 1]).min(axis=1, initial=np.inf))
 
 
 def _overlaps(boxes: Array, others: Array, gap: float) -> Array:
-    """How many of the other boxes each box comes nearer than a gap."""
+    """The number of other boxes that each box comes nearer than a gap."""
     one, two = boxes[:, np.newaxis], others[np.newaxis]
     apart = (one[..., :2] >= two[..., 2:] + gap) | (two[..., :2] >= one[..., 2:] + gap)
     return np.asarray((~apart.any(axis=2)).sum(axis=1), dtype=np.float64)
 
 
 def _through(boxes: Array, lines: Array) -> Flags:
-    """Whether a segment comes nearer a box than a point, (boxes, segments): no axis, nor its own, parts the two."""
+    """True where a segment comes nearer a box than a point, (boxes, segments): no axis, nor its own, parts the two."""
     low, high = boxes[:, np.newaxis, :2] - 1, boxes[:, np.newaxis, 2:] + 1
     start, end = lines[np.newaxis, :, :2], lines[np.newaxis, :, 2:]
     beside = (np.maximum(start, end) > low) & (np.minimum(start, end) < high)
@@ -92,7 +92,7 @@ def _through(boxes: Array, lines: Array) -> Flags:
 
 
 def _meetings(lines: Array, others: Array) -> Array:
-    """How many of the other segments each segment crosses."""
+    """The number of other segments that each segment crosses."""
     a, b = lines[:, np.newaxis, :2], lines[:, np.newaxis, 2:]
     c, d = others[np.newaxis, :, :2], others[np.newaxis, :, 2:]
 

@@ -1,24 +1,22 @@
-"""Trajectories as a figure: a panel a signal, a line a run or law."""
+"""Trajectories as a figure of matplotlib's own axes, for a notebook: a panel a signal, a line a run or law."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
-import numpy as np
-from matplotlib.figure import Figure as Canvas
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from workbench.core import Entry
-from workbench.report.figures.axes import plot
+from workbench.report.figures.style import LINES
 from workbench.simulate import Trajectories
-from workbench.study.document.curves import STYLES, Array, Series
-from workbench.study.document.document import Figure
-from workbench.study.document.panel import Panel
-from workbench.validation.refusals import described, nearest, whole
+from workbench.study.document.figure_marks import STYLES
+from workbench.validation.refusals import known, whole
 from workbench.validation.signatures import door
 
 
 @door
-def plot_runs(runs: Trajectories | Mapping[str, Trajectories], *names: str, run: int | None = None) -> Canvas:
+def plot_runs(runs: Trajectories | Mapping[str, Trajectories], *names: str, run: int | None = None) -> Figure:
     """Signals over time by matplotlib: a panel for each, with its unit, and a line for each number, run and law.
 
     Parameters
@@ -47,47 +45,53 @@ def plot_runs(runs: Trajectories | Mapping[str, Trajectories], *names: str, run:
     held = dict(runs) if isinstance(runs, Mapping) else {"": runs}
     if not held:
         raise ValueError("`plot(runs)` must be trajectories, or a mapping from laws to theirs; got an empty mapping.")
-    shown = names or _usual(next(iter(held.values())))
-    panels = tuple(_panel(name, held, run) for name in shown)
-    return plot(Figure("trajectories", "", panels))
+    signals = names or _usual(next(iter(held.values())))
+    canvas = Figure(figsize=(6.3, 0.3 + 2.1 * len(signals)), layout="constrained")
+    panels = canvas.subplots(len(signals), 1, sharex=True, squeeze=False)[:, 0]
+    for name, ax in zip(signals, panels, strict=True):
+        _draw(ax, name, held, run)
+    panels[-1].set_xlabel("time [s]")
+    entries: dict[str, Any] = {}
+    for ax in panels:
+        handles, labels = ax.get_legend_handles_labels()
+        entries |= dict(zip(labels, handles, strict=True)) | entries
+    if entries:
+        canvas.legend(entries.values(), entries.keys(), loc="outside upper center", ncols=min(4, len(entries)))
+    return canvas
 
 
 def _usual(runs: Trajectories) -> tuple[str, ...]:
+    """The signals that are drawn unless others are named."""
     flow = runs.step.flow
     applied = (f"{name}_applied" for name in flow.drives)
     loop = (*flow.follows, *(name for name in applied if name in flow.outputs))
     return loop or runs.step.outputs.names or runs.step.states.names
 
 
-def _panel(name: str, held: Mapping[str, Trajectories], run: int | None) -> Panel:
-    lines: list[tuple[str, Array, Array]] = []
+def _draw(ax: Axes, name: str, held: Mapping[str, Trajectories], run: int | None) -> None:
+    """A signal of all laws, and below them what it should follow."""
+    count, units = 0, ""
     for law, runs in held.items():
-        entry = _entry(runs, name)
+        step = runs.step
+        known(name, dict.fromkeys((*step.states.names, *step.outputs.names)), "states and outputs of these runs")
+        entry = step.states[name] if name in step.states else step.outputs[name]
         chosen = range(len(runs)) if run is None else [whole("plot(run=...)", run, 0, len(runs) - 1)]
+        units = units or ", ".join(dict.fromkeys(filter(None, entry.units)))
         for i in chosen:
             flat = runs[name][i].reshape(len(runs.t), -1, order="F")
             for label, y in zip(entry.labels(), flat.T, strict=True):
                 parts = (law, label if entry.size > 1 else "", f"run {i}" if len(chosen) > 1 else "")
-                lines.append((", ".join(filter(None, parts)), runs.t, np.where(np.isfinite(y), y, np.nan)))
-    if len(lines) > STYLES:
+                look = {key: LINES[count % STYLES][key] for key in ("color", "linestyle", "linewidth")}
+                ax.plot(runs.t, y, label=", ".join(filter(None, parts)), **look)
+                count += 1
+    if count > STYLES:
         raise ValueError(
-            f"`plot(...)` draws up to {STYLES} lines in a panel, each in a style of its own; '{name}' has {len(lines)}"
-            ": name a run, as in `run=0`, or draw fewer laws."
+            f"`plot(...)` draws up to {STYLES} lines in a panel, each in a style of its own; '{name}' has {count}: "
+            "name a run, as in `run=0`, or draw fewer laws."
         )
-    series = [Series(label, t, y, style) for style, (label, t, y) in enumerate(lines)]
     first = next(iter(held.values()))
     if f"{name}_ref" in first.step.outputs:
-        flat = first[f"{name}_ref"][0 if run is None else run].reshape(len(first.t), -1, order="F")
-        series += [Series("reference", first.t, y, "reference") for y in flat.T]
-    unit = ", ".join(dict.fromkeys(filter(None, _entry(first, name).units)))
-    return Panel(f"{name} [{unit}]" if unit else name, tuple(series))
-
-
-def _entry(runs: Trajectories, name: str) -> Entry:
-    """A state or output by name; what is both is the state, as in `runs[name]`."""
-    for port in (runs.step.states, runs.step.outputs):
-        if name in port:
-            return port[name]
-    known = dict.fromkeys((*runs.step.states.names, *runs.step.outputs.names))
-    near = f"{nearest(name, known)} It has: {', '.join(known)}."
-    raise LookupError(f"`plot(...)` knows no {described(name)} in {runs!r}.{near}")
+        wanted = first[f"{name}_ref"][run or 0].reshape(len(first.t), -1, order="F")
+        ax.plot(first.t, wanted, color="#b4b4b4", linewidth=3.0, zorder=1.5, label="reference")
+    ax.set_ylabel(f"{name} [{units}]" if units else name)
+    ax.grid(True, color="#dddddd", linewidth=0.4)

@@ -1,4 +1,7 @@
-"""Tiles with texts, drawn by the pen, on a scale of even lightness that colour-blind eyes and grey prints keep."""
+"""Tiles with texts, and maps of cells with numbers, drawn by the pen.
+
+The scale of tiles is of even lightness, which colour-blind eyes and grey prints keep.
+"""
 
 from __future__ import annotations
 
@@ -7,21 +10,22 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.colors import to_hex
 
+from workbench.report.figures.bars import DIGIT, ink_on, tint
 from workbench.report.figures.labels import extent
-from workbench.report.figures.looks import GREY, SMALL_LETTERS
 from workbench.report.figures.pen import INK, Box, Pen
-from workbench.report.figures.ruler import Ruler
-from workbench.study.document.shapes import Tiles
+from workbench.report.figures.rulers import Ruler
+from workbench.report.figures.style import GREY, SMALL_LETTERS
+from workbench.study.document.figure_marks import HeatMap, Tiles
 
 WHITE, DARKEST = np.array([100.0, 0.0, 0.0]), np.array([30.0, 2.0, -38.0])  # the ends of the scale, CIELAB
 TURN = 50.0  # the lightness below which white letters are read better than black ones
-DIGIT = 0.676  # of the size of the letters: the height of a digit
 SMALL = 0.76  # of the size of the first line of a text: that of the others
 LEAD = 0.36  # of the size of a line: the gap above it
 FRAME, THIN = 1.5, 0.09  # points, and of the lesser side of a small tile: the line around it
 CORNER, LEAST = 0.3, 3.0  # of the lesser side of a tile, and points: the marked corner's side
 STRIPE = 3.6  # points between the lines of a hatch
 HATCH = "#8c8c8c"
+FAINT = "#777777"  # what is printed and does not count
 
 
 def tone(shade: float) -> str:
@@ -116,3 +120,29 @@ def _hatch(pen: Pen, tile: Box) -> None:
     x = np.column_stack([tile.left + low, tile.left + high, gaps]).ravel()
     y = np.column_stack([tile.bottom + low - starts, tile.bottom + high - starts, gaps]).ravel()
     pen.line(x, y, {"color": HATCH, "linewidth": 0.5}, tile)
+
+
+def draw_map(pen: Pen, box: Box, held: HeatMap, x: Ruler, y: Ruler) -> None:
+    """Cells with their numbers, which are as large as the cells allow."""
+    faint = np.asarray(held.faint)
+    shades = np.clip(np.where(faint, 0.0, np.nan_to_num(held.values)) / held.most, 0, 1)
+    texts = {(i, j): _number(value) for (i, j), value in np.ndenumerate(held.values) if np.isfinite(value)}
+    width, height = box.width / abs(x.high - x.low), box.height / abs(y.high - y.low)
+    widest = max((extent(text, 10.0).width for text in texts.values()), default=1.0) / 10
+    size = min(SMALL_LETTERS, 0.86 * width / widest, 0.75 * height)
+    for (i, j), text in texts.items():
+        across = box.left + box.width * float(x.share(j))
+        up = box.bottom + box.height * float(y.share(i))
+        edges = across + width / 2 * np.array([-1, 1, 1, -1, -1])
+        sides = up + height / 2 * np.array([-1, -1, 1, 1, -1])
+        shade = float(shades[i, j])
+        pen.area(edges, sides, tint(0, shade), 1.0)
+        pen.line(edges, sides, {"color": GREY, "linewidth": 0.4})
+        color = FAINT if faint[i, j] else ink_on(0, shade)
+        pen.words(text, across - extent(text, size).width / 2, up - DIGIT * size / 2, size, color=color)
+
+
+def _number(value: float) -> str:
+    """Two decimals of a number; what rounds to zero has no sign."""
+    text = f"{value:.2f}"
+    return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")

@@ -1,5 +1,5 @@
-"""A document as data: words, tables, figures and verdicts, and nothing about their looks.
+"""A document as data: words, tables, figures and verdicts.
 
-The room knows numbers with their errors and says what stands where; `report` decides how it looks. Read
-`document` first.
+The room knows numbers with their errors and says what stands where; it knows nothing of looks, which are `report`'s.
+Read `document` first.
 """

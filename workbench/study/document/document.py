@@ -5,14 +5,26 @@ No date, no running time and no path of a machine is part of a document: the sam
 
 from __future__ import annotations
 
-import difflib
+import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from typing import Any, TypeAlias, get_args
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import Any, ClassVar, Literal, TypeAlias
 
-from workbench.study.document.blocks import Equation, Itemize, Paragraph, Verdict
-from workbench.study.document.cells import (
+from workbench.notation.formula import Formula
+from workbench.study.document.figure import Figure, Panel
+from workbench.study.document.figure_marks import (
+    Band,
+    Bars,
+    HeatMap,
+    Label,
+    Mark,
+    Points,
+    Series,
+    Style,
+    Tiles,
+)
+from workbench.study.document.phrases import (
     Cell,
     Code,
     Column,
@@ -26,19 +38,10 @@ from workbench.study.document.cells import (
     Table,
     Value,
     check_name,
-    check_phrase,
-    check_text,
-    described,
-    is_whole,
     parts,
-    plain_words,
-    several,
-    texts,
 )
-from workbench.study.document.curves import Band, Label, Series, Style
-from workbench.study.document.panel import Panel
-from workbench.study.document.shapes import Bars, HeatMap, Mark, Points, Tiles
-from workbench.validation.views import show
+from workbench.validation.refusals import known
+from workbench.validation.signatures import door
 
 __all__ = [
     "Band",
@@ -77,43 +80,85 @@ __all__ = [
 
 
 @dataclass(frozen=True)
-@show
-class Figure:
-    """One or more panels below a common legend, laid out row by row in so many `columns`.
+@door
+class Paragraph:
+    """Running text.
 
-    With `lead` the first panel has the whole width, above the others. `numbers` are what the figure shows, for a reader
-    who goes on with them: a table of its own file, not printed.
+    Examples
+    --------
+    >>> wb.Paragraph("All runs settled.").text
+    'All runs settled.'
     """
 
-    name: str
-    caption: Phrase
-    panels: tuple[Panel, ...]
-    columns: int = 1
-    numbers: Table | None = None
-    lead: bool = False
+    text: Phrase
+
+    WAYS: ClassVar[Mapping[str, str]] = {"str": "wrap text in `Paragraph(...)`"}
+
+
+@dataclass(frozen=True)
+@door
+class Itemize:
+    """A list of points."""
+
+    items: tuple[Phrase, ...]
+
+
+@dataclass(frozen=True)
+@door
+class Equation:
+    """Formulas on lines of their own below one number; the `note` says where they come from."""
+
+    formulas: Formula | tuple[Formula, ...]
+    name: str = ""
+    note: Phrase = ""
 
     def __post_init__(self) -> None:
-        check_name("Figure", self.name)
-        check_phrase(f"Figure('{self.name}', caption=...)", self.caption)
-        panels = several(f"Figure('{self.name}', panels=...)", self.panels, Panel, "panel")
-        object.__setattr__(self, "panels", panels)
-        if not (self.panels and is_whole(self.columns) and 1 <= self.columns <= 3):
-            raise ValueError(
-                f"`Figure('{self.name}')` must have at least one panel, in 1 to 3 columns, to fit a page; "
-                f"got {len(self.panels)} panels and for the columns {described(self.columns)}."
-            )
-        object.__setattr__(self, "columns", int(self.columns))
-        if not isinstance(self.lead, bool):
-            raise ValueError(f"`Figure('{self.name}', lead=...)` must be True or False; got {described(self.lead)}.")
-        if not isinstance(self.numbers, Table | None):
-            raise ValueError(f"`Figure('{self.name}', numbers=...)` must be a `Table`; got {described(self.numbers)}.")
+        if self.name:
+            check_name("Equation", self.name)
+        if not self.lines:
+            raise ValueError("`Equation(formulas)` must have at least one formula to number; got none.")
+
+    @property
+    def lines(self) -> tuple[Formula, ...]:
+        """The formulas, one a line."""
+        return self.formulas if isinstance(self.formulas, tuple) else (self.formulas,)
+
+
+@dataclass(frozen=True)
+@door
+class Verdict:
+    """A claim with what became of it and its evidence, as a bound, a residual or a witness, in one box.
+
+    A claim `holds`, `fails` or is `open`. What a study `found` is a plain sentence with its figure, printed without
+    a word of right or wrong; one that `depends` has other answers to other questions.
+
+    `estimand` says which statistic of which sample it speaks of, `given` who was given what, and `reversal` what
+    would turn it round.
+    """
+
+    kind: Literal["holds", "fails", "open", "found", "depends"]
+    statement: Phrase
+    evidence: Phrase = ""
+    estimand: Phrase = ""
+    given: Phrase = ""
+    reversal: Phrase = ""
+
+    @property
+    def terms(self) -> tuple[tuple[str, Phrase], ...]:
+        """What stands in small lines below the evidence, each with its label; only what is given."""
+        lines = (
+            ("Statistic and sample", self.estimand),
+            ("Given", self.given),
+            ("Would be reversed by", self.reversal),
+        )
+        return tuple((label, phrase) for label, phrase in lines if phrase)
 
 
 Block: TypeAlias = Paragraph | Itemize | Equation | Table | Figure | Verdict
 
 
 @dataclass(frozen=True)
-@show
+@door
 class Section:
     """A heading and what stands below it.
 
@@ -125,17 +170,6 @@ class Section:
 
     heading: Phrase
     blocks: tuple[Block, ...]
-
-    def __post_init__(self) -> None:
-        check_phrase("Section(heading)", self.heading)
-        call = f"Section({plain_words(self.heading)!r}, blocks)"
-        blocks = several(call, self.blocks, (*get_args(Block), str, tuple), "block")
-        for block in blocks:
-            if isinstance(block, (str, tuple)):
-                raise ValueError(
-                    f"`{call}` is made of blocks; got {type(block).__name__}: wrap text in `Paragraph(...)`."
-                )
-        object.__setattr__(self, "blocks", blocks)
 
 
 @dataclass(frozen=True)
@@ -157,30 +191,18 @@ class Colophon:
     again: str = "The same command with the same versions gives this report again, byte for byte."
     digests: Mapping[str, str] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        for name in ("command", "version", "python", "again"):
-            check_text(f"Colophon({name}=...)", getattr(self, name))
-        for name in ("fingerprints", "digests", "packages"):
-            given = getattr(self, name)
-            if not isinstance(given, Mapping):
-                raise ValueError(f"`Colophon({name}=...)` must map names to texts; got {described(given)}.")
-            for part in (*given.keys(), *given.values()):
-                check_text(f"Colophon({name}=...)", part)
-        if not (isinstance(self.seed, str | None) or (is_whole(self.seed) and abs(self.seed) < 10**300)):
-            raise ValueError(
-                f"`Colophon(seed=...)` must be a whole number below 1e300, text or None; got {described(self.seed)}."
-            )
-
 
 @dataclass(frozen=True)
-@show
 class Document:
     """A report: its question, its method, its sections, and how to get it again.
+
+    Its texts are made clean: a line break or tab becomes a space, and what no file may hold, as a control character,
+    becomes U+FFFD, the sign for a character that cannot be shown.
 
     Raises
     ------
     ValueError
-        If two blocks bear the same name, or what should be text is not.
+        If two blocks bear the same name.
     LookupError
         If a `Reference` names no block; the message names the nearest.
     """
@@ -190,26 +212,16 @@ class Document:
     method: Phrase
     sections: tuple[Section, ...]
     colophon: Colophon
-    subtitle: str = ""
-    authors: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("title", "subtitle"):
-            check_text(f"Document({name}=...)", getattr(self, name))
-        check_phrase("Document(question=...)", self.question)
-        check_phrase("Document(method=...)", self.method)
-        object.__setattr__(self, "authors", texts("Document(authors=...)", self.authors))
-        object.__setattr__(self, "sections", several("Document(sections=...)", self.sections, Section, "section"))
-        if not isinstance(self.colophon, Colophon):
-            raise ValueError(f"`Document(colophon=...)` must be a `Colophon`; got {described(self.colophon)}.")
-        names = [b.name for b in self.blocks if isinstance(b, (Table, Figure, Equation)) and b.name]
+        for part in fields(self):
+            object.__setattr__(self, part.name, _cleaned(getattr(self, part.name)))
+        names = [b.name for b in self.blocks if isinstance(b, Table | Figure | Equation) and b.name]
         if twice := sorted(name for name, count in Counter(names).items() if count > 1):
             raise ValueError(f"`Document(...)` needs distinct names of its blocks; {twice} came more than once.")
-        for name in self._references():
-            if name not in names:
-                near = difflib.get_close_matches(name, names, n=1)
-                hint = f" Did you mean '{near[0]}'?" if near else f" The names are: {', '.join(names) or 'none'}."
-                raise LookupError(f"`Reference('{name[:80]}')` names no table, figure or equation here.{hint}")
+        for part in _walk((self.question, self.method, self.sections)):
+            if isinstance(part, Reference):
+                known(part.name, names, "tables, figures and equations to refer to")
 
     @property
     def blocks(self) -> tuple[Block, ...]:
@@ -226,23 +238,35 @@ class Document:
         """The figures in reading order: the first is Figure 1."""
         return tuple(block for block in self.blocks if isinstance(block, Figure))
 
-    @property
-    def equations(self) -> tuple[Equation, ...]:
-        """The equations in reading order: the first is Equation (1)."""
-        return tuple(block for block in self.blocks if isinstance(block, Equation))
-
-    def _references(self) -> Iterator[str]:
-        for held in _walk((self.question, self.method, self.sections)):
-            if isinstance(held, Reference):
-                yield held.name
-
 
 def _walk(held: Any) -> Iterator[Any]:
-    """Every phrase part of a document, depth first; what cannot hold a reference is not entered."""
+    """Every part of a document, depth first."""
     yield held
     if isinstance(held, tuple):
-        for item in held:
-            yield from _walk(item)
-    elif isinstance(held, (Section, Paragraph, Itemize, Equation, Table, Figure, Verdict, Emphasis)):
-        for item in vars(held).values():
-            yield from _walk(item)
+        items = held
+    else:
+        items = tuple(getattr(held, part.name) for part in fields(held)) if is_dataclass(held) else ()
+    for item in items:
+        yield from _walk(item)
+
+
+_BREAKS = re.compile(r"\r\n|[\n\r\t]")
+# control characters, halves of surrogate pairs, and the two that are no characters in any file of text
+_UNREADABLE = re.compile("[\x00-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
+
+
+def _cleaned(held: Any) -> Any:
+    """A part of a document whose texts are clean; the very same object where all were."""
+    if isinstance(held, str):
+        clean = _UNREADABLE.sub("\ufffd", _BREAKS.sub(" ", held))
+        return held if clean == held else clean
+    if isinstance(held, tuple):
+        items = tuple(map(_cleaned, held))
+        return held if all(a is b for a, b in zip(items, held, strict=True)) else items
+    if isinstance(held, Mapping):
+        return {_cleaned(key): _cleaned(value) for key, value in held.items()}
+    if is_dataclass(held) and not isinstance(held, type):
+        values = {part.name: getattr(held, part.name) for part in fields(held)}
+        changed = {name: new for name, old in values.items() if (new := _cleaned(old)) is not old}
+        return replace(held, **changed) if changed else held
+    return held

@@ -9,7 +9,7 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import ndtri
 
-from workbench.study.uncertainty.design import uniforms
+from workbench.study.uncertainty.designs import uniforms
 from workbench.study.uncertainty.outputs import check_size
 from workbench.validation.refusals import Array, Integers
 from workbench.validation.signatures import door

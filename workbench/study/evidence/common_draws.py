@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from workbench.study.sample import Sample
-from workbench.study.uncertainty.monte_carlo import LatinHypercube, MonteCarlo
+from workbench.study.uncertainty.designs import LatinHypercube, MonteCarlo
 from workbench.study.uncertainty.outputs import as_outputs, check_size
 from workbench.validation.refusals import Array, Integers, described, known
 from workbench.validation.signatures import door

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from workbench.study.evidence.common_draws import Paired
-from workbench.study.uncertainty.design import uniforms
+from workbench.study.uncertainty.designs import uniforms
 from workbench.study.uncertainty.outputs import Flags, t_quantile
 from workbench.validation.refusals import Array, Integers
 from workbench.validation.refusals import seed as as_seed

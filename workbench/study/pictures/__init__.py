@@ -1,15 +1,14 @@
-"""What many runs say as figures; each caption ends with its note: runs, failed runs, seed, step error."""
+"""Pictures of what many runs say: indices, effects, quantiles, standings, fronts.
 
-from workbench.study.pictures.bands import quantile_bands
-from workbench.study.pictures.budgets import budget_curves
-from workbench.study.pictures.fronts import pareto_fronts
-from workbench.study.pictures.morris import morris_plane
-from workbench.study.pictures.over_time import indices_over_time
-from workbench.study.pictures.rank import rank_figure
-from workbench.study.pictures.second_order import second_order_map
-from workbench.study.pictures.sobol import sobol_bars
-from workbench.study.pictures.standings import standings_figure
-from workbench.study.pictures.tornado import tornado_figure
+The room knows results and makes figures of them as data, each with a caption that ends with its note (runs, failed
+runs, seed, step error); it knows nothing of how they are drawn. Read `captions` first.
+"""
+
+from workbench.study.pictures.quantile_pictures import quantile_bands
+from workbench.study.pictures.screening_pictures import morris_plane, tornado_figure
+from workbench.study.pictures.sobol_pictures import indices_over_time, second_order_map, sobol_bars
+from workbench.study.pictures.standings_pictures import rank_figure, standings_figure
+from workbench.study.pictures.tuning_pictures import budget_curves, pareto_fronts
 
 __all__ = [
     "budget_curves",

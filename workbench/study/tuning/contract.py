@@ -9,7 +9,7 @@ from math import ceil
 import numpy as np
 
 from workbench.study.contract import Run
-from workbench.study.document.cells import check_name
+from workbench.study.document.phrases import check_name
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.factors import Factor
 from workbench.validation.refusals import Array, described, finite, known, multiple, positive, seed, text, whole

@@ -17,8 +17,8 @@ from workbench.study.sweep import Sweep
 from workbench.study.tuning.contract import Trial, Tuning
 from workbench.study.tuning.course import Course, have_values, reasons_of
 from workbench.study.tuning.optimum import Tuned
+from workbench.study.uncertainty.designs import Listed
 from workbench.study.uncertainty.distributions import AbstractDistribution
-from workbench.study.uncertainty.explicit import Listed
 from workbench.validation.refusals import Array, Integers, vector
 from workbench.validation.signatures import door
 

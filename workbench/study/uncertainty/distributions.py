@@ -1,4 +1,4 @@
-"""How an uncertain number is spread: distributions by their quantiles."""
+"""Distributions of uncertain numbers, by their quantiles."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.study.uncertainty.design import MARGIN
-from workbench.validation.refusals import Array, finite, numbers
+from workbench.study.uncertainty.designs import MARGIN
+from workbench.validation.refusals import Array, finite, numbers, positive
 from workbench.validation.signatures import door
 
 LEAST_SHARE = 1e-9  # of a bell between its cuts
@@ -74,8 +74,7 @@ class Uniform(AbstractDistribution):
     high: float
 
     def __post_init__(self) -> None:
-        _check_finite(self)
-        _check_range(self, self.low, self.high)
+        _check(self)
 
     def _formula(self, u: Array) -> Array:
         """low + u (high - low)."""
@@ -106,9 +105,7 @@ class LogUniform(AbstractDistribution):
     high: float
 
     def __post_init__(self) -> None:
-        _check_finite(self)
-        _check_range(self, self.low, self.high)
-        _check_positive(self, "low", "as its logarithm is uniform")
+        _check(self, above_zero=("low",))
 
     def _formula(self, u: Array) -> Array:
         """low^(1 - u) high^u."""
@@ -135,25 +132,15 @@ class Triangular(AbstractDistribution):
     high: float
 
     def __post_init__(self) -> None:
-        _check_finite(self)
-        _check_range(self, self.low, self.high)
-        width = self.high - self.low
-        if not np.finfo(float).tiny < width * width < inf:  # of which the formula takes the root
-            raise ValueError(
-                "`Triangular(low=..., high=...)` must be a range from 1e-153 to 1e154 wide, of which a double holds "
-                f"the square; got {width:g}."
-            )
-        if not self.low <= self.mode <= self.high:
-            raise ValueError(
-                f"`Triangular(mode=...)` must lie within the range {self.low:g} to {self.high:g}; got {self.mode:g}."
-            )
+        _check(self)
+        finite("Triangular(mode=...)", self.mode, low=self.low, high=self.high)
 
     def _formula(self, u: Array) -> Array:
         """Of the left line below the probability of the mode, of the right line above it."""
         width, left, right = self.high - self.low, self.mode - self.low, self.high - self.mode
-        rising = self.low + np.sqrt(u * width * left)
-        falling = self.high - np.sqrt((1 - u) * width * right)
-        return np.where(u * width < left, rising, falling)
+        rising = self.low + np.sqrt(u * width) * left**0.5
+        falling = self.high - np.sqrt((1 - u) * width) * right**0.5
+        return np.asarray(np.where(u * width < left, rising, falling))
 
     def words(self) -> str:
         """Triangular, with its range and mode."""
@@ -178,18 +165,19 @@ class Normal(AbstractDistribution):
     high: float = inf
 
     def __post_init__(self) -> None:
-        _check_finite(self)
-        _check_positive(self, "deviation", "as it is the width of a bell")
-        _check_cut(self, (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation)
+        _check(self, above_zero=("deviation",))
+        _check_cut(self, *self._z())
 
     def _formula(self, u: Array) -> Array:
         """mean + deviation z(u), z that of the standard normal distribution between the cuts."""
-        z = _bell(u, (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation)
-        return np.asarray(self.mean + self.deviation * z)
+        return np.asarray(self.mean + self.deviation * _bell(u, *self._z()))
 
     def words(self) -> str:
         """Normal, with mean, deviation and cuts."""
         return f"normal, mean {self.mean:g}, deviation {self.deviation:g}{_cuts(self)}"
+
+    def _z(self) -> tuple[float, float]:
+        return (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation
 
 
 @dataclass(frozen=True)
@@ -212,12 +200,7 @@ class LogNormal(AbstractDistribution):
     high: float = inf
 
     def __post_init__(self) -> None:
-        _check_finite(self)
-        _check_positive(self, "median", "as its logarithm is normal")
-        _check_positive(self, "sigma", "as it is the width of a bell")
-        for name in ("low", "high"):
-            if abs(getattr(self, name)) < inf:
-                _check_positive(self, name, "as all its numbers are")
+        _check(self, above_zero=("median", "sigma", "low", "high"))
         _check_cut(self, *self._z())
 
     def _formula(self, u: Array) -> Array:
@@ -249,29 +232,20 @@ def _bell(u: Array, low: float, high: float) -> Array:
     return np.asarray(ndtri(ndtr(low) * (1 - u) + ndtr(high) * u))
 
 
-def _check_finite(distribution: Any) -> None:
-    """Refuse numbers that are not finite, but for an end that may be open."""
+def _check(distribution: Any, above_zero: tuple[str, ...] = ()) -> None:
+    """Refuse what is not finite, but for an open end, what is not positive as it must be, and a range that is none."""
+    kind = type(distribution).__name__
     for field in fields(distribution):
         value = getattr(distribution, field.name)
         if field.default is MISSING or value != field.default:
-            finite(f"{type(distribution).__name__}({field.name}=...)", value)
-
-
-def _check_range(distribution: Any, low: float, high: float) -> None:
-    """Refuse a range that is reversed, empty, or so narrow or wide that numbers in it cannot be told apart."""
-    if low < high < inf and 0 < high - low < inf:
-        return
-    found = f"{distribution.low:.17g} and {distribution.high:.17g}"
-    why = "an empty range, which varies nothing" if low == high else "a reversed range" if low > high else "too wide"
-    raise ValueError(
-        f"`{type(distribution).__name__}(low=..., high=...)` must be a range with low < high; got {found}: {why}."
-    )
-
-
-def _check_positive(distribution: Any, name: str, why: str) -> None:
-    if not 0 < getattr(distribution, name) < inf:
+            (positive if field.name in above_zero else finite)(f"{kind}({field.name}=...)", value)
+    low, high = distribution.low, distribution.high
+    if not low < high or (high < inf and low > -inf and high - low == inf):
+        why = (
+            "an empty range, which varies nothing" if low == high else "a reversed range" if low > high else "too wide"
+        )
         raise ValueError(
-            f"`{type(distribution).__name__}({name}=...)` must be positive, {why}; got {getattr(distribution, name):g}."
+            f"`{kind}(low=..., high=...)` must be a range with low < high; got {low:.17g} and {high:.17g}: {why}."
         )
 
 
@@ -279,8 +253,6 @@ def _check_cut(distribution: Any, low: float, high: float) -> None:
     """Refuse cuts of a bell between which hardly anything is left, given in deviations from its middle."""
     from scipy.special import ndtr
 
-    if low >= high:
-        _check_range(distribution, distribution.low, distribution.high)
     left = float(ndtr(-low) - ndtr(-high) if low + high > 0 else ndtr(high) - ndtr(low))
     if not left >= LEAST_SHARE:
         raise ValueError(

@@ -1,29 +1,25 @@
-"""Elementary effects: how an output changes as one factor crosses part of its range, here and elsewhere."""
+"""Elementary effects and tornadoes: how outputs change as one factor moves, along paths of Morris or by itself."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from workbench.study.uncertainty.frames import frame
-from workbench.study.uncertainty.morris import MorrisDesign
+from workbench.study.uncertainty.designs import MorrisDesign, OneAtATime
 from workbench.study.uncertainty.outputs import (
     Estimate,
-    check_shape,
+    columns_of,
     factor_names,
     outputs_of,
     place_of,
     refuse_all,
     t_quantile,
 )
-from workbench.validation.refusals import Array
+from workbench.validation.refusals import Array, Integers
 from workbench.validation.signatures import door
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 FEW = 50  # trajectories, below which intervals are too narrow
 
@@ -50,20 +46,11 @@ class MorrisEffects:
     refused: Mapping[str, str]
     remarks: tuple[str, ...]
 
-    def __post_init__(self) -> None:
-        for name in ("mu", "mu_star", "sigma"):
-            check_shape(f"MorrisEffects({name}=...)", getattr(self, name).value, self.names, len(self.factors))
-
     @door
     def __getitem__(self, name: str) -> MorrisEffects:
         """The effects on one output; one that was refused is refused again, with its reason."""
         j = place_of(self.names, self.refused, name)
         return replace(self, names=(name,), mu=self.mu[j], mu_star=self.mu_star[j], sigma=self.sigma[j], refused={})
-
-    def to_frame(self) -> pd.DataFrame:
-        """One row an output, moment and factor."""
-        parts = {name: (self.factors, getattr(self, name)) for name in ("mu", "mu_star", "sigma")}
-        return frame(self.names, parts, self.refused)
 
 
 @door
@@ -90,7 +77,7 @@ def morris(
     names, factors
         Of the k outputs and the d factors.
     errors
-        How far off each output is, of the same shape, NaN where that is not known: told of where it blurs.
+        The errors of the outputs, of the same shape, NaN where they are not known: told of where they blur.
 
     Raises
     ------
@@ -144,3 +131,74 @@ def _deviation(effects: Array, t: float) -> tuple[Array, Array]:
     # leaving a trajectory out takes r / (r - 1) of its square from the sum of squares
     without = np.sqrt(np.maximum(total - squares * r / (r - 1), 0) / (r - 2))
     return value, t * np.sqrt((r - 1) * without.var(axis=0))
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Tornado:
+    """Outputs with one of d factors moved, of k outputs, or of a single one, which leaves the axis k out.
+
+    Attributes
+    ----------
+    base
+        (k,), with no factor moved.
+    moved
+        (k, d, levels), with one factor at each of the design's levels.
+    refused
+        The reason for each output that has none; its numbers are NaN.
+    """
+
+    names: tuple[str, ...]
+    factors: tuple[str, ...]
+    levels: tuple[float, ...]
+    base: Array
+    moved: Array
+    refused: Mapping[str, str]
+
+    @property
+    def swing(self) -> Array:
+        """The distance between the outermost outputs of each factor, that of the base among them, (k, d)."""
+        base = np.broadcast_to(self.base[..., None, None], (*self.moved.shape[:-1], 1))
+        return np.asarray(np.ptp(np.concatenate([self.moved, base], -1), axis=-1))
+
+    @property
+    def order(self) -> Integers:
+        """The places of the factors, the widest bar first, (k, d)."""
+        return np.argsort(-self.swing, axis=-1, kind="stable")
+
+    @door
+    def __getitem__(self, name: str) -> Tornado:
+        """The tornado of one output; one that was refused is refused again, with its reason."""
+        j = place_of(self.names, self.refused, name)
+        return replace(self, names=(name,), base=self.base[j], moved=self.moved[j], refused={})
+
+
+@door
+def tornado(
+    design: OneAtATime,
+    outputs: Any,
+    names: Sequence[str] | None = None,
+    *,
+    factors: Sequence[str] | None = None,
+) -> Tornado:
+    """The outputs of a one-at-a-time design, by factor and level. They say nothing of factors that act together.
+
+    Parameters
+    ----------
+    outputs
+        (N,) or (N, k) in the order of the design's points.
+    names, factors
+        Of the k outputs and the d factors.
+
+    Raises
+    ------
+    ValueError
+        If an argument has the wrong kind or shape, or if every output is refused: for failed runs, infinities, or
+        no variation beyond rounding.
+    """
+    named = factor_names("tornado", design, factors)
+    held = outputs_of("tornado", design, outputs, names)
+    refuse_all("tornado", held)
+    values = np.where(held.known, columns_of("tornado", design, outputs, names)[1], np.nan)
+    moved = values[1:].reshape(design.dimensions, len(design.levels), -1)
+    return Tornado(held.names, named, design.levels, values[0], np.moveaxis(moved, -1, 0), held.refused)

@@ -9,8 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from workbench.core.layout import Layout
-from workbench.study.document.cells import raised
-from workbench.study.document.document import Cell, Column, Table
+from workbench.study.document.phrases import Cell, Column, Table, raised
 from workbench.study.provenance import Given, Mark
 from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
 from workbench.validation.refusals import Array, Integers, nearest, numbers
@@ -30,7 +29,7 @@ class Factor:
     origin
         Where the distribution comes from.
     share
-        Whether the distribution is that of a share of the loop's own number instead of the number itself; several
+        True if the distribution is that of a share of the loop's own number instead of the number itself; several
         paths, and all places of a matrix, then keep their proportions.
 
     Raises
@@ -105,7 +104,11 @@ class Space:
                         f"`Space(factors=...)` takes each number once; '{other}' and '{factor.name}' both move "
                         f"'{self._labels[place]}'."
                     )
-            _check_share(factor, self._default[places], [self._labels[place] for place in places])
+            if factor.share and not self._default[places].any():
+                raise ValueError(
+                    f"`Factor({factor.name!r}, share=True)` needs numbers that are not zero, as any share of zero is "
+                    "zero: give the values themselves."
+                )
             self._check_reach(factor, places)
 
     def rows(self, points: Array) -> tuple[Array, Array]:
@@ -190,7 +193,7 @@ class Space:
 
     @cached_property
     def _places(self) -> tuple[Integers, ...]:
-        """Where the numbers of each factor lie in a row of parameters and initial states."""
+        """The places of the numbers of each factor in a row of parameters and initial states."""
         return tuple(np.array([i for path in f.paths for i in self._find(f, path)]) for f in self.factors)
 
     def _find(self, factor: Factor, path: str) -> list[int]:
@@ -207,13 +210,4 @@ class Space:
         raise LookupError(
             f"There is no '{path}', which '{factor.name}' varies, among the {len(self.parameters.names)} parameters "
             f"and {len(self.states.names)} states of this loop.{nearest(path, known)}"
-        )
-
-
-def _check_share(factor: Factor, own: Array, labels: Sequence[str]) -> None:
-    """A share of zero is zero, whatever the share; a matrix may have zeros, but not a whole factor of them."""
-    if factor.share and not own.any():
-        raise ValueError(
-            f"`Factor({factor.name!r}, share=True)` needs numbers that are not zero, as any share of zero is zero; "
-            f"got {', '.join(labels)} of 0: give the values themselves."
         )

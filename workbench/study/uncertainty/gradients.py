@@ -1,4 +1,4 @@
-"""Exact derivatives of a run's metrics: those of the very steps that are taken."""
+"""Derivatives of a run's metrics: exact ones of the very steps that are taken, and differences of runs beside it."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Step
+from workbench.core import Entry, Layout, Ode, Step
 from workbench.metrics import AbstractMetric
 from workbench.metrics.accumulators import final_values
 from workbench.simulate import simulate
@@ -42,7 +42,7 @@ def gradients(
             for name in step.states.names
             if name.startswith(of_memory)
         }
-        found = _through(metric, integral, memory, len(places), until)
+        found = _chained(metric, integral, memory, len(places), until)
         gradient[metric.name] = np.where(runs.diverged, np.nan, found)
     return values, gradient
 
@@ -84,10 +84,10 @@ def _rows(more: Step, ends: Array, name: str) -> Rows:
     return ends[:, more.states.slice(name)], S[:, more.states.slice(name)]
 
 
-def _through(
+def _chained(
     metric: AbstractMetric, integral: Sequence[Rows], memory: Mapping[str, Rows], m: int, until: float
 ) -> Array:
-    """The derivatives (k, m) of what a metric makes of its integral and memory: a formula, by differences."""
+    """The derivatives (k, m) of the formula that a metric is of its integral and memory, by differences."""
     held = [*integral, *memory.values()]
     # how far to go along each direction: until one of the quantities has changed by about itself
     change = [np.abs(dz) / np.where(z == 0, 1.0, np.abs(z)) for z, dz in held]
@@ -101,3 +101,57 @@ def _through(
 
     with np.errstate(invalid="ignore"):  # what is infinite has no derivative
         return np.asarray((sum(w * value(s) for w, s in zip(WEIGHTS, SHIFTS, strict=True)) / reach).T)
+
+
+def slopes(
+    step: Step,
+    metrics: Sequence[AbstractMetric],
+    loop: Ode,
+    places: Sequence[int],
+    here: Array,
+    until: float,
+    width: float,
+) -> dict[str, Array]:
+    """Slopes (k, m) of the metrics over changes by `width`, relative to each number; of a zero, by `width` itself.
+
+    They are central differences extrapolated from the whole width and half of it; at a bound, one-sided ones.
+    """
+    ends = np.array([_ends(loop, here, place, width) for place in places])
+    shifts = ends[:, [0, 1, 0, 1]] * [1.0, 1.0, 0.5, 0.5]
+    rows = [here + shift * _unit(here, place) for place, four in zip(places, shifts, strict=True) for shift in four]
+    table, split = np.array(rows), loop.parameters.size
+    start = np.hstack([table[:, split:], np.tile(step.states.default[loop.states.size :], (len(table), 1))])
+    same = np.zeros(len(table), dtype=int)  # all runs are number 0, so that noise is the same in them
+    runs = simulate(step, p=table[:, :split], x0=start, until=until, every=until, runs=same)
+    spans = ends[:, 1] - ends[:, 0]
+    order = np.where(ends.all(axis=1), 4.0, 2.0)  # how much less wrong half the width is, by the sides it goes to
+    found = {}
+    for name, value in final_values(runs, metrics).items():
+        at = value.reshape(len(places), 4, -1).transpose(1, 2, 0)  # (4, k, m), in the order of the shifts
+        with np.errstate(invalid="ignore"):  # what is infinite has no slope
+            whole, half = (at[1] - at[0]) / spans, (at[3] - at[2]) / (spans / 2)
+            found[name] = (order * half - whole) / (order - 1)
+    return found
+
+
+def _ends(loop: Ode, here: Array, place: int, width: float) -> tuple[float, float]:
+    """The shifts of a number down and up: none to the side where that is not allowed."""
+    by = width * (abs(here[place]) or 1.0)
+    low, high = (_allows(loop, here + shift * _unit(here, place)) for shift in (-by, by))
+    if not low and not high:
+        label = (loop.parameters.labels + loop.states.labels)[place]
+        raise ValueError(f"`local_sensitivities(names=...)`: '{label}' cannot be moved by itself within its bounds.")
+    return (-by if low else 0.0), (by if high else 0.0)
+
+
+def _unit(here: Array, place: int) -> Array:
+    return np.asarray(np.arange(len(here)) == place, dtype=float)
+
+
+def _allows(loop: Ode, row: Array) -> bool:
+    try:
+        loop.parameters.check(row[np.newaxis, : loop.parameters.size])
+        loop.states.check(row[np.newaxis, loop.parameters.size :])
+    except ValueError:
+        return False
+    return True

@@ -1,33 +1,27 @@
-"""Sobol indices: what part of an output's variance is due to each factor, alone and together with others."""
+"""Sobol indices: the part of an output's variance that is due to each factor, alone and together with others."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
-from workbench.study.uncertainty.control import EACH, terms
-from workbench.study.uncertainty.estimators import judged
-from workbench.study.uncertainty.frames import frame
+from workbench.study.uncertainty.estimators import EACH, column_indices, terms
 from workbench.study.uncertainty.outputs import (
     Estimate,
     Flags,
     Outputs,
-    check_shape,
     factor_names,
     outputs_of,
     place_of,
     refuse_all,
     t_quantile,
 )
-from workbench.study.uncertainty.saltelli import SCRAMBLES, SobolDesign
+from workbench.study.uncertainty.sobol_design import SCRAMBLES, SobolDesign
 from workbench.validation.refusals import Array, known
 from workbench.validation.signatures import door
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 AT_ONCE = 2**22  # numbers that are looked at together: some arrays of 32 MB
 
@@ -63,14 +57,6 @@ class SobolIndices:
     sums1: Estimate | None = None
     sumsT: Estimate | None = None
 
-    def __post_init__(self) -> None:
-        d, G = len(self.factors), len(self.groups)
-        orders = (("S1", self.S1, d), ("ST", self.ST, d), ("S2", self.S2, d * (d - 1) // 2))
-        for name, part, size in (*orders, ("sums1", self.sums1, G), ("sumsT", self.sumsT, G)):
-            if part is not None:
-                check_shape(f"SobolIndices({name}=...)", part.value, self.names, size)
-        check_shape("SobolIndices(deviation=...)", self.deviation, self.names)
-
     @property
     def pairs(self) -> tuple[tuple[int, int], ...]:
         """The factors of each second-order index, by their places."""
@@ -92,13 +78,6 @@ class SobolIndices:
         found = self.sumsT if total else self.sums1
         assert found is not None
         return Estimate(found.value[..., place], found.half[..., place])
-
-    def to_frame(self) -> pd.DataFrame:
-        """One row an output, index and factor; `S2` by 'a, b' of a pair."""
-        parts = {"S1": (self.factors, self.S1), "ST": (self.factors, self.ST)}
-        if self.S2 is not None:
-            parts["S2"] = (tuple(f"{self.factors[i]}, {self.factors[j]}" for i, j in self.pairs), self.S2)
-        return frame(self.names, parts, self.refused)
 
 
 @door
@@ -183,7 +162,7 @@ def _indices(
     at_once = max(1, AT_ONCE // design.size)
     members = _members(groups, factors)
     columns = (held.scaled[:, j : j + at_once] for j in range(0, len(held.names), at_once))
-    parts = [judged(design, some, t, members, control) for some in columns]
+    parts = [column_indices(design, some, t, members, control) for some in columns]
     S1, ST, S2, *sums = (_joined([part.indices[i] for part in parts], held.known) for i in range(5))
     # Bonferroni: each of the pairs misses so rarely that all hold together
     pairs = max(1, S2.value.shape[1])
@@ -205,7 +184,7 @@ def _indices(
 
 
 def _members(groups: Mapping[str, Sequence[str]], factors: tuple[str, ...]) -> Array:
-    """Which factors belong to each group, (G, d), as zeros and ones."""
+    """The factors of each group, (G, d), as zeros and ones."""
     inside = np.zeros((len(groups), len(factors)))
     for row, listed in zip(inside, groups.values(), strict=True):
         row[[factors.index(known(name, factors, "factors")) for name in listed]] = 1.0

@@ -13,8 +13,7 @@ from workbench.core import Layout, Ode, Sampled
 from workbench.core.expressions import instructions
 from workbench.metrics import AbstractMetric, measured
 from workbench.metrics.accumulators import resolved
-from workbench.study.uncertainty.finite_differences import slopes
-from workbench.study.uncertainty.gradients import gradients
+from workbench.study.uncertainty.gradients import gradients, slopes
 from workbench.validation.refusals import Array, described, known, seconds, vector
 from workbench.validation.signatures import door
 
@@ -69,7 +68,7 @@ class LocalSensitivities:
 
     @door
     def holds(self, metric: str) -> np.ndarray[Any, np.dtype[np.bool_]]:
-        """Where the gradient is the slope of the metric, (k, m): to 0.1 % over the narrow and 10 % over the wide width.
+        """True where the gradient is the slope of the metric, (k, m): to 0.1 % over the narrow width, 10 % the wide.
 
         Along a run that switches a gradient may hold between two switchings and say nothing beyond them.
         """
@@ -89,21 +88,11 @@ class LocalSensitivities:
         Parameters
         ----------
         deviations
-            (m,), the standard deviations of the numbers, for parts (k, m) of each by itself; or (d, m), by how much
-            one standard deviation of each of d factors moves all the numbers together, for parts (k, d).
-
-        Raises
-        ------
-        ValueError
-            If the deviations have another shape.
+            (d, m), by how much one standard deviation of each of d factors moves all the numbers together, for parts
+            (k, d).
         """
         known(metric, self.gradient, "metrics here")
-        if deviations.ndim not in (1, 2) or deviations.shape[-1] != len(self.at):
-            raise ValueError(
-                f"`linear_shares(deviations)` must be (m,) or (d, m) for the m = {len(self.at)} numbers here; got "
-                f"shape {deviations.shape}."
-            )
-        parts = (self.gradient[metric] @ (np.diag(deviations) if deviations.ndim == 1 else deviations).T) ** 2
+        parts = (self.gradient[metric] @ deviations.T) ** 2
         with np.errstate(invalid="ignore"):  # nothing varies: no number has a part
             return np.asarray(parts / parts.sum(axis=1, keepdims=True))
 
@@ -171,7 +160,7 @@ def local_sensitivities(
 
 
 def _places(loop: Ode, names: Sequence[str]) -> list[int]:
-    """Where the numbers lie in a row of parameters and initial states."""
+    """The places of the numbers in a row of parameters and initial states."""
     both = Layout(tuple({e.name: e for e in loop.parameters.entries + loop.states.entries}.values()))
     places: list[int] = []
     for name in names:

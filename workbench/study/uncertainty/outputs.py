@@ -1,4 +1,4 @@
-"""The outputs of many runs: which of them can be judged, and what stands in place of those that cannot."""
+"""The outputs of many runs: those that can be judged, made ready for it, and the reasons against the others."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.special import stdtrit
 
-from workbench.study.uncertainty.design import AbstractDesign
+from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.validation.refusals import Array, as_array, described, known
 from workbench.validation.signatures import door
 
@@ -63,22 +63,21 @@ class Outputs:
     scaled
         The columns with mean 0 and largest deviation 1, so that no square of them overflows or loses its digits;
         refused ones are 0.
-    mean, spread
-        (k,), with which a column is mean + spread * scaled.
+    spread
+        (k,), with which a column is spread * scaled beside its mean.
     remarks
         What a reader must know of the columns that are not refused.
     """
 
     names: tuple[str, ...]
     scaled: Array
-    mean: Array
     spread: Array
     refused: Mapping[str, str]
     remarks: tuple[str, ...]
 
     @property
     def known(self) -> Flags:
-        """Which columns are not refused, (k,)."""
+        """True for the columns that are not refused, (k,)."""
         return np.array([name not in self.refused for name in self.names])
 
 
@@ -107,8 +106,8 @@ def outputs_of(
     k = len(held)
     refused = {name: why for name, column in zip(held, columns.T, strict=True) if (why := _flaw(column))}
     known = np.array([name not in refused for name in held], dtype=bool)
-    scaled, mean, spread = np.zeros(columns.shape), np.zeros(k), np.zeros(k)
-    scaled[:, known], mean[known], spread[known] = _scaled(columns[:, known])
+    scaled, spread = np.zeros(columns.shape), np.zeros(k)
+    scaled[:, known], spread[known] = _scaled(columns[:, known])
     remarks: list[str] = []
     if errors is not None:
         off = _columns(f"{call}(errors=...)", errors, design.size)
@@ -120,19 +119,16 @@ def outputs_of(
                 refused[held[j]] = said if np.isinf(part) else f"{said}: what varies is the error"
             elif not part <= TOLD:
                 remarks.append(f"'{held[j]}': {said}.")
-    return Outputs(held, scaled, mean, spread, refused, tuple(remarks))
+    return Outputs(held, scaled, spread, refused, tuple(remarks))
 
 
 def _blur(errors: Array, scaled: Array, spread: float) -> tuple[float, str]:
-    """What part of the variance of an output the errors of its runs make up, those that are known, and so in words."""
+    """The part of an output's variance that the known errors of its runs make up, and the same in words."""
     there = errors[~np.isnan(errors)]
     if not there.size:
         return np.nan, "no run has an error"
     if lost := int(np.isinf(there).sum()):
-        return (
-            np.inf,
-            f"nothing bounds the errors of {lost} of its runs, as where half of the step fails",
-        )
+        return np.inf, f"nothing bounds the errors of {lost} of its runs, as where half of the step fails"
     with np.errstate(over="ignore"):  # infinitely more than the spread
         part = float(np.mean((there / spread) ** 2) / np.mean(scaled**2))
     return part, f"the errors of its runs are {100 * part**0.5:.2g} % of its spread, {100 * part:.2g} % of the variance"
@@ -152,7 +148,7 @@ def columns_of(
 
 
 def place_of(names: Sequence[str], refused: Mapping[str, str], name: str) -> int:
-    """Where an output stands; one that is not there, or is refused, is told by name."""
+    """The place of an output; one that is not there, or is refused, is told by name."""
     if name in refused:
         raise ValueError(f"There is no result for '{name}': {refused[name]}.")
     return list(names).index(known(name, names, "outputs"))
@@ -176,7 +172,7 @@ def refuse_all(call: str, held: Outputs) -> None:
 
 
 def t_quantile(call: str, confidence: float, freedom: int) -> float:
-    """How many standard errors wide half of a confidence interval is."""
+    """The width of half of a confidence interval, in standard errors."""
     if not 0 < confidence < 1:
         raise ValueError(f"`{call}(confidence=...)` must be a number between 0 and 1; got {confidence}.")
     return float(stdtrit(freedom, 0.5 + confidence / 2))
@@ -203,15 +199,6 @@ def check_size(call: str, array: np.ndarray[Any, Any], infinite: bool = False) -
         )
 
 
-def check_shape(
-    call: str, array: np.ndarray[Any, Any], names: Sequence[str], *axes: int, infinite: bool = False
-) -> None:
-    """Refuse what is not (k, *axes) for k outputs, and for a single one not (*axes) either; and as `check_size`."""
-    check_size(call, array, infinite)
-    if array.shape != (len(names), *axes) and not (len(names) == 1 and array.shape == axes):
-        raise ValueError(f"`{call}` must have shape {(len(names), *axes)}, a row for each output; got {array.shape}.")
-
-
 def _columns(call: str, given: Any, runs: int) -> Array:
     values = as_outputs(given)
     if values is None:
@@ -222,7 +209,7 @@ def _columns(call: str, given: Any, runs: int) -> Array:
 
 
 def _flaw(column: Array) -> str:
-    """Why an output cannot be judged; empty if it can."""
+    """The reason why an output cannot be judged; empty if it can."""
     runs = len(column)
     if failed := int(np.isnan(column).sum()):
         return (
@@ -244,13 +231,11 @@ def _flaw(column: Array) -> str:
     return ""
 
 
-def _scaled(columns: Array) -> tuple[Array, Array, Array]:
-    """Columns as mean + spread * scaled. The first row goes first: what is left then keeps all of its digits."""
-    first = columns[:1]
-    scaled = columns - first
+def _scaled(columns: Array) -> tuple[Array, Array]:
+    """Columns with mean 0, scaled, and their spread. The first row goes first, so that no digit is lost."""
+    scaled = columns - columns[:1]
     size = np.abs(scaled).max(axis=0, initial=0.0)
     scaled /= size
-    middle = scaled.mean(axis=0)
-    scaled -= middle
+    scaled -= scaled.mean(axis=0)
     width = np.abs(scaled).max(axis=0, initial=0.0)
-    return scaled / width, first[0] + middle * size, width * size
+    return scaled / width, width * size

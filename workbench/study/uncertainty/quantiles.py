@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.special import bdtr, betaincinv
 
-from workbench.study.uncertainty.monte_carlo import LatinHypercube, MonteCarlo
-from workbench.study.uncertainty.outputs import as_outputs, check_shape, columns_of, t_quantile
-from workbench.validation.refusals import Array, Integers, described
+from workbench.study.uncertainty.designs import LatinHypercube, MonteCarlo
+from workbench.study.uncertainty.outputs import as_outputs, columns_of, t_quantile
+from workbench.validation.refusals import Array, Integers, refusal
 from workbench.validation.signatures import door
 
 
@@ -36,16 +36,11 @@ class Quantiles:
     high: Array
     failed: Integers
 
-    def __post_init__(self) -> None:
-        for name in ("value", "low", "high"):
-            check_shape(f"Quantiles({name}=...)", getattr(self, name), self.names, len(self.levels), infinite=True)
-        check_shape("Quantiles(failed=...)", self.failed, self.names)
-
 
 @dataclass(frozen=True)
 @door
 class Share:
-    """In which share of all runs something holds, from `low` to `high`; `failed` runs leave it open.
+    """The share of all runs in which something holds, from `low` to `high`; `failed` runs leave it open.
 
     `value` is NaN if there are failed ones.
     """
@@ -63,7 +58,7 @@ def quantiles(
     outputs: Any,
     names: Sequence[str] | None = None,
     *,
-    levels: Iterable[float] = (0.05, 0.5, 0.95),
+    levels: tuple[float, ...] = (0.05, 0.5, 0.95),
     confidence: float = 0.95,
 ) -> Quantiles:
     """Quantiles of every output over random runs, between order statistics that bound them by the binomial law.
@@ -89,15 +84,15 @@ def quantiles(
     """
     held, columns = columns_of("quantiles", design, outputs, names)
     tail = _tail("quantiles", confidence)
-    if not (wanted := tuple(levels)):
-        raise ValueError("`quantiles(levels=...)` must be numbers between 0 and 1, at least one; got none.")
-    ranks = np.array([_ranks("quantiles", level, design.size, tail) for level in wanted])
+    if not levels or not all(0 < level < 1 for level in levels):
+        raise refusal("quantiles(levels=...)", "numbers between 0 and 1, at least one", levels)
+    ranks = np.array([_ranks(level, design.size, tail) for level in levels])
     failed = np.isnan(columns).sum(axis=0)
     ordered = np.sort(columns, axis=0)  # failed runs come last
     # a failed run may lie below all others or above them
     low, high = (_ranked(ordered, ranks[:, i], failed, shift) for i, shift in ((0, True), (2, False)))
     value = np.where(failed[:, None] > 0, np.nan, _ranked(ordered, ranks[:, 1], failed, False))
-    return Quantiles(held, wanted, value, low, high, failed)
+    return Quantiles(held, levels, value, low, high, failed)
 
 
 @door
@@ -120,7 +115,7 @@ def share(holds: Any, confidence: float = 0.95) -> Share:
     """
     flags = as_outputs(holds)
     if flags is None or flags.ndim != 1 or not flags.size or not (np.isnan(flags) | (flags == 0) | (flags == 1)).all():
-        raise ValueError(f"`share(holds)` must be one 0, 1 or NaN a run, at least one; got {described(holds)}.")
+        raise refusal("share(holds)", "one 0, 1 or NaN a run, at least one", holds)
     tail, runs = _tail("share", confidence), len(flags)
     yes, failed = int(np.nansum(flags)), int(np.isnan(flags).sum())
     most = yes + failed
@@ -135,10 +130,8 @@ def _tail(call: str, confidence: float) -> float:
     return (1 - confidence) / 2
 
 
-def _ranks(call: str, level: float, runs: int, tail: float) -> tuple[int, int, int]:
+def _ranks(level: float, runs: int, tail: float) -> tuple[int, int, int]:
     """The ranks, from 1, of the lower end, the quantile and the upper end; 0 and runs + 1 are not bounded."""
-    if not 0 < level < 1:
-        raise ValueError(f"`{call}(levels=...)` must be numbers between 0 and 1; got {level}.")
     below = bdtr(np.arange(runs + 1), runs, level)  # P(at most i runs lie below the quantile)
     low = int(np.searchsorted(below, tail, side="right"))  # the last rank l with P(fewer than l) <= tail
     high = int(np.searchsorted(below, 1 - tail)) + 1

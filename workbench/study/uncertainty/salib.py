@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.study.uncertainty.indices import SobolIndices, sobol
 from workbench.study.uncertainty.outputs import Estimate, columns_of
-from workbench.study.uncertainty.saltelli import SobolDesign
+from workbench.study.uncertainty.sobol_design import SobolDesign
 from workbench.validation.refusals import Array, whole
 from workbench.validation.refusals import seed as as_seed
 from workbench.validation.signatures import door
@@ -42,30 +42,34 @@ def sobol_by_salib(
     Raises
     ------
     ValueError
-        As `sobol` does, and if there are less than two resamples.
+        As `sobol` does, if there are less than two resamples, or if SALib is not installed.
 
     References
     ----------
     Herman and Usher (2017), SALib, Journal of Open Source Software 2(9).
     """
+    try:
+        from SALib.analyze import sobol as analysis  # costs a second, and only those who ask for it
+    except ImportError:
+        raise ValueError(
+            "`sobol_by_salib(...)` needs the package SALib: install it by `pip install control-workbench[data]`."
+        ) from None
     whole("sobol_by_salib(resamples=...)", resamples, 2)
     # SALib takes a seed of 0 for none, and would draw from NumPy's hidden state
     seed = as_seed("sobol_by_salib(seed=...)", seed) + 1
     ours = sobol(design, outputs, names, factors=factors, confidence=confidence)
     columns = columns_of("sobol_by_salib", design, outputs, names)[1]
     columns[:, [name in ours.refused for name in ours.names]] = np.nan
-    found = [_analysed(design, column, resamples, confidence, seed) for column in columns.T]
+    found = [_by_salib(analysis, design, column, resamples, confidence, seed) for column in columns.T]
     orders = [[np.stack(part) for part in zip(*order, strict=True)] for order in zip(*found, strict=True)]
     S1, ST, S2 = (Estimate(value, half) for value, half in orders)
     return replace(ours, S1=S1, ST=ST, S2=S2 if design.second_order else None, remarks=())
 
 
-def _analysed(
-    design: SobolDesign, column: Array, resamples: int, confidence: float, seed: int
+def _by_salib(
+    analysis: Any, design: SobolDesign, column: Array, resamples: int, confidence: float, seed: int
 ) -> list[tuple[Array, Array]]:
     """S1, ST and S2 with halves of their intervals, as SALib has them; NaN for a column of NaN."""
-    from SALib.analyze import sobol as analysis  # costs a second, and only those who ask for it
-
     d = design.dimensions
     pairs = np.triu_indices(d if design.second_order else 0, 1)
     if np.isnan(column).any():

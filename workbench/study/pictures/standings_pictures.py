@@ -1,4 +1,4 @@
-"""Standings: laws by scenarios, a tile for each with its statistic, and who is best or tied in each scenario."""
+"""Laws side by side as pictures: tiles of statistics by law and scenario, and the probabilities of ranks."""
 
 from __future__ import annotations
 
@@ -7,11 +7,12 @@ from typing import TypeAlias
 
 import numpy as np
 
-from workbench.study.document.cells import Cell, Column, Phrase, Table, check_phrase
-from workbench.study.document.document import Figure, Panel, Tiles
+from workbench.study.document.figure import Figure, Panel
+from workbench.study.document.figure_marks import Bars, Tiles
+from workbench.study.document.phrases import Cell, Column, Phrase, Table
 from workbench.study.evidence import Comparison, Intervals, Success
-from workbench.study.pictures.parts import captioned, number
-from workbench.validation.refusals import Array, known
+from workbench.study.pictures.captions import captioned, number
+from workbench.validation.refusals import Array, known, refusal
 from workbench.validation.signatures import door
 
 Text: TypeAlias = tuple[str, ...]
@@ -21,6 +22,8 @@ DIGITS = 3  # of a number in the panel that leads; one less in all others
 LEAST, MOST = 1e-3, 1e5  # beyond these a number has a power of ten
 POWERS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 HEADS = ("statistic", "scenario", "law", "level", "low", "high", "standing", "failed runs")
+ORDER = "Laws stand in the order of their mean ranks."
+ROUNDING = 1e-9  # by which probabilities may miss a sum of 1
 
 
 @door
@@ -48,7 +51,6 @@ def standings_figure(
     LookupError
         If `asked` is none of the statistics.
     """
-    check_phrase("standings_figure(caption)", caption)
     laws, statistics = _common(comparisons)
     known(asked, statistics, "statistics")
     order = (asked, *(words for words in statistics if words != asked))
@@ -200,3 +202,56 @@ def _rows(words: str, scenario: str, one: Comparison) -> list[tuple[Cell, ...]]:
         )
         for i, law in enumerate(one.paired.laws)
     ]
+
+
+@door
+def rank_figure(name: str, caption: Phrase, ranks: Mapping[str, Array], note: Phrase) -> Figure:
+    """A bar a law, cut into the probabilities of its ranks, the first the darkest; the least mean rank on top.
+
+    Parameters
+    ----------
+    ranks
+        By law, the probability of each rank from the first, (L,), which add up to 1.
+    note
+        Draws, failed runs, seed and step error.
+
+    Raises
+    ------
+    ValueError
+        If the note is empty, or these are no probabilities.
+    """
+    if not ranks:
+        raise refusal("rank_figure(ranks=...)", "the probabilities of each law's ranks", ranks)
+    held = np.array([_checked(law, row, ranks) for law, row in ranks.items()])
+    order = np.argsort(held @ np.arange(1, held.shape[1] + 1), kind="stable")
+    laws, held = [list(ranks)[i] for i in order], held[order]
+    ends = np.minimum(held.cumsum(axis=1), 1.0)
+    bars = tuple(
+        Bars(
+            f"rank {place + 1}",
+            np.arange(len(laws), dtype=float),
+            ends[:, place],
+            ends[:, place] - held[:, place],
+            shade=_shade(place, held.shape[1]),
+            texts=tuple(f"{100 * part:.0f} %" for part in held[:, place]),
+        )
+        for place in range(held.shape[1])
+    )
+    panel = Panel("", bars, xlabel="probability", xlim=(0.0, 1.0), ynames=tuple(laws))
+    rows = tuple((law, *map(float, row)) for law, row in zip(laws, held, strict=True))
+    heads = (Column("law"), *(Column(f"rank {place + 1}") for place in range(held.shape[1])))
+    return Figure(
+        name, captioned("rank_figure", caption, note, ORDER), (panel,), numbers=Table(name, caption, heads, rows)
+    )
+
+
+def _shade(place: int, places: int) -> float:
+    return 1.0 - 0.94 * place / max(1, places - 1)
+
+
+def _checked(law: str, row: Array, ranks: Mapping[str, Array]) -> Array:
+    shapes = {other.shape for other in ranks.values()}
+    if len(shapes) > 1 or row.ndim != 1 or not (row >= 0).all() or not abs(row.sum() - 1) <= ROUNDING:
+        must = "the probability of each rank from the first, as many for each law, which add up to 1"
+        raise refusal(f"rank_figure(ranks={{'{law}': ...}})", must, row.tolist())
+    return row

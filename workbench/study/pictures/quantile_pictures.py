@@ -1,4 +1,4 @@
-"""Quantile bands: between which quantiles the runs of laws lie over time."""
+"""Quantiles as pictures: the bands between which the runs of laws lie over time."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from typing import Literal
 
 import numpy as np
 
-from workbench.study.document.cells import Column, Phrase, Table
-from workbench.study.document.curves import STYLES, Array
-from workbench.study.document.document import Band, Figure, Label, Panel, Series
-from workbench.study.pictures.parts import by_law, captioned, number, scale_of, stretches, times_of
+from workbench.study.document.figure import Figure, Panel
+from workbench.study.document.figure_marks import STYLES, Band, Label, Series
+from workbench.study.document.phrases import Column, Phrase, Table
+from workbench.study.pictures.captions import captioned, number, scale_of, stretches, times_of
 from workbench.study.uncertainty.quantiles import Quantiles
+from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 
 TOGETHER = 3  # laws whose bands still can be told apart in one panel
@@ -47,9 +48,13 @@ def quantile_bands(
     ValueError
         If the note is empty, there is not one time for each output, or the levels differ.
     """
-    held = _bands(bands)
-    times = times_of("quantile_bands", t, len(next(iter(held.values())).names))
-    (levels,) = {one.levels for one in held.values()}
+    if len({(one.levels, len(one.names)) for one in bands.values()}) != 1:
+        raise ValueError(
+            "`quantile_bands(bands=...)` needs a law or more, all with the same levels and times, to compare them."
+        )
+    held = dict(bands)
+    first = next(iter(held.values()))
+    times, levels = times_of("quantile_bands", t, len(first.names)), first.levels
     marks = {law: _band(law, times, one, k % STYLES) for k, (law, one) in enumerate(held.items())}
     scale, limits = _scale(list(held.values()))
     if len(held) <= TOGETHER:
@@ -64,13 +69,6 @@ def quantile_bands(
         columns=1 if len(panels) == 1 else 2,
         numbers=_numbers(name, caption, times, held),
     )
-
-
-def _bands(bands: Mapping[str, Quantiles]) -> dict[str, Quantiles]:
-    held: dict[str, Quantiles] = by_law("quantile_bands", "bands", bands)
-    if len({(one.levels, len(one.names)) for one in held.values()}) > 1:
-        raise ValueError("`quantile_bands(bands=...)` needs the same levels and times for all laws, to compare them.")
-    return held
 
 
 def _band(law: str, t: Array, one: Quantiles, style: int) -> list[Series | Band]:

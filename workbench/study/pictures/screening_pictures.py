@@ -1,4 +1,4 @@
-"""Morris plane: how large the effects of each factor are, mu*, against how much they change, sigma."""
+"""Screening of factors as pictures: the plane of Morris's effects, and tornadoes of one factor at a time."""
 
 from __future__ import annotations
 
@@ -8,12 +8,23 @@ from typing import Literal
 import numpy as np
 
 from workbench.notation.formula import Relation, Symbol
-from workbench.study.document.cells import Column, Phrase, Table, parts
-from workbench.study.document.curves import Array, Label
-from workbench.study.document.document import Figure, Panel, Points, Series
-from workbench.study.pictures.parts import BEYOND, DECADE, Labels, captioned, each, number, refusals, with_unit, written
-from workbench.study.uncertainty.effects import MorrisEffects
+from workbench.study.document.figure import Figure, Panel
+from workbench.study.document.figure_marks import Bars, Label, Points, Series
+from workbench.study.document.phrases import Column, Phrase, Table, parts
+from workbench.study.pictures.captions import (
+    BEYOND,
+    DECADE,
+    Labels,
+    captioned,
+    each,
+    label_of,
+    number,
+    refusals,
+    with_unit,
+)
+from workbench.study.uncertainty.effects import MorrisEffects, Tornado
 from workbench.study.uncertainty.outputs import Estimate
+from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 
 MU_STAR, SIGMA = Symbol("mu", mark="*"), Symbol("sigma")
@@ -24,6 +35,7 @@ LETTERS = 200  # of names that the plane has room for
 FLOOR = 1e-3  # of the largest number of a logarithmic axis, where it begins
 
 LOGARITHMIC = "Both axes are logarithmic, as a few factors are more than ten times the median."
+LEVEL = 0.36  # of a row: the thickness of the bar of one level
 
 
 @door
@@ -44,7 +56,7 @@ def morris_plane(
     unit
         Of the output.
     labels
-        How factors and outputs are written, by their names; as they stand where it does not say.
+        The labels of factors and outputs by their names; others are written as they stand.
 
     Raises
     ------
@@ -53,12 +65,12 @@ def morris_plane(
     """
     single = each(effects)
     names, key = _names(single[0], labels)
-    titles = [written(one.names[0], labels) if len(effects.names) > 1 else "" for one in single]
+    titles = [label_of(one.names[0], labels) if len(effects.names) > 1 else "" for one in single]
     log = any(map(_uneven, single))
     panels = tuple(_panel(one, unit, names, title, log) for one, title in zip(single, titles, strict=True))
     near = [_below(panel) if log else _near(panel, names) for panel in panels]
     where = f"Below {FLOOR:g} of the largest number" if log else "Next to 0"
-    said = (*([LOGARITHMIC] * log), *_said_near(near, names, where), *([BEYOND] * any(map(_goes_on, panels))))
+    said = (*([LOGARITHMIC] * log), *_named_near(near, names, where), *([BEYOND] * any(map(_goes_on, panels))))
     return Figure(
         name,
         captioned("morris_plane", caption, note, *refusals(effects), *key, *said),
@@ -68,7 +80,7 @@ def morris_plane(
 
 
 def _uneven(effects: MorrisEffects) -> bool:
-    """Whether a few factors are so much larger than most that they would set the scale alone."""
+    """True if a few factors are so much larger than most that they would set the scale alone."""
     largest = float(effects.mu_star.value.max())
     sizes = [part.value[part.value > LEAST * FLOOR * largest] for part in (effects.mu_star, effects.sigma)]
     return any(len(size) > 2 and float(size.max()) > DECADE * float(np.median(size)) for size in sizes)
@@ -76,23 +88,24 @@ def _uneven(effects: MorrisEffects) -> bool:
 
 def _below(panel: Panel) -> list[int]:
     """The factors that a logarithmic axis leaves out."""
+    return np.flatnonzero(np.isnan(_points(panel).x)).tolist()
+
+
+def _points(panel: Panel) -> Points:
     points = panel.series[0]
     assert isinstance(points, Points)
-    return np.flatnonzero(np.isnan(np.asarray(points.x))).tolist()
+    return points
 
 
 def _near(panel: Panel, names: tuple[Label, ...]) -> list[int]:
     """The factors that crowd next to 0, two or more, where names would hide one another."""
-    points = panel.series[0]
-    assert isinstance(points, Points)
-    shares = [
-        np.asarray(part) / (lim or (0.0, 1.0))[1] for part, lim in ((points.x, panel.xlim), (points.y, panel.ylim))
-    ]
+    points = _points(panel)
+    shares = [part / (lim or (0.0, 1.0))[1] for part, lim in ((points.x, panel.xlim), (points.y, panel.ylim))]
     near = np.flatnonzero(np.max(shares, axis=0) < NEAR).tolist()
     return near if 2 <= len(near) < len(names) else []
 
 
-def _said_near(near: list[list[int]], names: tuple[Label, ...], where: str) -> tuple[Phrase, ...]:
+def _named_near(near: list[list[int]], names: tuple[Label, ...], where: str) -> tuple[Phrase, ...]:
     """A sentence for each panel whose smallest factors are named here."""
     said: list[Phrase] = []
     for letter, places in zip("abcdefghijklmnopqrstuvwxyz", near, strict=False):
@@ -104,25 +117,23 @@ def _said_near(near: list[list[int]], names: tuple[Label, ...], where: str) -> t
 
 def _without(panel: Panel, places: list[int]) -> Panel:
     """A panel whose points at these places have no name."""
-    points = panel.series[0]
-    assert isinstance(points, Points)
+    points = _points(panel)
     names = tuple("" if i in places else name for i, name in enumerate(points.names))
     return replace(panel, series=(replace(points, names=names), *panel.series[1:]))
 
 
 def _goes_on(panel: Panel) -> bool:
-    """Whether an interval reaches beyond the axes."""
+    """True if an interval reaches beyond the axes."""
     assert panel.xlim is not None
     assert panel.ylim is not None
-    points = panel.series[0]
-    assert isinstance(points, Points)
+    points = _points(panel)
     ends = ((points.xlow, points.xhigh, panel.xlim), (points.ylow, points.yhigh, panel.ylim))
     return any(bool((np.asarray(low) < lim[0]).any() or (np.asarray(high) > lim[1]).any()) for low, high, lim in ends)
 
 
 def _names(effects: MorrisEffects, labels: Labels) -> tuple[tuple[Label, ...], tuple[Phrase, ...]]:
     """The names beside the points, or their numbers by falling mu*, with a key, where names would cover the plane."""
-    names = tuple(written(factor, labels) for factor in effects.factors)
+    names = tuple(label_of(factor, labels) for factor in effects.factors)
     if sum(map(_letters, names)) <= LETTERS:
         return names, ()
     order = np.argsort(-effects.mu_star.value, kind="stable").tolist()
@@ -179,3 +190,70 @@ def _numbers(name: str, caption: Phrase, single: list[MorrisEffects], unit: str)
             rows.append((one.names[0], one.factors[i], *(number(value) for pair in moments for value in pair)))
     heads = [Column(head, unit) for kind in ("mu*", "sigma", "mu") for head in (kind, f"{kind} (half-interval)")]
     return Table(name, caption, (Column("output"), Column("factor"), *heads), tuple(rows))
+
+
+@door
+def tornado_figure(
+    name: str, caption: Phrase, tornado: Tornado, note: Phrase, unit: str = "", *, labels: Labels = None
+) -> Figure:
+    """Two bars a factor from the output of the base: its lowest level above, its highest below.
+
+    So both are seen where they lie on the same side of the base. Several outputs have a panel each, with an order of
+    its own.
+
+    Parameters
+    ----------
+    note
+        Runs, failed runs, seed and step error, as `sample.note_of(metric, joint)` says them.
+    unit
+        Of the output.
+    labels
+        The labels of factors and outputs by their names; others are written as they stand.
+
+    Raises
+    ------
+    ValueError
+        If the note is empty.
+    """
+    single = each(tornado)
+    return Figure(
+        name,
+        captioned("tornado_figure", caption, note, *refusals(tornado)),
+        tuple(_bars(one, unit, labels) for one in single),
+        numbers=_swings(name, caption, single, unit),
+    )
+
+
+def _bars(tornado: Tornado, unit: str, labels: Labels) -> Panel:
+    order, base = tornado.order, float(tornado.base)
+    lowest, highest = int(np.argmin(tornado.levels)), int(np.argmax(tornado.levels))
+    rows, moved = np.arange(len(order), dtype=float), tornado.moved[order]
+    start = np.full(len(order), base)
+    both = ((lowest, -LEVEL / 2, 0.25), (highest, LEVEL / 2, 1.0))
+    marks = tuple(
+        Bars(_level(tornado.levels[k]), rows + aside, moved[:, k], start, shade=shade, thick=LEVEL)
+        for k, aside, shade in both[lowest == highest :]  # one level alone has one bar
+    )
+    return Panel(
+        "",
+        marks,
+        xlabel=with_unit(label_of(tornado.names[0], labels), unit),
+        vlines=(base,),
+        ynames=tuple(label_of(tornado.factors[i], labels) for i in order),
+    )
+
+
+def _level(level: float) -> str:
+    ends = {0.0: "at the low end of its range", 1.0: "at the high end of its range"}
+    return ends.get(float(level), f"at its {100 * level:g} % quantile")
+
+
+def _swings(name: str, caption: Phrase, tornados: list[Tornado], unit: str) -> Table:
+    rows = [
+        (one.names[0], one.factors[i], number(float(one.base)), *map(number, one.moved[i]), number(one.swing[i]))
+        for one in tornados
+        for i in one.order
+    ]
+    levels = [Column(_level(level), unit) for level in tornados[0].levels]
+    head = (Column("output"), Column("factor"), Column("base", unit), *levels, Column("swing", unit))
+    return Table(name, caption, head, tuple(rows))

@@ -1,4 +1,4 @@
-"""What all pictures share: captions that end with their note, names as they are written, and numbers for a file."""
+"""The common parts of pictures: captions that end with their note, labels, scales, and numbers for a file."""
 
 from __future__ import annotations
 
@@ -7,25 +7,21 @@ from typing import Literal, TypeAlias, TypeVar
 
 import numpy as np
 
-from workbench.study.document.cells import Cell, Part, Phrase, check_phrase, parts, raised
-from workbench.study.document.curves import Array, Label
-from workbench.study.uncertainty.effects import MorrisEffects
+from workbench.study.document.figure_marks import Label
+from workbench.study.document.phrases import Part, Phrase, parts, raised
+from workbench.study.uncertainty.effects import MorrisEffects, Tornado
 from workbench.study.uncertainty.indices import SobolIndices
-from workbench.study.uncertainty.outputs import Estimate, check_size
-from workbench.study.uncertainty.tornado import Tornado
-from workbench.validation.refusals import Integers
+from workbench.study.uncertainty.outputs import Estimate
+from workbench.validation.refusals import Array, Integers, refusal
 
 Labels: TypeAlias = Mapping[str, Label] | None
 DECADE = 10.0  # the ratio of the largest number to the least from which on an axis is logarithmic
 BEYOND = "An interval with an arrow goes on beyond the axes."
-Given = TypeVar("Given")
 Found = TypeVar("Found", SobolIndices, MorrisEffects, Tornado)
 
 
 def captioned(call: str, caption: Phrase, note: Phrase, *remarks: Phrase) -> Phrase:
     """A caption with what must be said of the picture and, last, its note: runs, failed runs, seed, step error."""
-    check_phrase(f"{call}(caption)", caption)
-    check_phrase(f"{call}(note=...)", note)
     if not any(part.strip() if isinstance(part, str) else True for part in parts(note)):
         raise ValueError(
             f"`{call}(note=...)` must say how many runs a figure shows, how many of them failed, their seed and their "
@@ -42,13 +38,13 @@ def _sentence(phrase: Phrase) -> tuple[Part, ...]:
     return parts(phrase) if ended else (*parts(phrase), ".")
 
 
-def written(name: str, labels: Labels) -> Label:
-    """How a factor or an output is written: as `labels` has it, or else as it stands."""
+def label_of(name: str, labels: Labels) -> Label:
+    """The label of a factor or an output: that of `labels`, or else its name."""
     return (labels or {}).get(name, name)
 
 
 def with_unit(name: Label, unit: str) -> Label:
-    """What an axis shows, with its unit in brackets."""
+    """The label of an axis, with its unit in brackets."""
     own = name if isinstance(name, tuple) else (name,)
     return (*own, f" [{raised(unit)}]") if unit not in ("", "1") else own
 
@@ -76,35 +72,16 @@ def stretches(curve: Array) -> list[Integers]:
     return [part for part in np.split(known, np.flatnonzero(np.diff(known) > 1) + 1) if part.size]
 
 
-def number(value: float) -> Cell:
+def number(value: float) -> float | None:
     """A number for a file; a dash for what is not known."""
     return None if np.isnan(value) else float(value)
-
-
-def require_array(call: str, array: Array, *, columns: int | None = None) -> Array:
-    """An array that is not empty; with so many columns, if they are counted."""
-    check_size(call, array, infinite=True)
-    if not array.size or (columns is not None and (array.ndim != 2 or array.shape[1] != columns)):
-        shape = "at least one number" if columns is None else f"an array (B, {columns}) of numbers, B >= 1"
-        raise ValueError(f"`{call}` must be {shape}; got the shape {array.shape}.")
-    return array
 
 
 def times_of(call: str, t: Array, outputs: int) -> Array:
     """The times of outputs, one each."""
     if t.shape != (outputs,) or not np.isfinite(t).all():
-        beyond = ", not all finite" if t.shape == (outputs,) else ""
-        raise ValueError(
-            f"`{call}(t)` must be the time of each of the {outputs} outputs; got the shape {t.shape}{beyond}."
-        )
+        raise refusal(f"{call}(t)", f"the finite time of each of the {outputs} outputs", t)
     return t
-
-
-def by_law(call: str, argument: str, given: Mapping[str, Given]) -> dict[str, Given]:
-    """What is given for each law, one at least."""
-    if not given:
-        raise ValueError(f"`{call}({argument}=...)` must map each law to its numbers; got none.")
-    return dict(given)
 
 
 def scale_of(values: Array) -> Literal["linear", "log"]:

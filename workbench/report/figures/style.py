@@ -1,4 +1,4 @@
-"""How figures look: sizes, letters, and a line for each law that black and white can tell apart."""
+"""The look of figures: sizes, letters, and a line for each law that black and white can tell apart."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 
-from workbench.study.document.curves import Array, Band, Series, Style
-from workbench.study.document.document import Figure
-from workbench.study.document.panel import Panel
-from workbench.study.document.shapes import Bars, HeatMap, Tiles
+from workbench.study.document.figure import Figure, Panel
+from workbench.study.document.figure_marks import Band, Bars, HeatMap, Series, Style, Tiles
+from workbench.validation.refusals import Array
 
 WIDTH = 6.3  # inches: the text width of an A4 page with margins of 25 mm
 LETTERS, SMALL_LETTERS, LEGEND_LETTERS = 9.0, 8.0, 8.5  # points
@@ -23,49 +22,13 @@ TITLE = 4.0  # points from a title to its panel
 POINTS = 600  # drawn of one series; all series of a figure share BUDGET points
 BUDGET = 5400
 
-# All that is asked of matplotlib; the rest is its default.
+# All that is asked of matplotlib, which makes letters and numbers; the rest is its default.
 RULES: Any = {
     "font.family": "STIXGeneral",
-    "font.size": LETTERS,
     "mathtext.fontset": "stix",
-    "axes.titlesize": LETTERS,
-    "axes.labelsize": LETTERS,
-    "axes.linewidth": 0.5,
-    "axes.titlepad": TITLE,
-    "axes.labelpad": LABEL,
-    "axes.xmargin": 0,
     "axes.formatter.use_mathtext": True,
     "axes.formatter.limits": (-3, 4),
-    "axes.unicode_minus": True,
-    "axes.axisbelow": True,
-    "axes.grid": True,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "grid.color": "#dddddd",
-    "grid.linewidth": 0.4,
-    "xtick.labelsize": SMALL_LETTERS,
-    "ytick.labelsize": SMALL_LETTERS,
-    "xtick.direction": "out",
-    "ytick.direction": "out",
-    "xtick.major.width": 0.5,
-    "ytick.major.width": 0.5,
-    "xtick.minor.width": 0.4,
-    "ytick.minor.width": 0.4,
-    "xtick.major.size": TICK,
-    "ytick.major.size": TICK,
-    "xtick.major.pad": PAD,
-    "ytick.major.pad": PAD,
-    "legend.fontsize": LEGEND_LETTERS,
-    "legend.frameon": False,
-    "legend.handlelength": 2.8,
-    "legend.handletextpad": 0.5,
-    "legend.columnspacing": 1.3,
-    "legend.borderaxespad": 0.2,
-    "lines.dash_capstyle": "butt",
-    "path.simplify": True,
-    "svg.fonttype": "path",
     "svg.hashsalt": "control-workbench",
-    "text.usetex": False,
 }
 
 # Okabe and Ito's colours without their yellow, which no paper shows, and four darker ones; each with a dash and a width
@@ -81,23 +44,12 @@ LINES: dict[Style, dict[str, Any]] = {
     7: {"color": "#777777", "linestyle": (0, (6, 1.4, 1.2, 1.4, 1.2, 1.4)), "linewidth": 1.1, "marker": "*"},
     8: {"color": "#882255", "linestyle": (0, (1.2, 2.4)), "linewidth": 1.4, "marker": "p"},
     9: {"color": "#332288", "linestyle": (0, (9, 1.4, 3, 1.4)), "linewidth": 1.1, "marker": "<"},
-    10: {
-        "color": "#7A4A00",
-        "linestyle": (0, (3.5, *7 * (1.2,))),
-        "linewidth": 1.1,
-        "marker": ">",
-    },
+    10: {"color": "#7A4A00", "linestyle": (0, (3.5, *7 * (1.2,))), "linewidth": 1.1, "marker": ">"},
     11: {"color": "#6B6B00", "linestyle": (0, (4, 3)), "linewidth": 1.3, "marker": "h"},
     "reference": {"color": "#b4b4b4", "linestyle": "-", "linewidth": 3.0, "marker": "o"},
     "bound": {"color": "#000000", "linestyle": (0, (1, 2)), "linewidth": 0.9, "marker": "_"},
 }
-MARKS: dict[str, Any] = {
-    "linestyle": "none",
-    "markersize": 3.8,
-    "markerfacecolor": "none",
-    "markeredgewidth": 0.8,
-}
-
+MARKS: dict[str, Any] = {"markersize": 3.8, "markeredgewidth": 0.8}
 POINTS_LOOK: dict[str, Any] = {"markersize": 4.2, "markeredgewidth": 1.2}
 GREY = "#aaaaaa"  # the lines between cells
 NAMED = 0.36  # of a figure's width, at most, for the names of its rows
@@ -105,7 +57,7 @@ NAMED = 0.36  # of a figure's width, at most, for the names of its rows
 
 @contextmanager
 def house_style() -> Iterator[None]:
-    """Our rules and nobody else's: what a machine's own settings of matplotlib say is put aside."""
+    """The rules of this file for matplotlib, whatever a machine's own settings say."""
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(RULES)
@@ -113,23 +65,23 @@ def house_style() -> Iterator[None]:
 
 
 def points_of(figure: Figure) -> int:
-    """How many points of each series are drawn."""
+    """The number of points that are drawn of each series."""
     series = sum(len(panel.series) for panel in figure.panels)
     return max(120, min(POINTS, BUDGET // series))
 
 
 def shares_abscissa(figure: Figure) -> bool:
-    """Whether all panels have the same abscissa, which is then named below the last row alone."""
+    """True if all panels have the same abscissa, which is then named below the last row alone."""
     return len({(str(panel.xlabel), panel.xlim, panel.xscale) for panel in figure.panels}) == 1
 
 
 def shares_rows(figure: Figure) -> bool:
-    """Whether all panels name the same rows, which is then done beside the first column alone."""
+    """True if all panels name the same rows, which is then done beside the first column alone."""
     return len({str(panel.ynames) for panel in figure.panels}) == 1
 
 
 def column_of(figure: Figure, i: int) -> int:
-    """In which column a panel stands."""
+    """The column in which a panel stands."""
     return (i - figure.lead) % figure.columns if i or not figure.lead else 0
 
 
@@ -140,7 +92,7 @@ def below(figure: Figure, i: int) -> Panel | None:
 
 
 def layer_of(i: int, panel: Panel) -> float:
-    """Where a mark lies: what is wanted below all laws, what is promised above them, the first law on top.
+    """The layer of a mark: what is wanted below all laws, what is promised above them, the first law on top.
 
     Areas lie below lines.
     """
@@ -150,7 +102,7 @@ def layer_of(i: int, panel: Panel) -> float:
 
 
 def chatters(y: Array) -> bool:
-    """Whether a thinned curve covers its own range many times over."""
+    """True if a thinned curve covers its own range many times over."""
     numbers = y[np.isfinite(y)]
     return len(numbers) > 100 and bool(np.abs(np.diff(numbers)).sum() > 20 * np.ptp(numbers))
 
@@ -162,5 +114,5 @@ def line_of(series: Series, y: Array) -> dict[str, Any]:
 
 
 def letter_of(figure: Figure, i: int) -> str:
-    """What tells a panel from the others: '(a)'; a single panel needs no letter."""
+    """The letter of a panel: '(a)'; a single panel needs no letter."""
     return f"({'abcdefghijklmnopqrstuvwxyz'[i % 26]})" if len(figure.panels) > 1 else ""

@@ -1,20 +1,22 @@
 """A figure drawn on a sheet: the legend, below it the panels, as large as the letters around them allow.
 
-Matplotlib makes letters and lines, and says where the marks of a ruler are; its axes, which `plot` uses, would
-take ten times as long.
+Matplotlib makes letters and lines, and says where the marks of a ruler are; its axes would take ten times as long.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.report.cleaning import cleaned
-from workbench.report.figures.labels import extent, written
-from workbench.report.figures.legend import across, entries
-from workbench.report.figures.looks import (
+from workbench.report.figures.axes import draw_axes, draw_curves, draw_sample
+from workbench.report.figures.curves import drawn_points
+from workbench.report.figures.labels import extent, mathtext
+from workbench.report.figures.pen import Box, Pen
+from workbench.report.figures.rulers import Ruler, Ticks, led, rulers, size_of
+from workbench.report.figures.style import (
     LABEL,
     LEGEND_LETTERS,
     LETTERS,
@@ -22,22 +24,15 @@ from workbench.report.figures.looks import (
     SMALL_LETTERS,
     TICK,
     TITLE,
+    WIDTH,
     below,
     house_style,
     letter_of,
-    points_of,
     shares_abscissa,
 )
-from workbench.report.figures.panel import draw_axes, draw_curves, draw_sample
-from workbench.report.figures.pen import Box, Pen
-from workbench.report.figures.ruler import Ruler, Ticks
-from workbench.report.figures.rulers import rulers
-from workbench.report.figures.sizes import led, size_of
-from workbench.report.thinning import thinned, windowed
-from workbench.study.document.curves import Array, Band, Series
-from workbench.study.document.document import Figure
-from workbench.study.document.panel import Panel
-from workbench.study.document.shapes import Mark
+from workbench.study.document.figure import Figure, Panel
+from workbench.study.document.figure_marks import Mark, Tiles
+from workbench.validation.refusals import Array
 
 EDGE = 4.0  # points around each panel with all its letters
 
@@ -67,7 +62,7 @@ def draw(figure: Figure) -> str:
 def draw_all(figures: Iterable[Figure]) -> dict[str, str]:
     """Figures by their names, as `draw` makes them."""
     with house_style():
-        return {figure.name: _draw(cleaned(figure)) for figure in figures}
+        return {figure.name: _draw(figure) for figure in figures}
 
 
 def _draw(figure: Figure) -> str:
@@ -85,20 +80,15 @@ def _draw(figure: Figure) -> str:
 
 def _plate(figure: Figure, i: int) -> Plate:
     panel = figure.panels[i]
-    curves = tuple(_drawn(mark, panel, points_of(figure)) for mark in panel.series)
+    curves = tuple(drawn_points(mark, panel, figure) for mark in panel.series)
     return Plate(
         panel,
         curves,
         *rulers(figure, i, curves),
-        f"{letter_of(figure, i)} {written(panel.title)}".strip(),
-        written(panel.xlabel) if below(figure, i) is None or not shares_abscissa(figure) else "",
-        written(panel.ylabel),
+        f"{letter_of(figure, i)} {mathtext(panel.title)}".strip(),
+        mathtext(panel.xlabel) if below(figure, i) is None or not shares_abscissa(figure) else "",
+        mathtext(panel.ylabel),
     )
-
-
-def _drawn(mark: Mark, panel: Panel, points: int) -> tuple[Array, ...]:
-    """The points of a curve that are drawn; what is no curve has none."""
-    return thinned(windowed(mark.curves, panel.xlim), points) if isinstance(mark, Series | Band) else ()
 
 
 def _placed(
@@ -144,7 +134,7 @@ def _left(plate: Plate, ticks: Ticks) -> float:
 
 
 def _right(plate: Plate, ticks: Ticks, width: float) -> float:
-    """How far the last number stands out beyond the end of its ruler."""
+    """The length by which the last number stands out beyond the end of its ruler."""
     last = extent(ticks.numbers[-1], SMALL_LETTERS).width if ticks.numbers and not ticks.named else 0.0
     return EDGE + max(0.0, last / 2 - width * float(1 - plate.x.share(ticks.places[-1:]).sum()))
 
@@ -155,7 +145,7 @@ def _above(plate: Plate, ticks: Ticks) -> float:
 
 
 def _lift(ticks: Ticks) -> float:
-    """How far a title stands clear of the power of ten at the ordinate."""
+    """The height by which a title stands clear of the power of ten at the ordinate."""
     return 3 + extent(ticks.power, SMALL_LETTERS).ascent if ticks.power else 0.0
 
 
@@ -175,10 +165,10 @@ def _write_labels(pen: Pen, plate: Plate, box: Box, ticks: tuple[Ticks, Ticks]) 
 
 def _draw_legend(pen: Pen, figure: Figure, width: float, height: float) -> float:
     """The legend at the top of the sheet, row by row; returns its height in points."""
-    names = entries(figure)
+    names = _entries(figure)
     if not names:
         return 0.0
-    size, columns = LEGEND_LETTERS, across(names)
+    size, columns = LEGEND_LETTERS, _across(names)
     handle, gap, between = 2.8 * size, 0.5 * size, 1.3 * size
     widths = [max(extent(name, size).width for name in list(names)[j::columns]) for j in range(columns)]
     line = max(extent(name, size).height for name in names) + 0.5 * size
@@ -190,3 +180,21 @@ def _draw_legend(pen: Pen, figure: Figure, width: float, height: float) -> float
         draw_sample(pen, series, Box(x, y, handle, 0.7 * size))
         pen.words(name, x + handle + gap, y, size)
     return 0.6 * size + -(-len(names) // columns) * line
+
+
+def _entries(figure: Figure) -> dict[str, Mark]:
+    """Each name with the first series of that name; what is named by the title of its panel needs no line in it."""
+    found: dict[str, Mark] = {}
+    for panel in figure.panels:
+        for series in panel.series:
+            for mark in series.keys if isinstance(series, Tiles) and series.keys else (series,):
+                if mark.label and mark.label != panel.title:
+                    found.setdefault(mathtext(mark.label), mark)
+    return found
+
+
+def _across(names: dict[str, Mark]) -> int:
+    """The number of names that stand side by side."""
+    letters = [len(re.sub(r"[\\${}]", "", name)) for name in names]
+    rows = -(-sum(0.065 * n + 0.5 for n in letters) // WIDTH)
+    return -(-len(names) // int(rows))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.study.uncertainty.design import MARGIN, AbstractDesign, span
+from workbench.study.uncertainty.designs import MARGIN, AbstractDesign, span
 from workbench.validation.refusals import Array, seed, whole
 from workbench.validation.signatures import door
 
@@ -59,12 +59,12 @@ class SobolDesign(AbstractDesign):
 
     @property
     def block(self) -> int:
-        """How many runs belong to one pair of points."""
+        """The number of runs of one pair of points."""
         return 2 + (2 if self.second_order else 1) * self.dimensions
 
     @property
     def size(self) -> int:
-        """How many runs."""
+        """The number of runs."""
         return self.base * self.block
 
     def points(self, first: int = 0, last: int | None = None) -> Array:

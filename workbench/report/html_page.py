@@ -14,11 +14,10 @@ import jinja2
 from markupsafe import Markup, escape
 
 from workbench.notation import mathml
-from workbench.report.cleaning import cleaned
-from workbench.report.figures import drawn
-from workbench.report.numbers import Printed
+from workbench.report.figures import drawings as drawings_of
+from workbench.report.number_text import Printed
 from workbench.report.outline import Placed, chapters, labels, named, notes, provenance
-from workbench.report.tables import Shown, alignments, grid, plain, short_columns, unit_of
+from workbench.report.table_text import Shown, alignments, grid, plain, short_columns, unit_of
 from workbench.study.document.document import Code, Document, Part, Phrase, Reference, Strong, Table, parts
 
 GENERATOR = "control-workbench"
@@ -33,12 +32,11 @@ def html(document: Document, drawings: dict[str, str] | None = None) -> str:
     document
         What to print; every text of it is printed as text, whatever it holds.
     drawings
-        The SVG text of each figure by name, where it has been drawn already.
+        The SVG text of each figure by its name, if it has been drawn already.
     """
-    document = cleaned(document)
     template = _environment().get_template("page.html.j2")
     writer = _Writer(labels(document))
-    figures = drawings or drawn(document)
+    figures = drawings or drawings_of(document)
     return template.render(
         document=document,
         chapters=chapters(document),

@@ -11,10 +11,8 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from workbench.notation import latex, text
-from workbench.report.cleaning import cleaned
-from workbench.report.numbers import Padding, Printed, measured, paddings, printed
-from workbench.study.document.cells import raised
-from workbench.study.document.document import (
+from workbench.report.number_text import Padding, Printed, measured, paddings, printed
+from workbench.study.document.phrases import (
     Cell,
     Code,
     Column,
@@ -27,7 +25,9 @@ from workbench.study.document.document import (
     Strong,
     Table,
     Value,
+    bare,
     parts,
+    raised,
 )
 from workbench.study.export import spreadsheet_text
 
@@ -56,7 +56,7 @@ def grid(table: Table) -> list[list[Shown]]:
 
 def _printed_column(cells: list[Cell], column: Column) -> list[Shown]:
     """Numbers that came as text are aligned like numbers, but not among words: those stay a column of text."""
-    values = [_bare(cell) for cell in cells]
+    values = [bare(cell) for cell in cells]
     typed = all(_read(v) if isinstance(v, str) else v is None or isinstance(v, Diverged) for v in values)
     numeric = typed or any(isinstance(v, int | float | Measured) and not isinstance(v, bool) for v in values)
     contents = [_printed_value(value, column.digits, numeric) for value in values]
@@ -69,10 +69,6 @@ def _printed_column(cells: list[Cell], column: Column) -> list[Shown]:
         )
         for content, cell in zip(contents, cells, strict=True)
     ]
-
-
-def _bare(cell: Cell) -> Value:
-    return cell.cell if isinstance(cell, Emphasis) else cell
 
 
 def _printed_value(value: Value, digits: int | None, numeric: bool) -> Printed | Phrase:
@@ -130,7 +126,7 @@ def length(shown: Shown) -> int:
 
 def measures(table: Table) -> bool:
     """Whether a table holds measured values, whose brackets must be explained once."""
-    return any(isinstance(_bare(cell), Measured) for row in table.rows for cell in row)
+    return any(isinstance(bare(cell), Measured) for row in table.rows for cell in row)
 
 
 def unit_of(column: Column) -> str:
@@ -162,10 +158,9 @@ def to_csv(table: Table) -> str:
     A cell that does not exist is empty, one of a diverged run says so in words. No text is run as a formula: see
     `spreadsheet_text`.
     """
-    table = cleaned(table)
     out = io.StringIO()
     writer = csv.writer(out)
-    paired = [any(isinstance(_bare(row[i]), Measured) for row in table.rows) for i in range(len(table.columns))]
+    paired = [any(isinstance(bare(row[i]), Measured) for row in table.rows) for i in range(len(table.columns))]
     head: list[str] = []
     for column, pair in zip(table.columns, paired, strict=True):
         name, unit = plain(column.header), f" {unit_of(column)}".rstrip()
@@ -178,7 +173,7 @@ def to_csv(table: Table) -> str:
 
 def _fields(cell: Cell, pair: bool) -> list[str]:
     """One field of a CSV, or two where the column holds errors."""
-    value = _bare(cell)
+    value = bare(cell)
     error = ""
     match value:
         case None:
@@ -201,7 +196,6 @@ def to_latex(table: Table) -> str:
 
     It needs `\usepackage{booktabs}`, and `\usepackage{amsmath}` if a cell holds a matrix.
     """
-    table = cleaned(table)
     notes = (BRACKETS, *table.notes) if measures(table) else table.notes
     letters = "".join({"left": "l", "center": "c", "right": "r"}[a] for a in alignments(table))
     lines = [

@@ -1,4 +1,4 @@
-"""Bars, points with names and maps of cells, drawn by the pen."""
+"""Bars, and points with names, drawn by the pen."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import to_hex, to_rgb
 
-from workbench.report.figures.labels import extent, written
-from workbench.report.figures.looks import GREY, LINES, POINTS_LOOK, SMALL_LETTERS
+from workbench.report.figures.labels import extent, mathtext
 from workbench.report.figures.pen import INK, Box, Pen
 from workbench.report.figures.placing import FAR, placed
-from workbench.report.figures.ruler import Ruler
-from workbench.study.document.curves import Array, Style
-from workbench.study.document.shapes import Bars, HeatMap, Points
+from workbench.report.figures.rulers import Ruler
+from workbench.report.figures.style import LINES, POINTS_LOOK, SMALL_LETTERS
+from workbench.study.document.figure_marks import Bars, Points, Style
+from workbench.validation.refusals import Array
 
 CAP = 2.0  # points: half of the mark at the end of an interval
 ARROW = 3.5  # points: the arrow of an interval that goes on beyond the panel
@@ -22,7 +22,6 @@ WHISKER: dict[str, Any] = {"color": "#000000", "linewidth": 0.7}
 EDGE = 0.6  # points: the outline of a bar
 LEADER = {"color": "#999999", "linewidth": 0.4}
 DIGIT = 0.676  # of the size of the letters: the height of a digit
-FAINT = "#777777"  # what is printed and does not count
 
 
 def tint(style: Style, shade: float) -> str:
@@ -104,7 +103,7 @@ def draw_points(pen: Pen, box: Box, points: Points, x: Ruler, y: Ruler, beside: 
         segments.append(_draw_interval(pen, box, y, (points.ylow, points.yhigh), k, at[k, 0], upwards=True))
     named = [k for k in there.tolist() if points.names and points.names[k]]
     if named:
-        names = [written(points.names[k]) for k in named]
+        names = [mathtext(points.names[k]) for k in named]
         sizes = [extent(name, SMALL_LETTERS) for name in names]
         lines = np.array([segment for segment in segments if segment]).reshape(-1, 4)
         corners = placed(at[named], sizes, at[there], lines, box)
@@ -120,38 +119,3 @@ def _segments(x: Array, y: Array) -> list[list[float]]:
     """The straight pieces of a line, from point to point."""
     pieces = np.column_stack([x[:-1], y[:-1], x[1:], y[1:]])
     return [piece for piece in pieces.tolist() if not np.isnan(piece).any()]
-
-
-def draw_map(pen: Pen, box: Box, held: HeatMap, x: Ruler, y: Ruler) -> None:
-    """Cells with their numbers, which are as large as the cells allow."""
-    texts, shades = written_cells(held), shades_of(held)
-    width, height = box.width / abs(x.high - x.low), box.height / abs(y.high - y.low)
-    widest = max((extent(text, 10.0).width for text in texts.values()), default=1.0) / 10
-    size = min(SMALL_LETTERS, 0.86 * width / widest, 0.75 * height)
-    for (i, j), text in texts.items():
-        across = box.left + box.width * float(x.share(j))
-        up = box.bottom + box.height * float(y.share(i))
-        edges = across + width / 2 * np.array([-1, 1, 1, -1, -1])
-        sides = up + height / 2 * np.array([-1, -1, 1, 1, -1])
-        shade = float(shades[i, j])
-        pen.area(edges, sides, tint(held.style, shade), 1.0)
-        pen.line(edges, sides, {"color": GREY, "linewidth": 0.4})
-        color = FAINT if np.asarray(held.faint)[i, j] else ink_on(held.style, shade)
-        pen.words(text, across - extent(text, size).width / 2, up - DIGIT * size / 2, size, color=color)
-
-
-def written_cells(held: HeatMap) -> dict[tuple[int, int], str]:
-    """The number in each cell that has one; what rounds to zero has no sign."""
-    values = np.asarray(held.values)
-    found = {}
-    for i, j in np.argwhere(np.isfinite(values)):
-        text = f"{values[i, j]:.{held.digits}f}"
-        found[int(i), int(j)] = text.lstrip("-") if float(text) == 0 else text.replace("-", "−")
-    return found
-
-
-def shades_of(held: HeatMap) -> Array:
-    """How dark each cell is, from 0 to 1."""
-    values = np.where(held.faint, np.nan, held.values)
-    most = held.most or max(float(np.nanmax(values)) if np.isfinite(values).any() else 0.0, 0.0)
-    return np.asarray(np.nan_to_num(np.clip(values / (most or 1.0), 0, 1)))

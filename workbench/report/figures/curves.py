@@ -1,0 +1,91 @@
+"""The points of the curves of a figure: as many as are drawn, and as numbers for a reader who goes on with them."""
+
+from __future__ import annotations
+
+import csv
+import io
+from itertools import zip_longest
+
+import numpy as np
+
+from workbench.report.figures.style import letter_of, points_of
+from workbench.report.table_text import plain
+from workbench.study.document.figure import Figure, Panel
+from workbench.study.document.figure_marks import Band, Mark, Series
+from workbench.study.export import spreadsheet_text
+from workbench.validation.refusals import Array
+
+
+def curves_csv(figure: Figure) -> str:
+    """The points of all lines and bands as they are drawn, with all their digits, a column each; empty without any.
+
+    A column of an abscissa stands before those that share it. Heads say panel, curve and what is measured, with its
+    unit, as the picture does. A gap is empty.
+    """
+    columns: list[tuple[str, Array]] = []
+    for i, panel in enumerate(figure.panels):
+        place, abscissa = f"{letter_of(figure, i)} ".lstrip(), np.empty(0)
+        for mark in panel.series:
+            if not isinstance(mark, Series | Band):
+                continue
+            x, *ordinates = drawn_points(mark, panel, figure)
+            if not np.array_equal(x, abscissa):
+                columns.append((f"{place}{plain(panel.xlabel)}", x))
+                abscissa = x
+            ends = (" (low)", " (high)") if isinstance(mark, Band) else ("",)
+            name = f"{plain(mark.label)}: " if mark.label else ""
+            columns += [(f"{place}{name}{plain(panel.ylabel)}{end}", y) for end, y in zip(ends, ordinates, strict=True)]
+    if not columns:
+        return ""
+    out = io.StringIO()
+    writer = csv.writer(out)
+    writer.writerow([spreadsheet_text(head) for head, _ in columns])
+    texts = (["" if value != value else repr(value) for value in column.tolist()] for _, column in columns)
+    writer.writerows(zip_longest(*texts, fillvalue=""))
+    return out.getvalue()
+
+
+def drawn_points(mark: Mark, panel: Panel, figure: Figure) -> tuple[Array, ...]:
+    """The points of a curve that are drawn, an abscissa and its ordinates; a mark that is no curve has none."""
+    if not isinstance(mark, Series | Band):
+        return ()
+    return thinned(windowed(mark.curves, panel.xlim), points_of(figure))
+
+
+def windowed(curves: tuple[Array, ...], limits: tuple[float, float] | None) -> tuple[Array, ...]:
+    """The stretch of the curves that lies within the limits of the abscissa, and one point to each side.
+
+    So a close view spends its points on what it shows. A curve whose abscissa runs back is left whole.
+    """
+    if limits is None or (np.diff(curves[0]) < 0).any():
+        return curves
+    first, last = np.searchsorted(curves[0], limits)
+    inside = slice(max(0, int(first) - 1), max(int(last) + 1, 2))
+    return tuple(curve[inside] for curve in curves)
+
+
+def thinned(curves: tuple[Array, ...], points: int) -> tuple[Array, ...]:
+    """At most about `points` of the common points (N,) of an abscissa and its ordinates.
+
+    The curve is cut in stretches of equally many points. Each keeps the points where an ordinate is
+    least and greatest, and one gap if it holds any NaN, so a chattering signal keeps its envelope;
+    a curve whose abscissa runs back and forth, as in a phase plane, keeps the extremes of the
+    abscissa too. First and last points are kept.
+    """
+    n = len(curves[0])
+    if n <= points:
+        return curves
+    sources = curves if (np.diff(curves[0]) < 0).any() else curves[1:]
+    ends = np.linspace(0, n, max(1, points // (2 * len(sources))) + 1).astype(int)
+    begin, last = ends[:-1], ends[1:, np.newaxis] - 1
+    # the places of each stretch, a row each; those of a shorter one end with its last place again and again
+    within = np.minimum(begin[:, np.newaxis] + np.arange(np.diff(ends).max()), last)
+    kept = [np.array([0, n - 1])]
+    for source in sources:
+        gaps = np.isnan(source)
+        low, high = np.where(gaps, np.inf, source), np.where(gaps, -np.inf, source)
+        gap = gaps[within]
+        kept += [begin + low[within].argmin(axis=1), begin + high[within].argmax(axis=1)]
+        kept.append((begin + gap.argmax(axis=1))[gap.any(axis=1)])
+    places = np.unique(np.concatenate(kept))
+    return tuple(curve[places] for curve in curves)

@@ -1,0 +1,175 @@
+"""Phrases, and the tables made of them, as data: words, formulas, and numbers with their errors."""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+from dataclasses import dataclass
+from typing import Literal, TypeAlias
+
+from workbench.notation.formula import Formula
+from workbench.validation.refusals import described, finite, refusal, whole
+from workbench.validation.signatures import door
+
+MOST_DIGITS = 17  # a double has no more
+
+
+@dataclass(frozen=True)
+@door
+class Code:
+    """Text that is typed as it stands: a command, a name, a fingerprint."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+@door
+class Strong:
+    """Text that is stressed."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+@door
+class Reference:
+    """'Table 2', 'Figure 3' or 'Equation (4)': the number of the block of that name, found when it is printed."""
+
+    name: str
+
+
+Part: TypeAlias = str | Formula | Code | Strong | Reference
+Phrase: TypeAlias = Part | tuple[Part, ...]
+
+
+def parts(phrase: Phrase) -> tuple[Part, ...]:
+    """A phrase as the tuple of its parts."""
+    return phrase if isinstance(phrase, tuple) else (phrase,)
+
+
+@dataclass(frozen=True)
+@door
+class Measured:
+    """A value with its own error estimate, in the same unit: only the digits that the error supports are printed."""
+
+    value: float
+    error: float
+
+    def __post_init__(self) -> None:
+        advice = ": for a run that left all bounds use `Diverged(at)`, for a number that is not known None"
+        if not math.isfinite(self.value):
+            raise refusal("Measured(value)", "a finite value", self.value, advice)
+        finite("Measured(error)", self.error, ", which says which digits to print", low=0)
+
+
+@dataclass(frozen=True)
+@door
+class Diverged:
+    """In place of a number that does not exist: the run left all bounds `at` so many seconds."""
+
+    at: float
+
+    def __post_init__(self) -> None:
+        finite("Diverged(at)", self.at, " of seconds")
+
+
+# the kinds that a cell has most often come first, as they are tried one by one
+Value: TypeAlias = bool | int | float | Phrase | Measured | Diverged | None
+
+
+@dataclass(frozen=True)
+@door
+class Emphasis:
+    """A cell in bold; the notes of its table say why, for instance 'bold: the least of a row'."""
+
+    cell: Value
+
+
+Cell: TypeAlias = Value | Emphasis
+
+
+@dataclass(frozen=True)
+@door
+class Column:
+    """The head of a column. `digits` is the number of significant digits of its floats.
+
+    Without `digits` a float has four, or fewer if fewer are exact, as in a parameter of 0.5. A
+    `Measured` cell has those that its error supports, whatever `digits` says.
+    """
+
+    header: Phrase
+    unit: str = ""
+    align: Literal["auto", "left", "center", "right"] = "auto"
+    digits: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.digits is not None:
+            whole("Column(digits=...)", self.digits, 1, MOST_DIGITS, " of significant digits")
+
+
+@dataclass(frozen=True)
+@door
+class Table:
+    """Rows of cells below named columns. The `name` becomes the stem of its files.
+
+    Cells: text, formulas, integers, floats, `Measured`, `Diverged`, booleans (yes or no) and None
+    (a dash); any of them in `Emphasis` is bold.
+
+    Raises
+    ------
+    ValueError
+        If the name is no file's, a row does not fit the columns, or a cell is NaN or none of the above.
+    """
+
+    name: str
+    caption: Phrase
+    columns: tuple[Column, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    notes: tuple[Phrase, ...] = ()
+
+    def __post_init__(self) -> None:
+        check_name("Table", self.name)
+        if not self.columns:
+            raise ValueError(f"`Table('{self.name}')` must have at least one column; got none.")
+        for i, row in enumerate(self.rows, start=1):
+            if len(row) != len(self.columns):
+                raise ValueError(
+                    f"`Table('{self.name}')` has {len(self.columns)} columns; its row {i} has {len(row)} cells."
+                )
+            for column, cell in zip(self.columns, row, strict=True):
+                self._check_number(column, bare(cell), i)
+
+    def _check_number(self, column: Column, value: Value, row: int) -> None:
+        """Refuse NaN, and a whole number that no float holds."""
+        beyond = isinstance(value, int) and abs(value) > sys.float_info.max
+        if beyond or (isinstance(value, float) and math.isnan(value)):
+            raise ValueError(
+                f"`Table('{self.name}')` has {'a number beyond 1.8e308' if beyond else 'NaN'} in column "
+                f"{described(column.header)}, row {row}, which cannot be printed: use `Diverged(at)` for a run that "
+                "left all bounds, or None for a number that is not known."
+            )
+
+
+def bare(cell: Cell) -> Value:
+    """What stands in a cell, in bold or not."""
+    return cell.cell if isinstance(cell, Emphasis) else cell
+
+
+def check_name(kind: str, name: str) -> None:
+    """Refuse a name that could not be that of a file or folder, or would lead out of its place."""
+    if not (isinstance(name, str) and re.fullmatch(r"[a-z0-9_]{1,80}", name)):
+        got = f"{name[:90]!r} of {len(name)} letters" if isinstance(name, str) else described(name)
+        raise ValueError(
+            f"`{kind}(name)` must be made of a-z, 0-9 and _, 1 to 80 of them, since it becomes the name of a file; "
+            f"got {got}."
+        )
+
+
+def raised(unit: str) -> str:
+    """A unit as it is printed, with its whole powers raised: m/s^2 as m/s\N{SUPERSCRIPT TWO}; a root stays as typed."""
+    powers = r"\^(?:\((-?\d+)\)|(-?\d+)(?![\d.]))"
+    return re.sub(powers, lambda m: (m[1] or m[2]).translate(_RAISED), unit).replace("*", "·")
+
+
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")

@@ -1,0 +1,258 @@
+"""Designs: the points of the unit cube that the runs of a sample belong to."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from workbench.validation.refusals import Array, Integers, finite, refusal, seed, whole
+from workbench.validation.signatures import door
+
+# No random point comes nearer to a face of the cube, where a normal number would be infinite: the middle of the outer
+# one of 2^30 cells, which is all that a Sobol sequence of 30 bits can tell apart.
+MARGIN = 2.0**-31
+WORDS = 4  # that one counter of Philox gives
+
+
+class AbstractDesign(ABC):
+    """`size` points in the unit cube of `dimensions` factors, one a run."""
+
+    dimensions: int
+
+    @property
+    @abstractmethod
+    def size(self) -> int:
+        """The number of runs."""
+
+    @abstractmethod
+    def points(self, first: int = 0, last: int | None = None) -> Array:
+        """The points with the numbers first to last - 1, (last - first, dimensions); all of them if not told.
+
+        Raises
+        ------
+        ValueError
+            If 0 <= first <= last <= size does not hold.
+        """
+
+
+def uniforms(seed: int, first: int, last: int, width: int) -> Array:
+    """Rows first to last - 1 of uniform numbers within the cube, (last - first, width), from seed and row number."""
+    counters = -(-width // WORDS)
+    bits = np.random.Philox(key=seed)
+    bits.advance(first * counters)
+    rows = np.random.Generator(bits).random((last - first, WORDS * counters))
+    return np.clip(rows[:, :width], MARGIN, 1 - MARGIN)
+
+
+def span(design: AbstractDesign, first: int, last: int | None) -> tuple[int, int]:
+    """The numbers of the first point and of the one after the last, or a refusal."""
+    begin = whole("points(first=...)", first, 0, design.size)
+    return begin, design.size if last is None else whole("points(last=...)", last, begin, design.size)
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Listed(AbstractDesign):
+    """The points (N, d) of the unit cube as they are given.
+
+    Raises
+    ------
+    ValueError
+        If they are no such points, or none.
+    """
+
+    given: Array
+    dimensions: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        if self.given.ndim != 2 or not self.given.size or not ((self.given >= 0) & (self.given <= 1)).all():
+            raise refusal("Listed(given)", "at least one point (N, d) of the unit cube", self.given)
+        object.__setattr__(self, "given", self.given.copy())
+        object.__setattr__(self, "dimensions", self.given.shape[1])
+
+    @property
+    def size(self) -> int:
+        """The number of runs."""
+        return len(self.given)
+
+    def points(self, first: int = 0, last: int | None = None) -> Array:
+        """The points with the numbers first to last - 1."""
+        begin, end = span(self, first, last)
+        return self.given[begin:end]
+
+
+@dataclass(frozen=True)
+@door
+class OneAtATime(AbstractDesign):
+    """The point where all factors have the quantile `base`, then each factor by itself at each of `levels`.
+
+    Point 0 is the base, point 1 + i k + j has factor i at level j of k. It says nothing of interactions.
+
+    Raises
+    ------
+    ValueError
+        If there is no factor or no level, or if a level or the base is no quantile from 0 to 1, or levels repeat.
+    """
+
+    dimensions: int
+    levels: tuple[float, ...] = (0.05, 0.95)
+    base: float = 0.5
+
+    def __post_init__(self) -> None:
+        whole("OneAtATime(dimensions=...)", self.dimensions, of=" of factors")
+        for quantile in (*self.levels, self.base):
+            finite("OneAtATime(levels=..., base=...)", quantile, ", a quantile", low=0, high=1)
+        if not self.levels or len(set(self.levels)) < len(self.levels):
+            raise refusal("OneAtATime(levels=...)", "different quantiles, at least one", self.levels)
+
+    @property
+    def size(self) -> int:
+        """The number of runs: the base, and each level of each factor."""
+        return 1 + self.dimensions * len(self.levels)
+
+    def points(self, first: int = 0, last: int | None = None) -> Array:
+        """The points with the numbers first to last - 1."""
+        first, last = span(self, first, last)
+        rows = np.full((last - first, self.dimensions), self.base)
+        moved = np.arange(max(first, 1), last)
+        factor, level = np.divmod(moved - 1, len(self.levels))
+        rows[moved - first, factor] = np.array(self.levels)[level]
+        return rows
+
+
+@dataclass(frozen=True)
+@door
+class MonteCarlo(AbstractDesign):
+    """Independent uniform points: the ones to which confidence intervals of quantiles and of shares belong.
+
+    A longer design of the same seed begins with the same points.
+
+    Raises
+    ------
+    ValueError
+        If there is no factor or no run, or if the seed is none.
+    """
+
+    dimensions: int
+    runs: int
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        _check_random(self, "runs", self.runs, 1)
+
+    @property
+    def size(self) -> int:
+        """The number of runs."""
+        return self.runs
+
+    def points(self, first: int = 0, last: int | None = None) -> Array:
+        """The points with the numbers first to last - 1."""
+        return uniforms(self.seed, *span(self, first, last), self.dimensions)
+
+
+@dataclass(frozen=True)
+@door
+class LatinHypercube(AbstractDesign):
+    """Random points with exactly one in each of `runs` equal slices of every axis.
+
+    The variance of a mean over them is at most runs / (runs - 1) times that over independent points, for any
+    function, and less the more the function is a sum of functions of one factor each.
+
+    Raises
+    ------
+    ValueError
+        If there is no factor or no run, or if the seed is none.
+
+    References
+    ----------
+    McKay, Beckman and Conover (1979), Technometrics 21; Owen (1997), Monte Carlo variance of scrambled net
+    quadrature, SIAM Journal on Numerical Analysis 34.
+    """
+
+    dimensions: int
+    runs: int
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        _check_random(self, "runs", self.runs, 1)
+
+    @property
+    def size(self) -> int:
+        """The number of runs."""
+        return self.runs
+
+    def points(self, first: int = 0, last: int | None = None) -> Array:
+        """The points with the numbers first to last - 1."""
+        first, last = span(self, first, last)
+        within = uniforms(self.seed, first, last, self.dimensions)
+        return np.asarray((self._slices[first:last] + within) / self.runs)
+
+    @cached_property
+    def _slices(self) -> Integers:
+        """The slice of each point on each axis, (runs, dimensions): a random order an axis."""
+        orders = np.tile(np.arange(self.runs), (self.dimensions, 1))
+        return np.random.default_rng(self.seed).permuted(orders, axis=1).T
+
+
+@dataclass(frozen=True)
+@door
+class MorrisDesign(AbstractDesign):
+    """`trajectories` random paths over a grid of p = `levels` levels an axis, each of dimensions + 1 points.
+
+    From one point of a path to the next a single factor moves, up or down, by delta = p / (2 (p - 1)). Run
+    k (dimensions + 1) + j is point j of path k. The levels include 0 and 1, so a factor must be bounded.
+
+    Raises
+    ------
+    ValueError
+        If there is no factor, less than two trajectories or an odd number of levels, or if the seed is none.
+
+    References
+    ----------
+    Morris (1991), Factorial sampling plans for preliminary computational experiments, Technometrics 33.
+    """
+
+    dimensions: int
+    trajectories: int
+    levels: int = 4
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        _check_random(self, "trajectories", self.trajectories, 2)
+        if whole("MorrisDesign(levels=...)", self.levels, 2) % 2:
+            raise refusal("MorrisDesign(levels=...)", "even, so that half of them can step up", self.levels)
+
+    @property
+    def size(self) -> int:
+        """The number of runs."""
+        return self.trajectories * (self.dimensions + 1)
+
+    @property
+    def delta(self) -> float:
+        """The distance by which a factor moves, in the unit cube."""
+        return self.levels / (2 * (self.levels - 1))
+
+    def points(self, first: int = 0, last: int | None = None) -> Array:
+        """The points with the numbers first to last - 1."""
+        first, last = span(self, first, last)
+        d, length = self.dimensions, self.dimensions + 1
+        begin, end = first // length, -(-last // length)
+        drawn = uniforms(self.seed, begin, end, 3 * d).reshape(end - begin, 3, 1, d)
+        lower = np.floor(drawn[:, 0] * (self.levels // 2)) / (self.levels - 1)
+        rises = drawn[:, 1] < 0.5
+        turn = np.argsort(np.argsort(drawn[:, 2], axis=-1), axis=-1)  # when each factor moves
+        moved = turn < np.arange(length)[:, np.newaxis]
+        rows = lower + self.delta * (moved == rises)
+        # delta and the levels are rounded by themselves: the upmost level may end beyond 1
+        rows = np.minimum(rows.reshape(-1, d), 1.0)
+        return np.asarray(rows[first - begin * length : last - begin * length])
+
+
+def _check_random(design: MonteCarlo | LatinHypercube | MorrisDesign, name: str, count: int, least: int) -> None:
+    kind = type(design).__name__
+    whole(f"{kind}(dimensions=...)", design.dimensions, of=" of factors")
+    whole(f"{kind}({name}=...)", count, least)
+    seed(f"{kind}(seed=...)", design.seed)
