@@ -97,7 +97,7 @@ def test_a_study_file_that_is_missing_is_refused_with_the_nearest(command, scrip
     script(name="a1_paper.py")
     refused(command("run", "a1_papper.py"), tmp_path, "There is no study file 'a1_papper.py'", "'a1_paper.py'?")
     refused(command("run", "nowhere/at/all.py"), tmp_path, "There is no study file 'nowhere/at/all.py'.")
-    refused(command("run", tmp_path), tmp_path, "is a folder; a study is a Python file")
+    refused(command("run", tmp_path), tmp_path, "is a folder without a `study.py`")
 
 
 def test_a_syntax_error_is_named_with_its_line(command, tmp_path):

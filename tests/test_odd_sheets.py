@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from odd_sheets import sheet
 
-from workbench.cli.command import command as cli
+from workbench.cli import command, verify
 
 COUNT, LOTS = int(os.environ.get("ODD_SHEETS", "80")), 4
 LONGEST, SECONDS = 600, 20  # letters of a refusal; what a sheet may take of the processor
@@ -17,8 +17,8 @@ LONGEST, SECONDS = 600, 20  # letters of a refusal; what a sheet may take of the
 
 @pytest.mark.parametrize("lot", range(LOTS))
 def test_a_sheet_that_nobody_would_print_gets_a_verdict_or_one_sentence(command, tmp_path, monkeypatch, lot):
-    arm = cli._arm("paper-arm")
-    monkeypatch.setattr(cli, "_arm", lambda robot: arm)
+    arm = verify.arm_of("paper-arm")
+    monkeypatch.setattr(verify, "arm_of", lambda robot: arm)
     for seed in range(lot, COUNT, LOTS):
         name, content = sheet(seed)
         (tmp_path / name).write_bytes(content)
@@ -89,7 +89,7 @@ def test_an_odd_command_line_is_carried_out_or_refused_in_one_sentence(tmp_path,
         words = [dice.choice(("verify", "derive")), *dice.choices(WORDS, k=dice.randrange(5))]
         monkeypatch.setattr(sys, "argv", ["workbench", *words])
         with pytest.raises(SystemExit) as left:
-            cli.main()
+            command.main()
         printed, said = capsys.readouterr()
         assert all(line.isprintable() for line in (printed + said).split("\n")), words
         if left.value.code == 2:

@@ -216,4 +216,4 @@ def test_numbers_that_are_named_when_a_block_is_made_are_lifted_by_their_own_nam
     assert isinstance(own, Signals)
     assert own.D.shape == (2, 2)
     assert ca.is_equal(ca.vec(own.D), lifted.symbols[-4:])
-    assert "<td>3.0</td><td>N s/m</td>" in Bag(1.0)._repr_html_()
+    assert "<td>k</td><td>1</td><td>N/m</td>" in Bag(1.0)._repr_html_()

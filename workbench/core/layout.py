@@ -142,13 +142,13 @@ class Layout:
 
     def indices(self, name: str) -> list[int]:
         """The places of a quantity, or of one of its numbers (`K[0,1]`), in the flat vector."""
-        if isinstance(name, str) and name not in self._slices and name in self.labels:
+        if not isinstance(name, str) or name in self._slices:
+            place = self.slice(name)
+            return list(range(place.start, place.stop))
+        if name in self.labels:
             return [self.labels.index(name)]
-        base = re.sub(r"\[[\d,]*\]$", "", name) if isinstance(name, str) else name
-        place = self.slice(base)
-        if base != name:
-            raise LookupError(f"'{base}' has shape {self[base].shape}: there is no {described(name)}.")
-        return list(range(place.start, place.stop))
+        base = re.sub(r"\[[\d,]*\]$", "", name)
+        raise LookupError(f"'{base}' has shape {self[base].shape}: there is no {described(name)}.")
 
     def pack(self, values: Mapping[str, Any] | None = None) -> Array:
         """Rows (B, size) from values by name; the other quantities take their defaults.

@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.study import evidence
 from workbench.study import uncertainty as sensitivity
-from workbench.study.uncertainty import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
+from workbench.study.uncertainty import LatinHypercube, Listed, MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
 
 from .study import sample
 
@@ -37,6 +37,13 @@ def calls() -> dict[str, Any]:
     part = sensitivity.Estimate(flat, flat)
     told = {"a": outputs(RANDOM)[:, 0], "b": outputs(RANDOM)[:, 1]}
     return {
+        "AbstractDesign": RANDOM,
+        "LatinHypercube": partial(LatinHypercube, 2, 24, 3),
+        "Listed": partial(Listed, [[0.5, 0.25], [0.0, 1.0]]),
+        "MonteCarlo": partial(MonteCarlo, 2, 24, 3),
+        "MorrisDesign": partial(MorrisDesign, 2, 8, 4, 3),
+        "OneAtATime": partial(OneAtATime, 2, (0.05, 0.95), 0.5),
+        "SobolDesign": partial(SobolDesign, 2, 16, True, 3),
         "Comparison": partial(evidence.Comparison, PAIRED, evidence.Mean(), 0.95, level, square, 0.02),
         "Estimate": partial(sensitivity.Estimate, [1.0, 2.0], [0.1, 0.2]),
         "Intervals": partial(evidence.Intervals, two, two, two),

@@ -81,7 +81,7 @@ def calls() -> dict[str, Any]:
         "AbstractMetric": rms,
         "Measurement": partial(
             room.Measurement, measurement.trajectories, measurement.scores, measurement.limits,
-            measurement.looked_at, measurement.coarse_diverged_at, measurement.check, None,
+            measurement.looked_at, measurement.coarse_diverged_at, measurement.check,
         ),
         "Score": partial(room.Score, rms, np.ones((1, 1)), np.zeros((1, 1))),
         "Integral": partial(Integral, "own", "m", "about", g, finish, ("y",)),

@@ -15,7 +15,7 @@ from workbench.simulate.step_size import Accuracy, Check
 from ..parts import ODE
 
 room = import_module("workbench.simulate")  # `workbench.simulate` is the function
-MODULES = ("workbench.simulate", "workbench.simulate.arithmetic")
+MODULES = ("workbench.simulate",)
 
 STEP, HALF = rk4(ODE, 2e-5), rk4(ODE, 1e-5)  # so short that a run to 2^31 s is refused for its length
 P, X0 = np.full((2, 1), 2.0), np.ones((2, 1))
@@ -41,3 +41,7 @@ def calls() -> dict[str, Any]:
         "is_compiled": partial(arithmetic.is_compiled, STEP, "portable"),
         "native": partial(arithmetic.native, "portable"),
     }
+
+
+def arguments() -> dict[str, Any]:
+    return {}

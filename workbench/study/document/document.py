@@ -213,6 +213,10 @@ class Document:
     sections: tuple[Section, ...]
     colophon: Colophon
 
+    def __repr__(self) -> str:
+        """One line: the title and the number of sections."""
+        return f"<Document {self.title!r} of {len(self.sections)} sections>"
+
     def __post_init__(self) -> None:
         for part in fields(self):
             object.__setattr__(self, part.name, _cleaned(getattr(self, part.name)))
