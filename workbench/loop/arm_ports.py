@@ -24,7 +24,7 @@ def motion(units: Iterable[str], names: Iterable[str] = ORDERS) -> Layout:
 
 
 def torques(name: str, units: Iterable[str]) -> Layout:
-    """What acts on joints whose positions have these units: torques where they turn, forces where they slide."""
+    """The generalised forces on joints whose positions have these units: N m for rad, N for m."""
     return Layout((_entry(name, ({"rad": "N m", "m": "N"}.get(unit, ANY) for unit in units)),))
 
 

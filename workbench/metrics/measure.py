@@ -96,7 +96,7 @@ def measure(
 
 @dataclass(frozen=True, eq=False)
 class _Asked:
-    """What `measure` is to run, checked but for its steps."""
+    """The arguments of `measure`, checked except for the steps."""
 
     equation: Ode | Sampled
     metrics: Sequence[AbstractMetric]

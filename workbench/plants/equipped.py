@@ -100,13 +100,13 @@ class Equipped(AbstractAround):
         return self.plant.states + Layout(tuple(own))
 
     def measure(self, t: Number, x: States) -> Signals:
-        """What the sensors give, and the truths."""
+        """The readings of the sensors, and the true outputs."""
         y = self._outputs(t, x)
         seen, _ = self._through(self.sensors, x, y)
         return seen | {f"{name}_true": y[name] for name in self._sensed}
 
     def applied(self, t: Number, x: States, u: Inputs) -> Signals:
-        """What acts in the plant behind the actuators."""
+        """The signals that act in the plant, driven by the outputs of the actuators."""
         driven, _ = self._through(self.actuators, x, u)
         return asked(self.plant, "applied", self.inputs, t, self._own(x), driven)
 
@@ -224,7 +224,7 @@ class Disturbed(AbstractAround):
         return y | {name: y[name] + part for name, part in d.items() if name in self.outputs} | truths
 
     def applied(self, t: Number, x: States, u: Inputs) -> Signals:
-        """What acts in the plant under the disturbed command."""
+        """The signals that act in the plant under the disturbed command."""
         return self.plant.applied(t, x, self._driven(t, u))
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:

@@ -192,7 +192,7 @@ def _port(what: str, given: Port, start: str = "", values: Array | None = None) 
 
 
 def _read(letter: str, function: Callable[..., Any], given: dict[str, ca.SX | Signals], of: Layout) -> ca.SX:
-    """What a function gives for symbols, a number for each of a layout, (size, 1)."""
+    """The value of a function for symbols: one expression for each number of a layout, (size, 1)."""
     call = f"OdePlant.of({letter}=...)"
     if isinstance(function, ca.Function):
         return _column(call, _of_casadi(call, function, given), of)
@@ -212,7 +212,7 @@ def _read(letter: str, function: Callable[..., Any], given: dict[str, ca.SX | Si
 
 
 def _of_casadi(call: str, function: ca.Function, given: dict[str, ca.SX | Signals]) -> Any:
-    """What a CasADi function gives for symbols; one of a graph of matrices is expanded into scalar operations."""
+    """The value of a CasADi function for symbols, expanded into scalar operations if it is a graph of matrices."""
     columns = [
         ca.vertcat(*map(ca.vec, part.values())) if isinstance(part, Signals) else part for part in given.values()
     ]
@@ -238,7 +238,7 @@ def _vector(symbols: Any) -> Any:
 
 
 def _takes(call: str, function: Callable[..., Any], given: dict[str, Any]) -> int:
-    """How many arguments a Python function must be called with, by its signature: those given, or m beside them."""
+    """The number of arguments that a Python function requires by its signature: those given, with or without m."""
     letters = ", ".join(given)
     try:
         named = inspect.signature(function).parameters.values()

@@ -1,4 +1,4 @@
-"""How a number is printed: the digits that its error supports, cut where columns align them."""
+"""Numbers as text: the digits that the error supports, in pieces that a column can align."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Printed:
 
 @dataclass(frozen=True)
 class Padding:
-    """What to print unseen before and behind a number, so that it fills its column's common frame."""
+    """Invisible text before and behind a number, which makes it as wide as the widest of its column."""
 
     before: str = ""
     behind: str = ""

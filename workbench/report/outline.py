@@ -38,7 +38,7 @@ class Placed:
 
     @property
     def label(self) -> str:
-        """What a sentence calls the block: 'Table 2', 'Equation (3)'."""
+        """The name of the block in a sentence: 'Table 2', 'Equation (3)'."""
         number = f"({self.number})" if self.kind == "equation" else str(self.number)
         return f"{self.kind.capitalize()}\u00a0{number}"
 
@@ -92,7 +92,7 @@ def named(phrase: Phrase, known: Mapping[str, Placed]) -> Phrase:
 
 
 def provenance(document: Document) -> tuple[tuple[str, str], ...]:
-    """What the colophon says, as pairs of a term and its text."""
+    """The lines of the colophon, as pairs of a term and its text."""
     colophon = document.colophon
     rows = [
         ("command", colophon.command),

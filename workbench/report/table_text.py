@@ -101,7 +101,7 @@ def _read(typed: str) -> Printed | None:
 
 
 def alignments(table: Table) -> list[Literal["left", "center", "right"]]:
-    """How each column stands: as its `Column` says, else numbers centred and words to the left."""
+    """The alignment of each column: that of its `Column`, else numbers centred and words to the left."""
     cells = grid(table)
     return [
         column.align if column.align != "auto" else "center" if _is_centred([row[i] for row in cells]) else "left"
@@ -114,7 +114,7 @@ def _is_centred(column: list[Shown]) -> bool:
 
 
 def short_columns(table: Table) -> list[bool]:
-    """Whether the cells of each column are so short that none of them should be broken."""
+    """For each column, True if all its cells are so short that none should be broken over lines."""
     cells = grid(table)
     return [all(length(row[i]) <= 18 for row in cells) for i in range(len(table.columns))]
 
@@ -125,7 +125,7 @@ def length(shown: Shown) -> int:
 
 
 def measures(table: Table) -> bool:
-    """Whether a table holds measured values, whose brackets must be explained once."""
+    """True if a table holds measured values, whose brackets must be explained once."""
     return any(isinstance(bare(cell), Measured) for row in table.rows for cell in row)
 
 

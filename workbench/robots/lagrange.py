@@ -12,7 +12,7 @@ import casadi as ca
 
 
 def at(q: ca.SX, derive: Callable[[ca.SX], ca.SX]) -> ca.SX:
-    """What `derive` makes of fresh symbols, with `q` (n, 1) put in their place."""
+    """The expression that `derive` returns for fresh symbols, with `q` (n, 1) substituted for them."""
     symbols = ca.SX.sym("q", q.shape[0])
     return ca.substitute(derive(symbols), symbols, q)
 

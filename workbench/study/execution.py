@@ -182,7 +182,7 @@ def _stoppable(ledger: Ledger) -> Iterator[None]:
 def _tuned(
     name: str, searches: Sequence[Search], ledger: Ledger, order: Order, about: About
 ) -> tuple[dict[str, Tuned], tuple[SweepAbout, ...]]:
-    """What each tuning finds, by threads of this machine, and what the ledger says of them."""
+    """The answer of each tuning, computed by threads of this machine, and its runs as the ledger describes them."""
     with ExitStack() as stack:
 
         def begin() -> Tell:

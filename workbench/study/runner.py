@@ -21,7 +21,7 @@ T = TypeVar("T")
 
 
 class CaseError(ValueError):
-    """What went wrong in a case, with the name of the case before it; the error itself is its cause."""
+    """An error in a case: its message begins with the name of the case, and its cause is the error itself."""
 
 
 @door
@@ -75,7 +75,7 @@ def _outcome(case: Case, tell: Progress) -> Outcome:
 
 
 def _named(case: Case, call: Callable[[], T]) -> T:
-    """What a call gives, or its error with the name of the case."""
+    """The value of a call; its error is raised with the name of the case."""
     try:
         return call()
     except Exception as error:
@@ -96,7 +96,7 @@ def _measured(case: Case, ode: Ode | Sampled, tell: Progress) -> Measurement:
 def measurement(
     run: Run, equation: Ode | Sampled, call: str = "Run(...)", progress: Progress | None = None
 ) -> Measurement:
-    """What a run gives: its values at the step, and their change from twice the step.
+    """The measurement of a run: its values at the step, and their change from twice the step.
 
     Raises
     ------

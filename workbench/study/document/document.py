@@ -1,4 +1,4 @@
-"""What a study says, as data: words, equations, tables, figures and verdicts, and nothing about their looks.
+"""The document of a study as data: words, equations, tables, figures and verdicts, without their layout.
 
 No date, no running time and no path of a machine is part of a document: the same study gives the same bytes.
 """
@@ -145,7 +145,7 @@ class Verdict:
 
     @property
     def terms(self) -> tuple[tuple[str, Phrase], ...]:
-        """What stands in small lines below the evidence, each with its label; only what is given."""
+        """The small lines below the evidence, each with its label; those without a text are left out."""
         lines = (
             ("Statistic and sample", self.estimand),
             ("Given", self.given),
@@ -174,7 +174,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Colophon:
-    """How to get this report again: the command, the seed, and what the numbers were made of.
+    """The record from which a report can be made again: command, seed, versions and digests.
 
     `fingerprints` maps names to the hexadecimal digest of equations alone, `digests` to that of equations and numbers,
     `packages` the name of a package to its version; `arithmetic` is the signature of that in which the loops were run;

@@ -152,7 +152,7 @@ class Table:
 
 
 def bare(cell: Cell) -> Value:
-    """What stands in a cell, in bold or not."""
+    """The value of a cell, without its emphasis."""
     return cell.cell if isinstance(cell, Emphasis) else cell
 
 

@@ -33,17 +33,17 @@ class Causes:
 
     @property
     def by_integrator(self) -> int:
-        """How many runs "fine" keeps finite: their law diverges by the integrator alone."""
+        """The number of runs that stay finite under "fine": the integrator alone made them diverge."""
         return int((self.lost[FINE] == 0).sum())
 
     @property
     def by_law(self) -> int:
-        """How many runs every way loses."""
+        """The number of runs that diverge in every way: the law itself makes them diverge."""
         return int(np.min(list(self.lost.values()), axis=0).sum())
 
     @property
     def unsettled(self) -> int:
-        """How many runs "fine" loses and another way keeps."""
+        """The number of runs that diverge under "fine" and stay finite in another way."""
         return len(self.lost[FINE]) - self.by_integrator - self.by_law
 
     @property

@@ -125,7 +125,7 @@ def here(sweeps: Sequence[CompiledSweep], first: int, last: int) -> list[Chunk]:
 
 @door
 def tune(tuning: Tuning | Search, evaluate: Evaluate = here) -> Tuned:
-    """What the searches of a tuning find: by differential evolution, a search a seed, each with the same budget.
+    """The best parameters of a tuning, by differential evolution: one search per seed, each with the same budget.
 
     A point is not admissible if a run diverges in any trial, or a metric is no number; of two such the one whose runs
     last longer is nearer to it. Each search has its own training noise. The best points of each are run again at h / 2
@@ -135,7 +135,7 @@ def tune(tuning: Tuning | Search, evaluate: Evaluate = here) -> Tuned:
     Parameters
     ----------
     evaluate
-        Who computes the runs; this process if not given.
+        The function that computes the runs; this process if not given.
 
     Raises
     ------
