@@ -1,4 +1,4 @@
-"""control-workbench: equations in, verdicts, numbers and a running controller out.
+"""control-workbench: from the equations of a control system to verdicts, numbers and a running controller.
 
 `import workbench as wb` loads nothing by itself; each of the names of `wb` comes from its room when it is first asked
 for. `dir(wb)` lists them, and `help(wb.X)` tells of one, with its shapes, units and an example.

@@ -21,7 +21,7 @@ ENOUGH_DISK = 200 * 2**20  # bytes; a report takes less than ten million
 
 
 class Finding(NamedTuple):
-    """One thing that was looked at: True if it is well, and how it is or what is wrong."""
+    """The result of one check: True if it passed, and the state or the fault in words."""
 
     name: str
     well: bool
@@ -40,7 +40,7 @@ def doctor() -> None:
 
 
 def findings() -> Iterator[Finding]:
-    """Look at one thing after the other."""
+    """Run all checks in order."""
     for name, check in _checks().items():
         try:
             yield Finding(name, True, check())

@@ -57,7 +57,7 @@ def shown(file: str) -> str:
 
 
 def printable(text: str) -> str:
-    r"""A text in one line that a terminal only shows: what it would act upon, as ESC, stands there as \x1b.
+    r"""A text in one line with all characters escaped on which a terminal would act: ESC becomes \x1b.
 
     Letters of all scripts stay. Line ends, marks that turn the direction of writing, and halves of characters are
     escaped too: a file's name may hold them, and none may look like more than what it is.
@@ -119,5 +119,5 @@ def leave(message: str, status: int, error: BaseException | None = None) -> NoRe
 
 
 def let_go_of_output() -> None:
-    """Send what is still printed nowhere, as nobody reads it."""
+    """Discard all further output, as its reader has gone."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

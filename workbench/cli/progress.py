@@ -12,10 +12,10 @@ SECONDS_BETWEEN_LINES = 10.0
 
 
 class Tell(Protocol):
-    """Told the share that is done, and a remark."""
+    """A function that takes the share of the work that is done, and a remark."""
 
     def __call__(self, share: float, remark: str = "", /) -> None:
-        """Take both."""
+        """Take the share and the remark."""
 
 
 @contextmanager
@@ -40,7 +40,7 @@ def shown(name: str, say: Callable[[str], None]) -> Iterator[Tell]:
 
 @contextmanager
 def runs_shown(name: str, say: Callable[[str], None]) -> Iterator[Callable[[int, int, int], None]]:
-    """The same, by the runs that are done, those that failed, and all of them."""
+    """The progress as `shown` prints it, from the runs that are done, those that failed, and all of them."""
     with shown(name, say) as tell:
         yield runs(tell)
 

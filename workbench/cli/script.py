@@ -25,7 +25,7 @@ from workbench.validation.refusals import described, nearest
 
 
 def check_file(file: Path) -> None:
-    """Refuse what is no file, before anything is imported."""
+    """Refuse a path that is no file, before anything is imported."""
     if file.is_dir():
         raise LookupError(f"'{file}' is a folder without a `study.py`; a study is a Python file. Name the file in it.")
     if not file.is_file():

@@ -1,4 +1,4 @@
-"""A file of printed equations held against an arm: what is said of each entry."""
+"""The comparison of a file of printed equations with those of an arm: a finding for each entry."""
 
 from __future__ import annotations
 

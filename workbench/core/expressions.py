@@ -19,7 +19,7 @@ AT_ONCE = 64  # points of one call: for thousands CasADi takes longer to write d
 
 
 class SymbolError(TypeError):
-    """A symbol was taken for a number."""
+    """The error of a symbol taken for a number."""
 
 
 @contextlib.contextmanager
@@ -110,7 +110,7 @@ def rows(function: ca.Function, *arguments: Array) -> Array:
 
 
 def memory(place: Any) -> Any:
-    """An array as CasADi's buffers take it; whoever hands it over must hold it."""
+    """An array as CasADi's buffers take it, to which the caller must hold a reference."""
     return memoryview(place)
 
 

@@ -22,7 +22,7 @@ LARGEST, SMALLEST = 1e100, 1e-100
 
 
 class Refused(ValueError):  # noqa: N818
-    """No answer can be trusted here; the message says why, and what would help."""
+    """The error of a design without a trustworthy answer; the message has the reason and a remedy."""
 
 
 @dataclass(frozen=True)

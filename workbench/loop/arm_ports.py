@@ -34,7 +34,7 @@ def motors(arm: AbstractArm) -> Layout:
 
 
 def known(units: Iterable[str]) -> tuple[str, ...]:
-    """The units of joints, rad for those of which nothing is known."""
+    """The units of joints, with rad for those whose unit is unknown."""
     return tuple("rad" if each == ANY else each for each in units)
 
 
@@ -49,7 +49,7 @@ def _entry(name: str, units: Iterable[str]) -> Entry:
 
 
 class AbstractJoints(ABC):
-    """A block that counts joints, and has their units from its model."""
+    """A block with a number of joints, whose units come from its model."""
 
     model: Any
 
@@ -102,7 +102,7 @@ class AbstractArmController(AbstractJoints, AbstractController):
 
     @property
     def signal_units(self) -> Mapping[str, str]:
-        """Of the sliding variable s."""
+        """The unit of the sliding variable s."""
         return {"s": unit(motion(known(self.units), ("qd",)))}
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:

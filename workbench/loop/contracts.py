@@ -56,7 +56,7 @@ class AbstractPlant(ABC):
 
     @property
     def truths(self) -> Layout:
-        """The signals that no instrument gives, a disturbance among them; `measure` returns them beside the outputs."""
+        """The signals that no instrument measures, such as a disturbance; `measure` returns them beside the outputs."""
         return Layout()
 
     @property
@@ -81,7 +81,7 @@ class AbstractPlant(ABC):
 
     @door
     def measure(self, t: Number, x: States) -> Signals:
-        """Outputs and truths at a state: the states of their names."""
+        """The outputs and truths at a state: by default the states of the same names."""
         del t
         return Signals({name: x[name] for name in self.outputs.names})
 
@@ -101,7 +101,7 @@ class AbstractPlant(ABC):
 
 
 class AbstractObserver(ABC):
-    """From measurements to estimates. An estimate never sees the command of the same instant.
+    """An observer: from measurements to estimates, which never depend on the command of the same instant.
 
     Attributes
     ----------
@@ -124,12 +124,12 @@ class AbstractObserver(ABC):
 
     @property
     def inputs(self) -> Layout:
-        """The inputs of the plant whose command it counts on."""
+        """The inputs of the plant whose commands it reads."""
         return Layout()
 
     @property
     def uses_truth(self) -> bool:
-        """True if it needs what no instrument can give it."""
+        """True if it reads signals that no instrument measures."""
         return False
 
     @property
@@ -174,7 +174,7 @@ class AbstractObserver(ABC):
 
 
 class AbstractController(ABC):
-    """From estimates and the wanted signals to commands.
+    """A law: from estimates and the wanted signals to commands.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""The roles of a loop's blocks, read from its equations: the inputs that reach the command, and their ways."""
+"""The roles of a loop's blocks, read from its equations: the inputs that reach the command, and by which way."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Edges = dict[str, set[str]]
 
 @dataclass(frozen=True, eq=False)
 class Probe(AbstractArm):
-    """An arm whose matrices are symbols, so that it shows in an expression where each of them came in."""
+    """An arm whose matrices are symbols, to find the expressions of a loop in which they occur."""
 
     M: ca.SX
     C: ca.SX
@@ -36,15 +36,15 @@ class Probe(AbstractArm):
         return int(self.G.numel())
 
     def mass_matrix(self, q: Column) -> ca.SX:
-        """A symbol, and something of q."""
+        """A symbol plus a term in q."""
         return self.M + ca.sum1(q)
 
     def coriolis_matrix(self, q: Column, qd: Column) -> ca.SX:
-        """A symbol, and something of q and qd."""
+        """A symbol plus a term in q and qd."""
         return self.C + ca.sum1(q) + ca.sum1(qd)
 
     def gravity_vector(self, q: Column) -> ca.SX:
-        """A symbol, and something of q."""
+        """A symbol plus a term in q."""
         return self.G + ca.sum1(q)
 
     def acceleration(self, q: Column, qd: Column, tau: Column) -> ca.SX:

@@ -80,18 +80,18 @@ class LinearPlant(AbstractLinear, AbstractPlant):
 
     @property
     def states(self) -> Layout:
-        """Those of the system, at their start."""
+        """The states of the system, at their start."""
         parts = {} if self.start is None else self.system.states.unpack(self.start)
         return Layout(tuple(replace(e, default=parts.get(e.name, e.default)) for e in self.system.states.entries))
 
     @property
     def inputs(self) -> Layout:
-        """Those of the system."""
+        """The inputs of the system."""
         return self.system.inputs
 
     @property
     def outputs(self) -> Layout:
-        """Those of the system."""
+        """The outputs of the system."""
         return self.system.outputs
 
     def measure(self, t: Number, x: States) -> Signals:
@@ -293,7 +293,7 @@ def _refuse_feedthrough(who: str, system: LinearSystem, names: tuple[str, ...], 
 
 
 def beside(plant: AbstractPlant, observer: AbstractObserver) -> AbstractObserver:
-    """The observer, which of a linear system counts on those of its inputs that are inputs of the plant."""
+    """The observer; a linear system reads the commands of all its inputs that are inputs of the plant."""
     if not isinstance(observer, LinearFilter) or observer.counts_on:
         return observer
     return replace(observer, counts_on=tuple(n for n in observer.system.inputs.names if n in plant.inputs))

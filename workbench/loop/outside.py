@@ -34,7 +34,7 @@ class Outside:
     cut: Layout = field(default_factory=Layout)
 
     def meets(self, place: str, own: Signals) -> Signals:
-        """The loop's own signals at a place, as those from outside leave them."""
+        """The signals at a place of the loop, with those from outside added to them or in their place."""
         met = self.parts.get(place, {})
         return own | {name: part if self.cut.size else own[name] + part for name, part in met.items()}
 

@@ -1,4 +1,4 @@
-"""A loop that a computer closes: what it does at an instant, and how the plant moves until the next."""
+"""A loop that a computer closes: its jump at each sampling instant, and the flow of the plant in between."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def _units(loop: Blocks) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Computer:
-    """A computer at an instant: `every` block runs once in so many periods, `fine` steps move its memory, or its own.
+    """The computer of a loop at a sampling instant: each block of `every` runs once in so many periods.
 
     With `fine` = 0 each block moves its memory by the method that it declares.
     """

@@ -1,4 +1,4 @@
-"""One turn around a loop: which ports fit one another, what each block answers, and the signals that a loop shows."""
+"""The connections of a loop: the checks of its ports, the answers of its blocks, and the outputs that it shows."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ PORTS = {
 
 
 class Blocks(Protocol):
-    """A loop, as far as its blocks go; `follows` are the outputs of the plant that are to follow the reference."""
+    """The blocks of a loop; `follows` are the outputs of the plant that are to follow the reference."""
 
     @property
     def plant(self) -> AbstractPlant: ...  # noqa: D102
@@ -136,7 +136,7 @@ def wanted(loop: Blocks, t: ca.SX) -> Signals:
 
 
 def measured(loop: Blocks, t: ca.SX, x: Signals) -> Signals:
-    """The outputs of the plant and what no instrument gives."""
+    """The outputs and the truths of the plant."""
     return asked(loop.plant, "measure", loop.plant.outputs + loop.plant.truths, t, x)
 
 

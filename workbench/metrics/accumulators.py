@@ -95,7 +95,7 @@ def _check_grids(metrics: Sequence[AbstractMetric], h: float) -> None:
 def resolved(
     equation: Ode | Sampled, metrics: Sequence[AbstractMetric], horizon: float = np.inf
 ) -> tuple[AbstractMetric, ...]:
-    """The metrics of `equation`, with the units and labels of what they watch, each of which means something for it."""
+    """The metrics with units and labels of the signals that they watch in `equation`, after their checks."""
     ode = _flow(equation)
     names = [text("metric(name=...)", metric.name) for metric in metrics]
     if len(set(names)) < len(names):
@@ -148,7 +148,7 @@ def _below(z: Mapping[str, T], metric: AbstractMetric) -> dict[str, T]:
 
 @door
 def accumulators(step: Step, metrics: Sequence[AbstractMetric]) -> Layout:
-    """The states of a step that belong to its metrics: integrals, and what they keep in mind."""
+    """The states of a step that belong to its metrics: their integrals and memories."""
     memories = tuple(f"{m.name}." for m in metrics)
     wanted = (e for e in step.states.entries if e.name in _integrals(metrics) or e.name.startswith(memories))
     return Layout(tuple(wanted))

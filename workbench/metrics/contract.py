@@ -1,4 +1,4 @@
-"""The contract of a metric, and how its methods are held to it."""
+"""The contract of a metric, and the checks that its methods obey it."""
 
 from __future__ import annotations
 
@@ -58,12 +58,12 @@ class AbstractMetric(ABC):
 
     @property
     def is_time(self) -> bool:
-        """True of a time, which is known to one step at best."""
+        """True if the metric is a time, which is known to one step at best."""
         return self.unit == "s"
 
     @door
     def of(self, ode: Ode) -> AbstractMetric:
-        """The metric of this equation: with what it watches there, its unit and its labels."""
+        """The metric resolved for this equation: with its signals there, its unit and its labels."""
         return bound(self, watches(self)[0], ode)
 
     @property
@@ -78,7 +78,7 @@ class AbstractMetric(ABC):
 
     @door
     def check(self, ode: Ode, horizon: float) -> None:
-        """Refuse an equation or a horizon [s] for which the metric means nothing."""
+        """Refuse an equation or a horizon [s] for which the metric is not defined."""
         del ode, horizon
 
     @door
@@ -181,12 +181,12 @@ class AbstractSignalMetric(AbstractMetric):
 
     @property
     def watches(self) -> tuple[str, ...]:
-        """The signal and, if it is an error, what is wanted of it."""
+        """The signal and, if it is an error, its reference."""
         return names_of(self.signal)
 
     @door
     def of(self, ode: Ode) -> AbstractMetric:
-        """With the signal as this equation has it."""
+        """The metric with its signal as this equation has it."""
         seen = watched(self.name, self.signal, ode)
         return bound(self, seen, ode, self.measured_in, signal=seen)
 

@@ -22,7 +22,7 @@ POWER_UNITS = ({"N": 1, "m": 1, "s": -1}, {"V": 1, "A": 1}, {"W": 1}, {"N": 1, "
 @dataclass(frozen=True)
 @door
 class Choice:
-    """A signal that an equation is still to be asked for: by its name, or all that it follows or drives.
+    """A signal to be resolved in an equation: by its name, or all signals that follow a reference or drive the plant.
 
     An "error" is that of what is followed, a "level" what is followed, beside what is wanted of it, an "input" what
     acts on the plant where it is driven.
@@ -35,7 +35,7 @@ class Choice:
 @dataclass(frozen=True)
 @door
 class Watched:
-    """Outputs one below the other, less what is `wanted` of them, with unit and label of each number.
+    """Outputs one below the other, less their references `wanted`, with unit and label of each number.
 
     A description calls the column by its `words`, and ends with the `remark`.
     """
@@ -49,7 +49,7 @@ class Watched:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The outputs and what is wanted of them."""
+        """The outputs and their references."""
         return self.outputs + self.wanted
 
 
@@ -73,7 +73,7 @@ def column(signal: Signal, y: Mapping[str, ca.SX]) -> ca.SX:
 
 
 def levels(signal: Signal, y: Mapping[str, ca.SX]) -> tuple[ca.SX, ca.SX]:
-    """A signal and what is wanted of it, each (k, 1), from the outputs y by name."""
+    """A signal and its reference, each (k, 1), from the outputs y by name."""
     outputs, wanted = (signal.outputs, signal.wanted) if isinstance(signal, Watched) else (names_of(signal), ())
     return ca.vertcat(*(y[name] for name in outputs)), ca.vertcat(*(y[name] for name in wanted))
 
@@ -102,7 +102,7 @@ def watched(metric: str, signal: Signal, ode: Ode) -> Watched:
 
 
 def followed(ode: Ode) -> tuple[str, ...]:
-    """The outputs of an equation that follow a reference: those beside what is wanted of them."""
+    """The outputs of an equation that follow a reference."""
     return ode.follows or tuple(name for name in ode.outputs.names if f"{name}_ref" in ode.outputs)
 
 

@@ -50,7 +50,7 @@ class Peak(AbstractSignalMetric):
         finite("Peak(after=...)", self.after, " of seconds", low=0)
 
     def check(self, ode: Ode, horizon: float) -> None:
-        """Some time must be left for it."""
+        """Refuse a horizon that ends before `after`."""
         if self.after > horizon * (1 + 1e-6):
             raise ValueError(
                 f"The metric '{self.name}' needs a horizon beyond the {self.after:g} s after which it begins; "
@@ -62,13 +62,13 @@ class Peak(AbstractSignalMetric):
         return Layout((Entry("peak", np.zeros(size)),))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
-        """The larger of what was and what is."""
+        """The larger of the memory and the present value."""
         late = k * h >= self.after - h / 2
         size = ca.if_else(late, self.size(column(self.signal, y)), 0)
         return {"peak": ca.if_else(z["peak"] >= size, z["peak"], size)}  # no number is never less, and so stays
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
-        """The largest."""
+        """The largest value of the run."""
         return z["peak"]
 
 
@@ -87,7 +87,7 @@ class TotalVariation(AbstractSignalMetric):
         seconds("TotalVariation(sample=...)", self.sample)
 
     def measured_in(self, unit: str) -> str:
-        """That of the signal, per second."""
+        """The unit of the signal, per second."""
         return product((unit, 1), ("s", -1))
 
     @property
@@ -96,7 +96,7 @@ class TotalVariation(AbstractSignalMetric):
         return self.sample
 
     def check(self, ode: Ode, horizon: float) -> None:
-        """At least one sample time must pass."""
+        """Refuse a horizon shorter than one sample time."""
         if self.sample > horizon * (1 + 1e-6):
             raise ValueError(
                 f"The metric '{self.name}' needs a horizon of one sample time at least, which is {self.sample:g} s; "
@@ -108,7 +108,7 @@ class TotalVariation(AbstractSignalMetric):
         return Layout((Entry("sum", np.zeros(size)), Entry("last", np.zeros(size))))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
-        """On the grid the change since the last sample is added."""
+        """The memory with the change since the last sample added, on the grid."""
         u, sampled, first = column(self.signal, y), on_grid(k, h, self.sample), k == 0
         change = ca.if_else(first, 0, ca.fabs(u - z["last"]))
         return {
@@ -146,7 +146,7 @@ class SampledRms(AbstractSignalMetric):
         return Layout((Entry("sum", np.zeros(size)), Entry("count", np.zeros(size))))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
-        """On the grid one sample more."""
+        """The memory with one more sample, on the grid."""
         sampled = on_grid(k, h, self.sample)
         return {
             "sum": z["sum"] + ca.if_else(sampled, column(self.signal, y) ** 2, 0),
@@ -199,7 +199,7 @@ class Overshoot(AbstractStepResponse):
         return Layout(tuple(Entry(name, np.zeros(size)) for name in ("level", "origin", "excess")))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
-        """The larger of what was and what is."""
+        """The memory with the larger of the past and the present excursion."""
         actual, level = levels(self.signal, y)
         _, origin = jump(k, z, actual, level)
         size = height(origin, level)
@@ -207,7 +207,7 @@ class Overshoot(AbstractStepResponse):
         return {"level": level, "origin": origin, "excess": ca.if_else(z["excess"] >= beyond, z["excess"], beyond)}
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
-        """In percent."""
+        """The overshoot in percent."""
         return 100 * z["excess"]
 
 

@@ -112,7 +112,7 @@ class FirstOrder(AbstractElement):
         return z["lag"]
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
-        """The lag."""
+        """The rate of the lag."""
         return {"lag": (v - z["lag"]) / self.time_constant}
 
 
@@ -150,7 +150,7 @@ class RateLimit(AbstractElement):
         return z["limited"]
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
-        """The lag within its limits."""
+        """The rate of the lag within its limits."""
         return {"limited": _within((v - z["limited"]) / self.time_constant, self.low, self.high)}
 
 

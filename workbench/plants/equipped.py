@@ -23,23 +23,23 @@ TRUTH = "d_"  # of a disturbance on x is 'd_x'
 
 
 class AbstractAround(AbstractPlant):
-    """A plant around another one, whose inputs, outputs and labels it has."""
+    """A plant that wraps another one, with the inputs, outputs and labels of that one."""
 
     plant: AbstractPlant
 
     @property
     def labels(self) -> Mapping[str, str]:
-        """Those of the plant."""
+        """The labels of the plant."""
         return self.plant.labels
 
     @property
     def inputs(self) -> Layout:
-        """Those of the plant."""
+        """The inputs of the plant."""
         return self.plant.inputs
 
     @property
     def outputs(self) -> Layout:
-        """Those of the plant."""
+        """The outputs of the plant."""
         return self.plant.outputs
 
 
@@ -89,13 +89,13 @@ class Equipped(AbstractAround):
 
     @property
     def truths(self) -> Layout:
-        """Those of the plant, and what it gives to the sensors."""
+        """The truths of the plant, and the true values of the outputs that have a sensor."""
         true = (replace(self.outputs[name], name=f"{name}_true") for name in self._sensed)
         return self.plant.truths + Layout(tuple(true))
 
     @property
     def states(self) -> Layout:
-        """Those of the plant, then those of the actuators, then those of the sensors."""
+        """The states of the plant, then of the actuators, then of the sensors."""
         own = (replace(entry, name=names[entry.name]) for _, z, names in self._memories() for entry in z.entries)
         return self.plant.states + Layout(tuple(own))
 
@@ -111,7 +111,7 @@ class Equipped(AbstractAround):
         return asked(self.plant, "applied", self.inputs, t, self._own(x), driven)
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The plant's own rates by what the actuators give, and those of the elements."""
+        """The rates of the plant, driven by the actuators, and those of the elements."""
         driven, actuators = self._through(self.actuators, x, u)
         _, sensors = self._through(self.sensors, x, self._outputs(t, x))
         moves = asked(self.plant, "rate", self.plant.states, t, self._own(x), driven)
@@ -199,7 +199,7 @@ class Disturbed(AbstractAround):
 
     @property
     def period(self) -> float | None:  # type: ignore[override]
-        """That of the plant, where it moves in discrete time."""
+        """The period of the plant, if it moves in discrete time."""
         return self.plant.period
 
     @property
@@ -209,12 +209,12 @@ class Disturbed(AbstractAround):
 
     @property
     def states(self) -> Layout:
-        """Those of the plant."""
+        """The states of the plant."""
         return self.plant.states
 
     @property
     def truths(self) -> Layout:
-        """Those of the plant, and the disturbances."""
+        """The truths of the plant, and the disturbances."""
         return self.plant.truths + self._added.prefixed(TRUTH)
 
     def measure(self, t: Number, x: States) -> Signals:
@@ -228,11 +228,11 @@ class Disturbed(AbstractAround):
         return self.plant.applied(t, x, self._driven(t, u))
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """That of the plant under the disturbed command."""
+        """The rates of the plant under the disturbed command."""
         return self.plant.rate(t, x, self._driven(t, u))
 
     def update(self, t: Number, x: States, u: Inputs) -> Parts:
-        """That of the plant under the disturbed command."""
+        """The next states of the plant under the disturbed command."""
         return self.plant.update(t, x, self._driven(t, u))
 
     @property

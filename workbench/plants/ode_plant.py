@@ -1,4 +1,4 @@
-"""A plant whose equations are there already: an open `Ode`, CasADi functions, or plain Python functions."""
+"""A plant made from existing equations: an open `Ode`, CasADi functions, or plain Python functions."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class OdePlant(AbstractPlant):
         u0: Array | None = None,
         name: str = "plant",
     ) -> OdePlant:
-        """x' = f(t, x, u, p), y = h(t, x, p), from functions as they stand.
+        """A plant x' = f(t, x, u, p), y = h(t, x, p) from CasADi or Python functions.
 
         Parameters
         ----------
@@ -131,7 +131,7 @@ class OdePlant(AbstractPlant):
 
     @property
     def states(self) -> Layout:
-        """Those of the equation, each with its start."""
+        """The states of the equation, each with its start."""
         return self.ode.states
 
     @property
@@ -141,7 +141,7 @@ class OdePlant(AbstractPlant):
 
     @property
     def outputs(self) -> Layout:
-        """Those of the equation."""
+        """The outputs of the equation."""
         return self.ode.outputs
 
     def measure(self, t: Number, x: States) -> Signals:
@@ -151,7 +151,7 @@ class OdePlant(AbstractPlant):
         return Signals(ode.outputs.view(ode.h(t, ode.states.flatten(x), self._p(unused))))
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """x' = f(t, x, p) with u in its places."""
+        """The rates x' = f(t, x, p) with u in the places of the declared inputs."""
         ode = self.ode
         return ode.states.view(ode.f(t, ode.states.flatten(x), self._p(u)))
 

@@ -43,7 +43,7 @@ def symbols_of(dynamics: Dynamics) -> dict[Symbol, str]:
 
 @door
 def narrowed(dynamics: Dynamics, fixed: Mapping[str, float]) -> Dynamics:
-    """The same arm with some of its parameters, by their paths, held at numbers.
+    """The same arm with some of its parameters, by their paths, fixed to numbers.
 
     Whole numbers are put into its matrices, as doubles compute with them exactly; other parameters keep their
     letters there. One that is a component of a vector becomes an entry of its own.

@@ -75,7 +75,7 @@ def diagnose(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics) 
 
 
 def first_wrong(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics) -> EntryVerdict | None:
-    """The first misprint: no entry of C that is as legal as the derived one, in its row or once that is corrected."""
+    """The first misprint: an entry that differs, not counting those of C that are right once another is corrected."""
     serious = [v for v in verdicts if v.kind == "differs" and v.same_torque != "proved"]
     rows = misprints(sheet, serious, derived)
     return next((v for v in serious if v.matrix != "C" or v.row not in rows or rows[v.row].label == v.label), None)
@@ -94,7 +94,7 @@ def in_common(verdicts: Sequence[EntryVerdict], diagnoses: Mapping[str, Diagnosi
 
 
 def told_apart(one: float, other: float) -> tuple[str, str]:
-    """Two numbers with as many digits as it takes to see that they differ, six at least."""
+    """Two numbers as text, with enough digits to show that they differ, six at least."""
     for digits in range(SHORT, FULL + 1):
         pair = f"{one:.{digits}g}", f"{other:.{digits}g}"
         if pair[0] != pair[1]:
@@ -142,7 +142,7 @@ class Misprint:
 
 
 def is_in_full(sheet: Sheet, row: int, joints: int) -> bool:
-    """True if a sheet prints all of a row of C; else what the row makes of qd is open."""
+    """True if a sheet prints all entries of a row of C, so that its product with qd is known."""
     return all(("C", row, column) in sheet.entries for column in range(1, joints + 1))
 
 

@@ -1,4 +1,4 @@
-"""The value of a formula that was read, over anything that adds and multiplies, and its exact normal form."""
+"""The value of a formula in any arithmetic, and its exact normal form."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ MOST_WAVES = 100  # in a product; doubles count the terms of no more
 
 
 class Arithmetic(NamedTuple):
-    """The maker of numbers, and the functions by their names; a division by zero gives no finite number in either."""
+    """An arithmetic: the maker of its numbers and its functions by name; a division by zero gives no finite number."""
 
     number: Callable[[float], Any]
     functions: Mapping[str, Callable[[Any], Any]]
@@ -94,7 +94,7 @@ def _number(value: Fraction | float) -> float:
 
 
 def bounded(formula: Formula, place: Token) -> Formula:
-    """A formula whose parts and powers are not nested beyond what can be gone through and multiplied out."""
+    """The formula, refused if its parts or powers are nested too deep to be multiplied out."""
     waiting = [(formula, 1, Fraction(1))]
     while waiting:
         part, level, power = waiting.pop()
@@ -167,7 +167,7 @@ def at_numbers(form: NormalForm, numbers: Mapping[str, Fraction]) -> NormalForm:
 
 
 def constant(form: NormalForm) -> Fraction | None:
-    """The number that a normal form is; None if it is none, or no rational one."""
+    """The rational number that a normal form equals; None if it equals none."""
     return None if form.terms.keys() - {waves.UNIT} else form.terms.get(waves.UNIT, Fraction(0))
 
 

@@ -1,4 +1,4 @@
-"""Tokens to a formula: sums, products written or implied, powers, functions, fractions and matrices.
+"""The parser of tokens to a formula: sums, products written or implied, powers, functions, fractions and matrices.
 
     expression = [sign] product {sign product}
     product    = power {("*" | "/" | nothing) power}

@@ -19,7 +19,7 @@ FUNCTIONS = ("sin", "cos", "tan", "sqrt")
 
 
 class FormulaError(ValueError):
-    """A text that is no formula; the message begins with its line and column."""
+    """The error of a text that is no formula; the message begins with its line and column."""
 
 
 @dataclass(frozen=True)
@@ -44,13 +44,13 @@ class Token:
 
 
 def refusal(place: Token | tuple[int, int], said: str) -> FormulaError:
-    """The refusal of what stands at a place, to be raised."""
+    """The error that refuses the text at a place, to be raised."""
     line, column = (place.line, place.column) if isinstance(place, Token) else place
     return FormulaError(f"line {line}, column {column}: {said}")
 
 
 def cut(said: str) -> str:
-    """A piece of the text as a message quotes it: no longer than one sees at a glance."""
+    """A piece of the text as a message quotes it, shortened."""
     return said if len(said) <= LONGEST_QUOTE else f"{said[:LONGEST_QUOTE]}..."
 
 

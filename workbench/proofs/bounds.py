@@ -161,7 +161,7 @@ def disturbance_bounds(D: ca.SX, t: ca.SX, until: float) -> tuple[Extreme, Extre
 
 @door
 def shown(bound: float, side: int) -> str:
-    """A proved bound to nine digits, which are rounded so that it stays one: down (side 1) or up (side -1)."""
+    """A proved bound as text with nine digits, rounded outward: down (side 1) or up (side -1)."""
     if side not in (1, -1):
         raise refusal("shown(side=...)", "1 for a bound from below or -1 for one from above", side)
     rounding = decimal.ROUND_FLOOR if side == 1 else decimal.ROUND_CEILING
@@ -169,7 +169,7 @@ def shown(bound: float, side: int) -> str:
 
 
 def by_intervals(boxes: int) -> str:
-    """The method of a proof and what it rests on, as evidence ends."""
+    """The end of an evidence: the method of the proof, and the arithmetic on which it rests."""
     return f", by interval arithmetic on {boxes} boxes ({guarantee()})"
 
 

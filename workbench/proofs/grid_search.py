@@ -1,4 +1,4 @@
-"""The least value of a function over a box, as seen on a grid that is halved round its best point."""
+"""The least value of a function over a box, sought on a grid that is refined around its best point."""
 
 from __future__ import annotations
 

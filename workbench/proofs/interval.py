@@ -1,4 +1,4 @@
-"""Interval arithmetic on arrays of boxes: what a CasADi expression can be while its symbols stay within theirs.
+"""Interval arithmetic on arrays of boxes: bounds of a CasADi expression whose symbols stay within a box.
 
 Every result is rounded outward by one step, so that the true set lies within. Where a function has no value (the root
 of a negative number, a divisor that may be zero) the interval is the whole line. Sums, products, quotients and roots of

@@ -1,4 +1,4 @@
-"""The structure that proofs of robot control lean on: M symmetric, M' - 2C skew, M positive definite."""
+"""The properties on which proofs in robot control rest: M symmetric, M' - 2C skew, M positive definite."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ class Modes:
     pieces: dict[Mode, Piece | str] = field(default_factory=dict)
 
     def piece(self, mode: Mode) -> Piece | str:
-        """The piece of a mode, or why it has none."""
+        """The piece of a mode, or the reason why it has none."""
         if mode not in self.pieces:
             try:
                 self.pieces[mode] = Piece.of(self.switched, mode)
@@ -146,7 +146,7 @@ class Modes:
 
 
 def turned(mode: Mode, guard: Guard) -> Mode:
-    """The same place on a staircase by the next level: what was above the last one is below it."""
+    """The mode after a staircase has moved on by one level: the side of the surface changes its sign."""
     k, side = guard.surface, guard.side
     levels = tuple(level + side * (i == k) for i, level in enumerate(mode.levels))
     return Mode(tuple(-side if i == k else s for i, s in enumerate(mode.sides)), levels)

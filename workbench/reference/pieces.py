@@ -64,7 +64,7 @@ class Mode:
 
 @dataclass(frozen=True, eq=False)
 class Guard:
-    """A function that is positive within a piece: of which surface, and the side where it ends."""
+    """A function that is positive within a piece, with its surface, and the side on which it ends the piece."""
 
     surface: int
     kind: str  # "cross", "leave" or "turn"
@@ -74,7 +74,7 @@ class Guard:
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """x' = f(t, x) while every side stays what it is, and what holds and ends it.
+    """The smooth rate x' = f(t, x) while no side changes, with its constraints and guards.
 
     On the surfaces in sliding the sides u solve d sigma / dt = 0 (d^2 sigma / dt^2 = 0 where no side
     enters the first derivative): Utkin's equivalent control.
@@ -214,7 +214,7 @@ class Piece:
 
     @cached_property
     def settle(self) -> Numeric:
-        """The move along their push by which the sides take d sigma / dt to zero, (t, x) -> (nx, 1)."""
+        """The correction along the push, (t, x) -> (nx, 1), that brings d sigma / dt back to zero."""
         across = ca.jacobian(self.constraints, self.x) @ self.push
         return self._function("settle", -self.push @ ca.pinv(across) @ self.constraints)
 

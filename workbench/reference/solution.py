@@ -139,7 +139,7 @@ def reference_of_function(
     method: str = "auto",
     most_steps: int = MOST_STEPS,
 ) -> Reference:
-    """The solution of x' = f(t, x) from time 0 for a smooth Python function f, whose graph nobody sees.
+    """The solution of x' = f(t, x) from time 0 for a smooth Python function f that is only evaluated.
 
     As `reference`, without surfaces; "auto" is explicit, and the Jacobian of "implicit" a difference.
 

@@ -1,4 +1,4 @@
-"""A report as a folder whose page and PDF are whole at every moment: the old ones, or the new ones."""
+"""A report as a folder whose page and PDF are replaced in one move, so that neither is ever half written."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _OURS = re.compile(
 
 
 class ReportError(ValueError):
-    """A report that could not be written; what stood in its place still stands there."""
+    """The error of a report that could not be written; an earlier report is left unchanged."""
 
 
 def write(document: Document, folder: Path | str, beside: Mapping[str, bytes] | None = None) -> Path:

@@ -73,7 +73,7 @@ def measured(value: float, error: float) -> Printed:
 
 
 def paddings(column: Iterable[Printed]) -> list[Padding]:
-    """For each number of a column what is missing to the common frame, glyph class by glyph class.
+    """For each number of a column, the characters that it lacks to the common frame, one class of glyphs at a time.
 
     Each number then has the same count of signs, digits, points and brackets before it and behind
     it, so it has its decimal point in the same place in any font with digits of one width.

@@ -33,7 +33,7 @@ class Placed:
 
     @property
     def anchor(self) -> str:
-        """Where a link to the block leads."""
+        """The target of links to the block."""
         return f"{self.kind}-{self.number}"
 
     @property

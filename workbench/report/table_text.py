@@ -120,7 +120,7 @@ def short_columns(table: Table) -> list[bool]:
 
 
 def length(shown: Shown) -> int:
-    """About how many letters a cell has."""
+    """The approximate number of letters of a cell."""
     return len(str(shown.content)) if isinstance(shown.content, Printed) else len(plain(shown.content))
 
 

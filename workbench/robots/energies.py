@@ -1,4 +1,4 @@
-"""Poses and energies of a tree of bodies, by turns and shifts alone: a second road to the torque, and its check."""
+"""Poses and energies of a tree of bodies: a second derivation of the torque, against which recursions are checked."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def roads(arm: Any) -> ca.Function:
 
 
 def difference(torques: ca.Function, states: Array) -> Array:
-    """The gap between the roads at states (N, 3, n) of q, qd and qdd, over the largest torque there, (N,).
+    """The difference of the torques by recursion and by energies at N states, relative to the largest torque, (N,).
 
     The energies know positions alone, and the recursion knows no energy. M of composite bodies is a third road to
     the part of qdd.
@@ -95,7 +95,7 @@ def difference(torques: ca.Function, states: Array) -> Array:
 
 
 def check(arm: Any) -> None:
-    """Refuse an arm for which the roads differ, or whose M cannot be inverted."""
+    """Refuse an arm whose recursion and energies give different torques, or whose M cannot be inverted."""
     states = np.random.default_rng(SEED).uniform(-1.0, 1.0, (STATES, 3, arm.dof))
     torques = roads(arm)
     worst = float(np.max(difference(torques, states)))

@@ -1,4 +1,4 @@
-"""From energies to M, C and G, for any arm that can say its energies.
+"""M, C and G of an arm from its energies.
 
 Each function differentiates over fresh symbols and then puts in what it was given, so that q may be
 any expression: an estimate, say.

@@ -49,7 +49,7 @@ def velocities(bodies: Sequence[Body], qd: ca.SX) -> list[ca.SX]:
 
 
 def torque(bodies: Sequence[Body], gravity: ca.SX, qd: ca.SX, qdd: ca.SX) -> ca.SX:
-    """tau = M qdd + C qd + G, (n, 1): the base accelerates upward at `gravity`, and that is what weight is."""
+    """tau = M qdd + C qd + G, (n, 1), with gravity as an upward acceleration `gravity` of the base."""
     v = velocities(bodies, qd)
     base = ca.vertcat(ca.SX(5, 1), gravity)
     a: list[ca.SX] = []

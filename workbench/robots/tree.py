@@ -70,7 +70,7 @@ class _Seat(NamedTuple):
 def arm_of(
     solids: Sequence[Solid], joints: Sequence[Joint], gravity: float = 9.81, passive: tuple[str, ...] = ()
 ) -> SpatialArm:
-    """The arm of bodies and joints; what a fixed joint carries becomes part of what carries it.
+    """The arm of bodies and joints; bodies that a fixed joint connects become one.
 
     The moving joints are numbered along the tree, each before what it carries, branches in the order of `joints`;
     those named `passive` have no motor. What the base weighs moves nothing.

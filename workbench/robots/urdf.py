@@ -1,7 +1,7 @@
-"""URDF to an arm: links with inertia, and joints; what is only seen or touched is passed by.
+"""The arm that a URDF file describes: links with inertia, and joints; visual and collision parts are ignored.
 
-Gravity pulls along -z of the root link. Limits of position, velocity and effort are passed by, as the equations know
-nothing of them. XML from strangers is plain: no entity, no other file, nothing huge.
+Gravity pulls along -z of the root link. Limits of position, velocity and effort are ignored, as they are no part of
+the equations. A text with entities or other files in it, or one that is very large, is refused.
 
 References
 ----------

@@ -1,4 +1,4 @@
-"""Job: what a march is asked for, and the pieces of time and lots of runs that it is cut into."""
+"""Job: the runs and times that a march computes, and their division into pieces of time and lots of runs."""
 
 from __future__ import annotations
 

@@ -129,13 +129,13 @@ class CompiledSweep:
         return p, np.hstack([x0, np.tile(self.coarse.states.default[x0.shape[1] :], (last - first, 1))])
 
     def at(self, design: AbstractDesign) -> CompiledSweep:
-        """The same for other runs."""
+        """The sweep with the runs of another design."""
         other = replace(self, sweep=replace(self.sweep, design=design), size=design.size)
         vars(other)["fingerprint"] = self.fingerprint  # which the runs do not change, and which takes a while
         return other
 
     def under(self, seed: int) -> CompiledSweep:
-        """The same under the noise of another seed."""
+        """The sweep under the noise of another seed."""
         return replace(self, sweep=replace(self.sweep, run=replace(self.sweep.run, seed=seed)))
 
     def at_half(self, name: str, size: int) -> CompiledSweep:

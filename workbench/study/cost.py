@@ -28,7 +28,7 @@ PROGRAM = 200 * 2**20  # bytes of the workbench itself
 @dataclass(frozen=True)
 @show
 class Cost:
-    """Runs, and what they take: s on so many threads, and bytes of memory and disk."""
+    """The cost of runs: s on so many threads, and bytes of memory and disk."""
 
     runs: int
     threads: int

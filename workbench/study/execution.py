@@ -29,12 +29,12 @@ Arithmetics = tuple[tuple[str, str], ...]  # that of each sweep, by their names
 
 
 class Stopped(KeyboardInterrupt):
-    """Ctrl-C, with the chunks that are kept."""
+    """The interruption of a study by Ctrl-C, with the chunks that are kept."""
 
 
 @dataclass(frozen=True)
 class Order:
-    """The wishes of the one who runs a study.
+    """The options with which a study is run.
 
     Attributes
     ----------
@@ -240,7 +240,7 @@ def _samples(
 
 
 def tasks_of(sweeps: Sequence[CompiledSweep]) -> tuple[Task, ...]:
-    """The chunks of some sweeps, each with its name; whatever is wrong with the numbers of a run is refused here."""
+    """The chunks of some sweeps, each with its name; faults in the numbers of a run are refused here."""
     return tuple(Task(i, *ends, one.name(*ends)) for i, one in enumerate(sweeps) for ends in one.chunks)
 
 

@@ -29,15 +29,15 @@ KEPT = f"What was done is kept. {LATER}"
 
 
 class StoppedError(RuntimeError):
-    """The end of a chunk that nobody waits for any more."""
+    """The error that ends a chunk whose result is no longer wanted."""
 
 
 class ClusterError(ValueError):
-    """A cluster that cannot do what it is asked for; what it has done is kept."""
+    """The error of a cluster that cannot do what it is asked for; its finished chunks are kept."""
 
 
 class Source(Hashable, Protocol):
-    """Where another process finds the same sweeps; plain data, which is sent there."""
+    """The source of a study's sweeps for another process, as plain data that is sent there."""
 
     def __call__(self) -> tuple[CompiledSweep, ...]:
         """The sweeps."""

@@ -1,4 +1,4 @@
-"""Where each number comes from: stated by a paper, derived from it, or assumed by us."""
+"""The origin of each number: stated by a paper, derived from it, or assumed by us."""
 
 from __future__ import annotations
 

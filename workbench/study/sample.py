@@ -143,7 +143,7 @@ class Sample:
 
     @property
     def choice(self) -> str:
-        """For which tolerance the step was chosen, if it was."""
+        """The tolerance for which the step was chosen, in words; empty if there is none."""
         return "" if self.tolerance is None else f"; chosen by pilot runs for a tolerance of {self.tolerance:g}"
 
     @property
@@ -154,7 +154,7 @@ class Sample:
 
     @property
     def beyond(self) -> str:
-        """The runs whose step is too long to be stable, in words, of those that were looked at."""
+        """The number of looked-at runs whose step is beyond the stability limit, in words."""
         beyond, unknown = self.limits[self.limits < self.h], int(np.isnan(self.limits).sum())
         said = [f"; stability limit not known of {unknown:,}"] if unknown else []
         if len(beyond):

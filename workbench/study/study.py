@@ -1,4 +1,4 @@
-"""A study: a question, the runs that answer it, and how their results read."""
+"""A study: a question, the runs that answer it, and the sections of its report."""
 
 from __future__ import annotations
 
@@ -182,7 +182,7 @@ class Results:
 
     @property
     def all_samples(self) -> tuple[Sample, ...]:
-        """Those of the sweeps, and all runs of the tunings."""
+        """The samples of the sweeps, and of all runs of the tunings."""
         held = (sample for one in self.tunings for sample in (*one.samples.values(), *one.halves.values()))
         return (*self.samples, *held)
 
@@ -211,7 +211,7 @@ class Results:
         ]
 
     def to_frame(self) -> pd.DataFrame:
-        """The rows."""
+        """The rows as a table."""
         import pandas as pd
 
         return pd.DataFrame(self.rows)
@@ -225,7 +225,7 @@ class Results:
 @dataclass(frozen=True, eq=False)
 @door
 class Study:
-    """A question, the cases, sweeps and tunings that answer it, and the sections that say how.
+    """A question, the cases, sweeps and tunings that answer it, and the sections of its report.
 
     Attributes
     ----------

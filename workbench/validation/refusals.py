@@ -24,7 +24,7 @@ WORDS = {int: "a whole number", float: "a number", bool: "True or False", str: "
 
 
 def refusal(call: str, must: str, value: object, advice: str = "") -> ValueError:
-    """The error that says what an argument must be, and what came."""
+    """The error that says what an argument must be, and what value came."""
     return ValueError(f"`{call}` must be {must}; got {described(value)}{advice}.")
 
 

@@ -1,4 +1,4 @@
-"""The door of a public function or class: it makes arguments fit their type hints, and refuses the rest by name."""
+"""The door of a public function or class: it converts arguments to their type hints, or refuses them by name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Type hints: the values that each one takes, made Python's own, and the words for it in a message."""
+"""Type hints: the conversion of a value to the type of a hint, and the words for a hint in a message."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The linear part of a loop that switches, s = W u with u = -f(s), and how a loop is cut there."""
+"""The linear part of a switching loop, s = W u with u = -f(s), and the cut that separates it from the switch."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Limit cycles of a sampled relay, exact; and the oscillation that a record of a run shows."""
+"""The exact limit cycles of a sampled relay, and the oscillation in the record of a run."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Cycle:
 
     @property
     def stable(self) -> bool:
-        """True if no small departure grows."""
+        """True if no small deviation from the cycle grows."""
         return self.contraction <= 1 + ROUNDING
 
 

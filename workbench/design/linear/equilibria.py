@@ -84,7 +84,7 @@ class Equilibria:
     boxes: int
 
     def __str__(self) -> str:
-        """The number of points, and how sure it is."""
+        """The number of points, and whether others are excluded, in words."""
         found = {0: "no rest point", 1: "1 rest point"}.get(len(self.points), f"{len(self.points)} rest points")
         tried = f"{self.converged} of {self.starts} starts converged"
         if self.complete:

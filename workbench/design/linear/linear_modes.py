@@ -1,4 +1,4 @@
-"""Modes of a linear system: its poles, and which of them no input reaches or no output shows."""
+"""The modes of a linear system: its poles, and tests of controllability and observability."""
 
 from __future__ import annotations
 

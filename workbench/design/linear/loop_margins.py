@@ -33,7 +33,7 @@ DECAY = 1e-12  # of the size of A: a pole that decays no faster is on the axis, 
 @dataclass(frozen=True)
 @show
 class DiskMargin:
-    """The largest complex change of all loops at once, each by a factor of its own, that the loop stands.
+    """The largest complex change of all loop gains at once, each by its own factor, with which the loop stays stable.
 
     Attributes
     ----------

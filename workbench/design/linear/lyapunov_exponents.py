@@ -1,4 +1,4 @@
-"""Lyapunov exponents along a path: how fast small deviations grow or shrink in the long run."""
+"""Lyapunov exponents along a path: the mean rates at which small deviations grow or decay."""
 
 from __future__ import annotations
 

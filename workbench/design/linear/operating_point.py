@@ -32,7 +32,7 @@ SMALL = 1e-7  # a relative step that is taken whole, as the next one may be noth
 
 
 def rate_terms(A: Array, x: Array) -> Array:
-    """The size of the terms of each rate, (nx,): what a state of order one would do, at least."""
+    """A scale for each rate, (nx,): |A| (1 + |x|) + 1, the size of its terms at a state of order one or larger."""
     return np.asarray(np.abs(A) @ (1 + np.abs(x)) + 1)
 
 
@@ -65,7 +65,7 @@ class OperatingPoint:
 def operating_point(
     ode: Ode, wanted: Mapping[str, Any], p: Any = None, t: float = 0.0, u: Any = None
 ) -> OperatingPoint:
-    """The inputs u and the states at which f(t, x, p, u) = 0, those that are wanted as they are: a trimmed state.
+    """The inputs u and the free states at which f(t, x, p, u) = 0, with the other states as given: a trimmed state.
 
     Gauss-Newton on all rates from the defaults, its step halved while the next one would be longer. Where inputs and
     free states are more than the rates fix, the one nearest to the start in each step is taken.

@@ -1,4 +1,4 @@
-"""The largest gain of a linear system over all frequencies, and what scalings and phases make of it."""
+"""The largest gain of a linear system over all frequencies, also under scalings and phases of its channels."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def _highest(G: Realisation, frequencies: Array) -> tuple[float, float]:
 
 
 def crossings_of(G: Realisation, gamma: float) -> Array:
-    """Frequencies at which a singular value of G may be gamma, in order; some too many do no harm."""
+    """The frequencies at which a singular value of G may equal gamma, in order, perhaps with some others."""
     A, B, C, D = G.A, G.B, G.C, G.D
     R = np.linalg.inv(gamma**2 * np.eye(D.shape[1]) - D.T @ D)
     F = A + B @ R @ D.T @ C

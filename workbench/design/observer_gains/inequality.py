@@ -86,7 +86,7 @@ class Inequality:
         return np.asarray(self.Z0 + part + part.swapaxes(-1, -2))
 
     def doubt(self, J: Array, R: Array) -> Array:
-        """The most that an unknown part of J, |.| <= R, takes from the diagonal of Z, with all rounding, (..., m)."""
+        """The most by which an unknown part of J, |.| <= R, lowers the diagonal of Z, with all rounding, (..., m)."""
         grown = R + 64 * UNIT * J
         part = np.abs(self.F) @ grown @ np.abs(self.G)
         rows = (part + part.swapaxes(-1, -2)).sum(axis=-1) + 64 * UNIT * self.size.sum(axis=-1)

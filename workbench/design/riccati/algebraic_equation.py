@@ -132,7 +132,7 @@ def norm(matrix: Array) -> float:
 
 
 def size(matrix: Array) -> float:
-    """The 2-norm, infinite where an entry is not finite: LAPACK would print what it thinks of that."""
+    """The 2-norm; infinite where an entry is not finite, for which LAPACK would print a warning."""
     return float(np.linalg.norm(matrix, 2)) if np.isfinite(matrix).all() else np.inf
 
 

@@ -1,4 +1,4 @@
-"""Good units for a Riccati equation, and the change of its solution when its data move a little.
+"""The scaling of a Riccati equation, and the sensitivity of its solution to small changes of the data.
 
 A change of units by powers of two makes no rounding error.
 
@@ -75,7 +75,7 @@ class Units:
         return times(K, self.inputs, -self.states)
 
     def __add__(self, other: Units) -> Units:
-        """These units, measured by others."""
+        """The composition of two changes of units: the exponents add."""
         return Units(self.states + other.states, self.inputs + other.inputs)
 
 

@@ -1,4 +1,4 @@
-"""Sums and products of matrices in twice the working precision, by sums and products that make no error.
+"""Sums and products of matrices in twice the working precision, by error-free transformations.
 
 A number is an unevaluated sum `high + low` of two floats. A product is split into slices so short that
 every product of two slices is an exact sum of exact products, which the machine's own fast matrix product may

@@ -1,4 +1,4 @@
-"""First answers to a Riccati equation by several methods, none trusted, and Newton's method from each.
+"""First approximations to the solution of a Riccati equation, and their refinement by Newton's method.
 
 References
 ----------

@@ -27,7 +27,7 @@ class Extent(NamedTuple):
 
     @property
     def height(self) -> float:
-        """All of its height."""
+        """The total height."""
         return self.ascent + self.descent
 
 
@@ -35,7 +35,7 @@ NUMBER = Extent(0.0, ASCENT * SMALL_LETTERS, DESCENT * SMALL_LETTERS)  # of the 
 
 
 def mathtext(label: Label) -> str:
-    """A label in the words of matplotlib: what is text stays text, dollars and all."""
+    """A label in the mathtext of matplotlib, with the dollars of plain text escaped."""
     pieces = label if isinstance(label, tuple) else (label,)
     return "".join(p.replace("$", r"\$") if isinstance(p, str) else _formula(p) for p in pieces)
 
@@ -52,7 +52,7 @@ def _formula(formula: Any) -> str:
 
 
 def letters(size: float) -> FontProperties:
-    """The house's letters of a size in points."""
+    """The font of the figures in a size in points."""
     return FontProperties(family=FAMILY, size=size)
 
 

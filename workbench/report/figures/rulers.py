@@ -1,4 +1,4 @@
-"""The two rulers of a panel, what each spans, its marks and numbers; and how large a figure is, by its named rows."""
+"""The two rulers of a panel, with their ranges, marks and numbers; and the size of a figure."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ def _locator(scale: str, most: int, subs: Sequence[float] = (1.0,), whole: bool 
 
 
 def rulers(figure: Figure, i: int, curves: Sequence[tuple[Array, ...]]) -> tuple[Ruler, Ruler]:
-    """Those of panel i, whose curves have these points; names that stand beside another panel are left out."""
+    """The rulers of panel i, whose curves have these points; names that stand beside another panel are left out."""
     panel = figure.panels[i]
     held = [_held(curve, mark.spans) for curve, mark in zip(curves, panel.series, strict=True)]
     margin = 0.05 if any(_has_margin(mark) for mark in panel.series) else 0.0

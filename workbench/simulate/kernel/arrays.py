@@ -114,7 +114,7 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = {
 
 @dataclass(frozen=True)
 class Arrays:
-    """Does what it is asked for at once."""
+    """A machine that computes each operation at once."""
 
     fused: bool
 
@@ -136,7 +136,7 @@ Line = tuple[int, Callable[..., Any], tuple[int, ...], tuple[int, ...]]
 
 
 class Tape:
-    """A machine that notes what is to be done, each thing once; a value is its place among the values of a play."""
+    """A machine that records operations, each one once; a value is its place among those of a play."""
 
     def __init__(self, fused: bool) -> None:
         self.fused = fused
@@ -163,11 +163,11 @@ class Tape:
         return place
 
     def place(self, of: object) -> int:
-        """The place of what comes in under a name of its own."""
+        """The place of a named input."""
         return self.places.setdefault(of, len(self.places))
 
     def lines(self, results: Collection[int]) -> list[Line]:
-        """The operations that some results need, each with the values that nothing behind it needs."""
+        """The operations that some results need, each with the values that are not used after it."""
         needed, kept = set(results), list[Line]()
         for place, (function, operands) in reversed(self.notes.items()):
             if place in needed:
@@ -178,7 +178,7 @@ class Tape:
 
 
 def play(lines: Iterable[Line], values: dict[int, Value]) -> None:
-    """Add what some lines of a tape make to the values that come in; what is needed no longer goes at once."""
+    """Compute the lines of a tape, add their results to the values, and delete each value after its last use."""
     for place, function, operands, last in lines:
         values[place] = function(*[values[i] for i in operands])
         for i in last:

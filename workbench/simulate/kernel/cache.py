@@ -1,8 +1,8 @@
 """The disk cache: the machine code of kernels, each under a key that names all it depends on.
 
 A file is a header and the code. The header repeats the key and has the code's hash, so that a file which is
-damaged, cut off or not our own is told from a good one, and counts as absent. Nothing here fails: what
-cannot be kept or read is compiled anew.
+damaged, cut off or not our own is told from a good one, and is compiled anew. No fault of the
+disk is an error: the kernel is compiled anew.
 
 The code is executed. So the folder must belong to the user and be writable for nobody else; any other
 is not used. `WORKBENCH_CACHE` names another folder, or is "off".
@@ -52,7 +52,7 @@ def folder() -> Path | None:
 
 
 def load(key: str) -> bytes | None:
-    """The code under a key, or None if there is none that is whole, ours and of this key."""
+    """The code under a key, or None if the cache has no complete file of this user for it."""
     place = folder()
     if place is None:
         return None
@@ -74,7 +74,7 @@ def load(key: str) -> bytes | None:
 
 
 def store(key: str, code: bytes) -> None:
-    """Keep the code under a key; a reader finds all of it or nothing, whoever else writes at the same time."""
+    """Store the code under a key, so that a concurrent reader finds all of it or nothing."""
     place = folder()
     if place is None:
         return

@@ -1,6 +1,6 @@
 """Rewriting: the same graph with less work in it, and the graph of a whole step from that of its rates.
 
-What is rewritten depends on the graph alone, never on which parameters vary: so no last bit of a run does.
+The rewriting depends on the graph alone and not on which parameters vary, so neither do the bits of a run.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def opened(graph: Graph) -> Graph:
 
 
 def fused(graph: Graph) -> Graph:
-    """The same graph without what no result needs, and with a product rounded together with the sum it is for.
+    """The same graph without unused nodes, and with each product rounded together with the sum it is for.
 
     The product must have no other use, and change with no less than the sum: else it would be made more often.
     """

@@ -127,7 +127,7 @@ class Equation:
 @dataclass(frozen=True)
 @door
 class Verdict:
-    """A claim with what became of it and its evidence, as a bound, a residual or a witness, in one box.
+    """A claim with its verdict and its evidence, as a bound, a residual or a witness, in one box.
 
     A claim `holds`, `fails` or is `open`. What a study `found` is a plain sentence with its figure, printed without
     a word of right or wrong; one that `depends` has other answers to other questions.
@@ -160,7 +160,7 @@ Block: TypeAlias = Paragraph | Itemize | Equation | Table | Figure | Verdict
 @dataclass(frozen=True)
 @door
 class Section:
-    """A heading and what stands below it.
+    """A heading and the blocks below it.
 
     Examples
     --------
@@ -194,7 +194,7 @@ class Colophon:
 
 @dataclass(frozen=True)
 class Document:
-    """A report: its question, its method, its sections, and how to get it again.
+    """A report: its question, its method, its sections, and the record to make it again.
 
     Its texts are made clean: a line break or tab becomes a space, and what no file may hold, as a control character,
     becomes U+FFFD, the sign for a character that cannot be shown.

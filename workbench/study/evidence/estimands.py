@@ -38,7 +38,7 @@ class Mean:
 
     @property
     def words(self) -> str:
-        """Its name."""
+        """The name of the estimand."""
         return "mean"
 
 
@@ -58,7 +58,7 @@ class Quantile:
 
     @property
     def words(self) -> str:
-        """Its name."""
+        """The name of the estimand."""
         return f"{100 * self.share:g} % quantile"
 
 
@@ -73,7 +73,7 @@ class Median:
 
     @property
     def words(self) -> str:
-        """Its name."""
+        """The name of the estimand."""
         return "median"
 
 
@@ -95,7 +95,7 @@ class Tail:
 
     @property
     def words(self) -> str:
-        """Its name."""
+        """The name of the estimand."""
         return f"mean of the worst {100 * (1 - self.share):g} %"
 
 
@@ -120,7 +120,7 @@ class Success:
 
     @property
     def words(self) -> str:
-        """Its name."""
+        """The name of the estimand."""
         return f"success (<= {self.limit:g})"
 
 

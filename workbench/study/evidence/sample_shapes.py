@@ -257,7 +257,7 @@ def dip(values: Array) -> float:
 
 @lru_cache(maxsize=8)
 def least_dip(runs: int, confidence: float, seed: int) -> float:
-    """The dip that so many draws of a uniform law, of all with one mode the hardest to tell, stay below so surely."""
+    """The quantile, at a confidence, of the dip of uniform samples, the largest of all laws with one mode."""
     dips = np.sort([dip(row) for row in uniforms(seed, 0, RESAMPLES, runs)])
     return float(dips[int(np.ceil(confidence * (RESAMPLES - 1)))])
 

@@ -1,7 +1,7 @@
 """The ledger of a study: a folder of records, each a file of its own, durable before it is acknowledged.
 
-A record holds its own digest, which is compared whenever it is read: a file that does not match counts as absent.
-Damage costs the computing time of the records that it hit, and never a wrong number.
+A record holds its own digest, which is compared whenever it is read: a file that does not match is
+computed again.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ LATER = "The same command goes on from there."
 
 
 class LedgerError(ValueError):
-    """A ledger that cannot be read or written; nothing of it is lost."""
+    """The error of a ledger that cannot be read or written; nothing of it is lost."""
 
 
 @dataclass(frozen=True)

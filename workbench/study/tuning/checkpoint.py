@@ -70,7 +70,7 @@ def _spared(search: Search, names: Names) -> int:
 
 
 def about_of_searches(searches: Sequence[Search], names: Names) -> tuple[SweepAbout, ...]:
-    """The runs of tunings as a ledger describes them; a chunk that nobody knows yet has a name that none has."""
+    """The runs of tunings as a ledger describes them; a chunk not known yet has a placeholder as its name."""
     sweeps = []
     for search in searches:
         ended = bool(names[search.halves[0].sweep.name])  # the best are run again once all searches have ended

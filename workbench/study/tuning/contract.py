@@ -29,7 +29,7 @@ Objective = Callable[[Mapping[str, Sample]], Array]
 @dataclass(frozen=True, eq=False)
 @door
 class Trial:
-    """A run in which numbers have to prove themselves: one of the scenarios that a search trains on.
+    """A run on which a search judges the numbers of a loop: one of the scenarios that it trains on.
 
     Attributes
     ----------
@@ -168,7 +168,7 @@ class Tuning:
 
     @property
     def window(self) -> int:
-        """The number of generations in which a settled search gains at most 1 %; 0 if the search is too short."""
+        """The length of a settled search's last window in generations; 0 if the search is too short to have one."""
         return self.generations // WINDOW
 
     @property

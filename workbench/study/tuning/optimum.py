@@ -1,4 +1,4 @@
-"""Optimum: the best that the searches of a tuning found, and how far it may be trusted."""
+"""Optimum: the best point that the searches of a tuning found, its spread, and the doubts about it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Measure = Callable[[Mapping[str, Sample]], Array]
 @dataclass(frozen=True, eq=False)
 @door
 class Tuned:
-    """All points that were looked at, what they are worth, and the best of them.
+    """All points that a tuning evaluated, their objectives, and the best of them.
 
     Attributes
     ----------
@@ -62,7 +62,7 @@ class Tuned:
 
     @property
     def name(self) -> str:
-        """That of the tuning."""
+        """The name of the tuning."""
         return self.tuning.name
 
     @property
@@ -123,12 +123,12 @@ class Tuned:
 
     @property
     def objective(self) -> float:
-        """That of the best point, at h / 2, in the mean over the training noises."""
+        """The objective of the best point at h / 2, in the mean over the training noises."""
         return float(self.halved[self._row].mean())
 
     @property
     def spread(self) -> float:
-        """From the least to the greatest objective of the best point at h / 2 over the training noises."""
+        """The least and the greatest objective of the best point at h / 2 over the training noises."""
         return float(np.ptp(self.halved[self._row]))
 
     @property

@@ -1,4 +1,4 @@
-"""Derivatives of a run's metrics: exact ones of the very steps that are taken, and differences of runs beside it."""
+"""Derivatives of a run's metrics: exact for the steps that are taken, and by differences of neighbouring runs."""
 
 from __future__ import annotations
 

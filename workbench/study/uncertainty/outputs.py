@@ -1,4 +1,4 @@
-"""The outputs of many runs: those that can be judged, made ready for it, and the reasons against the others."""
+"""The outputs of many runs as columns of numbers, and the reasons for which some are refused."""
 
 from __future__ import annotations
 
