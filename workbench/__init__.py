@@ -63,7 +63,7 @@ def __dir__() -> list[str]:
 
 
 class _Face(ModuleType):
-    """The package: whoever imports the room `workbench.simulate` leaves `wb.simulate` the function that it is."""
+    """The class of the package: it keeps `wb.simulate` the function when the room `workbench.simulate` is imported."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if not (name in _HOMES and isinstance(value, ModuleType)):

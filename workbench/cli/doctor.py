@@ -49,7 +49,7 @@ def findings() -> Iterator[Finding]:
 
 
 def _checks() -> dict[str, Callable[[], str]]:
-    """The checks by name: each says how it is, or raises."""
+    """The checks by name: each returns the state in words, or raises."""
     return {
         "control-workbench": partial(version, "control-workbench"),
         "python": platform.python_version,
@@ -64,7 +64,7 @@ def _checks() -> dict[str, Callable[[], str]]:
 
 
 def _needed() -> list[str]:
-    """The packages that the workbench declares it needs; none if it is not installed, which another check says."""
+    """The packages that the workbench declares as requirements; none if it is not installed."""
     try:
         lines = requires("control-workbench") or []
     except PackageNotFoundError:

@@ -34,7 +34,7 @@ def check_file(file: Path) -> None:
 
 
 class _AsItStands(SourceFileLoader):
-    """Compiles a script each time: what Python has kept is taken for it if it has the same second and size."""
+    """A loader that compiles a script each time, as Python's cache misses changes within a second of equal size."""
 
     def path_stats(self, path: str | bytes | os.PathLike[str] | os.PathLike[bytes]) -> NoReturn:
         raise OSError(f"the time of {path!r} is not asked for")
@@ -73,7 +73,7 @@ def load(file: Path) -> Study:
 
 
 def _package_of(folder: Path) -> str:
-    """The dotted name of the package that a folder is; '' if it has no `__init__.py`. It and those above are loaded."""
+    """The dotted name of the package that a folder is, imported with those above it; '' if it has no `__init__.py`."""
     init = folder / "__init__.py"
     if not init.is_file():
         return ""

@@ -59,7 +59,7 @@ class Frozen(AbstractAdaptation):
 
 @block
 class DeadZone(AbstractAdaptation):
-    """K_i' = gamma |s_i| where |s_i| > width, 0 elsewhere: no adaptation to the error within the boundary layer.
+    """K_i' = gamma |s_i| where |s_i| > width, 0 elsewhere: no adaptation to the error that a boundary layer leaves.
 
     K' jumps at |s_i| = width. The gain stops growing once s stays within the zone, so `width` is
     best no smaller than the boundary layer.

@@ -188,7 +188,7 @@ class PID2(AbstractController):
 
     @property
     def _period(self) -> float:
-        """That of its computer in s; 0 in continuous time."""
+        """The period of its computer in s; 0 in continuous time."""
         return 0.0 if self.period is None else self.period
 
     def _signals(self, est: Reads, ref: Follows) -> tuple[ca.SX, ca.SX]:
@@ -196,13 +196,13 @@ class PID2(AbstractController):
         return est[name], ref[name]
 
     def _weighted(self, est: Reads, ref: Follows) -> ca.SX:
-        """w, what the derivative is of."""
+        """The weighted error w, of which the derivative is taken."""
         y, r = self._signals(est, ref)
         w: ca.SX = self.c * (r - self.y0) - (y - self.y0)
         return w
 
     def _asked(self, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """v, what the law would command without limits."""
+        """The command v before its limits."""
         y, r = self._signals(est, ref)
         behind = (self._weighted(est, ref) - z["filter"]) / (1 + self.N * self._period)  # w - f, the f of this instant
         v: ca.SX = self.u0 + self.Kp * (self.b * r - y) + z["integral"] + self.Kd * self.N * behind

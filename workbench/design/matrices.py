@@ -158,7 +158,7 @@ def indefinite(array: Array) -> bool:
 
 
 def _levelled(array: Array) -> Array:
-    """The matrix with rows and columns in units that make their largest entries alike."""
+    """The matrix with rows and columns scaled so that their largest entries are alike."""
     for _ in range(3):
         rows, columns = np.abs(array).max(axis=1, keepdims=True), np.abs(array).max(axis=0, keepdims=True)
         array = array / np.sqrt(np.where(rows > 0, rows, 1.0)) / np.sqrt(np.where(columns > 0, columns, 1.0))

@@ -70,7 +70,7 @@ def _units(each: Iterable[str]) -> str:
 
 
 def _nominal(dynamics: Dynamics) -> list[tuple[str, str]]:
-    """The nominal values in their order, each with what it is."""
+    """The nominal values in their order, each with its letter and unit."""
     return [(repr(x.value), f"{x.name}, {x.path}{f' [{x.unit}]' if x.unit else ''}") for x in letters_of(dynamics)]
 
 

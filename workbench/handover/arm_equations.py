@@ -163,7 +163,7 @@ def _without_dust(matrix: ca.SX, numbers: dict[str, Fraction], plain: Dynamics) 
 
 
 def _firm(form: NormalForm, others: list[NormalForm]) -> NormalForm:
-    """The terms that stay when last digits move."""
+    """The terms that remain when last digits of constants are moved."""
 
     def stays(key: Key, value: Fraction) -> bool:
         return all(abs(other.terms.get(key, 0) - value) <= MOVED * abs(value) for other in others)

@@ -171,12 +171,12 @@ def _probe(n: int) -> Probe:
 
 
 def _inputs_of(part: ca.SX, inputs: Mapping[str, ca.SX]) -> set[str]:
-    """The names of what an expression depends on."""
+    """The names of the inputs on which an expression depends."""
     return {name for name, symbol in inputs.items() if symbol.numel() and ca.depends_on(part, ca.vec(symbol))}
 
 
 def _reached(edges: Edges, start: set[str], but: str | None = None) -> set[str]:
-    """All nodes on the way from some along the edges, but not beyond nodes whose names begin so."""
+    """All nodes that the edges reach from some nodes, without going beyond nodes whose names begin so."""
     found, new = set(start), set(start)
     while new:
         new = {end for node in new if but is None or not node.startswith(but) for end in edges.get(node, ())} - found

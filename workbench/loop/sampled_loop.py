@@ -79,7 +79,7 @@ def digital(
 
 
 def _every(block: Any, period: float) -> int:
-    """The count of periods of the computer that make one of a block that has its own."""
+    """The number of the computer's periods in one of a block that has its own."""
     if block.period is None:
         return 1
     count = block.period / period
@@ -93,7 +93,7 @@ def _every(block: Any, period: float) -> int:
 
 
 def _remembered(loop: Blocks, every: Mapping[str, int], queue: Queue) -> Layout:
-    """The signals that a computer holds from one instant to the next beside the memories, as something reads them."""
+    """The signals, beside the memories, that a computer holds from one instant to the next."""
     inputs = loop.plant.inputs
     commands = is_recursion(loop.plant) or (every["controller"] > 1 and not all(queue.periods.values()))
     estimates = Layout(tuple(Entry(f"{e.name}_hat", e.default, e.unit) for e in loop.observer.gives.entries))
@@ -105,7 +105,7 @@ def _remembered(loop: Blocks, every: Mapping[str, int], queue: Queue) -> Layout:
 
 
 def _units(loop: Blocks) -> dict[str, str]:
-    """The units of what is held."""
+    """The units of the held signals."""
     true = {entry.name: entry.unit for entry in (loop.plant.outputs + loop.plant.truths).entries}
     return {
         **{f"hold.{name}": unit for name, unit in loop.controller.signal_units.items()},
@@ -166,7 +166,7 @@ class Computer:
         return Signals({name: ca.if_else(runs, part, old[name]) for name, part in new.items()})
 
     def _moved_plant(self, k: ca.SX, t: ca.SX, z: Signals, x: Mapping[str, ca.SX]) -> Signals:
-        """The states of a plant in discrete time, by the command held until now; others have moved by themselves."""
+        """The states of a plant in discrete time after the held command; those of any other plant as they are."""
         plant = self.loop.plant
         if not is_recursion(plant):
             return z
@@ -178,7 +178,7 @@ class Computer:
     def _moved(
         self, loop: Blocks, t: ca.SX, z: Mapping[str, Signals], seen: Signals, est: Signals, u: Signals, ref: Signals
     ) -> dict[str, Signals]:
-        """The memories of observer and law at the end of a period of theirs."""
+        """The memories of observer and law at the end of their periods."""
         observer, law = loop.observer, loop.controller
         told, heard, followed = u.only(observer.inputs), est.only(law.reads), ref.only(law.follows)
 
@@ -215,7 +215,7 @@ def _refined(rate: Callable[[Signals], Parts], z: Signals, period: float, steps:
 def _between(
     loop: Blocks, queue: Queue, t: ca.SX, x: Mapping[str, ca.SX], outside: Outside
 ) -> tuple[dict[str, ca.SX], Layout, dict[str, ca.SX]]:
-    """The rates of all states between two instants, where only the plant moves, and what is watched then."""
+    """The rates of all states between two instants, where only the plant moves, and the outputs then."""
     plant, z = loop.plant, split(x)["plant"]
     held = below("hold", {name: part for name, part in x.items() if name not in queue.places})
     u = Signals({name: held.pop(name) for name in plant.inputs.names})

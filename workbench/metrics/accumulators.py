@@ -69,7 +69,7 @@ def maker(equation: Ode | Sampled, metrics: Sequence[AbstractMetric]) -> Callabl
 
 
 def _with_memories(step: Step, metrics: Sequence[AbstractMetric]) -> Step:
-    """The step with what its metrics keep in mind updated beside its states."""
+    """The step with the memories of its metrics updated beside its states."""
     outputs, rule = step.outputs, step.rule
     memories = (m.memory(len(m.labels)).prefixed(f"{m.name}.") for m in metrics)
     extra = sum(memories, Layout())

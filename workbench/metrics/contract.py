@@ -158,7 +158,7 @@ REFUSES = ("check", "integrand")  # may do so in their own words
 
 
 def _faithful(name: str, own: Callable[..., Any]) -> Callable[..., Any]:
-    """A method of a metric that takes what the contract says, and refuses what it gives or raises beside that."""
+    """A method of a metric, wrapped so that answers and errors outside of the contract are refused."""
     must, fit = ANSWERS[name]
     contract = getattr(AbstractMetric, name)
     signature = inspect.signature(contract)

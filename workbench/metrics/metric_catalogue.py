@@ -49,7 +49,7 @@ def _error(
 
 
 def _over_time(order: int, seconds: int) -> Callable[[str], str]:
-    """The unit of an integral over time: that of the signal to some power, times that of time to another."""
+    """The unit of an integral over time: powers of the units of the signal and of time, multiplied."""
     return lambda unit: product((unit, order), ("s", seconds))
 
 

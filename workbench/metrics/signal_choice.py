@@ -122,7 +122,7 @@ def _error(metric: str, name: str | None, ode: Ode) -> Watched:
 
 
 def _is_error(y: Mapping[str, ca.SX], error: str, name: str) -> bool:
-    """True of an output that is the difference of another and what is wanted of it."""
+    """True of an output that is the difference of another and its reference."""
     if error not in y or y[error].shape != y[name].shape:
         return False
     pairs = zip(ca.vertsplit(y[error]), ca.vertsplit(y[name] - y[f"{name}_ref"]), strict=True)
@@ -137,7 +137,7 @@ def _plain(
 
 
 def _less(metric: str, ode: Ode, names: tuple[str, ...]) -> Watched:
-    """Outputs less what is wanted of them."""
+    """Outputs less their references."""
     wanted = tuple(f"{name}_ref" for name in names)
     _units(metric, ode, wanted)
     units = _units(metric, ode, names)
@@ -214,7 +214,7 @@ def _power(word: str, n: int) -> str:
 
 
 def _factors(unit: str) -> dict[str, int] | None:
-    """The words of a unit with their powers; None of what is no product of words."""
+    """The words of a unit with their powers; None if the unit is no product of words."""
     over, _, under = unit.partition("/")
     powers: Counter[str] = Counter()
     for part, sign in ((over, 1), (under.removeprefix("(").removesuffix(")"), -1)):

@@ -128,6 +128,6 @@ class ExtendedStateObserver(AbstractObserver):
         return self.memory.view(moved)
 
     def _gains(self) -> list[ca.SX]:
-        """l_1 to l_(n+1)."""
+        """The gains l_1 to l_(n+1)."""
         n = len(self.chain) + 1
         return [comb(n, i) * self.omega_o**i for i in range(1, n + 1)]

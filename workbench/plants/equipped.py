@@ -129,7 +129,7 @@ class Equipped(AbstractAround):
         return asked(self.plant, "measure", self.outputs + self.plant.truths, t, self._own(x))
 
     def _memories(self) -> Iterator[tuple[AbstractElement, Layout, dict[str, str]]]:
-        """Each element with its memory, and how its states are called here."""
+        """Each element with its memory, and the names of its states here."""
         taken = set(self.plant.states.names)
         for element in (*self.actuators, *self.sensors):
             port = self.inputs if element in self.actuators else self.outputs
@@ -143,7 +143,7 @@ class Equipped(AbstractAround):
             yield element, memory, names
 
     def _through(self, elements: tuple[AbstractElement, ...], x: States, signals: Signals) -> tuple[Signals, Parts]:
-        """The signals behind the elements in their way, and the rates of these elements."""
+        """The signals after the elements that they pass through, and the rates of these elements."""
         moves: dict[str, ca.SX] = {}
         for element, memory, names in self._memories():
             if element not in elements:
@@ -249,7 +249,7 @@ class Disturbed(AbstractAround):
 
 
 def _fitted(field: str, element: AbstractElement, port: Layout, of: str) -> AbstractElement:
-    """An element that knows the unit of its signal, or a refusal of one that fits no signal of the port."""
+    """An element with the unit of its signal, or a refusal of one that fits no signal of the port."""
     entry = port[known(element.signal, port.names, f"{of} of the plant")]
     for f, quantity in quantities(element):
         shape = np.shape(getattr(element, f.name))

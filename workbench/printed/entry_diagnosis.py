@@ -190,7 +190,7 @@ def of_factorisation(verdicts: Sequence[EntryVerdict], derived: Dynamics) -> lis
 
 
 def _misplaced(printed: Array, place: Place, right: Mapping[Place, Array]) -> Slip | None:
-    """The slip of another entry of the derived matrices that stands here, if it does."""
+    """The slip of an entry that equals another entry of the derived matrices; None if it equals none."""
     for other, values in sorted(right.items()):
         if other != place and np.allclose(printed, values, rtol=1e-9, atol=0) and np.any(values != 0):
             label = f"G[{other[1]}]" if other[0] == "G" else f"{other[0]}[{other[1]},{other[2]}]"
@@ -199,7 +199,7 @@ def _misplaced(printed: Array, place: Place, right: Mapping[Place, Array]) -> Sl
 
 
 def _missing(verdict: EntryVerdict, derived: Dynamics) -> Slip | None:
-    """The term that an entry lacks, if it is one, or shorter than the entry."""
+    """The slip of an entry that lacks one term, or is missing or superfluous as a whole; None for any other."""
     if ca.SX(verdict.printed).is_zero():
         return Slip("term", "the whole entry is missing")
     if ca.SX(verdict.right).is_zero():
@@ -245,7 +245,7 @@ def _moved(formula: Formula) -> Iterator[Formula]:
 
 
 def _half_a_unit(value: Fraction) -> Fraction | None:
-    """Half a unit of the last decimal of a number of two digits or more; None where it is taken to be exact."""
+    """Half a unit of the last decimal of a number of two digits or more; None for a number taken as exact."""
     for decimals in range(1, MOST_DECIMALS + 1):
         scaled = value * 10**decimals
         if scaled.denominator == 1:

@@ -122,7 +122,7 @@ class Units:
 
 
 def _is_plain(number: Number) -> bool:
-    """True of a number that derivations bring with them, such as 2 or 1/3, and no measured value."""
+    """True of a number that derivations bring with them, such as 2 or 1/3, rather than a measured value."""
     return isinstance(number.value, Fraction) and max(abs(number.value.numerator), number.value.denominator) <= PLAIN
 
 

@@ -47,7 +47,7 @@ def parse(tokens: Sequence[Token], names: Names) -> Formula:
 
 
 class _Reader:
-    """A place in the tokens, which each rule moves behind what it has read."""
+    """A reader of tokens at a place, which each rule moves behind the tokens that it has read."""
 
     def __init__(self, tokens: Sequence[Token], names: Names) -> None:
         self.tokens = tokens
@@ -57,7 +57,7 @@ class _Reader:
 
     @contextmanager
     def within(self, token: Token) -> Iterator[None]:
-        """Read what belongs to a token, as brackets do to a function: Python nests only so many calls."""
+        """Read the tokens that belong to one, as brackets to a function, with a limit on the nesting."""
         self.level += 1
         if self.level > 2 * DEEPEST:
             raise refusal(token, f"more than {2 * DEEPEST} parts are nested in each other; write the formula in parts.")
@@ -158,7 +158,7 @@ class _Reader:
         return build.power(base, exponent)
 
     def rate(self, base: Symbol, prime: Token) -> Symbol:
-        """The symbol of a derivative in time, q_1' for q dot 1: found by the spelling that stands before the prime."""
+        """The symbol of a derivative in time, q_1' for q dot 1, found by the spelling before the prime."""
         said = self.tokens[self.at - 2]
         if said.kind == "name" and self.names.find(said.text, said.index, said.dots) == base:
             found = self.names.find(said.text, said.index, said.dots + 1)
@@ -261,7 +261,7 @@ class _Reader:
 
 
 def _matrix(rows: list[list[Formula]], opening: Token) -> Formula:
-    """The matrix of these rows; a lone entry is itself, and a row of rows is what they make one below the other."""
+    """The matrix of these rows; a lone entry is itself, and a row of matrices is stacked."""
     if len(rows) == 1 and len(rows[0]) == 1:
         return rows[0][0]
     if len(rows) == 1 and any(isinstance(entry, Matrix) and len(entry.rows) == 1 for entry in rows[0]):

@@ -42,7 +42,7 @@ class Slip:
 
 @dataclass(frozen=True)
 class _Part:
-    """A part of the printed formula, its value, and the one it needs; a term is one of a sum, or all there is."""
+    """A part of the printed formula, its value, and the value it needs, with True if it is a term of a sum."""
 
     formula: Formula
     value: Array

@@ -175,7 +175,7 @@ def by_intervals(boxes: int) -> str:
 
 @dataclass(frozen=True, eq=False)
 class _Task:
-    """A matrix and its negative as forms over the symbols that it depends on, the box, and who asked."""
+    """A matrix and its negative as forms over the symbols that vary, with the box and the name of the call."""
 
     call: str
     forms: dict[int, AbstractForm]

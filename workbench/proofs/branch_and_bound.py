@@ -136,7 +136,7 @@ def _test(form: AbstractForm, boxes: Boxes, threshold: float) -> tuple[Array, Ar
 
 
 def _halved(c: Array, r: Array, blame: Array) -> Boxes:
-    """Both halves of each box, across the symbol that has most to answer for; without symbols, the box itself."""
+    """Both halves of each box, across the symbol with the largest share of R; without symbols, the box itself."""
     if not c.shape[1]:
         return Boxes(c, r)
     sound = np.asarray(np.isfinite(blame).all(axis=1) & (blame > 0).any(axis=1))

@@ -109,7 +109,7 @@ class Modes:
         return certain
 
     def _settled(self, t: float, x: Array, mode: Mode, chosen: dict[int, int]) -> Mode:
-        """The mode with some sides chosen and each other one as its own sigma says, once those before it are known."""
+        """The mode with some sides chosen, and each other side by the sign of its own sigma."""
         sides = list(mode.sides)
         for k in range(len(sides)):
             if k in chosen:
@@ -162,7 +162,7 @@ def determined(gains: Array) -> bool:
 
 
 def _alike(pieces: list[Piece], looked: list[Piece], t: float, x: Array) -> bool:
-    """True if pieces have one rate, measured by the largest rate of all that were looked at."""
+    """True if pieces have one rate, relative to the largest rate of all that were examined."""
     if len(pieces) < 2:
         return True
     rates = [[p.field(t, p.with_companions(t, x)).ravel()[: len(x)] for p in some] for some in (pieces, looked)]

@@ -170,7 +170,7 @@ def _within(flow: Flow, t: float, y: Array, to: float, rule: Rule, effort: Effor
 
 
 def _kept_up(flow: Flow, solver: Any, x: Array, end: float, rule: Rule, effort: Effort) -> Any:
-    """The solver for the next step: back on its surfaces, by the method that pays, from a state that is valid."""
+    """The solver for the next step: projected to its surfaces, with the cheaper method, from a valid state."""
     t, h = solver.t, solver.step_size
     if not flow.valid(t, x):
         raise StoppedError(t, x, "rate")

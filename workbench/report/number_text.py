@@ -109,7 +109,7 @@ def _fixed(value: float | Decimal, decimals: int) -> Printed:
 
 
 def _grouped(digits: str) -> str:
-    """Groups of three from 10 000 on."""
+    """The digits in groups of three from 10 000 on."""
     return f"{int(digits):,}".replace(",", "\u2009") if len(digits) > 4 else digits
 
 

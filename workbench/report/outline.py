@@ -111,7 +111,7 @@ def provenance(document: Document) -> tuple[tuple[str, str], ...]:
 
 
 def _hexadecimal(word: str, prints: Mapping[str, str]) -> list[tuple[str, str]]:
-    """A row each; many of them in one, each digest once with all that bear it, as they would fill pages."""
+    """A row for each name; many of them in one row, each digest once with all names that have it."""
     if len(prints) <= ROWS:
         return [(f"{word} of {name}", digest) for name, digest in prints.items()]
     bearers: dict[str, list[str]] = {}

@@ -201,7 +201,7 @@ class _Writer:
 
     @staticmethod
     def short(text: str) -> str:
-        """A text of at most so many letters as are printed."""
+        """A text cut to the number of letters that are printed."""
         return text if len(text) <= LONGEST else text[:LONGEST] + REST
 
     def _part(self, part: Part) -> Tree:
@@ -219,7 +219,7 @@ class _Writer:
 
 
 def _floating(chapter: Chapter) -> set[Placed]:
-    """The figures with other blocks before and after them: text may fill the room that they leave."""
+    """The figures with other blocks before and after them, which may move so that text fills the page."""
     kinds = [placed.kind for placed in chapter.blocks]
     return {
         placed

@@ -55,7 +55,7 @@ def grid(table: Table) -> list[list[Shown]]:
 
 
 def _printed_column(cells: list[Cell], column: Column) -> list[Shown]:
-    """Numbers that came as text are aligned like numbers, but not among words: those stay a column of text."""
+    """The column with numbers in text aligned as numbers, unless there are words among them."""
     values = [bare(cell) for cell in cells]
     typed = all(_read(v) if isinstance(v, str) else v is None or isinstance(v, Diverged) for v in values)
     numeric = typed or any(isinstance(v, int | float | Measured) and not isinstance(v, bool) for v in values)

@@ -118,6 +118,6 @@ def _coriolis_of_body(inertia: ca.SX, v: ca.SX) -> ca.SX:
 
 
 def _carry(body: Body, composite: list[ca.SX], j: int) -> None:
-    """Add what hangs at a joint to the body that carries it."""
+    """Add the inertia of the bodies beyond a joint to that of the body that carries it."""
     if body.parent >= 0:
         composite[body.parent] = composite[body.parent] + body.X.T @ composite[j] @ body.X

@@ -134,7 +134,7 @@ class Trajectories:
         return pd.concat(frames, names=["run"]) if len(frames) > 1 else frames[runs[0]]
 
     def _columns(self, run: int) -> dict[str, Array]:
-        """The numbers of one run over time, (N,), by name and unit; what is a state and an output is the state."""
+        """The numbers of one run over time, (N,), by name and unit; a state goes before an output of the same name."""
         states, outputs = self.step.states, self.step.outputs
         columns: dict[str, Array] = {}
         for entry in (*states.entries, *(entry for entry in outputs.entries if entry.name not in states)):

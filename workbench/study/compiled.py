@@ -139,7 +139,7 @@ class CompiledSweep:
         return replace(self, sweep=replace(self.sweep, run=replace(self.sweep.run, seed=seed)))
 
     def at_half(self, name: str, size: int) -> CompiledSweep:
-        """The same at h / 2 for so many runs, under another name; none is run again, and all of them are watched."""
+        """The sweep at h / 2 with so many runs, under another name; none is halved again, and all are watched."""
         sweep = replace(self.sweep, name=name, run=replace(self.sweep.run, h=self.h / 2), halved=None)
         return replace(self, sweep=sweep, coarse=self.fine, watched=True, size=size)
 

@@ -101,7 +101,7 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
 
 
 def _check_options(study: Study, order: Order) -> None:
-    """Refuse options that say how sweeps are run where that cannot be, or there are none."""
+    """Refuse options about sweeps for a study without any, and others that exclude each other."""
     if order.workers is not None:
         whole("--workers", order.workers)
     if order.samples is not None:

@@ -164,7 +164,7 @@ def _wait_for_workers(client: Any, address: str) -> None:
 
 
 def _check_versions(client: Any, address: str) -> None:
-    """Refuse workers whose workbench is another one: their bits could be too."""
+    """Refuse workers with another version of the workbench, whose bits could differ."""
     try:
         found: dict[str, str] = client.run(version)
     except OSError:  # the scheduler has gone

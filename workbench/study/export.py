@@ -113,7 +113,7 @@ def write_cases(folder: Path, form: str) -> Path:
 
 
 def _whole(file: Path, write: Callable[[Path], object]) -> Path:
-    """The file, whole or not at all."""
+    """Write a file under another name and rename it, so that it is there whole or not at all."""
     part = file.with_name(f"{file.name}.part")
     try:
         write(part)

@@ -109,7 +109,7 @@ def measurement(
 
 
 class _Tally:
-    """Adds up the shares of cases that run side by side, and stops them all when one of them failed."""
+    """The sum of the shares of cases that run side by side; it stops all when one has failed."""
 
     def __init__(self, cases: tuple[Case, ...], progress: Progress | None) -> None:
         total = sum(map(_work, cases)) or 1.0
@@ -120,7 +120,7 @@ class _Tally:
         self.lock = Lock()
 
     def of(self, i: int) -> Progress:
-        """Where case i tells its share."""
+        """The function by which case i tells its share."""
 
         def tell(share: float) -> None:
             if self.stopped:

@@ -46,7 +46,7 @@ def document(study: Study, results: Results, command: str) -> Document:
 
 
 def _seed(study: Study, results: Results) -> int | str | None:
-    """That of the study, or those of its samples and tunings by their names."""
+    """The seed of the study, or those of its samples and tunings by their names."""
     if study.seed is not None:
         return study.seed
     seeds = {sample.name: str(sample.seeds) for sample in results.samples}

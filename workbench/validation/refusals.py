@@ -247,7 +247,7 @@ def _described(value: Any, longest: int) -> str:
 
 
 class _Short(reprlib.Repr):
-    """Containers with their first items, each as a message describes it."""
+    """A short text of containers: their first items, each as a message describes it."""
 
     def repr_instance(self, x: Any, level: int) -> str:
         return described(x)

@@ -110,7 +110,7 @@ def _is_whole(parts: tuple[Any, ...]) -> bool:
 
 
 def _can_be_asked(kind: Any) -> bool:
-    """True if `isinstance` takes a type: a protocol, say, it does not."""
+    """True if `isinstance` accepts the type, which it does not for some protocols."""
     try:
         isinstance(None, kind)
     except TypeError:

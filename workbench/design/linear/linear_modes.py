@@ -83,7 +83,7 @@ def poles(system: control.StateSpace) -> tuple[Pole, ...]:
 
 
 def _spread(value: complex, dt: float | None) -> tuple[float, float]:
-    """Natural frequency and damping of a pole; of z = 0, which is gone after one step, infinite and 1."""
+    """The natural frequency and damping of a pole; infinite and 1 for z = 0, which decays in one step."""
     if dt is not None and not value:
         return float("inf"), 1.0
     s = value if dt is None else complex(np.log(value)) / dt

@@ -162,7 +162,7 @@ def _margins(L: Realisation, name: str) -> LoopMargins:
 
 
 def _real_at(L: Realisation) -> Array:
-    """Frequencies at which L may be real, (N,): the zeros of L(s) - L(-s), of which some too many do no harm."""
+    """The frequencies at which L may be real, (N,): the zeros of L(s) - L(-s), perhaps with some others."""
     from scipy.linalg import block_diag, eigvals
 
     nx = len(L.A)

@@ -133,7 +133,7 @@ def _descend(ode: Ode, t: float, x: Array, p: Array, free: list[int]) -> tuple[f
 
 
 def _share(change: Array, at: Array) -> float:
-    """The largest change, relative to the size of what changes."""
+    """The largest change, relative to the size of the number that changes."""
     return float((np.abs(change) / (1 + np.abs(at))).max())
 
 

@@ -137,7 +137,7 @@ def size(matrix: Array) -> float:
 
 
 def _gain(W: Twice, right: Twice) -> Array:
-    """The K with W K = right', refined: an ill-conditioned W leaves digits to gain after the first time."""
+    """The K with W K = right', after one step of iterative refinement for an ill-conditioned W."""
     factor = linalg.lu_factor(W.high)
     K = linalg.lu_solve(factor, right.T.high)
     for _ in range(REFINEMENTS):

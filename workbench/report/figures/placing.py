@@ -81,7 +81,7 @@ def _overlaps(boxes: Array, others: Array, gap: float) -> Array:
 
 
 def _through(boxes: Array, lines: Array) -> Flags:
-    """True where a segment comes nearer a box than a point, (boxes, segments): no axis, nor its own, parts the two."""
+    """True where a segment comes nearer to a box than a point does, (boxes, segments)."""
     low, high = boxes[:, np.newaxis, :2] - 1, boxes[:, np.newaxis, 2:] + 1
     start, end = lines[np.newaxis, :, :2], lines[np.newaxis, :, 2:]
     beside = (np.maximum(start, end) > low) & (np.minimum(start, end) < high)

@@ -188,7 +188,7 @@ def _column_names(figure: Figure, i: int) -> Sequence[str]:
 
 
 def _held(curve: tuple[Array, ...], spans: Spans) -> Spans:
-    """The numbers that the rulers must hold: the points that are drawn of a curve, all of what is no curve."""
+    """The numbers that the rulers must cover: drawn points of curves, and all numbers of other marks."""
     return (curve[:1], curve[1:]) if curve else spans
 
 

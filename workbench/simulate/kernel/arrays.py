@@ -44,7 +44,7 @@ def fma(a: Any, b: Any, c: Any) -> Any:
 
 
 def _by_parts(a: Any, b: Any, c: Any, product: Any) -> Any:
-    """From an exact product and two exact sums, of which the smaller parts are added with rounding to odd."""
+    """a b + c from an exact product and two exact sums, the smaller parts added with rounding to odd."""
     (ah, al), (bh, bl) = halves(a), halves(b)
     lacking = al * bl - (((product - ah * bh) - al * bh) - ah * bl)
     middle, low = _sum(c, lacking)
@@ -53,7 +53,7 @@ def _by_parts(a: Any, b: Any, c: Any, product: Any) -> Any:
 
 
 def _sum(a: Any, b: Any) -> tuple[Any, Any]:
-    """The rounded sum and what it lacks (Knuth)."""
+    """The rounded sum and its error (Knuth)."""
     total = a + b
     other = total - a
     return total, (a - (total - other)) + (b - other)
@@ -68,7 +68,7 @@ def _odd(a: Any, b: Any) -> Any:
 
 
 def _one(a: float, b: float, c: float) -> float:
-    """From fractions; of finite numbers whose product is not zero."""
+    """a b + c from fractions, for finite numbers whose product is not zero."""
     exact = Fraction(a) * Fraction(b) + Fraction(c)
     try:
         return float(exact)

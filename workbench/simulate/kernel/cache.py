@@ -92,7 +92,7 @@ def store(key: str, code: bytes) -> None:
 
 
 def _of_the_user() -> Path:
-    """The folder in which this system keeps what a user's programs can make again."""
+    """The folder of this system for files of a user's programs that can be made again."""
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
     if sys.platform == "darwin":
@@ -102,12 +102,12 @@ def _of_the_user() -> Path:
 
 
 def _private(status: os.stat_result) -> bool:
-    """True if only this user can have written what has this status; Windows keeps its own lists of that."""
+    """True if only this user can have written the file; on Windows always, which keeps its own lists."""
     return os.name != "posix" or (status.st_uid == os.geteuid() and not status.st_mode & 0o022)
 
 
 def _at_once(path: str, flags: int) -> int:
-    """Open a file to be read; what has no writer yet, as a named pipe may, is not waited for."""
+    """Open a file for reading without waiting, as for a named pipe without a writer."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
@@ -121,7 +121,7 @@ def _header(key: str, code: bytes) -> bytes:
 
 
 def _tidy(place: Path) -> None:
-    """Remove what was left half written, and the kernels longest out of use until the rest fits."""
+    """Remove half-written files, and the least recently used kernels until the rest fits."""
     now, kernels = time.time(), []
     with os.scandir(place) as entries:
         for entry in entries:

@@ -73,7 +73,7 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
 
 
 def _kernel(job: Job, kept: int, width: int) -> Kernel:
-    """The kernel of a job: in haste as long as its plan has not much to march, behind it or ahead."""
+    """The kernel of a job, compiled with few optimisations as long as its plan has marched little."""
     plan = job.plan
     steps = _marched.get(plan, 0) + -(-len(job.p) // width) * kept * job.stride
     _marched[plan] = steps

@@ -87,7 +87,7 @@ def fused(graph: Graph) -> Graph:
 
 
 def ordered(graph: Graph) -> Graph:
-    """The same graph in an order in which few values wait: the deepest operand first, the shallowest result first."""
+    """The same graph in an order with few values alive at once: deepest operand first, shallowest result first."""
     height: list[int] = []
     for node in graph.nodes:
         height.append(1 + max([height[i] for i in node.operands], default=0))

@@ -225,7 +225,7 @@ def _drawn(runs: int, first: int, last: int, seed: int) -> Array:
 
 @lru_cache(maxsize=2)
 def _across(runs: int, first: int, last: int, seed: int) -> Integers:
-    """The same, a row a draw."""
+    """The numbers of `_counts`, with one row a draw."""
     small = np.int16 if runs < 2**15 else np.int32  # no sum of them exceeds the draws
     found = np.ascontiguousarray(_drawn(runs, first, last, seed).T.astype(small))
     found.flags.writeable = False

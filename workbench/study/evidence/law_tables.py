@@ -164,7 +164,7 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
 
 
 def _remarks(outcomes: Iterable[Outcome]) -> tuple[str, ...]:
-    """The notes on laws, one note for all laws of which the same must be said."""
+    """The notes on laws, one note for all laws to which the same applies."""
     alike: dict[str, list[str]] = {}
     for outcome in outcomes:
         if outcome.notes:
@@ -211,7 +211,7 @@ def ranking(published: Published, outcomes: Mapping[str, Outcome], margin: float
 
 
 def _score(outcome: Outcome, published: Published) -> tuple[float, float]:
-    """A diverged run is worse than any other."""
+    """The value of an outcome, infinite for a diverged run, which is worse than any other."""
     if outcome.diverged_at is not None:
         return float("inf"), 0.0
     return outcome.score(published.metric, published.joint)

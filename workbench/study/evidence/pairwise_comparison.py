@@ -211,7 +211,7 @@ def ranks(paired: Paired, confidence: float = 0.95) -> Ranks:
 
 
 def _shares_of(holds: Flags, confidence: float) -> Intervals:
-    """Of flags (N, L, L)."""
+    """The shares, with their intervals, of flags (N, L, L)."""
     found = [[share(column, confidence) for column in row.T] for row in np.moveaxis(holds, 1, 0)]
     value, low, high = (np.array([[getattr(s, end) for s in row] for row in found]) for end in ("value", "low", "high"))
     return Intervals(value, low, high)

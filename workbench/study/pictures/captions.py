@@ -90,7 +90,7 @@ def scale_of(values: Array) -> Literal["linear", "log"]:
 
 
 def scale_of_shares(estimates: Sequence[Estimate]) -> tuple[float, float]:
-    """From 0 as far as parts of a variance reach, and their intervals if they are not much wider than what can be."""
+    """The limits of an axis for parts of a variance: from 0 over all values, and over intervals of usual width."""
     values = np.concatenate([np.ravel(part.value) for part in estimates])
     ends = np.concatenate([np.ravel(end) for part in estimates for end in (part.low, part.high)])
     ends = np.clip(ends[np.isfinite(ends)], -0.25, 1.25)

@@ -65,7 +65,7 @@ def tune_in_ledger(
 
 
 def _spared(search: Search, names: Names) -> int:
-    """The number of runs that a tuning did not ask for, as its searches had settled or had few points to run again."""
+    """The number of runs that a tuning does not need, as searches settled or had few finalists."""
     return sum(one.size - _asked(names[one.sweep.name]) for one in search.sweeps)
 
 

@@ -67,7 +67,7 @@ class Tuned:
 
     @property
     def _row(self) -> int:
-        """The best point's among the finalists."""
+        """The place of the best point among the finalists."""
         return int(np.argmin(self.halved.mean(axis=1)))
 
     @property
@@ -128,7 +128,7 @@ class Tuned:
 
     @property
     def spread(self) -> float:
-        """The least and the greatest objective of the best point at h / 2 over the training noises."""
+        """The greatest less the least objective of the best point at h / 2 over the training noises."""
         return float(np.ptp(self.halved[self._row]))
 
     @property
@@ -174,7 +174,7 @@ class Tuned:
 
     @property
     def _ends(self) -> dict[str, str]:
-        """At which end of its range the best value of a factor lies, of those that lie at one."""
+        """The factors whose best value lies at an end of the range, with that end."""
         names, at = [factor.name for factor in self.tuning.factors], self.points[self.place]
         low = {name: "low" for name, u in zip(names, at, strict=True) if u < EDGE}
         return low | {name: "high" for name, u in zip(names, at, strict=True) if u > 1 - EDGE}
@@ -259,7 +259,7 @@ class Tuned:
 
     @property
     def _beyond(self) -> list[str]:
-        """The trials in which the step is longer than is stable along the run of the best, or nobody knows."""
+        """The trials in which the step exceeds the stability limit along the best run, or the limit is unknown."""
         said = []
         for name, limit in self.stable_steps.items():
             if np.isnan(limit):

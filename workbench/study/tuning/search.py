@@ -98,7 +98,7 @@ def _pilots(dimensions: int) -> Array:
 
 
 def _place(distribution: AbstractDistribution, value: float) -> float:
-    """Where a value of a range lies in the unit cube: the inverse of the quantile, by bisection."""
+    """The place of a value of a range in the unit cube: the inverse of the quantile, by bisection."""
     low, high = 0.0, 1.0
     if value in (distribution.low, distribution.high):
         return low if value == distribution.low else high
@@ -111,7 +111,7 @@ def _place(distribution: AbstractDistribution, value: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Generation:
-    """Points (n, d) that were asked for at once, a chunk for each trial, and what they are worth."""
+    """Points (n, d) that were evaluated together, a chunk for each trial, and their worth."""
 
     points: Array
     chunks: tuple[Chunk, ...]
@@ -152,7 +152,7 @@ def tune(tuning: Tuning | Search, evaluate: Evaluate = here) -> Tuned:
 
 
 def _run(search: Search, number: int, past: list[_Generation], evaluate: Evaluate) -> int:
-    """The number of points that one search looks at; its generations are added to those of the searches before it."""
+    """The number of points that one search evaluates; its generations are added to those of earlier searches."""
     asked, begun = search.tuning, len(past)
     sweeps = search.under(search.trials, number % search.noises)
 
@@ -213,7 +213,7 @@ def _steps(sweeps: Sequence[CompiledSweep]) -> str:
 
 
 def _refuse_dependent(search: Search, samples: Mapping[str, Sample], objective: Array) -> None:
-    """Refuse an objective whose value for one point depends on the others, which no search could make least."""
+    """Refuse an objective whose value for one point depends on the other points."""
     together = -_judged(search.tuning, samples).value
     apart = together != objective
     apart[apart] = ~np.isclose(together[apart], objective[apart], rtol=ROUNDING, atol=0.0)

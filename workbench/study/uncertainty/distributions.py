@@ -136,7 +136,7 @@ class Triangular(AbstractDistribution):
         finite("Triangular(mode=...)", self.mode, low=self.low, high=self.high)
 
     def _formula(self, u: Array) -> Array:
-        """Of the left line below the probability of the mode, of the right line above it."""
+        """The quantiles: of the rising line below the probability of the mode, of the falling line above it."""
         width, left, right = self.high - self.low, self.mode - self.low, self.high - self.mode
         rising = self.low + np.sqrt(u * width) * left**0.5
         falling = self.high - np.sqrt((1 - u) * width) * right**0.5
@@ -218,7 +218,7 @@ class LogNormal(AbstractDistribution):
 
 
 def _cuts(distribution: AbstractDistribution) -> str:
-    """Where a bell is cut off, in words."""
+    """The limits at which a normal distribution is cut off, in words."""
     low = f", from {distribution.low:g} on" if distribution.low > -inf else ""
     return f"{low}, up to {distribution.high:g}" if distribution.high < inf else low
 

@@ -55,7 +55,7 @@ def _runs(design: SobolDesign, y: Array) -> Array:
 
 
 def _means(runs: Array, d: int) -> Means:
-    """Of the products behind S1 and ST, (scrambles, 1 or d, c) each."""
+    """The means of the products behind S1 and ST, (scrambles, 1 or d, c) each."""
     A, AB, B = runs[:, :, :1], runs[:, :, 1 : 1 + d], runs[:, :, -1:]
     return {
         "first": (B * (AB - A)).mean(axis=1),
@@ -102,7 +102,7 @@ def _jackknife(means: Means, statistic: Callable[[Means], tuple[Array, ...]], t:
 
 
 def _estimate(value: Array, without: Array, t: float) -> Estimate:
-    """From a value (i, c) and those without each scramble, (scrambles, i, c), to (c, i)."""
+    """An estimate (c, i) from a value (i, c) and those without each scramble, (scrambles, i, c)."""
     with np.errstate(invalid="ignore"):
         half = t * np.sqrt((SCRAMBLES - 1) * without.var(axis=0))
     return Estimate(value.T, np.where(np.isfinite(half), half, np.inf).T)

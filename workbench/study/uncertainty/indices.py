@@ -141,7 +141,7 @@ def sobol(
 
 
 def _check_runs(design: SobolDesign, control: bool) -> None:
-    """Refuse a control variate that would follow the runs."""
+    """Refuse a design with so few runs that the control variate would interpolate them."""
     if control and design.size < EACH * (terms(design.dimensions) + 1):
         raise ValueError(
             f"`sobol(control=True)` needs at least {EACH} runs for each of the {terms(design.dimensions) + 1} "
