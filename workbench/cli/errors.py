@@ -60,7 +60,7 @@ def printable(text: str) -> str:
     r"""A text in one line with all characters escaped on which a terminal would act: ESC becomes \x1b.
 
     Letters of all scripts stay. Line ends, marks that turn the direction of writing, and halves of characters are
-    escaped too: a file's name may hold them, and none may look like more than what it is.
+    escaped too: a file's name may hold them.
     """
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 
@@ -89,10 +89,7 @@ def one_sentence(script: Path | None = None) -> Iterator[None]:
 
 @contextmanager
 def of_the_study(script: Path, function: Callable[..., object]) -> Iterator[None]:
-    """Give an error its place in the script, or that of the `function` of the study that it comes from.
-
-    Errors of cases and of the machine have sentences of their own.
-    """
+    """Give an error its place in the script, or that of the `function` of the study that it comes from."""
     from workbench.report.folder import ReportError
     from workbench.study.runner import CaseError
 

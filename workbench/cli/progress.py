@@ -46,10 +46,7 @@ def runs_shown(name: str, say: Callable[[str], None]) -> Iterator[Callable[[int,
 
 
 def runs(tell: Tell) -> Callable[[int, int, int], None]:
-    """A function of the runs done, those that failed, and all of them, that tells the share of those that were missing.
-
-    Runs that were done before say nothing of the rate.
-    """
+    """A function of the runs done, failed and in all, that tells the share and rate since its first call."""
     start, before = monotonic(), -1
 
     def told(done: int, failed: int, total: int) -> None:

@@ -34,7 +34,7 @@ def check_file(file: Path) -> None:
 
 
 class _AsItStands(SourceFileLoader):
-    """A loader that compiles a script each time, as Python's cache misses changes within a second of equal size."""
+    """A loader that compiles a script each time: Python's cache misses a change of equal size within a second."""
 
     def path_stats(self, path: str | bytes | os.PathLike[str] | os.PathLike[bytes]) -> NoReturn:
         raise OSError(f"the time of {path!r} is not asked for")

@@ -52,10 +52,7 @@ DOUBLINGS = 10  # of the algebraic equation for three joints and more
 
 
 def _leading_minors(X: ca.SX) -> ca.SX:
-    """The leading principal minors (n, 1) of the symmetric part: all positive if and only if it is definite.
-
-    X is (n, n), or its columns in one: a matrix that is no state but an output comes so.
-    """
+    """The leading principal minors (n, 1) of the symmetric part of X, (n, n) or its columns in one column."""
     n = math.isqrt(X.numel())
     X = ca.reshape(X, n, n)
     S = (X + X.T) / 2

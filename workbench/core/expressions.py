@@ -78,10 +78,7 @@ def refuse_misfit(owner: str, name: str, value: ca.SX, rows: int, columns: int, 
 
 @door
 def rows(function: ca.Function, *arguments: Array) -> Array:
-    """The values (n, size) of a function at n points, each column by column; an argument is (n, size) or one row.
-
-    They go through buffers, which cost a quarter of CasADi's own matrices.
-    """
+    """The values (n, size) of a function at n points, each column by column; an argument is (n, size) or one row."""
     sizes = [function.numel_in(i) for i in range(function.n_in())]
     n = max((len(a) for a in arguments if a.ndim == 2), default=0)
     if [a.shape[1:] for a in arguments] != [(size,) for size in sizes] or {len(a) for a in arguments} - {n, 1}:

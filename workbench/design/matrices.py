@@ -171,11 +171,7 @@ def _letter(size: int | None) -> str:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """A context in which the BLAS of NumPy and SciPy runs one thread in this process.
-
-    OpenBLAS lets its threads wait for one another in a loop. In the many small steps of a Schur form they do so most
-    of the time, and where another program needs a processor too they wait for that: 70 s instead of 10 at n = 421.
-    """
+    """A context in which the BLAS of NumPy and SciPy runs one thread, as threads would wait for each other."""
     with libraries().limit(limits=1, user_api="blas"):
         yield
 

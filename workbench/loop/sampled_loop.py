@@ -245,10 +245,7 @@ def _methods(loop: Blocks, period: float, fine: int) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Queue:
-    """The commands of a computer on their way to the plant, a place for each instant that they still wait.
-
-    The command of each of the plant's inputs waits so many `periods`; 0 for one that acts at once.
-    """
+    """The commands on their way to the plant, a place for each of the `periods` that an input waits."""
 
     inputs: Layout
     periods: Mapping[str, int]

@@ -162,10 +162,10 @@ def shown(
 ) -> tuple[Layout, dict[str, ca.SX]]:
     """The signals that are worth watching in any loop, with their layout.
 
-    Each output, wanted signal, command and truth goes by its own name; `x_ref` is what is wanted of x, `e_x` the error
-    x - x_ref, `e_hat_x` that of the estimate where x is wanted for itself, `u_applied` what acts where u is commanded,
-    and `x_error` what is true less what is estimated. The plant's `labels` shorten them. Behind them comes what the law
-    shows, `own`.
+    Each output, wanted signal, command and truth goes by its own name; `x_ref` is the reference of x, `e_x` the error
+    x - x_ref, `e_hat_x` that of the estimate where x is wanted for itself, `u_applied` the input that acts for the
+    command u, and `x_error` the true signal less its estimate. The plant's `labels` shorten them. The law's own
+    signals, `own`, come last.
     """
     outputs, inputs, truths = loop.plant.outputs, loop.plant.inputs, loop.plant.truths
     of = {entry.name: entry for entry in (outputs + truths).entries}

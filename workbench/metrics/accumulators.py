@@ -156,10 +156,7 @@ def accumulators(step: Step, metrics: Sequence[AbstractMetric]) -> Layout:
 
 @door
 def accumulated(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int = -1) -> Array:
-    """The accumulators of each run, (B, a), at a kept time, the last if none is named.
-
-    A memory was last updated one step before that time, so it looks once more.
-    """
+    """The accumulators of each run, (B, a), at a kept time, the last unless given, with the memories updated there."""
     row = whole("accumulated(row=...)", row, -len(runs.t), len(runs.t) - 1)
     step, state = runs.step, runs.x[:, row]
     later = continued(runs.job, state, round(float(runs.t[row]) / step.h), 1)
@@ -180,10 +177,7 @@ def values(metrics: Sequence[AbstractMetric], held: Layout, accumulated: Array, 
 
 @door
 def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int = -1) -> dict[str, Array]:
-    """Each metric of each run, (B, k), from the start to a kept time, the last if none is named.
-
-    NaN for a run that had diverged by then.
-    """
+    """Each metric of each run, (B, k), until a kept time, the last unless given; NaN for a run that has diverged."""
     row = whole("final_values(row=...)", row, -len(runs.t), len(runs.t) - 1)
     horizon = float(runs.t[row])
     lost = (runs.diverged_at <= horizon)[:, np.newaxis]

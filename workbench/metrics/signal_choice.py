@@ -24,8 +24,8 @@ POWER_UNITS = ({"N": 1, "m": 1, "s": -1}, {"V": 1, "A": 1}, {"W": 1}, {"N": 1, "
 class Choice:
     """A signal to be resolved in an equation: by its name, or all signals that follow a reference or drive the plant.
 
-    An "error" is that of what is followed, a "level" what is followed, beside what is wanted of it, an "input" what
-    acts on the plant where it is driven.
+    An "error" is that of the outputs that follow a reference, a "level" such outputs with their references, an "input"
+    the signals that act on the plant where it is driven.
     """
 
     of: Literal["error", "level", "input"]
@@ -186,7 +186,7 @@ def _nothing(metric: str, ode: Ode, does: str) -> LookupError:
 def product(*units: tuple[str, int]) -> str:
     """The product of units, each with its power: ("rad", 2), ("s", 1) is "rad^2 s", and ("N m", 1), ("s", -1) "N m/s".
 
-    What is no product of words, as "V/sqrt(Hz)" is none, stands in brackets; what is not known stays so.
+    A unit that is no product of words, such as "V/sqrt(Hz)", stands in brackets; an unknown unit stays unknown.
     """
     if any(unit == "?" for unit, _ in units):
         return "?"

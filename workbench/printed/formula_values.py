@@ -149,8 +149,8 @@ PI_ALONE = ((PI_NAME, 1),)
 def normal_form(formula: Formula, names: Mapping[Symbol, str]) -> NormalForm:
     """The normal form of a formula, in the names for which its symbols stand, with no number rounded on the way.
 
-    Angles are reduced by their quarter turns k pi/2; elsewhere pi is a symbol of its own, which proves no less than is
-    true. A formula that is not of the class of `NormalForm`, or expands to too many terms, raises NotInClass.
+    Angles are reduced by their quarter turns k pi/2; elsewhere pi is a symbol like any other, which is
+    sound. A formula that is not of the class of `NormalForm`, or expands to too many terms, raises NotInClass.
     """
     if foreign := {letter for letter in letters(formula) if letter not in names and letter != PI}:
         raise LookupError(f"`normal_form(names=...)` must hold all symbols; it lacks '{name_of(foreign.pop())}'.")

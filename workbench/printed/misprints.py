@@ -42,7 +42,7 @@ class Slip:
 
 @dataclass(frozen=True)
 class _Part:
-    """A part of the printed formula, its value, and the value it needs, with True if it is a term of a sum."""
+    """A part of the printed formula, its value and the value it needs; perhaps a term of a sum, or the whole entry."""
 
     formula: Formula
     value: Array

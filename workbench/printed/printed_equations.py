@@ -121,10 +121,7 @@ def _is_path(statement: Statement, dynamics: Dynamics) -> bool:
 def _declared(
     found: Iterable[Statement], n: int
 ) -> tuple[dict[Symbol, Statement], dict[Symbol, Place], list[tuple[Place | str, Statement]]]:
-    """The declarations by their names, the single entries by theirs, and all that is printed.
-
-    A name of the sheet is bold, which tells it from a letter of the robot that is spelled alike.
-    """
+    """The declarations by their names, the single entries by theirs, and all that is printed."""
     declared: dict[Symbol, Statement] = {}
     keys: set[Key] = set()
     printed: dict[Symbol, Place] = {}

@@ -34,10 +34,9 @@ LARGEST = 2.0**1000  # in size, of the ends of a box: their sums and differences
 class Extreme:
     """The least or greatest value of something over a box.
 
-    `value` is the extreme of what was seen, to rounding, at the point `x` (k,) in so many `samples`. `reached` is
-    what the extreme is proved to reach there: at most this if the least, at least this if the greatest. `beyond` is
-    what no value in the box lies beyond, proved on so many `boxes`; None where nothing was. `why` names what kept the
-    proof from its tolerance, and is empty where nothing did.
+    `value` is the extreme of so many `samples`, to rounding, at the point `x` (k,). `reached` is a proved bound of the
+    value there: from above for a least, from below for a greatest. `beyond` is a proved bound of all values in the box,
+    by so many `boxes`; None if there is none. `why` is the reason why the proof misses its tolerance, else empty.
     """
 
     value: float

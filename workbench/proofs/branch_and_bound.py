@@ -43,7 +43,7 @@ class Boxes(NamedTuple):
 class Proof:
     """The least value that was found, at `x`, and `beyond`, a proved lower bound of all eigenvalues; None if unproved.
 
-    `boxes` were looked at. `why` names what kept the proof from its tolerance; it is empty where nothing did.
+    `boxes` were examined. `why` is the reason why the proof misses its tolerance, else empty.
     """
 
     value: float

@@ -59,7 +59,7 @@ class AbstractForm(ABC):
 def form_of(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) -> AbstractForm:
     """The sharper of the two forms that a symmetric matrix (n, n) has, with some symbols fixed to numbers by name.
 
-    The numbers go through exact or outward arithmetic too: folded in doubles they would leave a rounding unpaid.
+    The numbers go through exact or outward-rounded arithmetic too, so that no rounding is left out of the bounds.
     """
     try:
         return _waves(matrix, symbols, numbers)

@@ -22,10 +22,7 @@ TURN = 0.7182818
 
 
 class Numeric:
-    """A CasADi function of (t, x) on arrays, through buffers: a tenth of the price of a call with CasADi's own types.
-
-    Each call gives a new dense matrix. Not for two threads at once.
-    """
+    """A CasADi function of (t, x) on arrays, through buffers that two threads must not share."""
 
     def __init__(self, function: ca.Function) -> None:
         arguments = [ca.MX.sym("a", *function.size_in(i)) for i in range(2)]
@@ -149,10 +146,7 @@ class Piece:
 
     @cached_property
     def curved(self) -> ca.SX:
-        """The guards that are not affine in t and x, and their rates, (nz, 2).
-
-        They are integrated beside the state, as its companions, so that no step is too long to follow them.
-        """
+        """The guards not affine in t and x, and their rates, (nz, 2), which are integrated beside the state."""
         z = ca.vertcat(self.t, self.x)
         guards = [guard.value for guard in self.guards]
         g = ca.vertcat(ca.SX(0, 1), *[g for g in guards if ca.depends_on(ca.jacobian(g, z), z)])

@@ -79,11 +79,7 @@ def roads(arm: Any) -> ca.Function:
 
 
 def difference(torques: ca.Function, states: Array) -> Array:
-    """The difference of the torques by recursion and by energies at N states, relative to the largest torque, (N,).
-
-    The energies know positions alone, and the recursion knows no energy. M of composite bodies is a third road to
-    the part of qdd.
-    """
+    """The difference at N states of the torques by recursion, by energies and by M, over the largest torque, (N,)."""
     gaps = []
     for q, qd, qdd in states:
         recursion, energies, M = map(np.array, torques(q, qd, qdd))

@@ -44,10 +44,7 @@ class Source(Hashable, Protocol):
 
 
 def on_threads(sweeps: Sequence[CompiledSweep], tasks: Sequence[Task], workers: int | None = None) -> Iterator[Chunk]:
-    """The chunks one behind the other, each by `workers` threads of the engine, or as many as there are processors.
-
-    A chunk is computed while the one before it is written.
-    """
+    """The chunks in order, each by `workers` threads or one per processor, computed while the last is written."""
     stopped = Event()
 
     def tell(share: float) -> None:

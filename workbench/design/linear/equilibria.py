@@ -226,10 +226,7 @@ def _usual(ode: Ode, begun: Array, p: Array) -> float:
 
 
 def _along(ode: Ode, x: Array, p: Array, flat: Array) -> tuple[str, ...]:
-    """The states that change along a continuum of rest points through x, whose directions (k, nx) make df/dx singular.
-
-    From a step along a continuum Newton's method returns to it at once, and not to where the step began.
-    """
+    """The states that change along a continuum of rest points through x, with directions (k, nx) as candidates."""
     moving = np.zeros(len(x))
     for direction in flat:
         for stride in (STRIDE, -STRIDE):

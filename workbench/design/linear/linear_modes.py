@@ -226,10 +226,7 @@ def _hautus(kind: str, A: Array, B: Array, names: list[str], tolerance: float) -
 
 
 def _mode(A: Array, B: Array, value: complex, scale: float, names: list[str]) -> Mode:
-    """The mode at an eigenvalue, or where the smallest singular value of [lambda I - A, B] is least near it.
-
-    Newton's method on w* [lambda I - A, B] v = 0 with the singular vectors w and v; short steps where that overshoots.
-    """
+    """The mode at an eigenvalue, or near it where the least singular value of [lambda I - A, B] has a minimum."""
     w, margin, slope = _least(A, B, value)
     start, reach = value, NEARBY * ROUNDING ** (1 / len(A)) * float(np.linalg.norm(A, 2))
     for _ in range(DESCENTS):

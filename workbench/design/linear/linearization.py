@@ -181,10 +181,7 @@ def _refuse_stairs(call: str, jump: Ode, k: float, p: Array) -> None:
 
 
 def _flow(call: str, sampled: Sampled, t: float, x: Array, p: Array) -> tuple[Array, Array, Array]:
-    """The state after a period of flow, and its derivatives by the state and the inputs at its start.
-
-    They are those of Runge-Kutta steps, twice as many until nothing changes.
-    """
+    """The state after a period, and its derivatives by state and inputs, by steps halved until nothing changes."""
     flow, h, now = sampled.flow, ca.SX.sym("h"), ca.SX.sym("now")
     f = ca.Function("f", [flow.t, flow.x, flow.p], [flow.rate])
     end = runge_kutta(f, now, flow.x, flow.p, h)

@@ -123,10 +123,7 @@ def scaled_peak(G: Realisation) -> float:
 
 
 def spectral_peak(G: Realisation) -> tuple[float, float]:
-    """The largest spectral radius of G(i omega) U over diagonal unitary U that a search finds, and its frequency.
-
-    It is a lower bound of mu over complex diagonal changes (Doyle).
-    """
+    """The largest spectral radius of G(i omega) U over diagonal unitary U, a lower bound of mu, and its frequency."""
     from scipy.optimize import minimize
 
     n = len(G.D)

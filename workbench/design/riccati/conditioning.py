@@ -11,7 +11,7 @@ All this is the linear picture. It ends where the curvature of Res along H(M) re
 is Kantorovich's condition, beyond which an equation with the changed data may have no solution; for more
 states it is an estimate of the same distance. For a continuous equation there is another: the least singular
 value of H - i omega over the frequencies of the slow poles, H being the Hamiltonian matrix. Smaller changes of H
-move no eigenvalue onto the imaginary axis. Both err on the side of fear, so the larger one counts.
+move no eigenvalue onto the imaginary axis. Both are pessimistic, so the larger one counts.
 
 References
 ----------

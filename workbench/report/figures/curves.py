@@ -53,10 +53,7 @@ def drawn_points(mark: Mark, panel: Panel, figure: Figure) -> tuple[Array, ...]:
 
 
 def windowed(curves: tuple[Array, ...], limits: tuple[float, float] | None) -> tuple[Array, ...]:
-    """The stretch of the curves that lies within the limits of the abscissa, and one point to each side.
-
-    So a close view spends its points on what it shows. A curve whose abscissa runs back is left whole.
-    """
+    """The curves within the limits of the abscissa and one point to each side; one that runs back is left whole."""
     if limits is None or (np.diff(curves[0]) < 0).any():
         return curves
     first, last = np.searchsorted(curves[0], limits)

@@ -80,10 +80,7 @@ def block_of(label: str, size: float) -> Extent:
 
 @cache
 def folded(label: str, size: float, width: float) -> str:
-    """A label in lines of at most a width, broken behind a space, a dot, a comma or a bracket; a formula is not broken.
-
-    A word that is wider still is broken between its letters.
-    """
+    """A label in lines of at most a width, broken at spaces, signs or within long words; a formula is not broken."""
     if extent(label, size).width <= width or readable(label)[1]:
         return label
     lines = [""]

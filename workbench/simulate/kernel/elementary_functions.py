@@ -200,11 +200,7 @@ def halves(x: Any) -> tuple[Any, Any]:
 
 
 def _rest(x: Number, turns: Number, y: Number) -> Number:
-    """x - turns y, which is a double.
-
-    Without fused products x less the rounded product is exact (Sterbenz), and so is what that product lacks (Dekker):
-    amid the range of a double, where nothing of it is lost.
-    """
+    """x - turns y, exact: fused, or by the error of the rounded product (Dekker, Sterbenz) within a double's range."""
     if x.machine.fused:
         return fma(-turns, y, x)
     large, tiny = abs(x) > 2.0**900, abs(x) < 2.0**-900

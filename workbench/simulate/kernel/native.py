@@ -37,10 +37,7 @@ class Kernel:
 
 @lru_cache(maxsize=256)
 def kernel(plan: Plan, width: int, haste: bool = False, fused: bool = True) -> Kernel:
-    """The kernel of a plan, `width` runs side by side, with `fused` products or without.
-
-    In `haste` it is slower code with the same results.
-    """
+    """The kernel of a plan, `width` runs side by side, with `fused` products or without; in `haste` slower code."""
     module = llvm.compiled(_ir(plan, width, fused), haste)
     number, pointer = ctypes.c_int64, ctypes.c_void_p
     march = module.function("workbench_march", pointer, *[number] * 4, *[pointer] * 7, result=number)

@@ -104,11 +104,7 @@ def ordered(graph: Graph) -> Graph:
 
 
 def stepped(graph: Graph, rates: int) -> Graph:
-    """The graph of x+: its first `rates` results are dx/dt of as many states, which take a Runge-Kutta step.
-
-    The other results are what the other states become, as they are at the beginning of the step. No rate
-    knows those.
-    """
+    """The graph of x+: a Runge-Kutta step of the first `rates` results, which are dx/dt; the others unchanged."""
     nodes = Nodes()
     add, constant = nodes.add, nodes.constant
     needed = {node.entry for node in graph.nodes if node.op == "x"}

@@ -132,8 +132,8 @@ class Verdict:
     A claim `holds`, `fails` or is `open`. What a study `found` is a plain sentence with its figure, printed without
     a word of right or wrong; one that `depends` has other answers to other questions.
 
-    `estimand` says which statistic of which sample it speaks of, `given` who was given what, and `reversal` what
-    would turn it round.
+    `estimand` names the statistic and its sample, `given` the information on which it rests, and `reversal` the
+    change that would reverse it.
     """
 
     kind: Literal["holds", "fails", "open", "found", "depends"]

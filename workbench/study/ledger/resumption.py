@@ -48,10 +48,7 @@ def complete(
     counter: Counter | None = None,
     acknowledge: Callable[[Chunk], None] = lambda chunk: None,
 ) -> None:
-    """Compute those tasks that the ledger lacks; each chunk is acknowledged once it is on the disk.
-
-    Tasks may be computed in any order, and some twice.
-    """
+    """Compute the tasks that the ledger lacks, in any order; a chunk is acknowledged once it is on the disk."""
     counter = counter or Counter()
     missing = {task.name: task for task in tasks if task.name not in ledger}
     for task in tasks:

@@ -43,10 +43,7 @@ class Course:
 
     @property
     def late_gain(self) -> float:
-        """The relative gain of the objective in the last window; NaN if the search is too short to tell.
-
-        Infinite if nothing was admissible before.
-        """
+        """The relative gain of the last window; NaN if there is none yet, infinite if nothing was admissible before."""
         window = self.tuning.window
         if not 0 < window < len(self.bests):
             return np.nan

@@ -232,7 +232,7 @@ def _flaw(column: Array) -> str:
 
 
 def _scaled(columns: Array) -> tuple[Array, Array]:
-    """Columns with mean 0, scaled, and their spread. The first row goes first, so that no digit is lost."""
+    """Columns less their mean, scaled, and their spread, computed so that no digit is lost."""
     scaled = columns - columns[:1]
     size = np.abs(scaled).max(axis=0, initial=0.0)
     scaled /= size
