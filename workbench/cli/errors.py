@@ -72,7 +72,7 @@ def aside(text: str) -> None:
 
 @contextmanager
 def one_sentence(script: Path | None = None) -> Iterator[None]:
-    """Turn what is raised on purpose, or by the user's own script, into one sentence and an exit status."""
+    """Turn an error raised on purpose, or by the user's own script, into one sentence and an exit status."""
     try:
         yield
     except KeyboardInterrupt as stop:
@@ -107,7 +107,7 @@ def of_the_study(script: Path, function: Callable[..., object]) -> Iterator[None
 
 
 def leave(message: str, status: int, error: BaseException | None = None) -> NoReturn:
-    """Print what is wrong, with Python's own account if that was asked for, and end the process."""
+    """Print an error, with Python's traceback if that was asked for, and end the process."""
     click.echo(printable(f"workbench: {message}"), err=True)
     if error is not None and (context := click.get_current_context(silent=True)) and context.params.get("traceback"):
         for line in "".join(format_exception(error)).splitlines():

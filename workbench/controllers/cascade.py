@@ -21,7 +21,7 @@ Arguments = tuple[Any, Signals, Signals, Signals]  # time, memory, estimates and
 
 @block
 class Cascade(AbstractController):
-    """An outer law, and an inner one that follows what the outer commands: a position loop around one of speed, say.
+    """An outer law whose command is the reference of an inner law: a position loop around one of speed, say.
 
     In a computer the inner law runs in every period of the cascade; the outer one runs once in `ratio` of them, from
     the first on, and its command is held in between. In continuous time both act at every instant.

@@ -1,4 +1,4 @@
-"""Adaptive sliding mode with a network of Gaussians that learns what the model does not know."""
+"""Adaptive sliding mode with a network of Gaussians that learns the torque that the model leaves out."""
 
 from __future__ import annotations
 

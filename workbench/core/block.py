@@ -95,7 +95,7 @@ def initial(default: Any = MISSING, *, unit: str, shape: tuple[str, ...] = (), s
 
 @door
 def option(choices: Mapping[str, str], default: str) -> Any:
-    """A named choice among readings of an equation; `choices` says what each of them means.
+    """A named choice among readings of an equation; `choices` explains each of them.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Ports: layouts of what a block reads, gives and drives, their signals and units, and the signals a law acts on."""
+"""Ports: layouts of the signals that a block reads, gives and drives, with their units; and the roles of a loop."""
 
 from __future__ import annotations
 

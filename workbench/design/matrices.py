@@ -84,7 +84,7 @@ def matrix(call: str, name: str, value: Any, rows: int | None = None, columns: i
 
 
 def answer(call: str, name: str, function: Callable[..., Any], *given: Any) -> Any:
-    """The answer of a function of the caller, or a refusal with what it raised."""
+    """The answer of a function of the caller, or a refusal with the error that it raised."""
     try:
         return function(*given)
     except Exception as error:

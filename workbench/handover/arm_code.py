@@ -52,7 +52,7 @@ def _routine(dynamics: Dynamics, results: Mapping[str, ca.SX], dialect: Dialect)
 
 
 def _about(dynamics: Dynamics) -> list[str]:
-    """The equation of motion and what each argument means, one a line."""
+    """The equation of motion and the meaning of each argument, one a line."""
     lengths, forces = _units(dynamics.units), _units("N" if unit == "m" else "N m" for unit in dynamics.units)
     meanings = {
         "q, qd, qdd": f"positions, velocities and accelerations of the joints, in {lengths}, per s and s^2",

@@ -70,7 +70,7 @@ class AbstractJoints(ABC):
 
     @property
     def force(self) -> str:
-        """The unit of what acts on the joints, for the units of numbers: N m where there is no model to tell."""
+        """The unit of the force on the joints, for the units of numbers: N m where there is no model to tell."""
         return unit(torques("tau", known(self.units)))
 
 

@@ -205,7 +205,7 @@ class AbstractController(ABC):
 
     @property
     def signal_units(self) -> Mapping[str, str]:
-        """The units of what `signals` returns."""
+        """The units of the signals that `signals` returns."""
         return {}
 
     @property

@@ -48,7 +48,7 @@ class Probe(AbstractArm):
         return self.G + ca.sum1(q)
 
     def acceleration(self, q: Column, qd: Column, tau: Column) -> ca.SX:
-        """An expression of all that an acceleration depends on, without the solution of any equation."""
+        """An expression of all arguments of an acceleration, without the solution of an equation."""
         return self.mass_matrix(q) @ (tau + self.coriolis_matrix(q, qd) @ qd + self.gravity_vector(q))
 
 

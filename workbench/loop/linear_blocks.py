@@ -159,7 +159,7 @@ class LinearLaw(AbstractLinear, AbstractController):
 
     @property
     def follows(self) -> Layout:
-        """The signals whose wanted values are inputs of the system, and with `error` all that it reads."""
+        """The signals whose wanted values are inputs of the system; with `error`, also all that it reads."""
         inputs = self.system.inputs
         followed = {name.removesuffix(WANTED): inputs[name] for name in inputs.names if name.endswith(WANTED)}
         followed |= {entry.name: entry for entry in self.reads.entries if self.error}

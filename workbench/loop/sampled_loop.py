@@ -287,7 +287,7 @@ class Queue:
 
 
 def _periods(count: object) -> int:
-    """A whole number of periods, or a refusal that says what to do."""
+    """A whole number of periods, or a refusal with a remedy."""
     clean = as_number(count)
     if clean is None or not (0 <= clean <= MOST_PERIODS and clean == round(clean)):
         must = f"a whole number of periods from 0 to {MOST_PERIODS}, as a computer commands at its instants"

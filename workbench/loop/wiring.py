@@ -53,7 +53,7 @@ def refuse_odd_ports(loop: object) -> None:
 
 
 def refuse_misfits(loop: Blocks) -> None:
-    """Refuse a loop one of whose blocks asks for what no other gives, in one sentence that names both."""
+    """Refuse a loop in which a block needs a signal that no other gives, in one sentence that names both."""
     plant, observer, law, reference = loop.plant, loop.observer, loop.controller, loop.reference
     if not observer.uses_truth:
         for name in observer.reads.names:
@@ -188,7 +188,7 @@ def shown(
 
 
 def names(loop: Blocks) -> list[str]:
-    """The names that a loop gives to what it shows and, below `hold.`, to what a computer holds."""
+    """The names of the signals that a loop shows and, below `hold.`, of those that a computer holds."""
     outputs, inputs, truths = loop.plant.outputs.names, loop.plant.inputs.names, loop.plant.truths.names
     gives, follows = loop.observer.gives.names, [name for name in loop.reference.says.names if name in outputs]
     own = [*outputs, *inputs, *truths, *(f"{name}_applied" for name in inputs)]

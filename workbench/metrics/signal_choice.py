@@ -107,7 +107,7 @@ def followed(ode: Ode) -> tuple[str, ...]:
 
 
 def _error(metric: str, name: str | None, ode: Ode) -> Watched:
-    """The error of a signal, or of all that is followed, by the outputs that show it where there are such."""
+    """The error of a signal, or of all that follow a reference, by the outputs that show it if there are any."""
     if name is not None and f"{name}_ref" not in ode.outputs:
         remark = "" if ERROR.fullmatch(name) else f", which is from 0, as {name} follows nothing"
         return _plain(metric, ode, (name,), (name,), name, remark)

@@ -159,7 +159,7 @@ class SampledRms(AbstractSignalMetric):
 
 
 class AbstractStepResponse(AbstractSignalMetric):
-    """A metric of what follows a jump of a piecewise constant reference; the start counts as a jump."""
+    """A metric of the response to jumps of a piecewise constant reference; the start counts as a jump."""
 
     def check(self, ode: Ode, horizon: float) -> None:
         """Refuse a reference whose derivative, as an expression, is not zero: steps and square waves pass."""

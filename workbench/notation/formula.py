@@ -31,7 +31,7 @@ class Number:
 @dataclass(frozen=True)
 @door
 class Symbol:
-    """A letter with what surrounds it: a letter of the alphabet, a Greek one by name, or else a word.
+    """A letter with its index and accents: a letter of the alphabet, a Greek one by name, or else a word.
 
     `index` stands below right, its parts set apart by commas; `mark` above right, as the star of q^*;
     `dots` (derivatives in time) and `accent` ("hat", "tilde" or "bar") stand over the letter.

@@ -70,7 +70,7 @@ class AbstractMarkup(ABC):
 
     @abstractmethod
     def group(self, inner: str) -> str:
-        """Parentheses, as tall as what they hold."""
+        """Parentheses as tall as their content."""
 
     @abstractmethod
     def opening(self, function: str = "") -> str:

@@ -18,7 +18,7 @@ from workbench.validation.refusals import name as checked_name
 
 @block
 class ExtendedStateObserver(AbstractObserver):
-    """The linear extended-state observer of a plant y^(n) = d + b u, where d is all that is not b u:
+    """The linear extended-state observer of a plant y^(n) = d + b u, where d is the sum of all other terms:
 
         x_hat_i' = x_hat_(i+1) + l_i (y - x_hat_1),    i < n
         x_hat_n' = d_hat + b u + l_n (y - x_hat_1)

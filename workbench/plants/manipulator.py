@@ -39,7 +39,7 @@ class AbstractAtJoints:
 
     @property
     def force(self) -> str:
-        """The unit of what acts, joint by joint where they differ: N m where one turns, N where it slides."""
+        """The unit of the force, joint by joint where they differ: N m where one turns, N where it slides."""
         return torques("tau", self.units or ("rad",))["tau"].unit
 
 

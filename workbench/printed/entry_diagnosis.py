@@ -34,7 +34,7 @@ ROUNDING = 1e-12  # of the room that the digits leave, for that of doubles
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """An entry that differs, with the likely slip (None if no single edit repairs it) and what its units say.
+    """An entry that differs, with the likely slip (None if no single edit repairs it) and the fault in its units.
 
     `instead` is the label of the entry of the same row of C that is the misprint, where this one is as legal as
     the derived one; else empty.

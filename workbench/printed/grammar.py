@@ -204,7 +204,7 @@ class _Reader:
         return _product(self.atom())
 
     def call(self, token: Token) -> Formula:
-        """A function of what is in the brackets behind it, or of one factor: sin^2 q_2, sin 2 q_2, sqrt(2)."""
+        """A function of the brackets behind it, or of one factor: sin^2 q_2, sin 2 q_2, sqrt(2)."""
         exponent = None
         if self.kind == "^" and token.text in FUNCTIONS:
             sign = self.take()
@@ -220,7 +220,7 @@ class _Reader:
         return called if exponent is None else build.power(called, exponent)
 
     def plain_argument(self, function: Token) -> Formula:
-        """The argument of a function: a bracket; else one factor, with a number before it if there is one."""
+        """The argument of a function: a bracket, or one factor with a number before it if there is one."""
         if self.kind not in STARTS or self.kind == "function":
             raise refusal(function, f"write what '{function.text}' is taken of, as in {function.text}(q_1).")
         if self.kind in ("(", "[", "{"):

@@ -121,7 +121,7 @@ def _is_path(statement: Statement, dynamics: Dynamics) -> bool:
 def _declared(
     found: Iterable[Statement], n: int
 ) -> tuple[dict[Symbol, Statement], dict[Symbol, Place], list[tuple[Place | str, Statement]]]:
-    """The declarations by their names, the single entries by theirs, and all that is printed."""
+    """The declarations and the single entries, each by its name, and all printed entries."""
     declared: dict[Symbol, Statement] = {}
     keys: set[Key] = set()
     printed: dict[Symbol, Place] = {}

@@ -1,4 +1,4 @@
-"""Plain text to tokens, `m_2*l_1*cos(q_2)**2` as one types it and computer algebra prints it; and what a token is."""
+"""Tokens, and the lexer of plain text, `m_2*l_1*cos(q_2)**2` as one types it and computer algebra prints it."""
 
 from __future__ import annotations
 

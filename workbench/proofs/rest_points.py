@@ -1,4 +1,4 @@
-"""Rest points of an equation, and what holds near them: proved by interval or rational arithmetic."""
+"""Rest points of an equation, and their stability, proved by interval or rational arithmetic."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def data(document: Document, drawings: dict[str, str] | None = None) -> str:
 
 
 def compiled(data: str) -> bytes:
-    """The PDF of what `data` gives; typst lets go of the interpreter's lock.
+    """The PDF of the text that `data` gives; typst releases the interpreter's lock.
 
     Raises
     ------

@@ -55,7 +55,7 @@ def potential_energy(links: Sequence[Any], gravity: Any, q: ca.SX) -> ca.SX:
 
 
 def kinetic_energy(links: Sequence[Any], q: ca.SX, qd: ca.SX) -> ca.SX:
-    """T(q, qd) in J, from nothing but the poses: velocities are their derivatives along qd; q and qd are symbols."""
+    """T(q, qd) in J, from the poses alone: velocities are their derivatives along qd; q and qd are symbols."""
     poses = from_base(links, q)
     coms = [p.position + p.rotation @ sparse(link.com) for link, p in zip(links, poses, strict=True)]
     rates = ca.jtimes(ca.densify(ca.horzcat(*coms, *(p.rotation for p in poses))), q, qd)

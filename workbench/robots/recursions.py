@@ -75,7 +75,7 @@ def kinetic_energy(bodies: Sequence[Body], qd: ca.SX) -> ca.SX:
 
 
 def mass_matrix(bodies: Sequence[Body]) -> ca.SX:
-    """M(q), (n, n): each joint moves all that it carries as if it were one body."""
+    """M(q), (n, n): each joint moves the bodies beyond it as if they were one body."""
     M = ca.SX(len(bodies), len(bodies))
     inertia = [body.I for body in bodies]
     for j in reversed(range(len(bodies))):

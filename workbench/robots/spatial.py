@@ -107,7 +107,7 @@ class SpatialLink:
 
     @property
     def force(self) -> str:
-        """The unit of what drives it."""
+        """The unit of the force that drives it."""
         return "N" if self.slides else "N m"
 
     @property

@@ -72,7 +72,7 @@ class Job:
         return replace(self, p=self.p[chosen], runs=self.runs[chosen], stride=stride, begin=begin)
 
     def check(self, x: Array) -> None:
-        """Refuse what a march would read or fill beyond its ends."""
+        """Refuse a job in which a march would read or write beyond the end of an array."""
         shapes = (self.p.shape, self.runs.shape, x.shape[:1], x.shape[2:])
         wanted = ((len(x), self.step.parameters.size), (len(x),), (len(x),), (self.step.states.size,))
         if shapes != wanted or self.p.dtype != float or x.dtype != float or self.runs.dtype != np.int64:

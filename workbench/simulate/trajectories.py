@@ -99,7 +99,7 @@ class Trajectories:
         return len(self.x)
 
     def __getitem__(self, name: str) -> Array:
-        """A state or an output by name, (B, N, *shape); what a law and its loop call by the same name is the state."""
+        """A state or an output by name, (B, N, *shape); the state if both have the name."""
         if name in self.step.states:
             return self.step.states.unpack(self.x)[name]
         if name in self.step.outputs:

@@ -109,7 +109,7 @@ class CompiledSweep:
 
     @cached_property
     def fingerprint(self) -> str:
-        """A name of all that the numbers of a run depend on but its own rows: equations, times, seed, arithmetic."""
+        """The digest of equations, times, seed and arithmetic, on which a run depends besides its own row."""
         sweep = self.sweep
         parts = {
             "arithmetic": signature(self.arithmetic),
@@ -144,7 +144,7 @@ class CompiledSweep:
         return replace(self, sweep=sweep, coarse=self.fine, watched=True, size=size)
 
     def name(self, first: int, last: int) -> str:
-        """The name of the chunk of some runs: sweep, runs, and a digest of all that their numbers depend on."""
+        """The name of the chunk of some runs: sweep, runs, and a digest of all on which their numbers depend."""
         return self._name(first, last, self.rows(first, last))
 
     def _name(self, first: int, last: int, rows: tuple[Array, ...]) -> str:

@@ -1,4 +1,4 @@
-"""The cost of sweeps, told before they start: time, memory and disk; what is too much is refused."""
+"""The cost of sweeps before they start: time, memory and disk; sweeps that need too much are refused."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def _slower(one: CompiledSweep) -> int:
 
 
 def check(cost: Cost, out: Path) -> None:
-    """Refuse what takes more than an hour, 4 GB of memory, or half of the disk that is free."""
+    """Refuse sweeps that take more than an hour, 4 GB of memory, or half of the disk that is free."""
     place = next(path for path in (out.resolve(), *out.resolve().parents) if path.exists())
     free = shutil.disk_usage(place).free / 2
     limits = (

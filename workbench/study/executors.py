@@ -174,7 +174,7 @@ def _check_versions(client: Any, address: str) -> None:
 
 
 def version() -> str:
-    """The version of all that a bit can depend on, asked of a worker."""
+    """The versions on which a bit can depend, asked of a worker."""
     return f"workbench {__version__}, CasADi {ca.CasadiMeta.version()}, arithmetic {VERSION}"
 
 
@@ -196,7 +196,7 @@ def compute(source: Source, task: tuple[int, int, int, str], asked: str) -> tupl
 
 
 def _loaded(source: Source) -> tuple[CompiledSweep, ...]:
-    """The sweeps in the process of a worker, where the study may need what is not there."""
+    """The sweeps in the process of a worker, or the refusal of a study that cannot be imported there."""
     try:
         return _sweeps(source)
     except ImportError as error:

@@ -36,7 +36,7 @@ def tables(results: Results) -> dict[str, bytes]:
 
 
 def to_csv(sample: Sample) -> bytes:
-    """The table after RFC 4180, numbers with all their digits; what does not exist is empty, no head is a formula."""
+    """The table after RFC 4180, numbers with all their digits; missing values are empty, no head is a formula."""
     names, columns = zip(*_columns(sample), strict=True)
     head, out = io.StringIO(), io.BytesIO()
     csv.writer(head).writerow(map(spreadsheet_text, names))
@@ -48,7 +48,7 @@ def to_csv(sample: Sample) -> bytes:
 
 
 def cases_to_csv(results: Results) -> bytes:
-    """The values of single cases after RFC 4180, one row a metric and number; what does not exist is empty."""
+    """The values of single cases after RFC 4180, one row a metric and number; missing values are empty."""
     rows, out = results.rows, io.StringIO()
     writer = csv.writer(out)
     writer.writerow(rows[0] if rows else ())

@@ -164,7 +164,7 @@ class Sample:
 
     @door
     def note_of(self, metric: str, joint: int = 0) -> str:
-        """The note with the step error of a metric: what must stand below a figure of that metric."""
+        """The note below a figure of a metric, with the step error of that metric."""
         error, unit = self.step_error(metric, joint), self.columns[self._column(metric, joint)][2]
         several = sum(name == metric for name, _, _ in self.columns) > 1
         of = f"step error of {metric}{f' of {self._label(metric, joint)}' if several else ''}"

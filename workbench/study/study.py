@@ -73,7 +73,7 @@ class Case:
 @dataclass(frozen=True, eq=False)
 @door
 class Outcome:
-    """A case that was run: its equations and what was measured."""
+    """A case that was run: its equations and its measurement."""
 
     case: Case
     ode: Ode | Sampled
@@ -290,7 +290,7 @@ class Study:
 
     @door
     def resolved(self, tuned: Mapping[str, Tuned]) -> Study:
-        """The study with the cases and sweeps that follow from what its tunings found."""
+        """The study with the cases and sweeps that follow from the results of its tunings."""
         made: dict[str, Any] = {}
         for part, kind in (("cases", Case), ("sweeps", Sweep)):
             if callable(make := getattr(self, part)):

@@ -18,7 +18,7 @@ SEVERAL = (Sequence, Collection, Iterable, list, tuple)
 
 
 class KindError(Exception):
-    """A value that does not fit a hint: what it must be, what came, and its place among several."""
+    """The error of a value that does not fit a hint: the requirement, the value, and its place among several."""
 
     def __init__(self, must: str, got: str, place: str = "") -> None:
         self.must, self.got, self.place = must, got, place

@@ -92,7 +92,7 @@ def one_loop(loop: control.StateSpace, place: int) -> control.StateSpace:
 
 @door
 def sensitivity(loop: control.StateSpace) -> control.StateSpace:
-    """S = (I + L)^-1, from what is added at the inputs to the inputs; its poles are those of the closed loop.
+    """S = (I + L)^-1, from disturbances added at the inputs to the inputs; its poles are those of the closed loop.
 
     Raises
     ------

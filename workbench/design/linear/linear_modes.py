@@ -26,7 +26,7 @@ NEARBY = 4.0  # times the norm of A and the nx-th root of rounding: how far that
 @dataclass(frozen=True)
 @show
 class Pole:
-    """An eigenvalue lambda of A, and what belongs to it.
+    """An eigenvalue lambda of A, with its frequency, its damping and its dominant states.
 
     Attributes
     ----------

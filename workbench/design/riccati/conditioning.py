@@ -80,7 +80,7 @@ class Units:
 
 
 def times(matrix: Array, rows: Exponents, columns: Exponents) -> Array:
-    """The matrix with its rows and columns times powers of two; what is too small for a float becomes zero."""
+    """The matrix with its rows and columns times powers of two; entries too small for a float become zero."""
     return np.asarray(np.ldexp(matrix, rows[:, None] + columns))
 
 

@@ -57,7 +57,7 @@ def twice(matrix: Twice | Array) -> Twice:
 
 
 def _two_sum(a: Array, b: Array) -> tuple[Array, Array]:
-    """The rounded sum a + b, and exactly what rounding took from it (Knuth)."""
+    """The rounded sum a + b, and its exact rounding error (Knuth)."""
     total = a + b
     shadow = total - a
     return total, (a - (total - shadow)) + (b - shadow)

@@ -131,7 +131,7 @@ class Escape:
 
 
 def bracket(H: Array, P: Array, start: float, length: float) -> Escape:
-    """The escape that happens between `start` and `start + length`, by bisection of the length gone from `start`."""
+    """The escape between `start` and `start + length`, by bisection."""
     low, high = 0.0, length
     for _ in range(BISECTIONS):
         middle = (low + high) / 2

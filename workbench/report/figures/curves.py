@@ -1,4 +1,4 @@
-"""The points of the curves of a figure: as many as are drawn, and as numbers for a reader who goes on with them."""
+"""The points of the curves of a figure: thinned for drawing, and as a table of numbers."""
 
 from __future__ import annotations
 

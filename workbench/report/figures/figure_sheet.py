@@ -39,7 +39,7 @@ EDGE = 4.0  # points around each panel with all its letters
 
 @dataclass(frozen=True)
 class Plate:
-    """A panel as it will be drawn: its thinned curves, its rulers, and what is written around it."""
+    """A panel as it will be drawn: its thinned curves, its rulers, its title and its labels."""
 
     panel: Panel
     curves: tuple[tuple[Array, ...], ...]

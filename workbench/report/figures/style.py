@@ -57,7 +57,7 @@ NAMED = 0.36  # of a figure's width, at most, for the names of its rows
 
 @contextmanager
 def house_style() -> Iterator[None]:
-    """The rules of this file for matplotlib, whatever a machine's own settings say."""
+    """The settings of matplotlib for this file's style, independent of the machine's own."""
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(RULES)

@@ -44,7 +44,7 @@ def ink_over(shade: float) -> str:
 
 
 def draw_tiles(pen: Pen, box: Box, tiles: Tiles, x: Ruler, y: Ruler) -> None:
-    """Tiles with their texts, all as large as the smallest room allows, and what marks them."""
+    """Tiles with their texts, all as large as the smallest room allows, and their frames, corners and stripes."""
     width, height = box.width / abs(x.high - x.low), box.height / abs(y.high - y.low)
     shades = np.asarray(tiles.shades)
     size = _size(tiles, width, height)

@@ -69,7 +69,7 @@ COSINE = (
 
 
 class Angle(NamedTuple):
-    """A reduced angle: its quadrant as a word, whether that is odd, and sine and cosine of what is left."""
+    """A reduced angle: its quadrant as a word, True if that is odd, and sine and cosine of the remainder."""
 
     quadrant: Word
     odd: Truth

@@ -60,7 +60,7 @@ class Evaluation:
         return self.numbers[place]
 
     def truth(self, place: int) -> Truth:
-        """A value as a truth: what is not zero is true."""
+        """A value as a truth: nonzero is true."""
         if place not in self.truths:
             self.truths[place] = self.number(place).compare("ne", 0.0)
         return self.truths[place]

@@ -40,7 +40,7 @@ def has_fma() -> bool:
 
 @cache
 def processor() -> str:
-    """All that machine code depends on besides its IR: the platform, its processor, and the LLVM that wrote it."""
+    """The platform, its processor and the LLVM version, on which machine code depends besides its IR."""
     name, features = _host()
     version = ".".join(map(str, llvm.llvm_version_info))
     return f"{llvm.get_process_triple()} {name} {features} LLVM {version} llvmlite {llvmlite.__version__}"

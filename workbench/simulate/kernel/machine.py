@@ -18,7 +18,7 @@ Value = Any  # what a machine has for a number, a truth or a word
 
 
 class Machine(Protocol):
-    """A target: whether it rounds a product together with the sum that it is for, and what it can do."""
+    """A target: its operations, and True if it rounds a product together with the sum that it is for."""
 
     @property
     def fused(self) -> bool: ...  # noqa: D102

@@ -1,4 +1,4 @@
-"""Paired: one metric of several laws over the same draws of what is uncertain."""
+"""Paired: one metric of several laws over the same draws of the uncertain numbers."""
 
 from __future__ import annotations
 

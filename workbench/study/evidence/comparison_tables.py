@@ -45,7 +45,7 @@ def comparison_table(
 
 @door
 def statistics_table(name: str, caption: Phrase, judgement: Judgement, notes: tuple[Phrase, ...] = ()) -> Table:
-    """One row a law, one column an estimand, the one asked first; the notes have the verdict and what is reversed.
+    """One row a law, one column an estimand, the asked one first; the notes have the verdict and its reversals.
 
     Raises
     ------

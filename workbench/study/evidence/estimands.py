@@ -65,7 +65,7 @@ class Quantile:
 @dataclass(frozen=True)
 @door
 class Median:
-    """The quantile of one half. A difference is that of two medians, so that what is compared is what is printed.
+    """The quantile of one half; a difference is that of two medians, as they are printed.
 
     The median of the differences within a draw answers another question, and may have another sign: for that, `ranks`
     has the share of the draws in which one law is below another.

@@ -68,7 +68,7 @@ class Judgement:
 
     @property
     def best(self) -> str | None:
-        """The law that is best by the asked estimand, unless it depends on what is asked."""
+        """The law that is best by the asked estimand; None if another estimand reverses that, or none is best."""
         return self._first.best if self.kind == "best" else None
 
     @property

@@ -36,7 +36,7 @@ def side_by_side(
     notes: Sequence[str] = (),
     margin: float = 0.0,
 ) -> Table:
-    """One row a law, one column a metric, for one number of each; in bold what is below all others, as `order` judges.
+    """One row a law, one column a metric, for one number of each; bold where it is below all others by `order`.
 
     The metrics are all that were taken where none is named. Where a metric does not exist in a case the cell is empty.
 
@@ -258,7 +258,7 @@ def information_table(
 
 
 def _roles_of(law: str, given: Any) -> Roles:
-    """The roles of a loop, or of what has it as its `loop`."""
+    """The roles of a loop, or of an object with that loop as its `loop`."""
     held = given if isinstance(given, Roles) else getattr(getattr(given, "loop", given), "roles", None)
     if not isinstance(held, Roles):
         raise refusal(f"information_table(loops={{'{law}': ...}})", "a `ClosedLoop` or the `Roles` of one", given)

@@ -170,7 +170,7 @@ class Ledger:
 
 @contextmanager
 def opened(out: Path, fresh: bool = False) -> Iterator[Ledger]:
-    """The ledger in an output folder, made if there is none, emptied if `fresh`; nobody else writes it meanwhile.
+    """The ledger in an output folder, made if there is none, emptied if `fresh`, and locked against other writers.
 
     A damaged record is put aside under another name, and counts as absent.
 
@@ -223,7 +223,7 @@ def chunks(out: Path) -> Iterator[Chunk]:
 
 
 def contents(out: Path) -> tuple[dict[str, Chunk], About]:
-    """The whole records of a ledger by name, only read, and what they say of the study.
+    """The whole records of a ledger by name, only read, and the state of the study.
 
     Raises
     ------

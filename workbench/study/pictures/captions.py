@@ -21,7 +21,7 @@ Found = TypeVar("Found", SobolIndices, MorrisEffects, Tornado)
 
 
 def captioned(call: str, caption: Phrase, note: Phrase, *remarks: Phrase) -> Phrase:
-    """A caption with what must be said of the picture and, last, its note: runs, failed runs, seed, step error."""
+    """A caption with its remarks and, last, its note: runs, failed runs, seed, step error."""
     if not any(part.strip() if isinstance(part, str) else True for part in parts(note)):
         raise ValueError(
             f"`{call}(note=...)` must say how many runs a figure shows, how many of them failed, their seed and their "
@@ -73,7 +73,7 @@ def stretches(curve: Array) -> list[Integers]:
 
 
 def number(value: float) -> float | None:
-    """A number for a file; a dash for what is not known."""
+    """A number for a file; a dash if it is unknown."""
     return None if np.isnan(value) else float(value)
 
 
