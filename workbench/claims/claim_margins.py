@@ -63,7 +63,7 @@ class Largest(AbstractMetric):
 
     @property
     def watches(self) -> tuple[str, ...]:
-        """Its signal."""
+        """The signal of the metric."""
         return (self.signal,)
 
     @property

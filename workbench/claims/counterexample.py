@@ -116,7 +116,7 @@ class CounterExample:
 
     @door
     def rows(self, ode: Ode) -> tuple[Array, Array]:
-        """Its parameters (1, np) and initial state (1, nx), as rows of the equation that it was found for."""
+        """The parameters (1, np) and the initial state (1, nx), as rows of the equation that it was found for."""
         if ode.fingerprint != self.fingerprint:
             raise ValueError(
                 f"`CounterExample.rows(ode)` must be given the equation it was found for, of fingerprint "
@@ -128,7 +128,7 @@ class CounterExample:
     def replay(
         self, ode: Ode, metric: AbstractMetric, kept: Sequence[Largest] = (), watched: Ode | None = None
     ) -> Replay:
-        """The same run again, with the violations `kept` of hypotheses.
+        """The result of the same run, computed again with the violations `kept` of hypotheses.
 
         `watched` is `ode` with the outputs that the metric and `kept` look at, where it lacks them.
         """

@@ -178,7 +178,7 @@ class Hunt:
 
     @door
     def shortened(self, found: Found) -> Found:
-        """The same outcome with the fewest decimals in the worst run's numbers that keep verdict and `ENOUGH` of it."""
+        """The same outcome with as few decimals in the worst run's numbers as keep the verdict and most of it."""
         if found.worst is None:
             return found
         sought = found.worst.sought

@@ -45,7 +45,7 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
     centres, widths
         (m, 2n) and (2n,), in rad for the first n columns (e), in rad/s for the others (ed).
     Gamma, sigma
-        How fast the network learns, and how fast it forgets.
+        The rates of adaptation and of leakage of the network.
     K
         (n,), K(0).
 

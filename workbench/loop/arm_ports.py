@@ -80,7 +80,7 @@ class AbstractArmController(AbstractJoints, AbstractController):
     Attributes
     ----------
     estimates
-        What it reads, of q, qd and d.
+        The signals that it reads, of q, qd and d.
     """
 
     estimates: ClassVar[tuple[str, ...]] = ("q", "qd")
@@ -120,7 +120,7 @@ class AbstractArmObserver(AbstractJoints, AbstractObserver):
     Attributes
     ----------
     measured
-        What it reads, of q, qd and, where it uses the truth, d.
+        The signals that it reads, of q, qd and, where it uses the truth, d.
     """
 
     measured: ClassVar[tuple[str, ...]] = ("q", "qd")

@@ -34,7 +34,7 @@ class AbstractPlant(ABC):
     Attributes
     ----------
     counts
-        What the numbers of its vectors count: 'joint' of an arm; empty where they go by their indices.
+        The thing that the numbers of its vectors count: 'joint' of an arm; empty where they go by their indices.
     period
         Of a plant in discrete time, which has an `update` in place of a `rate`, in s; else None.
 
@@ -106,7 +106,7 @@ class AbstractObserver(ABC):
     Attributes
     ----------
     period
-        How often a computer runs it, in s; None where it runs in continuous time, or as often as the loop's computer.
+        The period in s at which a computer runs it; None in continuous time, or if it is that of the loop's computer.
 
     Examples
     --------
@@ -144,7 +144,7 @@ class AbstractObserver(ABC):
 
     @property
     def memory(self) -> Layout:
-        """Its own states: the fields that are declared by `initial`."""
+        """The states of the observer: the fields that are declared by `initial`."""
         return initial_states(self)
 
     @abstractmethod
@@ -179,7 +179,7 @@ class AbstractController(ABC):
     Attributes
     ----------
     period
-        How often a computer runs the law, in s; None where it runs in continuous time, or as often as the loop's
+        The period in s at which a computer runs the law; None in continuous time, or if it is that of the loop's
         computer.
 
     Examples
@@ -220,7 +220,7 @@ class AbstractController(ABC):
 
     @property
     def memory(self) -> Layout:
-        """Its own states: the fields that are declared by `initial`."""
+        """The states of the law: the fields that are declared by `initial`."""
         return initial_states(self)
 
     @abstractmethod

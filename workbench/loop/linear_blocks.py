@@ -273,7 +273,7 @@ class LinearFilter(AbstractLinear, AbstractObserver):
 
 
 def standing_for(block: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """A function that makes a block of a linear system, and leaves anything else as it is."""
+    """A function that makes a block of a linear system, and returns any other value unchanged."""
     return lambda value: block(value) if LinearSystem.recognises(value) else value
 
 

@@ -26,7 +26,7 @@ Parts = Mapping[str, ca.SX]
 class AbstractMetric(ABC):
     """A number per run and number of a signal, with its name and unit.
 
-    What its methods are given, and what they give, is held to the types and shapes stated here. A metric has a `value`
+    The arguments and answers of its methods are held to the types and shapes stated here. A metric has a `value`
     and tells what it `watches`; the other methods are for what it accumulates, and say by default: nothing.
 
     Attributes
@@ -35,7 +35,7 @@ class AbstractMetric(ABC):
         Where it is empty, the metric has that of the first output it watches. Numbers of several units name them one
         by one, as in "m, rad".
     labels
-        What each of its numbers belongs to, as the equation tells that it is measured of.
+        The names of the components that its numbers belong to, from the equation that it measures.
     """
 
     name: str

@@ -34,7 +34,7 @@ class Score:
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
-        """Of each number: metric, label, unit, the least, the mean and the largest value of all runs, and error."""
+        """A row for each number: metric, label, unit, the least, mean and largest value of all runs, and the error."""
         rows = []
         labels = self.metric.labels or ("",) * self.value.shape[1]
         units = self.metric.units or (self.metric.unit,) * len(labels)

@@ -27,7 +27,7 @@ def on_grid(k: ca.SX, h: ca.SX, sample: float) -> ca.SX:
 
 @door
 def _absolute(e: ca.SX) -> ca.SX:
-    """|e|."""
+    """The absolute value |e|."""
     return ca.fabs(e)
 
 
@@ -39,7 +39,7 @@ class Peak(AbstractSignalMetric):
     Attributes
     ----------
     size
-        What is to be largest in place of the absolute value, of the column of the signal; it counts where positive.
+        The function of the signal's column that is maximised in place of the absolute value; it counts where positive.
     """
 
     signal: Signal
@@ -92,7 +92,7 @@ class TotalVariation(AbstractSignalMetric):
 
     @property
     def grid(self) -> float | None:
-        """Its sample time."""
+        """The sample time of the metric."""
         return self.sample
 
     def check(self, ode: Ode, horizon: float) -> None:
@@ -138,7 +138,7 @@ class SampledRms(AbstractSignalMetric):
 
     @property
     def grid(self) -> float | None:
-        """Its sample time."""
+        """The sample time of the metric."""
         return self.sample
 
     def memory(self, size: int) -> Layout:
@@ -223,12 +223,12 @@ class SettlingTime(AbstractStepResponse):
         positive("SettlingTime(band=...)", self.band)
 
     def memory(self, size: int) -> Layout:
-        """The levels and time of the last jump, when the error was last outside or looked at, the longest so far."""
+        """The levels and time of the last jump, the times outside the band and last looked at, the longest so far."""
         names = ("level", "origin", "since", "outside", "looked", "longest")
         return Layout(tuple(Entry(name, np.zeros(size)) for name in names))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
-        """At a jump the time that the last one took is closed; unsettled means infinite."""
+        """The memory after a step; at a jump the time of the last one is closed, infinite if it did not settle."""
         actual, level = levels(self.signal, y)
         jumped, origin = jump(k, z, actual, level)
         took = z["outside"] - z["since"]

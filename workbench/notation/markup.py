@@ -74,11 +74,11 @@ class AbstractMarkup(ABC):
 
     @abstractmethod
     def opening(self, function: str = "") -> str:
-        """A parenthesis that is closed on another line, behind the name of a function perhaps."""
+        """An opening parenthesis that is closed on another line, perhaps with the name of a function before it."""
 
     @abstractmethod
     def closing(self, exponent: str = "") -> str:
-        """Its partner, perhaps with a power to which the parentheses are raised."""
+        """The closing parenthesis of `opening`, perhaps with a power."""
 
     @abstractmethod
     def matrix(self, rows: Sequence[Sequence[str]]) -> str:

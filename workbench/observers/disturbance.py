@@ -18,13 +18,13 @@ from workbench.loop.wiring import above, below
 
 
 class AbstractDisturbanceObserver(AbstractJoints):
-    """From measurements and an estimated state to an estimate of D in M qdd + C qd + G + D = tau."""
+    """An observer of D in M qdd + C qd + G + D = tau, from measurements and an estimated state."""
 
     uses_truth: ClassVar[bool] = False  # True of one that needs the true disturbance, which no instrument gives
 
     @property
     def memory(self) -> Layout:
-        """Its own states: the fields that are declared by `initial`."""
+        """The states of the observer: the fields that are declared by `initial`."""
         return initial_states(self)
 
     @property

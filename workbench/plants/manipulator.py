@@ -32,7 +32,7 @@ class AbstractAtJoints:
 
     @door
     def at(self, units: tuple[str, ...]) -> Self:
-        """The same at joints whose positions have these units."""
+        """The same part at joints whose positions have these units."""
         part = copy(self)
         object.__setattr__(part, "units", units)
         return part

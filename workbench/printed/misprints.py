@@ -34,7 +34,7 @@ RANKS = (
 
 @dataclass(frozen=True)
 class Slip:
-    """An edit that makes a printed entry right: its kind, one of `RANKS`, and in words."""
+    """An edit that makes a printed entry right: its kind, one of `RANKS`, and its description."""
 
     kind: str
     said: str

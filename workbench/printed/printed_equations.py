@@ -61,7 +61,7 @@ class Sheet:
 
     @property
     def fixed(self) -> dict[str, float]:
-        """The same numbers as doubles."""
+        """The numbers that the sheet gives, as doubles."""
         return {label: float(value) for label, value in self.numbers.items()}
 
 

@@ -58,7 +58,7 @@ class Extreme:
 
 @dataclass(frozen=True, eq=False)
 class Enclosure:
-    """Both extremes of an expression over a box: low <= expression <= high is proved, None where nothing is."""
+    """Both extremes of an expression over a box: low <= expression <= high is proved; None where it is not."""
 
     least: Extreme
     greatest: Extreme

@@ -87,7 +87,7 @@ class Piece:
     push
         d f / d u, (nx, k): where a side that switches drives the state.
     constraints
-        What is zero in sliding: sigma, and d sigma / dt where no side enters it.
+        The expressions that are zero in sliding: sigma, and d sigma / dt where no side enters it.
     """
 
     mode: Mode

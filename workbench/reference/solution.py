@@ -38,7 +38,7 @@ class Reference:
         (N, nx), how far the run at the tolerances is from x, one at a hundredth of them: above the error of x itself,
         as long as errors fall with the tolerance.
     events
-        What was met on switching surfaces, in order.
+        The events on switching surfaces, in order.
     event_error
         The largest change of an event's time between the two runs, in s; NaN if they met different events.
     slid

@@ -32,7 +32,7 @@ class Surface:
     level
         For a step of a staircase, floor(a) = level - 1/2 + side/2 with sigma = a - level; else None.
     jumps
-        Whether the rate has the symbol `side`: then the state may slide on the surface.
+        True if the rate has the symbol `side`: then the state may slide on the surface.
     """
 
     sigma: ca.SX

@@ -24,7 +24,7 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 @dataclass(frozen=True, eq=False)
 class Rule:
-    """Tolerances, the method ("auto", "explicit", "implicit"), and the number of steps after which to give up."""
+    """The tolerances, the method ("auto", "explicit", "implicit"), and the largest number of steps."""
 
     rtol: float
     atol: Array

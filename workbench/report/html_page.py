@@ -30,7 +30,7 @@ def html(document: Document, drawings: dict[str, str] | None = None) -> str:
     Parameters
     ----------
     document
-        What to print; every text of it is printed as text, whatever it holds.
+        The document; every text of it is escaped.
     drawings
         The SVG text of each figure by its name, if it has been drawn already.
     """

@@ -52,7 +52,7 @@ def pdf(document: Document, drawings: dict[str, str] | None = None) -> bytes:
     Parameters
     ----------
     document
-        What to print.
+        The document.
     drawings
         The SVG text of each figure by name, where it has been drawn already.
 

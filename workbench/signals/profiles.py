@@ -17,7 +17,7 @@ TINY = float(np.finfo(float).tiny)  # where there is no way to go, nothing is di
 
 @block
 class Trapezoid(AbstractSignal):
-    """From start to goal with a trapezoidal velocity, in the shortest time within limits; each number by itself.
+    """A motion with a trapezoidal velocity from start to goal, in the shortest time within limits, number by number.
 
     From `time` on the velocity grows by `acceleration` up to `speed`, or for a short way as far as it gets, stays,
     and falls as it grew:
@@ -60,7 +60,7 @@ class Trapezoid(AbstractSignal):
 
 @block
 class WayPoints(AbstractSignal):
-    """From point to point, at rest in each, with the least jerk in between: with s = (t - t_i) / (t_(i+1) - t_i),
+    """A motion from point to point, at rest in each, with the least jerk: with s = (t - t_i) / (t_(i+1) - t_i),
 
         x(t) = x_i + (x_(i+1) - x_i) (10 s^3 - 15 s^4 + 6 s^5),
 

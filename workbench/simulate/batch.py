@@ -36,7 +36,7 @@ def simulate(
 ) -> Trajectories:
     """Run B copies of `step` from time 0 to `until`, each with its own parameters and initial state.
 
-    What a run gives depends on its own rows of p and x0, its key in `runs`, the seed and the arithmetic alone: not on
+    A run depends on its own rows of p and x0, its key in `runs`, the seed and the arithmetic alone: not on
     its neighbours, its place, the number of threads or the width of this processor's vectors.
 
     Parameters

@@ -116,7 +116,7 @@ class Accuracy:
     within
         The share of the runs whose change is within the tolerance.
     runs, lost
-        How many runs have a value at the halved steps, and how many have not.
+        The numbers of runs with a value at the halved steps, and without one.
     """
 
     metric: str

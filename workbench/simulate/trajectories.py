@@ -33,7 +33,7 @@ class Trajectories:
     x
         (B, N, nx); from the time a run has diverged its rows are NaN.
     job
-        What was run: the step, the parameters, and the keys of the noise.
+        The runs: the step, the parameters, and the keys of the noise.
     divergence
         When each run diverged, and in which state.
     """

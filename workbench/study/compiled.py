@@ -44,7 +44,7 @@ class CompiledSweep:
     arithmetic
         That of its runs, by its name.
     size
-        How many runs it has; of a search, at most.
+        The number of its runs; of a search, at most.
     watched
         True if the longest stable step is looked for along every run, and not only along those that are run again.
     chosen

@@ -28,7 +28,7 @@ class Given:
     low, high
         The range within which an assumed number could as well lie.
     shown
-        How a report prints the name, where that is not the name itself.
+        The name as a report prints it, where that is not the name itself.
     """
 
     name: str

@@ -35,7 +35,7 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
     progress
         Called from any thread with the share of all steps that is done.
     workers
-        How many cases at once; as many as there are cores if not given.
+        The number of cases that run at once; as many as there are cores if not given.
 
     Raises
     ------

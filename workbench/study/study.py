@@ -43,7 +43,7 @@ class Case:
     style
         Which line of the figures belongs to the law.
     remark
-        What a reader must know of this case, beside its name.
+        A remark on this case, beside its name.
 
     Examples
     --------
@@ -188,7 +188,7 @@ class Results:
 
     @property
     def rows(self) -> list[dict[str, Any]]:
-        """One a case, metric and signal, or joint of an arm: value, error, unit, and when the run diverged.
+        """A row for each case, metric and signal, or joint of an arm: value, error, unit, and the time of divergence.
 
         If a case has a tolerance: that too, and whether the metric, all its numbers together, is within it.
         """
@@ -232,9 +232,9 @@ class Study:
     name
         Lower-case letters, digits and underscores: it becomes the report's folder.
     sections, headlines
-        What the report says of the results, and the findings that the command line prints, one a line.
+        The sections of the report, and the findings that the command line prints, one a line.
     measures_time
-        Whether the report holds times, which differ from one run to the next.
+        True if the report holds times, which differ from one run to the next.
     seed
         Of what the study draws at random; None where nothing is.
     tunings, sweeps

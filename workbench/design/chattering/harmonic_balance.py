@@ -153,7 +153,7 @@ class Oscillation:
     amplitude, frequency
         a in the unit of s, w in rad/s.
     growth
-        How a small departure of the amplitude grows, in 1/s; negative where the oscillation attracts (Loeb).
+        The rate at which a small deviation of the amplitude grows, in 1/s; negative if the oscillation attracts (Loeb).
     third
         The third harmonic of s over the first: the balance neglects it, so it is to be small.
     residual
@@ -182,7 +182,7 @@ class Balance:
     least_phi
         The boundary layer at which the last oscillation ends, in the unit of s.
     rest
-        How fast the linear loop within a boundary layer comes to rest, in 1/s, from its exact poles: negative where
+        The rate of decay of the linear loop in a boundary layer, in 1/s, from its exact poles: negative where
         it does not, zero to rounding where a part of the loop drifts that the switch cannot move; None without a
         layer.
     """

@@ -32,7 +32,7 @@ class Cycle:
     contraction
         The spectral radius over half a period: below 1 the cycle attracts, at 1 it keeps an offset.
     samples
-        How many instants of the computer make up half a period T.
+        The number of instants of the computer in half a period T.
     residual
         |x(T/2) + x(0)| over |x(0)|.
     """
@@ -62,7 +62,7 @@ def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
     system
         W: a sampled `LinearPart`, or a discrete python-control system from u to s.
     most
-        How many instants half a period may have.
+        The greatest number of instants in half a period.
 
     Raises
     ------

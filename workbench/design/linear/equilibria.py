@@ -72,9 +72,9 @@ class Equilibria:
     starts, converged
         From how many states Newton's method began, and how many of these reached a rest point, in the box or not.
     complete
-        Whether intervals prove that the box holds no others.
+        True if intervals prove that the box holds no others.
     boxes
-        How many boxes that proof took, or was given in vain.
+        The number of boxes of that proof, also of one that failed.
     """
 
     points: tuple[Equilibrium, ...]
@@ -118,7 +118,7 @@ def equilibria(
     box
         Low and high of every state, by the name of a quantity or of one of its numbers.
     boxes
-        How many boxes the proof that there are no others may take; 0 for no proofs at all.
+        The most boxes for the proof that there are no others; 0 for no proofs at all.
 
     Raises
     ------

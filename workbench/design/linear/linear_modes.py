@@ -127,7 +127,7 @@ class Hautus:
     modes
         All eigenvalues, the smallest margin first.
     tolerance
-        What a margin must exceed.
+        The value that a margin must exceed.
     """
 
     kind: str

@@ -217,7 +217,7 @@ def to_control(ode: Ode, p: Any = None, name: str | None = None) -> control.Nonl
     p
         The parameters (np,), each in its unit; those of the inputs are overwritten by u.
     name
-        What python-control calls the system.
+        The name of the system in python-control.
 
     Raises
     ------

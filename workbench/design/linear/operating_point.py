@@ -39,7 +39,7 @@ def rate_terms(A: Array, x: Array) -> Array:
 @dataclass(frozen=True, eq=False)
 @show
 class OperatingPoint:
-    """A state that rests, and the inputs that hold it there.
+    """A state at rest, and the inputs that hold it there.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class OperatingPoint:
     condition
         Of the Jacobian by all that was free: how many times a relative error of the equations may grow.
     error
-        How far Newton's last step moved what was free, relative to its size: an estimate of its error.
+        The last step of Newton's method, relative to the size of the free numbers: an estimate of their error.
     """
 
     x: Array

@@ -53,7 +53,7 @@ class RateCertificate:
     rate
         In 1/s.
     boxes
-        How many boxes of positions the proof took.
+        The number of boxes of positions in the proof.
     """
 
     gains: Gains

@@ -121,7 +121,7 @@ class Riccati:
     poles
         The eigenvalues (n,) of A - B K, or A - K C.
     certificate
-        How far X can be trusted.
+        The accuracy of X, and the margin of the loop.
     """
 
     X: Array

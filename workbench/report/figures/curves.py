@@ -62,7 +62,7 @@ def windowed(curves: tuple[Array, ...], limits: tuple[float, float] | None) -> t
 
 
 def thinned(curves: tuple[Array, ...], points: int) -> tuple[Array, ...]:
-    """At most about `points` of the common points (N,) of an abscissa and its ordinates.
+    """A selection of about `points` of the points (N,) of an abscissa and its ordinates, which keeps their extremes.
 
     The curve is cut in stretches of equally many points. Each keeps the points where an ordinate is
     least and greatest, and one gap if it holds any NaN, so a chattering signal keeps its envelope;

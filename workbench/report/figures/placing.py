@@ -35,7 +35,7 @@ def placed(points: Array, sizes: Sequence[Extent], marks: Array, obstacles: Arra
     obstacles
         Segments (m, 4) from (x0, y0) to (x1, y1) that a name should not cross, if it can be helped.
     within
-        What no name may leave.
+        The rectangle that no name may leave.
     """
     apart = np.hypot(*(points[:, np.newaxis] - points).transpose(2, 0, 1))
     crowded = np.argsort(np.sort(apart, axis=1)[:, : min(6, len(points))].sum(axis=1), kind="stable").tolist()

@@ -59,7 +59,7 @@ class Ticks:
 
 @dataclass(frozen=True)
 class Ruler:
-    """From low to high, on a linear or a logarithmic scale; with marks at `whole` numbers alone where it counts.
+    """The ruler of an axis from low to high, linear or logarithmic; for counts with marks at `whole` numbers alone.
 
     With `names` it has a place for each of them, 0, 1, ..., and no numbers.
     """

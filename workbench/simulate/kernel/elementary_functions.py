@@ -30,7 +30,7 @@ def sign(x: Number) -> Number:
 
 
 def polynomial(x: Number, coefficients: Sequence[float]) -> Number:
-    """By Horner's rule, highest power first."""
+    """The value of a polynomial by Horner's rule, highest power first."""
     result = fma(x, coefficients[0], coefficients[1])
     for coefficient in coefficients[2:]:
         result = fma(result, x, coefficient)

@@ -137,7 +137,7 @@ class Number:
 
     @property
     def bits(self) -> Word:
-        """Its bits."""
+        """The bits of the number as a word."""
         return Word(self.machine, self.machine.do("bits", self.value))
 
     def do(self, operation: str, *others: Number | float) -> Number:

@@ -31,7 +31,7 @@ class Paired:
     failed
         (L,), how many runs failed.
     note
-        What must stand below a table: draws, seed, steps.
+        The note below a table: draws, seed, steps.
     """
 
     metric: str

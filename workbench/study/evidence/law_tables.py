@@ -184,7 +184,7 @@ class Ranking:
 
     @door
     def sentence(self, winner: str) -> str:
-        """In plain words, with the pairs that concern `winner` named."""
+        """The ranking in plain words, with the pairs that concern `winner` named."""
         pairs = len(self.holds) + len(self.fails) + len(self.undecided)
         lost = [b for a, b in self.fails if a == winner]
         against = (

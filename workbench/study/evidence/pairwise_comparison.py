@@ -123,7 +123,7 @@ def compare(
     resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> Comparison:
-    """All laws and all pairs of them by a bootstrap over draws, which keeps the runs of a draw together.
+    """The comparison of all laws and pairs of laws by a bootstrap over draws, which keeps the runs of a draw together.
 
     The intervals of all levels hold at once with the confidence, and so do those of all differences; see the estimands
     for how. A failed run is worse than any other: a law that has one has an infinite mean and tail, and is above every

@@ -36,7 +36,7 @@ class Predictor:
     p
         That the area is as far from one half by chance, times the number of factors.
     inside, outside
-        How many draws of the group, and of the others, are on that side of the limit.
+        The numbers of draws of the group, and of the others, on that side of the limit.
     """
 
     factor: str
@@ -65,7 +65,7 @@ class Shape:
     ratio, carried
         The mean over the median, and the part of the total that the worst tenth carries; of the finite values.
     predictor
-        What tells these draws from the others; None where no factor does with the confidence.
+        The predictor of these draws; None if no factor tells them from the others with the confidence.
     """
 
     law: str

@@ -24,7 +24,7 @@ class Task(NamedTuple):
 
 
 class Counter:
-    """The runs that are done, those that diverged, and all of them; `begin` gives what is told, once it is needed."""
+    """The counter of runs done, of those that diverged, and of all; `begin` makes the function that is told."""
 
     def __init__(self, total: int = 0, begin: Callable[[], Tell] = lambda: lambda done, failed, total: None) -> None:
         self.done, self.failed, self.total = 0, 0, total

@@ -103,7 +103,7 @@ class Ledger:
     lock
         The file that was locked, whatever its name is by now.
     remarks
-        What was found when it was opened, in sentences.
+        The faults found when it was opened, in sentences.
     """
 
     out: Path

@@ -135,7 +135,7 @@ def _text(one: Comparison, i: int, leads: bool, decimals: int) -> Text:
 
 
 def _short(value: float, digits: int, most: int) -> str:
-    """So many digits of a number, but at most so many decimals."""
+    """A number with a count of digits, but at most a count of decimals."""
     if np.isinf(value):
         return "∞" if value > 0 else "−∞"
     if value == 0:

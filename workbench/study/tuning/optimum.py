@@ -33,7 +33,7 @@ class Tuned:
     Attributes
     ----------
     used
-        How many points each search looked at.
+        The number of points that each search evaluated.
     points, numbers
         (N, d), in the unit cube and as values of the factors: one search behind the other.
     objectives

@@ -44,7 +44,7 @@ class Search:
 
     @property
     def sweeps(self) -> tuple[CompiledSweep, ...]:
-        """All sweeps that it is made of."""
+        """All sweeps of the search."""
         return (*self.trials, *self.halves)
 
     @property
@@ -176,7 +176,7 @@ def _run(search: Search, number: int, past: list[_Generation], evaluate: Evaluat
 
 
 def _answer(search: Search, past: Sequence[_Generation], used: tuple[int, ...], evaluate: Evaluate) -> Tuned:
-    """All generations put together, and the best points of each search at half the step, under all training noises."""
+    """The answer of a tuning: all generations, and the best points at half the step under all training noises."""
     objective = np.concatenate([-one.worth.value for one in past])
     points = Listed(np.vstack([one.points for one in past]))
     trials = [one.at(points) for one in search.trials]

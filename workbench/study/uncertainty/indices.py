@@ -107,11 +107,11 @@ def sobol(
     names, factors
         Of the k outputs and the d factors.
     errors
-        How far off each output is, of the same shape, NaN where that is not known: told of where it blurs the indices.
+        The error of each output, of the same shape, NaN if unknown; a remark says where it blurs the indices.
     groups
         Names to the factors over which S1 and ST are summed.
     control
-        Whether the quadratic polynomial that fits the runs serves as control variate: its own indices are exact, and
+        True if the quadratic polynomial that fits the runs serves as control variate: its own indices are exact, and
         only what it leaves is estimated, the better the nearer an output is to quadratic.
 
     Raises

@@ -66,7 +66,7 @@ class Outputs:
     spread
         (k,), with which a column is spread * scaled beside its mean.
     remarks
-        What a reader must know of the columns that are not refused.
+        Remarks on the columns that are not refused.
     """
 
     names: tuple[str, ...]
