@@ -32,7 +32,7 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
 
     With f = W*^T h + eps the torque that the true arm and D need beyond the model's along qd_r, E = W - W* and
     V = s^T M s / 2 + tr(E^T E) / (2 Gamma), V' holds s^T E^T h from the arm and tr(E^T W') / Gamma
-    from the network: they cancel for W' = -Gamma h s^T. What is left, eps, is for K. The leak sigma
+    from the network: they cancel for W' = -Gamma h s^T. The rest, eps, is for K. The leak sigma
     keeps W bounded where eps and the layer keep s from vanishing.
 
     A computer steps W with its leak by `integrator`, h(x) and s held over a period T: explicit Euler multiplies W by

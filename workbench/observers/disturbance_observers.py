@@ -168,7 +168,7 @@ class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
 
     with M, C, G of `model` at the estimated state. With the right model and a true velocity the error E = D - D_hat
     obeys E' = D' - l M^-1(q) E: no acceleration is needed, a constant D is found at the rate l / max eig M at least,
-    and otherwise |E| comes within (max eig M / l) times the bound of |D'|. What the model leaves out counts as D.
+    and otherwise |E| comes within (max eig M / l) times the bound of |D'|. Terms that the model lacks count as D.
 
     Beside `Luenberger` qd_hat is that of a copy of the arm, whose disturbance is -M L2 (q - q_hat), less D_hat where it
     is compensated: this is what D_hat follows. Ignored, that is D behind the observer; compensated, D_hat' = -l L2 (q -

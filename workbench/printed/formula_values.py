@@ -50,7 +50,7 @@ def evaluate(formula: Formula, values: Mapping[Symbol, Any], arithmetic: Arithme
     """The value of a formula, given those of its symbols; the symbol pi is the number, where it has no other value.
 
     A rational number p/q before a product multiplies by p and divides by q, so that a third stays exactly one in the
-    expression. What has no value, such as a relation, or a number beyond all doubles, is a ValueError.
+    expression. A formula without a value, such as a relation, or a number beyond all doubles, is a ValueError.
     """
     match formula:
         case Number(value):

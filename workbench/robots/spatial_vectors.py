@@ -64,7 +64,7 @@ def cross(v: ca.SX) -> ca.SX:
 
 
 def swapped_cross(f: ca.SX) -> ca.SX:
-    """The matrix (6, 6) that maps a motion v to the force (v x) f, for a fixed force f."""
+    """The matrix (6, 6) that maps a motion v to v x* f, the cross product of v with a force f."""
     return ca.reshape(_OF_SWAPPED @ f, 6, 6)
 
 

@@ -73,7 +73,7 @@ def arm_of(
     """The arm of bodies and joints; bodies that a fixed joint connects become one.
 
     The moving joints are numbered along the tree, each before what it carries, branches in the order of `joints`;
-    those named `passive` have no motor. What the base weighs moves nothing.
+    those named `passive` have no motor. The mass of the base has no effect.
 
     Raises
     ------

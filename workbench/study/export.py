@@ -70,7 +70,7 @@ def spreadsheet_text(text: str) -> str:
     """A text as a cell or head of a CSV file, after an apostrophe where spreadsheets would run it as a formula.
 
     They run what begins with =, +, - or @, also in full width, and some of them look behind blanks and signs that
-    are not seen; a tab or line break before anything else may end the cell before it. What is made of plain numbers
+    are not seen; a tab or line break before anything else may end the cell before it. A text of plain numbers
     alone stays as it is: "-1.5", "-10 to 10", "+9.4 % (+3.4 to +11.6)".
     """
     return f"'{text}" if _FORMULA.match(text) and not _is_of_numbers(text) else text

@@ -102,7 +102,7 @@ def _of_the_user() -> Path:
 
 
 def _private(status: os.stat_result) -> bool:
-    """True if only this user can have written the file; on Windows always, which keeps its own lists."""
+    """True if only this user can have written the file; always on Windows, which has access lists of its own."""
     return os.name != "posix" or (status.st_uid == os.geteuid() and not status.st_mode & 0o022)
 
 

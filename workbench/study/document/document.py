@@ -129,7 +129,7 @@ class Equation:
 class Verdict:
     """A claim with its verdict and its evidence, as a bound, a residual or a witness, in one box.
 
-    A claim `holds`, `fails` or is `open`. What a study `found` is a plain sentence with its figure, printed without
+    A claim `holds`, `fails` or is `open`. One that is `found` is a plain sentence with its figure, printed without
     a word of right or wrong; one that `depends` has other answers to other questions.
 
     `estimand` names the statistic and its sample, `given` the information on which it rests, and `reversal` the

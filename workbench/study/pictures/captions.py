@@ -90,7 +90,7 @@ def scale_of(values: Array) -> Literal["linear", "log"]:
 
 
 def scale_of_shares(estimates: Sequence[Estimate]) -> tuple[float, float]:
-    """The limits of an axis for parts of a variance: from 0 over all values, and over intervals of usual width."""
+    """The limits of an axis for parts of a variance: around 0, all values, and intervals within -0.25 and 1.25."""
     values = np.concatenate([np.ravel(part.value) for part in estimates])
     ends = np.concatenate([np.ravel(end) for part in estimates for end in (part.low, part.high)])
     ends = np.clip(ends[np.isfinite(ends)], -0.25, 1.25)
