@@ -1,4 +1,4 @@
-"""control-workbench: equations in, verdicts, numbers and a running controller out.
+"""control-workbench: from the equations of a control system to verdicts, numbers and a running controller.
 
 `import workbench as wb` loads nothing by itself; each of the names of `wb` comes from its room when it is first asked
 for. `dir(wb)` lists them, and `help(wb.X)` tells of one, with its shapes, units and an example.
@@ -63,7 +63,7 @@ def __dir__() -> list[str]:
 
 
 class _Face(ModuleType):
-    """The package: whoever imports the room `workbench.simulate` leaves `wb.simulate` the function that it is."""
+    """The class of the package: it keeps `wb.simulate` the function when the room `workbench.simulate` is imported."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if not (name in _HOMES and isinstance(value, ModuleType)):

@@ -1,4 +1,4 @@
-"""Claims as margins along a run: what an equation watches so that a simulation can tell whether a claim broke."""
+"""The margins of claims as outputs of an equation, so that a simulation can tell whether a run breaks one."""
 
 from __future__ import annotations
 
@@ -63,20 +63,20 @@ class Largest(AbstractMetric):
 
     @property
     def watches(self) -> tuple[str, ...]:
-        """Its signal."""
+        """The signal of the metric."""
         return (self.signal,)
 
     @property
     def grid(self) -> float | None:
-        """None: it looks at every step."""
+        """None: the metric is evaluated at every step."""
         return None
 
     def check(self, ode: Ode, horizon: float) -> None:
-        """It means something for any equation."""
+        """Accept any equation and horizon."""
         del ode, horizon
 
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
-        """None."""
+        """None: the metric has no integral."""
         del t, y
         return None
 
@@ -87,7 +87,7 @@ class Largest(AbstractMetric):
 
     @door
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
-        """The larger of what was and what is."""
+        """The larger of the memory and the present value."""
         del k, h
         signal = y[known(self.signal, y, "signals")]
         value = ca.if_else(ca.fabs(signal) < UNDEFINED, signal, UNDEFINED)
@@ -95,7 +95,7 @@ class Largest(AbstractMetric):
 
     @door
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
-        """The largest."""
+        """The largest value of the run."""
         del integral, horizon
         return z[known("largest", z, "memories")]
 

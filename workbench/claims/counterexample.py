@@ -1,4 +1,4 @@
-"""A run that breaks a claim, or is the worst that was found: stored as plain numbers, and run again by anyone."""
+"""Counter-examples: a run that breaks a claim, or the worst run found, as plain numbers that can be run again."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Pair(NamedTuple):
 
     @property
     def refutes(self) -> bool:
-        """True if a violation is larger than its error, within the hypotheses, and beyond doubt."""
+        """True if the violation exceeds its error, the hypotheses hold, and there is no doubt of the run's accuracy."""
         return self.value - self.error > 0 and self.excess <= 0 and not self.doubt
 
 
@@ -67,7 +67,7 @@ class Replay:
 @dataclass(frozen=True)
 @door
 class CounterExample:
-    """One run of an equation, of some fingerprint, and what a metric called `about` makes of it.
+    """One run of the equation with a stated fingerprint, and the value of the metric named `about` on it.
 
     `sought` holds the numbers that a search with `seed` chose; they are among `p` (parameters) and `x0` (the initial
     state). Horizon and step are in s. `value` is the metric at h / 2, largest over its components, and `error` its
@@ -116,7 +116,7 @@ class CounterExample:
 
     @door
     def rows(self, ode: Ode) -> tuple[Array, Array]:
-        """Its parameters (1, np) and initial state (1, nx), as rows of the equation that it was found for."""
+        """The parameters (1, np) and the initial state (1, nx), as rows of the equation that it was found for."""
         if ode.fingerprint != self.fingerprint:
             raise ValueError(
                 f"`CounterExample.rows(ode)` must be given the equation it was found for, of fingerprint "
@@ -128,7 +128,7 @@ class CounterExample:
     def replay(
         self, ode: Ode, metric: AbstractMetric, kept: Sequence[Largest] = (), watched: Ode | None = None
     ) -> Replay:
-        """The same run again, with the violations `kept` of hypotheses.
+        """The result of the same run, computed again with the violations `kept` of hypotheses.
 
         `watched` is `ode` with the outputs that the metric and `kept` look at, where it lacks them.
         """
@@ -196,7 +196,7 @@ def hypotheses_kept(
 def in_reference_mode(
     ode: Ode, signal: str, p: Array, x0: Array, times: Sequence[float], rtol: float = 1e-9
 ) -> tuple[Array, Array]:
-    """An output (N, k) at N times by the reference mode, and what the error of the states makes of it, (N, k)."""
+    """An output (N, k) at N times by the reference mode, and its error (N, k) from that of the states."""
     found = reference(ode, p, x0, times=times, rtol=rtol)
     y = ode.outputs.view(ode.output)[known(signal, ode.outputs.names, f"outputs of '{ode.name}'")]
     slope = ca.Function("slope", [ode.t, ode.x, ode.p], [ca.vec(y), ca.densify(ca.jacobian(y, ode.x))])

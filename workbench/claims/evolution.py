@@ -21,7 +21,7 @@ WEIGHTS = (0.4, 1.0)
 @dataclass(frozen=True, eq=False)
 @door
 class Judged:
-    """The worth of trials: `value` (B,), larger is what is sought; `excess` (B,) by how much each is inadmissible.
+    """The worth of trials: `value` (B,), which is maximised, and `excess` (B,), by how much each is inadmissible.
 
     An excess of zero or less is admissible. Infinity as a value is the best there is; a NaN is none.
     """

@@ -1,4 +1,4 @@
-"""Search, within stated bounds, for the worst run of an equation: the worst metric, or the one that breaks a claim."""
+"""The search, within stated bounds, for the run with the worst metric, or for one that breaks a claim."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Found:
 
 
 def verdict_of(worst: Pair, target: AbstractMetric | Declared) -> tuple[Kind, str]:
-    """The verdict by the worst run of a search, and why it is none: the one place where a run refutes a claim.
+    """The verdict from the worst run of a search, and the reason if it is not checkable.
 
     A claim is `refuted` by a run that breaks it by more than its error of the step, and keeps the hypotheses, at half
     the step. It is `not checkable` where the step is too long for that run: its divergence is not confirmed, or its
@@ -96,7 +96,7 @@ class Hunt:
 
     @cached_property
     def box(self) -> Box:
-        """The box of the numbers that it may choose."""
+        """The box of the numbers that the search may choose."""
         return Box.of(self.ode, self.ranges)
 
     @cached_property
@@ -115,7 +115,7 @@ class Hunt:
 
     @property
     def metric(self) -> AbstractMetric:
-        """The metric to be as large as possible."""
+        """The metric that is maximised."""
         return violation(self.target.claim) if isinstance(self.target, Declared) else self.target
 
     @door
@@ -178,7 +178,7 @@ class Hunt:
 
     @door
     def shortened(self, found: Found) -> Found:
-        """The same outcome with the fewest decimals in the worst run's numbers that keep verdict and `ENOUGH` of it."""
+        """The same outcome with as few decimals in the worst run's numbers as keep the verdict and most of it."""
         if found.worst is None:
             return found
         sought = found.worst.sought

@@ -1,4 +1,4 @@
-"""A box of numbers that a search may choose, and the exact gradient of a run's worth in them."""
+"""The box of parameters and initial states that a search may choose, and the exact gradient of its objective."""
 
 from __future__ import annotations
 

@@ -151,7 +151,7 @@ class Ledger:
 
     @door
     def fallen(self, name: str) -> tuple[str, ...]:
-        """The hypotheses of a claim that do not hold: beside one of them, a proof of it says nothing of the case."""
+        """The hypotheses of a claim that do not hold, so that a proof of the claim does not apply."""
         return tuple(hypothesis for hypothesis, kind in self.hypotheses(name) if kind in BROKEN)
 
 

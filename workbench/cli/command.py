@@ -1,4 +1,4 @@
-"""The command `workbench`: its verbs, and the exit status of what is wrong with the call itself.
+"""The command `workbench`: its verbs, and the exit status of a wrong call.
 
 An error is one sentence on stderr, with exit status 2; Ctrl-C ends with 130.
 """

@@ -21,7 +21,7 @@ ENOUGH_DISK = 200 * 2**20  # bytes; a report takes less than ten million
 
 
 class Finding(NamedTuple):
-    """One thing that was looked at: True if it is well, and how it is or what is wrong."""
+    """The result of one check: True if it passed, and the state or the fault in words."""
 
     name: str
     well: bool
@@ -40,7 +40,7 @@ def doctor() -> None:
 
 
 def findings() -> Iterator[Finding]:
-    """Look at one thing after the other."""
+    """Run all checks in order."""
     for name, check in _checks().items():
         try:
             yield Finding(name, True, check())
@@ -49,7 +49,7 @@ def findings() -> Iterator[Finding]:
 
 
 def _checks() -> dict[str, Callable[[], str]]:
-    """The checks by name: each says how it is, or raises."""
+    """The checks by name: each returns the state in words, or raises."""
     return {
         "control-workbench": partial(version, "control-workbench"),
         "python": platform.python_version,
@@ -64,7 +64,7 @@ def _checks() -> dict[str, Callable[[], str]]:
 
 
 def _needed() -> list[str]:
-    """The packages that the workbench declares it needs; none if it is not installed, which another check says."""
+    """The packages that the workbench declares as requirements; none if it is not installed."""
     try:
         lines = requires("control-workbench") or []
     except PackageNotFoundError:

@@ -57,10 +57,10 @@ def shown(file: str) -> str:
 
 
 def printable(text: str) -> str:
-    r"""A text in one line that a terminal only shows: what it would act upon, as ESC, stands there as \x1b.
+    r"""A text in one line with all characters escaped on which a terminal would act: ESC becomes \x1b.
 
     Letters of all scripts stay. Line ends, marks that turn the direction of writing, and halves of characters are
-    escaped too: a file's name may hold them, and none may look like more than what it is.
+    escaped too: a file's name may hold them.
     """
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 
@@ -72,7 +72,7 @@ def aside(text: str) -> None:
 
 @contextmanager
 def one_sentence(script: Path | None = None) -> Iterator[None]:
-    """Turn what is raised on purpose, or by the user's own script, into one sentence and an exit status."""
+    """Turn an error raised on purpose, or by the user's own script, into one sentence and an exit status."""
     try:
         yield
     except KeyboardInterrupt as stop:
@@ -89,10 +89,7 @@ def one_sentence(script: Path | None = None) -> Iterator[None]:
 
 @contextmanager
 def of_the_study(script: Path, function: Callable[..., object]) -> Iterator[None]:
-    """Give an error its place in the script, or that of the `function` of the study that it comes from.
-
-    Errors of cases and of the machine have sentences of their own.
-    """
+    """Give an error its place in the script, or that of the `function` of the study that it comes from."""
     from workbench.report.folder import ReportError
     from workbench.study.runner import CaseError
 
@@ -110,7 +107,7 @@ def of_the_study(script: Path, function: Callable[..., object]) -> Iterator[None
 
 
 def leave(message: str, status: int, error: BaseException | None = None) -> NoReturn:
-    """Print what is wrong, with Python's own account if that was asked for, and end the process."""
+    """Print an error, with Python's traceback if that was asked for, and end the process."""
     click.echo(printable(f"workbench: {message}"), err=True)
     if error is not None and (context := click.get_current_context(silent=True)) and context.params.get("traceback"):
         for line in "".join(format_exception(error)).splitlines():
@@ -119,5 +116,5 @@ def leave(message: str, status: int, error: BaseException | None = None) -> NoRe
 
 
 def let_go_of_output() -> None:
-    """Send what is still printed nowhere, as nobody reads it."""
+    """Discard all further output, as its reader has gone."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -12,10 +12,10 @@ SECONDS_BETWEEN_LINES = 10.0
 
 
 class Tell(Protocol):
-    """Told the share that is done, and a remark."""
+    """A function that takes the share of the work that is done, and a remark."""
 
     def __call__(self, share: float, remark: str = "", /) -> None:
-        """Take both."""
+        """Take the share and the remark."""
 
 
 @contextmanager
@@ -40,16 +40,13 @@ def shown(name: str, say: Callable[[str], None]) -> Iterator[Tell]:
 
 @contextmanager
 def runs_shown(name: str, say: Callable[[str], None]) -> Iterator[Callable[[int, int, int], None]]:
-    """The same, by the runs that are done, those that failed, and all of them."""
+    """The progress as `shown` prints it, from the runs that are done, those that failed, and all of them."""
     with shown(name, say) as tell:
         yield runs(tell)
 
 
 def runs(tell: Tell) -> Callable[[int, int, int], None]:
-    """A function of the runs done, those that failed, and all of them, that tells the share of those that were missing.
-
-    Runs that were done before say nothing of the rate.
-    """
+    """A function of the runs done, failed and in all, that tells the share and rate since its first call."""
     start, before = monotonic(), -1
 
     def told(done: int, failed: int, total: int) -> None:

@@ -28,7 +28,7 @@ def results(folder: Path, digests: bool, form: str) -> None:
 
 
 def _write(folder: Path, form: str) -> Iterator[str]:
-    """Write the single cases and the runs of each complete sweep to files; each line names one, or what is missing."""
+    """Write the single cases and the runs of each complete sweep to files; a line names each, or a missing one."""
     from workbench.study import export
     from workbench.study.ledger.store import TABLE, contents
 

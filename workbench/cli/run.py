@@ -1,4 +1,4 @@
-"""The verb `run`: a study's file in, its report out."""
+"""The verb `run`: run the study in a file, and write its report."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def run(study: Path, out: Path | None, ack: bool, traceback: bool, **asked: Any)
 
 
 def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
-    """Run a study, as far as its ledger lacks something, and write its report."""
+    """Run the parts of a study that its ledger lacks, and write its report."""
     from workbench.cli import script
 
     file = script.file_of(place)

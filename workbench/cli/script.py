@@ -25,7 +25,7 @@ from workbench.validation.refusals import described, nearest
 
 
 def check_file(file: Path) -> None:
-    """Refuse what is no file, before anything is imported."""
+    """Refuse a path that is no file, before anything is imported."""
     if file.is_dir():
         raise LookupError(f"'{file}' is a folder without a `study.py`; a study is a Python file. Name the file in it.")
     if not file.is_file():
@@ -34,7 +34,7 @@ def check_file(file: Path) -> None:
 
 
 class _AsItStands(SourceFileLoader):
-    """Compiles a script each time: what Python has kept is taken for it if it has the same second and size."""
+    """A loader that compiles a script each time: Python's cache misses a change of equal size within a second."""
 
     def path_stats(self, path: str | bytes | os.PathLike[str] | os.PathLike[bytes]) -> NoReturn:
         raise OSError(f"the time of {path!r} is not asked for")
@@ -73,7 +73,7 @@ def load(file: Path) -> Study:
 
 
 def _package_of(folder: Path) -> str:
-    """The dotted name of the package that a folder is; '' if it has no `__init__.py`. It and those above are loaded."""
+    """The dotted name of the package that a folder is, imported with those above it; '' if it has no `__init__.py`."""
     init = folder / "__init__.py"
     if not init.is_file():
         return ""

@@ -1,4 +1,4 @@
-"""The verb `status`: how far a study is, from its ledger alone."""
+"""The verb `status`: the progress of a study, from its ledger alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A file of printed equations held against an arm: what is said of each entry."""
+"""The comparison of a file of printed equations with those of an arm: a finding for each entry."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ LONGER = "longer than can be compared by eye; see `workbench derive`"
 
 
 class Finding(NamedTuple):
-    """What is said of one entry, or of all: the verdict in a line, then the details."""
+    """The verdict on one entry, or on the whole sheet, as lines of text: the verdict, then the details."""
 
     kind: Sameness | None
     lines: list[str]
@@ -88,7 +88,7 @@ def _plain(content: str) -> str:
 
 
 def _as_printed(robot: Dynamics) -> list[Finding]:
-    """What is said of a sheet too long to be judged that is, sign for sign, the one derived for the robot."""
+    """The findings for a sheet too long to be judged that is, sign for sign, the one derived for the robot."""
     n = range(1, robot.dof + 1)
     labels = [f"{letter}[{i},{j}]" for letter in "MC" for i in n for j in n] + [f"G[{i}]" for i in n]
     summary = f"All {len(labels)} entries are those that `workbench derive` prints, sign for sign."
@@ -124,7 +124,7 @@ def _finding(verdict: EntryVerdict, diagnosis: Diagnosis | None, sheet: Sheet, d
 
 
 def _torque(verdict: EntryVerdict, diagnosis: Diagnosis, sheet: Sheet, derived: Dynamics) -> str:
-    """What is said of C qd; nothing for an entry of M or G."""
+    """The verdict on the row of C qd that an entry of C belongs to; empty for an entry of M or G."""
     if verdict.same_torque is None:
         return ""
     if diagnosis.instead:
@@ -155,7 +155,7 @@ def _indented(details: dict[str, str]) -> Iterator[str]:
 
 
 def _summary(verdicts: tuple[EntryVerdict, ...], robot: Dynamics, sheet: Sheet) -> Iterator[str]:
-    """How many entries differ, what the sheet leaves out, and the numbers it fixes."""
+    """The number of entries that differ, the number that the sheet omits, and the parameters it fixes."""
     kinds = [verdict.kind for verdict in verdicts]
     total = robot.dof * (2 * robot.dof + 1)
     proved = kinds.count("same")

@@ -1,4 +1,4 @@
-"""The verb `verify`: the equations that a paper prints, held against those derived for a robot."""
+"""The verb `verify`: compare the equations that a paper prints with those derived for a robot."""
 
 from __future__ import annotations
 

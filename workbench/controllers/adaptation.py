@@ -44,22 +44,22 @@ class Plain(AbstractAdaptation):
     """
 
     def rate(self, growth: Column, s: Column, K: Column) -> ca.SX:
-        """The growth."""
+        """K' = growth."""
         return growth
 
 
 @block
 class Frozen(AbstractAdaptation):
-    """K_i' = 0: the gain stays what it was, to see what learning is worth."""
+    """K_i' = 0: the gain stays constant, for comparison with a law that adapts."""
 
     def rate(self, growth: Column, s: Column, K: Column) -> ca.SX:
-        """Zero."""
+        """K' = 0."""
         return ca.SX.zeros(K.shape)
 
 
 @block
 class DeadZone(AbstractAdaptation):
-    """K_i' = gamma |s_i| where |s_i| > width, 0 elsewhere: no learning from what the layer leaves over.
+    """K_i' = gamma |s_i| where |s_i| > width, 0 elsewhere: no adaptation to the error that a boundary layer leaves.
 
     K' jumps at |s_i| = width. The gain stops growing once s stays within the zone, so `width` is
     best no smaller than the boundary layer.
@@ -68,13 +68,13 @@ class DeadZone(AbstractAdaptation):
     width: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="epsilon")
 
     def rate(self, growth: Column, s: Column, K: Column) -> ca.SX:
-        """The growth outside the zone."""
+        """K' = growth outside the zone, 0 within."""
         return ca.if_else(ca.fabs(s) > self.width, growth, 0)
 
 
 @block
 class Leakage(AbstractAdaptation):
-    """K_i' = gamma |s_i| - sigma (K_i - level_i): what is not needed is forgotten.
+    """K_i' = gamma |s_i| - sigma (K_i - level_i): the gain decays to its level where |s_i| is small.
 
     Where |s_i| <= c a gain that starts there stays below level_i + gamma c / sigma. `level` is meant to be K(0).
 
@@ -92,7 +92,7 @@ class Leakage(AbstractAdaptation):
     level: Vector = parameter(unit="N m", low=0, shape=("n",), symbol="K^*")
 
     def rate(self, growth: Column, s: Column, K: Column) -> ca.SX:
-        """The growth less the leak."""
+        """K' = growth - sigma (K - level)."""
         rate: ca.SX = growth - self.sigma * (K - self.level)
         return rate
 
@@ -126,7 +126,7 @@ class AbstractAdaptiveSlidingMode(AbstractSlidingMode):
 
     @property
     def gains(self) -> Layout:
-        """K(0) as a state."""
+        """The gains as a state that starts at K(0)."""
         return Layout((Entry("K", self.K, self.force, Bounds(low=0), "K"),))
 
     @property

@@ -62,7 +62,7 @@ class AdaptiveSlidingMode(AbstractAdaptiveSlidingMode):
         self.check_gains()
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The law as it stands above."""
+        """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
         _, _, s, qd_r, qdd_r = self.surface(est, ref)
         return M @ qdd_r + C @ qd_r + G - self.switched(z["K"], s, M)
@@ -73,6 +73,6 @@ class AdaptiveSlidingMode(AbstractAdaptiveSlidingMode):
         return {"K": self.adaptation.rate(self.gamma * ca.fabs(s), s, z["K"])}
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """Sliding mode with K(0) for good, and the law less its layer."""
+        """The ablations: the law with constant gain K(0), and without its boundary layer."""
         still = SlidingMode(self.model, self.Lambda, self.K, self.phi, self.saturation)
         return {"adaptation": still} | self.without_layer()

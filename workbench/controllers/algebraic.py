@@ -1,4 +1,4 @@
-"""A'P + PA - PGP + Q as expressions, for laws that run: where it is zero, and a step of P' = A'P + PA - PGP + Q."""
+"""The Riccati equation in CasADi expressions: the stabilising P, and a step of P' = A'P + PA - PGP + Q."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ TINY = float(np.finfo(float).tiny)
 
 
 def stabilising(A: ca.SX, G: ca.SX, Q: ca.SX, doublings: int) -> ca.SX:
-    """P (n, n): in closed form for one or two rows, for a definite G, else by doubling; G, Q semidefinite."""
+    """The stabilising P (n, n) for semidefinite G, Q: in closed form for n <= 2 and a definite G, else by doubling."""
     if A.shape[0] <= 2:
         return closed_form(A, G, Q)
     return doubled(A, G, Q, norm(A) + ca.sqrt(norm(G) * norm(Q) + TINY), doublings)
@@ -94,7 +94,7 @@ def _cayley(A: ca.SX, G: ca.SX, Q: ca.SX, rate: ca.SX | float) -> tuple[ca.SX, c
 
 
 def residual(A: ca.SX, G: ca.SX, Q: ca.SX, P: ca.SX) -> ca.SX:
-    """The norm of A'P + PA - PGP + Q over the sum of those of its terms: what certifies a P."""
+    """The certificate of a P: the norm of A'P + PA - PGP + Q over the sum of those of its terms."""
     PA, PGP = P @ A, P @ G @ P
     terms = 2 * norm(PA) + norm(PGP) + norm(Q) + TINY  # P = 0 where nothing costs leaves nothing
     left: ca.SX = norm(PA + PA.T - PGP + Q) / terms

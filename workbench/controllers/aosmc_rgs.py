@@ -52,10 +52,7 @@ DOUBLINGS = 10  # of the algebraic equation for three joints and more
 
 
 def _leading_minors(X: ca.SX) -> ca.SX:
-    """The leading principal minors (n, 1) of the symmetric part: all positive if and only if it is definite.
-
-    X is (n, n), or its columns in one: a matrix that is no state but an output comes so.
-    """
+    """The leading principal minors (n, 1) of the symmetric part of X, (n, n) or its columns in one column."""
     n = math.isqrt(X.numel())
     X = ca.reshape(X, n, n)
     S = (X + X.T) / 2
@@ -169,7 +166,7 @@ class AosmcRgs(AbstractSlidingMode):
         return Layout((K,) if self.P is None else (K, Entry("P", self.P, gain(self.force, self.position), symbol="P")))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """(27) to (29)."""
+        """The torque, equations (27) to (29)."""
         M, C, G = matrices(self.model, est)
         _, _, s, qd_r, qdd_r = self.surface(est, ref)
         if self.velocity == "printed":
@@ -179,7 +176,7 @@ class AosmcRgs(AbstractSlidingMode):
         return tau_eq + tau_sw
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """(33) and (34)."""
+        """The rates of K and P, equations (33) and (34)."""
         s = self.surface(est, ref).s
         algebraic = self.riccati == "algebraic"
         growth = self._growth(self._algebraic(z, est)[0] if algebraic else z["P"], s)
@@ -188,11 +185,11 @@ class AosmcRgs(AbstractSlidingMode):
 
     @property
     def method(self) -> str:
-        """Explicit Euler, or that of K and that of P."""
+        """The methods by name: explicit Euler, or those of K and of P."""
         return "K by explicit Euler, P by a Cayley step of (34)" if self.integrator == "cayley" else EULER
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
-        """(33) and (34) over a period by `integrator`."""
+        """K and P after a period, by (33), (34) and `integrator`."""
         moved = euler(z, self.rate(t, z, est, ref), period)
         if self.integrator == "euler":
             return moved
@@ -208,7 +205,7 @@ class AosmcRgs(AbstractSlidingMode):
         return s | {"P": P, "residual": left}
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """The law with K(0) for good, with P(0) for good, without its model in the torque, and less its layer."""
+        """The ablations: K constant, P constant, no model in the torque, and no boundary layer."""
         still = (
             replace(self, riccati="frozen", Q=None, R=None, integrator="euler") if self.riccati == "forward" else self
         )

@@ -21,7 +21,7 @@ Arguments = tuple[Any, Signals, Signals, Signals]  # time, memory, estimates and
 
 @block
 class Cascade(AbstractController):
-    """An outer law, and an inner one that follows what the outer commands: a position loop around one of speed, say.
+    """An outer law whose command is the reference of an inner law: a position loop around one of speed, say.
 
     In a computer the inner law runs in every period of the cascade; the outer one runs once in `ratio` of them, from
     the first on, and its command is held in between. In continuous time both act at every instant.
@@ -87,24 +87,24 @@ class Cascade(AbstractController):
 
     @property
     def memory(self) -> Layout:
-        """That of both laws, and the outer's command where it is held."""
+        """The memories of both laws, and the outer command where it is held."""
         held = Layout(tuple(Entry(e.name, np.zeros(e.shape), e.unit) for e in self.outer.drives.entries))
         both = self.outer.memory.prefixed("outer.") + self.inner.memory.prefixed("inner.")
         return both + held.prefixed("held.") if self.ratio > 1 else both
 
     @property
     def recursion(self) -> bool:
-        """True if a law of its is a recursion, or its outer command is held by a computer."""
+        """True if either law is a recursion, or a computer holds the outer command."""
         return is_recursion(self._outer) or is_recursion(self._inner) or (self.ratio > 1 and self.period is not None)
 
     @property
     def signal_units(self) -> Mapping[str, str]:
-        """Those of the outer law."""
+        """The signal units of the outer law."""
         return self.outer.signal_units
 
     @property
     def method(self) -> str:
-        """Those of both laws."""
+        """The methods of both laws by name."""
         return f"outer law: {self.outer.method}; inner law: {self.inner.method}"
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
@@ -113,7 +113,7 @@ class Cascade(AbstractController):
         return self._inner.command(*inner)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Those of both laws; what is held stays."""
+        """The rates of both memories; that of a held command is zero."""
         outer, inner = self._arguments(t, z, est, ref)
         held = {name: ca.SX.zeros(part.shape) for name, part in below("held", z).items()}
         return above({"outer": self._outer.rate(*outer), "inner": self._inner.rate(*inner), "held": held})
@@ -125,7 +125,7 @@ class Cascade(AbstractController):
         return self.advance(t, z, est, ref, self.period)
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
-        """The inner law a period on, and the outer one `ratio` periods where this is an instant of its own."""
+        """The inner memory after a period, and the outer one after `ratio` periods where its turn has come."""
         outer, inner = self._arguments(t, z, est, ref)
         moved = self._outer.advance(*outer, self.ratio * period)
         parts = {"outer": moved, "inner": self._inner.advance(*inner, period)}
@@ -136,11 +136,11 @@ class Cascade(AbstractController):
         return above(parts | {"held": {name: wanted[name] for name in self.outer.drives.names}})
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Those of the outer law."""
+        """The signals of the outer law."""
         return self._outer.signals(Signals(below("outer", z)), est.only(self.outer.reads), ref.only(self.outer.follows))
 
     def without(self) -> Mapping[str, AbstractController]:
-        """The cascade less each part of its laws."""
+        """The ablations: the cascade without each part of its laws."""
         outer = {f"outer {name}": replace(self, outer=law) for name, law in self.outer.without().items()}
         return outer | {f"inner {name}": replace(self, inner=law) for name, law in self.inner.without().items()}
 

@@ -1,4 +1,4 @@
-"""Compensation of the disturbance: a law that counts on what an observer knows of it."""
+"""Compensation of the disturbance: a law that adds the observer's estimate of it to its torque."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from workbench.loop.wiring import above, below
 
 @block
 class WithCompensation(AbstractArmController):
-    """A law, and the estimated disturbance on top of its torque, for M qdd + C qd + G + D = tau:
+    """A law with the estimated disturbance added to its torque, for M qdd + C qd + G + D = tau:
 
         tau = tau_law + D_hat
 
@@ -58,37 +58,37 @@ class WithCompensation(AbstractArmController):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Those of the law."""
+        """The units of the joints, from the law."""
         return self.law.units
 
     @property
     def memory(self) -> Layout:
-        """That of the law, below `law.`."""
+        """The memory of the law, below `law.`."""
         return self.law.memory.prefixed("law.")
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The sum."""
+        """The torque of the law plus the estimated disturbance."""
         return self._law.torque(t, below("law", z), est, ref) + est.d
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """That of the law."""
+        """The rate of the law's memory."""
         return above({"law": self._law.rate(t, below("law", z), est, ref)})
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """Those of the law."""
+        """The signals of the law."""
         return self._law.signals(below("law", z), est, ref)
 
     @property
     def method(self) -> str:
-        """That of the law."""
+        """The method of the law by name."""
         return self.law.method
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
-        """That of the law."""
+        """The memory of the law after a period."""
         return above({"law": self._law.advance(t, below("law", z), est, ref, period)})
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """The law alone, and the sum with each part of the law left out."""
+        """The ablations: the law alone, and the sum without each part of the law."""
         less: Mapping[str, Any] = self.law.without()
         return {"disturbance compensation": self.law} | {name: WithCompensation(law) for name, law in less.items()}
 

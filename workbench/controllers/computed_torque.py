@@ -30,7 +30,7 @@ ERROR_IS_LINEAR = Claim(
 
 @block
 class ComputedTorque(AbstractArmController):
-    """Feedback linearisation, and compensation of the disturbance that the observer knows of:
+    """Feedback linearisation, with compensation of the disturbance that the observer estimates:
 
         tau = M (qdd_ref - Kd ed - Kp e) + C qd + G + D_hat,        e = q - q_ref
 
@@ -68,7 +68,7 @@ class ComputedTorque(AbstractArmController):
     Kd: Vector = parameter(unit="1/s", low=0, shape=("n",), symbol="K_d")
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The law as it stands above."""
+        """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
         e, ed = est.q - ref.q, est.qd - ref.qd
         tau: ca.SX = M @ (ref.qdd - self.Kd * ed - self.Kp * e) + C @ est.qd + G + est.d

@@ -19,7 +19,7 @@ from workbench.loop.contracts import Follows, Parts, Reads
 
 @block
 class RuleBase:
-    """The speed of learning by fuzzy rules, from the size x = |s_i| of the sliding variable and its trend v:
+    """The rate of adaptation by fuzzy rules, from the size x = |s_i| of the sliding variable and its trend v:
 
         r(x, v) = sum_ab mu_a(x) nu_b(v) scale_ab / sum_ab mu_a(x) nu_b(v)
         mu_a(x) = exp(-((x - x_a) / w_x)^2 / 2),    nu_b(v) = exp(-((v - v_b) / w_v)^2 / 2)
@@ -77,7 +77,7 @@ def _weights(x: ca.SX, centres: Vector, width: Scalar) -> ca.SX:
 
 @block
 class FuzzyAsmc(AbstractAdaptiveSlidingMode):
-    """Adaptive sliding mode whose gain learns faster or slower as a fuzzy rule base says:
+    """Adaptive sliding mode whose rate of adaptation is set by a fuzzy rule base:
 
         s    = ed + Lambda e,                        e = q - q_ref
         tau  = M qdd_r + C qd_r + G - K o sat(s / phi)
@@ -129,7 +129,7 @@ class FuzzyAsmc(AbstractAdaptiveSlidingMode):
         return self.gains + Layout((slow,))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The law as it stands above."""
+        """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
         _, _, s, qd_r, qdd_r = self.surface(est, ref)
         return M @ qdd_r + C @ qd_r + G - self.switched(z["K"], s, M)
@@ -142,12 +142,12 @@ class FuzzyAsmc(AbstractAdaptiveSlidingMode):
         return {"K": self.adaptation.rate(self.gamma * r * ca.fabs(s), s, z["K"]), "s_slow": v}
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The sliding variable s, and what the rules say: r."""
+        """The sliding variable s, and the output r of the rules."""
         s = self.surface(est, ref).s
         return {"s": s, "r": self.rules.strength(ca.fabs(s), self._trend(z, s))}
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """Adaptive sliding mode without rules, sliding mode with K(0) for good, and the law less its layer."""
+        """The ablations: no rules, constant gain K(0), and no boundary layer."""
         plain = AdaptiveSlidingMode(
             self.model, self.Lambda, self.phi, self.gamma, self.K, self.adaptation, self.saturation
         )

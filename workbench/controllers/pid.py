@@ -1,4 +1,4 @@
-"""PID: three gains a joint, with or without the weight of the arm."""
+"""PID on each joint, with or without compensation of gravity."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class PID(AbstractArmController):
         return Layout((Entry("integral", np.zeros(self.dof), gain(self.position, "1", 1), symbol="z"),))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """Feedback, and the weight of the model if there is one."""
+        """The feedback, and the gravity vector of the model if there is one."""
         e, ed = est.q - ref.q, est.qd - ref.qd
         tau: ca.SX = -(self.Kp * e + self.Ki * z["integral"] + self.Kd * ed)
         return tau if self.model is None else tau + self.model.gravity_vector(est.q)
@@ -79,7 +79,7 @@ class PID(AbstractArmController):
         return {"integral": est.q - ref.q}
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """Less either action beside the proportional one that has a gain, and less the weight of the arm."""
+        """The ablations: no integral or derivative action, where they have a gain, and no gravity compensation."""
         integral = {"integral action": replace(self, Ki=0 * self.Ki)} if self.Ki.any() else {}
         derivative = {"derivative action": replace(self, Kd=0 * self.Kd)} if self.Kd.any() else {}
         gravity = {"gravity compensation": replace(self, model=None)} if self.model is not None else {}

@@ -16,7 +16,7 @@ from workbench.loop.contracts import AbstractController, Follows, Parts, Reads
 
 @block
 class PID2(AbstractController):
-    """PID in two degrees of freedom from an output y and what is wanted of it, r, to an input u, number by number:
+    """PID with two degrees of freedom from an output y and its reference r to an input u, component by component:
 
         v  = u0 + Kp (b r - y) + I + Kd N (w - f),      u = v within low and high
         w  = c (r - y0) - (y - y0)
@@ -115,27 +115,27 @@ class PID2(AbstractController):
 
     @property
     def unit_of_u(self) -> str:
-        """That of the input."""
+        """The unit of the input."""
         return one_entry(self.drives, "u").unit
 
     @property
     def unit_of_y(self) -> str:
-        """That of the output."""
+        """The unit of the output."""
         return one_entry(self.reads, "y").unit
 
     @property
     def unit_of_Kp(self) -> str:
-        """That of the input over that of the output."""
+        """The unit of the input over that of the output."""
         return gain(self.unit_of_u, self.unit_of_y)
 
     @property
     def unit_of_Ki(self) -> str:
-        """The same per second."""
+        """The unit of Kp per second."""
         return gain(self.unit_of_u, self.unit_of_y, -1)
 
     @property
     def unit_of_Kd(self) -> str:
-        """The same times seconds."""
+        """The unit of Kp times seconds."""
         return gain(self.unit_of_u, self.unit_of_y, 1)
 
     @property
@@ -152,7 +152,7 @@ class PID2(AbstractController):
 
     @property
     def recursion(self) -> bool:
-        """True where it has the form in a computer, and so a period."""
+        """True in the discrete-time form, which has a period."""
         return self.period is not None
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
@@ -177,18 +177,18 @@ class PID2(AbstractController):
 
     @property
     def method(self) -> str:
-        """The two differences."""
+        """The two differences by name."""
         return "forward difference of the integral, backward difference of the derivative"
 
     def without(self) -> Mapping[str, AbstractController]:
-        """Less either action beside the proportional one that has a gain."""
+        """The ablations: no integral action and no derivative action, where they have a gain."""
         integral = {"integral action": replace(self, Ki=0 * self.Ki)} if self.Ki.any() else {}
         derivative = {"derivative action": replace(self, Kd=0 * self.Kd)} if self.Kd.any() else {}
         return integral | derivative
 
     @property
     def _period(self) -> float:
-        """That of its computer in s; 0 in continuous time."""
+        """The period of its computer in s; 0 in continuous time."""
         return 0.0 if self.period is None else self.period
 
     def _signals(self, est: Reads, ref: Follows) -> tuple[ca.SX, ca.SX]:
@@ -196,13 +196,13 @@ class PID2(AbstractController):
         return est[name], ref[name]
 
     def _weighted(self, est: Reads, ref: Follows) -> ca.SX:
-        """w, what the derivative is of."""
+        """The weighted error w, of which the derivative is taken."""
         y, r = self._signals(est, ref)
         w: ca.SX = self.c * (r - self.y0) - (y - self.y0)
         return w
 
     def _asked(self, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """v, what the law would command without limits."""
+        """The command v before its limits."""
         y, r = self._signals(est, ref)
         behind = (self._weighted(est, ref) - z["filter"]) / (1 + self.N * self._period)  # w - f, the f of this instant
         v: ca.SX = self.u0 + self.Kp * (self.b * r - y) + z["integral"] + self.Kd * self.N * behind

@@ -1,4 +1,4 @@
-"""Adaptive sliding mode with a network of Gaussians that learns what the model does not know."""
+"""Adaptive sliding mode with a network of Gaussians that learns the torque that the model leaves out."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
 
     With f = W*^T h + eps the torque that the true arm and D need beyond the model's along qd_r, E = W - W* and
     V = s^T M s / 2 + tr(E^T E) / (2 Gamma), V' holds s^T E^T h from the arm and tr(E^T W') / Gamma
-    from the network: they cancel for W' = -Gamma h s^T. What is left, eps, is for K. The leak sigma
+    from the network: they cancel for W' = -Gamma h s^T. The rest, eps, is for K. The leak sigma
     keeps W bounded where eps and the layer keep s from vanishing.
 
     A computer steps W with its leak by `integrator`, h(x) and s held over a period T: explicit Euler multiplies W by
@@ -45,7 +45,7 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
     centres, widths
         (m, 2n) and (2n,), in rad for the first n columns (e), in rad/s for the others (ed).
     Gamma, sigma
-        How fast the network learns, and how fast it forgets.
+        The rates of adaptation and of leakage of the network.
     K
         (n,), K(0).
 
@@ -92,7 +92,7 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
         return self.gains + Layout((W,))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The law as it stands above."""
+        """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
         e, ed, s, qd_r, qdd_r = self.surface(est, ref)
         learned = z["W"].T @ self._h(e, ed)
@@ -108,7 +108,7 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
 
     @property
     def method(self) -> str:
-        """Explicit Euler, or W exactly."""
+        """The method by name: explicit Euler, or exact for W."""
         return f"exact step of W, K by {EULER}" if self.integrator == "exact" else EULER
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
@@ -123,12 +123,12 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
         return moved | {"W": z["W"] + period * share * rates["W"]}
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The sliding variable s, and the torque that the network has learned: W^T h(x)."""
+        """The sliding variable s, and the torque W^T h(x) of the network."""
         e, ed, s, _, _ = self.surface(est, ref)
         return {"s": s, "learned": z["W"].T @ self._h(e, ed)}
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """Adaptive sliding mode without a network, the law with K(0) for good, and the law less its layer."""
+        """The ablations: no network, constant gain K(0), and no boundary layer."""
         plain = AdaptiveSlidingMode(
             self.model, self.Lambda, self.phi, self.gamma, self.K, self.adaptation, self.saturation
         )

@@ -93,6 +93,6 @@ class Regulator(AbstractController):
         return self.inputs
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        """The law as it stands above."""
+        """The command by the equations of the class."""
         wanted = {**self.states.view(ca.SX(self.x0)), **{name: ref[name] for name in self.follow}}
         return Signals(self.inputs.view(self.u0 - self.K @ (self.states.flatten(est) - self.states.flatten(wanted))))

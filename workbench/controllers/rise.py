@@ -76,7 +76,7 @@ class Rise(AbstractSlidingMode):
         return int(self.Lambda.shape[0])
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """Feedback and integral, and the torque of the reference if there is a model."""
+        """The feedback and the integral, and the feedforward torque of the reference if there is a model."""
         tau: ca.SX = -(self.ks + 1) * self.surface(est, ref).s - z["w"]
         return tau if self.model is None else tau + self.model.torque(ref.q, ref.qd, ref.qdd)
 
@@ -86,7 +86,7 @@ class Rise(AbstractSlidingMode):
         return {"w": (self.ks + 1) * self.alpha * s + self.beta * saturation(s, self.phi, self.saturation)}
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """Less the sign below the integral, less its layer, and less the torque of the reference."""
+        """The ablations: no sign in the integral, no boundary layer, and no feedforward torque."""
         sign = {"integral of the sign": replace(self, beta=0 * self.beta)} if self.beta.any() else {}
         model = {"feedforward": replace(self, model=None)} if self.model is not None else {}
         return sign | self.without_layer() | model

@@ -1,4 +1,4 @@
-"""Scheduled feedback: the torque that the reference takes, and a linear gain that is a series in time."""
+"""Scheduled feedback: the feedforward torque of the reference, and a linear gain that is a series in time."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class ScheduledFeedback(AbstractArmController):
         return ScheduledFeedback(model, horizon, Kp.reshape(len(Kp), -1), Kd.reshape(len(Kd), -1), series)
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The law as it stands above."""
+        """The torque by the equations of the class."""
         e, ed = est.q - ref.q, est.qd - ref.qd
         Kp, Kd = self.gains(t)
         tau: ca.SX = self.model.torque(ref.q, ref.qd, ref.qdd) - Kp @ e - Kd @ ed

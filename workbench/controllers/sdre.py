@@ -1,4 +1,4 @@
-"""State-dependent Riccati equation: at every instant the regulator of the linear system that the arm then is."""
+"""State-dependent Riccati equation: at each state, the linear-quadratic regulator of the arm's linear form."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Sdre(AbstractArmController):
         positive.refuse_unsymmetric("Sdre(R=...)", self.R[None])
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The law as it stands above."""
+        """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
         x = ca.vertcat(est.q - ref.q, est.qd - ref.qd)
         P = doubled(*self._problem(M, C), DOUBLINGS)

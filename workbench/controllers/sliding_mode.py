@@ -16,7 +16,7 @@ from workbench.loop.contracts import Follows, Parts, Reads
 
 @block
 class SlidingMode(AbstractSlidingMode):
-    """Computed torque on a sliding surface, and a switching torque that outweighs the unknown:
+    """Computed torque on a sliding surface, and a switching torque larger than the unknown torques:
 
         s   = ed + Lambda e,                    e = q - q_ref
         tau = M qdd_r + C qd_r + G - K sat(s / phi)
@@ -61,11 +61,11 @@ class SlidingMode(AbstractSlidingMode):
     saturation: str = option(SWITCHINGS, default="clip")
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The law as it stands above."""
+        """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
         _, _, s, qd_r, qdd_r = self.surface(est, ref)
         return M @ qdd_r + C @ qd_r + G - self.switched(self.K, s, M)
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """Less the switching torque, and less its layer."""
+        """The ablations: no switching torque, and no boundary layer."""
         return {"switching torque": replace(self, K=0 * self.K)} | self.without_layer()

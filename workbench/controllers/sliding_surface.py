@@ -1,4 +1,4 @@
-"""The base of the sliding laws: the surface, what they switch, and the relay as a computer can run it."""
+"""The base of the sliding laws: the surface, the switching term, and the relay in discrete time."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ SURFACE_PULLS_THE_ERROR = Claim(
 
 
 class Surface(NamedTuple):
-    """The sliding variable and what belongs to it, each (n, 1)."""
+    """The error and its rate, the sliding variable s, and the reference velocity and acceleration, each (n, 1)."""
 
     e: ca.SX
     ed: ca.SX
@@ -75,7 +75,7 @@ class AbstractSlidingMode(AbstractArmController):
         return {"s": self.surface(est, ref).s}
 
     def surface(self, est: Reads, ref: Follows) -> Surface:
-        """The sliding variable of the error that the observer sees."""
+        """The sliding variable of the error between estimate and reference."""
         return sliding(est, ref, self.Lambda)
 
     def switched(self, K: Vector, s: ca.SX, M: ca.SX) -> ca.SX:
@@ -95,7 +95,7 @@ class AbstractSlidingMode(AbstractArmController):
         return self.period
 
     def without_layer(self) -> dict[str, Any]:
-        """The law less its boundary layer, if it has one."""
+        """The law without its boundary layer, if it has one."""
         law: Any = self
         return {"boundary layer": replace(law, saturation="sign")} if law.saturation in ("clip", "tanh") else {}
 

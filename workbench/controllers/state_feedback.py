@@ -1,4 +1,4 @@
-"""State feedback: the torque that the reference takes, and a linear gain on the error about it."""
+"""State feedback: the feedforward torque of the reference, and a constant linear gain on the error."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class StateFeedback(AbstractArmController):
         return each[0] if len(set(each)) == 1 else ", ".join(each)
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The law as it stands above."""
+        """The torque by the equations of the class."""
         e, ed = est.q - ref.q, est.qd - ref.qd
         along = self.model.torque(ref.q, ref.qd, ref.qdd)[list(self.model.motors)]
         tau: ca.SX = along - self.Kp @ e - self.Kd @ ed

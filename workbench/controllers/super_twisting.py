@@ -82,7 +82,7 @@ class SuperTwisting(AbstractSlidingMode):
         return Layout((Entry("w", np.zeros(self.dof), per_second(self.position, 2), symbol="w"),))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The law as it stands above."""
+        """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
         _, _, s, _, qdd_r = self.surface(est, ref)
         root, sigma, w = self._switched(s, z["w"])
@@ -97,11 +97,11 @@ class SuperTwisting(AbstractSlidingMode):
 
     @property
     def method(self) -> str:
-        """Explicit Euler, or the backward step that "implicit" is."""
+        """The method by name: explicit Euler, or the backward step of "implicit"."""
         return "backward Euler" if self.saturation == "implicit" else EULER
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """Less either line of u, and less its layer."""
+        """The ablations: no integral part of u, no root part, and no boundary layer."""
         lines = {"integral part": replace(self, k2=0 * self.k2), "root part": replace(self, k1=0 * self.k1)}
         return lines | self.without_layer()
 

@@ -1,4 +1,4 @@
-"""Nonsingular terminal sliding mode: a surface on which the error ends in finite time."""
+"""Nonsingular terminal sliding mode: a surface on which the error reaches zero in finite time."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class NonsingularTerminalSlidingMode(AbstractSlidingMode):
             )
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The law as it stands above."""
+        """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
         ed, s = est.qd - ref.qd, self._surface(est, ref)
         u = self.k1 * s + self.k2 * _power(s, self.rho) * saturation(s, self.phi, self.saturation)
@@ -110,11 +110,11 @@ class NonsingularTerminalSlidingMode(AbstractSlidingMode):
         return tau
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The sliding variable s, which is in rad and so goes by another name than that of a linear surface."""
+        """The sliding variable s in rad, named apart from that of a linear surface, which is in rad/s."""
         return {"surface": self._surface(est, ref)}
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """Less either part of the reaching law, and less its layer."""
+        """The ablations: no linear part of the reaching law, no switched part, and no boundary layer."""
         linear = {"linear reaching": replace(self, k1=0 * self.k1)} if self.k1.any() else {}
         switched = {"switched reaching": replace(self, k2=0 * self.k2)} if self.k2.any() else {}
         return linear | switched | self.without_layer()

@@ -95,7 +95,7 @@ def initial(default: Any = MISSING, *, unit: str, shape: tuple[str, ...] = (), s
 
 @door
 def option(choices: Mapping[str, str], default: str) -> Any:
-    """A named choice among readings of an equation; `choices` says what each of them means.
+    """A named choice among readings of an equation; `choices` explains each of them.
 
     Examples
     --------
@@ -245,7 +245,7 @@ def _check_quantities(owner: Any) -> None:
 
 
 def _sizes(owner: Any) -> dict[str, int]:
-    """The number of joints as the size of axis n, unless the parts that it is counted from are yet unchecked."""
+    """The number of joints as the size of axis n, unless the parts that give it are not checked yet."""
     try:
         return {"n": int(owner.dof)}
     except Exception:  # a part of a wrong type may raise anything when it is counted

@@ -18,7 +18,7 @@ Margin = Callable[[Signals], ca.SX]
 @dataclass(frozen=True)
 @door
 class Claim:
-    """A sentence that can be true or false, with its hypotheses and its source: data, which `verify` judges.
+    """A statement that can be true or false, with its hypotheses and its source: data, which `verify` judges.
 
     Attributes
     ----------

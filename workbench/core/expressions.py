@@ -19,7 +19,7 @@ AT_ONCE = 64  # points of one call: for thousands CasADi takes longer to write d
 
 
 class SymbolError(TypeError):
-    """A symbol was taken for a number."""
+    """The error of a symbol taken for a number."""
 
 
 @contextlib.contextmanager
@@ -78,10 +78,7 @@ def refuse_misfit(owner: str, name: str, value: ca.SX, rows: int, columns: int, 
 
 @door
 def rows(function: ca.Function, *arguments: Array) -> Array:
-    """The values (n, size) of a function at n points, each column by column; an argument is (n, size) or one row.
-
-    They go through buffers, which cost a quarter of CasADi's own matrices.
-    """
+    """The values (n, size) of a function at n points, each column by column; an argument is (n, size) or one row."""
     sizes = [function.numel_in(i) for i in range(function.n_in())]
     n = max((len(a) for a in arguments if a.ndim == 2), default=0)
     if [a.shape[1:] for a in arguments] != [(size,) for size in sizes] or {len(a) for a in arguments} - {n, 1}:
@@ -110,7 +107,7 @@ def rows(function: ca.Function, *arguments: Array) -> Array:
 
 
 def memory(place: Any) -> Any:
-    """An array as CasADi's buffers take it; whoever hands it over must hold it."""
+    """An array as CasADi's buffers take it, to which the caller must hold a reference."""
     return memoryview(place)
 
 

@@ -178,7 +178,7 @@ def _refuse_odd_fraction(entry: str, num: Any, den: Any) -> None:
 
 
 def _labels(port: str, given: str | Sequence[str] | None, own: Iterable[str], system: Any) -> list[str]:
-    """The names that were given, or the system's own where a user chose them."""
+    """The names that were given, or the system's own; names made up by python-control are refused."""
     names = list(own)
     if given is not None:
         chosen = [given] if isinstance(given, str) else list(given)

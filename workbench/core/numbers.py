@@ -1,4 +1,4 @@
-"""Numbers of a block: the bounds that they keep, and the shapes that they have."""
+"""The numbers of a block: their bounds and their shapes."""
 
 from __future__ import annotations
 

@@ -166,7 +166,7 @@ class Ode:
 
     @cached_property
     def fingerprint(self) -> str:
-        """A name of the equations (64 hexadecimal digits), the same in every process, whatever the default values."""
+        """The digest of the equations (64 hexadecimal digits), the same in every process and for all default values."""
         digest = hashlib.sha256()
         for layout in (self.states, self.parameters, self.outputs):
             for entry in layout.entries:

@@ -1,4 +1,4 @@
-"""Ports: layouts of what a block reads, gives and drives, their signals and units, and the signals a law acts on."""
+"""Ports: layouts of the signals that a block reads, gives and drives, with their units; and the roles of a loop."""
 
 from __future__ import annotations
 
@@ -240,7 +240,7 @@ class Roles:
     Attributes
     ----------
     law, observer
-        What they are called; '' where there is no observer.
+        Their names; '' where there is no observer.
     readings
         By the name of each output of the plant: 'read' where a reading acts at its own instant, 'filtered'
         where it acts by a memory of that output alone, and 'estimated' where an estimate from other readings, too,
@@ -255,7 +255,7 @@ class Roles:
     truths
         Of those, the ones that act themselves.
     law_states, observer_states
-        How many numbers each remembers.
+        The count of numbers in the memory of each.
     """
 
     law: str

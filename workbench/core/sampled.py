@@ -1,4 +1,4 @@
-"""Sampled: an equation that flows and jumps once a period, as a plant under a digital law does."""
+"""Sampled: a continuous equation with a jump at each sampling instant, as of a plant under a digital law."""
 
 from __future__ import annotations
 

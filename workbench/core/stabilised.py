@@ -46,7 +46,7 @@ def rkc(ode: Ode, h: float, stages: int) -> Step:
 
 @lru_cache(maxsize=64)
 def _rkc(ode: Ode, stages: int) -> Rule:
-    """The rule of the steps for one equation, of whatever length."""
+    """The rule of the steps of any length for one equation."""
     rule = rk4(ode, 1.0).rule
     mu, nu, mu_f, gamma, c = coefficients(stages)
     f = ca.Function("f", [ode.t, ode.x, ode.p], [ode.rate])

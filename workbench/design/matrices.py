@@ -22,7 +22,7 @@ LARGEST, SMALLEST = 1e100, 1e-100
 
 
 class Refused(ValueError):  # noqa: N818
-    """No answer can be trusted here; the message says why, and what would help."""
+    """The error of a design without a trustworthy answer; the message has the reason and a remedy."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def matrix(call: str, name: str, value: Any, rows: int | None = None, columns: i
 
 
 def answer(call: str, name: str, function: Callable[..., Any], *given: Any) -> Any:
-    """The answer of a function of the caller, or a refusal with what it raised."""
+    """The answer of a function of the caller, or a refusal with the error that it raised."""
     try:
         return function(*given)
     except Exception as error:
@@ -158,7 +158,7 @@ def indefinite(array: Array) -> bool:
 
 
 def _levelled(array: Array) -> Array:
-    """The matrix with rows and columns in units that make their largest entries alike."""
+    """The matrix with rows and columns scaled so that their largest entries are alike."""
     for _ in range(3):
         rows, columns = np.abs(array).max(axis=1, keepdims=True), np.abs(array).max(axis=0, keepdims=True)
         array = array / np.sqrt(np.where(rows > 0, rows, 1.0)) / np.sqrt(np.where(columns > 0, columns, 1.0))
@@ -171,11 +171,7 @@ def _letter(size: int | None) -> str:
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """A context in which the BLAS of NumPy and SciPy runs one thread in this process.
-
-    OpenBLAS lets its threads wait for one another in a loop. In the many small steps of a Schur form they do so most
-    of the time, and where another program needs a processor too they wait for that: 70 s instead of 10 at n = 421.
-    """
+    """A context in which the BLAS of NumPy and SciPy runs one thread, as threads would wait for each other."""
     with libraries().limit(limits=1, user_api="blas"):
         yield
 

@@ -52,7 +52,7 @@ def _routine(dynamics: Dynamics, results: Mapping[str, ca.SX], dialect: Dialect)
 
 
 def _about(dynamics: Dynamics) -> list[str]:
-    """The equation of motion and what each argument means, one a line."""
+    """The equation of motion and the meaning of each argument, one a line."""
     lengths, forces = _units(dynamics.units), _units("N" if unit == "m" else "N m" for unit in dynamics.units)
     meanings = {
         "q, qd, qdd": f"positions, velocities and accelerations of the joints, in {lengths}, per s and s^2",
@@ -70,7 +70,7 @@ def _units(each: Iterable[str]) -> str:
 
 
 def _nominal(dynamics: Dynamics) -> list[tuple[str, str]]:
-    """The nominal values in their order, each with what it is."""
+    """The nominal values in their order, each with its letter and unit."""
     return [(repr(x.value), f"{x.name}, {x.path}{f' [{x.unit}]' if x.unit else ''}") for x in letters_of(dynamics)]
 
 

@@ -98,7 +98,7 @@ def harmless(text: str) -> str:
 
 
 def title(dynamics: Dynamics) -> str:
-    """The equation of motion, of which arm, and which joints have no motor."""
+    """The heading: the equation of motion, the name of the arm, and its joints without a motor."""
     friction = " + F(qd)" if has_friction(dynamics) else ""
     idle = ", ".join(f"tau_{i + 1} = 0" for i in range(dynamics.dof) if i not in dynamics.motors)
     equation = f"M(q) qdd + C(q, qd) qd + G(q){friction} = tau, n = {dynamics.dof}"
@@ -106,7 +106,7 @@ def title(dynamics: Dynamics) -> str:
 
 
 def has_friction(dynamics: Dynamics) -> bool:
-    """True if it takes more than C qd + G to keep a velocity: the joints have friction."""
+    """True if the joints have friction, so that a constant velocity takes more than C qd + G."""
     bias = ca.substitute(dynamics.tau, dynamics.qdd, ca.SX.zeros(dynamics.dof))
     smooth = dynamics.C @ dynamics.qd
     unexplained, known = bias - smooth - dynamics.G, ca.fabs(smooth) + ca.fabs(dynamics.G)
@@ -163,7 +163,7 @@ def _without_dust(matrix: ca.SX, numbers: dict[str, Fraction], plain: Dynamics) 
 
 
 def _firm(form: NormalForm, others: list[NormalForm]) -> NormalForm:
-    """The terms that stay when last digits move."""
+    """The terms that remain when last digits of constants are moved."""
 
     def stays(key: Key, value: Fraction) -> bool:
         return all(abs(other.terms.get(key, 0) - value) <= MOVED * abs(value) for other in others)

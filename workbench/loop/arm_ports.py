@@ -24,7 +24,7 @@ def motion(units: Iterable[str], names: Iterable[str] = ORDERS) -> Layout:
 
 
 def torques(name: str, units: Iterable[str]) -> Layout:
-    """What acts on joints whose positions have these units: torques where they turn, forces where they slide."""
+    """The generalised forces on joints whose positions have these units: N m for rad, N for m."""
     return Layout((_entry(name, ({"rad": "N m", "m": "N"}.get(unit, ANY) for unit in units)),))
 
 
@@ -34,7 +34,7 @@ def motors(arm: AbstractArm) -> Layout:
 
 
 def known(units: Iterable[str]) -> tuple[str, ...]:
-    """The units of joints, rad for those of which nothing is known."""
+    """The units of joints, with rad for those whose unit is unknown."""
     return tuple("rad" if each == ANY else each for each in units)
 
 
@@ -49,7 +49,7 @@ def _entry(name: str, units: Iterable[str]) -> Entry:
 
 
 class AbstractJoints(ABC):
-    """A block that counts joints, and has their units from its model."""
+    """A block with a number of joints, whose units come from its model."""
 
     model: Any
 
@@ -70,7 +70,7 @@ class AbstractJoints(ABC):
 
     @property
     def force(self) -> str:
-        """The unit of what acts on the joints, for the units of numbers: N m where there is no model to tell."""
+        """The unit of the force on the joints, for the units of numbers: N m where there is no model to tell."""
         return unit(torques("tau", known(self.units)))
 
 
@@ -80,7 +80,7 @@ class AbstractArmController(AbstractJoints, AbstractController):
     Attributes
     ----------
     estimates
-        What it reads, of q, qd and d.
+        The signals that it reads, of q, qd and d.
     """
 
     estimates: ClassVar[tuple[str, ...]] = ("q", "qd")
@@ -102,7 +102,7 @@ class AbstractArmController(AbstractJoints, AbstractController):
 
     @property
     def signal_units(self) -> Mapping[str, str]:
-        """Of the sliding variable s."""
+        """The unit of the sliding variable s."""
         return {"s": unit(motion(known(self.units), ("qd",)))}
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
@@ -120,7 +120,7 @@ class AbstractArmObserver(AbstractJoints, AbstractObserver):
     Attributes
     ----------
     measured
-        What it reads, of q, qd and, where it uses the truth, d.
+        The signals that it reads, of q, qd and, where it uses the truth, d.
     """
 
     measured: ClassVar[tuple[str, ...]] = ("q", "qd")

@@ -198,7 +198,7 @@ class ClosedLoop:
 
 
 def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
-    """Once round a loop, and the signals from outside that meet it."""
+    """The equation of a loop, with the signals from outside that enter it."""
     for part in (closed.plant, closed.observer, closed.controller):
         if is_recursion(part):
             raise ValueError(

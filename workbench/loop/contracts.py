@@ -34,7 +34,7 @@ class AbstractPlant(ABC):
     Attributes
     ----------
     counts
-        What the numbers of its vectors count: 'joint' of an arm; empty where they go by their indices.
+        The thing that the numbers of its vectors count: 'joint' of an arm; empty where they go by their indices.
     period
         Of a plant in discrete time, which has an `update` in place of a `rate`, in s; else None.
 
@@ -56,7 +56,7 @@ class AbstractPlant(ABC):
 
     @property
     def truths(self) -> Layout:
-        """The signals that no instrument gives, a disturbance among them; `measure` returns them beside the outputs."""
+        """The signals that no instrument measures, such as a disturbance; `measure` returns them beside the outputs."""
         return Layout()
 
     @property
@@ -81,7 +81,7 @@ class AbstractPlant(ABC):
 
     @door
     def measure(self, t: Number, x: States) -> Signals:
-        """Outputs and truths at a state: the states of their names."""
+        """The outputs and truths at a state: by default the states of the same names."""
         del t
         return Signals({name: x[name] for name in self.outputs.names})
 
@@ -101,12 +101,12 @@ class AbstractPlant(ABC):
 
 
 class AbstractObserver(ABC):
-    """From measurements to estimates. An estimate never sees the command of the same instant.
+    """An observer: from measurements to estimates, which never depend on the command of the same instant.
 
     Attributes
     ----------
     period
-        How often a computer runs it, in s; None where it runs in continuous time, or as often as the loop's computer.
+        The period in s at which a computer runs it; None in continuous time, or if it is that of the loop's computer.
 
     Examples
     --------
@@ -124,12 +124,12 @@ class AbstractObserver(ABC):
 
     @property
     def inputs(self) -> Layout:
-        """The inputs of the plant whose command it counts on."""
+        """The inputs of the plant whose commands it reads."""
         return Layout()
 
     @property
     def uses_truth(self) -> bool:
-        """True if it needs what no instrument can give it."""
+        """True if it reads signals that no instrument measures."""
         return False
 
     @property
@@ -144,7 +144,7 @@ class AbstractObserver(ABC):
 
     @property
     def memory(self) -> Layout:
-        """Its own states: the fields that are declared by `initial`."""
+        """The states of the observer: the fields that are declared by `initial`."""
         return initial_states(self)
 
     @abstractmethod
@@ -174,12 +174,12 @@ class AbstractObserver(ABC):
 
 
 class AbstractController(ABC):
-    """From estimates and the wanted signals to commands.
+    """A law: from estimates and the wanted signals to commands.
 
     Attributes
     ----------
     period
-        How often a computer runs the law, in s; None where it runs in continuous time, or as often as the loop's
+        The period in s at which a computer runs the law; None in continuous time, or if it is that of the loop's
         computer.
 
     Examples
@@ -205,7 +205,7 @@ class AbstractController(ABC):
 
     @property
     def signal_units(self) -> Mapping[str, str]:
-        """The units of what `signals` returns."""
+        """The units of the signals that `signals` returns."""
         return {}
 
     @property
@@ -220,7 +220,7 @@ class AbstractController(ABC):
 
     @property
     def memory(self) -> Layout:
-        """Its own states: the fields that are declared by `initial`."""
+        """The states of the law: the fields that are declared by `initial`."""
         return initial_states(self)
 
     @abstractmethod

@@ -1,4 +1,4 @@
-"""The roles of a loop's blocks, read from its equations: the inputs that reach the command, and their ways."""
+"""The roles of a loop's blocks, read from its equations: the inputs that reach the command, and by which way."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Edges = dict[str, set[str]]
 
 @dataclass(frozen=True, eq=False)
 class Probe(AbstractArm):
-    """An arm whose matrices are symbols, so that it shows in an expression where each of them came in."""
+    """An arm whose matrices are symbols, to find the expressions of a loop in which they occur."""
 
     M: ca.SX
     C: ca.SX
@@ -36,19 +36,19 @@ class Probe(AbstractArm):
         return int(self.G.numel())
 
     def mass_matrix(self, q: Column) -> ca.SX:
-        """A symbol, and something of q."""
+        """A symbol plus a term in q."""
         return self.M + ca.sum1(q)
 
     def coriolis_matrix(self, q: Column, qd: Column) -> ca.SX:
-        """A symbol, and something of q and qd."""
+        """A symbol plus a term in q and qd."""
         return self.C + ca.sum1(q) + ca.sum1(qd)
 
     def gravity_vector(self, q: Column) -> ca.SX:
-        """A symbol, and something of q."""
+        """A symbol plus a term in q."""
         return self.G + ca.sum1(q)
 
     def acceleration(self, q: Column, qd: Column, tau: Column) -> ca.SX:
-        """An expression of all that an acceleration depends on, without the solution of any equation."""
+        """An expression of all arguments of an acceleration, without the solution of an equation."""
         return self.mass_matrix(q) @ (tau + self.coriolis_matrix(q, qd) @ qd + self.gravity_vector(q))
 
 
@@ -171,12 +171,12 @@ def _probe(n: int) -> Probe:
 
 
 def _inputs_of(part: ca.SX, inputs: Mapping[str, ca.SX]) -> set[str]:
-    """The names of what an expression depends on."""
+    """The names of the inputs on which an expression depends."""
     return {name for name, symbol in inputs.items() if symbol.numel() and ca.depends_on(part, ca.vec(symbol))}
 
 
 def _reached(edges: Edges, start: set[str], but: str | None = None) -> set[str]:
-    """All nodes on the way from some along the edges, but not beyond nodes whose names begin so."""
+    """All nodes that the edges reach from some nodes, without going beyond nodes whose names begin so."""
     found, new = set(start), set(start)
     while new:
         new = {end for node in new if but is None or not node.startswith(but) for end in edges.get(node, ())} - found

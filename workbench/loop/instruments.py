@@ -1,4 +1,4 @@
-"""The instruments between any plant and its computer: sensors with noise and steps, limits of the commands."""
+"""The instruments between a plant and its computer: sensors with noise and quantisation, limits of the commands."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Limit:
 
 @block
 class Instruments(AbstractInstruments):
-    """Sensors for outputs of a plant and limits for its inputs; what has none is read and commanded as it is.
+    """Sensors for outputs of a plant and limits for its inputs; other signals pass unchanged.
 
     Examples
     --------
@@ -136,7 +136,7 @@ class Instruments(AbstractInstruments):
 
     @property
     def noises(self) -> int:
-        """One for each number that is read."""
+        """The count of noises of a reading: one for each number that is read."""
         return self.reads.size
 
     def read(self, y: Signals, w: ca.SX) -> Signals:

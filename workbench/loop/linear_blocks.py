@@ -80,18 +80,18 @@ class LinearPlant(AbstractLinear, AbstractPlant):
 
     @property
     def states(self) -> Layout:
-        """Those of the system, at their start."""
+        """The states of the system, at their start."""
         parts = {} if self.start is None else self.system.states.unpack(self.start)
         return Layout(tuple(replace(e, default=parts.get(e.name, e.default)) for e in self.system.states.entries))
 
     @property
     def inputs(self) -> Layout:
-        """Those of the system."""
+        """The inputs of the system."""
         return self.system.inputs
 
     @property
     def outputs(self) -> Layout:
-        """Those of the system."""
+        """The outputs of the system."""
         return self.system.outputs
 
     def measure(self, t: Number, x: States) -> Signals:
@@ -159,7 +159,7 @@ class LinearLaw(AbstractLinear, AbstractController):
 
     @property
     def follows(self) -> Layout:
-        """The signals whose wanted values are inputs of the system, and with `error` all that it reads."""
+        """The signals whose wanted values are inputs of the system; with `error`, also all that it reads."""
         inputs = self.system.inputs
         followed = {name.removesuffix(WANTED): inputs[name] for name in inputs.names if name.endswith(WANTED)}
         followed |= {entry.name: entry for entry in self.reads.entries if self.error}
@@ -273,12 +273,12 @@ class LinearFilter(AbstractLinear, AbstractObserver):
 
 
 def standing_for(block: Callable[[Any], Any]) -> Callable[[Any], Any]:
-    """A function that makes a block of a linear system, and leaves anything else as it is."""
+    """A function that makes a block of a linear system, and returns any other value unchanged."""
     return lambda value: block(value) if LinearSystem.recognises(value) else value
 
 
 def _refuse_feedthrough(who: str, system: LinearSystem, names: tuple[str, ...], why: str) -> None:
-    """Refuse a system one of whose outputs follows one of these inputs at once."""
+    """Refuse a system with direct feedthrough from one of these inputs to an output."""
     columns = [place for name in names for place in system.inputs.indices(name)]
     if system.D is None:
         return
@@ -293,7 +293,7 @@ def _refuse_feedthrough(who: str, system: LinearSystem, names: tuple[str, ...], 
 
 
 def beside(plant: AbstractPlant, observer: AbstractObserver) -> AbstractObserver:
-    """The observer, which of a linear system counts on those of its inputs that are inputs of the plant."""
+    """The observer; a linear system reads the commands of all its inputs that are inputs of the plant."""
     if not isinstance(observer, LinearFilter) or observer.counts_on:
         return observer
     return replace(observer, counts_on=tuple(n for n in observer.system.inputs.names if n in plant.inputs))

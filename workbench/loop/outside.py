@@ -34,7 +34,7 @@ class Outside:
     cut: Layout = field(default_factory=Layout)
 
     def meets(self, place: str, own: Signals) -> Signals:
-        """The loop's own signals at a place, as those from outside leave them."""
+        """The signals at a place of the loop, with those from outside added to them or in their place."""
         met = self.parts.get(place, {})
         return own | {name: part if self.cut.size else own[name] + part for name, part in met.items()}
 
@@ -81,7 +81,7 @@ def cut(call: str, loop: Blocks, at: str | tuple[str, ...] | None) -> Outside:
 
 
 def refuse_inputs_of_recursion(loop: Blocks, outside: Outside) -> None:
-    """Refuse signals from outside at the inputs of a plant in discrete time, which moves by what was held before."""
+    """Refuse signals from outside at the inputs of a plant in discrete time, which moves by the held command."""
     if outside.parts.get("inputs") and is_recursion(loop.plant):
         raise ValueError(
             f"`ClosedLoop.digital(...)` must have a plant in continuous time where signals meet its inputs; "

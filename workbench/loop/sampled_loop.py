@@ -1,4 +1,4 @@
-"""A loop that a computer closes: what it does at an instant, and how the plant moves until the next."""
+"""A loop that a computer closes: its jump at each sampling instant, and the flow of the plant in between."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def digital(
 
 
 def _every(block: Any, period: float) -> int:
-    """The count of periods of the computer that make one of a block that has its own."""
+    """The number of the computer's periods in one of a block that has its own."""
     if block.period is None:
         return 1
     count = block.period / period
@@ -93,7 +93,7 @@ def _every(block: Any, period: float) -> int:
 
 
 def _remembered(loop: Blocks, every: Mapping[str, int], queue: Queue) -> Layout:
-    """The signals that a computer holds from one instant to the next beside the memories, as something reads them."""
+    """The signals, beside the memories, that a computer holds from one instant to the next."""
     inputs = loop.plant.inputs
     commands = is_recursion(loop.plant) or (every["controller"] > 1 and not all(queue.periods.values()))
     estimates = Layout(tuple(Entry(f"{e.name}_hat", e.default, e.unit) for e in loop.observer.gives.entries))
@@ -105,7 +105,7 @@ def _remembered(loop: Blocks, every: Mapping[str, int], queue: Queue) -> Layout:
 
 
 def _units(loop: Blocks) -> dict[str, str]:
-    """The units of what is held."""
+    """The units of the held signals."""
     true = {entry.name: entry.unit for entry in (loop.plant.outputs + loop.plant.truths).entries}
     return {
         **{f"hold.{name}": unit for name, unit in loop.controller.signal_units.items()},
@@ -116,7 +116,7 @@ def _units(loop: Blocks) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class Computer:
-    """A computer at an instant: `every` block runs once in so many periods, `fine` steps move its memory, or its own.
+    """The computer of a loop at a sampling instant: each block of `every` runs once in so many periods.
 
     With `fine` = 0 each block moves its memory by the method that it declares.
     """
@@ -166,7 +166,7 @@ class Computer:
         return Signals({name: ca.if_else(runs, part, old[name]) for name, part in new.items()})
 
     def _moved_plant(self, k: ca.SX, t: ca.SX, z: Signals, x: Mapping[str, ca.SX]) -> Signals:
-        """The states of a plant in discrete time, by the command held until now; others have moved by themselves."""
+        """The states of a plant in discrete time after the held command; those of any other plant as they are."""
         plant = self.loop.plant
         if not is_recursion(plant):
             return z
@@ -178,7 +178,7 @@ class Computer:
     def _moved(
         self, loop: Blocks, t: ca.SX, z: Mapping[str, Signals], seen: Signals, est: Signals, u: Signals, ref: Signals
     ) -> dict[str, Signals]:
-        """The memories of observer and law at the end of a period of theirs."""
+        """The memories of observer and law at the end of their periods."""
         observer, law = loop.observer, loop.controller
         told, heard, followed = u.only(observer.inputs), est.only(law.reads), ref.only(law.follows)
 
@@ -215,7 +215,7 @@ def _refined(rate: Callable[[Signals], Parts], z: Signals, period: float, steps:
 def _between(
     loop: Blocks, queue: Queue, t: ca.SX, x: Mapping[str, ca.SX], outside: Outside
 ) -> tuple[dict[str, ca.SX], Layout, dict[str, ca.SX]]:
-    """The rates of all states between two instants, where only the plant moves, and what is watched then."""
+    """The rates of all states between two instants, where only the plant moves, and the outputs then."""
     plant, z = loop.plant, split(x)["plant"]
     held = below("hold", {name: part for name, part in x.items() if name not in queue.places})
     u = Signals({name: held.pop(name) for name in plant.inputs.names})
@@ -245,10 +245,7 @@ def _methods(loop: Blocks, period: float, fine: int) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Queue:
-    """The commands of a computer on their way to the plant, a place for each instant that they still wait.
-
-    The command of each of the plant's inputs waits so many `periods`; 0 for one that acts at once.
-    """
+    """The commands on their way to the plant, a place for each of the `periods` that an input waits."""
 
     inputs: Layout
     periods: Mapping[str, int]
@@ -290,7 +287,7 @@ class Queue:
 
 
 def _periods(count: object) -> int:
-    """A whole number of periods, or a refusal that says what to do."""
+    """A whole number of periods, or a refusal with a remedy."""
     clean = as_number(count)
     if clean is None or not (0 <= clean <= MOST_PERIODS and clean == round(clean)):
         must = f"a whole number of periods from 0 to {MOST_PERIODS}, as a computer commands at its instants"

@@ -71,7 +71,7 @@ class AbstractInstruments(ABC):
 
     @abstractmethod
     def limited(self, u: Signals) -> Signals:
-        """The commands that are asked for where the law commands `u`."""
+        """The limited commands, where the law commands `u`."""
 
 
 class AbstractDisturbance(ABC):
@@ -89,7 +89,7 @@ class AbstractDisturbance(ABC):
 
 @block
 class Readings(AbstractObserver):
-    """No observer: the readings of the instruments as they are.
+    """An observer that returns the readings of the instruments unchanged.
 
     Parameters
     ----------
@@ -119,14 +119,14 @@ class Readings(AbstractObserver):
 
 @block
 class Rest(AbstractReference):
-    """No wanted signal: for a law that follows none."""
+    """A reference without signals, for a law that keeps the plant at rest."""
 
     @property
     def says(self) -> Layout:
-        """Nothing."""
+        """No signals."""
         return Layout()
 
     def at(self, t: Number) -> Signals:
-        """Nothing."""
+        """No signals."""
         del t
         return Signals()

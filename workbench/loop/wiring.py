@@ -1,4 +1,4 @@
-"""One turn around a loop: which ports fit one another, what each block answers, and the signals that a loop shows."""
+"""The connections of a loop: the checks of its ports, the answers of its blocks, and the outputs that it shows."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ PORTS = {
 
 
 class Blocks(Protocol):
-    """A loop, as far as its blocks go; `follows` are the outputs of the plant that are to follow the reference."""
+    """The blocks of a loop; `follows` are the outputs of the plant that are to follow the reference."""
 
     @property
     def plant(self) -> AbstractPlant: ...  # noqa: D102
@@ -53,7 +53,7 @@ def refuse_odd_ports(loop: object) -> None:
 
 
 def refuse_misfits(loop: Blocks) -> None:
-    """Refuse a loop one of whose blocks asks for what no other gives, in one sentence that names both."""
+    """Refuse a loop in which a block needs a signal that no other gives, in one sentence that names both."""
     plant, observer, law, reference = loop.plant, loop.observer, loop.controller, loop.reference
     if not observer.uses_truth:
         for name in observer.reads.names:
@@ -136,7 +136,7 @@ def wanted(loop: Blocks, t: ca.SX) -> Signals:
 
 
 def measured(loop: Blocks, t: ca.SX, x: Signals) -> Signals:
-    """The outputs of the plant and what no instrument gives."""
+    """The outputs and the truths of the plant."""
     return asked(loop.plant, "measure", loop.plant.outputs + loop.plant.truths, t, x)
 
 
@@ -162,10 +162,10 @@ def shown(
 ) -> tuple[Layout, dict[str, ca.SX]]:
     """The signals that are worth watching in any loop, with their layout.
 
-    Each output, wanted signal, command and truth goes by its own name; `x_ref` is what is wanted of x, `e_x` the error
-    x - x_ref, `e_hat_x` that of the estimate where x is wanted for itself, `u_applied` what acts where u is commanded,
-    and `x_error` what is true less what is estimated. The plant's `labels` shorten them. Behind them comes what the law
-    shows, `own`.
+    Each output, wanted signal, command and truth goes by its own name; `x_ref` is the reference of x, `e_x` the error
+    x - x_ref, `e_hat_x` that of the estimate where x is wanted for itself, `u_applied` the input that acts for the
+    command u, and `x_error` the true signal less its estimate. The plant's `labels` shorten them. The law's own
+    signals, `own`, come last.
     """
     outputs, inputs, truths = loop.plant.outputs, loop.plant.inputs, loop.plant.truths
     of = {entry.name: entry for entry in (outputs + truths).entries}
@@ -188,7 +188,7 @@ def shown(
 
 
 def names(loop: Blocks) -> list[str]:
-    """The names that a loop gives to what it shows and, below `hold.`, to what a computer holds."""
+    """The names of the signals that a loop shows and, below `hold.`, of those that a computer holds."""
     outputs, inputs, truths = loop.plant.outputs.names, loop.plant.inputs.names, loop.plant.truths.names
     gives, follows = loop.observer.gives.names, [name for name in loop.reference.says.names if name in outputs]
     own = [*outputs, *inputs, *truths, *(f"{name}_applied" for name in inputs)]

@@ -69,7 +69,7 @@ def maker(equation: Ode | Sampled, metrics: Sequence[AbstractMetric]) -> Callabl
 
 
 def _with_memories(step: Step, metrics: Sequence[AbstractMetric]) -> Step:
-    """The step with what its metrics keep in mind updated beside its states."""
+    """The step with the memories of its metrics updated beside its states."""
     outputs, rule = step.outputs, step.rule
     memories = (m.memory(len(m.labels)).prefixed(f"{m.name}.") for m in metrics)
     extra = sum(memories, Layout())
@@ -95,7 +95,7 @@ def _check_grids(metrics: Sequence[AbstractMetric], h: float) -> None:
 def resolved(
     equation: Ode | Sampled, metrics: Sequence[AbstractMetric], horizon: float = np.inf
 ) -> tuple[AbstractMetric, ...]:
-    """The metrics of `equation`, with the units and labels of what they watch, each of which means something for it."""
+    """The metrics with units and labels of the signals that they watch in `equation`, after their checks."""
     ode = _flow(equation)
     names = [text("metric(name=...)", metric.name) for metric in metrics]
     if len(set(names)) < len(names):
@@ -148,7 +148,7 @@ def _below(z: Mapping[str, T], metric: AbstractMetric) -> dict[str, T]:
 
 @door
 def accumulators(step: Step, metrics: Sequence[AbstractMetric]) -> Layout:
-    """The states of a step that belong to its metrics: integrals, and what they keep in mind."""
+    """The states of a step that belong to its metrics: their integrals and memories."""
     memories = tuple(f"{m.name}." for m in metrics)
     wanted = (e for e in step.states.entries if e.name in _integrals(metrics) or e.name.startswith(memories))
     return Layout(tuple(wanted))
@@ -156,10 +156,7 @@ def accumulators(step: Step, metrics: Sequence[AbstractMetric]) -> Layout:
 
 @door
 def accumulated(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int = -1) -> Array:
-    """The accumulators of each run, (B, a), at a kept time, the last if none is named.
-
-    A memory was last updated one step before that time, so it looks once more.
-    """
+    """The accumulators of each run, (B, a), at a kept time, the last unless given, with the memories updated there."""
     row = whole("accumulated(row=...)", row, -len(runs.t), len(runs.t) - 1)
     step, state = runs.step, runs.x[:, row]
     later = continued(runs.job, state, round(float(runs.t[row]) / step.h), 1)
@@ -180,10 +177,7 @@ def values(metrics: Sequence[AbstractMetric], held: Layout, accumulated: Array, 
 
 @door
 def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int = -1) -> dict[str, Array]:
-    """Each metric of each run, (B, k), from the start to a kept time, the last if none is named.
-
-    NaN for a run that had diverged by then.
-    """
+    """Each metric of each run, (B, k), until a kept time, the last unless given; NaN for a run that has diverged."""
     row = whole("final_values(row=...)", row, -len(runs.t), len(runs.t) - 1)
     horizon = float(runs.t[row])
     lost = (runs.diverged_at <= horizon)[:, np.newaxis]

@@ -1,4 +1,4 @@
-"""The contract of a metric, and how its methods are held to it."""
+"""The contract of a metric, and the checks that its methods obey it."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Parts = Mapping[str, ca.SX]
 class AbstractMetric(ABC):
     """A number per run and number of a signal, with its name and unit.
 
-    What its methods are given, and what they give, is held to the types and shapes stated here. A metric has a `value`
+    The arguments and answers of its methods are held to the types and shapes stated here. A metric has a `value`
     and tells what it `watches`; the other methods are for what it accumulates, and say by default: nothing.
 
     Attributes
@@ -35,7 +35,7 @@ class AbstractMetric(ABC):
         Where it is empty, the metric has that of the first output it watches. Numbers of several units name them one
         by one, as in "m, rad".
     labels
-        What each of its numbers belongs to, as the equation tells that it is measured of.
+        The names of the components that its numbers belong to, from the equation that it measures.
     """
 
     name: str
@@ -58,12 +58,12 @@ class AbstractMetric(ABC):
 
     @property
     def is_time(self) -> bool:
-        """True of a time, which is known to one step at best."""
+        """True if the metric is a time, which is known to one step at best."""
         return self.unit == "s"
 
     @door
     def of(self, ode: Ode) -> AbstractMetric:
-        """The metric of this equation: with what it watches there, its unit and its labels."""
+        """The metric resolved for this equation: with its signals there, its unit and its labels."""
         return bound(self, watches(self)[0], ode)
 
     @property
@@ -78,7 +78,7 @@ class AbstractMetric(ABC):
 
     @door
     def check(self, ode: Ode, horizon: float) -> None:
-        """Refuse an equation or a horizon [s] for which the metric means nothing."""
+        """Refuse an equation or a horizon [s] for which the metric is not defined."""
         del ode, horizon
 
     @door
@@ -158,7 +158,7 @@ REFUSES = ("check", "integrand")  # may do so in their own words
 
 
 def _faithful(name: str, own: Callable[..., Any]) -> Callable[..., Any]:
-    """A method of a metric that takes what the contract says, and refuses what it gives or raises beside that."""
+    """A method of a metric, wrapped so that answers and errors outside of the contract are refused."""
     must, fit = ANSWERS[name]
     contract = getattr(AbstractMetric, name)
     signature = inspect.signature(contract)
@@ -181,12 +181,12 @@ class AbstractSignalMetric(AbstractMetric):
 
     @property
     def watches(self) -> tuple[str, ...]:
-        """The signal and, if it is an error, what is wanted of it."""
+        """The signal and, if it is an error, its reference."""
         return names_of(self.signal)
 
     @door
     def of(self, ode: Ode) -> AbstractMetric:
-        """With the signal as this equation has it."""
+        """The metric with its signal as this equation has it."""
         seen = watched(self.name, self.signal, ode)
         return bound(self, seen, ode, self.measured_in, signal=seen)
 

@@ -44,12 +44,12 @@ class Integral(AbstractMetric):
 
     @property
     def is_time(self) -> bool:
-        """True of a time; the integral of what has no unit is none."""
+        """True if its unit is declared as s, and not made from the unit of the signal."""
         return self.unit == "s" and self.measure is None
 
     @door
     def of(self, ode: Ode) -> AbstractMetric:
-        """With the signal as this equation has it."""
+        """The metric with its signal as this equation has it."""
         if self.signal is not None:
             seen = watched(self.name, self.signal, ode)
             return bound(self, seen, ode, self.measure or str, signal=seen)
@@ -73,7 +73,7 @@ class Integral(AbstractMetric):
         return replace(bound(self, first, ode), unit=", ".join(units))
 
     def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
-        """g."""
+        """The integrand g."""
         e = y if self.signal is None else column(self.signal, y)
         must = f"be a function of (t, y) that gives an expression (k, 1), for the metric '{self.name}'"
         return cast(ca.SX, answer("Integral(g=...)", must, lambda: self.g(t, e), expression))

@@ -96,7 +96,7 @@ def measure(
 
 @dataclass(frozen=True, eq=False)
 class _Asked:
-    """What `measure` is to run, checked but for its steps."""
+    """The arguments of `measure`, checked except for the steps."""
 
     equation: Ode | Sampled
     metrics: Sequence[AbstractMetric]
@@ -110,7 +110,7 @@ class _Asked:
 
 @dataclass(frozen=True, eq=False)
 class _Pair:
-    """The same runs at the step `h` [s] and at its half, and the former's limits."""
+    """The same runs at the step `h` [s] and at its half, and the stability limits at `h`."""
 
     coarse: Trajectories
     fine: Trajectories
@@ -120,7 +120,7 @@ class _Pair:
 
 
 def _at_steps(asked: _Asked, h: float, seed: int) -> _Pair:
-    """At the step h and at its half."""
+    """The runs at the step h and at its half."""
     make = maker(asked.equation, asked.metrics)
     coarse, fine = make("rk4", h), make("rk4", h / 2)
     every = coarse.h if asked.every is None else asked.every
@@ -191,7 +191,7 @@ def _judged(metrics: Sequence[AbstractMetric], pair: _Pair, tolerance: float | N
 
 
 def _looked_at(p: Array, x0: Array) -> Integers:
-    """The runs along which a limit is taken, which costs as much as a thousand runs: all of a few, pilots of more."""
+    """The runs along which a limit, which is costly, is taken: all of a few, pilots of more."""
     return np.arange(len(p)) if len(p) <= PILOTS else np.sort(pilot_runs(p, x0))
 
 

@@ -1,4 +1,4 @@
-"""What was measured: metrics with their errors, the limit on the step, and whether a tolerance is met."""
+"""The result of `measure`: metrics with their errors, the limit on the step, and the check of a tolerance."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Score:
 
     @property
     def rows(self) -> list[tuple[str, ...]]:
-        """Of each number: metric, label, unit, the least, the mean and the largest value of all runs, and error."""
+        """A row for each number: metric, label, unit, the least, mean and largest value of all runs, and the error."""
         rows = []
         labels = self.metric.labels or ("",) * self.value.shape[1]
         units = self.metric.units or (self.metric.unit,) * len(labels)
@@ -53,7 +53,7 @@ class Score:
 @dataclass(frozen=True, eq=False)
 @door
 class Measurement:
-    """What a loop gave at the half step, with the change from the whole step, and the limit on the step.
+    """Trajectories and metrics of a loop at half the step, their change from the whole step, and the limit on the step.
 
     Attributes
     ----------
@@ -63,7 +63,7 @@ class Measurement:
     coarse_diverged_at
         (B,), of runs that diverged at the whole step.
     check
-        Whether each metric changed by no more than the tolerance, and the tightest of the limits; None if no
+        The verdict that each metric changed by no more than the tolerance, and the tightest of the limits; None if no
         tolerance was asked for.
     """
 

@@ -49,13 +49,13 @@ def _error(
 
 
 def _over_time(order: int, seconds: int) -> Callable[[str], str]:
-    """The unit of an integral over time: that of the signal to some power, times that of time to another."""
+    """The unit of an integral over time: powers of the units of the signal and of time, multiplied."""
     return lambda unit: product((unit, order), ("s", seconds))
 
 
 @door
 def rmse(signal: str | None = None, name: str | None = None) -> Integral:
-    """sqrt(1/T integral of e^2 dt): what (43) of the paper becomes as its samples grow dense.
+    """sqrt(1/T integral of e^2 dt): the limit of (43) of the paper as its samples grow dense.
 
     Examples
     --------
@@ -147,7 +147,7 @@ def peak_error(signal: str | None = None) -> Peak:
 
 @door
 def late_error(after: float, signal: str | None = None) -> Peak:
-    """Largest |e| from `after` s on: what the steady state leaves, once the start is forgotten."""
+    """Largest |e| from `after` s on: the error of the steady state, after the transient."""
     after = finite("late_error(after=...)", after, " of seconds", low=0)
     return Peak(_named("late error", signal), "", f"largest |{{}}| from {after:g} s on", Choice("error", signal), after)
 

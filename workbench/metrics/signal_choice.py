@@ -22,10 +22,10 @@ POWER_UNITS = ({"N": 1, "m": 1, "s": -1}, {"V": 1, "A": 1}, {"W": 1}, {"N": 1, "
 @dataclass(frozen=True)
 @door
 class Choice:
-    """A signal that an equation is still to be asked for: by its name, or all that it follows or drives.
+    """A signal to be resolved in an equation: by its name, or all signals that follow a reference or drive the plant.
 
-    An "error" is that of what is followed, a "level" what is followed, beside what is wanted of it, an "input" what
-    acts on the plant where it is driven.
+    An "error" is that of the outputs that follow a reference, a "level" such outputs with their references, an "input"
+    the signals that act on the plant where it is driven.
     """
 
     of: Literal["error", "level", "input"]
@@ -35,7 +35,7 @@ class Choice:
 @dataclass(frozen=True)
 @door
 class Watched:
-    """Outputs one below the other, less what is `wanted` of them, with unit and label of each number.
+    """Outputs one below the other, less their references `wanted`, with unit and label of each number.
 
     A description calls the column by its `words`, and ends with the `remark`.
     """
@@ -49,7 +49,7 @@ class Watched:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The outputs and what is wanted of them."""
+        """The outputs and their references."""
         return self.outputs + self.wanted
 
 
@@ -73,7 +73,7 @@ def column(signal: Signal, y: Mapping[str, ca.SX]) -> ca.SX:
 
 
 def levels(signal: Signal, y: Mapping[str, ca.SX]) -> tuple[ca.SX, ca.SX]:
-    """A signal and what is wanted of it, each (k, 1), from the outputs y by name."""
+    """A signal and its reference, each (k, 1), from the outputs y by name."""
     outputs, wanted = (signal.outputs, signal.wanted) if isinstance(signal, Watched) else (names_of(signal), ())
     return ca.vertcat(*(y[name] for name in outputs)), ca.vertcat(*(y[name] for name in wanted))
 
@@ -102,12 +102,12 @@ def watched(metric: str, signal: Signal, ode: Ode) -> Watched:
 
 
 def followed(ode: Ode) -> tuple[str, ...]:
-    """The outputs of an equation that follow a reference: those beside what is wanted of them."""
+    """The outputs of an equation that follow a reference."""
     return ode.follows or tuple(name for name in ode.outputs.names if f"{name}_ref" in ode.outputs)
 
 
 def _error(metric: str, name: str | None, ode: Ode) -> Watched:
-    """The error of a signal, or of all that is followed, by the outputs that show it where there are such."""
+    """The error of a signal, or of all that follow a reference, by the outputs that show it if there are any."""
     if name is not None and f"{name}_ref" not in ode.outputs:
         remark = "" if ERROR.fullmatch(name) else f", which is from 0, as {name} follows nothing"
         return _plain(metric, ode, (name,), (name,), name, remark)
@@ -122,7 +122,7 @@ def _error(metric: str, name: str | None, ode: Ode) -> Watched:
 
 
 def _is_error(y: Mapping[str, ca.SX], error: str, name: str) -> bool:
-    """True of an output that is the difference of another and what is wanted of it."""
+    """True of an output that is the difference of another and its reference."""
     if error not in y or y[error].shape != y[name].shape:
         return False
     pairs = zip(ca.vertsplit(y[error]), ca.vertsplit(y[name] - y[f"{name}_ref"]), strict=True)
@@ -137,7 +137,7 @@ def _plain(
 
 
 def _less(metric: str, ode: Ode, names: tuple[str, ...]) -> Watched:
-    """Outputs less what is wanted of them."""
+    """Outputs less their references."""
     wanted = tuple(f"{name}_ref" for name in names)
     _units(metric, ode, wanted)
     units = _units(metric, ode, names)
@@ -186,7 +186,7 @@ def _nothing(metric: str, ode: Ode, does: str) -> LookupError:
 def product(*units: tuple[str, int]) -> str:
     """The product of units, each with its power: ("rad", 2), ("s", 1) is "rad^2 s", and ("N m", 1), ("s", -1) "N m/s".
 
-    What is no product of words, as "V/sqrt(Hz)" is none, stands in brackets; what is not known stays so.
+    A unit that is no product of words, such as "V/sqrt(Hz)", stands in brackets; an unknown unit stays unknown.
     """
     if any(unit == "?" for unit, _ in units):
         return "?"
@@ -214,7 +214,7 @@ def _power(word: str, n: int) -> str:
 
 
 def _factors(unit: str) -> dict[str, int] | None:
-    """The words of a unit with their powers; None of what is no product of words."""
+    """The words of a unit with their powers; None if the unit is no product of words."""
     over, _, under = unit.partition("/")
     powers: Counter[str] = Counter()
     for part, sign in ((over, 1), (under.removeprefix("(").removesuffix(")"), -1)):

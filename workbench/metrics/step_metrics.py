@@ -27,7 +27,7 @@ def on_grid(k: ca.SX, h: ca.SX, sample: float) -> ca.SX:
 
 @door
 def _absolute(e: ca.SX) -> ca.SX:
-    """|e|."""
+    """The absolute value |e|."""
     return ca.fabs(e)
 
 
@@ -39,7 +39,7 @@ class Peak(AbstractSignalMetric):
     Attributes
     ----------
     size
-        What is to be largest in place of the absolute value, of the column of the signal; it counts where positive.
+        The function of the signal's column that is maximised in place of the absolute value; it counts where positive.
     """
 
     signal: Signal
@@ -50,7 +50,7 @@ class Peak(AbstractSignalMetric):
         finite("Peak(after=...)", self.after, " of seconds", low=0)
 
     def check(self, ode: Ode, horizon: float) -> None:
-        """Some time must be left for it."""
+        """Refuse a horizon that ends before `after`."""
         if self.after > horizon * (1 + 1e-6):
             raise ValueError(
                 f"The metric '{self.name}' needs a horizon beyond the {self.after:g} s after which it begins; "
@@ -62,13 +62,13 @@ class Peak(AbstractSignalMetric):
         return Layout((Entry("peak", np.zeros(size)),))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
-        """The larger of what was and what is."""
+        """The larger of the memory and the present value."""
         late = k * h >= self.after - h / 2
         size = ca.if_else(late, self.size(column(self.signal, y)), 0)
         return {"peak": ca.if_else(z["peak"] >= size, z["peak"], size)}  # no number is never less, and so stays
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
-        """The largest."""
+        """The largest value of the run."""
         return z["peak"]
 
 
@@ -87,16 +87,16 @@ class TotalVariation(AbstractSignalMetric):
         seconds("TotalVariation(sample=...)", self.sample)
 
     def measured_in(self, unit: str) -> str:
-        """That of the signal, per second."""
+        """The unit of the signal, per second."""
         return product((unit, 1), ("s", -1))
 
     @property
     def grid(self) -> float | None:
-        """Its sample time."""
+        """The sample time of the metric."""
         return self.sample
 
     def check(self, ode: Ode, horizon: float) -> None:
-        """At least one sample time must pass."""
+        """Refuse a horizon shorter than one sample time."""
         if self.sample > horizon * (1 + 1e-6):
             raise ValueError(
                 f"The metric '{self.name}' needs a horizon of one sample time at least, which is {self.sample:g} s; "
@@ -108,7 +108,7 @@ class TotalVariation(AbstractSignalMetric):
         return Layout((Entry("sum", np.zeros(size)), Entry("last", np.zeros(size))))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
-        """On the grid the change since the last sample is added."""
+        """The memory with the change since the last sample added, on the grid."""
         u, sampled, first = column(self.signal, y), on_grid(k, h, self.sample), k == 0
         change = ca.if_else(first, 0, ca.fabs(u - z["last"]))
         return {
@@ -138,7 +138,7 @@ class SampledRms(AbstractSignalMetric):
 
     @property
     def grid(self) -> float | None:
-        """Its sample time."""
+        """The sample time of the metric."""
         return self.sample
 
     def memory(self, size: int) -> Layout:
@@ -146,7 +146,7 @@ class SampledRms(AbstractSignalMetric):
         return Layout((Entry("sum", np.zeros(size)), Entry("count", np.zeros(size))))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
-        """On the grid one sample more."""
+        """The memory with one more sample, on the grid."""
         sampled = on_grid(k, h, self.sample)
         return {
             "sum": z["sum"] + ca.if_else(sampled, column(self.signal, y) ** 2, 0),
@@ -159,7 +159,7 @@ class SampledRms(AbstractSignalMetric):
 
 
 class AbstractStepResponse(AbstractSignalMetric):
-    """A metric of what follows a jump of a piecewise constant reference; the start counts as a jump."""
+    """A metric of the response to jumps of a piecewise constant reference; the start counts as a jump."""
 
     def check(self, ode: Ode, horizon: float) -> None:
         """Refuse a reference whose derivative, as an expression, is not zero: steps and square waves pass."""
@@ -199,7 +199,7 @@ class Overshoot(AbstractStepResponse):
         return Layout(tuple(Entry(name, np.zeros(size)) for name in ("level", "origin", "excess")))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
-        """The larger of what was and what is."""
+        """The memory with the larger of the past and the present excursion."""
         actual, level = levels(self.signal, y)
         _, origin = jump(k, z, actual, level)
         size = height(origin, level)
@@ -207,7 +207,7 @@ class Overshoot(AbstractStepResponse):
         return {"level": level, "origin": origin, "excess": ca.if_else(z["excess"] >= beyond, z["excess"], beyond)}
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
-        """In percent."""
+        """The overshoot in percent."""
         return 100 * z["excess"]
 
 
@@ -223,12 +223,12 @@ class SettlingTime(AbstractStepResponse):
         positive("SettlingTime(band=...)", self.band)
 
     def memory(self, size: int) -> Layout:
-        """The levels and time of the last jump, when the error was last outside or looked at, the longest so far."""
+        """The levels and time of the last jump, the times outside the band and last looked at, the longest so far."""
         names = ("level", "origin", "since", "outside", "looked", "longest")
         return Layout(tuple(Entry(name, np.zeros(size)) for name in names))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
-        """At a jump the time that the last one took is closed; unsettled means infinite."""
+        """The memory after a step; at a jump the time of the last one is closed, infinite if it did not settle."""
         actual, level = levels(self.signal, y)
         jumped, origin = jump(k, z, actual, level)
         took = z["outside"] - z["since"]

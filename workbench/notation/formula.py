@@ -31,7 +31,7 @@ class Number:
 @dataclass(frozen=True)
 @door
 class Symbol:
-    """A letter with what surrounds it: a letter of the alphabet, a Greek one by name, or else a word.
+    """A letter with its index and accents: a letter of the alphabet, a Greek one by name, or else a word.
 
     `index` stands below right, its parts set apart by commas; `mark` above right, as the star of q^*;
     `dots` (derivatives in time) and `accent` ("hat", "tilde" or "bar") stand over the letter.
@@ -171,7 +171,7 @@ def symbol(name: str) -> Symbol:
 
 
 def _split_head(head: str) -> tuple[str, int, list[str]]:
-    """The letter, its dots, and what of the head belongs to the index."""
+    """The letter, its dots, and the part of the head that belongs to the index."""
     for dots in (2, 1):
         letter = head.removesuffix("d" * dots)
         if letter != head and letter.islower() and (len(letter) == 1 or letter in GREEK):
@@ -182,7 +182,7 @@ def _split_head(head: str) -> tuple[str, int, list[str]]:
 
 
 def _index(parts: list[str]) -> str:
-    """The parts set apart by commas, a word also from the number behind it: `max1` is read `max,1`."""
+    """The index in parts set apart by commas, a word also from the number behind it: `max1` is read `max,1`."""
     return ",".join(re.sub(r"(?<=[A-Za-z]{2})(?=\d)", ",", part) for part in parts)
 
 

@@ -45,7 +45,7 @@ class Piece:
 
 
 def rows(formula: Formula, markup: AbstractMarkup, width: float) -> list[Row]:
-    """A formula in lines of at most `width`, but for what cannot be broken: a symbol, a number, cases, a matrix.
+    """A formula in lines of at most `width`, except for unbreakable parts: a symbol, a number, cases, a matrix.
 
     Sums are broken before their signs, and products before their factors; the entries of a named
     matrix that is too wide become equations of their own.

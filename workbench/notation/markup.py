@@ -70,15 +70,15 @@ class AbstractMarkup(ABC):
 
     @abstractmethod
     def group(self, inner: str) -> str:
-        """Parentheses, as tall as what they hold."""
+        """Parentheses as tall as their content."""
 
     @abstractmethod
     def opening(self, function: str = "") -> str:
-        """A parenthesis that is closed on another line, behind the name of a function perhaps."""
+        """An opening parenthesis that is closed on another line, perhaps with the name of a function before it."""
 
     @abstractmethod
     def closing(self, exponent: str = "") -> str:
-        """Its partner, perhaps with a power to which the parentheses are raised."""
+        """The closing parenthesis of `opening`, perhaps with a power."""
 
     @abstractmethod
     def matrix(self, rows: Sequence[Sequence[str]]) -> str:

@@ -36,7 +36,7 @@ MOST_ENTRIES = 10_000  # of a matrix
 
 
 class NotInClass(ValueError):  # noqa: N818
-    """An expression that has no normal form here; the message names the operation."""
+    """The error of an expression without a normal form; the message names the operation."""
 
 
 @dataclass(frozen=True)

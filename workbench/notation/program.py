@@ -171,7 +171,7 @@ def straight_line(matrices: Mapping[str, ca.SX], letters: Mapping[str, str], dia
 
 @door
 def identifier(symbol: Symbol) -> str:
-    """The variable for a symbol: its name, with what no variable may hold spelt out in hexadecimal."""
+    """The variable for a symbol: its name, with characters that no variable may have in hexadecimal."""
     name = re.sub(r"[^A-Za-z0-9_]", lambda match: f"_x{ord(match[0]):x}_", name_of(symbol))
     if not name or name[0].isdigit():
         name = f"_{name}"

@@ -79,7 +79,7 @@ def read(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> Form
 
 @door
 def read_shared(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> tuple[tuple[Relation, ...], Formula]:
-    """The same, with each part that occurs more than once defined by a name of its own.
+    """The formula of an expression, with each part that occurs more than once defined by a name of its own.
 
     Gives the definitions `w_1 = ...`, each after those it uses, and the formula in their terms. The
     letter is the first of w, z, v, u, a that is not taken.

@@ -156,12 +156,12 @@ class _Page:
         return negative(formula) if minus and kind == "sin" else formula
 
     def monomial_order(self, powers: Monomial) -> tuple[Any, ...]:
-        """Higher degree first, then alphabetically: x^2, x y, y^2, x, y, 1."""
+        """The sort key of a monomial: higher degree first, then alphabetically: x^2, x y, y^2, x, y, 1."""
         letters = sorted((self.rank[name], -exponent) for name, exponent in powers)
         return -sum(exponent for _, exponent in powers), tuple(letters)
 
     def wave_order(self, wave: Wave) -> tuple[Any, ...]:
-        """1, then angles of few symbols before angles of many, cosine before sine."""
+        """The sort key of a wave: 1, then angles of few symbols before angles of many, cosine before sine."""
         kind, angle = wave
         terms = sorted((self.monomial_order(powers), coefficient) for powers, coefficient in angle)
         return len(angle), tuple(terms), kind

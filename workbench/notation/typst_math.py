@@ -107,7 +107,7 @@ def _letter(text: str) -> str:
 
 
 def _string(text: str) -> str:
-    """A string literal: nothing in it is code."""
+    """A string literal, in which nothing is code."""
     escaped = visible(text).replace("\\", "\\\\").replace('"', '\\"')
     return f'"{escaped}"'
 

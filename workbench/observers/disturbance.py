@@ -1,4 +1,4 @@
-"""The contract of a disturbance observer, and the pair that it makes with an observer of the state."""
+"""The contract of a disturbance observer, and its combination with an observer of the state."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from workbench.loop.wiring import above, below
 
 
 class AbstractDisturbanceObserver(AbstractJoints):
-    """From measurements and an estimated state to an estimate of D in M qdd + C qd + G + D = tau."""
+    """An observer of D in M qdd + C qd + G + D = tau, from measurements and an estimated state."""
 
     uses_truth: ClassVar[bool] = False  # True of one that needs the true disturbance, which no instrument gives
 
     @property
     def memory(self) -> Layout:
-        """Its own states: the fields that are declared by `initial`."""
+        """The states of the observer: the fields that are declared by `initial`."""
         return initial_states(self)
 
     @property
     def reads(self) -> Layout:
-        """The true disturbance where it needs it, nothing else."""
+        """The true disturbance if it is needed, nothing else."""
         return torques("d", (ANY,) * self.dof) if self.uses_truth else Layout()
 
     @property
@@ -79,7 +79,7 @@ class WithDisturbance(AbstractArmObserver):
 
     @property
     def uses_truth(self) -> bool:
-        """True if either of them does."""
+        """True if either observer uses the truth."""
         return self.state.uses_truth or self.disturbance.uses_truth
 
     @property
@@ -89,7 +89,7 @@ class WithDisturbance(AbstractArmObserver):
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Those of the observer of the state."""
+        """The units of the observer of the state."""
         return self.state.units
 
     @property
@@ -117,7 +117,7 @@ class WithDisturbance(AbstractArmObserver):
 
     @property
     def method(self) -> str:
-        """That of the observer of the state, with the other one's."""
+        """The methods of both observers by name."""
         return f"{self.state.method}, D_hat by {EULER}" if self.disturbance.memory.size else self.state.method
 
     def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:

@@ -1,4 +1,4 @@
-"""Disturbance observers: of the true disturbance, the paper's and its repair; of torque and model, two that exist."""
+"""Disturbance observers: two filters of the true disturbance, the paper's and its repair, and two model-based ones."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class AbstractOracle(AbstractDisturbanceObserver):
     joints: int
 
     def check_joints(self) -> None:
-        """Refuse what is no number of joints."""
+        """Refuse a number of joints that is not whole and positive."""
         whole(f"{type(self).__name__}(joints=...)", self.joints, most=MOST_JOINTS, of=" of joints")
 
     @property
@@ -119,7 +119,7 @@ class PrintedFilter(AbstractOracle):
         return z["D_hat"]
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """(24)."""
+        """The rates of eta and of its integral, equation (24)."""
         return {"eta": -self.l * (z["eta"] - y.d), "D_hat": z["eta"]}
 
 
@@ -151,11 +151,11 @@ class OracleFilter(AbstractOracle):
         return Layout((Entry("D_hat", np.zeros(self.joints), "N m"),))
 
     def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
-        """The memory."""
+        """The state of the filter."""
         return z["D_hat"]
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The filter."""
+        """The rate of the filter."""
         return {"D_hat": -self.l * (z["D_hat"] - y.d)}
 
 
@@ -168,7 +168,7 @@ class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
 
     with M, C, G of `model` at the estimated state. With the right model and a true velocity the error E = D - D_hat
     obeys E' = D' - l M^-1(q) E: no acceleration is needed, a constant D is found at the rate l / max eig M at least,
-    and otherwise |E| comes within (max eig M / l) times the bound of |D'|. What the model leaves out counts as D.
+    and otherwise |E| comes within (max eig M / l) times the bound of |D'|. Terms that the model lacks count as D.
 
     Beside `Luenberger` qd_hat is that of a copy of the arm, whose disturbance is -M L2 (q - q_hat), less D_hat where it
     is compensated: this is what D_hat follows. Ignored, that is D behind the observer; compensated, D_hat' = -l L2 (q -

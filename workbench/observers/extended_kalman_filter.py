@@ -88,7 +88,7 @@ class ExtendedKalmanFilter(AbstractKalmanFilter):
         return x + K @ (new * (y - h)), rest @ P @ rest.T + K @ R @ K.T, least
 
     def _moved(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals, step: float) -> tuple[ca.SX, ca.SX]:
-        """One Runge-Kutta step of both."""
+        """The state and its covariance after one Runge-Kutta step."""
         n = x.numel()
 
         def rates(time: ca.SX, v: ca.SX, held: Signals) -> ca.SX:

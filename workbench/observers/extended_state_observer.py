@@ -18,7 +18,7 @@ from workbench.validation.refusals import name as checked_name
 
 @block
 class ExtendedStateObserver(AbstractObserver):
-    """The linear extended-state observer of a plant y^(n) = d + b u, where d is all that is not b u:
+    """The linear extended-state observer of a plant y^(n) = d + b u, where d is the sum of all other terms:
 
         x_hat_i' = x_hat_(i+1) + l_i (y - x_hat_1),    i < n
         x_hat_n' = d_hat + b u + l_n (y - x_hat_1)
@@ -128,6 +128,6 @@ class ExtendedStateObserver(AbstractObserver):
         return self.memory.view(moved)
 
     def _gains(self) -> list[ca.SX]:
-        """l_1 to l_(n+1)."""
+        """The gains l_1 to l_(n+1)."""
         n = len(self.chain) + 1
         return [comb(n, i) * self.omega_o**i for i in range(1, n + 1)]

@@ -1,4 +1,4 @@
-"""Full state: the instruments believed as they are, behind a filter of the velocity, or with one made of positions."""
+"""Full state: readings taken as estimates, with the velocity as measured, filtered, or derived from positions."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class AbstractJointCounter(AbstractArmObserver):
     joints: int
 
     def check_joints(self) -> None:
-        """Refuse what is no number of joints."""
+        """Refuse a number of joints that is not whole and positive."""
         whole(f"{type(self).__name__}(joints=...)", self.joints, most=MOST_JOINTS, of=" of joints")
 
     @property
@@ -117,7 +117,7 @@ class VelocityFilter(AbstractJointCounter):
         return Signals(q=y.q, qd=z["qd_hat"], d=ca.SX.zeros(self.dof))
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The filter."""
+        """The rate of the filter."""
         return {"qd_hat": self.omega * (y.qd - z["qd_hat"])}
 
     @property
@@ -130,7 +130,7 @@ class VelocityFilter(AbstractJointCounter):
         return {"qd_hat": y.qd + (z["qd_hat"] - y.qd) * ca.exp(-self.omega * period)}
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
-        """The instruments themselves."""
+        """The ablation: the readings without the filter."""
         return {"velocity filter": FullState(self.dof)}
 
 
@@ -181,9 +181,9 @@ class DirtyDerivative(AbstractJointCounter):
         return Signals(q=y.q, qd=self.omega * (y.q - z["q_hat"]), d=ca.SX.zeros(self.dof))
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The filter."""
+        """The rate of the filter."""
         return {"q_hat": self.omega * (y.q - z["q_hat"])}
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
-        """The instruments themselves, with a velocity that is measured too."""
+        """The ablation: the readings themselves, with a measured velocity."""
         return {"velocity filter": FullState(self.dof)}

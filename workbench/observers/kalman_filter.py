@@ -52,7 +52,7 @@ class AbstractKalmanFilter(AbstractModelObserver):
         return {**self._parts(x), COVARIANCE: P, PIVOT: ca.fmin(ca.fmin(z[PIVOT], pivot), cholesky(P)[1])}
 
     def _read(self, t: ca.SX, z: Parts, y: Signals) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """The correction of a memory by `_corrected`. A reading that is not new has no row: it is left out exactly."""
+        """The correction of a memory by `_corrected`, from which a reading that is not new is left out exactly."""
         new = self._new(t)
         R = ca.SX(self.R) * (new @ new.T) + ca.diag(1 - new)
         x, P, pivot = self._corrected(t, self._column(z), symmetric(z[COVARIANCE]), stacked(y, self.reads), R, new)

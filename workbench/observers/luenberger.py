@@ -81,11 +81,11 @@ class Luenberger(AbstractArmObserver):
     )
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The memory, and no disturbance."""
+        """The estimates in the memory, with zero disturbance."""
         return Signals(q=z["q_hat"], qd=z["qd_hat"], d=ca.SX.zeros(self.dof))
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """(10), with what is known of the disturbance in `est`."""
+        """The rates by equation (10), with the estimated disturbance in `est`."""
         q_hat, qd_hat = z["q_hat"], z["qd_hat"]
         tau = self.model.driven(u.tau)
         torque = tau - est.d if self.disturbance == "compensated" else tau
@@ -96,11 +96,11 @@ class Luenberger(AbstractArmObserver):
 
     @property
     def method(self) -> str:
-        """Explicit Euler, or the Cayley step."""
+        """The method by name: explicit Euler, or the Cayley step."""
         return "Cayley step of (10)" if self.integrator == "cayley" else EULER
 
     def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
-        """(10) over a period by `integrator`."""
+        """The estimates after a period, by equation (10) and `integrator`."""
         rates = self.rate(t, z, y, est, u)
         if self.integrator == "euler":
             return euler(z, rates, period)
@@ -113,5 +113,5 @@ class Luenberger(AbstractArmObserver):
         }
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
-        """The instruments themselves, with a velocity that is measured too."""
+        """The ablation: the readings themselves, with a measured velocity."""
         return {"state observer": FullState(self.dof)}

@@ -1,4 +1,4 @@
-"""Plants: the arm and ten that are none, each with the source of its numbers, and what stands around any of them.
+"""Plants: the arm and ten others, each with the source of its numbers, and their actuators and sensors.
 
 The room knows a plant's equations, its actuators, sensors and disturbances; it knows no law, no observer and no
 simulation. Read `dc_motor.py` first; `manipulator.py` is the arm, `ode_plant.py` makes a plant of functions.

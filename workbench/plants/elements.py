@@ -47,7 +47,7 @@ class AbstractElement(ABC):
 
     @abstractmethod
     def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
-        """What goes out, (k, 1), where v, (k, 1), comes in."""
+        """The output of the element, (k, 1), for the input v, (k, 1)."""
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
         """The derivative of each of its states."""
@@ -112,7 +112,7 @@ class FirstOrder(AbstractElement):
         return z["lag"]
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
-        """The lag."""
+        """The rate of the lag."""
         return {"lag": (v - z["lag"]) / self.time_constant}
 
 
@@ -150,7 +150,7 @@ class RateLimit(AbstractElement):
         return z["limited"]
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
-        """The lag within its limits."""
+        """The rate of the lag within its limits."""
         return {"limited": _within((v - z["limited"]) / self.time_constant, self.low, self.high)}
 
 
@@ -198,7 +198,7 @@ class PadeDelay(AbstractElement):
         return ca.mtimes(z["delayed"].T, ca.DM(C)) + D * v
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
-        """What passes through the delay."""
+        """The derivative of the states of the Pade approximation."""
         refuse_misfit("PadeDelay.rate", "v", v, z["delayed"].shape[1], 1)
         A, B, _, _ = pade(self.order)
         return {"delayed": (ca.mtimes(ca.DM(A), z["delayed"]) + ca.mtimes(ca.DM(B), v.T)) / self.time}

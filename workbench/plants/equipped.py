@@ -23,23 +23,23 @@ TRUTH = "d_"  # of a disturbance on x is 'd_x'
 
 
 class AbstractAround(AbstractPlant):
-    """A plant around another one, whose inputs, outputs and labels it has."""
+    """A plant that wraps another one, with the inputs, outputs and labels of that one."""
 
     plant: AbstractPlant
 
     @property
     def labels(self) -> Mapping[str, str]:
-        """Those of the plant."""
+        """The labels of the plant."""
         return self.plant.labels
 
     @property
     def inputs(self) -> Layout:
-        """Those of the plant."""
+        """The inputs of the plant."""
         return self.plant.inputs
 
     @property
     def outputs(self) -> Layout:
-        """Those of the plant."""
+        """The outputs of the plant."""
         return self.plant.outputs
 
 
@@ -89,29 +89,29 @@ class Equipped(AbstractAround):
 
     @property
     def truths(self) -> Layout:
-        """Those of the plant, and what it gives to the sensors."""
+        """The truths of the plant, and the true values of the outputs that have a sensor."""
         true = (replace(self.outputs[name], name=f"{name}_true") for name in self._sensed)
         return self.plant.truths + Layout(tuple(true))
 
     @property
     def states(self) -> Layout:
-        """Those of the plant, then those of the actuators, then those of the sensors."""
+        """The states of the plant, then of the actuators, then of the sensors."""
         own = (replace(entry, name=names[entry.name]) for _, z, names in self._memories() for entry in z.entries)
         return self.plant.states + Layout(tuple(own))
 
     def measure(self, t: Number, x: States) -> Signals:
-        """What the sensors give, and the truths."""
+        """The readings of the sensors, and the true outputs."""
         y = self._outputs(t, x)
         seen, _ = self._through(self.sensors, x, y)
         return seen | {f"{name}_true": y[name] for name in self._sensed}
 
     def applied(self, t: Number, x: States, u: Inputs) -> Signals:
-        """What acts in the plant behind the actuators."""
+        """The signals that act in the plant, driven by the outputs of the actuators."""
         driven, _ = self._through(self.actuators, x, u)
         return asked(self.plant, "applied", self.inputs, t, self._own(x), driven)
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The plant's own rates by what the actuators give, and those of the elements."""
+        """The rates of the plant, driven by the actuators, and those of the elements."""
         driven, actuators = self._through(self.actuators, x, u)
         _, sensors = self._through(self.sensors, x, self._outputs(t, x))
         moves = asked(self.plant, "rate", self.plant.states, t, self._own(x), driven)
@@ -129,7 +129,7 @@ class Equipped(AbstractAround):
         return asked(self.plant, "measure", self.outputs + self.plant.truths, t, self._own(x))
 
     def _memories(self) -> Iterator[tuple[AbstractElement, Layout, dict[str, str]]]:
-        """Each element with its memory, and how its states are called here."""
+        """Each element with its memory, and the names of its states here."""
         taken = set(self.plant.states.names)
         for element in (*self.actuators, *self.sensors):
             port = self.inputs if element in self.actuators else self.outputs
@@ -143,7 +143,7 @@ class Equipped(AbstractAround):
             yield element, memory, names
 
     def _through(self, elements: tuple[AbstractElement, ...], x: States, signals: Signals) -> tuple[Signals, Parts]:
-        """The signals behind the elements in their way, and the rates of these elements."""
+        """The signals after the elements that they pass through, and the rates of these elements."""
         moves: dict[str, ca.SX] = {}
         for element, memory, names in self._memories():
             if element not in elements:
@@ -199,7 +199,7 @@ class Disturbed(AbstractAround):
 
     @property
     def period(self) -> float | None:  # type: ignore[override]
-        """That of the plant, where it moves in discrete time."""
+        """The period of the plant, if it moves in discrete time."""
         return self.plant.period
 
     @property
@@ -209,12 +209,12 @@ class Disturbed(AbstractAround):
 
     @property
     def states(self) -> Layout:
-        """Those of the plant."""
+        """The states of the plant."""
         return self.plant.states
 
     @property
     def truths(self) -> Layout:
-        """Those of the plant, and the disturbances."""
+        """The truths of the plant, and the disturbances."""
         return self.plant.truths + self._added.prefixed(TRUTH)
 
     def measure(self, t: Number, x: States) -> Signals:
@@ -224,15 +224,15 @@ class Disturbed(AbstractAround):
         return y | {name: y[name] + part for name, part in d.items() if name in self.outputs} | truths
 
     def applied(self, t: Number, x: States, u: Inputs) -> Signals:
-        """What acts in the plant under the disturbed command."""
+        """The signals that act in the plant under the disturbed command."""
         return self.plant.applied(t, x, self._driven(t, u))
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """That of the plant under the disturbed command."""
+        """The rates of the plant under the disturbed command."""
         return self.plant.rate(t, x, self._driven(t, u))
 
     def update(self, t: Number, x: States, u: Inputs) -> Parts:
-        """That of the plant under the disturbed command."""
+        """The next states of the plant under the disturbed command."""
         return self.plant.update(t, x, self._driven(t, u))
 
     @property
@@ -249,7 +249,7 @@ class Disturbed(AbstractAround):
 
 
 def _fitted(field: str, element: AbstractElement, port: Layout, of: str) -> AbstractElement:
-    """An element that knows the unit of its signal, or a refusal of one that fits no signal of the port."""
+    """An element with the unit of its signal, or a refusal of one that fits no signal of the port."""
     entry = port[known(element.signal, port.names, f"{of} of the plant")]
     for f, quantity in quantities(element):
         shape = np.shape(getattr(element, f.name))

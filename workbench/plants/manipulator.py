@@ -32,14 +32,14 @@ class AbstractAtJoints:
 
     @door
     def at(self, units: tuple[str, ...]) -> Self:
-        """The same at joints whose positions have these units."""
+        """The same part at joints whose positions have these units."""
         part = copy(self)
         object.__setattr__(part, "units", units)
         return part
 
     @property
     def force(self) -> str:
-        """The unit of what acts, joint by joint where they differ: N m where one turns, N where it slides."""
+        """The unit of the force, joint by joint where they differ: N m where one turns, N where it slides."""
         return torques("tau", self.units or ("rad",))["tau"].unit
 
 
@@ -66,7 +66,7 @@ class DirectDrive(AbstractActuator):
     limit: Vector | None = parameter(default=None, unit="{force}", low=0, strict=True, shape=("n",), symbol="tau_max")
 
     def memory(self, motors: int) -> Layout:
-        """None."""
+        """No states."""
         del motors
         return Layout()
 
@@ -76,7 +76,7 @@ class DirectDrive(AbstractActuator):
         return _limited(tau, self.limit)
 
     def rate(self, z: Parts, tau: Column) -> Parts:
-        """Nothing to drive."""
+        """No rates."""
         del z, tau
         return {}
 
@@ -94,12 +94,12 @@ class FirstOrderLag(AbstractActuator):
         return torques("tau_m", self.units or ("rad",) * count)
 
     def applied(self, z: Parts, tau: Column) -> ca.SX:
-        """The motor's torque, whatever is commanded now."""
+        """The present torque of the motor, which does not depend on the present command."""
         del tau
         return z["tau_m"]
 
     def rate(self, z: Parts, tau: Column) -> Parts:
-        """The lag."""
+        """The rate of the lag."""
         return {"tau_m": (_limited(tau, self.limit) - z["tau_m"]) / self.time_constant}
 
 
@@ -194,7 +194,7 @@ class Manipulator(AbstractPlant):
 
     @property
     def states(self) -> Layout:
-        """Positions, velocities, and what the drives hold."""
+        """Positions, velocities, and the states of the drives."""
         moving = Layout((Entry("q", self.q, self.q_unit), Entry("qd", self.qd, self.qd_unit)))
         return moving + self.actuator.memory(len(self.arm.motors))
 
@@ -219,7 +219,7 @@ class Manipulator(AbstractPlant):
         return {"e_q": "e", "e_qd": "ed", "e_hat_q": "e_hat"}
 
     def measure(self, t: Number, x: States) -> Signals:
-        """Exact positions and velocities, and the true disturbance for those who may see it."""
+        """Exact positions and velocities, and the true disturbance."""
         return Signals(q=x["q"], qd=x["qd"], d=self._disturbance(t))
 
     def applied(self, t: Number, x: States, u: Inputs) -> Signals:

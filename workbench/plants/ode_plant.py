@@ -1,4 +1,4 @@
-"""A plant whose equations are there already: an open `Ode`, CasADi functions, or plain Python functions."""
+"""A plant made from existing equations: an open `Ode`, CasADi functions, or plain Python functions."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class OdePlant(AbstractPlant):
         u0: Array | None = None,
         name: str = "plant",
     ) -> OdePlant:
-        """x' = f(t, x, u, p), y = h(t, x, p), from functions as they stand.
+        """A plant x' = f(t, x, u, p), y = h(t, x, p) from CasADi or Python functions.
 
         Parameters
         ----------
@@ -131,7 +131,7 @@ class OdePlant(AbstractPlant):
 
     @property
     def states(self) -> Layout:
-        """Those of the equation, each with its start."""
+        """The states of the equation, each with its start."""
         return self.ode.states
 
     @property
@@ -141,7 +141,7 @@ class OdePlant(AbstractPlant):
 
     @property
     def outputs(self) -> Layout:
-        """Those of the equation."""
+        """The outputs of the equation."""
         return self.ode.outputs
 
     def measure(self, t: Number, x: States) -> Signals:
@@ -151,7 +151,7 @@ class OdePlant(AbstractPlant):
         return Signals(ode.outputs.view(ode.h(t, ode.states.flatten(x), self._p(unused))))
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """x' = f(t, x, p) with u in its places."""
+        """The rates x' = f(t, x, p) with u in the places of the declared inputs."""
         ode = self.ode
         return ode.states.view(ode.f(t, ode.states.flatten(x), self._p(u)))
 
@@ -192,7 +192,7 @@ def _port(what: str, given: Port, start: str = "", values: Array | None = None) 
 
 
 def _read(letter: str, function: Callable[..., Any], given: dict[str, ca.SX | Signals], of: Layout) -> ca.SX:
-    """What a function gives for symbols, a number for each of a layout, (size, 1)."""
+    """The value of a function for symbols: one expression for each number of a layout, (size, 1)."""
     call = f"OdePlant.of({letter}=...)"
     if isinstance(function, ca.Function):
         return _column(call, _of_casadi(call, function, given), of)
@@ -212,7 +212,7 @@ def _read(letter: str, function: Callable[..., Any], given: dict[str, ca.SX | Si
 
 
 def _of_casadi(call: str, function: ca.Function, given: dict[str, ca.SX | Signals]) -> Any:
-    """What a CasADi function gives for symbols; one of a graph of matrices is expanded into scalar operations."""
+    """The value of a CasADi function for symbols, expanded into scalar operations if it is a graph of matrices."""
     columns = [
         ca.vertcat(*map(ca.vec, part.values())) if isinstance(part, Signals) else part for part in given.values()
     ]
@@ -238,7 +238,7 @@ def _vector(symbols: Any) -> Any:
 
 
 def _takes(call: str, function: Callable[..., Any], given: dict[str, Any]) -> int:
-    """How many arguments a Python function must be called with, by its signature: those given, or m beside them."""
+    """The number of arguments that a Python function requires by its signature: those given, with or without m."""
     letters = ", ".join(given)
     try:
         named = inspect.signature(function).parameters.values()

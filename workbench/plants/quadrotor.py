@@ -20,7 +20,7 @@ class Quadrotor(AbstractPlant):
 
     xi (3,) is the place in the world, its third number the height; eta (3,) = (phi, theta, psi) are roll, pitch and yaw
     with R = R_z(psi) R_y(theta) R_x(phi); nu (3,) are the body's rates, w (4,) the speeds of the rotors. W is singular
-    at theta = +-90 deg. What the paper adds for a changing speed of the rotors, I_M w', is left out. It hovers at
+    at theta = +-90 deg. The paper's term for a changing speed of the rotors, I_M w', is left out. It hovers at
     w_i = sqrt(m g / (4 k)), 620.6 rad/s.
 
     The numbers are the paper's, read from programs that cite it.

@@ -43,7 +43,7 @@ def symbols_of(dynamics: Dynamics) -> dict[Symbol, str]:
 
 @door
 def narrowed(dynamics: Dynamics, fixed: Mapping[str, float]) -> Dynamics:
-    """The same arm with some of its parameters, by their paths, held at numbers.
+    """The same arm with some of its parameters, by their paths, fixed to numbers.
 
     Whole numbers are put into its matrices, as doubles compute with them exactly; other parameters keep their
     letters there. One that is a component of a vector becomes an entry of its own.
@@ -63,7 +63,7 @@ def narrowed(dynamics: Dynamics, fixed: Mapping[str, float]) -> Dynamics:
 
 
 def _held(entry: Entry, fixed: Mapping[str, float], names: Mapping[str, str]) -> Iterator[Entry]:
-    """An entry, or each of its numbers if one of them is held."""
+    """An entry as it is, or an entry for each of its numbers if one of them is fixed."""
     if not any(label in fixed for label in entry.labels()):
         yield entry
         return
@@ -97,7 +97,7 @@ def parameter_of(name: Symbol, statement: Statement, dynamics: Dynamics) -> str 
 
 
 def _number(label: str, statement: Statement, dynamics: Dynamics) -> Fraction:
-    """The number that a formula without names is."""
+    """The rational number that a declaration gives to a parameter; one that is none, or out of bounds, is refused."""
     formula = parse(statement.right, Names({}, {}))
     try:
         number = None if isinstance(formula, Matrix) else constant(normal_form(formula, {}))

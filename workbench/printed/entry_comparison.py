@@ -139,7 +139,7 @@ class _Comparison:
         )
 
     def judge(self, weights: Mapping[Place, ca.SX]) -> Judgement:
-        """The verdict on printed entries, weighted and added up, equal to the derived; what is not printed is right."""
+        """The verdict on a weighted sum of printed entries against the derived one; unprinted ones count as right."""
         a, b = (
             sum((w * entry(place) for place, w in weights.items()), ca.SX(0))
             for entry in (lambda place: self.printed.get(place, self.right(place)), self.right)

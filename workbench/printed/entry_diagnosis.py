@@ -34,7 +34,7 @@ ROUNDING = 1e-12  # of the room that the digits leave, for that of doubles
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """An entry that differs, with the likely slip (None if no single edit repairs it) and what its units say.
+    """An entry that differs, with the likely slip (None if no single edit repairs it) and the fault in its units.
 
     `instead` is the label of the entry of the same row of C that is the misprint, where this one is as legal as
     the derived one; else empty.
@@ -75,7 +75,7 @@ def diagnose(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics) 
 
 
 def first_wrong(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics) -> EntryVerdict | None:
-    """The first misprint: no entry of C that is as legal as the derived one, in its row or once that is corrected."""
+    """The first misprint: an entry that differs, not counting those of C that are right once another is corrected."""
     serious = [v for v in verdicts if v.kind == "differs" and v.same_torque != "proved"]
     rows = misprints(sheet, serious, derived)
     return next((v for v in serious if v.matrix != "C" or v.row not in rows or rows[v.row].label == v.label), None)
@@ -94,7 +94,7 @@ def in_common(verdicts: Sequence[EntryVerdict], diagnoses: Mapping[str, Diagnosi
 
 
 def told_apart(one: float, other: float) -> tuple[str, str]:
-    """Two numbers with as many digits as it takes to see that they differ, six at least."""
+    """Two numbers as text, with enough digits to show that they differ, six at least."""
     for digits in range(SHORT, FULL + 1):
         pair = f"{one:.{digits}g}", f"{other:.{digits}g}"
         if pair[0] != pair[1]:
@@ -142,7 +142,7 @@ class Misprint:
 
 
 def is_in_full(sheet: Sheet, row: int, joints: int) -> bool:
-    """True if a sheet prints all of a row of C; else what the row makes of qd is open."""
+    """True if a sheet prints all entries of a row of C, so that its product with qd is known."""
     return all(("C", row, column) in sheet.entries for column in range(1, joints + 1))
 
 
@@ -190,7 +190,7 @@ def of_factorisation(verdicts: Sequence[EntryVerdict], derived: Dynamics) -> lis
 
 
 def _misplaced(printed: Array, place: Place, right: Mapping[Place, Array]) -> Slip | None:
-    """The slip of another entry of the derived matrices that stands here, if it does."""
+    """The slip of an entry that equals another entry of the derived matrices; None if it equals none."""
     for other, values in sorted(right.items()):
         if other != place and np.allclose(printed, values, rtol=1e-9, atol=0) and np.any(values != 0):
             label = f"G[{other[1]}]" if other[0] == "G" else f"{other[0]}[{other[1]},{other[2]}]"
@@ -199,7 +199,7 @@ def _misplaced(printed: Array, place: Place, right: Mapping[Place, Array]) -> Sl
 
 
 def _missing(verdict: EntryVerdict, derived: Dynamics) -> Slip | None:
-    """The term that an entry lacks, if it is one, or shorter than the entry."""
+    """The slip of an entry that lacks one term, or is missing or superfluous as a whole; None for any other."""
     if ca.SX(verdict.printed).is_zero():
         return Slip("term", "the whole entry is missing")
     if ca.SX(verdict.right).is_zero():
@@ -245,7 +245,7 @@ def _moved(formula: Formula) -> Iterator[Formula]:
 
 
 def _half_a_unit(value: Fraction) -> Fraction | None:
-    """Half a unit of the last decimal of a number of two digits or more; None where it is taken to be exact."""
+    """Half a unit of the last decimal of a number of two digits or more; None for a number taken as exact."""
     for decimals in range(1, MOST_DECIMALS + 1):
         scaled = value * 10**decimals
         if scaled.denominator == 1:

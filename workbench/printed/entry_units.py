@@ -21,7 +21,7 @@ PLAIN = 24  # the largest whole number in a fraction that is no measured value
 
 @dataclass(frozen=True)
 class Unit:
-    """kg^a m^b s^c; an angle has none."""
+    """A unit kg^a m^b s^c; an angle has none."""
 
     kg: Fraction = Fraction(0)
     m: Fraction = Fraction(0)
@@ -37,7 +37,7 @@ class Unit:
         return self * other**-1
 
     def __str__(self) -> str:
-        """As one writes it: kg m^2/s."""
+        """The unit as text: kg m^2/s."""
         powers = {"kg": self.kg, "m": self.m, "s": self.s}
         above = " ".join(name if n == 1 else f"{name}^{n}" for name, n in powers.items() if n > 0)
         below = " ".join(name if n == -1 else f"{name}^{-n}" for name, n in powers.items() if n < 0)
@@ -51,7 +51,7 @@ _FACTOR = re.compile(r"([A-Za-z]+|1)(\^(-?\d+))?")
 
 
 class UnitsError(ValueError):
-    """A formula that adds what has different units, or takes the sine of what has one."""
+    """The error of a formula that adds terms of different units, or takes the sine of a term with a unit."""
 
 
 def unit_of(formula: Formula, units: Mapping[Symbol, Unit]) -> Unit | None:
@@ -122,7 +122,7 @@ class Units:
 
 
 def _is_plain(number: Number) -> bool:
-    """True of a number that derivations bring with them, such as 2 or 1/3, and no measured value."""
+    """True of a number that derivations bring with them, such as 2 or 1/3, rather than a measured value."""
     return isinstance(number.value, Fraction) and max(abs(number.value.numerator), number.value.denominator) <= PLAIN
 
 

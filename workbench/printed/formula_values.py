@@ -1,4 +1,4 @@
-"""The value of a formula that was read, over anything that adds and multiplies, and its exact normal form."""
+"""The value of a formula in any arithmetic, and its exact normal form."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ MOST_WAVES = 100  # in a product; doubles count the terms of no more
 
 
 class Arithmetic(NamedTuple):
-    """The maker of numbers, and the functions by their names; a division by zero gives no finite number in either."""
+    """An arithmetic: the maker of its numbers and its functions by name; a division by zero gives no finite number."""
 
     number: Callable[[float], Any]
     functions: Mapping[str, Callable[[Any], Any]]
@@ -50,7 +50,7 @@ def evaluate(formula: Formula, values: Mapping[Symbol, Any], arithmetic: Arithme
     """The value of a formula, given those of its symbols; the symbol pi is the number, where it has no other value.
 
     A rational number p/q before a product multiplies by p and divides by q, so that a third stays exactly one in the
-    expression. What has no value, such as a relation, or a number beyond all doubles, is a ValueError.
+    expression. A formula without a value, such as a relation, or a number beyond all doubles, is a ValueError.
     """
     match formula:
         case Number(value):
@@ -94,7 +94,7 @@ def _number(value: Fraction | float) -> float:
 
 
 def bounded(formula: Formula, place: Token) -> Formula:
-    """A formula whose parts and powers are not nested beyond what can be gone through and multiplied out."""
+    """The formula, refused if its parts or powers are nested too deep to be multiplied out."""
     waiting = [(formula, 1, Fraction(1))]
     while waiting:
         part, level, power = waiting.pop()
@@ -149,8 +149,8 @@ PI_ALONE = ((PI_NAME, 1),)
 def normal_form(formula: Formula, names: Mapping[Symbol, str]) -> NormalForm:
     """The normal form of a formula, in the names for which its symbols stand, with no number rounded on the way.
 
-    Angles are reduced by their quarter turns k pi/2; elsewhere pi is a symbol of its own, which proves no less than is
-    true. A formula that is not of the class of `NormalForm`, or expands to too many terms, raises NotInClass.
+    Angles are reduced by their quarter turns k pi/2; elsewhere pi is a symbol like any other, which is
+    sound. A formula that is not of the class of `NormalForm`, or expands to too many terms, raises NotInClass.
     """
     if foreign := {letter for letter in letters(formula) if letter not in names and letter != PI}:
         raise LookupError(f"`normal_form(names=...)` must hold all symbols; it lacks '{name_of(foreign.pop())}'.")
@@ -167,7 +167,7 @@ def at_numbers(form: NormalForm, numbers: Mapping[str, Fraction]) -> NormalForm:
 
 
 def constant(form: NormalForm) -> Fraction | None:
-    """The number that a normal form is; None if it is none, or no rational one."""
+    """The rational number that a normal form equals; None if it equals none."""
     return None if form.terms.keys() - {waves.UNIT} else form.terms.get(waves.UNIT, Fraction(0))
 
 

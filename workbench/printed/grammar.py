@@ -1,4 +1,4 @@
-"""Tokens to a formula: sums, products written or implied, powers, functions, fractions and matrices.
+"""The parser of tokens to a formula: sums, products written or implied, powers, functions, fractions and matrices.
 
     expression = [sign] product {sign product}
     product    = power {("*" | "/" | nothing) power}
@@ -47,7 +47,7 @@ def parse(tokens: Sequence[Token], names: Names) -> Formula:
 
 
 class _Reader:
-    """A place in the tokens, which each rule moves behind what it has read."""
+    """A reader of tokens at a place, which each rule moves behind the tokens that it has read."""
 
     def __init__(self, tokens: Sequence[Token], names: Names) -> None:
         self.tokens = tokens
@@ -57,7 +57,7 @@ class _Reader:
 
     @contextmanager
     def within(self, token: Token) -> Iterator[None]:
-        """Read what belongs to a token, as brackets do to a function: Python nests only so many calls."""
+        """Read the tokens that belong to one, as brackets to a function, with a limit on the nesting."""
         self.level += 1
         if self.level > 2 * DEEPEST:
             raise refusal(token, f"more than {2 * DEEPEST} parts are nested in each other; write the formula in parts.")
@@ -158,7 +158,7 @@ class _Reader:
         return build.power(base, exponent)
 
     def rate(self, base: Symbol, prime: Token) -> Symbol:
-        """The symbol of a derivative in time, q_1' for q dot 1: found by the spelling that stands before the prime."""
+        """The symbol of a derivative in time, q_1' for q dot 1, found by the spelling before the prime."""
         said = self.tokens[self.at - 2]
         if said.kind == "name" and self.names.find(said.text, said.index, said.dots) == base:
             found = self.names.find(said.text, said.index, said.dots + 1)
@@ -204,7 +204,7 @@ class _Reader:
         return _product(self.atom())
 
     def call(self, token: Token) -> Formula:
-        """A function of what is in the brackets behind it, or of one factor: sin^2 q_2, sin 2 q_2, sqrt(2)."""
+        """A function of the brackets behind it, or of one factor: sin^2 q_2, sin 2 q_2, sqrt(2)."""
         exponent = None
         if self.kind == "^" and token.text in FUNCTIONS:
             sign = self.take()
@@ -220,7 +220,7 @@ class _Reader:
         return called if exponent is None else build.power(called, exponent)
 
     def plain_argument(self, function: Token) -> Formula:
-        """The argument of a function: a bracket; else one factor, with a number before it if there is one."""
+        """The argument of a function: a bracket, or one factor with a number before it if there is one."""
         if self.kind not in STARTS or self.kind == "function":
             raise refusal(function, f"write what '{function.text}' is taken of, as in {function.text}(q_1).")
         if self.kind in ("(", "[", "{"):
@@ -261,7 +261,7 @@ class _Reader:
 
 
 def _matrix(rows: list[list[Formula]], opening: Token) -> Formula:
-    """The matrix of these rows; a lone entry is itself, and a row of rows is what they make one below the other."""
+    """The matrix of these rows; a lone entry is itself, and a row of matrices is stacked."""
     if len(rows) == 1 and len(rows[0]) == 1:
         return rows[0][0]
     if len(rows) == 1 and any(isinstance(entry, Matrix) and len(entry.rows) == 1 for entry in rows[0]):

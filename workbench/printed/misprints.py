@@ -34,7 +34,7 @@ RANKS = (
 
 @dataclass(frozen=True)
 class Slip:
-    """An edit that makes a printed entry right: its kind, one of `RANKS`, and in words."""
+    """An edit that makes a printed entry right: its kind, one of `RANKS`, and its description."""
 
     kind: str
     said: str
@@ -42,7 +42,7 @@ class Slip:
 
 @dataclass(frozen=True)
 class _Part:
-    """A part of the printed formula, its value, and the one it needs; a term is one of a sum, or all there is."""
+    """A part of the printed formula, its value and the value it needs; perhaps a term of a sum, or the whole entry."""
 
     formula: Formula
     value: Array

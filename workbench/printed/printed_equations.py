@@ -61,7 +61,7 @@ class Sheet:
 
     @property
     def fixed(self) -> dict[str, float]:
-        """The same numbers as doubles."""
+        """The numbers that the sheet gives, as doubles."""
         return {label: float(value) for label, value in self.numbers.items()}
 
 
@@ -114,17 +114,14 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
 
 
 def _is_path(statement: Statement, dynamics: Dynamics) -> bool:
-    """True if a declaration gives another name to a number of the robot, by its path."""
+    """True if a declaration names a number of the robot by its path."""
     return len(statement.right) == 1 and statement.right[0].text in dynamics.p.labels
 
 
 def _declared(
     found: Iterable[Statement], n: int
 ) -> tuple[dict[Symbol, Statement], dict[Symbol, Place], list[tuple[Place | str, Statement]]]:
-    """The declarations by their names, the single entries by theirs, and all that is printed.
-
-    A name of the sheet is bold, which tells it from a letter of the robot that is spelled alike.
-    """
+    """The declarations and the single entries, each by its name, and all printed entries."""
     declared: dict[Symbol, Statement] = {}
     keys: set[Key] = set()
     printed: dict[Symbol, Place] = {}
@@ -216,7 +213,7 @@ def is_place(place: Place, n: int) -> bool:
 
 
 def _refuse_length(formula: Formula, name: Token) -> None:
-    """Refuse an entry whose terms or numbers are no paper's."""
+    """Refuse an entry with more terms or longer numbers than a paper would print."""
     if expanded_size(formula) > MOST_TERMS:
         raise refusal(name, f"multiplied out, this entry has more than {MOST_TERMS} terms; print it in a simpler form.")
     for part in parts(formula):
@@ -255,7 +252,7 @@ class _Reading:
         return [part for part in letters(self.meanings[letter][0]) if part.bold]
 
     def circle(self, ring: Sequence[Symbol]) -> FormulaError:
-        """The refusal of names that need each other, each the one before; the first is the last again."""
+        """The refusal of names that are defined by each other in a circle, the first repeated at the end."""
         shown = [name_of(letter) for letter in reversed(ring)]
         if len(shown) > MOST_NAMES:
             shown[MOST_NAMES // 2 : -MOST_NAMES // 2] = ["..."]

@@ -35,7 +35,7 @@ def statements(text: str, language: Language) -> tuple[Statement, ...]:
 
 
 def _parts(found: Sequence[Token]) -> Iterator[list[Token]]:
-    """The tokens of each statement: a piece without an equals sign goes on with the one before, beside a sign."""
+    """The tokens of each statement; a piece without an equals sign beside a sign belongs to the one before."""
     parts: list[list[Token]] = []
     for piece in _pieces(found):
         goes_on = parts and (piece[0].kind in SIGNS or parts[-1][-1].kind in SIGNS | {"="})

@@ -209,7 +209,7 @@ class _Source:
         return None
 
     def symbol(self, at: int) -> tuple[_Symbol, int]:
-        """The letters that begin at a character, with what stands over and below them."""
+        """The letters that begin at a character, with the signs over and below them."""
         symbol, at = self.letters(at)
         while True:
             if (early := _EARLY_POWER.match(self.text, at)) and not symbol.power:
@@ -240,7 +240,7 @@ class _Source:
         raise refusal(self.place(at), f"'{macro}' is not read here: {READ}; no macro is run, no file is read.")
 
     def argument(self, at: int) -> tuple[_Symbol, int]:
-        """The symbol that a macro is applied to: one letter, one macro, or what is in braces."""
+        """The symbol to which a macro is applied: one letter, one macro, or the content of braces."""
         at += len(self.text[at:]) - len(self.text[at:].lstrip())
         if at < len(self.text) and self.text[at].isalpha():
             return _Symbol(self.text[at]), at + 1

@@ -1,4 +1,4 @@
-"""Plain text to tokens, `m_2*l_1*cos(q_2)**2` as one types it and computer algebra prints it; and what a token is."""
+"""Tokens, and the lexer of plain text, `m_2*l_1*cos(q_2)**2` as one types it and computer algebra prints it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FUNCTIONS = ("sin", "cos", "tan", "sqrt")
 
 
 class FormulaError(ValueError):
-    """A text that is no formula; the message begins with its line and column."""
+    """The error of a text that is no formula; the message begins with its line and column."""
 
 
 @dataclass(frozen=True)
@@ -44,13 +44,13 @@ class Token:
 
 
 def refusal(place: Token | tuple[int, int], said: str) -> FormulaError:
-    """The refusal of what stands at a place, to be raised."""
+    """The error that refuses the text at a place, to be raised."""
     line, column = (place.line, place.column) if isinstance(place, Token) else place
     return FormulaError(f"line {line}, column {column}: {said}")
 
 
 def cut(said: str) -> str:
-    """A piece of the text as a message quotes it: no longer than one sees at a glance."""
+    """A piece of the text as a message quotes it, shortened."""
     return said if len(said) <= LONGEST_QUOTE else f"{said[:LONGEST_QUOTE]}..."
 
 

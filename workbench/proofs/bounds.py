@@ -34,10 +34,9 @@ LARGEST = 2.0**1000  # in size, of the ends of a box: their sums and differences
 class Extreme:
     """The least or greatest value of something over a box.
 
-    `value` is the extreme of what was seen, to rounding, at the point `x` (k,) in so many `samples`. `reached` is
-    what the extreme is proved to reach there: at most this if the least, at least this if the greatest. `beyond` is
-    what no value in the box lies beyond, proved on so many `boxes`; None where nothing was. `why` names what kept the
-    proof from its tolerance, and is empty where nothing did.
+    `value` is the extreme of so many `samples`, to rounding, at the point `x` (k,). `reached` is a proved bound of the
+    value there: from above for a least, from below for a greatest. `beyond` is a proved bound of all values in the box,
+    by so many `boxes`; None if there is none. `why` is the reason why the proof misses its tolerance, else empty.
     """
 
     value: float
@@ -59,7 +58,7 @@ class Extreme:
 
 @dataclass(frozen=True, eq=False)
 class Enclosure:
-    """Both extremes of an expression over a box: low <= expression <= high is proved, None where nothing is."""
+    """Both extremes of an expression over a box: low <= expression <= high is proved; None where it is not."""
 
     least: Extreme
     greatest: Extreme
@@ -161,7 +160,7 @@ def disturbance_bounds(D: ca.SX, t: ca.SX, until: float) -> tuple[Extreme, Extre
 
 @door
 def shown(bound: float, side: int) -> str:
-    """A proved bound to nine digits, which are rounded so that it stays one: down (side 1) or up (side -1)."""
+    """A proved bound as text with nine digits, rounded outward: down (side 1) or up (side -1)."""
     if side not in (1, -1):
         raise refusal("shown(side=...)", "1 for a bound from below or -1 for one from above", side)
     rounding = decimal.ROUND_FLOOR if side == 1 else decimal.ROUND_CEILING
@@ -169,13 +168,13 @@ def shown(bound: float, side: int) -> str:
 
 
 def by_intervals(boxes: int) -> str:
-    """The method of a proof and what it rests on, as evidence ends."""
+    """The end of an evidence: the method of the proof, and the arithmetic on which it rests."""
     return f", by interval arithmetic on {boxes} boxes ({guarantee()})"
 
 
 @dataclass(frozen=True, eq=False)
 class _Task:
-    """A matrix and its negative as forms over the symbols that it depends on, the box, and who asked."""
+    """A matrix and its negative as forms over the symbols that vary, with the box and the name of the call."""
 
     call: str
     forms: dict[int, AbstractForm]

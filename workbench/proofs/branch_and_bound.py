@@ -4,7 +4,7 @@ A threshold a is proved box by box: S(x) - a I is positive definite in all of a 
 which it is near I at the middle, its linear part less the row sums of all that is unknown is so at each
 corner. (Between the corners it is then too, as the least eigenvalue is a concave function.) A box that fails
 is halved. U comes from the eigenvectors at the middle: large eigenvalues then forgive large remainders.
-Definiteness is Cholesky's word, with its rounding paid for.
+Definiteness is decided by Cholesky's factorisation, with a bound of its rounding.
 
 References
 ----------
@@ -41,9 +41,9 @@ class Boxes(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Proof:
-    """The least value that was seen, at `x`, and `beyond`, which no eigenvalue in the box lies below; None if unproved.
+    """The least value that was found, at `x`, and `beyond`, a proved lower bound of all eigenvalues; None if unproved.
 
-    `boxes` were looked at. `why` names what kept the proof from its tolerance; it is empty where nothing did.
+    `boxes` were examined. `why` is the reason why the proof misses its tolerance, else empty.
     """
 
     value: float
@@ -54,7 +54,7 @@ class Proof:
 
 
 def whole(low: Array, high: Array) -> Boxes:
-    """One box that contains low <= x <= high, and also the turn of which -pi and pi are the nearest doubles."""
+    """One box around low <= x <= high, widened by rounding so that bounds of -pi and pi contain the whole turn."""
     c, r = (low + high) / 2, (high - low) / 2
     return Boxes(c[None], (r + 4 * UNIT * (np.abs(c) + r))[None])
 
@@ -136,7 +136,7 @@ def _test(form: AbstractForm, boxes: Boxes, threshold: float) -> tuple[Array, Ar
 
 
 def _halved(c: Array, r: Array, blame: Array) -> Boxes:
-    """Both halves of each box, across the symbol that has most to answer for; without symbols, the box itself."""
+    """Both halves of each box, across the symbol with the largest share of R; without symbols, the box itself."""
     if not c.shape[1]:
         return Boxes(c, r)
     sound = np.asarray(np.isfinite(blame).all(axis=1) & (blame > 0).any(axis=1))

@@ -31,7 +31,7 @@ FEW_WAVES, MANY_WAVES = 64, 1000
 
 
 class Expansion(NamedTuple):
-    """A (b, n, n), L (b, m, n, n), R (b, n, n), and how much of R each of the m symbols has to answer for (b, m)."""
+    """A (b, n, n), L (b, m, n, n), R (b, n, n), and the share of each of the m symbols in R (b, m)."""
 
     A: Array
     L: Array
@@ -49,7 +49,7 @@ class AbstractForm(ABC):
 
     @abstractmethod
     def value(self, c: Array) -> Array:
-        """S at points c (b, m), (b, n, n), without a promise as to its rounding."""
+        """S at points c (b, m), (b, n, n), without a bound of its rounding."""
 
     @abstractmethod
     def expand(self, c: Array, r: Array, U: Array) -> Expansion:
@@ -59,7 +59,7 @@ class AbstractForm(ABC):
 def form_of(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) -> AbstractForm:
     """The sharper of the two forms that a symmetric matrix (n, n) has, with some symbols fixed to numbers by name.
 
-    The numbers go through exact or outward arithmetic too: folded in doubles they would leave a rounding unpaid.
+    The numbers go through exact or outward-rounded arithmetic too, so that no rounding is left out of the bounds.
     """
     try:
         return _waves(matrix, symbols, numbers)
@@ -90,7 +90,7 @@ class Waves(AbstractForm):
 
     @property
     def cost(self) -> int:
-        """The waves in the coordinates of one box."""
+        """The number of coefficients of the waves in the coordinates of one box."""
         n, m = len(self.constant), int(self.slopes.shape[1])
         return (3 * len(self.W) + 2 * m + 4) * n * n
 
@@ -159,11 +159,11 @@ class MeanValue(AbstractForm):
 
     @property
     def cost(self) -> int:
-        """Some twenty operations on doubles for each of an interval."""
+        """About twenty operations on doubles for each operation on intervals."""
         return 20 * len(self.jacobian.nodes) + (len(self.names) + 4) * self.order**2
 
     def value(self, c: Array) -> Array:
-        """By CasADi."""
+        """The matrix, evaluated by CasADi."""
         return np.array(self.function(c.T)).T.reshape(-1, self.order, self.order)
 
     def expand(self, c: Array, r: Array, U: Array) -> Expansion:

@@ -1,4 +1,4 @@
-"""Exact rational arithmetic on expressions and matrices: a proof that no rounding can touch."""
+"""Exact rational arithmetic on expressions and matrices, for proofs without rounding."""
 
 from __future__ import annotations
 

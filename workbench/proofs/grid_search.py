@@ -1,4 +1,4 @@
-"""The least value of a function over a box, as seen on a grid that is halved round its best point."""
+"""The least value of a function over a box, sought on a grid that is refined around its best point."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def least_seen(function: Callable[[Array], Array], low: Array, high: Array) -> S
 
 
 def _steps(m: int) -> Iterator[Array]:
-    """The grid, then ever smaller ones to be laid round a point, as shares of the half widths."""
+    """The offsets of the grid and of the finer ones around a point, as shares of the half widths."""
     if m == 0:
         yield np.zeros((1, 0))
         return

@@ -1,4 +1,4 @@
-"""Interval arithmetic on arrays of boxes: what a CasADi expression can be while its symbols stay within theirs.
+"""Interval arithmetic on arrays of boxes: bounds of a CasADi expression whose symbols stay within a box.
 
 Every result is rounded outward by one step, so that the true set lies within. Where a function has no value (the root
 of a negative number, a divisor that may be zero) the interval is the whole line. Sums, products, quotients and roots of
@@ -134,7 +134,7 @@ def _whole_if_nan(x: Interval) -> Interval:
 
 
 def _sum(a: Interval, b: Interval) -> Interval:
-    """A sum of doubles that is zero is exactly zero."""
+    """The sum of intervals, exactly zero where the doubles add up to zero."""
     low, high = a.low + b.low, a.high + b.high
     return Interval(
         np.where(low == 0, low, np.nextafter(low, -np.inf)), np.where(high == 0, high, np.nextafter(high, np.inf))
@@ -207,7 +207,7 @@ def _wave(name: str, crest: float) -> Callable[[Interval], Interval]:
 
 
 def _meets(a: Interval, phase: float) -> Array:
-    """True where phase + 2 pi k may lie in the interval; in doubt it does."""
+    """True where phase + 2 pi k may lie in the interval, also in doubt."""
     doubt = 1e-15 * (np.abs(a.low) + np.abs(a.high) + 8)
     first = np.ceil((a.low - phase - doubt) / (2 * math.pi))
     return np.asarray(np.logical_not(first > np.floor((a.high - phase + doubt) / (2 * math.pi))))
@@ -239,7 +239,7 @@ def _remainder(a: Interval, b: Interval) -> Interval:
 
 
 def _both(function: Callable[..., Array]) -> Callable[..., Interval]:
-    """A function that is exact and does not fall in any of its arguments."""
+    """A function of intervals from an exact function that does not fall in any argument: its values at both ends."""
     return lambda *parts: Interval(function(*[x.low for x in parts]), function(*[x.high for x in parts]))
 
 

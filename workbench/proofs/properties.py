@@ -1,4 +1,4 @@
-"""The structure that proofs of robot control lean on: M symmetric, M' - 2C skew, M positive definite."""
+"""The properties on which proofs in robot control rest: M symmetric, M' - 2C skew, M positive definite."""
 
 from __future__ import annotations
 
@@ -19,10 +19,7 @@ Joints = np.ndarray[Any, np.dtype[np.intp]]
 
 
 def nominal(dynamics: Dynamics) -> dict[str, float]:
-    """The nominal value of each parameter, by the name of its symbol.
-
-    Proofs take the values so: folded into the matrices, their sums and products would be rounded.
-    """
+    """The nominal value of each parameter by its symbol, which a proof inserts so that no sum of them is rounded."""
     names = [dynamics.symbols[i].name() for i in range(dynamics.p.size)]
     return dict(zip(names, dynamics.p.default.tolist(), strict=True))
 

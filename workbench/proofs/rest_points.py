@@ -1,4 +1,4 @@
-"""Rest points of an equation, and what holds near them: proved by interval or rational arithmetic."""
+"""Rest points of an equation, and their stability, proved by interval or rational arithmetic."""
 
 from __future__ import annotations
 
@@ -141,10 +141,7 @@ def _within(range_: Enclosure, low: float, high: float) -> bool:
 
 
 def _attracts(slope: ca.SX, x: ca.SX, point: Array, radius: float, A: Array, numbers: Mapping[str, float]) -> bool:
-    """True if P A(x) + A(x)^T P < 0 is proved for all x in the box of the rest point, with a P that is proved definite.
-
-    The quadratic form of P then falls along every solution there.
-    """
+    """True if P A(x) + A(x)^T P < 0 is proved in the box of the rest point, with a P that is proved definite."""
     if np.linalg.eigvals(A).real.max() >= 0:
         return False
     n = len(point)

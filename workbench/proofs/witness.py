@@ -1,4 +1,4 @@
-"""Witnesses: states at which anyone can see that a claim about an arm fails.
+"""Witnesses: states with plain numbers at which a claim about an arm fails.
 
 The search is deterministic and takes round numbers, the plainest first. A misprint may hide at the nominal parameters
 (lengths that are all 1 m, say), so the search goes on with other parameters once the nominal ones show nothing.

@@ -29,7 +29,7 @@ class Modes:
     pieces: dict[Mode, Piece | str] = field(default_factory=dict)
 
     def piece(self, mode: Mode) -> Piece | str:
-        """The piece of a mode, or why it has none."""
+        """The piece of a mode, or the reason why it has none."""
         if mode not in self.pieces:
             try:
                 self.pieces[mode] = Piece.of(self.switched, mode)
@@ -109,7 +109,7 @@ class Modes:
         return certain
 
     def _settled(self, t: float, x: Array, mode: Mode, chosen: dict[int, int]) -> Mode:
-        """The mode with some sides chosen and each other one as its own sigma says, once those before it are known."""
+        """The mode with some sides chosen, and each other side by the sign of its own sigma."""
         sides = list(mode.sides)
         for k in range(len(sides)):
             if k in chosen:
@@ -146,7 +146,7 @@ class Modes:
 
 
 def turned(mode: Mode, guard: Guard) -> Mode:
-    """The same place on a staircase by the next level: what was above the last one is below it."""
+    """The mode after a staircase has moved on by one level: the side of the surface changes its sign."""
     k, side = guard.surface, guard.side
     levels = tuple(level + side * (i == k) for i, level in enumerate(mode.levels))
     return Mode(tuple(-side if i == k else s for i, s in enumerate(mode.sides)), levels)
@@ -162,7 +162,7 @@ def determined(gains: Array) -> bool:
 
 
 def _alike(pieces: list[Piece], looked: list[Piece], t: float, x: Array) -> bool:
-    """True if pieces have one rate, measured by the largest rate of all that were looked at."""
+    """True if pieces have one rate, relative to the largest rate of all that were examined."""
     if len(pieces) < 2:
         return True
     rates = [[p.field(t, p.with_companions(t, x)).ravel()[: len(x)] for p in some] for some in (pieces, looked)]

@@ -22,10 +22,7 @@ TURN = 0.7182818
 
 
 class Numeric:
-    """A CasADi function of (t, x) on arrays, through buffers: a tenth of the price of a call with CasADi's own types.
-
-    Each call gives a new dense matrix. Not for two threads at once.
-    """
+    """A CasADi function of (t, x) on arrays, through buffers that two threads must not share."""
 
     def __init__(self, function: ca.Function) -> None:
         arguments = [ca.MX.sym("a", *function.size_in(i)) for i in range(2)]
@@ -64,7 +61,7 @@ class Mode:
 
 @dataclass(frozen=True, eq=False)
 class Guard:
-    """A function that is positive within a piece: of which surface, and the side where it ends."""
+    """A function that is positive within a piece, with its surface, and the side on which it ends the piece."""
 
     surface: int
     kind: str  # "cross", "leave" or "turn"
@@ -74,7 +71,7 @@ class Guard:
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """x' = f(t, x) while every side stays what it is, and what holds and ends it.
+    """The smooth rate x' = f(t, x) while no side changes, with its constraints and guards.
 
     On the surfaces in sliding the sides u solve d sigma / dt = 0 (d^2 sigma / dt^2 = 0 where no side
     enters the first derivative): Utkin's equivalent control.
@@ -90,7 +87,7 @@ class Piece:
     push
         d f / d u, (nx, k): where a side that switches drives the state.
     constraints
-        What is zero in sliding: sigma, and d sigma / dt where no side enters it.
+        The expressions that are zero in sliding: sigma, and d sigma / dt where no side enters it.
     """
 
     mode: Mode
@@ -149,10 +146,7 @@ class Piece:
 
     @cached_property
     def curved(self) -> ca.SX:
-        """The guards that are not affine in t and x, and their rates, (nz, 2).
-
-        They are integrated beside the state, as its companions, so that no step is too long to follow them.
-        """
+        """The guards not affine in t and x, and their rates, (nz, 2), which are integrated beside the state."""
         z = ca.vertcat(self.t, self.x)
         guards = [guard.value for guard in self.guards]
         g = ca.vertcat(ca.SX(0, 1), *[g for g in guards if ca.depends_on(ca.jacobian(g, z), z)])
@@ -214,7 +208,7 @@ class Piece:
 
     @cached_property
     def settle(self) -> Numeric:
-        """The move along their push by which the sides take d sigma / dt to zero, (t, x) -> (nx, 1)."""
+        """The correction along the push, (t, x) -> (nx, 1), that brings d sigma / dt back to zero."""
         across = ca.jacobian(self.constraints, self.x) @ self.push
         return self._function("settle", -self.push @ ca.pinv(across) @ self.constraints)
 

@@ -38,7 +38,7 @@ class Reference:
         (N, nx), how far the run at the tolerances is from x, one at a hundredth of them: above the error of x itself,
         as long as errors fall with the tolerance.
     events
-        What was met on switching surfaces, in order.
+        The events on switching surfaces, in order.
     event_error
         The largest change of an event's time between the two runs, in s; NaN if they met different events.
     slid
@@ -139,7 +139,7 @@ def reference_of_function(
     method: str = "auto",
     most_steps: int = MOST_STEPS,
 ) -> Reference:
-    """The solution of x' = f(t, x) from time 0 for a smooth Python function f, whose graph nobody sees.
+    """The solution of x' = f(t, x) from time 0 for a smooth Python function f that is only evaluated.
 
     As `reference`, without surfaces; "auto" is explicit, and the Jacobian of "implicit" a difference.
 

@@ -32,7 +32,7 @@ class Surface:
     level
         For a step of a staircase, floor(a) = level - 1/2 + side/2 with sigma = a - level; else None.
     jumps
-        Whether the rate has the symbol `side`: then the state may slide on the surface.
+        True if the rate has the symbol `side`: then the state may slide on the surface.
     """
 
     sigma: ca.SX
@@ -79,7 +79,7 @@ class Switched:
 
 
 class _Reader:
-    """Collects the surfaces of a rate, each one once, while it is built again."""
+    """The collector of the surfaces of a rate, each one once, while the rate is built again."""
 
     def __init__(self, name: str) -> None:
         self.name = name
@@ -142,7 +142,7 @@ class _Reader:
         return _plain(code, *a)
 
     def _floored(self, a: ca.SX, floor: ca.SX) -> bool:
-        """True if max(a, floor) is a: a size |sigma|, and a floor that is only there for the slope of its root."""
+        """True if max(a, floor) equals a: a size |sigma| with a floor that only bounds the slope of its root."""
         return a.__hash__() in self.sizes and floor.is_constant() and float(floor) <= SMALLEST
 
     def _bends(self, a: ca.SX) -> bool:

@@ -52,20 +52,20 @@ class Run:
 
 
 class Streak:
-    """Crossings that follow each other, in case their instants run into one."""
+    """Consecutive crossings of surfaces, watched for instants that accumulate at one time."""
 
     def __init__(self, modes: Modes) -> None:
         self.modes = modes
         self.clear()
 
     def clear(self) -> None:
-        """Forget them."""
+        """Forget the crossings."""
         self.instants: list[float] = []
         self.surfaces: list[int] = []
         self.share = 1.0
 
     def after(self, before: Piece, piece: Piece, leg: Leg, ahead: Array) -> tuple[Piece, float, Array] | None:
-        """Note a switching; where its like accumulate: the piece, time and state after all of them.
+        """Note a crossing; if crossings accumulate, return the piece, the time and the state after all of them.
 
         While they do, the absolute tolerance is to be multiplied by `share`. `ahead` are the times still asked for.
 

@@ -24,7 +24,7 @@ Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 @dataclass(frozen=True, eq=False)
 class Rule:
-    """Tolerances, the method ("auto", "explicit", "implicit"), and the number of steps after which to give up."""
+    """The tolerances, the method ("auto", "explicit", "implicit"), and the largest number of steps."""
 
     rtol: float
     atol: Array
@@ -65,7 +65,7 @@ class Flow:
 
 @dataclass(frozen=True, eq=False)
 class Leg:
-    """A way along one piece: where it ended, by which guard if any, and the states (k, nx) at the times on it.
+    """The solution along one piece: its end, the guard that ended it, and the states (k, nx) at the times on it.
 
     It is `stalled` where no step is short enough to go on.
     """
@@ -79,7 +79,7 @@ class Leg:
 
 
 class StoppedError(Exception):
-    """The solution does not continue numerically beyond (t, x)."""
+    """The error of a solution that does not continue numerically beyond (t, x)."""
 
     def __init__(self, t: float, x: Array, why: str) -> None:
         self.t, self.x, self.why = t, x, why
@@ -170,7 +170,7 @@ def _within(flow: Flow, t: float, y: Array, to: float, rule: Rule, effort: Effor
 
 
 def _kept_up(flow: Flow, solver: Any, x: Array, end: float, rule: Rule, effort: Effort) -> Any:
-    """The solver for the next step: back on its surfaces, by the method that pays, from a state that is valid."""
+    """The solver for the next step: projected to its surfaces, with the cheaper method, from a valid state."""
     t, h = solver.t, solver.step_size
     if not flow.valid(t, x):
         raise StoppedError(t, x, "rate")
@@ -197,7 +197,7 @@ def _projected(flow: Flow, t: float, x: Array) -> Array:
 
 
 class Look(NamedTuple):
-    """When and which guard a step has met, if any; `again` if it is to be taken shorter; and the guards armed now.
+    """The guard that a step has met, and when; `again` if the step must be shortened; and the guards armed now.
 
     The instant has the accuracy of the step's interpolant. A guard that is within rounding of its end has just been
     passed, and is armed once it is clear of it.
@@ -209,7 +209,7 @@ class Look(NamedTuple):
 
 
 def armed_at(piece: Piece | None, t: float, x: Array) -> Flags:
-    """The guards that are clear of their ends."""
+    """True for each guard that is above its rounding, and so can be crossed."""
     if piece is None or not piece.guards:
         return np.zeros(0, dtype=bool)
     g = piece.watch(t, x)

@@ -1,4 +1,4 @@
-"""A report as a folder whose page and PDF are whole at every moment: the old ones, or the new ones."""
+"""A report as a folder whose page and PDF are replaced in one move, so that neither is ever half written."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _OURS = re.compile(
 
 
 class ReportError(ValueError):
-    """A report that could not be written; what stood in its place still stands there."""
+    """The error of a report that could not be written; an earlier report is left unchanged."""
 
 
 def write(document: Document, folder: Path | str, beside: Mapping[str, bytes] | None = None) -> Path:
@@ -112,7 +112,7 @@ def check_place(folder: Path) -> None:
 
 
 def _earlier(target: Path) -> list[str]:
-    """The files of the report that stands in a folder; refuse, at the first name, what `write` did not put there."""
+    """The files of the report in a folder; a file that `write` did not put there is refused."""
     if target.exists() and not target.is_dir():
         raise ReportError(f"`write(document, '{target}')` needs a folder; there is a file of that name.")
     held: list[str] = []
@@ -145,7 +145,7 @@ def _is_report(page: Path) -> bool:
 
 
 def _replace(target: Path, contents: Mapping[str, bytes]) -> None:
-    """Write all files hidden within the target, and let them take the places of the earlier ones."""
+    """Write all files to hidden names within the target, and rename them over the earlier ones."""
     partial = target / f".partial-{secrets.token_hex(4)}"
     before, after = _earlier(target), sorted(contents, key=lambda name: ("/" not in name, name == "index.html"))
     was_there = target.exists()

@@ -30,7 +30,7 @@ def html(document: Document, drawings: dict[str, str] | None = None) -> str:
     Parameters
     ----------
     document
-        What to print; every text of it is printed as text, whatever it holds.
+        The document; every text of it is escaped.
     drawings
         The SVG text of each figure by its name, if it has been drawn already.
     """
@@ -58,7 +58,7 @@ def html(document: Document, drawings: dict[str, str] | None = None) -> str:
 
 @dataclass(frozen=True)
 class _Writer:
-    """Parts of a document as markup; knows the numbers of its blocks."""
+    """The writer of the parts of a document as markup, with the numbers of its blocks."""
 
     known: Mapping[str, Placed]
 
@@ -67,7 +67,7 @@ class _Writer:
         return Markup("").join(self._part(part) for part in parts(phrase))
 
     def unlinked(self, phrase: Phrase) -> Markup:
-        """A phrase without links in it, for what is a link itself."""
+        """A phrase without links, for a text that is a link itself."""
         return self.phrase(named(phrase, self.known))
 
     def plain(self, phrase: Phrase) -> str:
@@ -102,12 +102,12 @@ class _Writer:
 
 
 def _with_breaks(code: str) -> Markup:
-    """A name or a path with places to break it: a break there leaves no trace in what is copied."""
+    """A name or a path with places to break its line, which leave no trace in copied text."""
     return Markup("<wbr>").join(re.split(r"(?<=[./_,=])(?=\w)", code))
 
 
 def _number(shown: Shown) -> Markup:
-    """A number between unseen digits that put its decimal point below those of its column."""
+    """A number between invisible digits that align its decimal point with those of its column."""
     number, frame = shown.content, shown.padding
     assert isinstance(number, Printed)
     power = Markup("{}<sup>{}</sup>").format(TIMES_TEN, number.power) if number.power else Markup("")
@@ -124,7 +124,7 @@ TIMES_TEN = "\u2009×\u200910"
 
 
 def _pad(body: str) -> Markup:
-    """Room for some digits that is no text: whoever copies or reads the page aloud meets the number alone."""
+    """Space of the width of some digits, which is no text for copying or reading aloud."""
     return Markup('<span class="pad" data-pad="{}"></span>').format(body) if body else Markup("")
 
 

@@ -1,4 +1,4 @@
-"""How a number is printed: the digits that its error supports, cut where columns align them."""
+"""Numbers as text: the digits that the error supports, in pieces that a column can align."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Printed:
 
 @dataclass(frozen=True)
 class Padding:
-    """What to print unseen before and behind a number, so that it fills its column's common frame."""
+    """Invisible text before and behind a number, which makes it as wide as the widest of its column."""
 
     before: str = ""
     behind: str = ""
@@ -73,7 +73,7 @@ def measured(value: float, error: float) -> Printed:
 
 
 def paddings(column: Iterable[Printed]) -> list[Padding]:
-    """For each number of a column what is missing to the common frame, glyph class by glyph class.
+    """For each number of a column, the characters that it lacks to the common frame, one class of glyphs at a time.
 
     Each number then has the same count of signs, digits, points and brackets before it and behind
     it, so it has its decimal point in the same place in any font with digits of one width.
@@ -109,7 +109,7 @@ def _fixed(value: float | Decimal, decimals: int) -> Printed:
 
 
 def _grouped(digits: str) -> str:
-    """Groups of three from 10 000 on."""
+    """The digits in groups of three from 10 000 on."""
     return f"{int(digits):,}".replace(",", "\u2009") if len(digits) > 4 else digits
 
 

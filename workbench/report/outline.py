@@ -33,12 +33,12 @@ class Placed:
 
     @property
     def anchor(self) -> str:
-        """Where a link to the block leads."""
+        """The target of links to the block."""
         return f"{self.kind}-{self.number}"
 
     @property
     def label(self) -> str:
-        """What a sentence calls the block: 'Table 2', 'Equation (3)'."""
+        """The name of the block in a sentence: 'Table 2', 'Equation (3)'."""
         number = f"({self.number})" if self.kind == "equation" else str(self.number)
         return f"{self.kind.capitalize()}\u00a0{number}"
 
@@ -92,7 +92,7 @@ def named(phrase: Phrase, known: Mapping[str, Placed]) -> Phrase:
 
 
 def provenance(document: Document) -> tuple[tuple[str, str], ...]:
-    """What the colophon says, as pairs of a term and its text."""
+    """The lines of the colophon, as pairs of a term and its text."""
     colophon = document.colophon
     rows = [
         ("command", colophon.command),
@@ -111,7 +111,7 @@ def provenance(document: Document) -> tuple[tuple[str, str], ...]:
 
 
 def _hexadecimal(word: str, prints: Mapping[str, str]) -> list[tuple[str, str]]:
-    """A row each; many of them in one, each digest once with all that bear it, as they would fill pages."""
+    """A row for each name; many of them in one row, each digest once with all names that have it."""
     if len(prints) <= ROWS:
         return [(f"{word} of {name}", digest) for name, digest in prints.items()]
     bearers: dict[str, list[str]] = {}

@@ -52,7 +52,7 @@ def pdf(document: Document, drawings: dict[str, str] | None = None) -> bytes:
     Parameters
     ----------
     document
-        What to print.
+        The document.
     drawings
         The SVG text of each figure by name, where it has been drawn already.
 
@@ -72,7 +72,7 @@ def data(document: Document, drawings: dict[str, str] | None = None) -> str:
 
 
 def compiled(data: str) -> bytes:
-    """The PDF of what `data` gives; typst lets go of the interpreter's lock.
+    """The PDF of the text that `data` gives; typst releases the interpreter's lock.
 
     Raises
     ------
@@ -201,7 +201,7 @@ class _Writer:
 
     @staticmethod
     def short(text: str) -> str:
-        """A text of at most so many letters as are printed."""
+        """A text cut to the number of letters that are printed."""
         return text if len(text) <= LONGEST else text[:LONGEST] + REST
 
     def _part(self, part: Part) -> Tree:
@@ -219,7 +219,7 @@ class _Writer:
 
 
 def _floating(chapter: Chapter) -> set[Placed]:
-    """The figures with other blocks before and after them: text may fill the room that they leave."""
+    """The figures with other blocks before and after them, which may move so that text fills the page."""
     kinds = [placed.kind for placed in chapter.blocks]
     return {
         placed

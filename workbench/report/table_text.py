@@ -55,7 +55,7 @@ def grid(table: Table) -> list[list[Shown]]:
 
 
 def _printed_column(cells: list[Cell], column: Column) -> list[Shown]:
-    """Numbers that came as text are aligned like numbers, but not among words: those stay a column of text."""
+    """The column with numbers in text aligned as numbers, unless there are words among them."""
     values = [bare(cell) for cell in cells]
     typed = all(_read(v) if isinstance(v, str) else v is None or isinstance(v, Diverged) for v in values)
     numeric = typed or any(isinstance(v, int | float | Measured) and not isinstance(v, bool) for v in values)
@@ -101,7 +101,7 @@ def _read(typed: str) -> Printed | None:
 
 
 def alignments(table: Table) -> list[Literal["left", "center", "right"]]:
-    """How each column stands: as its `Column` says, else numbers centred and words to the left."""
+    """The alignment of each column: that of its `Column`, else numbers centred and words to the left."""
     cells = grid(table)
     return [
         column.align if column.align != "auto" else "center" if _is_centred([row[i] for row in cells]) else "left"
@@ -114,18 +114,18 @@ def _is_centred(column: list[Shown]) -> bool:
 
 
 def short_columns(table: Table) -> list[bool]:
-    """Whether the cells of each column are so short that none of them should be broken."""
+    """For each column, True if all its cells are so short that none should be broken over lines."""
     cells = grid(table)
     return [all(length(row[i]) <= 18 for row in cells) for i in range(len(table.columns))]
 
 
 def length(shown: Shown) -> int:
-    """About how many letters a cell has."""
+    """The approximate number of letters of a cell."""
     return len(str(shown.content)) if isinstance(shown.content, Printed) else len(plain(shown.content))
 
 
 def measures(table: Table) -> bool:
-    """Whether a table holds measured values, whose brackets must be explained once."""
+    """True if a table holds measured values, whose brackets must be explained once."""
     return any(isinstance(bare(cell), Measured) for row in table.rows for cell in row)
 
 

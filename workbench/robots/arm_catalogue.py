@@ -1,4 +1,4 @@
-"""Arms with a name, and where their numbers are from."""
+"""The catalogue of arms by name, with the sources of their numbers."""
 
 from __future__ import annotations
 

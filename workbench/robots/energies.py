@@ -1,4 +1,4 @@
-"""Poses and energies of a tree of bodies, by turns and shifts alone: a second road to the torque, and its check."""
+"""Poses and energies of a tree of bodies: a second derivation of the torque, against which recursions are checked."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def potential_energy(links: Sequence[Any], gravity: Any, q: ca.SX) -> ca.SX:
 
 
 def kinetic_energy(links: Sequence[Any], q: ca.SX, qd: ca.SX) -> ca.SX:
-    """T(q, qd) in J, from nothing but the poses: velocities are their derivatives along qd; q and qd are symbols."""
+    """T(q, qd) in J, from the poses alone: velocities are their derivatives along qd; q and qd are symbols."""
     poses = from_base(links, q)
     coms = [p.position + p.rotation @ sparse(link.com) for link, p in zip(links, poses, strict=True)]
     rates = ca.jtimes(ca.densify(ca.horzcat(*coms, *(p.rotation for p in poses))), q, qd)
@@ -79,11 +79,7 @@ def roads(arm: Any) -> ca.Function:
 
 
 def difference(torques: ca.Function, states: Array) -> Array:
-    """The gap between the roads at states (N, 3, n) of q, qd and qdd, over the largest torque there, (N,).
-
-    The energies know positions alone, and the recursion knows no energy. M of composite bodies is a third road to
-    the part of qdd.
-    """
+    """The difference at N states of the torques by recursion, by energies and by M, over the largest torque, (N,)."""
     gaps = []
     for q, qd, qdd in states:
         recursion, energies, M = map(np.array, torques(q, qd, qdd))
@@ -95,7 +91,7 @@ def difference(torques: ca.Function, states: Array) -> Array:
 
 
 def check(arm: Any) -> None:
-    """Refuse an arm for which the roads differ, or whose M cannot be inverted."""
+    """Refuse an arm whose recursion and energies give different torques, or whose M cannot be inverted."""
     states = np.random.default_rng(SEED).uniform(-1.0, 1.0, (STATES, 3, arm.dof))
     torques = roads(arm)
     worst = float(np.max(difference(torques, states)))

@@ -1,4 +1,4 @@
-"""From energies to M, C and G, for any arm that can say its energies.
+"""M, C and G of an arm from its energies.
 
 Each function differentiates over fresh symbols and then puts in what it was given, so that q may be
 any expression: an estimate, say.
@@ -12,7 +12,7 @@ import casadi as ca
 
 
 def at(q: ca.SX, derive: Callable[[ca.SX], ca.SX]) -> ca.SX:
-    """What `derive` makes of fresh symbols, with `q` (n, 1) put in their place."""
+    """The expression that `derive` returns for fresh symbols, with `q` (n, 1) substituted for them."""
     symbols = ca.SX.sym("q", q.shape[0])
     return ca.substitute(derive(symbols), symbols, q)
 

@@ -167,10 +167,7 @@ def waves(q: ca.SX) -> list[tuple[ca.SX, ca.SX]]:
 
 
 def turns(waves: Sequence[tuple[ca.SX, ca.SX]]) -> list[tuple[ca.SX, ca.SX]]:
-    """Cosine and sine of the sums of the first 0, 1, 2, ... angles, by the addition theorems.
-
-    They keep full accuracy after many turns, where the rounded sum of two large angles does not.
-    """
+    """Cosine and sine of the sums of the first 0, 1, 2, ... angles, accurate after many turns by addition theorems."""
     c, s = ca.SX(1), ca.SX(0)
     sums = [(c, s)]
     for cos, sin in waves:

@@ -49,7 +49,7 @@ def velocities(bodies: Sequence[Body], qd: ca.SX) -> list[ca.SX]:
 
 
 def torque(bodies: Sequence[Body], gravity: ca.SX, qd: ca.SX, qdd: ca.SX) -> ca.SX:
-    """tau = M qdd + C qd + G, (n, 1): the base accelerates upward at `gravity`, and that is what weight is."""
+    """tau = M qdd + C qd + G, (n, 1), with gravity as an upward acceleration `gravity` of the base."""
     v = velocities(bodies, qd)
     base = ca.vertcat(ca.SX(5, 1), gravity)
     a: list[ca.SX] = []
@@ -75,7 +75,7 @@ def kinetic_energy(bodies: Sequence[Body], qd: ca.SX) -> ca.SX:
 
 
 def mass_matrix(bodies: Sequence[Body]) -> ca.SX:
-    """M(q), (n, n): each joint moves all that it carries as if it were one body."""
+    """M(q), (n, n): each joint moves the bodies beyond it as if they were one body."""
     M = ca.SX(len(bodies), len(bodies))
     inertia = [body.I for body in bodies]
     for j in reversed(range(len(bodies))):
@@ -118,6 +118,6 @@ def _coriolis_of_body(inertia: ca.SX, v: ca.SX) -> ca.SX:
 
 
 def _carry(body: Body, composite: list[ca.SX], j: int) -> None:
-    """Add what hangs at a joint to the body that carries it."""
+    """Add the inertia of the bodies beyond a joint to that of the body that carries it."""
     if body.parent >= 0:
         composite[body.parent] = composite[body.parent] + body.X.T @ composite[j] @ body.X

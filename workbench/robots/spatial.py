@@ -97,7 +97,7 @@ class SpatialLink:
 
     @property
     def slides(self) -> bool:
-        """Whether its joint slides; else it turns."""
+        """True if the joint slides, False if it turns."""
         return self.joint == "prismatic"
 
     @property
@@ -107,7 +107,7 @@ class SpatialLink:
 
     @property
     def force(self) -> str:
-        """The unit of what drives it."""
+        """The unit of the force that drives it."""
         return "N" if self.slides else "N m"
 
     @property
@@ -116,14 +116,14 @@ class SpatialLink:
         return "kg" if self.slides else "kg m^2"
 
     def body(self, q: Number) -> Body:
-        """What the recursions see of it at the position q of its joint."""
+        """The link as a body of the recursions, at the position q of its joint."""
         pose = energies.across_joint(self, q)
         S = ca.vertcat(ca.SX(3, 1), sparse(self.axis)) if self.slides else ca.vertcat(sparse(self.axis), ca.SX(3, 1))
         inertia = spatial_inertia(self.mass, self.com, self.inertia)
         return Body(self.parent, transform(*pose), S, inertia)
 
     def drive_inertia(self) -> Any:
-        """What the rotor adds to the diagonal of M, seen from the joint."""
+        """The inertia that the rotor adds to the diagonal of M, reflected to the joint: gear^2 rotor."""
         if self.rotor is None:
             return 0.0
         return self.rotor if self.gear is None else self.gear**2 * self.rotor
@@ -205,7 +205,7 @@ class SpatialArm(AbstractArm):
         return tuple(i for i, link in enumerate(self.links) if link.name not in self.passive)
 
     def bodies(self, q: Column) -> list[Body]:
-        """What the recursions see at q."""
+        """The links as bodies of the recursions, at q."""
         return [link.body(q[i]) for i, link in enumerate(self.links)]
 
     def mass_matrix(self, q: Column) -> ca.SX:

@@ -37,7 +37,7 @@ _OF_SWAPPED = _made_of(
 
 
 def skew(v: ca.SX) -> ca.SX:
-    """The matrix (3, 3) of v x; where v has no entry at all, neither has the matrix."""
+    """The matrix (3, 3) of the cross product v x, with the structural zeros of v."""
     return ca.reshape(_OF_SKEW @ v, 3, 3)
 
 
@@ -49,7 +49,7 @@ def turn(axis: Array, angle: ca.SX) -> ca.SX:
 
 
 def sparse(number: Any) -> ca.SX:
-    """An array of numbers or symbols in which an exact zero takes no place, and costs no operation."""
+    """An array of numbers or symbols with its exact zeros as structural ones, which cost no operation."""
     return number if isinstance(number, ca.SX) else ca.SX(ca.sparsify(ca.DM(np.asarray(number, dtype=float))))
 
 
@@ -64,7 +64,7 @@ def cross(v: ca.SX) -> ca.SX:
 
 
 def swapped_cross(f: ca.SX) -> ca.SX:
-    """The matrix (6, 6) that takes a motion v to what v x makes of the force f."""
+    """The matrix (6, 6) that maps a motion v to v x* f, the cross product of v with a force f."""
     return ca.reshape(_OF_SWAPPED @ f, 6, 6)
 
 

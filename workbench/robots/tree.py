@@ -70,10 +70,10 @@ class _Seat(NamedTuple):
 def arm_of(
     solids: Sequence[Solid], joints: Sequence[Joint], gravity: float = 9.81, passive: tuple[str, ...] = ()
 ) -> SpatialArm:
-    """The arm of bodies and joints; what a fixed joint carries becomes part of what carries it.
+    """The arm of bodies and joints; bodies that a fixed joint connects become one.
 
     The moving joints are numbered along the tree, each before what it carries, branches in the order of `joints`;
-    those named `passive` have no motor. What the base weighs moves nothing.
+    those named `passive` have no motor. The mass of the base has no effect.
 
     Raises
     ------
@@ -134,7 +134,7 @@ def _tidy(R: Array) -> Array:
 
 
 def _by_name(solids: Sequence[Solid], joints: Sequence[Joint]) -> dict[str, Solid]:
-    """The bodies by name, once it is sure that each name stands for one thing."""
+    """The bodies by name, after a check that each name is used once."""
     for kind, names in (("link", [s.name for s in solids]), ("joint", [j.name for j in joints])):
         if (twice := _twice(names)) is not None:
             raise ValueError(f"The names of {kind}s must be unique; '{twice}' came more than once.")
@@ -149,7 +149,7 @@ def _by_name(solids: Sequence[Solid], joints: Sequence[Joint]) -> dict[str, Soli
 
 
 def _twice(names: Iterable[str]) -> str | None:
-    """The first name that came before."""
+    """The first name that occurs a second time."""
     return next((name for name, times in Counter(names).items() if times > 1), None)
 
 

@@ -1,7 +1,7 @@
-"""URDF to an arm: links with inertia, and joints; what is only seen or touched is passed by.
+"""The arm that a URDF file describes: links with inertia, and joints; visual and collision parts are ignored.
 
-Gravity pulls along -z of the root link. Limits of position, velocity and effort are passed by, as the equations know
-nothing of them. XML from strangers is plain: no entity, no other file, nothing huge.
+Gravity pulls along -z of the root link. Limits of position, velocity and effort are ignored, as they are no part of
+the equations. A text with entities or other files in it, or one that is very large, is refused.
 
 References
 ----------
@@ -82,7 +82,7 @@ def parse(
 
 
 class _PlainTree(TreeBuilder):
-    """Elements and attributes alone."""
+    """A tree of elements and attributes alone."""
 
     def doctype(self, *_: object) -> NoReturn:
         """Refuse entities and other files."""
@@ -214,7 +214,7 @@ def _attribute(element: Element, key: str, what: str) -> str:
 
 
 def _numbers(text: str, count: int, what: str) -> Array:
-    """That many finite numbers from words: decimal points, no commas, no units, nothing that is computed."""
+    """A stated count of finite numbers from words: decimal points, no commas, no units, no expressions."""
     words: Sequence[str] = text.split()
     if len(words) != count or not all(len(word) <= 60 and NUMBER.fullmatch(word) for word in words):
         want = "a number" if count == 1 else f"{count} numbers with spaces between"

@@ -110,7 +110,7 @@ class SquareWave(AbstractSignal):
 
 @block
 class PulseTrain(AbstractSignal):
-    """From `time` on a pulse of height `level` and length `width` at the begin of every `period`; `base` elsewhere.
+    """Pulses of height `level` and length `width` at the begin of every `period` from `time` on; `base` elsewhere.
 
     A jump has no derivative; the derivatives are zero at all times, as if the jumps were not there.
 

@@ -17,7 +17,7 @@ TINY = float(np.finfo(float).tiny)  # where there is no way to go, nothing is di
 
 @block
 class Trapezoid(AbstractSignal):
-    """From start to goal with a trapezoidal velocity, in the shortest time within limits; each number by itself.
+    """A motion with a trapezoidal velocity from start to goal, in the shortest time within limits, number by number.
 
     From `time` on the velocity grows by `acceleration` up to `speed`, or for a short way as far as it gets, stays,
     and falls as it grew:
@@ -43,7 +43,7 @@ class Trapezoid(AbstractSignal):
     start: Vector = parameter(default=0.0, unit="{unit}", shape=("n",), symbol="x_0")
 
     def motion(self, t: Number) -> Motion:
-        """The way, its velocity and its acceleration."""
+        """The position, its velocity and its acceleration."""
         a, way = ca.SX(self.acceleration), ca.SX(self.goal - self.start)
         distance, sense = ca.fabs(way), ca.sign(way)
         v = ca.fmin(self.speed, ca.sqrt(distance * a))
@@ -60,7 +60,7 @@ class Trapezoid(AbstractSignal):
 
 @block
 class WayPoints(AbstractSignal):
-    """From point to point, at rest in each, with the least jerk in between: with s = (t - t_i) / (t_(i+1) - t_i),
+    """A motion from point to point, at rest in each, with the least jerk: with s = (t - t_i) / (t_(i+1) - t_i),
 
         x(t) = x_i + (x_(i+1) - x_i) (10 s^3 - 15 s^4 + 6 s^5),
 
@@ -105,7 +105,7 @@ class WayPoints(AbstractSignal):
         return shape[1] if len(shape) == 2 else 1
 
     def motion(self, t: Number) -> Motion:
-        """The sum of the ways, of which each adds all or nothing but while it is gone."""
+        """The sum of the segments, each zero before its time and constant after it, and its derivatives."""
         times, points = ca.SX(self.times), ca.SX(self.points).T
         x, xd, xdd = points[:, 0], ca.SX.zeros(self.dof), ca.SX.zeros(self.dof)
         for i in range(points.shape[1] - 1):
@@ -185,7 +185,7 @@ class Table(AbstractSignal):
         return float(self.times[-1])
 
     def motion(self, t: Number) -> Motion:
-        """The polynomial of the row that t lies behind, and its derivatives."""
+        """The polynomial of the interval that contains t, and its derivatives."""
         rows = self._pieces()
         chosen = ca.SX(rows[0])
         for row, time in zip(rows[1:], self.times[1:-1], strict=True):

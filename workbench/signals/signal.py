@@ -37,7 +37,7 @@ class AbstractSignal(AbstractReference):
 
     @property
     def dof(self) -> int:
-        """The count of its numbers, n: those of the first of its fields that has one for each."""
+        """The number of its components, n: that of the first of its fields that has one number for each."""
         return next(count(getattr(self, field.name)) for field, number in quantities(self) if number.shape == ("n",))
 
     @abstractmethod
@@ -114,7 +114,7 @@ class Together(AbstractReference):
 
 
 def clock(t: Number) -> ca.SX:
-    """A time t = k h by which to tell whether an instant has come, ahead of t by the rounding of k h."""
+    """The time t = k h enlarged by its rounding, for comparison with the instant of an event."""
     return t * (1 + ROUNDING)
 
 

@@ -1,4 +1,4 @@
-"""Arithmetics and engines: how the operations of a step are rounded, and which march computes them.
+"""Arithmetics, which round the operations of a step, and engines, which march it.
 
 An arithmetic is a name for how operations are rounded: runs of a step in one have the same bits.
 
@@ -41,7 +41,7 @@ def check(name: object) -> str:
 
 
 def signature(name: str) -> str:
-    """The arithmetic and all that its bits depend on besides the step: runs with one signature have the same bits.
+    """The arithmetic and all else on which its bits depend: runs of a step with one signature have the same bits.
 
     Raises
     ------

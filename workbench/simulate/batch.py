@@ -1,4 +1,4 @@
-"""B runs of a `Step`, each with its own parameters and initial state: what a call may ask for, and what it gives."""
+"""The simulation of B runs of a `Step`, each with its own parameters and initial state."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def simulate(
 ) -> Trajectories:
     """Run B copies of `step` from time 0 to `until`, each with its own parameters and initial state.
 
-    What a run gives depends on its own rows of p and x0, its key in `runs`, the seed and the arithmetic alone: not on
+    A run depends on its own rows of p and x0, its key in `runs`, the seed and the arithmetic alone: not on
     its neighbours, its place, the number of threads or the width of this processor's vectors.
 
     Parameters
@@ -93,7 +93,7 @@ def _keys(seed: int, runs: Integers | None, count: int) -> tuple[int, Integers]:
 
 
 def table_of(call: str, layout: Layout, rows: Array | None) -> Array:
-    """Rows (B, size) of a layout that nobody else holds, unless they are large; its default where there are none."""
+    """Rows (B, size) of a layout, copied unless they are large; one row of its defaults if none are given."""
     rows = np.atleast_2d(layout.default if rows is None else rows)
     if rows.ndim != 2 or rows.shape[1] != layout.size:
         raise ValueError(
@@ -156,7 +156,7 @@ def _spacing(step: Step, p_rows: Array, until: float, every: float | None) -> tu
 
 
 def afford(step: Step, runs: int, count: int, kept: int) -> None:
-    """Refuse what would not fit into memory, or would not end this week."""
+    """Refuse a batch that does not fit into memory, or that takes far too long."""
     need = 8 * runs * (kept + 1) * step.states.size
     if need > LARGEST:
         raise ValueError(

@@ -1,4 +1,4 @@
-"""Job: what a march is asked for, and the pieces of time and lots of runs that it is cut into."""
+"""Job: the runs and times that a march computes, and their division into pieces of time and lots of runs."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Job:
     seed, runs
         The keys of their noise: a whole number, and one for each run, (B,).
     arithmetic
-        How the operations are rounded: 'fused', 'portable' or 'casadi'.
+        The rounding of the operations: 'fused', 'portable' or 'casadi'.
     """
 
     step: Step
@@ -68,11 +68,11 @@ class Job:
         return tuple(int(i) for i in np.flatnonzero((bits != bits[:1]).any(axis=0)))
 
     def part(self, chosen: Integers, stride: int, begin: int) -> Job:
-        """Some of the runs, from another step on."""
+        """The job of some of the runs, from another step on."""
         return replace(self, p=self.p[chosen], runs=self.runs[chosen], stride=stride, begin=begin)
 
     def check(self, x: Array) -> None:
-        """Refuse what a march would read or fill beyond its ends."""
+        """Refuse a job in which a march would read or write beyond the end of an array."""
         shapes = (self.p.shape, self.runs.shape, x.shape[:1], x.shape[2:])
         wanted = ((len(x), self.step.parameters.size), (len(x),), (len(x),), (self.step.states.size,))
         if shapes != wanted or self.p.dtype != float or x.dtype != float or self.runs.dtype != np.int64:
@@ -88,7 +88,7 @@ class Job:
 
 
 class Piece(NamedTuple):
-    """Rows of x that one table of time serves: `rows` of them from `row` on, `steps` steps each, from step `begin`.
+    """Rows of x that share one table of time: `rows` of them from `row` on, `steps` steps each, from step `begin`.
 
     It goes on from the states in row `start`: those before its first, or those that a piece before it left there;
     `whole` says whether its last row is done, or left for the next piece.

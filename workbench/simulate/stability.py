@@ -85,7 +85,7 @@ def tightest(limits: Sequence[StepLimit]) -> StepLimit:
 def modes_at(flow: Ode, t: Array, x: Array, p: Array) -> Array:
     """The eigenvalues of df/dx at n instants t (n,) and states x (n, >= nx) with parameters p (n, np): (n, m).
 
-    What no rate depends on, an integral say, adds an eigenvalue of zero, which is left out: m <= nx.
+    A state on which no rate depends, an integral say, adds an eigenvalue of zero, which is left out: m <= nx.
     Where the Jacobian or an eigenvalue is not finite, the row is NaN.
     """
     n, jacobian = len(t), _jacobian(flow)

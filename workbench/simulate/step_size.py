@@ -116,7 +116,7 @@ class Accuracy:
     within
         The share of the runs whose change is within the tolerance.
     runs, lost
-        How many runs have a value at the halved steps, and how many have not.
+        The numbers of runs with a value at the halved steps, and without one.
     """
 
     metric: str
@@ -134,7 +134,7 @@ class Accuracy:
 
     @property
     def miss(self) -> str:
-        """By how much the tolerance is missed, as a remark beside one run."""
+        """The remark beside a run whose metric is beyond its tolerance, or was not tested against it."""
         if not self.runs:
             return f"{self.metric} not tested against its tolerance {self.tolerance:g}"
         return f"{self.metric} beyond its tolerance {self.tolerance:g}: it changes by {self.worst:.1e} at half the step"
@@ -179,7 +179,7 @@ class Check:
 
 
 def change(fine: Array, coarse: Array, least: float = 0.0) -> Array:
-    """|fine - coarse|, but at least what one step can tell; zero where two infinite values agree."""
+    """|fine - coarse|, but at least the resolution of one step; zero where two infinite values agree."""
     with np.errstate(invalid="ignore"):
         found = np.maximum(np.abs(fine - coarse), least)
     return np.where(np.isinf(fine) & np.isinf(coarse), 0.0, found)

@@ -33,7 +33,7 @@ class Trajectories:
     x
         (B, N, nx); from the time a run has diverged its rows are NaN.
     job
-        What was run: the step, the parameters, and the keys of the noise.
+        The runs: the step, the parameters, and the keys of the noise.
     divergence
         When each run diverged, and in which state.
     """
@@ -99,7 +99,7 @@ class Trajectories:
         return len(self.x)
 
     def __getitem__(self, name: str) -> Array:
-        """A state or an output by name, (B, N, *shape); what a law and its loop call by the same name is the state."""
+        """A state or an output by name, (B, N, *shape); the state if both have the name."""
         if name in self.step.states:
             return self.step.states.unpack(self.x)[name]
         if name in self.step.outputs:
@@ -134,7 +134,7 @@ class Trajectories:
         return pd.concat(frames, names=["run"]) if len(frames) > 1 else frames[runs[0]]
 
     def _columns(self, run: int) -> dict[str, Array]:
-        """The numbers of one run over time, (N,), by name and unit; what is a state and an output is the state."""
+        """The numbers of one run over time, (N,), by name and unit; a state goes before an output of the same name."""
         states, outputs = self.step.states, self.step.outputs
         columns: dict[str, Array] = {}
         for entry in (*states.entries, *(entry for entry in outputs.entries if entry.name not in states)):

@@ -44,7 +44,7 @@ class CompiledSweep:
     arithmetic
         That of its runs, by its name.
     size
-        How many runs it has; of a search, at most.
+        The number of its runs; of a search, at most.
     watched
         True if the longest stable step is looked for along every run, and not only along those that are run again.
     chosen
@@ -109,7 +109,7 @@ class CompiledSweep:
 
     @cached_property
     def fingerprint(self) -> str:
-        """A name of all that the numbers of a run depend on but its own rows: equations, times, seed, arithmetic."""
+        """The digest of equations, times, seed and arithmetic, on which a run depends besides its own row."""
         sweep = self.sweep
         parts = {
             "arithmetic": signature(self.arithmetic),
@@ -129,22 +129,22 @@ class CompiledSweep:
         return p, np.hstack([x0, np.tile(self.coarse.states.default[x0.shape[1] :], (last - first, 1))])
 
     def at(self, design: AbstractDesign) -> CompiledSweep:
-        """The same for other runs."""
+        """The sweep with the runs of another design."""
         other = replace(self, sweep=replace(self.sweep, design=design), size=design.size)
         vars(other)["fingerprint"] = self.fingerprint  # which the runs do not change, and which takes a while
         return other
 
     def under(self, seed: int) -> CompiledSweep:
-        """The same under the noise of another seed."""
+        """The sweep under the noise of another seed."""
         return replace(self, sweep=replace(self.sweep, run=replace(self.sweep.run, seed=seed)))
 
     def at_half(self, name: str, size: int) -> CompiledSweep:
-        """The same at h / 2 for so many runs, under another name; none is run again, and all of them are watched."""
+        """The sweep at h / 2 with so many runs, under another name; none is halved again, and all are watched."""
         sweep = replace(self.sweep, name=name, run=replace(self.sweep.run, h=self.h / 2), halved=None)
         return replace(self, sweep=sweep, coarse=self.fine, watched=True, size=size)
 
     def name(self, first: int, last: int) -> str:
-        """The name of the chunk of some runs: sweep, runs, and a digest of all that their numbers depend on."""
+        """The name of the chunk of some runs: sweep, runs, and a digest of all on which their numbers depend."""
         return self._name(first, last, self.rows(first, last))
 
     def _name(self, first: int, last: int, rows: tuple[Array, ...]) -> str:

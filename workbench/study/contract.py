@@ -1,4 +1,4 @@
-"""The contract of a study: a loop, which gives its equations, and the Run that says what is measured of it."""
+"""The contract of a study: a loop, which gives its equations, and the Run with its horizon and metrics."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cost of sweeps, told before they start: time, memory and disk; what is too much is refused."""
+"""The cost of sweeps before they start: time, memory and disk; sweeps that need too much are refused."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ PROGRAM = 200 * 2**20  # bytes of the workbench itself
 @dataclass(frozen=True)
 @show
 class Cost:
-    """Runs, and what they take: s on so many threads, and bytes of memory and disk."""
+    """The cost of runs: s on so many threads, and bytes of memory and disk."""
 
     runs: int
     threads: int
@@ -68,7 +68,7 @@ def _slower(one: CompiledSweep) -> int:
 
 
 def check(cost: Cost, out: Path) -> None:
-    """Refuse what takes more than an hour, 4 GB of memory, or half of the disk that is free."""
+    """Refuse sweeps that take more than an hour, 4 GB of memory, or half of the disk that is free."""
     place = next(path for path in (out.resolve(), *out.resolve().parents) if path.exists())
     free = shutil.disk_usage(place).free / 2
     limits = (

@@ -29,12 +29,12 @@ Arithmetics = tuple[tuple[str, str], ...]  # that of each sweep, by their names
 
 
 class Stopped(KeyboardInterrupt):
-    """Ctrl-C, with the chunks that are kept."""
+    """The interruption of a study by Ctrl-C, with the chunks that are kept."""
 
 
 @dataclass(frozen=True)
 class Order:
-    """The wishes of the one who runs a study.
+    """The options with which a study is run.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
 
 
 def _check_options(study: Study, order: Order) -> None:
-    """Refuse options that say how sweeps are run where that cannot be, or there are none."""
+    """Refuse options about sweeps for a study without any, and others that exclude each other."""
     if order.workers is not None:
         whole("--workers", order.workers)
     if order.samples is not None:
@@ -182,7 +182,7 @@ def _stoppable(ledger: Ledger) -> Iterator[None]:
 def _tuned(
     name: str, searches: Sequence[Search], ledger: Ledger, order: Order, about: About
 ) -> tuple[dict[str, Tuned], tuple[SweepAbout, ...]]:
-    """What each tuning finds, by threads of this machine, and what the ledger says of them."""
+    """The answer of each tuning, computed by threads of this machine, and its runs as the ledger describes them."""
     with ExitStack() as stack:
 
         def begin() -> Tell:
@@ -240,7 +240,7 @@ def _samples(
 
 
 def tasks_of(sweeps: Sequence[CompiledSweep]) -> tuple[Task, ...]:
-    """The chunks of some sweeps, each with its name; whatever is wrong with the numbers of a run is refused here."""
+    """The chunks of some sweeps, each with its name; faults in the numbers of a run are refused here."""
     return tuple(Task(i, *ends, one.name(*ends)) for i, one in enumerate(sweeps) for ends in one.chunks)
 
 

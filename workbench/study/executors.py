@@ -29,25 +29,22 @@ KEPT = f"What was done is kept. {LATER}"
 
 
 class StoppedError(RuntimeError):
-    """The end of a chunk that nobody waits for any more."""
+    """The error that ends a chunk whose result is no longer wanted."""
 
 
 class ClusterError(ValueError):
-    """A cluster that cannot do what it is asked for; what it has done is kept."""
+    """The error of a cluster that cannot do what it is asked for; its finished chunks are kept."""
 
 
 class Source(Hashable, Protocol):
-    """Where another process finds the same sweeps; plain data, which is sent there."""
+    """The source of a study's sweeps for another process, as plain data that is sent there."""
 
     def __call__(self) -> tuple[CompiledSweep, ...]:
         """The sweeps."""
 
 
 def on_threads(sweeps: Sequence[CompiledSweep], tasks: Sequence[Task], workers: int | None = None) -> Iterator[Chunk]:
-    """The chunks one behind the other, each by `workers` threads of the engine, or as many as there are processors.
-
-    A chunk is computed while the one before it is written.
-    """
+    """The chunks in order, each by `workers` threads or one per processor, computed while the last is written."""
     stopped = Event()
 
     def tell(share: float) -> None:
@@ -164,7 +161,7 @@ def _wait_for_workers(client: Any, address: str) -> None:
 
 
 def _check_versions(client: Any, address: str) -> None:
-    """Refuse workers whose workbench is another one: their bits could be too."""
+    """Refuse workers with another version of the workbench, whose bits could differ."""
     try:
         found: dict[str, str] = client.run(version)
     except OSError:  # the scheduler has gone
@@ -177,7 +174,7 @@ def _check_versions(client: Any, address: str) -> None:
 
 
 def version() -> str:
-    """The version of all that a bit can depend on, asked of a worker."""
+    """The versions on which a bit can depend, asked of a worker."""
     return f"workbench {__version__}, CasADi {ca.CasadiMeta.version()}, arithmetic {VERSION}"
 
 
@@ -199,7 +196,7 @@ def compute(source: Source, task: tuple[int, int, int, str], asked: str) -> tupl
 
 
 def _loaded(source: Source) -> tuple[CompiledSweep, ...]:
-    """The sweeps in the process of a worker, where the study may need what is not there."""
+    """The sweeps in the process of a worker, or the refusal of a study that cannot be imported there."""
     try:
         return _sweeps(source)
     except ImportError as error:

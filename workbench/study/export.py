@@ -36,7 +36,7 @@ def tables(results: Results) -> dict[str, bytes]:
 
 
 def to_csv(sample: Sample) -> bytes:
-    """The table after RFC 4180, numbers with all their digits; what does not exist is empty, no head is a formula."""
+    """The table after RFC 4180, numbers with all their digits; missing values are empty, no head is a formula."""
     names, columns = zip(*_columns(sample), strict=True)
     head, out = io.StringIO(), io.BytesIO()
     csv.writer(head).writerow(map(spreadsheet_text, names))
@@ -48,7 +48,7 @@ def to_csv(sample: Sample) -> bytes:
 
 
 def cases_to_csv(results: Results) -> bytes:
-    """The values of single cases after RFC 4180, one row a metric and number; what does not exist is empty."""
+    """The values of single cases after RFC 4180, one row a metric and number; missing values are empty."""
     rows, out = results.rows, io.StringIO()
     writer = csv.writer(out)
     writer.writerow(rows[0] if rows else ())
@@ -70,7 +70,7 @@ def spreadsheet_text(text: str) -> str:
     """A text as a cell or head of a CSV file, after an apostrophe where spreadsheets would run it as a formula.
 
     They run what begins with =, +, - or @, also in full width, and some of them look behind blanks and signs that
-    are not seen; a tab or line break before anything else may end the cell before it. What is made of plain numbers
+    are not seen; a tab or line break before anything else may end the cell before it. A text of plain numbers
     alone stays as it is: "-1.5", "-10 to 10", "+9.4 % (+3.4 to +11.6)".
     """
     return f"'{text}" if _FORMULA.match(text) and not _is_of_numbers(text) else text
@@ -113,7 +113,7 @@ def write_cases(folder: Path, form: str) -> Path:
 
 
 def _whole(file: Path, write: Callable[[Path], object]) -> Path:
-    """The file, whole or not at all."""
+    """Write a file under another name and rename it, so that it is there whole or not at all."""
     part = file.with_name(f"{file.name}.part")
     try:
         write(part)

@@ -1,4 +1,4 @@
-"""What the numbers were measured on: the processor's model and the versions, and nothing else of the machine."""
+"""The machine of a measurement: the model of its processor and the versions of its packages."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where each number comes from: stated by a paper, derived from it, or assumed by us."""
+"""The origin of each number: stated by a paper, derived from it, or assumed by us."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Given:
     low, high
         The range within which an assumed number could as well lie.
     shown
-        How a report prints the name, where that is not the name itself.
+        The name as a report prints it, where that is not the name itself.
     """
 
     name: str

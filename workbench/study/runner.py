@@ -21,7 +21,7 @@ T = TypeVar("T")
 
 
 class CaseError(ValueError):
-    """What went wrong in a case, with the name of the case before it; the error itself is its cause."""
+    """An error in a case: its message begins with the name of the case, and its cause is the error itself."""
 
 
 @door
@@ -35,7 +35,7 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
     progress
         Called from any thread with the share of all steps that is done.
     workers
-        How many cases at once; as many as there are cores if not given.
+        The number of cases that run at once; as many as there are cores if not given.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def _outcome(case: Case, tell: Progress) -> Outcome:
 
 
 def _named(case: Case, call: Callable[[], T]) -> T:
-    """What a call gives, or its error with the name of the case."""
+    """The value of a call; its error is raised with the name of the case."""
     try:
         return call()
     except Exception as error:
@@ -96,7 +96,7 @@ def _measured(case: Case, ode: Ode | Sampled, tell: Progress) -> Measurement:
 def measurement(
     run: Run, equation: Ode | Sampled, call: str = "Run(...)", progress: Progress | None = None
 ) -> Measurement:
-    """What a run gives: its values at the step, and their change from twice the step.
+    """The measurement of a run: its values at the step, and their change from twice the step.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def measurement(
 
 
 class _Tally:
-    """Adds up the shares of cases that run side by side, and stops them all when one of them failed."""
+    """The sum of the shares of cases that run side by side; it stops all when one has failed."""
 
     def __init__(self, cases: tuple[Case, ...], progress: Progress | None) -> None:
         total = sum(map(_work, cases)) or 1.0
@@ -120,7 +120,7 @@ class _Tally:
         self.lock = Lock()
 
     def of(self, i: int) -> Progress:
-        """Where case i tells its share."""
+        """The function by which case i tells its share."""
 
         def tell(share: float) -> None:
             if self.stopped:

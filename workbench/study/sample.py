@@ -23,7 +23,7 @@ class Sample:
     Attributes
     ----------
     columns
-        What the last axis of values and errors is: a metric, its number counted from 0, and its unit.
+        The entries of the last axis of values and errors: a metric, its number counted from 0, and its unit.
     t
         (T,), the times in s at which the metrics were taken, from the start to each; the last is the horizon.
     drawn, values
@@ -36,12 +36,12 @@ class Sample:
     diverged_at
         (N,), in s; NaN for a run that stayed finite.
     design
-        What the runs were drawn from, with the number of samples that was asked for; None where a ledger was read
+        The design of the runs, with the number of samples that was asked for; None where a ledger was read
         without its study.
     arithmetic
         The signature of that of the runs.
     labels
-        What each column belongs to, as 'joint 1' or a signal's name; none in a ledger of old, which was of an arm.
+        The label of each column, as 'joint 1' or a signal's name; none in a ledger of old, which was of an arm.
     tolerance
         For which pilots chose the step; None where the sweep names it.
     """
@@ -114,7 +114,7 @@ class Sample:
 
     @door
     def only(self, runs: Integers) -> Sample:
-        """Some of the runs, by their numbers in rising order; they are numbered anew."""
+        """The sample of some runs, by their numbers in rising order, which are numbered anew."""
         if runs.ndim != 1 or not ((runs >= 0) & (runs < len(self))).all() or (np.diff(runs) <= 0).any():
             raise ValueError(
                 f"`only(runs)` takes numbers of runs in rising order, from 0 to {len(self) - 1}; got others."
@@ -143,7 +143,7 @@ class Sample:
 
     @property
     def choice(self) -> str:
-        """For which tolerance the step was chosen, if it was."""
+        """The tolerance for which the step was chosen, in words; empty if there is none."""
         return "" if self.tolerance is None else f"; chosen by pilot runs for a tolerance of {self.tolerance:g}"
 
     @property
@@ -154,7 +154,7 @@ class Sample:
 
     @property
     def beyond(self) -> str:
-        """The runs whose step is too long to be stable, in words, of those that were looked at."""
+        """The number of looked-at runs whose step is beyond the stability limit, in words."""
         beyond, unknown = self.limits[self.limits < self.h], int(np.isnan(self.limits).sum())
         said = [f"; stability limit not known of {unknown:,}"] if unknown else []
         if len(beyond):
@@ -164,7 +164,7 @@ class Sample:
 
     @door
     def note_of(self, metric: str, joint: int = 0) -> str:
-        """The note with the step error of a metric: what must stand below a figure of that metric."""
+        """The note below a figure of a metric, with the step error of that metric."""
         error, unit = self.step_error(metric, joint), self.columns[self._column(metric, joint)][2]
         several = sum(name == metric for name, _, _ in self.columns) > 1
         of = f"step error of {metric}{f' of {self._label(metric, joint)}' if several else ''}"

@@ -1,4 +1,4 @@
-"""A study: a question, the runs that answer it, and how their results read."""
+"""A study: a question, the runs that answer it, and the sections of its report."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Case:
     style
         Which line of the figures belongs to the law.
     remark
-        What a reader must know of this case, beside its name.
+        A remark on this case, beside its name.
 
     Examples
     --------
@@ -73,7 +73,7 @@ class Case:
 @dataclass(frozen=True, eq=False)
 @door
 class Outcome:
-    """A case that was run: its equations and what was measured."""
+    """A case that was run: its equations and its measurement."""
 
     case: Case
     ode: Ode | Sampled
@@ -182,13 +182,13 @@ class Results:
 
     @property
     def all_samples(self) -> tuple[Sample, ...]:
-        """Those of the sweeps, and all runs of the tunings."""
+        """The samples of the sweeps, and of all runs of the tunings."""
         held = (sample for one in self.tunings for sample in (*one.samples.values(), *one.halves.values()))
         return (*self.samples, *held)
 
     @property
     def rows(self) -> list[dict[str, Any]]:
-        """One a case, metric and signal, or joint of an arm: value, error, unit, and when the run diverged.
+        """A row for each case, metric and signal, or joint of an arm: value, error, unit, and the time of divergence.
 
         If a case has a tolerance: that too, and whether the metric, all its numbers together, is within it.
         """
@@ -211,7 +211,7 @@ class Results:
         ]
 
     def to_frame(self) -> pd.DataFrame:
-        """The rows."""
+        """The rows as a table."""
         import pandas as pd
 
         return pd.DataFrame(self.rows)
@@ -225,16 +225,16 @@ class Results:
 @dataclass(frozen=True, eq=False)
 @door
 class Study:
-    """A question, the cases, sweeps and tunings that answer it, and the sections that say how.
+    """A question, the cases, sweeps and tunings that answer it, and the sections of its report.
 
     Attributes
     ----------
     name
         Lower-case letters, digits and underscores: it becomes the report's folder.
     sections, headlines
-        What the report says of the results, and the findings that the command line prints, one a line.
+        The sections of the report, and the findings that the command line prints, one a line.
     measures_time
-        Whether the report holds times, which differ from one run to the next.
+        True if the report holds times, which differ from one run to the next.
     seed
         Of what the study draws at random; None where nothing is.
     tunings, sweeps
@@ -290,7 +290,7 @@ class Study:
 
     @door
     def resolved(self, tuned: Mapping[str, Tuned]) -> Study:
-        """The study with the cases and sweeps that follow from what its tunings found."""
+        """The study with the cases and sweeps that follow from the results of its tunings."""
         made: dict[str, Any] = {}
         for part, kind in (("cases", Case), ("sweeps", Sweep)):
             if callable(make := getattr(self, part)):

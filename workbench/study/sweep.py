@@ -39,7 +39,7 @@ class Sweep:
         One run of so many is run again at h / 2, for the error of the step: those whose number it divides. None for
         no run.
     runs_of_chunk
-        How many runs are computed and kept together; without it about as many as take a second or two of one processor.
+        The number of runs that are computed and kept together; by default as many as take a processor a second or two.
 
     Examples
     --------

@@ -19,7 +19,7 @@ PACKAGES = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "typs
 
 
 def document(study: Study, results: Results, command: str) -> Document:
-    """What the study says, with all that is needed to get it again: command, versions, digests."""
+    """The document of a study, with command, versions and digests to make it again."""
     digests = {outcome.case.name: outcome.digest[:16] for outcome in results.outcomes}
     digests |= {sample.name: sample.digest[:16] for sample in results.all_samples}
     runs = (outcome.measurement.trajectories for outcome in results.outcomes)
@@ -46,7 +46,7 @@ def document(study: Study, results: Results, command: str) -> Document:
 
 
 def _seed(study: Study, results: Results) -> int | str | None:
-    """That of the study, or those of its samples and tunings by their names."""
+    """The seed of the study, or those of its samples and tunings by their names."""
     if study.seed is not None:
         return study.seed
     seeds = {sample.name: str(sample.seeds) for sample in results.samples}
@@ -67,7 +67,7 @@ def _sections(study: Study, results: Results) -> tuple[Section, ...]:
 
 
 def _said(part: str, function: Callable[[Results], Any], results: Results) -> Any:
-    """What a function of the study says of the results; of what can be gone through, a tuple."""
+    """The answer of a function of the study to the results; an iterable other than text becomes a tuple."""
     call = f"Study({part}=...)(results)"
     found = answer(call, function, results)
     return answer(call, tuple, found) if isinstance(found, Iterable) and not isinstance(found, str) else found

@@ -24,7 +24,7 @@ WORDS = {int: "a whole number", float: "a number", bool: "True or False", str: "
 
 
 def refusal(call: str, must: str, value: object, advice: str = "") -> ValueError:
-    """The error that says what an argument must be, and what came."""
+    """The error that says what an argument must be, and what value came."""
     return ValueError(f"`{call}` must be {must}; got {described(value)}{advice}.")
 
 
@@ -89,7 +89,7 @@ def one_of(call: str, value: object, choices: Iterable[str]) -> str:
 
 
 def known(name: object, names: Iterable[str], of: str) -> str:
-    """One of the known names, where `of` says what they name ("parameters of this loop"); else a `LookupError`."""
+    """One of the known names, whose kind is `of` ("parameters of this loop"); else a `LookupError`."""
     held = list(names)
     if isinstance(name, str) and name in held:
         return str(name)
@@ -162,7 +162,7 @@ def numbers(call: str, value: object, ndim: int | None = None) -> Array:
 
 
 def vector(call: str, value: object, size: int, of: str) -> Array:
-    """A vector (size,), also from a row or a column; `of` says what its numbers belong to."""
+    """A vector (size,), also from a row or a column; `of` names the things that its numbers belong to."""
     array = as_array(value)
     if array is None:
         raise refusal(call, "a vector of numbers", value)
@@ -210,7 +210,7 @@ def as_text(value: object) -> str | None:
 
 
 def as_array(value: object) -> Array | None:
-    """A new array of doubles; None for what is no array of numbers, overflows, or is masked in part."""
+    """A new array of doubles; None for a value that is no array of numbers, overflows, or is masked in part."""
     try:
         array = np.array(value)
         if array.dtype.kind not in "iuf" or np.ma.is_masked(value):
@@ -247,7 +247,7 @@ def _described(value: Any, longest: int) -> str:
 
 
 class _Short(reprlib.Repr):
-    """Containers with their first items, each as a message describes it."""
+    """A short text of containers: their first items, each as a message describes it."""
 
     def repr_instance(self, x: Any, level: int) -> str:
         return described(x)

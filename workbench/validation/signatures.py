@@ -1,4 +1,4 @@
-"""The door of a public function or class: it makes arguments fit their type hints, and refuses the rest by name."""
+"""The door of a public function or class: it converts arguments to their type hints, or refuses them by name."""
 
 from __future__ import annotations
 
@@ -184,7 +184,7 @@ def _refuse_port(call: str, of: str, port: Any, value: Mapping[str, ca.SX], size
 
 
 def _sizes(owner: object) -> dict[str, int]:
-    """The lengths of the axes that a block's number of joints, or its own numbers, tell."""
+    """The lengths of the axes that a block's number of joints, or its own numbers, give."""
     sizes: dict[str, int] = {}
     for field in fields(owner) if is_dataclass(owner) else ():
         value, quantity = getattr(owner, field.name), field.metadata.get("quantity")

@@ -1,4 +1,4 @@
-"""Type hints: the values that each one takes, made Python's own, and the words for it in a message."""
+"""Type hints: the conversion of a value to the type of a hint, and the words for a hint in a message."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SEVERAL = (Sequence, Collection, Iterable, list, tuple)
 
 
 class KindError(Exception):
-    """A value that does not fit a hint: what it must be, what came, and its place among several."""
+    """The error of a value that does not fit a hint: the requirement, the value, and its place among several."""
 
     def __init__(self, must: str, got: str, place: str = "") -> None:
         self.must, self.got, self.place = must, got, place
@@ -110,7 +110,7 @@ def _is_whole(parts: tuple[Any, ...]) -> bool:
 
 
 def _can_be_asked(kind: Any) -> bool:
-    """True if `isinstance` takes a type: a protocol, say, it does not."""
+    """True if `isinstance` accepts the type, which it does not for some protocols."""
     try:
         isinstance(None, kind)
     except TypeError:

@@ -45,7 +45,7 @@ def one_line(thing: Any) -> str:
 
 
 def listed(parts: Sequence[str]) -> str:
-    """As many of the parts as fit in a line, and their count if that is not all."""
+    """The parts that fit in a line, with the count of all if some are left out."""
     text, held = "", 0
     while held < len(parts) and len(text) + len(parts[held]) <= LINE - PART // 2:
         text += f"{', ' if held else ''}{parts[held]}"

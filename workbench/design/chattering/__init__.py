@@ -1,4 +1,4 @@
-"""Chattering: what a switching law makes of a lag and a sampling period that its design left out.
+"""Chattering: the oscillation of a switching law by a lag or a sampling period that its design neglects.
 
 The room knows a loop that is cut at its switch, as a linear part W, and no law. Read `linear_part.py` first, then
 `harmonic_balance.py`, which is approximate, and `relay_cycles.py`, which is exact.

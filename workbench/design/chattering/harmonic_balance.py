@@ -1,4 +1,4 @@
-"""Harmonic balance: the oscillation that a switch and a linear part keep up, if both see only its first harmonic."""
+"""Harmonic balance: the oscillation of a loop of a switch and a linear part, by its first harmonic alone."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ BALANCED = 1e-8  # a sign change across a pole leaves a residual near one
 
 
 class AbstractSwitch(ABC):
-    """An odd f(s), as its describing function N(a): the gain that s = a sin(w t) sees."""
+    """An odd switching function f(s) with its describing function N(a), the gain for s = a sin(w t)."""
 
     K: float
 
@@ -146,14 +146,14 @@ def _amplitude(call: str, a: float) -> float:
 @dataclass(frozen=True)
 @show
 class Oscillation:
-    """s = a sin(w t), as the balance 1 + N(a, j w) W(j w) = 0 has it.
+    """An oscillation s = a sin(w t) that satisfies the balance 1 + N(a, j w) W(j w) = 0.
 
     Attributes
     ----------
     amplitude, frequency
         a in the unit of s, w in rad/s.
     growth
-        How a small departure of the amplitude grows, in 1/s; negative where the oscillation attracts (Loeb).
+        The rate at which a small deviation of the amplitude grows, in 1/s; negative if the oscillation attracts (Loeb).
     third
         The third harmonic of s over the first: the balance neglects it, so it is to be small.
     residual
@@ -168,21 +168,21 @@ class Oscillation:
 
     @property
     def stable(self) -> bool:
-        """True if it attracts."""
+        """True if nearby motions approach the oscillation."""
         return self.growth < 0
 
 
 @dataclass(frozen=True)
 @show
 class Balance:
-    """All oscillations that harmonic balance predicts, slowest first, and what it says in a sentence.
+    """All oscillations that harmonic balance predicts, slowest first, with a summary in a sentence.
 
     Attributes
     ----------
     least_phi
         The boundary layer at which the last oscillation ends, in the unit of s.
     rest
-        How fast the linear loop within a boundary layer comes to rest, in 1/s, from its exact poles: negative where
+        The rate of decay of the linear loop in a boundary layer, in 1/s, from its exact poles: negative where
         it does not, zero to rounding where a part of the loop drifts that the switch cannot move; None without a
         layer.
     """

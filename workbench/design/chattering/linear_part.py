@@ -1,4 +1,4 @@
-"""The linear part of a loop that switches, s = W u with u = -f(s), and how a loop is cut there."""
+"""The linear part of a switching loop, s = W u with u = -f(s), and the cut that separates it from the switch."""
 
 from __future__ import annotations
 
@@ -200,7 +200,7 @@ def cut(
     x, p
         The state (nx,) at rest with s = 0, and the parameters (np,). A sampled loop's held states settle by themselves.
     gain, variable, width
-        What the loop calls K, s and phi: labels of a parameter, of an output, and of a parameter.
+        The labels of K, s and phi in the loop: of a parameter, of an output, and of a parameter.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Limit cycles of a sampled relay, exact; and the oscillation that a record of a run shows."""
+"""The exact limit cycles of a sampled relay, and the oscillation in the record of a run."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Cycle:
     contraction
         The spectral radius over half a period: below 1 the cycle attracts, at 1 it keeps an offset.
     samples
-        How many instants of the computer make up half a period T.
+        The number of instants of the computer in half a period T.
     residual
         |x(T/2) + x(0)| over |x(0)|.
     """
@@ -46,7 +46,7 @@ class Cycle:
 
     @property
     def stable(self) -> bool:
-        """True if no small departure grows."""
+        """True if no small deviation from the cycle grows."""
         return self.contraction <= 1 + ROUNDING
 
 
@@ -62,7 +62,7 @@ def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
     system
         W: a sampled `LinearPart`, or a discrete python-control system from u to s.
     most
-        How many instants half a period may have.
+        The greatest number of instants in half a period.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Linear models of an `Ode`, and what they say: rest points, modes, paths and margins.
+"""Linear models of an `Ode`, and their properties: rest points, modes, paths and margins.
 
 The room knows equations and systems of python-control, and no robot, law or loop by name. Read `linearization.py`
 first, then `modes.py` for poles, `feedback_loops.py` and `loop_margins.py` for loops that are cut.

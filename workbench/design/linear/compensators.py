@@ -136,7 +136,7 @@ def lead_lag(
     margin
         In degrees, between 0 and 90.
     boost
-        How many times the lag raises the gain at low frequencies; 1 for no lag.
+        The factor by which the lag raises the gain at low frequencies; 1 for no lag.
 
     Raises
     ------

@@ -72,9 +72,9 @@ class Equilibria:
     starts, converged
         From how many states Newton's method began, and how many of these reached a rest point, in the box or not.
     complete
-        Whether intervals prove that the box holds no others.
+        True if intervals prove that the box holds no others.
     boxes
-        How many boxes that proof took, or was given in vain.
+        The number of boxes of that proof, also of one that failed.
     """
 
     points: tuple[Equilibrium, ...]
@@ -84,7 +84,7 @@ class Equilibria:
     boxes: int
 
     def __str__(self) -> str:
-        """The number of points, and how sure it is."""
+        """The number of points, and whether others are excluded, in words."""
         found = {0: "no rest point", 1: "1 rest point"}.get(len(self.points), f"{len(self.points)} rest points")
         tried = f"{self.converged} of {self.starts} starts converged"
         if self.complete:
@@ -118,7 +118,7 @@ def equilibria(
     box
         Low and high of every state, by the name of a quantity or of one of its numbers.
     boxes
-        How many boxes the proof that there are no others may take; 0 for no proofs at all.
+        The most boxes for the proof that there are no others; 0 for no proofs at all.
 
     Raises
     ------
@@ -226,10 +226,7 @@ def _usual(ode: Ode, begun: Array, p: Array) -> float:
 
 
 def _along(ode: Ode, x: Array, p: Array, flat: Array) -> tuple[str, ...]:
-    """The states that change along a continuum of rest points through x, whose directions (k, nx) make df/dx singular.
-
-    From a step along a continuum Newton's method returns to it at once, and not to where the step began.
-    """
+    """The states that change along a continuum of rest points through x, with directions (k, nx) as candidates."""
     moving = np.zeros(len(x))
     for direction in flat:
         for stride in (STRIDE, -STRIDE):

@@ -69,7 +69,7 @@ def prove_equilibria(ode: Ode, low: Array, high: Array, points: Sequence[Array],
 
 @dataclass(frozen=True, eq=False)
 class Neighbourhood:
-    """A box in which there is exactly one zero, and how near it is to the middle."""
+    """A box with exactly one zero in it, and the largest distance of the zero from its middle."""
 
     low: Array
     high: Array

@@ -1,4 +1,4 @@
-"""Loops that are cut: the loop gain L, one channel of it, and what the loop becomes when it is closed again.
+"""The gain L of a loop that is cut, that of one of its channels, and the sensitivities of the closed loop.
 
 A loop L is a square system with negative feedback: u = -L u + w. S = (I + L)^-1 and T = I - S.
 """
@@ -92,7 +92,7 @@ def one_loop(loop: control.StateSpace, place: int) -> control.StateSpace:
 
 @door
 def sensitivity(loop: control.StateSpace) -> control.StateSpace:
-    """S = (I + L)^-1, from what is added at the inputs to the inputs; its poles are those of the closed loop.
+    """S = (I + L)^-1, from disturbances added at the inputs to the inputs; its poles are those of the closed loop.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Modes of a linear system: its poles, and which of them no input reaches or no output shows."""
+"""The modes of a linear system: its poles, and tests of controllability and observability."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ NEARBY = 4.0  # times the norm of A and the nx-th root of rounding: how far that
 @dataclass(frozen=True)
 @show
 class Pole:
-    """An eigenvalue lambda of A, and what belongs to it.
+    """An eigenvalue lambda of A, with its frequency, its damping and its dominant states.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ def poles(system: control.StateSpace) -> tuple[Pole, ...]:
 
 
 def _spread(value: complex, dt: float | None) -> tuple[float, float]:
-    """Natural frequency and damping of a pole; of z = 0, which is gone after one step, infinite and 1."""
+    """The natural frequency and damping of a pole; infinite and 1 for z = 0, which decays in one step."""
     if dt is not None and not value:
         return float("inf"), 1.0
     s = value if dt is None else complex(np.log(value)) / dt
@@ -127,7 +127,7 @@ class Hautus:
     modes
         All eigenvalues, the smallest margin first.
     tolerance
-        What a margin must exceed.
+        The value that a margin must exceed.
     """
 
     kind: str
@@ -226,10 +226,7 @@ def _hautus(kind: str, A: Array, B: Array, names: list[str], tolerance: float) -
 
 
 def _mode(A: Array, B: Array, value: complex, scale: float, names: list[str]) -> Mode:
-    """The mode at an eigenvalue, or where the smallest singular value of [lambda I - A, B] is least near it.
-
-    Newton's method on w* [lambda I - A, B] v = 0 with the singular vectors w and v; short steps where that overshoots.
-    """
+    """The mode at an eigenvalue, or near it where the least singular value of [lambda I - A, B] has a minimum."""
     w, margin, slope = _least(A, B, value)
     start, reach = value, NEARBY * ROUNDING ** (1 / len(A)) * float(np.linalg.norm(A, 2))
     for _ in range(DESCENTS):

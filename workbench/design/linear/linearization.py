@@ -99,7 +99,7 @@ def linearize(
 
 
 def _refuse_motion(ode: Ode, t: float, x: Array, p: Array, A: Array) -> None:
-    """Refuse a state that does not rest, with the rate that remains."""
+    """Refuse a state that is not at rest, with the rate that remains."""
     rate = ode.rate_at(t, x, p)
     worst = int(np.argmax(np.abs(rate) / rate_terms(A, x)))
     if not abs(rate[worst]) <= AT_REST * rate_terms(A, x)[worst]:
@@ -111,7 +111,7 @@ def _refuse_motion(ode: Ode, t: float, x: Array, p: Array, A: Array) -> None:
 
 
 def _refuse_step(sampled: Sampled, x: Array, period: Period) -> None:
-    """Refuse a state that is another one after a period, in what the next period depends on."""
+    """Refuse a state that changes over a period, in the parts on which the next period depends."""
     end, counts = period.end, period.A.any(axis=0)
     change = np.abs(end - x) / (1 + np.abs(x)) * counts
     worst = int(change.argmax())
@@ -163,7 +163,7 @@ def _jump(sampled: Sampled) -> Ode:
 
 
 def _refuse_stairs(call: str, jump: Ode, k: float, p: Array) -> None:
-    """Refuse a jump whose slope is zero between its steps, or that is another one at the next instant."""
+    """Refuse a jump that is constant between its steps, or that differs at the next instant."""
     fixed = [place for place in range(len(p)) if place not in places_of(jump)]
     rate = ca.densify(ca.substitute(jump.rate, jump.p[fixed], ca.SX(p[fixed])))
     steps = walk(rate)
@@ -181,10 +181,7 @@ def _refuse_stairs(call: str, jump: Ode, k: float, p: Array) -> None:
 
 
 def _flow(call: str, sampled: Sampled, t: float, x: Array, p: Array) -> tuple[Array, Array, Array]:
-    """The state after a period of flow, and its derivatives by the state and the inputs at its start.
-
-    They are those of Runge-Kutta steps, twice as many until nothing changes.
-    """
+    """The state after a period, and its derivatives by state and inputs, by steps halved until nothing changes."""
     flow, h, now = sampled.flow, ca.SX.sym("h"), ca.SX.sym("now")
     f = ca.Function("f", [flow.t, flow.x, flow.p], [flow.rate])
     end = runge_kutta(f, now, flow.x, flow.p, h)
@@ -220,7 +217,7 @@ def to_control(ode: Ode, p: Any = None, name: str | None = None) -> control.Nonl
     p
         The parameters (np,), each in its unit; those of the inputs are overwritten by u.
     name
-        What python-control calls the system.
+        The name of the system in python-control.
 
     Raises
     ------

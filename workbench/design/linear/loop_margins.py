@@ -33,7 +33,7 @@ DECAY = 1e-12  # of the size of A: a pole that decays no faster is on the axis, 
 @dataclass(frozen=True)
 @show
 class DiskMargin:
-    """The largest complex change of all loops at once, each by a factor of its own, that the loop stands.
+    """The largest complex change of all loop gains at once, each by its own factor, with which the loop stays stable.
 
     Attributes
     ----------
@@ -162,7 +162,7 @@ def _margins(L: Realisation, name: str) -> LoopMargins:
 
 
 def _real_at(L: Realisation) -> Array:
-    """Frequencies at which L may be real, (N,): the zeros of L(s) - L(-s), of which some too many do no harm."""
+    """The frequencies at which L may be real, (N,): the zeros of L(s) - L(-s), perhaps with some others."""
     from scipy.linalg import block_diag, eigvals
 
     nx = len(L.A)

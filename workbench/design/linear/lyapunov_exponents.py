@@ -1,4 +1,4 @@
-"""Lyapunov exponents along a path: how fast small deviations grow or shrink in the long run."""
+"""Lyapunov exponents along a path: the mean rates at which small deviations grow or decay."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class LyapunovExponents:
         (nx,): the change from twice the step, plus twice the standard error of the means of ten batches. It is blind
         to what the path has not met.
     imbalance
-        How far their sum is from the mean trace of A, in 1/s, which it equals by Liouville's formula.
+        The distance of their sum from the mean trace of A, in 1/s, which it equals by Liouville's formula.
     span
         The time they were taken over, in s.
     """
@@ -56,7 +56,7 @@ def lyapunov_exponents(
     until, h
         The end of the path and the step, in s; `until` - `skip` is a multiple of 200 h.
     skip
-        What is left out at the start, in s, while the path and the directions settle: a multiple of 20 h.
+        The time left out at the start, in s, while the path and the directions settle: a multiple of 20 h.
 
     Raises
     ------

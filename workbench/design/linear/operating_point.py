@@ -32,14 +32,14 @@ SMALL = 1e-7  # a relative step that is taken whole, as the next one may be noth
 
 
 def rate_terms(A: Array, x: Array) -> Array:
-    """The size of the terms of each rate, (nx,): what a state of order one would do, at least."""
+    """A scale for each rate, (nx,): |A| (1 + |x|) + 1, the size of its terms at a state of order one or larger."""
     return np.asarray(np.abs(A) @ (1 + np.abs(x)) + 1)
 
 
 @dataclass(frozen=True, eq=False)
 @show
 class OperatingPoint:
-    """A state that rests, and the inputs that hold it there.
+    """A state at rest, and the inputs that hold it there.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class OperatingPoint:
     condition
         Of the Jacobian by all that was free: how many times a relative error of the equations may grow.
     error
-        How far Newton's last step moved what was free, relative to its size: an estimate of its error.
+        The last step of Newton's method, relative to the size of the free numbers: an estimate of their error.
     """
 
     x: Array
@@ -65,7 +65,7 @@ class OperatingPoint:
 def operating_point(
     ode: Ode, wanted: Mapping[str, Any], p: Any = None, t: float = 0.0, u: Any = None
 ) -> OperatingPoint:
-    """The inputs u and the states at which f(t, x, p, u) = 0, those that are wanted as they are: a trimmed state.
+    """The inputs u and the free states at which f(t, x, p, u) = 0, with the other states as given: a trimmed state.
 
     Gauss-Newton on all rates from the defaults, its step halved while the next one would be longer. Where inputs and
     free states are more than the rates fix, the one nearest to the start in each step is taken.
@@ -133,7 +133,7 @@ def _descend(ode: Ode, t: float, x: Array, p: Array, free: list[int]) -> tuple[f
 
 
 def _share(change: Array, at: Array) -> float:
-    """The largest change, relative to the size of what changes."""
+    """The largest change, relative to the size of the number that changes."""
     return float((np.abs(change) / (1 + np.abs(at))).max())
 
 

@@ -1,4 +1,4 @@
-"""The largest gain of a linear system over all frequencies, and what scalings and phases make of it."""
+"""The largest gain of a linear system over all frequencies, also under scalings and phases of its channels."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def _highest(G: Realisation, frequencies: Array) -> tuple[float, float]:
 
 
 def crossings_of(G: Realisation, gamma: float) -> Array:
-    """Frequencies at which a singular value of G may be gamma, in order; some too many do no harm."""
+    """The frequencies at which a singular value of G may equal gamma, in order, perhaps with some others."""
     A, B, C, D = G.A, G.B, G.C, G.D
     R = np.linalg.inv(gamma**2 * np.eye(D.shape[1]) - D.T @ D)
     F = A + B @ R @ D.T @ C
@@ -123,10 +123,7 @@ def scaled_peak(G: Realisation) -> float:
 
 
 def spectral_peak(G: Realisation) -> tuple[float, float]:
-    """The largest spectral radius of G(i omega) U over diagonal unitary U that a search finds, and its frequency.
-
-    It is a lower bound of mu over complex diagonal changes (Doyle).
-    """
+    """The largest spectral radius of G(i omega) U over diagonal unitary U, a lower bound of mu, and its frequency."""
     from scipy.optimize import minimize
 
     n = len(G.D)

@@ -1,4 +1,4 @@
-"""The promise that an observer's error decays in a region, its proof, and the audit of one set of gains:
+"""The proof that an observer's error decays in a region, and the audit of one set of gains:
 
     V = x~' P x~,    V' <= -2 rate V    as long as the arm and its estimate stay in the region.
 
@@ -53,7 +53,7 @@ class RateCertificate:
     rate
         In 1/s.
     boxes
-        How many boxes of positions the proof took.
+        The number of boxes of positions in the proof.
     """
 
     gains: Gains
@@ -103,7 +103,7 @@ class RateCertificate:
 
 @door
 def check(mismatch: Mismatch, gains: Gains, region: Region, P: Array, rate: float) -> RateCertificate:
-    """Prove that P is a certificate of a rate in a region, whoever proposed it.
+    """Prove that P is a certificate of a rate in a region.
 
     P > 0 is decided by its leading minors in rational arithmetic, the inequality by intervals of the exact Jacobian.
 
@@ -142,7 +142,7 @@ def _inequality(gains: Gains, P: Array, rate: float, mismatch: Mismatch, region:
 @dataclass(frozen=True, eq=False)
 @show
 class Audit:
-    """The poles that are seen and the decay that is proved of gains in a region.
+    """The sampled poles and the proved decay of a set of gains in a region.
 
     Parameters
     ----------

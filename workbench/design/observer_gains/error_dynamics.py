@@ -77,7 +77,7 @@ def frozen_poles(mismatch: Mismatch, gains: Gains, q: Array, qd: Array, tau: Arr
 
 @door
 def over(mismatch: Mismatch, gains: Gains, region: Region, samples: int = SAMPLES) -> Frozen:
-    """The frozen poles at states spread evenly over a region: what is seen, not a bound.
+    """The frozen poles at states spread evenly over a region, which are samples and no bound.
 
     Raises
     ------

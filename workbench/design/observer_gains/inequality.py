@@ -86,7 +86,7 @@ class Inequality:
         return np.asarray(self.Z0 + part + part.swapaxes(-1, -2))
 
     def doubt(self, J: Array, R: Array) -> Array:
-        """The most that an unknown part of J, |.| <= R, takes from the diagonal of Z, with all rounding, (..., m)."""
+        """The most by which an unknown part of J, |.| <= R, lowers the diagonal of Z, with all rounding, (..., m)."""
         grown = R + 64 * UNIT * J
         part = np.abs(self.F) @ grown @ np.abs(self.G)
         rows = (part + part.swapaxes(-1, -2)).sum(axis=-1) + 64 * UNIT * self.size.sum(axis=-1)
@@ -152,7 +152,7 @@ def _halves(inequality: Inequality, mismatch: Mismatch, Y: Array, todo: _Todo, w
 
 
 def _refuse_failure(inequality: Inequality, J: Array, c: Array, what: str) -> None:
-    """Refuse what fails at the middle of a box, where no halving helps."""
+    """Refuse an inequality that fails at the middle of a box, as no halving helps there."""
     least = np.linalg.eigvalsh(inequality.at(J))[:, 0]
     if len(least) and not least.min() > 0:
         where = np.round(c[int(np.argmin(least))], 4).tolist()
@@ -163,7 +163,7 @@ def _refuse_failure(inequality: Inequality, J: Array, c: Array, what: str) -> No
 
 
 def _halved(c: Array, r: Array, blame: Array, still: Mask) -> _Todo:
-    """Across the joint that J changes most with; the halves overlap by their rounding."""
+    """The halves of boxes, across the joint that changes J most; they overlap by their rounding."""
     rows, axis = np.arange(len(c)), blame.argmax(axis=1) if len(c) else np.zeros(0, int)
     shift, half = np.zeros_like(c), r.copy()
     shift[rows, axis] = r[rows, axis] / 2

@@ -1,6 +1,6 @@
 """Certificates and gains proposed by linear matrix inequalities, which CVXPY writes and Clarabel solves.
 
-What comes back is a proposal in floating point. Whoever uses it proves it, and refuses it if the proof fails.
+The result is a proposal in floating point, which the caller must prove, and refuse if the proof fails.
 The extra `lmi` installs both packages.
 
 References

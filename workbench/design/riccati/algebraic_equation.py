@@ -132,12 +132,12 @@ def norm(matrix: Array) -> float:
 
 
 def size(matrix: Array) -> float:
-    """The 2-norm, infinite where an entry is not finite: LAPACK would print what it thinks of that."""
+    """The 2-norm; infinite where an entry is not finite, for which LAPACK would print a warning."""
     return float(np.linalg.norm(matrix, 2)) if np.isfinite(matrix).all() else np.inf
 
 
 def _gain(W: Twice, right: Twice) -> Array:
-    """The K with W K = right', refined: an ill-conditioned W leaves digits to gain after the first time."""
+    """The K with W K = right', after one step of iterative refinement for an ill-conditioned W."""
     factor = linalg.lu_factor(W.high)
     K = linalg.lu_solve(factor, right.T.high)
     for _ in range(REFINEMENTS):

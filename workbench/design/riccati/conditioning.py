@@ -1,4 +1,4 @@
-"""Good units for a Riccati equation, and the change of its solution when its data move a little.
+"""The scaling of a Riccati equation, and the sensitivity of its solution to small changes of the data.
 
 A change of units by powers of two makes no rounding error.
 
@@ -11,7 +11,7 @@ All this is the linear picture. It ends where the curvature of Res along H(M) re
 is Kantorovich's condition, beyond which an equation with the changed data may have no solution; for more
 states it is an estimate of the same distance. For a continuous equation there is another: the least singular
 value of H - i omega over the frequencies of the slow poles, H being the Hamiltonian matrix. Smaller changes of H
-move no eigenvalue onto the imaginary axis. Both err on the side of fear, so the larger one counts.
+move no eigenvalue onto the imaginary axis. Both are pessimistic, so the larger one counts.
 
 References
 ----------
@@ -75,12 +75,12 @@ class Units:
         return times(K, self.inputs, -self.states)
 
     def __add__(self, other: Units) -> Units:
-        """These units, measured by others."""
+        """The composition of two changes of units: the exponents add."""
         return Units(self.states + other.states, self.inputs + other.inputs)
 
 
 def times(matrix: Array, rows: Exponents, columns: Exponents) -> Array:
-    """The matrix with its rows and columns times powers of two; what is too small for a float becomes zero."""
+    """The matrix with its rows and columns times powers of two; entries too small for a float become zero."""
     return np.asarray(np.ldexp(matrix, rows[:, None] + columns))
 
 

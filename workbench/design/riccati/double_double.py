@@ -1,4 +1,4 @@
-"""Sums and products of matrices in twice the working precision, by sums and products that make no error.
+"""Sums and products of matrices in twice the working precision, by error-free transformations.
 
 A number is an unevaluated sum `high + low` of two floats. A product is split into slices so short that
 every product of two slices is an exact sum of exact products, which the machine's own fast matrix product may
@@ -57,7 +57,7 @@ def twice(matrix: Twice | Array) -> Twice:
 
 
 def _two_sum(a: Array, b: Array) -> tuple[Array, Array]:
-    """The rounded sum a + b, and exactly what rounding took from it (Knuth)."""
+    """The rounded sum a + b, and its exact rounding error (Knuth)."""
     total = a + b
     shadow = total - a
     return total, (a - (total - shadow)) + (b - shadow)

@@ -178,10 +178,7 @@ def _good_units(equation: _Equation) -> Exponents:
 
 
 def _refined(equation: _Equation, operator: AbstractOperator) -> tuple[Array, int, Array]:
-    """X, the number of refinements kept, and the correction that was not: the first that is no smaller.
-
-    The residual falls to rounding at once, also where X has no digit yet; the corrections show how X settles.
-    """
+    """X, the number of refinements kept, and the correction that was not kept: the first that is no smaller."""
     X = operator.solve(-equation.Q)
     last = np.inf
     for step in range(MOST_STEPS):

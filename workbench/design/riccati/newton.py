@@ -1,4 +1,4 @@
-"""First answers to a Riccati equation by several methods, none trusted, and Newton's method from each.
+"""First approximations to the solution of a Riccati equation, and their refinement by Newton's method.
 
 References
 ----------
@@ -39,14 +39,14 @@ MOST_STEPS = 30  # near a solution a step doubles the digits, far from it or at 
 
 
 def _zero(d: Data) -> Array:
-    """The solution where nothing costs and all is stable: Newton's method would only come ever nearer to it."""
+    """The solution X = 0 of an equation without cost, to which Newton's method would converge slowly."""
     if d.Q.any() or d.S.any():
         raise np.linalg.LinAlgError("there is a cost")
     return np.zeros((d.n, d.n))
 
 
 def _schur(d: Data) -> Array:
-    """By an orthogonal basis [U1; U2] of the stable subspace of the Hamiltonian: X = U2 U1^-1."""
+    """X = U2 U1^-1 from an orthogonal basis [U1; U2] of the stable subspace of the Hamiltonian."""
     n = d.n
     _, U, stable = linalg.schur(hamiltonian(d), output="real", sort="lhp")
     if stable != n:
@@ -55,7 +55,7 @@ def _schur(d: Data) -> Array:
 
 
 def _sign(d: Data) -> Array:
-    """By Newton's iteration for the sign of the Hamiltonian, scaled by its determinant: (sign + I) [I; X] = 0."""
+    """X from (sign + I) [I; X] = 0, with the sign of the Hamiltonian by Newton's scaled iteration."""
     Z, n = hamiltonian(d), d.n
     for _ in range(MOST_ROUNDS):
         scale = np.exp(-np.linalg.slogdet(Z)[1] / (2 * n))
@@ -68,7 +68,7 @@ def _sign(d: Data) -> Array:
 
 
 def _doubling(d: Data) -> Array:
-    """By doubling the horizon again and again; quadratic as long as R has an inverse."""
+    """X by doubling the horizon again and again; quadratic as long as R has an inverse."""
     p = plain(d)
     A, G, X = p.A, quadratic(p), p.Q
     for _ in range(MOST_ROUNDS):

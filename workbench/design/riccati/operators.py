@@ -83,7 +83,7 @@ class LyapunovOperator(AbstractOperator):
         return np.asarray(-poles.real)
 
     def solve(self, W: Array) -> Array:
-        """By LAPACK's `dtrsyl`."""
+        """The solution by LAPACK's `dtrsyl`."""
         right = self.U.T @ _divided(W, self.E) @ self.U
         Y, scale, perturbed = linalg.lapack.dtrsyl(self.T, self.T, right, trana="T")
         if perturbed:
@@ -109,7 +109,7 @@ class SteinOperator(AbstractOperator):
         return np.asarray(1 - np.abs(poles))
 
     def solve(self, W: Array) -> Array:
-        """Column by column, as each needs those before it."""
+        """The solution column by column, as each depends on those before it."""
         T, n = self.T, len(self.T)
         right = self.U.conj().T @ _divided(W, self.E) @ self.U
         Y = np.zeros_like(right)

@@ -1,4 +1,4 @@
-"""From a Riccati equation to a solution that can be trusted, or to the reason why there is none.
+"""The stabilising solution of a Riccati equation with its certificate, or the reason why there is none.
 
 References
 ----------
@@ -37,7 +37,7 @@ ROUNDING = 8 * EPS  # what a few operations on the data, a change of coordinates
 
 @dataclass(frozen=True)
 class Words:
-    """The reasons as they read for a regulator, or for an estimator."""
+    """The wording of the reasons, for a regulator or for an estimator."""
 
     unmoved: str
     free: str
@@ -121,7 +121,7 @@ class Riccati:
     poles
         The eigenvalues (n,) of A - B K, or A - K C.
     certificate
-        How far X can be trusted.
+        The accuracy of X, and the margin of the loop.
     """
 
     X: Array

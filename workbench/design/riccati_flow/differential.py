@@ -172,7 +172,7 @@ def _solved(
 def _constant(
     coefficients: Coefficients, P: Array, gone: Array, rtol: float, begin: float, sign: float
 ) -> tuple[Array, Array]:
-    """P (N, n, n) and its error (N,) after each time gone, cut in two ways."""
+    """P (N, n, n) and its error (N,) after each length of time, which is cut in two ways."""
     at, scale = coefficients.at(begin), coefficients.scale(begin)
     lengths = np.diff(gone)
     if len(lengths) and np.ptp(lengths) <= 8 * EPS * (abs(begin) + gone[-1]):
@@ -194,7 +194,7 @@ def _constant(
 def _varying(
     coefficients: Coefficients, P: Array, gone: Array, rtol: float, begin: float, sign: float
 ) -> tuple[Array, Array]:
-    """P (N, n, n) and its error (N,) after each time gone, by steps short enough that the error is within rtol."""
+    """P (N, n, n) and its error (N,) after each length of time, by steps that keep the error within rtol."""
     scale, local = coefficients.scale(begin), rtol
     for _ in range(PASSES):
         found = varying_flow(lambda s: coefficients.hamiltonian(begin + sign * s, scale), P / scale, gone, local)

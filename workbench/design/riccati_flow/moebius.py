@@ -46,7 +46,7 @@ class Moebius:
 
 @dataclass(frozen=True, eq=False)
 class Image:
-    """The image of P (n, n) under a map, or that P escapes to infinity on the way.
+    """The image of P (n, n) under a map, and whether P escapes to infinity on the way.
 
     `loss` is by how much rounding of the map is magnified in P, relative to P.
     """
@@ -120,7 +120,7 @@ def _norm(X: Array) -> float:
 @dataclass(frozen=True)
 @show
 class Escape:
-    """P is finite at `after` and has had a pole by `before`, in s; infinite where it was not gone so far."""
+    """The times in s between which P has a pole: it is finite at `after`; `before` is infinite if no end is known."""
 
     after: float
     before: float
@@ -131,7 +131,7 @@ class Escape:
 
 
 def bracket(H: Array, P: Array, start: float, length: float) -> Escape:
-    """The escape that happens between `start` and `start + length`, by bisection of the length gone from `start`."""
+    """The escape between `start` and `start + length`, by bisection."""
     low, high = 0.0, length
     for _ in range(BISECTIONS):
         middle = (low + high) / 2

@@ -1,4 +1,4 @@
-"""The state-dependent Riccati equation: the algebraic one of the linear system that a plant is at each state."""
+"""The state-dependent Riccati equation: the algebraic one at each state of x' = A(x) x + B(x) u."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Factors = Callable[[Array], tuple[Any, Any]]
 @dataclass(frozen=True, eq=False)
 @show
 class StateDependent:
-    """P at each of N states, with the gains K = R^-1 B' P of u = -K x and what certifies them.
+    """P at each of N states, with the gains K = R^-1 B' P of u = -K x and their certificates.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class StateDependent:
 
     @property
     def margin(self) -> float:
-        """The least stability margin with the state held still, in 1/s; it says nothing of the moving state."""
+        """The least stability margin with the state frozen, in 1/s, which proves nothing for the moving state."""
         return min(certificate.margin for certificate in self.certificates)
 
 

@@ -220,7 +220,7 @@ def _step(H: Hamiltonian, t: float, h: float, track: Track, rtol: float) -> tupl
 
 
 def _unseen(H: Hamiltonian, t: float, h: float, fine: Array) -> float:
-    """The change from a jump between the outermost nodes and the ends of a step, which no node can see."""
+    """The change by a jump between the outermost nodes and the ends of a step, which the nodes do not sample."""
     off = np.tensordot(ENDS, fine, axes=1) - np.array([H(t), H(t + h)])
     return float(np.abs(off).max() * OF_HALVES[0] * h)
 

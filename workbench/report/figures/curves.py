@@ -1,4 +1,4 @@
-"""The points of the curves of a figure: as many as are drawn, and as numbers for a reader who goes on with them."""
+"""The points of the curves of a figure: thinned for drawing, and as a table of numbers."""
 
 from __future__ import annotations
 
@@ -53,10 +53,7 @@ def drawn_points(mark: Mark, panel: Panel, figure: Figure) -> tuple[Array, ...]:
 
 
 def windowed(curves: tuple[Array, ...], limits: tuple[float, float] | None) -> tuple[Array, ...]:
-    """The stretch of the curves that lies within the limits of the abscissa, and one point to each side.
-
-    So a close view spends its points on what it shows. A curve whose abscissa runs back is left whole.
-    """
+    """The curves within the limits of the abscissa and one point to each side; one that runs back is left whole."""
     if limits is None or (np.diff(curves[0]) < 0).any():
         return curves
     first, last = np.searchsorted(curves[0], limits)
@@ -65,7 +62,7 @@ def windowed(curves: tuple[Array, ...], limits: tuple[float, float] | None) -> t
 
 
 def thinned(curves: tuple[Array, ...], points: int) -> tuple[Array, ...]:
-    """At most about `points` of the common points (N,) of an abscissa and its ordinates.
+    """A selection of about `points` of the points (N,) of an abscissa and its ordinates, which keeps their extremes.
 
     The curve is cut in stretches of equally many points. Each keeps the points where an ordinate is
     least and greatest, and one gap if it holds any NaN, so a chattering signal keeps its envelope;

@@ -39,7 +39,7 @@ EDGE = 4.0  # points around each panel with all its letters
 
 @dataclass(frozen=True)
 class Plate:
-    """A panel as it will be drawn: its thinned curves, its rulers, and what is written around it."""
+    """A panel as it will be drawn: its thinned curves, its rulers, its title and its labels."""
 
     panel: Panel
     curves: tuple[tuple[Array, ...], ...]
@@ -183,7 +183,7 @@ def _draw_legend(pen: Pen, figure: Figure, width: float, height: float) -> float
 
 
 def _entries(figure: Figure) -> dict[str, Mark]:
-    """Each name with the first series of that name; what is named by the title of its panel needs no line in it."""
+    """Each name with the first series of that name, but for names that the title of a panel has."""
     found: dict[str, Mark] = {}
     for panel in figure.panels:
         for series in panel.series:
@@ -194,7 +194,7 @@ def _entries(figure: Figure) -> dict[str, Mark]:
 
 
 def _across(names: dict[str, Mark]) -> int:
-    """The number of names that stand side by side."""
+    """The number of names side by side in the legend."""
     letters = [len(re.sub(r"[\\${}]", "", name)) for name in names]
     rows = -(-sum(0.065 * n + 0.5 for n in letters) // WIDTH)
     return -(-len(names) // int(rows))

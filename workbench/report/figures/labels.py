@@ -19,7 +19,7 @@ ASCENT, DESCENT = 0.76, 0.24  # of the size of the letters: a line of text takes
 
 
 class Extent(NamedTuple):
-    """What a line of text takes in points: its width, and its height above and below the base line."""
+    """The size of a line of text in points: its width, and its height above and below the base line."""
 
     width: float
     ascent: float
@@ -27,7 +27,7 @@ class Extent(NamedTuple):
 
     @property
     def height(self) -> float:
-        """All of its height."""
+        """The total height."""
         return self.ascent + self.descent
 
 
@@ -35,7 +35,7 @@ NUMBER = Extent(0.0, ASCENT * SMALL_LETTERS, DESCENT * SMALL_LETTERS)  # of the 
 
 
 def mathtext(label: Label) -> str:
-    """A label in the words of matplotlib: what is text stays text, dollars and all."""
+    """A label in the mathtext of matplotlib, with the dollars of plain text escaped."""
     pieces = label if isinstance(label, tuple) else (label,)
     return "".join(p.replace("$", r"\$") if isinstance(p, str) else _formula(p) for p in pieces)
 
@@ -52,19 +52,19 @@ def _formula(formula: Any) -> str:
 
 
 def letters(size: float) -> FontProperties:
-    """The house's letters of a size in points."""
+    """The font of the figures in a size in points."""
     return FontProperties(family=FAMILY, size=size)
 
 
 def readable(label: str) -> tuple[str, bool]:
-    """What matplotlib's renderers take for a label: the text without escapes, and whether it holds a formula."""
+    """A label as matplotlib's renderers expect it: its text without escapes, and True if it holds a formula."""
     formula = "$" in label.replace(r"\$", "")
     return (label if formula else label.replace(r"\$", "$")), formula
 
 
 @cache
 def extent(label: str, size: float) -> Extent:
-    """What a label takes in letters of a size in points."""
+    """The extent of a label of one line, in letters of a size in points."""
     width, height, descent = text_to_path.get_text_width_height_descent(
         readable(label)[0], letters(size), readable(label)[1]
     )
@@ -72,7 +72,7 @@ def extent(label: str, size: float) -> Extent:
 
 
 def block_of(label: str, size: float) -> Extent:
-    """What a label of several lines takes: its widest line, and all of its height."""
+    """The extent of a label of several lines: the width of the widest, and the height of all."""
     lines = [extent(line, size) for line in label.split("\n")]
     height = sum(line.height for line in lines)
     return Extent(max(line.width for line in lines), lines[0].ascent, height - lines[0].ascent)
@@ -80,10 +80,7 @@ def block_of(label: str, size: float) -> Extent:
 
 @cache
 def folded(label: str, size: float, width: float) -> str:
-    """A label in lines of at most a width, broken behind a space, a dot, a comma or a bracket; a formula is not broken.
-
-    A word that is wider still is broken between its letters.
-    """
+    """A label in lines of at most a width, broken at spaces, signs or within long words; a formula is not broken."""
     if extent(label, size).width <= width or readable(label)[1]:
         return label
     lines = [""]

@@ -44,18 +44,18 @@ class Pen:
         self.renderer._text2path = text_to_path  # one for all sheets, as it remembers the formulas that it has set
 
     def line(self, x: Array, y: Array, look: Mapping[str, Any], within: Box | None = None) -> None:
-        """A line through points, with gaps at NaN."""
+        """Draw a line through points, with gaps at NaN."""
         self.renderer.draw_path(_context(look, within), Path(np.column_stack([x, y])), IdentityTransform())
 
     def area(self, x: Array, y: Array, color: str, alpha: float, within: Box | None = None) -> None:
-        """A polygon filled with a colour, without an edge."""
+        """Draw a polygon filled with a colour, without an edge."""
         context = _context({"color": color, "linewidth": 0.0}, within)
         context.set_alpha(alpha)
         closed = Path(np.column_stack([x, y]), closed=False)
         self.renderer.draw_path(context, closed, IdentityTransform(), to_rgba(color, alpha))
 
     def marks(self, x: Array, y: Array, look: Mapping[str, Any], within: Box | None = None) -> None:
-        """The same mark at each point."""
+        """Draw the same mark at each point."""
         style = MarkerStyle(look["marker"])
         context = _context({"color": look["color"], "linewidth": look["markeredgewidth"]}, within)
         context.set_joinstyle(style.get_joinstyle())
@@ -65,7 +65,7 @@ class Pen:
         self.renderer.draw_markers(context, style.get_path(), shape, places, IdentityTransform())
 
     def words(self, label: str, x: float, y: float, size: float, upwards: bool = False, color: str = INK) -> None:
-        """A line of text that begins at (x, y) on its base line."""
+        """Draw a line of text that begins at (x, y) on its base line."""
         if label:
             text, formula = readable(label)
             angle = 90.0 if upwards else 0.0

@@ -35,7 +35,7 @@ def placed(points: Array, sizes: Sequence[Extent], marks: Array, obstacles: Arra
     obstacles
         Segments (m, 4) from (x0, y0) to (x1, y1) that a name should not cross, if it can be helped.
     within
-        What no name may leave.
+        The rectangle that no name may leave.
     """
     apart = np.hypot(*(points[:, np.newaxis] - points).transpose(2, 0, 1))
     crowded = np.argsort(np.sort(apart, axis=1)[:, : min(6, len(points))].sum(axis=1), kind="stable").tolist()
@@ -81,7 +81,7 @@ def _overlaps(boxes: Array, others: Array, gap: float) -> Array:
 
 
 def _through(boxes: Array, lines: Array) -> Flags:
-    """True where a segment comes nearer a box than a point, (boxes, segments): no axis, nor its own, parts the two."""
+    """True where a segment comes nearer to a box than a point does, (boxes, segments)."""
     low, high = boxes[:, np.newaxis, :2] - 1, boxes[:, np.newaxis, 2:] + 1
     start, end = lines[np.newaxis, :, :2], lines[np.newaxis, :, 2:]
     beside = (np.maximum(start, end) > low) & (np.minimum(start, end) < high)

@@ -1,4 +1,4 @@
-"""The two rulers of a panel, what each spans, its marks and numbers; and how large a figure is, by its named rows."""
+"""The two rulers of a panel, with their ranges, marks and numbers; and the size of a figure."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Ticks:
 
 @dataclass(frozen=True)
 class Ruler:
-    """From low to high, on a linear or a logarithmic scale; with marks at `whole` numbers alone where it counts.
+    """The ruler of an axis from low to high, linear or logarithmic; for counts with marks at `whole` numbers alone.
 
     With `names` it has a place for each of them, 0, 1, ..., and no numbers.
     """
@@ -147,7 +147,7 @@ def _locator(scale: str, most: int, subs: Sequence[float] = (1.0,), whole: bool 
 
 
 def rulers(figure: Figure, i: int, curves: Sequence[tuple[Array, ...]]) -> tuple[Ruler, Ruler]:
-    """Those of panel i, whose curves have these points; names that stand beside another panel are left out."""
+    """The rulers of panel i, whose curves have these points; names that stand beside another panel are left out."""
     panel = figure.panels[i]
     held = [_held(curve, mark.spans) for curve, mark in zip(curves, panel.series, strict=True)]
     margin = 0.05 if any(_has_margin(mark) for mark in panel.series) else 0.0
@@ -188,7 +188,7 @@ def _column_names(figure: Figure, i: int) -> Sequence[str]:
 
 
 def _held(curve: tuple[Array, ...], spans: Spans) -> Spans:
-    """The numbers that the rulers must hold: the points that are drawn of a curve, all of what is no curve."""
+    """The numbers that the rulers must cover: drawn points of curves, and all numbers of other marks."""
     return (curve[:1], curve[1:]) if curve else spans
 
 

@@ -69,7 +69,7 @@ def _usual(runs: Trajectories) -> tuple[str, ...]:
 
 
 def _draw(ax: Axes, name: str, held: Mapping[str, Trajectories], run: int | None) -> None:
-    """A signal of all laws, and below them what it should follow."""
+    """A signal of all laws, over its reference."""
     count, units = 0, ""
     for law, runs in held.items():
         step = runs.step

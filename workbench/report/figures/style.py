@@ -57,7 +57,7 @@ NAMED = 0.36  # of a figure's width, at most, for the names of its rows
 
 @contextmanager
 def house_style() -> Iterator[None]:
-    """The rules of this file for matplotlib, whatever a machine's own settings say."""
+    """The settings of matplotlib for this file's style, independent of the machine's own."""
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(RULES)
@@ -92,10 +92,7 @@ def below(figure: Figure, i: int) -> Panel | None:
 
 
 def layer_of(i: int, panel: Panel) -> float:
-    """The layer of a mark: what is wanted below all laws, what is promised above them, the first law on top.
-
-    Areas lie below lines.
-    """
+    """The layer of a mark: areas below lines, references below all laws, bounds above them, the first law on top."""
     mark, below = panel.series[i], {"reference": 2.0, "bound": 3.5}
     layer = below.get(str(mark.style), 3.0 - i / len(panel.series))
     return layer - 0.9 if isinstance(mark, Band | Bars | HeatMap | Tiles) else layer

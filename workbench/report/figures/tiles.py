@@ -44,7 +44,7 @@ def ink_over(shade: float) -> str:
 
 
 def draw_tiles(pen: Pen, box: Box, tiles: Tiles, x: Ruler, y: Ruler) -> None:
-    """Tiles with their texts, all as large as the smallest room allows, and what marks them."""
+    """Tiles with their texts, all as large as the smallest room allows, and their frames, corners and stripes."""
     width, height = box.width / abs(x.high - x.low), box.height / abs(y.high - y.low)
     shades = np.asarray(tiles.shades)
     size = _size(tiles, width, height)
@@ -82,7 +82,7 @@ def _width(text: Sequence[str], size: float) -> float:
 
 
 def _height(text: Sequence[str]) -> float:
-    """Of the digits of a text from top to bottom, in sizes of its first line."""
+    """The height of the digits of a text, in sizes of its first line."""
     return DIGIT + (len(text) - 1) * SMALL * (DIGIT + LEAD)
 
 
@@ -143,6 +143,6 @@ def draw_map(pen: Pen, box: Box, held: HeatMap, x: Ruler, y: Ruler) -> None:
 
 
 def _number(value: float) -> str:
-    """Two decimals of a number; what rounds to zero has no sign."""
+    """A number with two decimals, without a sign if it rounds to zero."""
     text = f"{value:.2f}"
     return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")

@@ -44,7 +44,7 @@ def fma(a: Any, b: Any, c: Any) -> Any:
 
 
 def _by_parts(a: Any, b: Any, c: Any, product: Any) -> Any:
-    """From an exact product and two exact sums, of which the smaller parts are added with rounding to odd."""
+    """a b + c from an exact product and two exact sums, the smaller parts added with rounding to odd."""
     (ah, al), (bh, bl) = halves(a), halves(b)
     lacking = al * bl - (((product - ah * bh) - al * bh) - ah * bl)
     middle, low = _sum(c, lacking)
@@ -53,7 +53,7 @@ def _by_parts(a: Any, b: Any, c: Any, product: Any) -> Any:
 
 
 def _sum(a: Any, b: Any) -> tuple[Any, Any]:
-    """The rounded sum and what it lacks (Knuth)."""
+    """The rounded sum and its error (Knuth)."""
     total = a + b
     other = total - a
     return total, (a - (total - other)) + (b - other)
@@ -68,7 +68,7 @@ def _odd(a: Any, b: Any) -> Any:
 
 
 def _one(a: float, b: float, c: float) -> float:
-    """From fractions; of finite numbers whose product is not zero."""
+    """a b + c from fractions, for finite numbers whose product is not zero."""
     exact = Fraction(a) * Fraction(b) + Fraction(c)
     try:
         return float(exact)
@@ -114,7 +114,7 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = {
 
 @dataclass(frozen=True)
 class Arrays:
-    """Does what it is asked for at once."""
+    """A machine that computes each operation at once."""
 
     fused: bool
 
@@ -136,7 +136,7 @@ Line = tuple[int, Callable[..., Any], tuple[int, ...], tuple[int, ...]]
 
 
 class Tape:
-    """A machine that notes what is to be done, each thing once; a value is its place among the values of a play."""
+    """A machine that records operations, each one once; a value is its place among those of a play."""
 
     def __init__(self, fused: bool) -> None:
         self.fused = fused
@@ -163,11 +163,11 @@ class Tape:
         return place
 
     def place(self, of: object) -> int:
-        """The place of what comes in under a name of its own."""
+        """The place of a named input."""
         return self.places.setdefault(of, len(self.places))
 
     def lines(self, results: Collection[int]) -> list[Line]:
-        """The operations that some results need, each with the values that nothing behind it needs."""
+        """The operations that some results need, each with the values that are not used after it."""
         needed, kept = set(results), list[Line]()
         for place, (function, operands) in reversed(self.notes.items()):
             if place in needed:
@@ -178,7 +178,7 @@ class Tape:
 
 
 def play(lines: Iterable[Line], values: dict[int, Value]) -> None:
-    """Add what some lines of a tape make to the values that come in; what is needed no longer goes at once."""
+    """Compute the lines of a tape, add their results to the values, and delete each value after its last use."""
     for place, function, operands, last in lines:
         values[place] = function(*[values[i] for i in operands])
         for i in last:

@@ -1,8 +1,8 @@
 """The disk cache: the machine code of kernels, each under a key that names all it depends on.
 
 A file is a header and the code. The header repeats the key and has the code's hash, so that a file which is
-damaged, cut off or not our own is told from a good one, and counts as absent. Nothing here fails: what
-cannot be kept or read is compiled anew.
+damaged, cut off or not our own is told from a good one, and is compiled anew. No fault of the
+disk is an error: the kernel is compiled anew.
 
 The code is executed. So the folder must belong to the user and be writable for nobody else; any other
 is not used. `WORKBENCH_CACHE` names another folder, or is "off".
@@ -52,7 +52,7 @@ def folder() -> Path | None:
 
 
 def load(key: str) -> bytes | None:
-    """The code under a key, or None if there is none that is whole, ours and of this key."""
+    """The code under a key, or None if the cache has no complete file of this user for it."""
     place = folder()
     if place is None:
         return None
@@ -74,7 +74,7 @@ def load(key: str) -> bytes | None:
 
 
 def store(key: str, code: bytes) -> None:
-    """Keep the code under a key; a reader finds all of it or nothing, whoever else writes at the same time."""
+    """Store the code under a key, so that a concurrent reader finds all of it or nothing."""
     place = folder()
     if place is None:
         return
@@ -92,7 +92,7 @@ def store(key: str, code: bytes) -> None:
 
 
 def _of_the_user() -> Path:
-    """The folder in which this system keeps what a user's programs can make again."""
+    """The folder of this system for files of a user's programs that can be made again."""
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
     if sys.platform == "darwin":
@@ -102,12 +102,12 @@ def _of_the_user() -> Path:
 
 
 def _private(status: os.stat_result) -> bool:
-    """True if only this user can have written what has this status; Windows keeps its own lists of that."""
+    """True if only this user can have written the file; always on Windows, which has access lists of its own."""
     return os.name != "posix" or (status.st_uid == os.geteuid() and not status.st_mode & 0o022)
 
 
 def _at_once(path: str, flags: int) -> int:
-    """Open a file to be read; what has no writer yet, as a named pipe may, is not waited for."""
+    """Open a file for reading without waiting, as for a named pipe without a writer."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
@@ -121,7 +121,7 @@ def _header(key: str, code: bytes) -> bytes:
 
 
 def _tidy(place: Path) -> None:
-    """Remove what was left half written, and the kernels longest out of use until the rest fits."""
+    """Remove half-written files, and the least recently used kernels until the rest fits."""
     now, kernels = time.time(), []
     with os.scandir(place) as entries:
         for entry in entries:

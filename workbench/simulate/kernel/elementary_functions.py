@@ -30,7 +30,7 @@ def sign(x: Number) -> Number:
 
 
 def polynomial(x: Number, coefficients: Sequence[float]) -> Number:
-    """By Horner's rule, highest power first."""
+    """The value of a polynomial by Horner's rule, highest power first."""
     result = fma(x, coefficients[0], coefficients[1])
     for coefficient in coefficients[2:]:
         result = fma(result, x, coefficient)
@@ -69,7 +69,7 @@ COSINE = (
 
 
 class Angle(NamedTuple):
-    """A reduced angle: its quadrant as a word, whether that is odd, and sine and cosine of what is left."""
+    """A reduced angle: its quadrant as a word, True if that is odd, and sine and cosine of the remainder."""
 
     quadrant: Word
     odd: Truth
@@ -200,11 +200,7 @@ def halves(x: Any) -> tuple[Any, Any]:
 
 
 def _rest(x: Number, turns: Number, y: Number) -> Number:
-    """x - turns y, which is a double.
-
-    Without fused products x less the rounded product is exact (Sterbenz), and so is what that product lacks (Dekker):
-    amid the range of a double, where nothing of it is lost.
-    """
+    """x - turns y, exact: fused, or by the error of the rounded product (Dekker, Sterbenz) within a double's range."""
     if x.machine.fused:
         return fma(-turns, y, x)
     large, tiny = abs(x) > 2.0**900, abs(x) < 2.0**-900

@@ -28,7 +28,7 @@ INSTRUCTIONS = {
 
 
 class Emission:
-    """Writes one straight line of code: the machine that its evaluation runs on."""
+    """The machine that writes each operation as a line of LLVM IR."""
 
     def __init__(
         self, graph: Graph, width: int, fused: bool, prefix: str, load: Callable[[Emission, int], str]

@@ -29,7 +29,7 @@ FUNCTIONS: Mapping[str, Callable[..., Number]] = {
 
 
 class Evaluation:
-    """Makes values in the order of their nodes, and loads what it does not make when it is first needed."""
+    """The evaluation of nodes in their order; a value that is not made here is loaded when it is first needed."""
 
     def __init__(self, graph: Graph, machine: Machine, load: Callable[[int], Value]) -> None:
         self.graph = graph
@@ -60,7 +60,7 @@ class Evaluation:
         return self.numbers[place]
 
     def truth(self, place: int) -> Truth:
-        """A value as a truth: what is not zero is true."""
+        """A value as a truth: nonzero is true."""
         if place not in self.truths:
             self.truths[place] = self.number(place).compare("ne", 0.0)
         return self.truths[place]

@@ -1,4 +1,4 @@
-"""Graph: one block of operations, each of them once, known by what it depends on."""
+"""Graph: a block of operations, each of them once, with the inputs on which it depends."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Graph:
 
     @cached_property
     def levels(self) -> tuple[Level, ...]:
-        """The level of each node; what Python cannot fold is made with the parameters."""
+        """The level of each node; constants that Python cannot fold have the level of the parameters."""
         found: list[Level] = []
         length, parameters = Level.LENGTH, Level.PARAMETERS
         for op, operands, *_ in self.nodes:
@@ -111,7 +111,7 @@ class Graph:
 
 
 class Nodes:
-    """Collects nodes, each one once, and computes what is made of constants alone."""
+    """The nodes of a graph while it is built, each one once, with constants folded."""
 
     def __init__(self) -> None:
         self.held: list[Node] = []

@@ -40,7 +40,7 @@ def has_fma() -> bool:
 
 @cache
 def processor() -> str:
-    """All that machine code depends on besides its IR: the platform, its processor, and the LLVM that wrote it."""
+    """The platform, its processor and the LLVM version, on which machine code depends besides its IR."""
     name, features = _host()
     version = ".".join(map(str, llvm.llvm_version_info))
     return f"{llvm.get_process_triple()} {name} {features} LLVM {version} llvmlite {llvmlite.__version__}"
@@ -67,7 +67,7 @@ _turn = threading.Lock()
 
 
 def _fresh_turn() -> None:
-    """A child of a fork must not wait for a thread that it does not have."""
+    """Replace the lock in the child of a fork, where the thread that held it does not exist."""
     global _turn
     _turn = threading.Lock()
 
@@ -117,7 +117,7 @@ def _machine_code(ir: str, level: int) -> bytes:
 
 
 def _machine(level: int) -> Any:
-    """A new description of this processor, as every engine takes possession of its own."""
+    """A new description of this processor, as each engine takes ownership of its own."""
     name, features = _host()
     target = llvm.Target.from_default_triple()
     return target.create_target_machine(cpu=name, features=features, opt=level, jit=True)

@@ -199,7 +199,7 @@ def _piece(plan: Plan, width: int, fused: bool) -> str:
 
 
 def _noise(e: Emission, place: int, steps: str) -> str:
-    """A normal number of the steps with these numbers, and with it all others of theirs."""
+    """A normal number at some steps, made together with all others of these steps."""
     noise = {i: node.entry for i, node in enumerate(e.evaluation.graph.nodes) if node.op == "w"}
     names: list[str] = normals_on(e, e.splat("%seed", "i64"), "%key", steps, 1 + max(noise.values()))
     e.evaluation.numbers |= {i: Number(e, names[entry]) for i, entry in noise.items()}

@@ -18,7 +18,7 @@ Value = Any  # what a machine has for a number, a truth or a word
 
 
 class Machine(Protocol):
-    """A target: whether it rounds a product together with the sum that it is for, and what it can do."""
+    """A target: its operations, and True if it rounds a product together with the sum that it is for."""
 
     @property
     def fused(self) -> bool: ...  # noqa: D102
@@ -84,7 +84,7 @@ class Word:
 
     @property
     def signed(self) -> Number:
-        """The number that it counts as a signed word."""
+        """The word as a signed whole number."""
         return Number(self.machine, self.machine.do("signed", self.value))
 
     def _with(self, operation: str, other: Word | int) -> Word:
@@ -137,11 +137,11 @@ class Number:
 
     @property
     def bits(self) -> Word:
-        """Its bits."""
+        """The bits of the number as a word."""
         return Word(self.machine, self.machine.do("bits", self.value))
 
     def do(self, operation: str, *others: Number | float) -> Number:
-        """The number that an operation makes of this one and others."""
+        """The result of an operation on this number and others."""
         return Number(self.machine, self.machine.do(operation, self.value, *map(self._value, others)))
 
     def compare(self, operation: str, other: Number | float) -> Truth:
@@ -158,7 +158,7 @@ def number(machine: Machine, value: Number | float) -> Number:
 
 
 def select(truth: Truth, a: Number | float, b: Number | float) -> Number:
-    """The first where it holds, the second elsewhere."""
+    """The first number where the truth holds, the second elsewhere."""
     machine = truth.machine
     return Number(machine, machine.do("select", truth.value, number(machine, a).value, number(machine, b).value))
 

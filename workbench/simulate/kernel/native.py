@@ -37,10 +37,7 @@ class Kernel:
 
 @lru_cache(maxsize=256)
 def kernel(plan: Plan, width: int, haste: bool = False, fused: bool = True) -> Kernel:
-    """The kernel of a plan, `width` runs side by side, with `fused` products or without.
-
-    In `haste` it is slower code with the same results.
-    """
+    """The kernel of a plan, `width` runs side by side, with `fused` products or without; in `haste` slower code."""
     module = llvm.compiled(_ir(plan, width, fused), haste)
     number, pointer = ctypes.c_int64, ctypes.c_void_p
     march = module.function("workbench_march", pointer, *[number] * 4, *[pointer] * 7, result=number)
@@ -73,7 +70,7 @@ def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
 
 
 def _kernel(job: Job, kept: int, width: int) -> Kernel:
-    """The kernel of a job: in haste as long as its plan has not much to march, behind it or ahead."""
+    """The kernel of a job, compiled with few optimisations as long as its plan has marched little."""
     plan = job.plan
     steps = _marched.get(plan, 0) + -(-len(job.p) // width) * kept * job.stride
     _marched[plan] = steps
@@ -119,7 +116,7 @@ def _room(*shape: int, kind: type[Any] = float) -> Array:
 
 
 def _aligned(array: Any) -> Array:
-    """The same numbers in such memory."""
+    """The same numbers in aligned memory."""
     room = _room(*array.shape, kind=array.dtype.type)
     room[...] = array
     return room

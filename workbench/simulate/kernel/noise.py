@@ -59,7 +59,7 @@ LOGARITHM = (
 def normals(seed: int, runs: Integers, steps: Integers, entries: int) -> Array:
     """Standard normal numbers (B, N, entries), each a function of its seed, run, step and entry only.
 
-    What is out of the ranges below would repeat other numbers: `simulate` refuses it.
+    Arguments beyond the ranges below would repeat other numbers: `simulate` refuses them.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def normals(seed: int, runs: Integers, steps: Integers, entries: int) -> Array:
     runs, steps
         The indices (B,) of the runs, from 0 to 2^63 - 1, and (N,) of the steps, from 0 to 2^32 - 1.
     entries
-        How many numbers there are at each step of a run, up to 2^33. The first ones do not depend on it.
+        The count of numbers at each step of a run, up to 2^33. The first ones do not depend on it.
     """
     run_words, step_words = np.asarray(runs).astype(np.uint64), np.asarray(steps).astype(np.uint64)
     pairs = np.arange((entries + 1) // 2, dtype=np.uint64)
@@ -142,7 +142,7 @@ def logarithm(x: Number) -> Number:
 
 
 def polynomial(x: Number, coefficients: Sequence[float]) -> Number:
-    """By Horner's rule, highest power first, every product and every sum rounded."""
+    """The value of a polynomial by Horner's rule, highest power first, every product and every sum rounded."""
     result = x * coefficients[0] + coefficients[1]
     for coefficient in coefficients[2:]:
         result = result * x + coefficient

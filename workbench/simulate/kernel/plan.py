@@ -65,7 +65,7 @@ class Plan:
 
     @cached_property
     def behind_table(self) -> tuple[int, ...]:
-        """Those made once a run that the table needs."""
+        """The nodes made once a run that the table needs."""
         return tuple(i for i in self.graph.before(self.table) if self.graph.levels[i] is Level.PARAMETERS)
 
     def constants(self, h: float) -> tuple[float, ...]:

@@ -75,7 +75,7 @@ def _graph(rule: Rule) -> Graph:
 
 @lru_cache(maxsize=128)
 def _unknown(graph: Graph) -> tuple[str, int] | None:
-    """An operation that no kernel knows, and the first result that needs it."""
+    """The first operation that no kernel has, and the first result that needs it."""
     for place in (i for i, node in enumerate(graph.nodes) if node.op.startswith(UNKNOWN)):
         for i, result in enumerate(graph.results):
             if place in graph.before([result]):
@@ -84,14 +84,14 @@ def _unknown(graph: Graph) -> tuple[str, int] | None:
 
 
 class _Reader:
-    """Turns the instructions of CasADi into nodes."""
+    """The reader that turns the instructions of CasADi into nodes."""
 
     def __init__(self) -> None:
         self.nodes = Nodes()
         self.quotients: dict[int, tuple[int, ...]] = {}  # what a product with a reciprocal was a quotient of
 
     def read(self, function: ca.Function) -> list[int]:
-        """The places of what the function returns."""
+        """The places of the results of the function."""
         registers: dict[int, int] = {}
         results: dict[tuple[int, int], int] = {}
         for line in range(function.n_instructions()):

@@ -1,6 +1,6 @@
 """Rewriting: the same graph with less work in it, and the graph of a whole step from that of its rates.
 
-What is rewritten depends on the graph alone, never on which parameters vary: so no last bit of a run does.
+The rewriting depends on the graph alone and not on which parameters vary, so neither do the bits of a run.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def opened(graph: Graph) -> Graph:
 
 
 def fused(graph: Graph) -> Graph:
-    """The same graph without what no result needs, and with a product rounded together with the sum it is for.
+    """The same graph without unused nodes, and with each product rounded together with the sum it is for.
 
     The product must have no other use, and change with no less than the sum: else it would be made more often.
     """
@@ -87,7 +87,7 @@ def fused(graph: Graph) -> Graph:
 
 
 def ordered(graph: Graph) -> Graph:
-    """The same graph in an order in which few values wait: the deepest operand first, the shallowest result first."""
+    """The same graph in an order with few values alive at once: deepest operand first, shallowest result first."""
     height: list[int] = []
     for node in graph.nodes:
         height.append(1 + max([height[i] for i in node.operands], default=0))
@@ -104,11 +104,7 @@ def ordered(graph: Graph) -> Graph:
 
 
 def stepped(graph: Graph, rates: int) -> Graph:
-    """The graph of x+: its first `rates` results are dx/dt of as many states, which take a Runge-Kutta step.
-
-    The other results are what the other states become, as they are at the beginning of the step. No rate
-    knows those.
-    """
+    """The graph of x+: a Runge-Kutta step of the first `rates` results, which are dx/dt; the others unchanged."""
     nodes = Nodes()
     add, constant = nodes.add, nodes.constant
     needed = {node.entry for node in graph.nodes if node.op == "x"}

@@ -1,4 +1,4 @@
-"""What a study says, as data: words, equations, tables, figures and verdicts, and nothing about their looks.
+"""The document of a study as data: words, equations, tables, figures and verdicts, without their layout.
 
 No date, no running time and no path of a machine is part of a document: the same study gives the same bytes.
 """
@@ -127,13 +127,13 @@ class Equation:
 @dataclass(frozen=True)
 @door
 class Verdict:
-    """A claim with what became of it and its evidence, as a bound, a residual or a witness, in one box.
+    """A claim with its verdict and its evidence, as a bound, a residual or a witness, in one box.
 
-    A claim `holds`, `fails` or is `open`. What a study `found` is a plain sentence with its figure, printed without
+    A claim `holds`, `fails` or is `open`. One that is `found` is a plain sentence with its figure, printed without
     a word of right or wrong; one that `depends` has other answers to other questions.
 
-    `estimand` says which statistic of which sample it speaks of, `given` who was given what, and `reversal` what
-    would turn it round.
+    `estimand` names the statistic and its sample, `given` the information on which it rests, and `reversal` the
+    change that would reverse it.
     """
 
     kind: Literal["holds", "fails", "open", "found", "depends"]
@@ -145,7 +145,7 @@ class Verdict:
 
     @property
     def terms(self) -> tuple[tuple[str, Phrase], ...]:
-        """What stands in small lines below the evidence, each with its label; only what is given."""
+        """The small lines below the evidence, each with its label; those without a text are left out."""
         lines = (
             ("Statistic and sample", self.estimand),
             ("Given", self.given),
@@ -160,7 +160,7 @@ Block: TypeAlias = Paragraph | Itemize | Equation | Table | Figure | Verdict
 @dataclass(frozen=True)
 @door
 class Section:
-    """A heading and what stands below it.
+    """A heading and the blocks below it.
 
     Examples
     --------
@@ -174,7 +174,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Colophon:
-    """How to get this report again: the command, the seed, and what the numbers were made of.
+    """The record from which a report can be made again: command, seed, versions and digests.
 
     `fingerprints` maps names to the hexadecimal digest of equations alone, `digests` to that of equations and numbers,
     `packages` the name of a package to its version; `arithmetic` is the signature of that in which the loops were run;
@@ -194,7 +194,7 @@ class Colophon:
 
 @dataclass(frozen=True)
 class Document:
-    """A report: its question, its method, its sections, and how to get it again.
+    """A report: its question, its method, its sections, and the record to make it again.
 
     Its texts are made clean: a line break or tab becomes a space, and what no file may hold, as a control character,
     becomes U+FFFD, the sign for a character that cannot be shown.

@@ -1,4 +1,4 @@
-"""A figure as data: panels, each with its marks, its scales, and what is written around it."""
+"""A figure as data: panels, each with its marks, its scales and its labels."""
 
 from __future__ import annotations
 

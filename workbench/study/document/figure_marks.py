@@ -1,4 +1,4 @@
-"""What a figure shows, as data: curves, bands, bars, points with names, maps of cells, and tiles with texts."""
+"""The marks of a figure as data: curves, bands, bars, points with names, maps of cells, and tiles with texts."""
 
 from __future__ import annotations
 
@@ -198,7 +198,7 @@ Mark: TypeAlias = Series | Band | Bars | Points | HeatMap | Tiles
 
 
 def _around(cells: Array) -> Spans:
-    """What cells (r, c) span, one unit each about 0, 1, ..."""
+    """The ranges of both axes that cells (r, c) cover, one unit each, centred at 0, 1, ..."""
     rows, columns = np.shape(cells)
     return (np.array([-0.5, columns - 0.5]),), (np.array([-0.5, rows - 0.5]),)
 

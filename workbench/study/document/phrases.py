@@ -66,7 +66,7 @@ class Measured:
 @dataclass(frozen=True)
 @door
 class Diverged:
-    """In place of a number that does not exist: the run left all bounds `at` so many seconds."""
+    """A cell in place of a number that does not exist, as the run diverged `at` so many seconds."""
 
     at: float
 
@@ -152,7 +152,7 @@ class Table:
 
 
 def bare(cell: Cell) -> Value:
-    """What stands in a cell, in bold or not."""
+    """The value of a cell, without its emphasis."""
     return cell.cell if isinstance(cell, Emphasis) else cell
 
 

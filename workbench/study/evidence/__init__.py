@@ -1,4 +1,4 @@
-"""Evidence of who is better: several laws over the same draws of what is uncertain, with simultaneous intervals.
+"""Comparison of laws over the same draws of the uncertain numbers, with simultaneous intervals.
 
 The room knows values by law and draw, estimands such as a mean or a tail, and tables of them; it does not know loops,
 metrics or how the runs were made. Read `judgement.py` first, then `estimands.py`.

@@ -94,7 +94,7 @@ def order_statistics(columns: Array, share: float, confidence: float, resamples:
 
 
 def percentiles(value: Array, resampled: Array, confidence: float) -> Intervals:
-    """Values (k,) between ends that hold all at once, from what they are in resamples (R, k).
+    """Values (k,) with intervals that hold all at once, from their values in resamples (R, k).
 
     The ends are quantiles of the resamples, of one share for both sides of all columns, such that all values lie
     between them in a share of the resamples that is the confidence. A side that resamples make infinite, or not a
@@ -225,7 +225,7 @@ def _drawn(runs: int, first: int, last: int, seed: int) -> Array:
 
 @lru_cache(maxsize=2)
 def _across(runs: int, first: int, last: int, seed: int) -> Integers:
-    """The same, a row a draw."""
+    """The numbers of `_counts`, with one row a draw."""
     small = np.int16 if runs < 2**15 else np.int32  # no sum of them exceeds the draws
     found = np.ascontiguousarray(_drawn(runs, first, last, seed).T.astype(small))
     found.flags.writeable = False

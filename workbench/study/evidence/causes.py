@@ -1,4 +1,4 @@
-"""Causes: which of the runs that a computer's loop loses are lost by its integrator, and which by its law."""
+"""Causes of divergence: the runs that a computer's loop loses by its integrator, and those it loses by its law."""
 
 from __future__ import annotations
 
@@ -33,17 +33,17 @@ class Causes:
 
     @property
     def by_integrator(self) -> int:
-        """How many runs "fine" keeps finite: their law diverges by the integrator alone."""
+        """The number of runs that stay finite under "fine": the integrator alone made them diverge."""
         return int((self.lost[FINE] == 0).sum())
 
     @property
     def by_law(self) -> int:
-        """How many runs every way loses."""
+        """The number of runs that diverge in every way: the law itself makes them diverge."""
         return int(np.min(list(self.lost.values()), axis=0).sum())
 
     @property
     def unsettled(self) -> int:
-        """How many runs "fine" loses and another way keeps."""
+        """The number of runs that diverge under "fine" and stay finite in another way."""
         return len(self.lost[FINE]) - self.by_integrator - self.by_law
 
     @property
@@ -64,7 +64,7 @@ def causes(
     seed: int = 0,
     runs: Integers | None = None,
 ) -> Causes:
-    """Why runs were lost: each is run again in every way that a computer may step its memories, "fine" among them.
+    """The causes of divergence: each lost run is run again in every way that a computer may step its memories.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def causes(
 
 @door
 def causes_in_sweep(sweep: Sweep, diverged: Integers, ways: Mapping[str, Loop]) -> Causes:
-    """Why some runs of a sweep were lost, by their numbers: their own rows and noise in each of the ways.
+    """The causes of divergence of some runs of a sweep, by their numbers: their own rows and noise in each way.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Paired: one metric of several laws over the same draws of what is uncertain."""
+"""Paired: one metric of several laws over the same draws of the uncertain numbers."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Paired:
     failed
         (L,), how many runs failed.
     note
-        What must stand below a table: draws, seed, steps.
+        The note below a table: draws, seed, steps.
     """
 
     metric: str

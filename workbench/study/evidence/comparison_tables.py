@@ -45,7 +45,7 @@ def comparison_table(
 
 @door
 def statistics_table(name: str, caption: Phrase, judgement: Judgement, notes: tuple[Phrase, ...] = ()) -> Table:
-    """One row a law, one column an estimand, the one asked first; the notes have the verdict and what is reversed.
+    """One row a law, one column an estimand, the asked one first; the notes have the verdict and its reversals.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def _statistics(comparisons: Sequence[Comparison]) -> str:
 
 
 def _said(comparisons: Sequence[Comparison]) -> tuple[str, ...]:
-    """The notes on the statistics, on each metric, and once those on all."""
+    """The notes of a table: on the statistics, on each metric, and the common ones once."""
     return (*dict.fromkeys(one.said for one in comparisons), *_runs(comparisons))
 
 
@@ -181,5 +181,5 @@ def _text(numbers: Iterable[float], unit: str) -> str:
 
 
 def _short(number: float, sign: str) -> str:
-    """Three digits, or all of them before the point."""
+    """A number in three digits, or with all digits before the point."""
     return f"{number:{sign},.0f}" if abs(number) >= 1000 else f"{number:{sign}.3g}"

@@ -38,7 +38,7 @@ class Mean:
 
     @property
     def words(self) -> str:
-        """Its name."""
+        """The name of the estimand."""
         return "mean"
 
 
@@ -58,14 +58,14 @@ class Quantile:
 
     @property
     def words(self) -> str:
-        """Its name."""
+        """The name of the estimand."""
         return f"{100 * self.share:g} % quantile"
 
 
 @dataclass(frozen=True)
 @door
 class Median:
-    """The quantile of one half. A difference is that of two medians, so that what is compared is what is printed.
+    """The quantile of one half; a difference is that of two medians, as they are printed.
 
     The median of the differences within a draw answers another question, and may have another sign: for that, `ranks`
     has the share of the draws in which one law is below another.
@@ -73,7 +73,7 @@ class Median:
 
     @property
     def words(self) -> str:
-        """Its name."""
+        """The name of the estimand."""
         return "median"
 
 
@@ -95,7 +95,7 @@ class Tail:
 
     @property
     def words(self) -> str:
-        """Its name."""
+        """The name of the estimand."""
         return f"mean of the worst {100 * (1 - self.share):g} %"
 
 
@@ -120,7 +120,7 @@ class Success:
 
     @property
     def words(self) -> str:
-        """Its name."""
+        """The name of the estimand."""
         return f"success (<= {self.limit:g})"
 
 
@@ -207,7 +207,7 @@ def _quantiles(
 def _tails(
     values: Array, y: Array, share: float, resampled: Array, confidence: float, seed: int, pairs: Pairs | None
 ) -> Intervals:
-    """Of values, and of the same values y with zeros in the columns that have failed runs."""
+    """The mean of the worst part of values, and of the same values with zeros in columns that have failed runs."""
     q = np.sort(y, axis=0)[place_of(len(y), share)]
     parts = q + np.maximum(y - q, 0) / (1 - share)
 
@@ -249,7 +249,7 @@ def _rounding(values: Array, pairs: Pairs | None) -> Array:
 
 
 def _of_finite(values: Array, pairs: Pairs | None, summary: Callable[[Flags], Intervals]) -> Intervals:
-    """The summary of what is finite; one law with a failed run is infinitely above, and two such are not known."""
+    """The summary of finite columns; a law with a failed run is infinitely above, two such are unknown."""
     value = _between(np.where(np.isinf(values).any(axis=0), np.inf, 0.0)[None], pairs)[0]
     known = value == 0
     low, high = np.where(np.isnan(value), -np.inf, value), np.where(np.isnan(value), np.inf, value)

@@ -68,7 +68,7 @@ class Judgement:
 
     @property
     def best(self) -> str | None:
-        """The law that is best by the asked estimand, unless it depends on what is asked."""
+        """The law that is best by the asked estimand; None if another estimand reverses that, or none is best."""
         return self._first.best if self.kind == "best" else None
 
     @property
@@ -178,7 +178,7 @@ class Standings:
 
     @property
     def wins(self) -> Mapping[str, Mapping[str, tuple[str, ...]]]:
-        """By the words of each estimand, each law and the scenarios in which it is best by that one; most first."""
+        """For each estimand in words, each law and the scenarios in which it is best by that one; most first."""
         ((laws, estimands),) = {(one.paired.laws, tuple(one.by)) for one in self.judgements.values()}
         found = {}
         for words in estimands:

@@ -36,7 +36,7 @@ def side_by_side(
     notes: Sequence[str] = (),
     margin: float = 0.0,
 ) -> Table:
-    """One row a law, one column a metric, for one number of each; in bold what is below all others, as `order` judges.
+    """One row a law, one column a metric, for one number of each; bold where it is below all others by `order`.
 
     The metrics are all that were taken where none is named. Where a metric does not exist in a case the cell is empty.
 
@@ -164,7 +164,7 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
 
 
 def _remarks(outcomes: Iterable[Outcome]) -> tuple[str, ...]:
-    """The notes on laws, one note for all laws of which the same must be said."""
+    """The notes on laws, one note for all laws to which the same applies."""
     alike: dict[str, list[str]] = {}
     for outcome in outcomes:
         if outcome.notes:
@@ -184,7 +184,7 @@ class Ranking:
 
     @door
     def sentence(self, winner: str) -> str:
-        """In plain words, with the pairs that concern `winner` named."""
+        """The ranking in plain words, with the pairs that concern `winner` named."""
         pairs = len(self.holds) + len(self.fails) + len(self.undecided)
         lost = [b for a, b in self.fails if a == winner]
         against = (
@@ -211,7 +211,7 @@ def ranking(published: Published, outcomes: Mapping[str, Outcome], margin: float
 
 
 def _score(outcome: Outcome, published: Published) -> tuple[float, float]:
-    """A diverged run is worse than any other."""
+    """The value of an outcome, infinite for a diverged run, which is worse than any other."""
     if outcome.diverged_at is not None:
         return float("inf"), 0.0
     return outcome.score(published.metric, published.joint)
@@ -258,7 +258,7 @@ def information_table(
 
 
 def _roles_of(law: str, given: Any) -> Roles:
-    """The roles of a loop, or of what has it as its `loop`."""
+    """The roles of a loop, or of an object with that loop as its `loop`."""
     held = given if isinstance(given, Roles) else getattr(getattr(given, "loop", given), "roles", None)
     if not isinstance(held, Roles):
         raise refusal(f"information_table(loops={{'{law}': ...}})", "a `ClosedLoop` or the `Roles` of one", given)

@@ -123,7 +123,7 @@ def compare(
     resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> Comparison:
-    """All laws and all pairs of them by a bootstrap over draws, which keeps the runs of a draw together.
+    """The comparison of all laws and pairs of laws by a bootstrap over draws, which keeps the runs of a draw together.
 
     The intervals of all levels hold at once with the confidence, and so do those of all differences; see the estimands
     for how. A failed run is worse than any other: a law that has one has an infinite mean and tail, and is above every
@@ -211,7 +211,7 @@ def ranks(paired: Paired, confidence: float = 0.95) -> Ranks:
 
 
 def _shares_of(holds: Flags, confidence: float) -> Intervals:
-    """Of flags (N, L, L)."""
+    """The shares, with their intervals, of flags (N, L, L)."""
     found = [[share(column, confidence) for column in row.T] for row in np.moveaxis(holds, 1, 0)]
     value, low, high = (np.array([[getattr(s, end) for s in row] for row in found]) for end in ("value", "low", "high"))
     return Intervals(value, low, high)

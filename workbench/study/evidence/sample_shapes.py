@@ -36,7 +36,7 @@ class Predictor:
     p
         That the area is as far from one half by chance, times the number of factors.
     inside, outside
-        How many draws of the group, and of the others, are on that side of the limit.
+        The numbers of draws of the group, and of the others, on that side of the limit.
     """
 
     factor: str
@@ -65,7 +65,7 @@ class Shape:
     ratio, carried
         The mean over the median, and the part of the total that the worst tenth carries; of the finite values.
     predictor
-        What tells these draws from the others; None where no factor does with the confidence.
+        The predictor of these draws; None if no factor tells them from the others with the confidence.
     """
 
     law: str
@@ -139,7 +139,7 @@ def shapes(
 def _group(
     y: Array, carried: float, sure: float, seed: int
 ) -> tuple[Literal["failures", "two groups", "heavy tail", "one group"], Flags]:
-    """The kind of a sample, and which draws make it that."""
+    """The kind of a sample, and the draws that make it that kind."""
     failed = np.isinf(y)
     if failed.any():
         return "failures", failed
@@ -155,14 +155,14 @@ def _group(
 
 
 def _between(x: Array) -> float:
-    """The least value of the upper group: of two parts with the least squares about their own means."""
+    """The least value of the upper group, in the split into two parts with the least squares about their means."""
     ordered = np.sort(x)
     sums, lower = np.cumsum(ordered - x.mean())[:-1], np.arange(1, len(x))
     return float(ordered[1 + int(np.argmax(sums**2 / (lower * lower[::-1])))])
 
 
 def _weight(y: Array) -> tuple[float, float]:
-    """The mean over the median, and the part of the total that the worst tenth carries; NaN of what is not positive."""
+    """The mean over the median, and the part of the total in the worst tenth; NaN if not all are positive."""
     if not len(y) or y.min() <= 0:
         return np.nan, np.nan
     ordered = np.sort(y / y.max())
@@ -171,7 +171,7 @@ def _weight(y: Array) -> tuple[float, float]:
 
 @lru_cache(maxsize=8)
 def _carried_by_exponential(runs: int, confidence: float, seed: int) -> float:
-    """The part of the total that the worst tenth of so many draws of an exponential law stays below so surely."""
+    """The quantile, at a confidence, of the part of the total in the worst tenth of exponential samples."""
     parts = np.sort([_weight(row)[1] for row in -np.log(uniforms(seed, 0, RESAMPLES, runs))])
     return float(parts[int(np.ceil(confidence * (RESAMPLES - 1)))])
 
@@ -257,7 +257,7 @@ def dip(values: Array) -> float:
 
 @lru_cache(maxsize=8)
 def least_dip(runs: int, confidence: float, seed: int) -> float:
-    """The dip that so many draws of a uniform law, of all with one mode the hardest to tell, stay below so surely."""
+    """The quantile, at a confidence, of the dip of uniform samples, the largest of all laws with one mode."""
     dips = np.sort([dip(row) for row in uniforms(seed, 0, RESAMPLES, runs)])
     return float(dips[int(np.ceil(confidence * (RESAMPLES - 1)))])
 

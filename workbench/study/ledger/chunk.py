@@ -63,7 +63,7 @@ def chunk_of(name: str, arrays: Mapping[str, Any], content: Mapping[str, Any] | 
 
 
 def parsed(record: bytes) -> Chunk | None:
-    """The chunk of a record; None if a byte of it is not as it was written, or it was never written by `Chunk`."""
+    """The chunk of a record; None if the record is damaged, or is not of this format."""
     form, *lines = record.split(b"\n", 4)
     if form != FORMAT or len(lines) != 4:
         return None

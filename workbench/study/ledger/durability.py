@@ -16,7 +16,7 @@ FAR = 2**30  # where the lock lies in its file: behind what is written there, wh
 
 
 class HeldError(ValueError):
-    """A folder that another run is writing."""
+    """The error of a folder that another run is writing."""
 
 
 def sync_folder(folder: Path) -> None:

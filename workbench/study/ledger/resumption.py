@@ -24,7 +24,7 @@ class Task(NamedTuple):
 
 
 class Counter:
-    """The runs that are done, those that diverged, and all of them; `begin` gives what is told, once it is needed."""
+    """The counter of runs done, of those that diverged, and of all; `begin` makes the function that is told."""
 
     def __init__(self, total: int = 0, begin: Callable[[], Tell] = lambda: lambda done, failed, total: None) -> None:
         self.done, self.failed, self.total = 0, 0, total
@@ -48,10 +48,7 @@ def complete(
     counter: Counter | None = None,
     acknowledge: Callable[[Chunk], None] = lambda chunk: None,
 ) -> None:
-    """Compute those tasks that the ledger lacks; each chunk is acknowledged once it is on the disk.
-
-    Tasks may be computed in any order, and some twice.
-    """
+    """Compute the tasks that the ledger lacks, in any order; a chunk is acknowledged once it is on the disk."""
     counter = counter or Counter()
     missing = {task.name: task for task in tasks if task.name not in ledger}
     for task in tasks:

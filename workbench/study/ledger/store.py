@@ -1,7 +1,7 @@
 """The ledger of a study: a folder of records, each a file of its own, durable before it is acknowledged.
 
-A record holds its own digest, which is compared whenever it is read: a file that does not match counts as absent.
-Damage costs the computing time of the records that it hit, and never a wrong number.
+A record holds its own digest, which is compared whenever it is read: a file that does not match is
+computed again.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ LATER = "The same command goes on from there."
 
 
 class LedgerError(ValueError):
-    """A ledger that cannot be read or written; nothing of it is lost."""
+    """The error of a ledger that cannot be read or written; nothing of it is lost."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class Ledger:
     lock
         The file that was locked, whatever its name is by now.
     remarks
-        What was found when it was opened, in sentences.
+        The faults found when it was opened, in sentences.
     """
 
     out: Path
@@ -170,7 +170,7 @@ class Ledger:
 
 @contextmanager
 def opened(out: Path, fresh: bool = False) -> Iterator[Ledger]:
-    """The ledger in an output folder, made if there is none, emptied if `fresh`; nobody else writes it meanwhile.
+    """The ledger in an output folder, made if there is none, emptied if `fresh`, and locked against other writers.
 
     A damaged record is put aside under another name, and counts as absent.
 
@@ -223,7 +223,7 @@ def chunks(out: Path) -> Iterator[Chunk]:
 
 
 def contents(out: Path) -> tuple[dict[str, Chunk], About]:
-    """The whole records of a ledger by name, only read, and what they say of the study.
+    """The whole records of a ledger by name, only read, and the state of the study.
 
     Raises
     ------

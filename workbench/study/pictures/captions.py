@@ -21,7 +21,7 @@ Found = TypeVar("Found", SobolIndices, MorrisEffects, Tornado)
 
 
 def captioned(call: str, caption: Phrase, note: Phrase, *remarks: Phrase) -> Phrase:
-    """A caption with what must be said of the picture and, last, its note: runs, failed runs, seed, step error."""
+    """A caption with its remarks and, last, its note: runs, failed runs, seed, step error."""
     if not any(part.strip() if isinstance(part, str) else True for part in parts(note)):
         raise ValueError(
             f"`{call}(note=...)` must say how many runs a figure shows, how many of them failed, their seed and their "
@@ -73,7 +73,7 @@ def stretches(curve: Array) -> list[Integers]:
 
 
 def number(value: float) -> float | None:
-    """A number for a file; a dash for what is not known."""
+    """A number for a file; a dash if it is unknown."""
     return None if np.isnan(value) else float(value)
 
 
@@ -90,7 +90,7 @@ def scale_of(values: Array) -> Literal["linear", "log"]:
 
 
 def scale_of_shares(estimates: Sequence[Estimate]) -> tuple[float, float]:
-    """From 0 as far as parts of a variance reach, and their intervals if they are not much wider than what can be."""
+    """The limits of an axis for parts of a variance: around 0, all values, and intervals within -0.25 and 1.25."""
     values = np.concatenate([np.ravel(part.value) for part in estimates])
     ends = np.concatenate([np.ravel(end) for part in estimates for end in (part.low, part.high)])
     ends = np.clip(ends[np.isfinite(ends)], -0.25, 1.25)

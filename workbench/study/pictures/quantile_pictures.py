@@ -28,7 +28,7 @@ def quantile_bands(
     note: Phrase,
     ylabel: Label,
 ) -> Figure:
-    """Between which quantiles an output of many runs lies over time, for one law or several.
+    """The bands between quantiles of an output of many runs over time, for one law or several.
 
     The band lies between the lowest and the highest level, the line at the middle one, if their number is odd. More
     than three laws have a panel each, on one scale, which is logarithmic if all quantiles are positive and far apart.

@@ -150,7 +150,7 @@ def second_order_map(
 
 
 def _map(one: SobolIndices, S2: Estimate, labels: Labels, titled: bool) -> Panel:
-    """Rows are the factors but the first, columns those but the last: a pair stands in one cell."""
+    """The map of S2, with rows for all factors but the first and columns for all but the last."""
     d = len(one.factors)
     values, faint = np.full((d - 1, d - 1), np.nan), np.zeros((d - 1, d - 1), dtype=bool)
     for k, (i, j) in enumerate(one.pairs):

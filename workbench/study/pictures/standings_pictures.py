@@ -83,7 +83,7 @@ def _common(comparisons: Mapping[str, Mapping[str, Comparison]]) -> tuple[tuple[
 
 
 def standing(comparison: Comparison, law: str) -> str:
-    """How a law stands: 'best' if it is significantly better than every other, 'tied' if none is better than it.
+    """The standing of a law: 'best' if it is significantly better than every other, 'tied' if none is better than it.
 
     A law without a finite level 'fails'; all others are 'beaten'.
     """
@@ -135,7 +135,7 @@ def _text(one: Comparison, i: int, leads: bool, decimals: int) -> Text:
 
 
 def _short(value: float, digits: int, most: int) -> str:
-    """So many digits of a number, but at most so many decimals."""
+    """A number with a count of digits, but at most a count of decimals."""
     if np.isinf(value):
         return "∞" if value > 0 else "−∞"
     if value == 0:
@@ -179,7 +179,7 @@ def _shown(one: Comparison) -> Intervals:
 
 
 def _note(one: Comparison, comparisons: Mapping[str, Mapping[str, Comparison]]) -> str:
-    """What is drawn, over how many draws, and how sure it is."""
+    """The note below the tiles: the statistic, the number of draws, the confidence, and the key of the marks."""
     sizes = sorted({len(each.paired) for held in comparisons.values() for each in held.values()})
     draws = f"{sizes[0]:,}" if len(sizes) == 1 else f"{sizes[0]:,} to {sizes[-1]:,}"
     unit = f" in {one.paired.unit}" if one.paired.unit not in ("", "1") else ""

@@ -16,7 +16,7 @@ from workbench.validation.signatures import door
 @dataclass(frozen=True)
 @door
 class Window:
-    """A stretch of time in s, and what of the ordinate is shown; None fits it to the curves."""
+    """A stretch of time in s, and the limits of the ordinate; None fits them to the curves."""
 
     start: float
     end: float

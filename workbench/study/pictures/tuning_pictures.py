@@ -1,4 +1,4 @@
-"""Tunings as pictures: fronts of two measures, and the best that searches found against what it cost."""
+"""Tunings as pictures: fronts of two measures, and the best point of a search against its cost."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def pareto_fronts(
     xlabel: Label,
     ylabel: Label,
 ) -> Figure:
-    """Fronts of two measures that should be small: what is up and right of the steps is worse than a point of them.
+    """Fronts of two measures that should be small: a point of a front dominates all points above and right of it.
 
     Of the points given only those that no other of the same law dominates are drawn. An axis whose numbers are
     positive and far apart is logarithmic.

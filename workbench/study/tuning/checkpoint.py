@@ -30,8 +30,8 @@ def tune_in_ledger(
 ) -> tuple[dict[str, Tuned], tuple[SweepAbout, ...]]:
     """The answer of each tuning, by its name, and its runs as a ledger describes them; none is run twice.
 
-    A search asks for the same points again after it was stopped, and finds its generations by their names. What the
-    ledger should say is described now and then, and when the tunings are done or stopped.
+    A search asks for the same points again after it was stopped, and finds its generations by their names. The
+    state of the study is recorded now and then, and when the tunings are done or stopped.
     """
     names: Names = {one.sweep.name: [] for search in searches for one in search.sweeps}
     counter = Counter(sum(_spared(search, names) for search in searches), begin)
@@ -65,12 +65,12 @@ def tune_in_ledger(
 
 
 def _spared(search: Search, names: Names) -> int:
-    """The number of runs that a tuning did not ask for, as its searches had settled or had few points to run again."""
+    """The number of runs that a tuning does not need, as searches settled or had few finalists."""
     return sum(one.size - _asked(names[one.sweep.name]) for one in search.sweeps)
 
 
 def about_of_searches(searches: Sequence[Search], names: Names) -> tuple[SweepAbout, ...]:
-    """The runs of tunings as a ledger describes them; a chunk that nobody knows yet has a name that none has."""
+    """The runs of tunings as a ledger describes them; a chunk not known yet has a placeholder as its name."""
     sweeps = []
     for search in searches:
         ended = bool(names[search.halves[0].sweep.name])  # the best are run again once all searches have ended

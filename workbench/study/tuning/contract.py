@@ -29,7 +29,7 @@ Objective = Callable[[Mapping[str, Sample]], Array]
 @dataclass(frozen=True, eq=False)
 @door
 class Trial:
-    """A run in which numbers have to prove themselves: one of the scenarios that a search trains on.
+    """A run on which a search judges the numbers of a loop: one of the scenarios that it trains on.
 
     Attributes
     ----------
@@ -158,27 +158,27 @@ class Tuning:
 
     @property
     def size(self) -> int:
-        """How many points all searches look at together, at most."""
+        """The greatest number of points that all searches together evaluate."""
         return self.evaluations * len(self.seeds)
 
     @property
     def generations(self) -> int:
-        """How often a search asks for a whole population, at most."""
+        """The greatest number of generations of a search, each a whole population."""
         return self.evaluations // self.population
 
     @property
     def window(self) -> int:
-        """Over how many generations a settled search gains no more than 1 %; 0 if it is too short to tell."""
+        """The length of a settled search's last window in generations; 0 if the search is too short to have one."""
         return self.generations // WINDOW
 
     @property
     def least(self) -> int:
-        """How often a search asks for a whole population at the least."""
+        """The least number of generations of a search, each a whole population."""
         return self.generations if self.settle is None else max(1, ceil(self.settle * self.generations))
 
     @property
     def evaluations_per_number(self) -> float:
-        """How many points a search may look at for each number that it seeks."""
+        """The evaluations of a search, divided by the number of its factors."""
         return self.evaluations / len(self.factors)
 
     @door
@@ -238,7 +238,7 @@ def equal_budget(
 
 
 def population_of(numbers: int) -> int:
-    """How many points a search for so many numbers looks at together: more of them need more evaluations to settle."""
+    """The population of a search for so many numbers: the points that it evaluates together."""
     return WIDTH * ceil((WIDTH + 2 * numbers) / WIDTH)
 
 

@@ -1,4 +1,4 @@
-"""Course: how one search of a tuning went, whether it has settled, and why points of it are not admissible."""
+"""Course: the progress of one search of a tuning, whether it has settled, and why points are inadmissible."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Course:
 
     @property
     def seed(self) -> int:
-        """That of the search."""
+        """The seed of the search."""
         return self.tuning.seeds[self.search]
 
     @property
@@ -43,10 +43,7 @@ class Course:
 
     @property
     def late_gain(self) -> float:
-        """By what part of its objective the search became better in its last window; NaN if it is too short to tell.
-
-        Infinite if nothing was admissible before.
-        """
+        """The relative gain of the last window; NaN if there is none yet, infinite if nothing was admissible before."""
         window = self.tuning.window
         if not 0 < window < len(self.bests):
             return np.nan
@@ -97,12 +94,12 @@ def have_values(sample: Sample) -> Flags:
 
 
 def share(part: float, whole: float) -> float:
-    """A part of a whole; infinite if there is none to be a part of."""
+    """The ratio of a part to a whole; infinite if the whole is zero and the part is not."""
     return 0.0 if part == 0 else part / abs(whole) if whole else np.inf
 
 
 def percent(share: float) -> str:
-    """A share as a sentence has it."""
+    """A share as text in percent."""
     if 0 < share < 1e-4:
         return "less than 0.01 %"
     return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:,.0f} %"

@@ -1,4 +1,4 @@
-"""Optimum: the best that the searches of a tuning found, and how far it may be trusted."""
+"""Optimum: the best point that the searches of a tuning found, its spread, and the doubts about it."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ Measure = Callable[[Mapping[str, Sample]], Array]
 @dataclass(frozen=True, eq=False)
 @door
 class Tuned:
-    """All points that were looked at, what they are worth, and the best of them.
+    """All points that a tuning evaluated, their objectives, and the best of them.
 
     Attributes
     ----------
     used
-        How many points each search looked at.
+        The number of points that each search evaluated.
     points, numbers
         (N, d), in the unit cube and as values of the factors: one search behind the other.
     objectives
@@ -62,12 +62,12 @@ class Tuned:
 
     @property
     def name(self) -> str:
-        """That of the tuning."""
+        """The name of the tuning."""
         return self.tuning.name
 
     @property
     def _row(self) -> int:
-        """The best point's among the finalists."""
+        """The place of the best point among the finalists."""
         return int(np.argmin(self.halved.mean(axis=1)))
 
     @property
@@ -123,12 +123,12 @@ class Tuned:
 
     @property
     def objective(self) -> float:
-        """That of the best point, at h / 2, in the mean over the training noises."""
+        """The objective of the best point at h / 2, in the mean over the training noises."""
         return float(self.halved[self._row].mean())
 
     @property
     def spread(self) -> float:
-        """From the least to the greatest objective of the best point at h / 2 over the training noises."""
+        """The greatest less the least objective of the best point at h / 2 over the training noises."""
         return float(np.ptp(self.halved[self._row]))
 
     @property
@@ -174,7 +174,7 @@ class Tuned:
 
     @property
     def _ends(self) -> dict[str, str]:
-        """At which end of its range the best value of a factor lies, of those that lie at one."""
+        """The factors whose best value lies at an end of the range, with that end."""
         names, at = [factor.name for factor in self.tuning.factors], self.points[self.place]
         low = {name: "low" for name, u in zip(names, at, strict=True) if u < EDGE}
         return low | {name: "high" for name, u in zip(names, at, strict=True) if u > 1 - EDGE}
@@ -259,7 +259,7 @@ class Tuned:
 
     @property
     def _beyond(self) -> list[str]:
-        """The trials in which the step is longer than is stable along the run of the best, or nobody knows."""
+        """The trials in which the step exceeds the stability limit along the best run, or the limit is unknown."""
         said = []
         for name, limit in self.stable_steps.items():
             if np.isnan(limit):

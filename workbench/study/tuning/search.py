@@ -44,7 +44,7 @@ class Search:
 
     @property
     def sweeps(self) -> tuple[CompiledSweep, ...]:
-        """All sweeps that it is made of."""
+        """All sweeps of the search."""
         return (*self.trials, *self.halves)
 
     @property
@@ -98,7 +98,7 @@ def _pilots(dimensions: int) -> Array:
 
 
 def _place(distribution: AbstractDistribution, value: float) -> float:
-    """Where a value of a range lies in the unit cube: the inverse of the quantile, by bisection."""
+    """The place of a value of a range in the unit cube: the inverse of the quantile, by bisection."""
     low, high = 0.0, 1.0
     if value in (distribution.low, distribution.high):
         return low if value == distribution.low else high
@@ -111,7 +111,7 @@ def _place(distribution: AbstractDistribution, value: float) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Generation:
-    """Points (n, d) that were asked for at once, a chunk for each trial, and what they are worth."""
+    """Points (n, d) that were evaluated together, a chunk for each trial, and their worth."""
 
     points: Array
     chunks: tuple[Chunk, ...]
@@ -125,7 +125,7 @@ def here(sweeps: Sequence[CompiledSweep], first: int, last: int) -> list[Chunk]:
 
 @door
 def tune(tuning: Tuning | Search, evaluate: Evaluate = here) -> Tuned:
-    """What the searches of a tuning find: by differential evolution, a search a seed, each with the same budget.
+    """The best parameters of a tuning, by differential evolution: one search per seed, each with the same budget.
 
     A point is not admissible if a run diverges in any trial, or a metric is no number; of two such the one whose runs
     last longer is nearer to it. Each search has its own training noise. The best points of each are run again at h / 2
@@ -135,7 +135,7 @@ def tune(tuning: Tuning | Search, evaluate: Evaluate = here) -> Tuned:
     Parameters
     ----------
     evaluate
-        Who computes the runs; this process if not given.
+        The function that computes the runs; this process if not given.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def tune(tuning: Tuning | Search, evaluate: Evaluate = here) -> Tuned:
 
 
 def _run(search: Search, number: int, past: list[_Generation], evaluate: Evaluate) -> int:
-    """The number of points that one search looks at; its generations are added to those of the searches before it."""
+    """The number of points that one search evaluates; its generations are added to those of earlier searches."""
     asked, begun = search.tuning, len(past)
     sweeps = search.under(search.trials, number % search.noises)
 
@@ -176,7 +176,7 @@ def _run(search: Search, number: int, past: list[_Generation], evaluate: Evaluat
 
 
 def _answer(search: Search, past: Sequence[_Generation], used: tuple[int, ...], evaluate: Evaluate) -> Tuned:
-    """All generations put together, and the best points of each search at half the step, under all training noises."""
+    """The answer of a tuning: all generations, and the best points at half the step under all training noises."""
     objective = np.concatenate([-one.worth.value for one in past])
     points = Listed(np.vstack([one.points for one in past]))
     trials = [one.at(points) for one in search.trials]
@@ -213,7 +213,7 @@ def _steps(sweeps: Sequence[CompiledSweep]) -> str:
 
 
 def _refuse_dependent(search: Search, samples: Mapping[str, Sample], objective: Array) -> None:
-    """Refuse an objective whose value for one point depends on the others, which no search could make least."""
+    """Refuse an objective whose value for one point depends on the other points."""
     together = -_judged(search.tuning, samples).value
     apart = together != objective
     apart[apart] = ~np.isclose(together[apart], objective[apart], rtol=ROUNDING, atol=0.0)

@@ -46,7 +46,7 @@ class AbstractDistribution(ABC):
         """The distribution as a table prints it."""
 
     def reach(self) -> tuple[float, float]:
-        """The least and the largest value that a design draws: the ends, or what its outmost points have for them."""
+        """The least and the largest value that a design draws: the ends, or its outmost points at an infinite end."""
         least, largest = self.quantile(np.array([MARGIN, 1 - MARGIN]))
         return (
             self.low if self.low > -inf else float(least),
@@ -88,7 +88,7 @@ class Uniform(AbstractDistribution):
 @dataclass(frozen=True)
 @door
 class LogUniform(AbstractDistribution):
-    """A number whose logarithm is uniform, from `low` > 0 to `high`: for what is known by its order of magnitude.
+    """A number whose logarithm is uniform, from `low` > 0 to `high`, for numbers known by their order of magnitude.
 
     Raises
     ------
@@ -136,7 +136,7 @@ class Triangular(AbstractDistribution):
         finite("Triangular(mode=...)", self.mode, low=self.low, high=self.high)
 
     def _formula(self, u: Array) -> Array:
-        """Of the left line below the probability of the mode, of the right line above it."""
+        """The quantiles: of the rising line below the probability of the mode, of the falling line above it."""
         width, left, right = self.high - self.low, self.mode - self.low, self.high - self.mode
         rising = self.low + np.sqrt(u * width) * left**0.5
         falling = self.high - np.sqrt((1 - u) * width) * right**0.5
@@ -218,7 +218,7 @@ class LogNormal(AbstractDistribution):
 
 
 def _cuts(distribution: AbstractDistribution) -> str:
-    """Where a bell is cut off, in words."""
+    """The limits at which a normal distribution is cut off, in words."""
     low = f", from {distribution.low:g} on" if distribution.low > -inf else ""
     return f"{low}, up to {distribution.high:g}" if distribution.high < inf else low
 
@@ -233,7 +233,7 @@ def _bell(u: Array, low: float, high: float) -> Array:
 
 
 def _check(distribution: Any, above_zero: tuple[str, ...] = ()) -> None:
-    """Refuse what is not finite, but for an open end, what is not positive as it must be, and a range that is none."""
+    """Refuse numbers that are not finite, but for open ends, or not positive where they must be, and an empty range."""
     kind = type(distribution).__name__
     for field in fields(distribution):
         value = getattr(distribution, field.name)

@@ -1,4 +1,4 @@
-"""Elementary effects and tornadoes: how outputs change as one factor moves, along paths of Morris or by itself."""
+"""Elementary effects and tornadoes: the change of outputs as one factor moves, along paths of Morris or by itself."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ def _runs(design: SobolDesign, y: Array) -> Array:
 
 
 def _means(runs: Array, d: int) -> Means:
-    """Of the products behind S1 and ST, (scrambles, 1 or d, c) each."""
+    """The means of the products behind S1 and ST, (scrambles, 1 or d, c) each."""
     A, AB, B = runs[:, :, :1], runs[:, :, 1 : 1 + d], runs[:, :, -1:]
     return {
         "first": (B * (AB - A)).mean(axis=1),
@@ -71,10 +71,7 @@ def _of_one(m: Means) -> tuple[Array, Array, Array]:
 
 
 def _means_of_both(runs: Array, d: int) -> Means:
-    """Of the products behind all three orders, each from both halves of the runs.
-
-    E((BA_i - B)(AB_j - A)) is V_ij, the variance of the interaction, and for i = j it is -2 V_i.
-    """
+    """The means of the products behind all three orders of indices, each from both halves of the runs."""
     A, AB, BA, B = runs[:, :, :1], runs[:, :, 1 : 1 + d], runs[:, :, 1 + d : -1], runs[:, :, -1:]
     from_A, from_B = AB - A, BA - B
     cross = np.einsum("smic,smjc->sijc", from_B, from_A, optimize=True) / A.shape[1]
@@ -102,7 +99,7 @@ def _jackknife(means: Means, statistic: Callable[[Means], tuple[Array, ...]], t:
 
 
 def _estimate(value: Array, without: Array, t: float) -> Estimate:
-    """From a value (i, c) and those without each scramble, (scrambles, i, c), to (c, i)."""
+    """An estimate (c, i) from a value (i, c) and those without each scramble, (scrambles, i, c)."""
     with np.errstate(invalid="ignore"):
         half = t * np.sqrt((SCRAMBLES - 1) * without.var(axis=0))
     return Estimate(value.T, np.where(np.isfinite(half), half, np.inf).T)
@@ -121,8 +118,8 @@ def basis(u: Array) -> Array:
 
 
 def polynomials(design: SobolDesign, y: Array) -> tuple[Array, Array]:
-    """Of columns (N, c) the polynomials in each scramble, fitted to the runs of the others so that none flatters
-    itself: their values (N, c), without the constant, and their coefficients (scrambles, terms, c).
+    """The polynomials of columns (N, c) in each scramble, fitted to the runs of all other scrambles: their values
+    (N, c), without the constant, and their coefficients (scrambles, terms, c).
     """
     u = design.points()
     X = np.column_stack([np.ones(len(u)), basis(u)]).reshape(SCRAMBLES, len(u) // SCRAMBLES, -1)

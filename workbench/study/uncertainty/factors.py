@@ -140,7 +140,7 @@ class Space:
 
     @door
     def table(self, name: str, caption: str) -> Table:
-        """The factors as a report prints them: what each moves, over which distribution, and where that comes from."""
+        """The factors as a report prints them: the number that each moves, its distribution, and its source."""
         rows: list[tuple[Cell, ...]] = []
         for factor, places in zip(self.factors, self._places, strict=True):
             units = dict.fromkeys(raised(self._unit(int(place))) for place in places)
@@ -173,7 +173,7 @@ class Space:
         self.states.check(rows[:, split:])
 
     def _check_reach(self, factor: Factor, places: Integers) -> None:
-        """Refuse a factor that by itself leads beyond what a number may be."""
+        """Refuse a factor whose range leads beyond the bounds of a number."""
         rows = np.tile(self._default, (2, 1))
         reach = np.array(factor.distribution.reach())[:, np.newaxis]
         rows[:, places] = reach * self._default[places] if factor.share else reach

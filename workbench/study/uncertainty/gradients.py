@@ -1,4 +1,4 @@
-"""Derivatives of a run's metrics: exact ones of the very steps that are taken, and differences of runs beside it."""
+"""Derivatives of a run's metrics: exact for the steps that are taken, and by differences of neighbouring runs."""
 
 from __future__ import annotations
 
@@ -24,10 +24,7 @@ Rows = tuple[Array, Array]  # a quantity and its derivatives, (m, k) each, one r
 def gradients(
     step: Step, metrics: Sequence[AbstractMetric], places: Sequence[int], p: Array, x0: Array, until: float
 ) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Values (k,) and derivatives (k, m) of the metrics, one run a direction; NaN where a direction leaves all bounds.
-
-    A run carries one column of S, not all of them: the loop that is compiled then stays as small as with one.
-    """
+    """Values (k,) and derivatives (k, m) of the metrics, a run a direction; NaN where a direction leaves all bounds."""
     values = _values(step, metrics, p, x0, until)
     more, start = _along(step, places, p, x0)
     same = np.zeros(len(places), dtype=int)  # all runs are number 0, so that noise is the same in them
@@ -59,10 +56,7 @@ def _values(step: Step, metrics: Sequence[AbstractMetric], p: Array, x0: Array, 
 
 
 def _along(step: Step, places: Sequence[int], p: Array, x0: Array) -> tuple[Step, Array]:
-    """The step with a column of S beside its states, and the starts (m, ...) of the runs along each direction.
-
-    A direction in p stands among the states too, where it stays: so it may differ from run to run.
-    """
+    """The step with a column of S and its direction in p beside its states, and the starts (m, ...) of the runs."""
     rule, n, m = step.rule, step.states.size, len(places)
     moved = [place for place in places if place < p.size]
     more = Layout((Entry("S", np.zeros(n)), *([Entry("direction", np.zeros(len(moved)))] if moved else [])))

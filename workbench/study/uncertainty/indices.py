@@ -107,11 +107,11 @@ def sobol(
     names, factors
         Of the k outputs and the d factors.
     errors
-        How far off each output is, of the same shape, NaN where that is not known: told of where it blurs the indices.
+        The error of each output, of the same shape, NaN if unknown; a remark says where it blurs the indices.
     groups
         Names to the factors over which S1 and ST are summed.
     control
-        Whether the quadratic polynomial that fits the runs serves as control variate: its own indices are exact, and
+        True if the quadratic polynomial that fits the runs serves as control variate: its own indices are exact, and
         only what it leaves is estimated, the better the nearer an output is to quadratic.
 
     Raises
@@ -141,7 +141,7 @@ def sobol(
 
 
 def _check_runs(design: SobolDesign, control: bool) -> None:
-    """Refuse a control variate that would follow the runs."""
+    """Refuse a design with so few runs that the control variate would interpolate them."""
     if control and design.size < EACH * (terms(design.dimensions) + 1):
         raise ValueError(
             f"`sobol(control=True)` needs at least {EACH} runs for each of the {terms(design.dimensions) + 1} "

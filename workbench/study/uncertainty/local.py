@@ -98,7 +98,7 @@ class LocalSensitivities:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """A sentence for each metric whose gradient is not its slope, and so says nothing of what a change does."""
+        """A sentence for each metric whose gradient is not its slope, and does not predict the effect of a change."""
         said = []
         through = f", which goes through {', '.join(self.switches)}" if self.switches else ""
         for metric in self.gradient:

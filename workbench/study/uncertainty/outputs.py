@@ -1,4 +1,4 @@
-"""The outputs of many runs: those that can be judged, made ready for it, and the reasons against the others."""
+"""The outputs of many runs as columns of numbers, and the reasons for which some are refused."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class Outputs:
     spread
         (k,), with which a column is spread * scaled beside its mean.
     remarks
-        What a reader must know of the columns that are not refused.
+        Remarks on the columns that are not refused.
     """
 
     names: tuple[str, ...]
@@ -232,7 +232,7 @@ def _flaw(column: Array) -> str:
 
 
 def _scaled(columns: Array) -> tuple[Array, Array]:
-    """Columns with mean 0, scaled, and their spread. The first row goes first, so that no digit is lost."""
+    """Columns less their mean, scaled, and their spread, computed so that no digit is lost."""
     scaled = columns - columns[:1]
     size = np.abs(scaled).max(axis=0, initial=0.0)
     scaled /= size

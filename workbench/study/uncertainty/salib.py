@@ -27,7 +27,7 @@ def sobol_by_salib(
     resamples: int = 100,
     seed: int = 0,
 ) -> SobolIndices:
-    """The indices that SALib finds in the same runs, with its bootstrap intervals; refused is what `sobol` refuses.
+    """The indices that SALib finds in the same runs, with its bootstrap intervals and the refusals of `sobol`.
 
     SALib takes one output at a time, resamples the rows of a Sobol net as if they were independent draws, and answers
     failed runs with numbers: so it serves to be compared with, after our own look at the outputs.
